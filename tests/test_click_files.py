@@ -20,7 +20,7 @@ from pyclickplc.validation import validate_comment, validate_nickname
 from click_strategies import configurations
 from pidcfg.encoders.click.dataview import CODES, ROWS, write_dataviews
 from pidcfg.encoders.click.encode import encode
-from pidcfg.encoders.click.files import FORMATS
+from pidcfg.encoders.click.files import FORMATS, Numbering
 from pidcfg.encoders.click.nickname_csv import HEADER
 from pidcfg.encoders.click.nicknames import LONGEST_LOOP, NAMED, nicknames
 from pidcfg.encoders.files import UnwritableError, kind_of
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 NICKNAMES, DATAVIEW, DUMP = FORMATS["nickname-csv"], FORMATS["cdv"], FORMATS["data-dump"]
 HEAD = ",".join(HEADER)
+NUMBERING = Numbering()
 SLOW = settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
 )
@@ -392,6 +393,87 @@ def test_a_file_over_the_limit_is_refused_and_not_cut(folder):
     assert result.returncode == 2
     assert "mine.csv is larger than 900 bytes" in result.stderr.decode()
     assert not (folder / "new.csv").exists()
+
+
+# --- nickname CSV with the columns of Modbus --------------------------------------------------------------------------
+
+WITH_MODBUS = "Address,Data Type,Modbus Address,Function Code,Nickname,Initial Value,Retentive,Address Comment"
+
+
+def modbus_row(address: str, rest: str, style: str) -> str:
+    """A row as CLICK exports it: hexadecimal or with the number that people count by."""
+    kind = {"C": "BIT", "DS": "INT", "DF": "FLOAT"}[address.rstrip("0123456789")]
+    place = NUMBERING.place(SPACE.parse(address))
+    first = {"coil": 1, "holding": 400_001}[place.table]
+    register = f"{place.register:04X}h" if style == "hex" else str(first + place.register)
+    codes = {"coil": "FC=01,05,15", "holding": "FC=03,06,16"}[place.table]
+    return f'{address},{kind},{register},"{codes}",{rest}'
+
+
+@pytest.mark.parametrize("style", ["hex", "984"])
+def test_the_columns_of_modbus_are_read_and_kept(image, style):
+    """The addresses are facts of CLICK's help: C1 is 4000h and 16385, DS1 0000h and 400001, DF1 7000h and 428673."""
+    rows = [
+        modbus_row("C1", '"Start",1,No,"by, hand"', style),
+        modbus_row("DS1", '"Count",7,Yes,""', style),
+        modbus_row("DF1", '"Speed",1.50,Yes,"a ""b"""', style),
+        modbus_row("DF106", '"tank1_p",2,No,"my, own"', style),
+    ]
+    first = {"hex": ("4000h", "0000h", "7000h"), "984": ("16385", "400001", "428673")}[style]
+    assert tuple(row.split(",")[2] for row in rows[:3]) == first
+    users = "".join(f"{line}\r\n" for line in (WITH_MODBUS, *rows))
+    assert NICKNAMES.looks_like(users)
+    assert NICKNAMES.read(users).words[SPACE.parse("DF1")] == 0x3FC00000
+    merged, report = NICKNAMES.merge(image, users)
+    lines = merged.split("\r\n")
+    assert lines[:4] == users.split("\r\n")[:4]
+    assert lines[4] == modbus_row("DF106", '"tank1_p",2.4,No,"my, own"', style)
+    assert report[1:] == ("initial value renewed: TANK1_P (DF106), 2 to 2.4",)
+    plain = {line.split(",")[0]: line for line in NICKNAMES.write(image, ()).splitlines()[1:]}
+    for line in lines[5:-1]:
+        address = line.split(",")[0]
+        assert line == modbus_row(address, plain[address].split(",", 2)[2], style)
+    read = NICKNAMES.read(merged)
+    assert read.settings == NICKNAMES.read(NICKNAMES.write(image, ())).settings
+    assert setting_words(image).items() <= read.words.items()
+    assert NICKNAMES.merge(image, merged)[0] == merged
+
+
+@pytest.mark.parametrize("head", [HEAD, WITH_MODBUS])
+def test_rows_of_an_export_of_all_addresses_that_nobody_uses_become_the_loops(image, head):
+    """Such an export has a row for every address, most of them without a nickname."""
+    modbus = head == WITH_MODBUS
+    rows = [
+        modbus_row(f"DF{n}", '"",0,Yes,""', "hex") if modbus else f'DF{n},FLOAT,"",0,Yes,""' for n in range(95, 135)
+    ]
+    users = "".join(f"{line}\n" for line in (head, *rows))
+    merged, report = NICKNAMES.merge(image, users)
+    assert report == (f"created {len(nicknames(image))}, already there: 0",)
+    found = merged.splitlines()
+    assert found[:7] == users.splitlines()[:7]
+    assert found[7].startswith("DF101,FLOAT,")
+    assert '"TANK1_SP",105' in found[7]
+    assert found[1 : len(rows) + 1] != rows
+    assert [line.split(",")[0] for line in found[1 : len(rows) + 1]] == [line.split(",")[0] for line in rows]
+
+
+def test_a_modbus_address_that_is_another_registers_is_refused_before_rows_are_added(image):
+    users = f'{WITH_MODBUS}\nDF7,FLOAT,700Ch,"FC=03,06,16","a",1,Yes,""\nDF8,FLOAT,700Ch,"FC=03,06,16","b",1,Yes,""\n'
+    with pytest.raises(ListingError, match="DF8 has the Modbus Address 700Eh, but the file says '700Ch'") as refused:
+        NICKNAMES.merge(image, users)
+    assert refused.value.line == 3
+
+
+def test_a_header_counts_whatever_its_letters(image):
+    text = NICKNAMES.write(image, ())
+    lower = text.replace(HEAD, HEAD.lower())
+    assert NICKNAMES.looks_like(lower)
+    assert NICKNAMES.read(lower).words == NICKNAMES.read(text).words != {}
+
+
+def test_another_header_is_refused_and_says_what_it_is():
+    with pytest.raises(ListingError, match="Modbus Address and Function Code behind Data Type or without"):
+        NICKNAMES.read(f'{WITH_MODBUS.replace("Function Code,", "")}\nC1,BIT,4000h,"a",0,No,""\n')
 
 
 # --- DataView ---------------------------------------------------------------------------------------------------------

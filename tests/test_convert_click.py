@@ -586,7 +586,7 @@ def test_the_report_says_what_became_of_every_field():
     found = {(change.field, change.kind) for change in convert(config, CLICK, CLICK, {}).loops[0][1]}
     fields = ("pv.filter", "derivative_gain_limit", "sample_rate", "action", "pv.input_range")
     assert {(field, "exact") for field in fields} <= found
-    assert {("pv.range", "assumed"), ("bits", "assumed")} <= found
+    assert {("pv.range", "assumed"), ("bits", "exact")} <= found
 
 
 def test_every_neutral_field_is_put_somewhere_or_dropped_by_name():

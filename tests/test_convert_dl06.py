@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
 import neutral_strategies
+import pidcfg
 from dl06_strategies import FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
 from pidcfg.conversion.from_neutral.dl06 import from_neutral
@@ -598,8 +599,10 @@ def test_options_say_where_and_for_which_cpu():
     assert (config.plc.loop_table, config.plc.reset_decimals, config.plc.derivative) == (0o3000, 2, "pv")
     assert config.loops[0].pv.format == "15-bit unipolar"
     assert any(put.of is None and put.path == "/plc.loop_table" for put in puts)
-    change = next(c for c in back_and_forth(dl06({})).loops[0][1] if c.field == "/plc.loop_table")
-    assert (change.kind, change.target) == ("assumed", "V2000")
+    source = generic({})
+    found = [*convert(source, VENDORS["generic"], DL06, {}).loops[0][1], *back_and_forth(dl06({})).loops[0][1]]
+    told = [(row.kind, row.target) for row in found if row.field == "/plc.loop_table"]
+    assert told == [("assumed", "V2000"), ("exact", "V2000")]
     assert read["data_format"]("14-bit") is None
     assert target({})[0].plc.loop_table == 0o2000
 
@@ -839,3 +842,38 @@ def tidy(config: Dl06File) -> Dl06File:
             update["alarms"] = loop.alarms.model_copy(update={"pv": pv})
         loops.append(loop.model_copy(update=update))
     return config.model_copy(update={"loops": tuple(loops)})
+
+
+@pytest.mark.parametrize(("value", "held"), [("2", "1.5627"), ("30", "29.69"), ("0.7", "0"), ("11", "10.939")])
+@pytest.mark.parametrize("target", ["dl06", "ezlogix"])
+def test_a_set_point_on_a_root_is_told_as_its_word_means_it(target, value, held):
+    """A 12-bit root has 64 counts: the line says what the register holds, never ``exact``."""
+    source = f"""\
+pidcfg: 1
+vendor: generic
+loops:
+  - name: L3
+    output_raises_pv: true
+    sample_time: 1
+    tuning: {{gain: 1, integral_time: 20}}
+    pv: {{range: [0, 100], square_root: true}}
+    setpoint: {{value: {value}, follows_pv: false}}
+    output: {{range: [0, 100]}}
+"""
+    result = pidcfg.convert(source, target)
+    row = next(r for r in result.loops[0].changes if r.field == "setpoint.value")
+    assert (row.kind, str(row.target)) == ("rounded", held)
+    assert row.loss == (abs(float(held) - float(value)) > 0.1 * float(value))
+
+
+def test_a_band_of_few_counts_is_told_as_its_word_means_it():
+    source = """\
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: L, output_raises_pv: true, sample_time: 1, tuning: {gain: 1, integral_time: 20},
+     pv: {range: [0, 200]}, setpoint: {value: 50}, output: {range: [0, 100]}, deadband: 0.7}
+"""
+    result = pidcfg.convert(source, "dl06")
+    row = next(r for r in result.loops[0].changes if r.field == "deadband")
+    assert (row.kind, str(row.target), row.loss) == ("rounded", "0.6838", False)

@@ -27,6 +27,7 @@ from pidcfg.paths import leaves, put
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.vendors import VENDORS
 from pidcfg.writer import yaml_text
+from standing_rig import SIDES
 
 OVEN = {
     "name": "TIC1",
@@ -215,7 +216,8 @@ def test_limits_are_read_one_by_one():
 
 # --- what an operator sees -------------------------------------------------------------------------------------------
 
-WAITS = {"dl06", "click"}
+STARTS = {"dl06": "later begins in the mode that it had", "click": "it waits in Manual"}
+"""The others begin in their mode."""
 ON_TOP = {"dl06", "click", "ezlogix"}
 """With a set point that stays: the bias, or the integral, becomes the output, and the error acts on top of it."""
 
@@ -225,7 +227,10 @@ def test_each_pair_names_how_start_and_transfers_differ(one, two):
     text = oven(setpoint={"value": 180, "follows_pv": False})
     source = text if one == "generic" else api.convert(text, one).text
     lines = lines_of(api.convert(source, two))
-    assert ("operation.start" in lines) == ((one in WAITS) != (two in WAITS))
+    start = lines.get("operation.start")
+    assert (start is not None) == (STARTS.get(one) != STARTS.get(two))
+    for vendor, text in ((one, start.source), (two, start.target)) if start is not None else ():
+        assert text.endswith(STARTS.get(vendor, "it begins in its mode"))
     assert ("operation.transfer" in lines) == ((one in ON_TOP) != (two in ON_TOP))
     jumps = lines.get("operation.manual")
     assert (jumps is not None) == (two == "nextopid" or (one == "nextopid" and two != "dpide"))
@@ -396,3 +401,72 @@ def test_dropped_loops_are_written_around_with_leave(command):
     assert "FAN: dropped: FAN switches on and off" in run.err
     run = command(text, "--to", "dl06", "-o", "out.yaml", "--allow-loss")
     assert (run.code, run.made) == (0, True)
+
+
+# --- within a vendor -------------------------------------------------------------------------------------------------
+
+DL06_OWN = """\
+pidcfg: 1
+vendor: dl06
+plc: {loop_table: V3000, reset_decimals: 2}
+loops:
+  - name: TANK
+    sample_rate: 0.5
+    action: direct
+    bumpless: %s
+    tuning: {gain: 2.00, reset: 20.55, rate: 0}
+    pv: {range: [0, 100], format: 15-bit unipolar, transfer: {address: V1400}}
+    setpoint: {value: 60}
+    output: {range: [0, 100], transfer: {slot: 1, channel: 2}}
+"""
+EZLOGIX_OWN = """\
+pidcfg: 1
+vendor: ezlogix
+loops:
+  - {name: FIC, registers: R201, discretes: S201, mode: auto, algorithm: position, action: reverse, sample_rate: 0.5,
+     tuning: {proportional_gain: 2, integral_time: 20.0, derivative_time: off},
+     pv: {tag: IR7, range: [0, 100], counts: [0, 4000]}, setpoint: {value: 60},
+     output: {tag: OR9, range: [0, 100], pulse: {tag: O3, cycle_time: 5}}}
+"""
+
+
+@pytest.mark.parametrize("kind", ["I", "II"])
+def test_a_dl06_keeps_its_transfers_and_the_decimals_of_its_reset_within_the_vendor(kind):
+    result = api.convert(DL06_OWN % kind, "dl06")
+    loop = result.data["loops"][0]
+    assert (loop["pv"]["transfer"], loop["output"]["transfer"]) == ({"address": "V1400"}, {"slot": 1, "channel": 2})
+    assert result.data["plc"] == {"loop_table": "V3000", "reset_decimals": 2}
+    assert (loop["bumpless"], float(loop["tuning"]["reset"])) == (kind, 20.55)
+    assert not result.losses
+    told = {row.field: row.kind for row in result.loops[0].changes}
+    assert {told[key] for key in ("pv.transfer", "/plc.loop_table", "/plc.reset_decimals")} == {"exact"}
+    assert not {"plc.loop_table", "plc.reset_decimals"} & told.keys()
+    assert api.encode(result.text).image.words == api.encode(DL06_OWN % kind).image.words
+
+
+def test_options_move_a_loop_within_its_vendor_and_its_transfers_stay():
+    result = api.convert(DL06_OWN % "II", "dl06", options={"loop_table": "V2000", "reset_decimals": "1"})
+    assert {key: str(value) for key, value in result.data["plc"].items()} == {
+        "loop_table": "V2000",
+        "reset_decimals": "1",
+    }
+    assert result.data["loops"][0]["pv"]["transfer"] == {"address": "V1400"}
+
+
+def test_an_ezlogix_keeps_its_registers_and_tags_within_the_vendor():
+    result = api.convert(EZLOGIX_OWN, "ezlogix")
+    assert api.encode(result.text).image.words == api.encode(EZLOGIX_OWN).image.words
+    loop = result.data["loops"][0]
+    assert (loop["pv"]["tag"], loop["output"]["tag"], loop["output"]["pulse"]["tag"]) == ("IR7", "OR9", "O3")
+    moved = api.convert(EZLOGIX_OWN, "ezlogix", options={"registers": "R101"}).data["loops"][0]
+    assert (moved["registers"], moved["pv"]["tag"], moved["pv"]["counts"]) == ("R101", "IR1", [0, 4000])
+    assert float(moved["tuning"]["proportional_gain"]) == 2
+
+
+@pytest.mark.parametrize("vendor", ["click", "dpide"])
+def test_addresses_stay_within_a_vendor(vendor):
+    text = SIDES[vendor].config.replace("C101", "C301").replace("DF101", "DF51").replace("D500", "D700")
+    image = api.encode(api.convert(text, vendor).text).image
+    assert [(c.address, getattr(c, "device", None)) for c in image.cells] == [
+        (c.address, getattr(c, "device", None)) for c in api.encode(text).image.cells
+    ]

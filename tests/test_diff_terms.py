@@ -191,6 +191,67 @@ def test_a_set_point_of_a_profile_or_of_another_loop_is_left_out():
         assert (loops(result)[loop].operated, loops(result)[loop].left_out) == ((), ("setpoint.value",))
 
 
+CASCADES = {
+    "ezlogix": (
+        """\
+pidcfg: 1
+vendor: ezlogix
+loops:
+  - {name: FIC, registers: R101, discretes: S101, mode: auto, algorithm: position, action: reverse, sample_rate: 0.5,
+     tuning: {proportional_gain: 2, integral_time: 20.0, derivative_time: off},
+     pv: {tag: IR1, range: [0, 100]}, setpoint: {value: 60}, output: {tag: OR1}}
+  - {name: TIC, registers: R201, discretes: S201, mode: auto, algorithm: position, action: reverse, sample_rate: 5,
+     tuning: {proportional_gain: 2, integral_time: 90.0, derivative_time: off},
+     pv: {tag: IR2, range: [0, 100]}, setpoint: {value: 40}, output: {tag: R102}}
+""",
+        ("value: 60", "value: 70"),
+        ("value: 40", "value: 45"),
+        ("tag: R102", "tag: OR2"),
+    ),
+    "dpide": (
+        """\
+pidcfg: 1
+vendor: dpide
+loops:
+  - {name: FIC, device: D500, SV: 60, CYCLE: 100, Kc_Kp: 2, Ti_Ki: 20, Td_Kd: 0, MV_MAX: 100, MV_MIN: 0, PID_EQ: true,
+     devices: {SV: D602, PV: D610, MV: D612}}
+  - {name: TIC, device: D540, SV: 40, CYCLE: 500, Kc_Kp: 2, Ti_Ki: 90, Td_Kd: 0, MV_MAX: 100, MV_MIN: 0, PID_EQ: true,
+     devices: {SV: D600, PV: D614, MV: D602}}
+""",
+        ("SV: 60", "SV: 70"),
+        ("SV: 40", "SV: 45"),
+        ("MV: D602", "MV: D604"),
+    ),
+}
+
+
+@pytest.mark.parametrize("vendor", CASCADES)
+def test_a_set_point_in_the_register_of_another_loops_output_is_left_out(vendor):
+    text, inner, outer, apart = CASCADES[vendor]
+    for old in (text, edited(text, apart)):
+        listing = pidcfg.encode(edited(old, inner, outer), allow_errors=True).text
+        result = pidcfg.diff(old, listing, names=(None, "upload.txt"))
+        told = {name: ([d.key for d in loop.operated], list(loop.left_out)) for name, loop in loops(result).items()}
+        key = outer[0].partition(":")[0].replace("value", "setpoint.value")
+        assert told == {"FIC": ([], [key]) if old == text else ([key], []), "TIC": ([key], [])}
+
+
+@pytest.mark.parametrize(
+    ("address", "word", "shown"),
+    [("V2041", "4600", "4600"), ("V2073", "0080", "0080"), ("V2075", "0004", "0004"), ("V2046", "8000", "8000")],
+)
+def test_reserved_bits_that_differ_are_shown_between_listings(address, word, shown):
+    """Bits 14 and 15 of +01 and +06, bit 7 of +33, bits 2, 3 and 5 to 15 of +35."""
+    listing, other = upload(REACTOR), upload(REACTOR, **{address: word})
+    held = next(line.split()[1] for line in listing.splitlines() if line.startswith(f"{address} "))
+    result = pidcfg.diff(listing, other, names=("a.txt", "b.txt"), vendor="dl06")
+    found = [d for d in loops(result)["TIC-101"].differences if d.key.endswith(".reserved")]
+    assert [(d.address, d.word_before, d.word_after) for d in found] == [(address, held, shown)]
+    assert f"({address} {held} → {shown})" in as_text(result)
+    alone = pidcfg.diff(REACTOR, other, names=(None, "b.txt"))
+    assert not [d for d in loops(alone)["TIC-101"].differences if d.key.endswith(".reserved")]
+
+
 @pytest.mark.parametrize(("reset", "same"), [("180.0", True), ("off", False), ("999.9", False)])
 def test_a_bias_is_compared_where_there_is_no_integral(reset, same):
     text = edited(REACTOR, ("reset: 180.0", f"reset: {reset}"))

@@ -260,13 +260,36 @@ def test_the_relay_takes_three_full_cycles_between_the_limits_and_gives_the_bias
     assert s.status & MODES == bits.AUTO
 
 
+@pytest.mark.parametrize("reverse", [0, 1])
+@pytest.mark.parametrize(("distance", "starts"), [(0, True), (205, True), (-205, True), (206, False), (-1638, False)])
+def test_a_closed_loop_starts_only_near_its_set_point(distance, starts, reverse):
+    rig = Rig(base=0.5)
+    given = {"gain": 0.5, "reset": 50.0, "rate": 3.0, "m_low": 100.0, "m_high": 4000.0, "reverse": reverse}
+    _, s = rig.add(Fixed(2000.0), "auto", sp=2000.0 + distance, bumpless=2, **given)
+    rig.step()
+    rig.tune()
+    rig.step()
+
+    if starts:
+        assert (s.status & (TUNING | TUNE_ERROR), rig.log) == (TUNING, [])
+    else:
+        rig.run(100)
+        assert s.status & (TUNING | TUNE_ERROR) == TUNE_ERROR
+        assert (s.gain, s.reset, s.rate, s.period, s.tune_done) == (0.5, 50.0, 3.0, 500_000, 0)
+        apart = "auto-tune refused: PV and SP are more than 5 % of full scale (205 of 4095 counts) apart"
+        assert rig.log == [(0, apart)]
+
+
 def test_limits_at_the_ends_of_the_range_set_bit_thirteen_and_the_tune_goes_on():
     rig, s = closed_loop(0.5, 20.0, 4.0, 0.5, low=0.0, high=4095.0)
     until_tuned(rig, s)
 
     assert s.tune_done == 1
     assert s.status & (TUNING | TUNE_ERROR) == TUNE_ERROR
-    assert rig.log == [(0, "auto-tune: the output goes to the limits of the data range")]
+    assert s.gain != 0.5, "the gains are written all the same"
+    ((_, text),) = rig.log
+    assert "which the manual calls an error (+06 bit 13)" in text
+    assert "output limits inside the range avoid it" in text
 
 
 def test_a_change_of_mode_stops_the_tune():

@@ -360,6 +360,18 @@ def test_step_bias_moves_the_bias_in_proportion_to_the_set_point(reverse, bias):
     assert s.bias == pytest.approx(bias, abs=1e-3)
 
 
+def test_step_bias_leaves_the_velocity_form_alone():
+    """It has no bias: +04 stays a word of its format, whatever the set point does."""
+    rig = Rig(base=0.1)
+    _, s = rig.add(Fixed(1000.0), sp=1000.0, velocity=1, step_bias=1, bias=1000.0, bumpless=2, mode="auto")
+    for sp in (3000.0, 50.0, 4000.0):
+        rig.step(3)
+        s.sp = sp
+    rig.step(3)
+
+    assert (s.bias, rig.sig[4]) == (1000.0, 1000.0)
+
+
 def test_a_gain_of_zero_leaves_integral_and_derivative():
     """Ki = Ts/Ti and Kr = Td/Ts with a gain of 0, without a proportional term."""
     _, s = one(gain=0.0, reset=10.0, rate=2.0, period=500_000)

@@ -20,6 +20,7 @@ from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.dl06 import Dl06File
 from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
 from pidcfg.writer import yaml_text
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "dl06"
@@ -367,3 +368,18 @@ def test_a_set_point_that_is_not_given_stays_so():
     assert loops[1]["setpoint"] == {"value": 0}
     written = {**image.words, 0o2002: 0x0123}
     assert decode(written, image.settings).data["loops"][0]["setpoint"] == {"value": 0x0123}, "no word is dropped"
+
+
+@pytest.mark.parametrize("decimals", [1, 2])
+@pytest.mark.parametrize(("reset", "word"), [("off", 0x0000), ("off 9999", 0x9999)])
+def test_both_words_without_integral_come_back_as_they_are(reset, word, decimals):
+    """Manual, P-I-D Loop Terms: "0000 or 9999"; its checklist before Auto writes 9999."""
+    config = configuration({"tuning": {"gain": 1, "reset": reset}}, reset_decimals=decimals)
+    image = encode(config).image
+    assert image.words[0o2011] == word
+
+    text = yaml_text(decode(image.words, image.settings, image.plc).data)
+    assert f"reset: {reset}, rate" in text
+    document = read_document(text.encode(), "again.yaml")
+    assert encode(Dl06File.model_validate(document.data)).image.words == image.words
+    assert [d.code for d in check_document(document).findings if d.code in {"DL212", "DL502", "DL503"}] == []

@@ -117,6 +117,14 @@ def test_reset_all_zeros_and_all_nines_are_off(word):
     assert load(listing(words)).st[0].ki == 0.0
 
 
+@pytest.mark.parametrize("decimals", [1, 2])
+def test_an_event_writes_either_word_that_takes_the_integral_out(decimals):
+    machine = plc({"tuning": {"gain": 1, "reset": 10}}, reset_decimals=decimals)
+    for value, word in (("off 9999", 0x9999), ("off", 0x0000)):
+        change(machine, "tuning.reset", value)
+        assert (machine.st[0].ki, machine._loops[0].memory[0o11]) == (0.0, word)
+
+
 def test_a_bare_listing_runs_in_counts_with_names_of_its_own():
     machine = load(listing({0o7640: 0o2000, 0o7641: 2, 0o2002: 77, 0o2007: 0x0010, 0o2047: 0x0010}))
 
@@ -131,7 +139,7 @@ def test_a_word_that_is_no_number_counts_as_zero_and_is_reported():
 
     assert machine.st[0].gain == 0.0
     assert machine.problems == [
-        "LOOP-1: +10 Gain (proportional): 0x0A00 has a digit above 9; taken as 0",
+        (0, "+10 Gain (proportional): 0x0A00 has a digit above 9; taken as 0", True),
     ]
 
 
@@ -692,8 +700,9 @@ def test_a_remote_set_point_that_is_lost_in_program_mode_is_not_restored():
 def test_after_an_event_the_set_point_in_force_is_shown():
     machine = cascade()
     sig = list(machine.sig)
+    sig[2], machine.st[1].out = 1000.0, 1234.0
     change(machine, "setpoint", 77, sig=sig)
-    assert sig[2] == machine.st[1].out == 1000.0
+    assert sig[2] == 1000.0, "in Cascade the one that the last calculation has read"
     limited = plc({**SCALED, "setpoint": {"limits": [0, 50]}})
     sig = list(limited.sig)
     change(limited, "setpoint", 90, sig=sig)

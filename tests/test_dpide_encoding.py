@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from pydantic import ValidationError
 
 from dpide_strategies import configurations
+from pidcfg import api
 from pidcfg.encoders.dpide.decode import decode
 from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
@@ -18,7 +19,9 @@ from pidcfg.schemas.dpide import DpideFile, Loop
 from pidcfg.schemas.dpide_devices import BLOCK, WORD, Devices, Place, place_of
 from pidcfg.schemas.iec import BOOL, DINT, Timed, Wire
 from pidcfg.source import read_document
+from pidcfg.vendors import VENDORS
 from pidcfg.writer import yaml_text
+from standing_rig import SIDES
 
 OPERANDS = (
     "PID_RUN",
@@ -400,3 +403,16 @@ def test_a_listing_of_nothing_is_refused():
     for contents in ({}, {"OVEN.X": 1.0}, {"SV": 80.0}):
         with pytest.raises(DecodeError, match="no operand"):
             decode(contents)
+
+
+@pytest.mark.parametrize("vendor", ["dpide", "generic"])
+def test_a_loop_that_the_settings_do_not_name_is_named(vendor):
+    """Its parameters are not carried over, also where a file holds other names as well."""
+    text = SIDES[vendor].config
+    other = text[text.index("  - name: TANK") :].replace("TANK", "SPARE").replace("D500", "D600")
+    program, decode_loops = api.encode(text + other).image, VENDORS[vendor].load("decode")
+    named = [entry for entry in program.settings if entry["loop"] == "TANK"]
+    decoded = decode_loops(program.words, named, program.plc)
+    assert [loop["name"] for loop in decoded.data["loops"]] == ["TANK"]
+    assert "SPARE is not carried over: the settings do not name it" in decoded.notes
+    assert not [note for note in decode_loops(program.words, program.settings).notes if "SPARE" in note]

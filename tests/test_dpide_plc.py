@@ -170,16 +170,16 @@ def test_a_loop_name_may_have_dots():
 @pytest.mark.parametrize(
     ("name", "content", "taken"),
     [
-        ("PID_MODE", 7, "L1.PID_MODE: 7 means nothing there, 0 is taken"),
-        ("SV", Wire("a + b"), "L1.SV: Wire(text='a + b') means nothing there, 0.0 is taken"),
-        ("PID_RUN", Wire("x"), "L1.PID_RUN: Wire(text='x') means nothing there, TRUE is taken"),
+        ("PID_MODE", 7, "PID_MODE: 7 means nothing there, 0 is taken"),
+        ("SV", Wire("a + b"), "SV: Wire(text='a + b') means nothing there, 0.0 is taken"),
+        ("PID_RUN", Wire("x"), "PID_RUN: Wire(text='x') means nothing there, TRUE is taken"),
     ],
 )
 def test_what_is_no_value_of_an_operand_is_told(name, content, taken):
     cells = [Entry(f"L1.{n}", ROWS[n].type, content if n == name else v, n, "L1") for n, v in PLAIN.items()]
     plc = load(Program("dpide", tuple(cells), ({"loop": "L1"},)))
 
-    assert (plc.problems, plc.goals) == ([taken], ["auto"])
+    assert (plc.problems, plc.goals) == ([(0, taken, True)], ["auto"])
 
 
 def test_any_listing_can_be_run():

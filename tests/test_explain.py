@@ -248,7 +248,8 @@ def test_the_start_of_the_autotune_is_told_as_by_the_rule():
     cure = page.points[0].meaning.cure
     assert "at least 205 counts" in cure
     assert "below the SP of a direct-acting loop, above that of a reverse-acting one (D28)" in cure
-    assert page.points[0].meaning.rules == ("DL299",)
+    assert page.points[0].meaning.rules == ("DL299", "DL501")
+    assert "the gains are new all the same (D29)" in page.points[0].meaning.effect
 
 
 def test_after_an_auto_tuning_nothing_controls():
@@ -733,6 +734,29 @@ def pages_or_none(thing, vendor):
         return pages(thing, vendor=vendor)
     except QuestionError:
         return []
+
+
+@pytest.mark.parametrize(
+    ("vendor", "thing", "names"),
+    [
+        ("click", "+09", ["Cn+09", "DSn+09", "DFn+09"]),
+        ("click", "+09=1", ["Cn+09", "DSn+09", "DFn+09"]),
+        ("click", "+09=2.5", ["DFn+09"]),
+        ("click", "+24", ["Cn+24", "DFn+24"]),
+        ("click", "+39", ["Cn+39"]),
+        ("ezlogix", "+12=5", ["Base+12"]),
+        ("ezlogix", "+1", ["Base+1", "Base+1"]),
+        ("dl06", "+05", ["+05"]),
+        (None, "+05", ["+05"]),
+    ],
+)
+def test_an_offset_without_a_block_is_one_in_each_block_where_nothing_else_has_the_name(vendor, thing, names):
+    assert [page.name for page in pages(thing, vendor=vendor)] == names
+
+
+def test_an_offset_beyond_every_block_names_where_they_end():
+    with pytest.raises(QuestionError, match=r"Cn\+39; .*DSn\+14; .*DFn\+24"):
+        pages("+99", vendor="click")
 
 
 def test_direct_and_reverse_lead_to_the_action_of_every_vendor_that_has_the_word():

@@ -416,17 +416,54 @@ def test_a_set_point_in_cascade_is_the_masters():
     assert "master" in rig.set("setpoint", 3, 1)
 
 
+FOLLOWS = {"setpoint": {"value": 60, "limits": [10, 70], "follows_pv": True}}
+
+
+@pytest.mark.parametrize(("pv", "sp"), [(25, 25), (5, 10), (90, 70)])
+def test_a_set_point_that_follows_becomes_the_pv_on_the_way_to_auto(pv, sp):
+    """Within its limits; in manual and at the start it stays, without the key it always does."""
+    for loop, after in ((FOLLOWS, sp), ({"setpoint": {**FOLLOWS["setpoint"], "follows_pv": False}}, 60)):
+        rig = Rig({**loop, "output": WIDE})
+        assert rig.play([pv], "SP") == [60]
+        rig.plc.request(0, "manual")
+        rig.set("output", 33)
+        assert rig.play([pv, pv], "SP") == [60, 60]
+        rig.plc.request(0, "auto")
+        assert rig.play([pv, pv + 1], "SP") == [after, after]
+
+
+def test_a_set_point_that_is_set_after_the_request_counts():
+    rig = Rig({**FOLLOWS, "mode": "manual"})
+    rig.play([25])
+    rig.plc.request(0, "auto")
+    rig.set("setpoint", 40)
+    assert rig.play([25, 25], "SP") == [40, 40]
+    rig.plc.request(0, "manual")
+    rig.play([25])
+    rig.set("setpoint", 50)
+    rig.plc.request(0, "auto")
+    assert rig.play([25], "SP") == [25]
+
+
+def test_a_set_point_in_cascade_does_not_follow():
+    rig = Rig(CASCADE[0], {**CASCADE[1], "mode": "manual", "setpoint": {**CASCADE[1]["setpoint"], "follows_pv": True}})
+    rig.play([25], i=1)
+    rig.plc.request(1, "cascade")
+    rig.play([25], i=1)
+    assert rig.signal("SP", 1) == rig.signal("OUT", 0) != 25
+
+
 def test_a_listing_with_gaps_is_told():
     plc = load(Program("generic", (), ({"loop": "A"},)))
 
-    assert plc.problems == [
-        "A.output_raises_pv is missing, False is taken",
-        "A.sample_time is missing, 1.0 is taken",
-        "A.tuning.gain is missing, 0.0 is taken",
-        "A.pv.range.0 is missing, 0.0 is taken",
-        "A.pv.range.1 is missing, 100.0 is taken",
-        "A.output.range.0 is missing, 0.0 is taken",
-        "A.output.range.1 is missing, 100.0 is taken",
+    assert [p.text for p in plc.problems] == [
+        "output_raises_pv is missing, False is taken",
+        "sample_time is missing, 1.0 is taken",
+        "tuning.gain is missing, 0.0 is taken",
+        "pv.range.0 is missing, 0.0 is taken",
+        "pv.range.1 is missing, 100.0 is taken",
+        "output.range.0 is missing, 0.0 is taken",
+        "output.range.1 is missing, 100.0 is taken",
     ]
     c, s = plc.cfg[0], plc.st[0]
     assert (c.period, c.span, c.low, c.high, c.rate_limit, s.ki, s.kd) == (1_000_000, 100, 0, 100, UNREACHED, 0, 0)

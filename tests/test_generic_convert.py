@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given, settings
 
 from generic_rig import configurations, file_of
+from pidcfg import api
 from pidcfg.conversion.from_neutral.generic import from_neutral
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.conversion.to_neutral.generic import NOTHING_LOST, WHOLE, to_neutral
 from pidcfg.encoders.generic.options import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.vendors import VENDORS
+from standing_rig import SIDES
 from test_generic_encoding import leaves
 
 GENERIC = VENDORS["generic"]
@@ -78,3 +81,12 @@ def test_what_a_vendor_does_not_have_is_dropped():
     result = convert(file_of({"output": {"range": [0, 100], "max_rate": 3}}), GENERIC, VENDORS["dpide"], {})
 
     assert [change.field for loop in result.loops for change in loop.changes if change.loss] == ["output.max_rate"]
+
+
+@pytest.mark.parametrize(("vendor", "edit"), [("dl06", ("bumpless: II", "bumpless: I")), ("click", ("ss: 2", "ss: 1"))])
+def test_a_set_point_that_follows_the_pv_does_so_in_the_neutral_form_too(vendor, edit):
+    result = api.convert(SIDES[vendor].config.replace(*edit), "generic", verify=True)
+    assert result.data["loops"][0]["setpoint"]["follows_pv"] is True
+    (found,) = result.verified
+    assert found.stages
+    assert found.passed, found.failures

@@ -6,6 +6,9 @@ import pytest
 from pydantic_core import PydanticCustomError
 
 from nextopid_rig import GAINS, controller, findings, image_of, plc_of, run
+from pidcfg.api import simulate
+from pidcfg.sim.report import Range
+from standing_rig import SCENARIO, outcome
 
 FEED_FORWARD = """
 signals: {Ti: 20.0, Fi: 2.0}
@@ -347,3 +350,61 @@ def test_the_pre_roll_waits_for_blocks_of_the_program():
     report = run(f"blocks: [{process}]\n" + LOOP % (GAINS, ", PV: P.OutVar"), "duration: 10\ninitial: steady\n")
     assert not report.problems
     assert report.signals["L.PV"].low == pytest.approx(50, abs=0.01)
+
+
+# --- the output that a loop starts with ------------------------------------------------------------------------------
+
+WHOLE = (
+    ("PIDA_REAL", "PIDA_INT"),
+    ("60.0", "60"),
+    ("100.0", "100"),
+    ("MinMV: 0.0", "MinMV: 0"),
+    ("MinPV: 0.0", "MinPV: 0"),
+)
+MANUAL = ("TRK_IN: Hold", "Manual: true")
+NO_EVENT = ("events:\n  - {at: 80, loop: TANK, set: {setpoint: 65}}\n", "")
+
+
+def started(value, *config):
+    """A run of a tank whose loop starts with an output."""
+    return outcome("nextopid", ("plants:", f"initial: {{TANK: {value}}}\nplants:"), NO_EVENT, config=config)
+
+
+@pytest.mark.parametrize("config", [(MANUAL,), (*WHOLE, MANUAL)], ids=["REAL", "INT"])
+def test_a_block_in_manual_starts_with_the_output_that_the_scenario_gives(config):
+    report = started("40", *config).report
+    assert report.signals["TANK.MV"] == Range(40, 40, 40)
+    assert not [note for note in report.notes if "initial" in note.text]
+
+
+@pytest.mark.parametrize("config", [(), WHOLE], ids=["REAL", "INT"])
+def test_an_automatic_block_has_no_output_to_start_with_and_says_so(config):
+    (note,) = started("40", *config).report.notes
+    assert (note.loop, note.text) == ("TANK", "initial output 40: the loop is not in manual mode")
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ("40.5", "output: 40.5 is not a whole number"),
+        ("400000", "output: 400000 does not fit a INT: outside the range of INT: -32768 to 32767"),
+        ("40 counts", "output: 40 counts is in counts, but the parameter holds a number in its own unit"),
+    ],
+)
+def test_an_output_that_is_no_int_is_refused(value, message):
+    result = started(value, *WHOLE, MANUAL)
+    assert [d.message for d in result.findings if d.severity.name == "ERROR"] == [message]
+
+
+@pytest.mark.parametrize(("value", "seen"), [("1", 1), ("0", 0), ("2", None)])
+def test_an_on_off_block_starts_on_or_off(value, seen):
+    config = (
+        "pidcfg: 1\nvendor: nextopid\nplc: {sample_time: 0.5}\nloops:\n"
+        "  - {name: TANK, type: ControlON_OFF, SP: 60, DeadBand: 2, MinPV: 0, MaxPV: 100, Manual: true}\n"
+    )
+    text = SCENARIO.replace("plants:", f"initial: {{TANK: {value}}}\nplants:").replace(*NO_EVENT)
+    result = simulate(text, name="tank.scenario.yaml", files={"tank.yaml": config})
+    if seen is None:
+        assert "output: 2 is neither on nor off" in [d.message for d in result.findings]
+    else:
+        assert result.report.signals["TANK.MV"] == Range(seen, seen, seen)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pidcfg.api import simulate
+from pidcfg.api import encode, simulate
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.formats.simulation_text import verdict_line
 from pidcfg.schemas.scenario_fields import StandingKind
@@ -404,6 +405,105 @@ def test_error_bits_of_a_nextopid_are_errors_of_the_set_up():
     assert found.text == "SPLIT.Error is on"
 
 
+ON_OFF = """\
+pidcfg: 1
+vendor: nextopid
+plc: {sample_time: 0.5}
+loops:
+  - {name: TANK, type: ControlON_OFF, SP: 60.0, DeadBand: 2.0, MinPV: 0.0, MaxPV: 100.0}
+"""
+
+
+@pytest.mark.parametrize(
+    ("edit", "name"), [("MaxPV: 0", "ErrBits.MaxMinPV"), ("DeadBand: -1", "ErrBits.DeadBand"), ("DeadBand: 1", "")]
+)
+def test_error_bits_of_an_on_off_block_have_its_own_names(edit, name):
+    plant = PLANT.replace("gain: 1,", "gain: 1, input: TANK.MV * 100,")
+    text = SCENARIO.replace(PLANT, plant).replace("set: {setpoint: 65}", f"set: {{{edit}}}")
+    result = simulate(text, name="tank.scenario.yaml", files={"tank.yaml": ON_OFF})
+    assert verdict(result, "set-up-error").text == (name or "no error of the set-up")
+    flags = result.report.loops["TANK"].flags
+    assert [flag for flag, on in flags.items() if on] == ([name] if name else [])
+
+
+def test_an_error_of_a_block_that_was_corrected_is_still_one():
+    block = (
+        "signals: {",
+        (
+            "blocks:\n  - {name: SPLIT, type: ControlSplitRange, MV: TANK.MV, SPLIT: Share, Mode: 4}\n"
+            "signals: {Share: 50, "
+        ),
+    )
+    assert outcome("nextopid", config=[block]).passed
+    there_and_back = "  - {at: 20, set: {Share: 200}}\n  - {at: 21, set: {Share: 50}}\n"
+    found = verdict(outcome("nextopid", config=[block], more=there_and_back), "set-up-error", "")
+    assert (found.passed, found.text) == (False, "SPLIT.Error was on")
+
+
+# --- words that are no value -----------------------------------------------------------------------------------------
+
+PROFILE = ("    output:", "    ramp_soak: {table: V7000, steps: [{ramp_to: 65, slope: 1, soak: 1}]}\n    output:")
+
+
+def run_of_listing(*words, config=()):
+    """The run of a DL06's listing with some of its words replaced."""
+    text = SIDES["dl06"].config
+    for old, new in config:
+        text = text.replace(old, new)
+    listing = encode(text, format="text").text
+    for address, word in words:
+        listing, count = re.subn(rf"(?m)^{address} +[0-9A-F]+ +\d+", f"{address} {word} {int(word, 16)}", listing)
+        assert count == 1, address
+    scenario = SCENARIO.replace("tank.yaml", "tank.txt")
+    return simulate(scenario, name="tank.scenario.yaml", files={"tank.txt": listing})
+
+
+@pytest.mark.parametrize(
+    ("word", "text"),
+    [
+        (("V2013", "9000"), "+13 PV low-low alarm: "),
+        (("V2024", "00A0"), "+24 PV low-pass filter constant: 0x00A0 has a digit above 9; taken as 0"),
+        (("V2025", "000F"), "+25 Derivative gain limit: 0x000F has a digit above 9; taken as 0"),
+        (("V7001", "00A0"), "ramp/soak table +01 "),
+        (("V7036", "0A00"), "ramp/soak table +36 "),
+        (("V2005", "9000"), ""),
+    ],
+)
+def test_a_setting_that_is_no_value_is_an_error_of_the_set_up(word, text):
+    """Whether its function is on or off; a word that the PLC writes itself is only told."""
+    result = run_of_listing(word, config=[PROFILE])
+    found = verdict(result, "set-up-error")
+    notes = [note.text for note in result.report.notes if note.text.startswith("word without a value")]
+    assert len(notes) == 1
+    assert found.passed == (not text)
+    assert found.passed or found.text.startswith(text)
+
+
+def test_a_ramp_soak_table_that_is_not_enabled_is_nobodys():
+    off = (PROFILE[0], PROFILE[1].replace("steps:", "enabled: false, steps:"))
+    assert failures(run_of_listing(("V7001", "00A0"), config=[off])) == set()
+    assert failures(run_of_listing(("V7001", "00A0"), config=[PROFILE])) == {"set-up-error"}
+
+
+def test_a_ramp_soak_error_that_was_corrected_is_still_one():
+    table = "    ramp_soak: {table: V7700, steps: [{ramp_to: 65, slope: 1, soak: 1}]}\n"
+    events = (
+        "  - {at: 10, loop: TANK, ramp_soak: start}\n  - {at: 20, loop: TANK, set: {ramp_soak.table: V7000}}\n"
+        "  - {at: 30, plc: program}\n  - {at: 31, plc: run}\n  - {at: 40, loop: TANK, ramp_soak: start}\n"
+    )
+    result = outcome("dl06", config=[("    output:", f"{table}    output:")], more=events)
+    assert verdict(result, "set-up-error").text.startswith("ramp/soak programming error, +35 = 0x")
+
+
+@pytest.mark.parametrize("ti", ["Ti_Ki: 0.0005", "Ti_Ki: 0.0"])
+def test_an_integral_time_below_a_millisecond_is_none(ti):
+    """An offset below 2 % of span is then what was configured."""
+    config = [("Kp: 2.0", "Kp: 15.0"), ("Ti_Ki: 20.0", ti), ("TRK_IN: Hold", "TRK_IN: Hold\n    BIAS: 20.0")]
+    result = outcome("nextopid", ("dead_time: 1", "dead_time: 0"), config=config)
+    assert 1 < abs(result.report.loops["TANK"].metrics["final_error"]) < 2
+    assert verdict(result, "error-stands").passed
+
+
 # --- what a scenario may say -----------------------------------------------------------------------------------------
 
 
@@ -637,3 +737,51 @@ def test_a_wanted_mode_is_missed_when_another_is_wanted_before_it_came():
 def test_a_mode_that_an_event_changes_at_once_is_not_missed():
     at_once = "  - {at: 0, loop: FLOW, mode: auto}\n  - {at: 0, loop: TANK, mode: manual}\n"
     assert verdict(cascade(more=at_once), "not-in-mode", "FLOW").passed
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "generic"])
+def test_a_mode_that_a_loop_is_not_meant_for_excuses_nothing(vendor):
+    full = ("load: 20", "load: -70")
+    assert "saturated" in failures(outcome(vendor, full))
+    expected = "expect:\n  - {loop: TANK, mode: {never: cascade}}\n"
+    result = outcome(vendor, full, more=expected)
+    assert result.report.expectations[0].passed
+    assert "saturated" in failures(result)
+
+
+def test_a_loop_that_shall_never_be_in_the_mode_it_is_meant_for_is_judged_by_the_rest():
+    """A master that is missing keeps it from Cascade, as the expectation says."""
+    asked = ("events:\n", "events:\n  - {at: 90, loop: TANK, mode: cascade}\n")
+    assert failures(outcome("generic", asked)) == {"not-in-mode"}
+    expected = "expect:\n  - {loop: TANK, mode: {never: cascade}}\n"
+    assert failures(outcome("generic", asked, more=expected)) == set()
+    assert failures(outcome("generic", asked, ("load: 20", "load: -70"), more=expected)) == {"saturated"}
+
+
+@pytest.mark.parametrize(
+    ("vendor", "alarm", "words"),
+    [
+        ("dl06", "deviation_red", "alarms: {deviation: {yellow: 5, red: 40}, hysteresis: 2 counts}"),
+        ("click", "deviation_high_high", "alarms: {deviation: {high: 5, high_high: 40}, hysteresis: 1}"),
+        ("generic", "deviation_high_high", "alarms: {deviation: {high: 5, high_high: 40}}"),
+    ],
+)
+def test_an_alarm_that_is_off_never_comes_and_proves_nothing(vendor, alarm, words):
+    expected = f"expect:\n  - {{loop: TANK, alarm: {alarm}, never: true}}\n"
+    off = outcome(vendor, more=expected).report.expectations[0]
+    assert (off.passed, off.text) == (False, f"TANK alarm {alarm} never (nothing was measured: the alarm is off)")
+    on = outcome(vendor, more=expected, config=[("    output:", f"    {words}\n    output:")])
+    assert on.report.expectations[0].passed
+
+
+def test_an_alarm_that_an_event_switches_may_be_expected_never_to_come():
+    event = ("events:\n", "events:\n  - {at: 90, loop: TANK, set: {alarms.pv.enabled: true}}\n")
+    expected = "expect:\n  - {loop: TANK, alarm: pv_high_high, never: true, before: 80}\n"
+    assert outcome("dl06", event, more=expected).report.expectations[0].passed
+
+
+def test_a_run_without_a_loop_in_control_says_so():
+    result = outcome("dl06", config=[("mode: auto", "mode: manual")])
+    assert result.report.passed
+    assert "nothing was controlled" in verdict_line(result.outcome, result.report)
+    assert "nothing was controlled" not in verdict_line(outcome("dl06").outcome, outcome("dl06").report)

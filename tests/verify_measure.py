@@ -12,7 +12,7 @@ from collections import Counter
 from copy import deepcopy
 from dataclasses import dataclass, field
 from decimal import Decimal
-from itertools import permutations
+from itertools import count, permutations
 from pathlib import Path
 
 from pidcfg.conversion.operation.rules import WithoutIntegral
@@ -146,14 +146,21 @@ def sources(seed: int, *, examples: bool = True):
         for target in PLCS:
             if target != source.vendor.key:
                 yield source, target, path.name
-    n = 0
-    while True:
-        for one, two in PAIRS:
-            n += 1
-            rng = random.Random(f"{seed}/{n}")
-            source = of_vendor([random_loop(rng, 1)], one)
-            if source is not None:
-                yield source, two, f"random {n}"
+    for n in count(1):
+        source, target = random_source(n, seed)
+        if source is not None:
+            yield source, target, f"random {n}"
+
+
+def random_source(n: int, seed: int = 1):
+    """The n-th random configuration, and the vendor that it goes to."""
+    one, two = PAIRS[(n - 1) % len(PAIRS)]
+    return of_vendor([random_loop(random.Random(f"{seed}/{n}"), 1)], one), two
+
+
+def numbered(n: int):
+    """The n-th random conversion."""
+    return Conversion.of(*random_source(n), f"random {n}")
 
 
 @dataclass
@@ -364,11 +371,11 @@ class Figures:
             self.say(f"FAILED {one.label} loop {j}: {difference}")
         return difference is None
 
-    def spoil(self, one: Conversion, i: int, j: int, rng: random.Random, count: int) -> None:
+    def spoil(self, one: Conversion, i: int, j: int, rng: random.Random, most: int) -> None:
         """Some spoiled results of a loop."""
         loop = loops_of(one.result.config, one.result.vendor)[j]
         candidates = [spoiled for spoiled in spoils(one, j, loop) if not is_idle(one, j, spoiled[0], spoiled[2])]
-        for path, change, result in rng.sample(candidates, min(count, len(candidates))):
+        for path, change, result in rng.sample(candidates, min(most, len(candidates))):
             self.spoiled += 1
             if verdict(one, result, i, j) is None:
                 why = reason(one, i, j, path, result)
@@ -414,8 +421,8 @@ def main() -> None:
     share = 100 * figures.found / max(figures.spoiled, 1)
     print(f"{len(figures.failed)} of {figures.correct} correct conversions failed")  # noqa: T201
     print(f"{figures.found} of {figures.spoiled} spoiled results were found: {share:.1f} %")  # noqa: T201
-    for (path, change, why), count in Counter(row[1:] for row in figures.survivors).most_common():
-        print(f"  {count} x {path} {change}: {why or '?'}")  # noqa: T201
+    for (path, change, why), times in Counter(row[1:] for row in figures.survivors).most_common():
+        print(f"  {times} x {path} {change}: {why or '?'}")  # noqa: T201
 
 
 if __name__ == "__main__":

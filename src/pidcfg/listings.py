@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.blocks import NoValueError
 from pidcfg.encoders.files import kind_of
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError, few
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.vendors import Vendor
 
+NOTHING = {bool: False, int: 0, float: 0.0}
+"""What stands for a content that is no value, by its type."""
 HEAD = 1000
 """Characters in which a listing names its vendor."""
 
@@ -122,12 +125,27 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
     if like is not None:
         options, listing = like_options(listing, options), with_names(listing, like)
     try:
-        decoded: Decoded = vendor.load("decode")(listing.words, listing.settings, listing.plc, options)
+        decoded, wrong = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
     except DecodeError as error:
         raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
     again = vendor.encoder(config).image
-    return Decoded(decoded.data, (*listing.notes, *decoded.notes, *_differences(listing, again)))
+    zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
+    return Decoded(decoded.data, (*listing.notes, *zeros, *decoded.notes, *_differences(listing, again)))
+
+
+def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[Decoded, list[str]]:
+    """What the words of a listing say, and which of them are no values of their format: those count as 0 (D50).
+
+    Raises `DecodeError` where something else is wrong with them.
+    """
+    words, wrong = dict(listing.words), list[str]()
+    while True:
+        try:
+            return vendor.load("decode")(words, listing.settings, listing.plc, options), wrong
+        except NoValueError as error:
+            words[error.place] = nothing(words[error.place])
+            wrong.append(str(error))
 
 
 def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
@@ -149,3 +167,23 @@ def _differences(listing: Listing, again: Image) -> Iterator[str]:
     if unassigned and not listing.mixed:
         lines = [listing.shown.get(number, str(number)) for number in unassigned]
         yield f"these words of the listing belong to no loop and are left out: {few(lines)}"
+
+
+def check_settings(listing: Listing, vendor: Vendor) -> None:
+    """Raises `DecodeError` unless what stands beside the words is sound; words that are no values do not matter."""
+    words, unreadable = dict(listing.words), set[Any]()
+    while True:
+        try:
+            vendor.load("decode")(words, listing.settings, listing.plc)
+        except DecodeError as error:
+            if error.place not in words or error.place in unreadable:
+                raise
+            unreadable.add(error.place)
+            words[error.place] = nothing(words[error.place])
+        else:
+            return
+
+
+def nothing(content: Any) -> Any:
+    """What stands for a content that is no value."""
+    return NOTHING.get(type(content), 0.0)

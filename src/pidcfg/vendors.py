@@ -81,6 +81,7 @@ PARTS = {
     "explainer": "explanation.{key}:EXPLAINER",
     "to_neutral": "conversion.to_neutral.{key}:to_neutral",
     "from_neutral": "conversion.from_neutral.{key}:from_neutral",
+    "own": "conversion.operation.{key}:OWN",
     "nothing_lost": "conversion.to_neutral.{key}:NOTHING_LOST",
     "operation": "conversion.operation.{key}:operations",
     "convert_options": "encoders.{key}.options:CONVERT_OPTIONS",

@@ -63,6 +63,11 @@ def filter_share(time: Decimal, sample_time: Decimal) -> Decimal:
     return rounded(ONE - EXACT.exp(-quotient(sample_time, time)))
 
 
+def decayed(sample_time: Decimal, time: Decimal) -> Decimal:
+    """The share of a difference that a backward step of a filter with this time constant takes in each sample."""
+    return rounded(quotient(sample_time, sample_time + time))
+
+
 def gain_limit(derivative: Decimal, constant: Decimal, highest: int) -> int:
     """The whole N from 1 on with which derivative / N is nearest to the wanted time constant of its filter."""
     below = min(max(int(quotient(derivative, constant)), 1), highest)

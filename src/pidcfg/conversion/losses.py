@@ -16,9 +16,10 @@ if TYPE_CHECKING:
 D340 = Decision(
     340,
     "a value that is rounded too far is a loss",
-    "A gain may be 2 % off, a time 5 %, the time constant of a filter 10 %, a deadband, a hysteresis or a rate of "
-    "change 10 %; `--max-loss` says otherwise. A value beyond stays `rounded` and is a loss. Errors are those of the "
-    "time constants and gains in engineering units, not of the numbers in registers.",
+    "A gain may be 2 % off, a time 5 %, the time constant of a filter 10 %, a deadband, a hysteresis, a rate of "
+    "change or a set point on the few counts of a root 10 %; `--max-loss` says otherwise. A value beyond stays "
+    "`rounded` and is a loss. Errors are those of time constants and gains in engineering units, not of the numbers in "
+    "registers.",
     "2 % of a gain is within what a tuning leaves open, and the steps of all registers are finer at usual gains; times "
     "and filters move a loop less. A filter word of 0.2 for 0.23 is 14 % off, its time constant 18 %.",
 )
@@ -33,11 +34,12 @@ KINDS = {
     "output.pulse.min_off": "time",
     "tuning.derivative_filter": "filter",
     "pv.filter": "filter",
+    "setpoint.value": "band",
     "deadband": "band",
     "alarms.rate_of_change": "band",
     "alarms.hysteresis": "band",
 }
-"""The limit of each neutral number; positions such as set points are as near as their counts are."""
+"""The limit of each neutral number; positions are as near as their counts are, but for the few of a root."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from pydantic import BaseModel
 from pidcfg.conversion.ledger import Change, ConvertError, Missing, NeutralLoop, TargetFile, changes
 from pidcfg.conversion.losses import DEFAULT, judged
 from pidcfg.conversion.operation.rules import differing_rules
+from pidcfg.conversion.own_places import keep, own_places, own_scales, with_kept
 from pidcfg.conversion.readback import held_lines
 from pidcfg.conversion.remainder import beside, of_loop, remaining
 from pidcfg.conversion.settle import settled, validated
@@ -160,13 +161,17 @@ class _Conversion:
         generic = generic_file(self.config, self.loops)
         habits: list[Operation] = self.source.load("operation")(self.config)
         before = [habits[i] for i in self.kept]
-        file: TargetFile = self.target.load("from_neutral")(generic, options, before)
+        is_own = self.source is self.target
+        own = own_places(self.config, self.source, self.kept, options) if is_own else {}
+        scaled = own_scales(self.config, self.source, self.kept, options) if is_own else options
+        file: TargetFile = self.target.load("from_neutral")(generic, scaled, before)
+        keep(file.data, own)
         stored = settled(file, self.target)
         model = validated(self.target, file.data) if file.model is None else file.model
         sides = Sides(
             generic.loops, before, self.target.load("to_neutral")(model), self.target.load("operation")(model)
         )
-        reports = {i: self._rows(j, file, stored[j], sides) for j, i in enumerate(self.kept)}
+        reports = {i: self._rows(j, file, stored[j], sides, own.get(j, ())) for j, i in enumerate(self.kept)}
         reports[self.kept[0]] += beside(self.config, [row for rows in reports.values() for row in rows])
         whys = {entry.path[1]: entry.message for entry in reversed(missing)}
         report = tuple(
@@ -177,16 +182,20 @@ class _Conversion:
         )
         return Converted(self.target, file.data, report, model, missing)
 
-    def _rows(self, j: int, file: TargetFile, stored: Mapping[str, Stored], sides: Sides) -> list[Change]:
-        """The lines of one of the loops."""
+    def _rows(
+        self, j: int, file: TargetFile, stored: Mapping[str, Stored], sides: Sides, own: Sequence[Change]
+    ) -> list[Change]:
+        """The lines of one of the loops; ``own``: of what it keeps within its vendor."""
         loop = sides.before[j]
         rows = list(changes(self.loops[j].fields, file.fields[j], stored, partial(_is_default, loop)))
+        rows = list(with_kept(rows, own))
         rows = [*held_lines(rows, loop, after)] if (after := sides.held(j)) is not None else rows
         lines = list(differing_rules(sides.habits[j], sides.new_habits[j], loop, is_master=sides.is_master(j)))
         about = {name for line in lines if line.loss for name in line.neutral}
         rows = [_named(row) if about.intersection(row.neutral) else row for row in rows] + lines
         given = of_loop(self.config, self.kept[j], with_plc=j == 0)
-        return [*rows, *remaining(given, rows, self.source.load("nothing_lost"), file.data["loops"][j])]
+        told = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
+        return [*rows, *remaining(given, told, self.source.load("nothing_lost"), file.data["loops"][j])]
 
 
 def _named(row: Change) -> Change:

@@ -16,6 +16,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from pidcfg.conversion.ledger import ConvertError, Missing, Stored
 from pidcfg.conversion.losses import KINDS
 from pidcfg.conversion.values import number_of
+from pidcfg.encoders.scales import Distance, Position
 from pidcfg.paths import dotted, put, steps, value_at
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.limits import limits_at
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
 EXACT = Decimal("2e-7")
 """Relative error that counts as none: what single precision makes of a decimal."""
+SCALED = (Position, Distance)
+"""Registers whose counts are told in engineering units."""
 ROUNDS = 3
 """A clamped value is encoded again, and may then be beyond what a register holds together with others."""
 
@@ -57,6 +60,7 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     image = encoding.image
     file.model = model
     held = target.load("decode")(image.words, image.settings, image.plc).data
+    coarse = {path: rounded.stored for path, rounded in encoding.rounded if isinstance(rounded.word.codec, SCALED)}
     rows: list[dict[str, Stored]] = []
     for i, fields in enumerate(file.fields):
         other = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
@@ -67,7 +71,7 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
             if path in clamped:
                 row[key] = clamped[path]
                 continue
-            there = number_of(read_back(model, held, path))
+            there = coarse[path] if path in coarse else number_of(read_back(model, held, path))
             if there is None and key in sizes:
                 there = Decimal(0)
             row[key] = _of_register(file.data, path, number_of(value), there)

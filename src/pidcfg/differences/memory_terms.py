@@ -10,6 +10,7 @@ from pidcfg.differences.risk import CALCULATED
 from pidcfg.differences.terms import (
     SETPOINT,
     Item,
+    Kind,
     Owner,
     Subject,
     Terms,
@@ -49,8 +50,10 @@ def memory_terms(subject: Subject) -> Terms:
     registers = {key: item for block in setup for key, item in block.items((), {})}
     held = {path: value for block in setup for path, value in block.values()}
     loops, settings, shift = [], subject.settings, _shift(subject, held)
+    outputs = {tag: loop.name for loop in subject.config.loops if (tag := getattr(loop.output, "tag", None))}
     for i, loop in enumerate(subject.config.loops):
-        blocks = [_Block(subject, block, loop) for block in subject.encoding.blocks if block.place[:2] == ("loops", i)]
+        own = [block for block in subject.encoding.blocks if block.place[:2] == ("loops", i)]
+        blocks = [_Block(subject, block, loop, outputs) for block in own]
         values = {path: value for block in blocks if not block.prefix for path, value in block.values()}
         table: tuple[Written, ...] = subject.vendor.load("written")
         items = {key: item for block in blocks for key, item in block.items(table, values)}
@@ -97,8 +100,10 @@ def _tables(blocks: list[_Block]) -> Iterator[tuple[str, Item]]:
 class _Block:
     """A block of registers of one side."""
 
-    def __init__(self, subject: Subject, block: Block, model: Any) -> None:
+    def __init__(self, subject: Subject, block: Block, model: Any, outputs: Mapping[str, str] | None = None) -> None:
         self.subject, self.block, self.model = subject, block, model
+        self.outputs = outputs or {}
+        """Loops by the register that their output is written to, where they choose it: in a cascade another's."""
         inner = dotted(block.place[PLACE_OF_LOOP:])
         self.prefix = f"{inner}." if inner else ""
         self.units = unit_names(model)
@@ -138,7 +143,7 @@ class _Block:
         return [row.instead for row in self.block.table.words if row.instead is not None]
 
     def items(self, table: tuple[Written, ...], values: Mapping[str, Any]) -> Iterator[tuple[str, Item]]:
-        """Every row; the bits of a word that no key sets are one item."""
+        """Every row; the bits of a word that no key sets are one item, and those that are reserved another."""
         by_offset: dict[int, list[Bits]] = {}
         for row in self.block.table.bits:
             by_offset.setdefault(row.offset, []).append(row)
@@ -151,8 +156,12 @@ class _Block:
             if not rows:
                 item = self.register(word, writer)
                 yield self.prefix + (word.path or word.name), replace(item, optional=bool(self.prefix))
-            elif left := sum(row.mask for row in rows if row.path is None and row.access != "reserved"):
-                yield self.prefix + word.name, self.flags(word, left)
+                continue
+            if left := sum(row.mask for row in rows if row.path is None and row.access != "reserved"):
+                yield self.prefix + word.name, self.bits(word, word.name, left, "live")
+            if reserved := sum(row.mask for row in rows if row.access == "reserved"):
+                name = f"{word.name}.reserved"
+                yield self.prefix + name, self.bits(word, name, reserved, "reserved")
 
     def choice(self, word: Word, row: Bits) -> Item:
         """A choice inside a word."""
@@ -166,11 +175,11 @@ class _Block:
         kind, value = kind_by(access, None), self.value(row)
         return Item(key, number(value), "", raw & row.mask, address, text, kind, fault=self.fault(row.offset))
 
-    def flags(self, word: Word, mask: int) -> Item:
-        """The bits of a word that the PLC sets, or that ask it for something."""
+    def bits(self, word: Word, name: str, mask: int, kind: Kind) -> Item:
+        """The bits of a word that the PLC sets, or that ask it for something; or those that are nobody's."""
         raw, (address, text) = self.raw(word.offset), self.place(word.offset)
         content = None if raw is None else raw & mask
-        return Item(self.prefix + word.name, None, "", content, address, text, "live", known=raw is not None)
+        return Item(self.prefix + name, None, "", content, address, text, kind, known=raw is not None)
 
     def register(self, word: Word, writer: Written | None) -> Item:
         """A register of its own."""
@@ -180,6 +189,8 @@ class _Block:
             return Item(key, address=address, known=False)
         key, value, unit = self.shown(word, raw, key)
         kind, by = kind_by(word.access, writer), "" if writer is None else writer.by
+        if outer := self.outputs.get(address):
+            kind, by = "live", f"{outer}, whose output it is"
         return Item(key, value, unit, raw, address, text, kind, by, self.fault(word.offset))
 
     def shown(self, word: Word, raw: int, key: str) -> tuple[str, Any, str]:

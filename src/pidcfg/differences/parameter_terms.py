@@ -21,7 +21,7 @@ from pidcfg.differences.terms import (
 )
 from pidcfg.differences.wired import content_of
 from pidcfg.encoders.parameters import Entry, read, shown
-from pidcfg.encoders.written import writer_of
+from pidcfg.encoders.written import D345, Written, writer_of
 from pidcfg.listings import name_in
 from pidcfg.paths import steps, value_at
 from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
@@ -30,10 +30,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from pidcfg.differences.reading import Reading
-    from pidcfg.encoders.written import Written
 
 TYPE_OF = {bool: BOOL, int: DINT, float: LREAL, str: LOOP_MODE}
 """The type of a content that no table knows, as far as it is shown."""
+OUTPUT_DEVICE = ("devices", "MV")
+"""Where a loop says in which device its output stands, in a cascade that of another loop's set point."""
 
 
 def parameter_terms(subject: Subject) -> Terms:
@@ -46,6 +47,7 @@ def parameter_terms(subject: Subject) -> Terms:
         cells.setdefault(owner_of(cell.address, names), []).append(cell)
     loops = {loop.name: i for i, loop in enumerate(subject.config.loops, start=1)}
     owners, settings = [whole_file(subject, {})], subject.settings
+    outputs = {place: loop.name for loop in subject.config.loops if (place := value_at(loop, OUTPUT_DEVICE))}
     for name, entries in cells.items():
         model = models.get(name)
         values = {cell.field: cell.raw for cell in entries}
@@ -53,6 +55,8 @@ def parameter_terms(subject: Subject) -> Terms:
         for cell in entries:
             key = cell.field or cell.address.removeprefix(f"{name}.")
             writer = writer_of(table, SIGNALS if model is None else key, values)
+            if outer := outputs.get(cell.device):
+                writer = Written(key, "live", f"{outer}, whose output it is", D345)
             items[key] = _item(subject, cell, key, model, writer)
         if model is not None:
             entry = settings[names.index(name)]

@@ -15,7 +15,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.settings import RefusedError, read_settings
 from pidcfg.encoders.words import DecodeError
-from pidcfg.listings import like_options, name_in, with_names
+from pidcfg.listings import like_options, name_in, nothing, with_names
 from pidcfg.paths import dotted, has_key, put, steps, value_at
 
 if TYPE_CHECKING:
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from pidcfg.paths import Path
     from pidcfg.vendors import Vendor
 
-NOTHING = {bool: False, int: 0, float: 0.0}
-"""What stands for a content that is no value, by its type."""
 OWNERS = ("loops", "blocks")
 SIGNALS = "signals"
 
@@ -104,7 +102,7 @@ class _Reader:
         if place not in self.listing.words or place not in self.words:
             return False
         if place not in self.unreadable:
-            self.words[place] = self.given.get(place, NOTHING.get(type(self.words[place]), 0.0))
+            self.words[place] = self.given.get(place, nothing(self.words[place]))
         elif place not in self.given:
             del self.words[place]
         else:

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from pidcfg.encoders.values import Data
 
 
+class NoValueError(DecodeError):
+    """A register of a listing whose content is no value of its format; ``place`` is its address."""
+
+
 @dataclass(frozen=True, slots=True)
 class LoopBlock:
     """One block of a loop in a listing: its raw registers by name, and the values of its settings by path."""
@@ -49,9 +53,9 @@ class LoopBlock:
         except DecodeError as error:
             raise self._at_address(error) from None
 
-    def _at_address(self, error: DecodeError) -> DecodeError:
+    def _at_address(self, error: DecodeError) -> NoValueError:
         address = self.start + (error.place or 0)
-        return DecodeError(f"{self.loop}, {self.space.name(address)}: {error}", address)
+        return NoValueError(f"{self.loop}, {self.space.name(address)}: {error}", address)
 
     def left_out(self) -> Iterator[str]:
         """Says what is not carried over: momentary requests, what the controller writes, reserved registers."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.listing import Listing
 from pidcfg.encoders.memory_files import read_csv, read_json, read_text, write_csv, write_json, write_text
 from pidcfg.encoders.modbus import Numbering, read_modbus, write_modbus
+from pidcfg.encoders.tables import columns, first_line
 
 if TYPE_CHECKING:
     from pidcfg.encoders.spaces import Space
@@ -54,21 +56,16 @@ def kind_of(text: str, kinds: dict[str, FileKind]) -> FileKind | None:
     return next((kind for kind in kinds.values() if kind.looks_like(text)), None)
 
 
-def first_line(text: str) -> str:
-    """The first line that is neither blank nor a comment."""
-    return next((s for line in text.splitlines() if (s := line.strip()) and not s.startswith("#")), "")
-
-
 def listings(space: Space, title: str, numbering: Numbering | None = None) -> dict[str, FileKind]:
     """The formats that every vendor with addresses has: text, csv, json, and modbus where its numbering is known."""
-    prefixes = tuple(bank.prefix for bank in space.banks)
+    word = re.compile(rf"({'|'.join(bank.prefix for bank in space.banks)})[0-9]\w*(\s|$)", re.IGNORECASE)
     kinds = [
         FileKind(
             "text",
             title,
             write_text,
             partial(read_text, space=space),
-            lambda text: first_line(text).startswith(prefixes) and "," not in first_line(text),
+            lambda text: word.match(first_line(text)) is not None,
             partial=True,
         ),
         FileKind(
@@ -76,7 +73,7 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
             f"{title} for spreadsheets",
             write_csv,
             partial(read_csv, space=space),
-            lambda text: {"address", "table", "tag"} & set(columns(text)) == {"address"},
+            lambda text: {"address", "table", "tag", "nickname"} & set(columns(text)) == {"address"},
             partial=True,
         ),
         FileKind(
@@ -100,8 +97,3 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
             )
         )
     return {kind.name: kind for kind in kinds}
-
-
-def columns(text: str) -> list[str]:
-    """The cells of the first line that is not a comment."""
-    return [cell.strip() for cell in first_line(text).split(",")]

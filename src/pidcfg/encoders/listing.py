@@ -18,7 +18,7 @@ from pidcfg.encoders.image import Cell, Image
 from pidcfg.writer import json_line, json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from pidcfg.encoders.parameters import Program
     from pidcfg.encoders.spaces import Kind
@@ -84,35 +84,11 @@ def csv_text(header: Iterable[str], rows: Iterable[Iterable[object]], above: Ite
     return "".join(f"{line}\n" for line in above) + csv_lines([header, *rows])
 
 
-def csv_lines(rows: Iterable[Iterable[object]], end: str = "\n") -> str:
+def csv_lines(rows: Iterable[Iterable[object]], end: str = "\n", delimiter: str = ",") -> str:
     """Rows as CSV, each with this line end."""
     out = io.StringIO()
-    csv.writer(out, lineterminator=end).writerows(rows)
+    csv.writer(out, delimiter=delimiter, lineterminator=end).writerows(rows)
     return out.getvalue()
-
-
-def csv_rows(text: str, listing: Listing, required: tuple[str, ...]) -> Iterator[tuple[int, dict[str, str]]]:
-    """The rows of a CSV file with their line numbers; comment lines are read into ``listing``.
-
-    ``required``: the columns that must be there, ``hex|value`` for one of two.
-    """
-    header: list[str] | None = None
-    for number, line in enumerate(text.splitlines(), start=1):
-        if settings_line(line, number, listing):
-            continue
-        try:
-            cells = next(csv.reader([line], strict=True))
-        except csv.Error as error:
-            raise ListingError(f"not CSV: {error}", number) from None
-        if header is None:
-            header = [cell.strip() for cell in cells]
-            missing = [name for name in required if not set(name.split("|")) & set(header)]
-            if missing:
-                raise ListingError(f"the header has no column {missing[0].replace('|', ' or ')}", number)
-            continue
-        if len(cells) != len(header):
-            raise ListingError(f"{len(cells)} cells stand under a header of {len(header)} columns", number)
-        yield number, {key: cell.strip() for key, cell in zip(header, cells, strict=True)}
 
 
 def json_listing(image: Image | Program, checklist: tuple[str, ...], words: list[dict[str, Any]]) -> str:

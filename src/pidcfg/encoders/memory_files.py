@@ -15,13 +15,13 @@ from pidcfg.encoders.listing import (
     Listing,
     ListingError,
     comments,
-    csv_rows,
     csv_text,
     decimal_content,
     fill_from_json,
     json_listing,
     settings_line,
 )
+from pidcfg.encoders.tables import table_rows
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -76,7 +76,7 @@ def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
 def read_csv(text: str, space: Space) -> Listing:
     """Rows by their header, so that columns may be reordered, added or (but for address and content) left out."""
     listing = Listing()
-    for number, row in csv_rows(text, listing, required=("address", "hex|value")):
+    for number, row in table_rows(text, listing, required=("address", "hex|value")):
         address = _address(row["address"], space, number, 1)
         listing.add(address, _content(row, space.kind(address), number), row["address"], number)
     return listing
@@ -125,7 +125,7 @@ def _json_content(entry: Mapping[str, Any], kind: Kind, place: str) -> int:
 
 
 def _address(text: str, space: Space, line: int, column: int) -> int:
-    address = space.parse(text)
+    address = space.parse(text.upper())
     if address is None:
         raise ListingError(f"{text!r} is not an address of this vendor", line, column)
     return address
@@ -141,5 +141,5 @@ def _raw(text: str, kind: Kind, line: int, column: int) -> int:
 
 def _agree(raw: int, value: str | None, kind: Kind, address: str, line: int) -> None:
     """The two spellings of a content must say the same."""
-    if value and decimal_content(value, kind) != raw:
+    if value and value != kind.text(raw) and decimal_content(value, kind) != raw:
         raise ListingError(f"{address}: hex {kind.hex(raw)} is {kind.text(raw)}, but the value says {value}", line)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
-from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, csv_text
+from pidcfg.encoders.listing import Listing, ListingError, comments, csv_text
+from pidcfg.encoders.tables import table_rows
 from pidcfg.encoders.words import WORD_MAX
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def read_modbus(text: str, space: Space, numbering: Numbering) -> Listing:
     """Registers and values; the other columns are for people."""
     listing = Listing()
     parts: dict[int, dict[int, int]] = {}
-    for number, row in csv_rows(text, listing, required=("table", "register", "value")):
+    for number, row in table_rows(text, listing, required=("table", "register", "value")):
         for key in ("register", "value"):
             if not row[key].isascii() or not row[key].isdecimal() or int(row[key][:6]) > WORD_MAX:
                 raise ListingError(f"{key} {row[key]!r} is not a number of 0 to {WORD_MAX}", number)

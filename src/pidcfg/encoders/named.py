@@ -68,8 +68,6 @@ class NamedLoops:
     """What options say where no settings stand beside the parameters."""
     last: Sequence[str] = ()
     """Settings that a file has behind the parameters of their section."""
-    notes_other_loops: bool = False
-    """Whether a note names loops that the settings leave out."""
     devices: Callable[[Any], Mapping[str, str]] = lambda _loop: NOTHING
     """Where parameters of a loop stand in the PLC's memory."""
 
@@ -136,7 +134,7 @@ class NamedLoops:
         loops: list[Any] = [read_settings(self.settings, entry, f"settings[{i}]") for i, entry in enumerate(entries)]
         names = {loop.loop for loop in loops}
         self._check_names(words, names)
-        others = [name for name in self.loop_names(words) if self.notes_other_loops and name not in names]
+        others = [name for name in self.loop_names(words) if name not in names]
         notes = [f"{name} is not carried over: the settings do not name it" for name in others]
         data: Data = {"pidcfg": 1, "vendor": self.vendor}
         data |= present({key: getattr(file, key) for key in SectionSettings.model_fields})

@@ -10,18 +10,18 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.files import FileKind, columns, first_line
+from pidcfg.encoders.files import FileKind
 from pidcfg.encoders.listing import (
     Listing,
     ListingError,
     comments,
-    csv_rows,
     csv_text,
     fill_from_json,
     json_listing,
     settings_line,
 )
 from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, read, shown
+from pidcfg.encoders.tables import columns, first_line, table_rows
 from pidcfg.schemas.base import NUMBER
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
 
@@ -119,7 +119,7 @@ def _harmless(expression: str) -> str:
 def read_csv(text: str) -> Listing:
     """Rows by their header."""
     listing = ParameterListing()
-    for number, row in csv_rows(text, listing, required=("name", "type", "value|expression")):
+    for number, row in table_rows(text, listing, required=("name", "type", "value|expression")):
         kind, name = type_of(row["type"], number), row["name"]
         if row.get("expression"):
             if row.get("value"):

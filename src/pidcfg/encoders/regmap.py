@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
+from pidcfg.encoders.scales import Distance, Position
 from pidcfg.encoders.words import Binary, DecodeError, EncodeError
 
 if TYPE_CHECKING:
@@ -223,6 +224,10 @@ class RegisterMap:
             stored = cast("Codec", word.codec).decode(image.words[word.offset])
             if stored != value:
                 image.rounded.append(Rounded(path, word, value, stored))
+        elif isinstance(word.codec, Position | Distance):
+            meant = word.codec.coarse(value, image.words[word.offset], scales[word.codec.scale])
+            if meant is not None:
+                image.rounded.append(Rounded(path, word, value.value, meant))
 
     def decode(self, words: Sequence[int], scales: Mapping[str, Scale]) -> dict[str, Any]:
         """The words of the block to values by path; `DecodeError` names the register of a word that is no value."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from pidcfg.encoders.words import Binary, EncodeError, nearest
 from pidcfg.schemas.base import EXACT, Quantity
@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 MOST_DECIMALS = 12
+COARSE, SHARE = Decimal("0.01"), Decimal("0.0005")
+"""Of a band's value, and of the span for a position: what is further off is not the same number."""
+SHOWN = Decimal("0.0001")
+"""Of a value: how close the number is that says what a word means."""
 
 
 class CountsCodec(Protocol):
@@ -135,6 +139,13 @@ class Scale:
             return Quantity(Decimal(counts), counts=True)
         return shortest(self._units(Decimal(counts)), same, counts)
 
+    def meaning(self, counts: int, *, distance: bool = False) -> Decimal:
+        """What counts stand for, in few digits; of a scale with a range."""
+        exact = self._units(Decimal(counts if distance else counts - self.zero))
+        if not distance and self.range is not None:
+            exact = EXACT.add(self.range[0], exact)
+        return shortest(exact, lambda q: abs(q.value - exact) <= SHOWN * abs(exact), 0).value
+
     def _units(self, counts: Decimal) -> Decimal:
         return EXACT.divide(EXACT.multiply(counts, self.width), self.full)
 
@@ -167,11 +178,20 @@ class Position:
     """A word that holds a value on a named scale (``pv``, ``sp`` or ``output``)."""
 
     scale: str
+    tolerance: ClassVar[Decimal] = COARSE
+    """Of a value: what is rounded further needs a warning."""
 
     @property
     def notation(self) -> str:
         """How the word is written, for reference pages."""
         return "counts"
+
+    def coarse(self, value: Quantity, word: int, scale: Scale) -> Decimal | None:
+        """What a word means that is far from its value, as one of a root's few counts is; None: it is the value."""
+        if is_raw(value, scale) or value.derived:
+            return None
+        meant = scale.meaning(scale.format.codec.decode(word))
+        return meant if abs(meant - value.value) > SHARE * scale.width else None
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to the word of its format."""
@@ -194,11 +214,20 @@ class Distance:
     """A word that holds a difference on a named scale: never negative, up to the format's maximum."""
 
     scale: str
+    tolerance: ClassVar[Decimal] = Decimal("0.1")
+    """Of a value: what is rounded further needs a warning; bands may be off by more than settings (D340)."""
 
     @property
     def notation(self) -> str:
         """How the word is written, for reference pages."""
         return "counts, a difference"
+
+    def coarse(self, value: Quantity, word: int, scale: Scale) -> Decimal | None:
+        """What a word means that is far from its value, as a band of few counts is; None: it is the value."""
+        if is_raw(value, scale) or value.derived:
+            return None
+        meant = scale.meaning(word, distance=True)
+        return meant if abs(meant - value.value) > COARSE * abs(value.value) else None
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to an unsigned word."""

@@ -101,7 +101,8 @@ class Bcd:
         if not 0 <= digits <= 9999 or value < 0:
             raise EncodeError("range", "outside the word's range", self.low, self.high)
         if digits in self.off and value != digits * self.step:
-            raise EncodeError("off", f"rounds to {digits * self.step}, which switches it off", self.low, self.high)
+            effect = "switches it off" if self.special in {"off", "not allowed"} else self.special
+            raise EncodeError("off", f"rounds to {digits * self.step}, which {effect}", self.low, self.high)
         return bcd_word(digits)
 
     def decode(self, word: int) -> Decimal:

@@ -196,7 +196,8 @@ class RegisterBook(Registers):
         pages, problems = [], []
         for block in self.blocks:
             bank = self._bank(block.prefix)
-            if head not in block.heads or bank is None:
+            is_meant = head in block.heads or (question.every_block and not head and block.mentioned)
+            if not is_meant or bank is None:
                 continue
             digits = match.group(2)
             if bank.octal and not set(digits) <= set("01234567"):

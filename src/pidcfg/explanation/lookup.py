@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.explanation.direction import ACTION, find
@@ -31,11 +32,12 @@ def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], 
         pages += _rule(question)
     except QuestionError as error:  # CK200 looks like a rule of the CLICK, and may be an error number
         problems.append(str(error))
-    for key in vendors:
-        try:
-            pages += find(key, question)
-        except QuestionError as error:
-            problems.append(str(error))
+    for asked in (question, replace(question, every_block=True)):
+        for key in () if pages else vendors:
+            try:
+                pages += find(key, asked)
+            except QuestionError as error:
+                problems.append(str(error))
     if not pages or len(vendors) == len(VENDORS):
         pages = _decision(question, decisions) + pages
     if not pages:

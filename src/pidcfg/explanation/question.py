@@ -30,6 +30,8 @@ class Question:
     starts: tuple[str, ...] = ()
     """Addresses at which blocks of registers begin."""
     config: Configured | None = None
+    every_block: bool = False
+    """Whether an offset that names no block, ``+09``, is one in each block of a loop."""
 
     @classmethod
     def of(

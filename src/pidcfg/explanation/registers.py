@@ -17,6 +17,7 @@ from pidcfg.explanation.values import (
     Placement,
     Scaling,
     bits_text,
+    special_code,
     text_of,
 )
 from pidcfg.vendors import VENDORS
@@ -236,8 +237,9 @@ class Registers(Book):
         return f"{text} ({remark})" if remark else text
 
     def _outside(self, word: Word, raw: int) -> str:
-        """What the manual allows, where a number is none of it."""
-        limits = key_limits(self.schema, word.path) if word.path and scale_of(word.codec) is None else None
+        """What the manual allows, where a number is none of it, nor a code."""
+        number = word.path and scale_of(word.codec) is None and not special_code(word.codec, raw)
+        limits = key_limits(self.schema, word.path) if number and word.path else None
         value = decode_one(word.codec, raw, {}) if limits is not None else None
         return limits_text(limits) if limits and isinstance(value, Decimal) and not limits.holds(value) else ""
 

@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 State = float | str | bool
 """What a signal shows."""
+SEVERAL = "of the values that the report says were written"
+"""Why two sides differ where no line alone does it."""
 
 if TYPE_CHECKING:
+    from pidcfg.conversion.ledger import Change
     from pidcfg.results.findings import Data
     from pidcfg.verification.comparison import Difference
     from pidcfg.verification.verdict import Verified
@@ -23,8 +26,12 @@ def verified_data(loop: Verified) -> Data:
         "iae_ratio": None if loop.iae_ratio is None else round(loop.iae_ratio, 6),
         "stages": list(loop.stages),
         "differences": [{**_difference(one.difference), "key": one.key or None} for one in loop.failures],
-        "named": [{**_difference(one.difference), "line": one.line.field, "note": one.line.note} for one in loop.named],
+        "named": [{**_difference(one.difference), **_line(one.line)} for one in loop.named],
     }
+
+
+def _line(line: Change | None) -> dict[str, Any]:
+    return {"line": None, "note": SEVERAL} if line is None else {"line": line.field, "note": line.note}
 
 
 def _difference(one: Difference) -> dict[str, Any]:

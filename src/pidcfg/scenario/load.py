@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
-from pidcfg.listings import read_listing
+from pidcfg.listings import check_settings, read_listing
 from pidcfg.reader import DISK, SUFFIXES, Reader, refusal
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
@@ -198,11 +198,14 @@ def _use_listing(loaded: Loaded, data: bytes, limits: Limits) -> None:
 
 
 def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
-    """The image of a listing; one that has no meaning without its settings must have them."""
+    """The image of a listing; one that has no meaning without its settings must have them.
+
+    A word that is no value does not keep it from running: the PLC has it, and the run is told what it does with it.
+    """
     needed = any(option.needed for option in vendor.load("decode_options"))
     if needed or listing.settings or listing.plc:
         try:
-            vendor.load("decode")(listing.words, listing.settings, listing.plc)
+            check_settings(listing, vendor)
         except DecodeError as error:
             cure = f"run 'pidcfg decode {loaded.config} --vendor {vendor.key}'"
             if needed and not listing.settings:

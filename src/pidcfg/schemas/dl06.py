@@ -47,22 +47,29 @@ Mode = Literal["manual", "auto", "cascade"]
 
 
 class Reset(NamedTuple):
-    """A reset time; ``duration`` None switches the integral term off."""
+    """A reset time; ``duration`` None switches the integral term off, by 0000 or, with ``nines``, by 9999."""
 
     duration: Duration | None
+    nines: bool = False
 
     def __str__(self) -> str:
-        return "off" if self.duration is None else str(self.duration)
+        return str(self.duration) if self.duration is not None else OFF_NINES if self.nines else "off"
+
+
+OFF_NINES = "off 9999"
+"""The other word that switches the integral term off; the manual's tuning checklist writes it."""
 
 
 def parse_reset(value: object) -> Reset:
-    """A duration (bare: in ``reset_unit``), or ``off``."""
+    """A duration (bare: in ``reset_unit``), ``off`` or ``off 9999``."""
     if isinstance(value, Reset):
         return value
-    return Reset(None) if value == "off" else Reset(parse_duration(value))
+    return Reset(None, nines=value == OFF_NINES) if value in ("off", OFF_NINES) else Reset(parse_duration(value))
 
 
-_RESET_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}
+_RESET_SCHEMA = {
+    "anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"enum": ["off", OFF_NINES]}]
+}
 AnyReset = Annotated[Reset, PlainValidator(parse_reset), WithJsonSchema(_RESET_SCHEMA)]
 
 
@@ -84,8 +91,8 @@ class Tuning(Model):
 
     gain: Annotated[Number, Limits("0", "99.99", "%/%", FEATURES)]
     """Gain Kc, fraction of output span per fraction of PV span. 0 switches the proportional term off."""
-    reset: Annotated[AnyReset, Limits("0", "999.9", "s or min", FEATURES)] = Reset(None)
-    """Reset (integral) time Ti, a bare number in `reset_unit`; `off` switches the integral term off."""
+    reset: Annotated[AnyReset, Limits("0", "999.8", "s or min", FEATURES)] = Reset(None)
+    """Reset (integral) time Ti, a bare number in `reset_unit`; `off` (0000) and `off 9999` switch the integral off."""
     reset_unit: Literal["seconds", "minutes"] = "seconds"
     """Unit of the reset word."""
     rate: Annotated[Seconds, Limits("0", "99.99", "s", FEATURES)] = Decimal(0)

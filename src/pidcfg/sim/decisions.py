@@ -131,10 +131,20 @@ RUN = (
         "An alarm of start-up is short; what is broken shows in the alarms and is meant to.",
     ),
     Decision(
+        338,
+        "a word that is no value is an error of the set-up",
+        "A setting in a listing whose content is no value of its format (a BCD digit above 9, bits outside a 12-bit "
+        "word, a parameter of another type), or a parameter that every loop has and the listing lacks, fails the loop "
+        "by set-up-error, whether its function is on or off. What the PLC writes itself, such as the output, is a "
+        "note. An error that was corrected during the run stays one: of +35, of a block's Error, of a flag.",
+        "What a CPU does with such a word is nowhere documented (D50), so that a run with it proves nothing.",
+    ),
+    Decision(
         336,
         "what follows from an error that is expected",
         "An error word of the PLC that an expectation names excuses all loops; an error of a loop, or the expectation "
-        "that it never comes into Auto or Cascade, itself and its cascade. Nothing of them is judged.",
+        "that it never comes into Auto or Cascade where it was in neither, itself and its cascade. Nothing of them is "
+        "judged. A loop in Auto that shall never be in Cascade is not asked for Cascade, and judged by the rest.",
         "A wrong set-up can be written down and seen to fail, and what follows from it is no news.",
     ),
 )

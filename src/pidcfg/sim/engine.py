@@ -15,7 +15,7 @@ from pidcfg.sim.metrics import Band, Gauge, measure_loop
 from pidcfg.sim.plants import step_plants
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, MutableSequence
+    from collections.abc import Callable, MutableSequence, Sequence
 
     from pidcfg.sim.meters import Meter, Onset
     from pidcfg.sim.network import Network
@@ -68,13 +68,41 @@ class Machine:
     counts: list[int] = field(default_factory=lambda: [0, 0, 0])
     noise: list[float] = field(default_factory=list)
     trend: list[float] = field(default_factory=list)
+    outputs: list[int] = field(default_factory=list)
+    """Slots of the signals that the PLC writes."""
+    held: dict[int, float] = field(default_factory=dict)
+    """What stood in those that events have written since the last base step."""
+    reached: int = 0
+    """The base step to which the plants have come."""
 
     def __post_init__(self) -> None:
         self.stack = self.net.pool.stack()
         self.log = [0] * (LOG_COLUMNS * (LOG_ROWS + len(self.meters)))
+        given = set(self.net.outside.values())
+        self.outputs = [slot for slot, name in enumerate(self.plc.signals) if name and slot not in given]
+
+    def hold(self, before: Sequence[float]) -> None:
+        """An event has written signals of the PLC: up to its base step the plants see what stood there (D82)."""
+        new = {slot: before[slot] for slot in self.outputs if self.net.sig[slot] != before[slot]}
+        self.held = new | self.held
+
+    def move_plants(self, k: int) -> None:
+        """Bring the plants to base step ``k`` with the outputs of the step before, which events have overwritten."""
+        sig, pool = self.net.sig, self.net.pool
+        written = {slot: sig[slot] for slot in self.held}
+        if k > self.reached:
+            for slot, value in self.held.items():
+                sig[slot] = value
+            step_plants(k, self.net.plants, self.net.delay, sig, pool.code, pool.constants, self.stack)
+            self.reached = k
+        for slot, value in written.items():
+            sig[slot] = value
+        self.held.clear()
 
     def advance(self, k: int, last: int, zero: int, every: int, noise_from: int) -> int:
         """`kernel.advance` with this run's data."""
+        if self.held:
+            self.move_plants(k)
         meters = Meters(self.meters, self.bands, self.gauges, self.onsets)
         log = Log(self.log, self.trend, self.counts, self.shown, every)
         return self.kernels.advance(k, last, zero, self._world(noise_from), self._loops(), meters, log)
@@ -87,7 +115,7 @@ class Machine:
         net, pool = self.net, self.net.pool
         columns = len(net.noisy) if self.noise else 0
         signals = net.delay, net.sig, pool.code, pool.constants, self.stack
-        return World(self.step, net.plants, net.channels, *signals, self.noise, columns, noise_from)
+        return World(self.step, net.plants, net.channels, *signals, self.noise, columns, noise_from, self.reached)
 
     def _loops(self) -> Loops[Any, Any]:
         return Loops(self.plc.cfg, self.plc.st, self.plc.aux)

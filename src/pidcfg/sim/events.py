@@ -84,6 +84,13 @@ class Agenda:
 
     def happen(self, event: Event, number: int, k: int) -> Note | None:
         """Carries out an event."""
+        before = list(self.net.sig)
+        note = self.act(event, number, k)
+        self.machine.hold(before)
+        return note
+
+    def act(self, event: Event, number: int, k: int) -> Note | None:
+        """Lets an event act on PLC, plants or signals."""
         time = rounded(k * self.step / TICKS)
         self.done.append(Note(time, event.loop or event.plant, in_words(event)))
         if event.plc is not None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.paths import leaves
 from pidcfg.schemas.scenario_fields import Never
 from pidcfg.sim.meters import NEVER, Meter, Onset
 from pidcfg.sim.metrics import OF_A_STEP, OF_SWINGS, Band, Gauge, settling_time
@@ -12,7 +13,7 @@ from pidcfg.sim.plc import TICKS, steps_until
 from pidcfg.sim.report import Range, Verdict, rounded
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from pidcfg.schemas.scenario import Expectation, Scenario
     from pidcfg.schemas.scenario_fields import Bound
@@ -37,6 +38,8 @@ class Outcome:
     signals: Mapping[str, Range]
     dt: float
     last: int
+    alarms_off: Collection[tuple[str, str]]
+    """Loops and alarms that could not come from start to end."""
     modes: Mapping[int, str]
     """Modes that were looked at on the way, by the number of the expectation."""
 
@@ -57,6 +60,21 @@ def watches_of(scenario: Scenario, plc: Plc, net: Network, step: int) -> dict[in
         elif wanted.alarm is not None:
             watches[i] = Onset(plc.loops.index(wanted.loop or ""), plc.alarm_bits[wanted.alarm])
     return watches
+
+
+def alarms_off(scenario: Scenario, plc: Plc) -> set[tuple[str, str]]:
+    """Loops and alarms of the expectations that are off, and that no event switches."""
+    switched = {
+        event.loop
+        for event in scenario.events
+        if any(str(keys[0]).startswith("alarms") for keys, _, _ in leaves(event.set or {}))
+    }
+    named = {(wanted.loop, wanted.alarm) for wanted in scenario.expect if wanted.loop and wanted.alarm}
+    return {
+        (loop, alarm)
+        for loop, alarm in named
+        if loop not in switched and not plc.alarm_is_on(plc.loops.index(loop), alarm)
+    }
 
 
 def verdict(i: int, wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
@@ -141,6 +159,13 @@ def _signal(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
 
 
 def _alarm(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
+    verdict = _time_of_alarm(wanted, watch, out)
+    if verdict.passed and verdict.value is None and (wanted.loop, wanted.alarm) in out.alarms_off:
+        return replace(verdict, text=f"{verdict.text} (nothing was measured: the alarm is off)", passed=False)
+    return verdict
+
+
+def _time_of_alarm(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
     first = rounded(watch.first * out.dt) if isinstance(watch, Onset) and watch.first >= 0 else None
     subject = f"{wanted.loop} alarm {wanted.alarm}"
     if wanted.never and wanted.before is not None:

@@ -72,6 +72,8 @@ class World(NamedTuple):
     """Standard normal numbers, ``columns`` for each base step from ``noise_from`` on."""
     columns: int
     noise_from: int
+    reached: int
+    """The base step to which the plants have come already; at the first one they are at rest."""
 
 
 class Loops(NamedTuple, Generic[Config, State]):
@@ -172,13 +174,13 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
 
     Time 0 is base step ``zero``; what lies before is the pre-roll.
     """
-    tick, plants, channels, delay, sig, code, constants, stack, noise, columns, noise_from = world
+    tick, plants, channels, delay, sig, code, constants, stack, noise, columns, noise_from, reached = world
     cfg, st, aux = loops
     loop_meters, bands, gauges, onsets = meters
     rows, trend, counts, shown, every = log
     room = len(rows) // LOG_COLUMNS - len(loop_meters)
     while k < last and counts[0] <= room:
-        if k > 0:
+        if k > reached:
             step_plants(k, plants, delay, sig, code, constants, stack)
         if columns > 0:
             add_noise(k - noise_from, columns, plants, noise, sig)
@@ -204,11 +206,11 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
 
 def settle(k: int, last: int, world: World, loops: Loops[Any, Any], spans: MutableSequence[Span]) -> int:
     """One window of the pre-roll: base steps ``k`` to ``last`` − 1 without noise, events, metrics and log (kernel)."""
-    tick, plants, channels, delay, sig, code, constants, stack, _, _, _ = world
+    tick, plants, channels, delay, sig, code, constants, stack, _, _, _, reached = world
     cfg, st, aux = loops
     first = k
     while k < last:
-        if k > 0:
+        if k > reached:
             step_plants(k, plants, delay, sig, code, constants, stack)
         for i in range(len(plants)):
             sig[plants[i].measured] = sig[plants[i].slot]

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
+    from pidcfg.sim.problems import NoValue
+
 IN_CONTROL = ("auto", "cascade")
 """The modes in which a loop controls, as every vendor calls them."""
 
@@ -28,12 +30,18 @@ class LoopFacts(ABC):
     alarm_bits: Mapping[str, int]
     outer_alarms: Sequence[str] = ()
     """The outermost alarms of ``alarm_bits``: high-high, low-low, red."""
+    alarm_limits: Mapping[str, str] = {}
+    """Where the configuration of a loop has the limit of each alarm."""
+    unreached: float = 0.0
+    """A limit from which on, either way, an alarm is off."""
     error_flags: Sequence[str] = ()
     """Flags that mean an error of the set-up."""
     tuning_flags: Sequence[str] = ()
     """Flags that are on while an auto-tune runs, where that is no mode."""
     word_owners: Mapping[str, int] = {}
     """Error registers that belong to one loop, with its number; the others concern them all."""
+    problems: Sequence[NoValue] = ()
+    """Words and parameters that are no value of their format."""
     mode_keys: Collection[str] = ()
     """Parameters that choose the mode, which an event may set."""
 
@@ -67,6 +75,10 @@ class LoopFacts(ABC):
         """The ends of a PV's range; None: the configuration gives none."""
         return self.scales[loop][:2]
 
+    def alarm_is_on(self, loop: int, alarm: str) -> bool:
+        """Whether an alarm can come: it is switched on and has a limit."""
+        return bool(abs(getattr(self.cfg[loop], self.alarm_limits[alarm])) < self.unreached)
+
     def mode_inputs(self, loop: int) -> Collection[int]:  # noqa: ARG002 - in most PLCs an operator chooses the mode
         """The signals of the program that choose a loop's mode."""
         return ()
@@ -87,9 +99,9 @@ class LoopFacts(ABC):
         """The error within which a loop does nothing, in the unit of the PV's signal."""
         return 0.0
 
-    def set_up_errors(self, loop: int) -> Iterable[str]:  # noqa: ARG002 - most errors are flags
-        """Errors of a loop's set-up that are no flag, in words."""
-        return ()
+    def set_up_errors(self, loop: int) -> Iterator[str]:
+        """Errors of a loop's set-up that are no flag, in words: what is no value of its format (D338)."""
+        yield from (problem.text for problem in self.problems if problem.setting and problem.loop == loop)
 
     def program_errors(self, sig: Sequence[float]) -> Iterable[str]:  # noqa: ARG002 - most PLCs have nothing but loops
         """Errors of what is no loop, in words."""

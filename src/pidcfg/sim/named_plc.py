@@ -9,6 +9,7 @@ from abc import abstractmethod
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pidcfg.sim.plc import Plc
+from pidcfg.sim.problems import NoValue
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -36,11 +37,11 @@ class NamedPlc(Plc):
     """Signals of a loop by their slots in ``config``."""
 
     def __init__(self, program: Program, options: ScanOptions | None = None) -> None:  # noqa: ARG002 - as above
-        self.problems: list[str] = []
-        """Parameters that are missing, or are no value of their type."""
         self.loops = [str(entry["loop"]) for entry in program.settings] or self.named.loop_names(program.words)
         self._settings: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
-        self._contents = [self.contents_of(program.words, loop) for loop in self.loops]
+        found = [self.contents_of(program.words, loop) for loop in self.loops]
+        self._contents = [contents for contents, _ in found]
+        self.problems = [NoValue(i, text) for i, (_, problems) in enumerate(found) for text in problems]
         self.place_loops(self.config, self.state, self.slots)
         self._file = program.plc
         self.prepare()
@@ -50,8 +51,8 @@ class NamedPlc(Plc):
         self.goals = [self.mode(s.status) for s in self.st]
 
     @abstractmethod
-    def contents_of(self, words: Mapping[str, Any], loop: str) -> dict[str, Any]:
-        """The contents of a loop's parameters by name; what is no value goes to `problems`."""
+    def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[dict[str, Any], list[str]]:
+        """The contents of a loop's parameters by name, and which are missing or no value of their type."""
 
     def prepare(self) -> None:
         """What all loops need before the first of them begins."""

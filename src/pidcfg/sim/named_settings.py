@@ -36,7 +36,21 @@ def parse_plain(value: object) -> Decimal:
     return value.value
 
 
-BY_KIND: Mapping[str, Parser] = {"bool": parse_flag, "whole": parse_integer, "real": parse_plain, "word": str}
+def parse_whole(value: object) -> int:
+    """A whole number; `initial` gives it as a quantity."""
+    return parse_integer(parse_plain(value) if isinstance(value, Quantity) else value)
+
+
+def parse_switch(value: object) -> bool:
+    """On or off; `initial`, which gives numbers, has 1 and 0 for it."""
+    if not isinstance(value, Quantity):
+        return parse_flag(value)
+    if value.counts or value.value not in {0, 1}:
+        refuse("set_value", f"{value} is neither on nor off", help="write 1 or 0")
+    return bool(value.value)
+
+
+BY_KIND: Mapping[str, Parser] = {"bool": parse_switch, "whole": parse_whole, "real": parse_plain, "word": str}
 """How a value of each kind of type is written."""
 
 

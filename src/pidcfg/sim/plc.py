@@ -91,8 +91,6 @@ class Plc(LoopFacts):
     """What a scenario may choose about it, by the keys of ``plc``."""
     commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": (), "plc": ()}
     """What the events ``ramp_soak``, ``autotune`` and ``plc`` may say; nothing where the PLC has no such thing."""
-    problems: Sequence[str] = ()
-    """Words that are no value of their format, and what they are taken for."""
     tuned_names: Sequence[str] = ()
     """Results of the auto-tune, by the vendor's names of the parameters."""
     reasons: Mapping[int, str]
@@ -188,8 +186,8 @@ class Plc(LoopFacts):
         raise KeyError(name)
 
     @abstractmethod
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
-        """The output that a loop in Manual starts with."""
+    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> str | None:
+        """The output that a loop starts with; returns why it has no effect, if so."""
 
     @abstractmethod
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:

@@ -6,7 +6,7 @@ A kind is a row of `KINDS`; the command line gives it its code.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.schemas.names import nearest
 
@@ -44,6 +44,18 @@ class Problem:
     key: bool = False
     offset: int = 0
     loop: str | None = None
+
+
+class NoValue(NamedTuple):
+    """A word or parameter whose content is no value of its format, and what is taken for it.
+
+    ``loop`` is its loop's number. A ``setting`` that is none is an error of the set-up; what the PLC writes itself,
+    such as the output, only begins the run.
+    """
+
+    loop: int
+    text: str
+    setting: bool = True
 
 
 def unknown(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:

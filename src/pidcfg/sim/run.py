@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
 from pidcfg.sim.events import Agenda
-from pidcfg.sim.expect import Outcome, Watch, verdict, watches_of
+from pidcfg.sim.expect import Outcome, Watch, alarms_off, verdict, watches_of
 from pidcfg.sim.faults import faults
 from pidcfg.sim.feedback import wrong_actions
 from pidcfg.sim.influence import Influence
@@ -109,9 +109,10 @@ class _Run:
         problems = net.problems + _too_long(last, len(plc.loops), settings)
         if any(problem.severity == "error" for problem in problems):
             raise UnusableError(problems)
-        if isinstance(scenario.initial, dict):
-            for loop, value in scenario.initial.items():
-                plc.set_output(plc.loops.index(loop), value, net.sig)
+        notes = [Note(0.0, plc.loops[p.loop], f"word without a value: {p.text}") for p in plc.problems]
+        for loop, value in scenario.initial.items() if isinstance(scenario.initial, dict) else ():
+            idle = plc.set_output(plc.loops.index(loop), value, net.sig)
+            notes += [Note(0.0, loop, f"initial output {value}: {idle}")] if idle else []
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
         influence = Influence.of(scenario, net, plc)
@@ -128,7 +129,6 @@ class _Run:
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
-        notes = [Note(0.0, None, f"word without a value: {problem}") for problem in plc.problems]
         return cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
 
     @property
@@ -227,7 +227,8 @@ class _Run:
             report.time_in_control = rounded(time_in_control(meter, self.last) * self.dt)
         metrics = [report.metrics for report in self.journal.loops]
         signals = self._signals()
-        outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, self.agenda.modes)
+        off = alarms_off(self.scenario, self.plc)
+        outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, off, self.agenda.modes)
         wanted = enumerate(self.scenario.expect)
         evidence = self._evidence()
         verdicts = standing(evidence)

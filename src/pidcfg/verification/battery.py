@@ -8,27 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.sim.run import UnusableError
 from pidcfg.verification.bench import bench_of
-from pidcfg.verification.comparison import COUNTS, SHARE, Difference, Tolerance, differences
+from pidcfg.verification.comparison import AT_END, COUNTS, SHARE, Counts, Difference, Tolerance, differences
 from pidcfg.verification.keys import key_of
 from pidcfg.verification.lines import Scene, reason
 from pidcfg.verification.names import companions
-from pidcfg.verification.neutral import loops_of
+from pidcfg.verification.neutral import ACTION, loops_of
+from pidcfg.verification.smoothing import FILTER, SMOOTHING, lets_through_the_same
 from pidcfg.verification.stages import stages_of
-from pidcfg.verification.trial import Side, new_plc, resolution, run
+from pidcfg.verification.trial import Side, finest, new_plc, resolution, run
 from pidcfg.verification.validity import true_lines
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from pidcfg.schemas.generic import Loop
     from pidcfg.vendors import Vendor
+    from pidcfg.verification.acts import Stage
     from pidcfg.verification.bench import Bench
-    from pidcfg.verification.stages import Stage
     from pidcfg.verification.trial import Trial
     from pidcfg.verification.twin import Line
 
-RESTING = 0.5
-"""Of a dead band, by which two PVs may rest apart in it."""
 RUN = "run"
 """The signal of a difference that is none: one side cannot go through a stage."""
 
@@ -94,17 +93,37 @@ def reference_of(side: Side, i: int, other: Loop) -> Reference:
 
 def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:
     """How far both may lie apart (D306)."""
-    counts = [resolution(new_plc(side, (k,)), k) for side, k in ((one, i), (two, j))]
-    pv, output = (max(pair) for pair in zip(*counts, strict=True))
-    loop = one.loop(i)
+    loop, sides = one.loop(i), ((one, i), (two, j))
+    pv, output = _coarser(resolution(new_plc(side, (k,)), k) for side, k in sides)
+    fine_pv, fine_output = _coarser(finest(new_plc(side, (k,)), k) for side, k in sides)
+    setpoint = COUNTS * pv
     # a filter that is worked out in counts stops where its share of the rest is less than half a count
-    pv /= -expm1(-bench.sample / float(loop.pv.filter)) if loop.pv.filter else 1.0
+    passed = -expm1(-bench.sample / float(loop.pv.filter)) if loop.pv.filter else 1.0
     width = float(loop.output.range[1] - loop.output.range[0])
     share = abs(float(loop.tuning.gain)) * bench.span / width
-    carried = share * (1 + float(loop.tuning.derivative_time) / bench.sample)
-    pv, output = pv + output * abs(bench.gain), output + pv / bench.span * carried
-    band = max(float(side.loop(k).deadband) for side, k in ((one, i), (two, j)))
-    return Tolerance(SHARE, COUNTS * pv + RESTING * band, COUNTS * pv, COUNTS * output, share * band / bench.span)
+    other = two.loop(j)
+    smoothed = float(min(loop.tuning.derivative_filter, other.tuning.derivative_filter))
+    kick = float(loop.tuning.derivative_time) / (bench.sample + smoothed)
+    alone = fine_output + fine_pv / bench.span * share * (1 / passed + kick)
+    pv = pv / passed + output * abs(bench.gain)
+    band = float(max(loop.deadband, other.deadband))
+    switching = share * band / bench.span
+    return Tolerance(
+        SHARE,
+        Counts(COUNTS * pv, COUNTS * (output + pv / bench.span * share * (1 + kick))),
+        Counts(COUNTS * fine_pv / passed, COUNTS * alone),
+        setpoint,
+        COUNTS * output + 2 * AT_END,
+        band,
+        switching,
+        switching * float(loop.tuning.derivative_time) / bench.sample,
+    )
+
+
+def _coarser(counts: Iterable[tuple[float, float]]) -> tuple[float, float]:
+    """The larger counts of two sides, of PV and of output."""
+    pvs, outputs = zip(*counts, strict=True)
+    return max(pvs), max(outputs)
 
 
 @dataclass(slots=True)
@@ -151,13 +170,17 @@ class Battery:
                     yield difference, None
                     continue
                 one, two = self.reference.trial(stage), self.trial(stage)
-                scene = Scene(stage, self.reference.bench, self.reference.loop, one, two)
+                scene = Scene(stage, self.reference.bench, self.reference.loop, one, two, self.tolerance.closed.pv)
                 line, k = reason(difference, lines, scene)
                 yield difference if line else _from(difference, k, scene), line
 
-    def key_of(self, difference: Difference) -> str:
-        """The key of the other side that explains a difference; empty where none does."""
-        return key_of(difference, self.reference.side.loop(self.reference.i), self.side, self.j)
+    def key_of(self, difference: Difference, lines: Sequence[Line]) -> str:
+        """The key of the other side that explains what ``lines`` of the report do not; empty where none does."""
+        loop, other = self.reference.loop, self.side.loop(self.j)
+        told = {line.neutral for line in true_lines(lines, loop, self.side, self.j)} - {"", ACTION}
+        if any(line.neutral == SMOOTHING and lets_through_the_same(line.change, loop, other) for line in lines):
+            told.add(FILTER)
+        return key_of(difference, loop, self.side, self.j, told)
 
 
 def _from(difference: Difference, k: int, scene: Scene) -> Difference:

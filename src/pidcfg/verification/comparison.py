@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from itertools import groupby, pairwise
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from pidcfg.verification.acts import Stage
     from pidcfg.verification.bench import Bench
-    from pidcfg.verification.stages import Stage
     from pidcfg.verification.trial import Trial
 
 State = str | bool
@@ -22,12 +23,25 @@ COUNTS = 2.0
 """Of the coarser side."""
 SAMPLES = 2
 """By which modes, alarms and set points may come apart."""
-SHIFT = 1
-"""By which PV and output may: a PLC may let a change act with the sample or with the next one."""
+RESTING = 0.5
+"""Of a dead band, by which two PVs may rest apart in it."""
+SHIFTS = (0, -1, 1)
+"""By which PV and output may, from one act to the next: it may act with the sample or with the next one."""
+RESTS = 4
+"""Samples without a move after which an output stands still."""
+AT_END = 1e-3
+"""How near to its end an output is at it: a share of its range."""
 
 
 IN_AUTO = {"cascade": "auto"}
 """What a loop's mode is in a PLC that has no mode for cascade."""
+
+
+class Counts(NamedTuple):
+    """What rounding may make of a PV, in its units, and of an output, a share of its range."""
+
+    pv: float
+    output: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +49,22 @@ class Tolerance:
     """How far both sides of a loop may lie apart."""
 
     share: float
-    pv: float
-    """PV units, as the next one."""
+    """Of the response."""
+    closed: Counts
+    """In the closed loop, where each is carried to the other."""
+    alone: Counts
+    """Where the PV goes its own way."""
     setpoint: float
-    output: float
-    """A share of the range."""
+    """PV units."""
+    limit: float
+    """Of an output that is held by its limit: a share of its range."""
+    band: float = 0.0
+    """The dead band, in PV units."""
     switching: float = 0.0
     """What a dead band switches the output by, when an error is just inside on one side and just outside on the other:
     a share of the range."""
+    kick: float = 0.0
+    """The same of the derivative."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,20 +85,21 @@ class Difference:
     """How far a number lies apart at most, as a share of its range."""
     allowed: float = 0.0
     """How far it may, in the signal's unit."""
+    at_limits: frozenset[int] = frozenset()
+    """Samples at which both sides are held by their limits, each by another one: no rule of a PLC explains that."""
 
 
 def differences(stage: Stage, one: Trial, two: Trial, bench: Bench, tolerance: Tolerance) -> Iterator[Difference]:
     """Where two trials of a stage differ by more than they may, each signal once."""
-    compare = _Comparison(stage, bench)
+    compare = _Comparison(stage, one, two, bench, tolerance)
     if stage.output is None and abs(one.period - two.period) > SHARE * one.period:
         yield Difference(stage.name, "sample time", 0.0, one.period, two.period, (0,))
-    switching = 0.0 if stage.name.startswith("dead band") else tolerance.switching
     if "pv" in stage.signals:
-        yield from compare.numbers("pv", one.pv, two.pv, tolerance.share, tolerance.pv)
+        yield from compare.pv()
     if "output" in stage.signals:
-        yield from compare.numbers("output", one.output, two.output, tolerance.share, tolerance.output + switching)
+        yield from compare.output()
     if "setpoint" in stage.signals and not _by_hand(stage, one, two):
-        yield from compare.numbers("setpoint", one.setpoint, two.setpoint, 0.0, tolerance.setpoint)
+        yield from compare.setpoint()
     if "mode" in stage.signals:
         modes = [side.modes for side in (one, two)]
         if not (one.cascades and two.cascades):
@@ -94,45 +117,116 @@ def _by_hand(stage: Stage, one: Trial, two: Trial) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class _Comparison:
+    """Two trials of one stage."""
+
     stage: Stage
+    one: Trial
+    two: Trial
     bench: Bench
+    tolerance: Tolerance
 
-    def numbers(
-        self, signal: str, a: Sequence[float], b: Sequence[float], share: float, counts: float
+    @property
+    def first(self) -> int:
+        """The sample from which on they are compared."""
+        return round(self.stage.begin / self.bench.sample)
+
+    def pv(self) -> Iterator[Difference]:
+        """The PVs, which may rest anywhere in a dead band."""
+        tolerance = self.tolerance
+        counts = tolerance.alone.pv if self.stage.swept else tolerance.closed.pv + RESTING * tolerance.band
+        yield from self._values("pv", self.one.pv, self.two.pv, counts, self.bench.span)
+
+    def output(self) -> Iterator[Difference]:
+        """The outputs, which a dead band switches."""
+        tolerance = self.tolerance
+        counts = tolerance.alone.output if self.stage.swept else tolerance.closed.output
+        if not (self.stage.swept or self.stage.name.startswith("dead band")):
+            counts += tolerance.switching
+        yield from self._values("output", self.one.output, self.two.output, counts, 1.0)
+
+    def _values(
+        self, signal: str, a: Sequence[float], b: Sequence[float], counts: float, span: float
     ) -> Iterator[Difference]:
-        """A signal that is a number."""
-        first = round(self.stage.begin / self.bench.sample)
-        allowed = share * (max(a[first:]) - min(a[first:])) + counts
-        window = (SHIFT if share else SAMPLES) + self.stage.slack
-        samples = tuple(k for k in range(first, len(a)) if not apart(a, b, k, window) <= allowed)
-        if samples:
-            span = 1.0 if signal == "output" else self.bench.span
-            worst = max(abs(a[k] - b[k]) for k in samples) / span
-            yield self._difference(signal, a, b, samples, worst, allowed)
+        """A signal of which one side may come a sample later, where that fits better."""
+        first = self.first
+        allowed = self.tolerance.share * (max(a[first:]) - min(a[first:])) + counts
+        if self._operated:
+            window = 1 + self.stage.slack
+            samples = [k for k in range(first, len(a)) if not apart(a, b, k, window) <= allowed]
+        else:
+            samples = [k for part in self._parts(len(a)) for k in _shifted(a, b, part, allowed)]
+        if signal == "output":
+            samples = [k for k in samples if not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
+        held = self._other_limits() if signal == "output" else frozenset()
+        if samples or held:
+            where = tuple(sorted({*samples, *held}))
+            worst = max(abs(a[k] - b[k]) for k in where) / span
+            found = self._difference(signal, a, b, where)
+            yield replace(found, worst=worst, allowed=allowed, at_limits=held)
 
-    def states(self, signal: str, a: Sequence[str | bool], b: Sequence[str | bool]) -> Iterator[Difference]:
-        """A signal that is a mode or an alarm."""
-        first, window = round(self.stage.begin / self.bench.sample), SAMPLES + self.stage.slack
-        samples = tuple(
-            k
-            for k in range(first, len(a))
-            if a[k] != b[k] and not (_near(a, k, b[k], window) or _near(b, k, a[k], window))
+    @property
+    def _operated(self) -> bool:
+        """Whether an operator or another loop acts meanwhile: each PLC takes that over at a sample of its own."""
+        begin, acts = self.stage.begin, self.stage.acts
+        by_hand = any(act.mode is not None or act.output is not None for act in acts if act.at >= begin)
+        return by_hand or self.stage.slack > 0 or self.stage.output is None
+
+    def _parts(self, count: int) -> Iterator[range]:
+        """From one act to the next."""
+        begins = {round(act.at / self.bench.sample) for act in self.stage.acts}
+        ends = [self.first, *sorted(k for k in begins if self.first < k < count), count]
+        return (range(one, two) for one, two in pairwise(ends))
+
+    def _at_edge(self, k: int, further: float) -> bool:
+        """Whether a derivative may kick, an error being at the edge of the dead band and inside on one side only."""
+        band, near = self.tolerance.band, self.tolerance.closed.pv
+        if not band or self.stage.swept or further > 2 * self.tolerance.kick:
+            return False
+        return any(
+            abs(abs(side.setpoint[n] - side.pv[n]) - band) <= near
+            for side in (self.one, self.two)
+            for n in range(max(k - 1, 0), min(k + 2, len(side.pv)))
         )
+
+    def setpoint(self) -> Iterator[Difference]:
+        """The set points."""
+        a, b, allowed = self.one.setpoint, self.two.setpoint, self.tolerance.setpoint
+        window = SAMPLES + self.stage.slack
+        samples = tuple(k for k in range(self.first, len(a)) if not apart(a, b, k, window) <= allowed)
+        if samples:
+            worst = max(abs(a[k] - b[k]) for k in samples) / self.bench.span
+            yield replace(self._difference("setpoint", a, b, samples), worst=worst, allowed=allowed)
+
+    def states(self, signal: str, a: Sequence[State], b: Sequence[State]) -> Iterator[Difference]:
+        """A signal that is a mode or an alarm."""
+        window = SAMPLES + self.stage.slack
+        runs = [list(run) for differs, run in groupby(range(self.first, len(a)), lambda k: a[k] != b[k]) if differs]
+        samples = tuple(k for run in runs if len(run) > window for k in run)
         if samples:
             yield self._difference(signal, a, b, samples)
 
+    def _other_limits(self) -> frozenset[int]:
+        """Where the first output stands still at a limit, and the second one at an end of its way, but elsewhere."""
+        if self.stage.output is None:
+            return frozenset()
+        a, b = self.one.output, self.two.output
+        low, high = self.bench.limits
+        bottom, top = min(b[self.first :]), max(b[self.first :])
+        return frozenset(
+            k
+            for k in range(self.first + RESTS, len(a))
+            if abs(a[k] - b[k]) > self.tolerance.limit
+            and ((a[k] >= high - AT_END and b[k] >= top - AT_END) or (a[k] <= low + AT_END and b[k] <= bottom + AT_END))
+            and _rests(a, k)
+            and _rests(b, k)
+        )
+
     def _difference(
-        self,
-        signal: str,
-        a: Sequence[float | str | bool],
-        b: Sequence[float | str | bool],
-        samples: tuple[int, ...],
-        worst: float | None = None,
-        allowed: float = 0.0,
+        self, signal: str, a: Sequence[float | State], b: Sequence[float | State], samples: tuple[int, ...]
     ) -> Difference:
         k = samples[0]
         at = k * self.bench.sample - self.stage.begin
-        return Difference(self.stage.name, signal, at, a[k], b[k], samples, worst, allowed)
+        return Difference(self.stage.name, signal, at, a[k], b[k], samples)
 
 
 def apart(a: Sequence[float], b: Sequence[float], k: int, window: int) -> float:
@@ -148,15 +242,32 @@ def _outside(values: Sequence[float], k: int, value: float, window: int) -> floa
     return max(value - max(near), min(near) - value, 0.0)
 
 
-def _near(states: Sequence[State], k: int, state: State, window: int) -> bool:
-    return state in states[max(k - window, 0) : k + window + 1]
+def _shifted(a: Sequence[float], b: Sequence[float], part: range, allowed: float) -> list[int]:
+    """Where two signals lie apart in a part, the second one a sample earlier or later where that fits better."""
+
+    def apart_by(shift: int) -> list[int]:
+        return [
+            k
+            for k in part
+            if not (abs(a[k] - b[k + shift]) if k + shift in part else apart(a, b, k, abs(shift))) <= allowed
+        ]
+
+    return max(map(apart_by, SHIFTS), key=lambda ks: (ks[0] if ks else len(a), -len(ks)))
+
+
+def _rests(output: Sequence[float], k: int) -> bool:
+    """Whether an output has not moved for some samples."""
+    near = output[k - RESTS : k + 1]
+    return max(near) - min(near) <= AT_END
 
 
 D306 = Decision(
     306,
     "two sides are alike when they agree within the response and the counts of the coarser one",
     "PV and output agree within 1 % of what the stage moves them by and two counts of the coarser side, at least of 12 "
-    "bits, each also as the loop and the plant carry it to the other, a sample earlier or later; set points within two "
-    "counts; modes and alarms within 2 samples.",
+    "bits, each also as the loop and the plant carry it to the other; one side may be a sample late from one act to "
+    "the next. Where the PV goes its own way the counts are those of the PLCs themselves. Outputs that are held by "
+    "their limits agree within two counts, whatever a line says of the integral. Set points agree within two counts, "
+    "modes and alarms within 2 samples.",
     "A count of a PV moves the output by the gain, and a count of the output moves the PV by the plant's gain.",
 )

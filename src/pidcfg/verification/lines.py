@@ -10,27 +10,25 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.operation.rules import PREFIX
-from pidcfg.verification.comparison import apart
+from pidcfg.verification.comparison import AT_END, SAMPLES, apart
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from pidcfg.schemas.generic import Loop
+    from pidcfg.verification.acts import Stage
     from pidcfg.verification.bench import Bench
     from pidcfg.verification.comparison import Difference
-    from pidcfg.verification.stages import Stage
     from pidcfg.verification.trial import Trial
     from pidcfg.verification.twin import Line
 
-AT_LIMIT, AT_END = 0.02, 1e-3
-"""How near to a limit an output may be limited on the other side, and how near it is at it: shares of its range."""
+AT_LIMIT = 0.02
+"""How near to a limit an output may be limited on the other side: a share of its range."""
 PV_ALARMS = {"low_low", "low", "high", "high_high"}
 BANDS = 4
 """Widths of a dead band within which a loop is led by its rule."""
 SLOW = 0.02
 """Share of the range that the slowest integral of a PLC without its own switch moves a loop by in a stage."""
-RESTS = 4
-"""Samples without a move after which an output stands still."""
 VALUES = ("pv", "output")
 SETPOINT_MOVES = ("start", "auto", "step 5 %", "step 50 %", "dead band", "transfers", "set point limits")
 
@@ -44,6 +42,8 @@ class Scene:
     loop: Loop
     one: Trial
     two: Trial
+    counts: float
+    """By which the PVs may be apart for their rounding."""
 
 
 def explains(line: Line, difference: Difference, k: int, scene: Scene) -> bool:
@@ -53,10 +53,18 @@ def explains(line: Line, difference: Difference, k: int, scene: Scene) -> bool:
         return path == "sample_time"
     if path.startswith("alarms."):
         return signal in {path.rpartition(".")[2], _deviation(path)}
-    if signal == "output" and scene.stage.name != "start" and _other_limit(difference, k, scene):
+    if k in difference.at_limits or (signal == "output" and scene.stage.name != "start" and _beyond(k, scene)):
         return False  # no rule explains another limit
-    rule = None if scene.stage.swept and signal != "pv" else RULES.get(path)
+    if signal not in {*VALUES, "setpoint", "mode"} and not _pv_differs(k, scene):
+        return False
+    rule = RULES.get(path)
     return rule is not None and rule(difference, k, scene)
+
+
+def _pv_differs(k: int, scene: Scene) -> bool:
+    """Whether the PVs are apart, so that an alarm of one of them may be on."""
+    near = range(max(k - SAMPLES, 0), min(k + SAMPLES + 1, len(scene.one.pv)))
+    return any(abs(scene.one.pv[n] - scene.two.pv[n]) > scene.counts for n in near)
 
 
 def _deviation(path: str) -> str:
@@ -113,13 +121,10 @@ def _since_limit(difference: Difference, k: int, scene: Scene) -> bool:
     )
 
 
-def _other_limit(difference: Difference, k: int, scene: Scene) -> bool:
-    """Whether the other side's output is beyond the limits, or both stand still and only the first one at a limit."""
+def _beyond(k: int, scene: Scene) -> bool:
+    """Whether the other side's output is beyond the limits."""
     low, high = scene.bench.limits
-    one, two = scene.one.output, scene.two.output
-    beyond = not low - difference.allowed <= two[k] <= high + difference.allowed
-    at_limit = not low + AT_END < one[k] < high - AT_END
-    return beyond or (at_limit and _rests(one, k) and _rests(two, k))
+    return not low - AT_END <= scene.two.output[k] <= high + AT_END
 
 
 def _first_output(loop: Loop) -> float:
@@ -128,22 +133,21 @@ def _first_output(loop: Loop) -> float:
     return ((0.0 if loop.output.manual is None else float(loop.output.manual)) - low) / (high - low)
 
 
-def _rests(output: Sequence[float], k: int) -> bool:
-    """Whether an output has not moved for some samples."""
-    return k >= RESTS and len(set(output[k - RESTS : k + 1])) == 1
-
-
 def _within_band(difference: Difference, k: int, scene: Scene) -> bool:
-    """Whether a difference is no larger than what the dead band can make."""
+    """Whether a difference is no larger than what the dead band can make.
+
+    Beyond it a loop answers to the whole error, or to what is beyond its edge: no more than a band apart.
+    """
     if difference.signal not in VALUES:
         return False
     bench, band, loop = scene.bench, float(scene.loop.deadband), scene.loop
-    share = abs(float(loop.tuning.gain)) * bench.span / float(loop.output.range[1] - loop.output.range[0])
+    share = abs(float(loop.tuning.gain)) * band / float(loop.output.range[1] - loop.output.range[0])
+    kicked = share * (1 + float(loop.tuning.derivative_time) / bench.sample)
     one, two = (getattr(trial, difference.signal)[k] for trial in (scene.one, scene.two))
-    most = BANDS * band
-    if difference.signal == "output":
-        kick = 1 + float(loop.tuning.derivative_time) / bench.sample
-        most = max(share * kick / bench.span, 1 / abs(bench.gain)) * BANDS * band
+    if scene.stage.swept:
+        inside = any(abs(side.setpoint[k] - side.pv[k]) <= band for side in (scene.one, scene.two))
+        return difference.signal == "output" and (inside or abs(one - two) <= kicked + difference.allowed)
+    most = BANDS * (band if difference.signal == "pv" else max(kicked, band / abs(bench.gain)))
     return bool(abs(one - two) <= most)
 
 

@@ -20,6 +20,8 @@ EQUAL = Decimal("1e-6")
 """Relative difference of numbers that count as equal."""
 FOLLOWS, NO_FOLLOWING = "setpoint.follows_pv", False
 """A PLC that knows nothing of it lets the set point stay."""
+ACTION = "output_raises_pv"
+"""No line excuses another action."""
 FIRST = ("sample_time", "tuning.gain")
 """Fields on which the meaning of others depends."""
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from pidcfg.verification.acts import Act, Stage
     from pidcfg.verification.bench import Bench
     from pidcfg.verification.names import SideNames
-    from pidcfg.verification.stages import Act, Stage
 
-PLANT, LOST = "Plant", "lost"
+PLANT, LOST, MOVED = "Plant", "lost", "moved"
 
 
 def scenario_data(stage: Stage, bench: Bench, names: SideNames) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def scenario_data(stage: Stage, bench: Bench, names: SideNames) -> dict[str, Any
         "config": "configuration.yaml",
         "duration": round(stage.end, 6),
         "plants": [plant],
-        "signals": {LOST: 0},
+        "signals": {LOST: 0, MOVED: 0},
         "connect": {names.inlet: names.measured, **names.connect},
         "events": [
             *names.events,
@@ -57,5 +57,7 @@ def _events(act: Act, names: SideNames, zero: float) -> Iterator[dict[str, Any]]
     after = {"at": round(act.at + names.step, 6)}
     if act.load is not None:
         yield after | {"plant": PLANT, "disturb": {"load": act.load - zero}}
+    if act.moved is not None:
+        yield after | {"set": {MOVED: act.moved}}
     if act.lost is not None:
         yield after | {"set": {LOST: int(act.lost)}}

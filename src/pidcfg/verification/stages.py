@@ -6,73 +6,31 @@ A stage begins in Manual with the plant at rest, goes to Auto without a disturba
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
+
+from pidcfg.verification.acts import ALL, Act, Stage, at_rest, in_auto, later, settled
+from pidcfg.verification.bench import LARGE, SMALL
+from pidcfg.verification.open_loop import open_loop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.schemas.generic import Loop
+    from pidcfg.verification.acts import Signal
     from pidcfg.verification.bench import Bench
 
-from pidcfg.verification.bench import LARGE, SMALL
-
-Signal = Literal["pv", "output", "setpoint", "mode", "alarms"]
-ALL: frozenset[Signal] = frozenset(("pv", "output", "setpoint", "mode", "alarms"))
 BEYOND = 0.15
 """How far a PV is driven beyond what the output can hold, as a share of its range."""
-FASTEST, SLOWEST = 0.0025, 0.001
-"""Sweep of the PV through its alarms: share of the range a sample."""
-SHARE_OF_BAND = 0.1
-"""Of the narrowest alarm or hysteresis, what the sweep covers in a sample."""
 FINE = 20
 """Counts of a dead band from which on its width can be told."""
 LOADED = 0.3
 """Of the way between the limits of the output: what a disturbance takes."""
-BLIND = 0.01
-"""Alarms nearer to the ends of the range are not reached."""
-
-
-@dataclass(frozen=True, slots=True)
-class Act:
-    """Something that happens ``at`` s; numbers of a plant, a key of the loop, a mode, or a broken sensor."""
-
-    at: float
-    mode: str | None = None
-    setpoint: float | None = None
-    output: float | None = None
-    """A share of the range."""
-    load: float | None = None
-    master: float | None = None
-    """The output of the loop that gives the set point, as a share of its range."""
-    lost: bool | None = None
-    """The sensor shows the lower end of its range, or the PV again."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stage:
-    """One stage; times in s."""
-
-    name: str
-    title: str
-    acts: tuple[Act, ...]
-    end: float
-    begin: float = 0.0
-    """From when on both sides are compared."""
-    signals: frozenset[Signal] = ALL
-    pv: float = 0.0
-    """Of the plant at the beginning."""
-    load: float = 0.0
-    loses_sensor: bool = False
-    swept: bool = False
-    """The plant is an integrator that only its load moves."""
-    output: float | None = None
-    """With which a stage begins; None: as configured."""
-    slack: int = 0
-    """Samples by which signals may come apart in addition: a loop above samples more slowly."""
-    with_master: bool = False
-    """The loop that gives the set point runs, too."""
+NEARER = 0.2
+"""Of the way from the output that holds the PV to the middle, where it is put by hand."""
+AFTER = 4
+"""Samples in Manual after which the output is set by hand: before, it shows what becomes of it by itself."""
 
 
 def stages_of(bench: Bench, loop: Loop, other: Loop, count: float, *, in_cascade: bool) -> Iterator[Stage]:
@@ -90,7 +48,7 @@ def stages_of(bench: Bench, loop: Loop, other: Loop, count: float, *, in_cascade
     yield from _windup(bench)
     yield _disturbance(bench)
     yield _setpoint_limits(bench)
-    yield from _alarms(bench, loop, other)
+    yield from open_loop(bench, loop, other, count)
     yield from _deadband(bench, loop, other, count)
     yield _transfers(bench)
     yield _sensor(bench)
@@ -121,7 +79,7 @@ def _cascade(b: Bench) -> Stage:
         Act(b.slowest, master=there),
         Act(hold, master=there + SMALL * b.room / b.span),
     )
-    moved = (*_in_auto(b), Act(0.0, master=there), *(_later(act, begin) for act in acts))
+    moved = (*in_auto(b), Act(0.0, master=there), *(later(act, begin) for act in acts))
     load = b.load(b.start, b.middle)
     return Stage(
         "cascade",
@@ -137,45 +95,11 @@ def _cascade(b: Bench) -> Stage:
     )
 
 
-def _resting(b: Bench) -> tuple[Act, ...]:
-    """In Manual, with the plant at rest at the set point."""
-    return (
-        Act(0.0, mode="auto"),  # a block may keep its set point from a master in Manual, too
-        Act(0.0, mode="manual"),
-        Act(0.0, output=b.middle),
-        Act(b.sample, setpoint=b.start),
-        Act(b.rest - b.sample, output=b.middle),
-    )
-
-
-def _in_auto(b: Bench) -> tuple[Act, ...]:
-    """The same, and then Auto with the same set point."""
-    return (
-        *_resting(b),
-        Act(b.rest, mode="auto"),
-        Act(b.rest + b.sample, setpoint=b.start),
-    )
-
-
-def _stage(
-    b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal] = ALL
-) -> Stage:
-    """A stage in Auto whose acts are counted from the time at which the loop has settled."""
-    begin = b.rest + 2 * b.sample + b.settling
-    moved = tuple(_later(act, begin) for act in acts)
-    load = b.load(b.start, b.middle)
-    return Stage(name, title, (*_in_auto(b), *moved), begin + length, begin, signals, b.start, load, output=b.middle)
-
-
-def _later(act: Act, by: float) -> Act:
-    return replace(act, at=act.at + by)
-
-
 def _manual(b: Bench) -> Stage:
     """The output as the operator sets it."""
     low, high = b.limits
     acts = (
-        *_resting(b),
+        *at_rest(b),
         Act(b.rest, output=low + 0.4 * (high - low)),
         Act(b.rest + 10 * b.sample, output=low + 0.6 * (high - low)),
     )
@@ -188,7 +112,7 @@ def _manual(b: Bench) -> Stage:
 def _automatic(b: Bench) -> Stage:
     """From Manual to Auto while the PV is beside the set point."""
     pv = b.start - b.sign * 0.02 * b.span
-    acts = (*_resting(b), Act(b.rest, mode="auto"))
+    acts = (*at_rest(b), Act(b.rest, mode="auto"))
     return Stage(
         "auto", "Auto", acts, b.rest + b.length / 2, b.rest - b.sample, ALL, pv, b.load(pv, b.middle), output=b.middle
     )
@@ -196,12 +120,12 @@ def _automatic(b: Bench) -> Stage:
 
 def _small_step(b: Bench) -> Stage:
     act = Act(0.0, setpoint=b.start + SMALL * b.room)
-    return _stage(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
+    return settled(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
 
 
 def _large_step(b: Bench) -> Stage:
     acts = (Act(0.0, setpoint=b.start + LARGE / 2 * b.room), Act(b.length / 2, setpoint=b.start - LARGE / 2 * b.room))
-    return _stage(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
+    return settled(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
 
 
 def _windup(b: Bench) -> Iterator[Stage]:
@@ -211,62 +135,26 @@ def _windup(b: Bench) -> Iterator[Stage]:
         held = abs(b.gain) * abs(end - b.middle)
         by = -b.sign * sign * (held + BEYOND * b.span)
         acts = (Act(0.0, load=rest + by), Act(b.length / 2, load=rest))
-        yield _stage(b, f"{name} limit", f"into the {name} limit of the output and back", acts, b.length * 1.5)
+        yield settled(b, f"{name} limit", f"into the {name} limit of the output and back", acts, b.length * 1.5)
 
 
 def _disturbance(b: Bench) -> Stage:
+    act = Act(0.0, load=_disturbed(b))
+    return settled(b, "disturbance", "a load that takes 30 % of what the output can do", (act,), b.length)
+
+
+def _disturbed(b: Bench) -> float:
+    """The load that takes a part of what the output can do."""
     low, high = b.limits
     size = min(LOADED * (high - low) * abs(b.gain), LARGE * b.span)
     down = b.middle + LOADED * (high - low) > high  # without an integral the output may rest at a limit
-    act = Act(0.0, load=b.load(b.start, b.middle) - (-b.sign if down else b.sign) * size)
-    return _stage(b, "disturbance", "a load that takes 30 % of what the output can do", (act,), b.length)
+    return b.load(b.start, b.middle) - (-b.sign if down else b.sign) * size
 
 
 def _setpoint_limits(b: Bench) -> Stage:
     acts = (Act(0.0, setpoint=b.high), Act(5 * b.sample, setpoint=b.low))
     signals: frozenset[Signal] = frozenset(("setpoint", "mode"))
-    return _stage(b, "set point limits", "the set point at both ends of the PV's range", acts, 10 * b.sample, signals)
-
-
-def _alarms(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
-    """The PV from the middle to the top, to the bottom and back, whatever the output does."""
-    sides = (loop.alarms, other.alarms)
-    widths = [w for a in sides for w in (a.deviation.high, a.deviation.high_high, a.hysteresis or None) if w]
-    bands = [float(width) / b.span for width in widths]
-    speed = min(max(SHARE_OF_BAND * min(bands, default=1.0), SLOWEST), FASTEST)
-    up, down = ((end / b.span) / speed for end in (b.high - b.start, b.start - b.low))
-    edge = BLIND / speed
-    rates = [float(a.rate_of_change) for a in sides if a.rate_of_change]
-    rate = speed * b.span / b.sample
-    rise, fall = (round(x - edge) * b.sample for x in (up, down))
-    acts = (
-        Act(0.0, load=rate),
-        Act(rise, load=-rate),
-        Act(2 * rise + fall, load=rate),
-        Act(2 * (rise + fall), load=0.0),
-    )
-    signals: frozenset[Signal] = frozenset(("pv", "setpoint", "mode", "alarms"))
-    end = 2 * (rise + fall) + 5 * b.sample
-    yield _sweep(b, "alarms", "the PV through its whole range and back", acts, end, signals)
-    for i, limit in enumerate(dict.fromkeys(rates)):
-        yield _rate(b, f"rate of change {i + 1}" if i else "rate of change", limit, signals)
-
-
-def _rate(b: Bench, name: str, limit: float, signals: frozenset[Signal]) -> Stage:
-    """The PV a tenth more slowly than its alarm allows, then a tenth faster, up and down."""
-    hold = min(8 * b.sample, 0.3 * b.span / limit)
-    times = [i * hold for i in range(5)]
-    loads = (0.9 * limit, -0.9 * limit, 1.1 * limit, -1.1 * limit, 0.0)
-    acts = tuple(Act(at, load=load) for at, load in zip(times, loads, strict=True))
-    return _sweep(b, name, "the PV as fast as its alarm allows, and faster", acts, 5 * hold + 5 * b.sample, signals)
-
-
-def _sweep(b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal]) -> Stage:
-    begin = b.rest + 5 * b.sample
-    moved = tuple(_later(act, begin) for act in acts)
-    return Stage(
-        name, title, (*_in_auto(b), *moved), begin + length, begin, signals, b.start, 0.0, swept=True, output=b.middle
-    )
+    return settled(b, "set point limits", "the set point at both ends of the PV's range", acts, 10 * b.sample, signals)
 
 
 def _deadband(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage]:
@@ -277,21 +165,25 @@ def _deadband(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage
         hold = max(10 * b.sample, b.length / 10)
         acts = tuple(Act(k * hold, setpoint=b.start + share * band) for k, share in enumerate(shares))
         name = f"dead band {i + 1}" if i else "dead band"
-        yield _stage(b, name, "the set point within the dead band and beyond", acts, hold * len(shares))
+        yield settled(b, name, "the set point within the dead band and beyond", acts, hold * len(shares))
 
 
 def _transfers(b: Bench) -> Stage:
-    """Auto to Manual while the loop is at work, and back to Auto."""
-    rest, hold = b.load(b.start, b.middle), max(20 * b.sample, b.length / 10)
+    """Auto to Manual while the loop is at work, an output by hand, and back to Auto."""
+    hold = max(20 * b.sample, b.length / 10)
+    manual, load = b.length / 2, _disturbed(b)
+    held = (b.start - load) / b.gain
+    nearer = held + NEARER * (b.middle - held)
     acts = (
-        Act(0.0, load=rest - SMALL * b.span),
-        Act(b.length / 2, mode="manual"),
-        Act(b.length / 2 + hold, mode="auto"),
-        Act(b.length / 2 + hold + b.sample, setpoint=b.start),
+        Act(0.0, load=load),
+        Act(manual, mode="manual"),
+        Act(manual + AFTER * b.sample, output=nearer),
+        Act(manual + hold, mode="auto"),
+        Act(manual + hold + b.sample, setpoint=b.start),
     )
-    return _stage(b, "transfers", "Auto to Manual and back to Auto", acts, b.length + hold)
+    return settled(b, "transfers", "Auto to Manual and back to Auto", acts, b.length + hold)
 
 
 def _sensor(b: Bench) -> Stage:
     acts = (Act(0.0, lost=True), Act(5 * b.sample, lost=False))
-    return replace(_stage(b, "sensor", "the sensor lost and back", acts, b.length), loses_sensor=True)
+    return replace(settled(b, "sensor", "the sensor lost and back", acts, b.length), loses_sensor=True)

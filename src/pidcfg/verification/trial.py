@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from pidcfg.sim.plc import Plc
     from pidcfg.sim.report import LoopReport
     from pidcfg.vendors import Vendor
+    from pidcfg.verification.acts import Stage
     from pidcfg.verification.bench import Bench
-    from pidcfg.verification.stages import Stage
 
 TWELVE_BITS = 4095
 """Counts of an analog module where the PLC calculates with finer numbers."""
@@ -119,6 +119,7 @@ def run(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bool, li
     name, c = plc.loops[i], plc.cfg[i]
     low, width = bench.low, bench.span
     shown = f"(Plant * (1 - lost) + ({low!r}) * lost)" if stage.loses_sensor else "Plant"
+    shown = "(Plant + moved)" if stage.swept else shown
     measured = f"({low!r}) + ({shown} - ({low!r})) * ({shown} - ({low!r})) / {width!r}" if before_root else shown
     names = names_of(plc, side.loops, i, measured, others, as_configured=stage.output is None)
     scenario = Scenario.model_validate(scenario_data(stage, bench, names))

@@ -16,10 +16,11 @@ from pidcfg.conversion.operation.rules import PREFIX, differing_rules
 from pidcfg.conversion.values import number_of
 from pidcfg.verification.edits import Builder
 from pidcfg.verification.names import slaves_of
-from pidcfg.verification.neutral import FOLLOWS, differing, neutral_of, neutral_values, same
+from pidcfg.verification.neutral import ACTION, FOLLOWS, differing, neutral_of, neutral_values, same
+from pidcfg.verification.smoothing import FILTER, SMOOTHING, alike
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from pidcfg.conversion.ledger import Change, NeutralLoop
     from pidcfg.conversion.operation.rules import Operation
@@ -29,10 +30,8 @@ if TYPE_CHECKING:
 
 SLACK = 5.0
 """How much more than a line's own error the neutral value may differ: a share of a filter is not its time."""
-RULES_OF_FIELDS = frozenset(("pv.filter", "tuning.integral_time"))
+RULES_OF_FIELDS = frozenset(("tuning.integral_time",))
 """Neutral fields that a target may have with another rule, although the value is the same."""
-ACTION = "output_raises_pv"
-"""No line excuses another action."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +81,7 @@ def twin_of(
 def _consequences(builder: Builder, i: int, after: Operation, twin: Twin, other: Loop | None) -> list[Line]:
     """Rules that differ because the twin follows a line, such as another form of the equation."""
     because = [line.change for line in twin.followed[i] if line.neutral in {"", FOLLOWS}]
-    known = {line.neutral for line in twin.left[i]}
+    known = {line.neutral for line in (*twin.left[i], *twin.followed[i])}
     if not because or other is None:
         return []
     before = builder.vendor.load("operation")(builder.config)[i]
@@ -111,7 +110,10 @@ def _of_loop(
         if any(builder.bring(i, key, path, two.get(path)) for key in _keys(builder, i, path)):
             followed.extend(Line(path, change) for change in rows)
     _restore(builder, i, other, first)
-    left.extend(Line(row.field, row, row.target) for row in changes if row.field.startswith(PREFIX))
+    followed.extend(_smoothed(builder, i, changes, other))
+    through = [line.change.field for line in followed]
+    rules = [row for row in changes if row.field.startswith(PREFIX) and row.field not in through]
+    left.extend(Line(row.field, row, row.target) for row in rules)
     rest = differing(*neutral_values(builder.whole(i), other))
     for change in values:
         for name in change.neutral or of_target(change.field):
@@ -119,6 +121,16 @@ def _of_loop(
             if is_rule or (change.kind != "exact" and any(overlap(name, path) for path in rest)):
                 left.append(Line(name, change, neutral_values(builder.whole(i), other)[1].get(name)))
     return followed, left
+
+
+def _smoothed(builder: Builder, i: int, changes: Sequence[Change], other: Loop) -> Iterator[Line]:
+    """Gives the filter of the derivative the time constant that lets as much through as the target's."""
+    row = next((row for row in changes if row.field == SMOOTHING), None)
+    if row is None:
+        return
+    wanted = alike(row, other)
+    if any(builder.bring(i, key, FILTER, wanted) for key in _keys(builder, i, FILTER)):
+        yield Line(row.field, row, row.target)
 
 
 def _restore(builder: Builder, i: int, other: Loop, first: Sequence[str]) -> None:

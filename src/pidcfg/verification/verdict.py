@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Named:
-    """A difference, and the line of the report that says why; ``source``: between the source and its twin."""
+    """A difference, and the line of the report that says why; None: several do, and none of them alone."""
 
     difference: Difference
-    line: Change
+    line: Change | None
 
 
 @dataclass(frozen=True, slots=True)

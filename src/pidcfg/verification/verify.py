@@ -10,8 +10,10 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.conversion.ledger import overlap
 from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
-from pidcfg.verification.comparison import Tolerance
+from pidcfg.verification.comparison import Counts, Tolerance
+from pidcfg.verification.keys import field_of
 from pidcfg.verification.neutral import loops_of
 from pidcfg.verification.overlays import overlay
 from pidcfg.verification.trial import finest, new_plc
@@ -24,7 +26,6 @@ if TYPE_CHECKING:
     from pidcfg.conversion.pipeline import LoopReport
     from pidcfg.vendors import Vendor
     from pidcfg.verification.battery import Reference
-    from pidcfg.verification.comparison import Difference
     from pidcfg.verification.trial import Side, Trial
     from pidcfg.verification.twin import Line
 
@@ -89,13 +90,13 @@ def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
     tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
     if exactly:
         pv, output = finest(new_plc(sides.twin, (i,)), i)
-        tolerance = Tolerance(0.0, pv, pv, output)
+        tolerance = Tolerance(0.0, Counts(pv, output), Counts(pv, output), pv, output)
     battery = Battery(reference, sides.target, j, tolerance)
     left, followed = sides.lines.left.get(i, []), sides.lines.followed.get(i, [])
     failures, named = [], []
     for difference, line in battery.judged(left):
         if line is None:
-            failures.append(Failure(difference, battery.key_of(difference)))
+            failures.append(Failure(difference, battery.key_of(difference, [*left, *followed])))
         else:
             named.append(Named(difference, line.change))
     original = reference
@@ -111,19 +112,11 @@ def _of_twin(
     """What the lines that the twin follows change: between the source as it is and its twin."""
     battery = Battery(original, reference.side, reference.i, tolerance, reference)
     for difference in battery.differences():
-        line = next((line for line in followed if _is_about(line, difference)), followed[0])
-        yield Named(difference, line.change)
-
-
-def _is_about(line: Line, difference: Difference) -> bool:
-    """Whether a line is of the same kind as a signal."""
-    kinds = {"setpoint": "setpoint.", "mode": "mode", "pv": "pv.", "output": "tuning."}
-    kind = kinds.get(difference.signal)
-    if kind is None:
-        return line.neutral.startswith("alarms.") and difference.signal in line.neutral.replace(
-            "deviation.", "deviation_"
-        )
-    return line.neutral.startswith(kind)
+        field = field_of(difference, original.loop, reference.loop)
+        line = next((line for line in followed if field and overlap(field, line.neutral)), None)
+        if line is None and len(followed) == 1:
+            (line,) = followed
+        yield Named(difference, None if line is None else line.change)
 
 
 def _result(  # noqa: PLR0913, PLR0917

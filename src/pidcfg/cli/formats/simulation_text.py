@@ -139,6 +139,10 @@ def verdict_line(outcome: Outcome, report: Report) -> str:
     total, tally = len(report.expectations), Tally.of(report.standing)
     errors = any(note.error for note in report.notes) or any(p.severity == "error" for p in report.problems)
     line = f"passed: {total} of {total} expectations, {tally.in_words()}"
+    if not any(loop.time_in_control for loop in report.loops.values()):
+        line += "; no loop was in Auto or Cascade, so nothing was controlled"
+    elif not report.running:
+        line += "; the PLC ends stopped"
     if failed or tally.failed:
         parts = [f"{failed} of {total} expectations"] * (failed > 0)
         parts += [f"{tally.failed} of {tally.judged} standing ones"] * (tally.failed > 0)

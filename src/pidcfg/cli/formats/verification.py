@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.cli.files.plots import in_characters
 from pidcfg.cli.formats.markdown import cell
+from pidcfg.results.verification import SEVERAL
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -65,7 +66,8 @@ def _named(rows: Sequence[Named]) -> Iterator[str]:
     """Each line of the report once, with the stages in which it shows."""
     stages: dict[tuple[str, str], dict[str, None]] = {}
     for row in rows:
-        stages.setdefault((row.line.field, row.line.note), {})[row.difference.stage] = None
+        line = ("rounding", SEVERAL) if row.line is None else (row.line.field, row.line.note)
+        stages.setdefault(line, {})[row.difference.stage] = None
     for (field, note), names in stages.items():
         yield f"{field} ({', '.join(names)}){f': {note}' if note else ''}"
 

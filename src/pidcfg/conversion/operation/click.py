@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.operation.rules import Deadband, Operation, Start, Transfer, Windup, WithoutIntegral
+from pidcfg.conversion.operation.rules import Deadband, Operation, Own, Start, Transfer, Windup, WithoutIntegral
 
 if TYPE_CHECKING:
     from pidcfg.schemas.click import ClickFile
+
+OWN = Own(("bits", "integers", "floats"))
+"""Its blocks."""
 
 
 def operations(config: ClickFile) -> list[Operation]:

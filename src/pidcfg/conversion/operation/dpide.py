@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.operation.rules import Deadband, Manual, Operation, Windup
+from pidcfg.conversion.operation.rules import Deadband, Manual, Operation, Own, Windup
 from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dpide import DpideFile, Loop
+
+OWN = Own(("device", "devices"))
+"""Its devices."""
 
 
 def operations(config: DpideFile) -> list[Operation]:
@@ -16,7 +19,7 @@ def operations(config: DpideFile) -> list[Operation]:
     return [
         Operation(
             manual=Manual.STAYS if loop.MOUT_AUTO or _is_one_device(loop) else Manual.JUMPS,
-            windup=Windup.WORKED_OUT if loop.PID_MODE == BACK_CALCULATED else Windup.FROZEN,
+            windup=Windup.WORKED_OUT if loop.PID_MODE == BACK_CALCULATED else Windup.HELD_BEYOND,
             deadband=Deadband.CROSSED,
         )
         for loop in config.loops

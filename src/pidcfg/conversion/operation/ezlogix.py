@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.operation.rules import Operation, Transfer, Windup
+from pidcfg.conversion.operation.rules import Operation, Own, Transfer, Windup
+from pidcfg.schemas.ezlogix import CV_FULL
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from pidcfg.schemas.ezlogix import EzlogixFile
+
+
+def _counts(config: EzlogixFile, kept: Sequence[int]) -> dict[str, Any]:
+    """How the PVs are counted."""
+    return {"pv_counts": [config.loops[i].pv.counts or (0, CV_FULL) for i in kept]}
+
+
+OWN = Own(("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"), scales=_counts)
+"""Its registers and tags."""
 
 
 def operations(config: EzlogixFile) -> list[Operation]:
@@ -16,6 +28,7 @@ def operations(config: EzlogixFile) -> list[Operation]:
         Operation(
             transfer=Transfer.ON_TOP,
             windup=Windup.CONDITIONAL_AT_ENDS if loop.anti_windup else Windup.ENDLESS,
+            smoothing=None,
         )
         for loop in config.loops
     ]

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.operation.rules import Master, Operation, Windup
+from pidcfg.conversion.operation.rules import Master, Operation, Own, Smoothing, Windup
 
 if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile
+
+OWN = Own()
+"""Nothing has an address, and nothing else is left out."""
 
 
 def operations(config: GenericFile) -> list[Operation]:
     """Of each loop (D300, D301)."""
     return [
-        Operation(windup=Windup.CONDITIONAL if loop.anti_windup else Windup.ENDLESS, master=Master.FOLLOWS)
+        Operation(
+            windup=Windup.CONDITIONAL if loop.anti_windup else Windup.ENDLESS,
+            smoothing=Smoothing.EXACT,
+            master=Master.FOLLOWS,
+        )
         for loop in config.loops
     ]

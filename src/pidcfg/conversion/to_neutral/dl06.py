@@ -238,6 +238,9 @@ def _state(b: NeutralBuilder, s: Dl06Loop) -> None:
     if state.output is not None:
         value = _raw(s, state.output)
         b.put("state.output", shown(value), "output.manual", position(scale, value))
+    elif position(scale, NOTHING) > (scale.range or (ZERO,))[0]:
+        note = "the output begins with 0 counts, in the middle of its range"
+        b.put("state.output", None, "output.manual", position(scale, NOTHING), note=note, assumed=True)
     if integral_time(s):
         return
     word = state.output if state.bias is None else state.bias

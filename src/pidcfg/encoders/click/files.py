@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.click.dataview import read_dataview, write_dataviews
 from pidcfg.encoders.click.dump import merge_dump, read_dump, write_dump
-from pidcfg.encoders.click.nickname_csv import HEADER, merge_nicknames, write_nicknames
+from pidcfg.encoders.click.nickname_csv import HEADER, write_nicknames
 from pidcfg.encoders.click.nickname_loops import read_nicknames
-from pidcfg.encoders.files import FileKind, columns, first_line, listings
+from pidcfg.encoders.click.nickname_merge import merge_nicknames
+from pidcfg.encoders.files import FileKind, listings
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.encoders.modbus import Place
+from pidcfg.encoders.tables import columns, first_line
 
 if TYPE_CHECKING:
     from pidcfg.schemas.click import ClickFile
@@ -53,7 +55,7 @@ FORMATS = listings(SPACE, "register listing", Numbering()) | {
         "nicknames with initial values (CSV)",
         write_nicknames,
         read_nicknames,
-        lambda text: tuple(cell.strip('"') for cell in columns(text)) == HEADER,
+        lambda text: {name.lower() for name in HEADER} <= set(columns(text)),
         merge=merge_nicknames,
         carries_comments=False,
         whole=False,

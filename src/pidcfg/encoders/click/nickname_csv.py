@@ -1,4 +1,7 @@
-"""CLICK's nickname CSV: written and checked by pyclickplc, read strictly, and added to a file of the user's."""
+"""CLICK's nickname CSV: written and checked by pyclickplc, and read strictly.
+
+Newer versions of CLICK's software export two more columns, the Modbus address and its function codes, behind the type.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.click.nicknames import nicknames
 from pidcfg.encoders.click.package import read_with, written_by
-from pidcfg.encoders.files import CONFLICT, UnwritableError
+from pidcfg.encoders.files import UnwritableError
 from pidcfg.encoders.listing import ListingError, decimal_content
 from pidcfg.encoders.maps.click import SPACE
 
@@ -20,7 +23,8 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Image
 
 HEADER = ("Address", "Data Type", "Nickname", "Initial Value", "Retentive", "Address Comment")
-INITIAL_VALUE = HEADER.index("Initial Value")
+MODBUS, FUNCTION_CODE = "Modbus Address", "Function Code"
+HEADERS = (HEADER, (*HEADER[:2], MODBUS, FUNCTION_CODE, *HEADER[2:]))
 MARK = "\ufeff"
 SYSTEM = frozenset({"SC", "SD"})
 """Banks whose nicknames the PLC's software gives, some of them twice."""
@@ -39,6 +43,13 @@ class Row:
     value: str
     retentive: str
     comment: str
+    modbus: str = ""
+    """Its Modbus address as the file writes it, where the file has that column."""
+
+    @property
+    def is_unused(self) -> bool:
+        """Whether the row only says that the address exists: no nickname, no comment, no initial value."""
+        return not self.nickname and not self.comment and self.value in {"", "0"}
 
 
 @dataclass(slots=True)
@@ -46,6 +57,7 @@ class Table:
     """A nickname CSV: what stands before the first row, and its rows by address and by nickname in small letters."""
 
     head: str = ""
+    columns: tuple[str, ...] = HEADER
     rows: list[Row] = field(default_factory=list)
     by_address: dict[str, Row] = field(default_factory=dict)
     by_name: dict[str, Row] = field(default_factory=dict)
@@ -65,6 +77,10 @@ class Table:
         self.by_address[row.address] = row
         if row.nickname:
             self.by_name[row.nickname.casefold()] = row
+
+    def column(self, name: str) -> int:
+        """Where a column stands, from 0."""
+        return self.columns.index(name)
 
     @property
     def line_end(self) -> str:
@@ -96,15 +112,14 @@ def parse(text: str) -> Table:
     for line, raw, cells in _records(text.removeprefix(MARK)):
         stripped = [cell.strip() for cell in cells]
         if not table.head:
-            _header(stripped, line)
-            table.head = raw
+            table.head, table.columns = raw, _header(stripped, line)
         elif any(stripped):
-            table.add(_row(line, raw, stripped))
+            table.add(_row(line, raw, stripped, table.columns))
         else:
             table.rows.append(Row(line, raw, "", "", "", "", "", "", ""))
     if not table.head:
         raise ListingError("the file is empty")
-    _compare(table, text.removeprefix(MARK))
+    _compare(table, ",".join(table.columns) + "\n" + text.removeprefix(MARK).removeprefix(table.head))
     return table
 
 
@@ -126,24 +141,32 @@ def _records(text: str) -> Iterator[tuple[int, str, list[str]]]:
         done = reader.line_num
 
 
-def _header(cells: list[str], line: int) -> None:
-    if tuple(cells) != HEADER:
-        raise ListingError(f"the header of a nickname CSV is {','.join(HEADER)}", line)
+def _header(cells: list[str], line: int) -> tuple[str, ...]:
+    """The columns of a file, whatever the letters of its header."""
+    for header in HEADERS:
+        if [cell.casefold() for cell in cells] == [name.casefold() for name in header]:
+            return header
+    raise ListingError(
+        f"the header of a nickname CSV is {','.join(HEADER)}, with {MODBUS} and {FUNCTION_CODE} behind Data Type or "
+        "without; export it again",
+        line,
+    )
 
 
-def _row(line: int, raw: str, cells: list[str]) -> Row:
+def _row(line: int, raw: str, cells: list[str], columns: tuple[str, ...]) -> Row:
     from pyclickplc.addresses import normalize_address, parse_address
 
-    if len(cells) != len(HEADER):
-        raise ListingError(f"{len(cells)} cells stand under a header of {len(HEADER)} columns", line)
-    written, kind, nickname, value, retentive, comment = cells
+    if len(cells) != len(columns):
+        raise ListingError(f"{len(cells)} cells stand under a header of {len(columns)} columns", line)
+    named = dict(zip(columns, cells, strict=True))
+    written, kind, nickname, value, retentive, comment = (named[name] for name in HEADER)
     address = normalize_address(written) if written.isascii() and len(written) < len("CTD1000000") else None
     if address is None:
         raise ListingError(f"{written[:40]!r} is not an address of CLICK", line)
     bank, _ = parse_address(address)
     if retentive.lower() not in {"yes", "no", ""}:
         raise ListingError(f"{address}: {retentive[:40]!r} stands where Yes or No is wanted", line)
-    row = Row(line, raw, address, bank, kind, nickname, value, retentive, comment)
+    row = Row(line, raw, address, bank, kind, nickname, value, retentive, comment, named.get(MODBUS, ""))
     _typed(row)
     initial(row)
     return row
@@ -190,52 +213,3 @@ def _compare(table: Table, text: str) -> None:
             raise ListingError(f"pyclickplc does not read the row of {row.address} as it is written", row.line)
     if rows:
         raise ListingError(f"pyclickplc reads {', '.join(sorted(rows)[:3])}, which no row has")
-
-
-def merge_nicknames(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
-    """A file of the user's with the nicknames of all loops added; only an initial value of theirs is renewed (D106)."""
-    mark = MARK if text.startswith(MARK) else ""
-    theirs, wanted = parse(text), parse(write_nicknames(image))
-    set_here = {row.address for row in nicknames(image) if row.value}
-    renewed: dict[str, str] = {}
-    created, same, notes = [], [], []
-    for row in wanted.rows:
-        at, called = theirs.by_address.get(row.address), theirs.by_name.get(row.nickname.casefold())
-        if at is None and called is None:
-            created.append(row)
-        elif at is not None and at is called:
-            same.append(row.address)
-            if row.address in set_here and (initial(at) or 0) != initial(row):
-                renewed[row.address] = row.value
-                notes.append(f"initial value renewed: {row.nickname} ({row.address}), {at.value or 0} to {row.value}")
-        else:
-            notes.append(_conflict(row, at, called))
-    body = "".join(_renewed(row, renewed.get(row.address)) for row in theirs.rows)
-    end = theirs.line_end
-    if created and not (theirs.head + body).endswith(("\n", "\r")):
-        body += end
-    body += "".join(row.raw.removesuffix("\n") + end for row in created)
-    merged = theirs.head + body
-    if len(parse(merged).rows) != len(theirs.rows) + len(created):
-        raise ListingError("the rows could not be added to this file")
-    report = [f"created {len(created)}, already there: {len(same)}", *notes]
-    return mark + merged, tuple(report)
-
-
-def _conflict(row: Row, at: Row | None, called: Row | None) -> str:
-    """Why a row was not added."""
-    reasons = []
-    if at is not None:
-        reasons.append(f"{at.address} is {at.nickname!r}" if at.nickname else f"{at.address} has no nickname there")
-    if called is not None:
-        reasons.append(f"the nickname is that of {called.address}")
-    return f"{CONFLICT}, left as it is: {row.nickname} ({row.address}) was not created, since {' and '.join(reasons)}"
-
-
-def _renewed(row: Row, value: str | None) -> str:
-    """A row's text with another initial value; the cells before it hold no comma."""
-    if value is None:
-        return row.raw
-    cells = row.raw.split(",", INITIAL_VALUE + 1)
-    cells[INITIAL_VALUE] = value
-    return ",".join(cells)

@@ -35,8 +35,10 @@ D106 = Decision(
     106,
     "a nickname list of the user's keeps what it says",
     "A row whose address or nickname stands there with another partner is left as it is and reported. Where both agree "
-    "the row is the loop's own: its initial value becomes the configuration's, and nothing else of it changes.",
-    "A list that kept the old initial values of a loop would be written into the PLC as if they were the new ones.",
+    "the row is the loop's own: its initial value becomes the configuration's, and nothing else of it changes. A row "
+    "with neither nickname nor comment nor initial value is nobody's, and becomes the loop's.",
+    "A list that kept the old initial values of a loop would be written into the PLC as if they were the new ones. An "
+    "export of all addresses has a row of each, used or not.",
 )
 D107 = Decision(
     107,

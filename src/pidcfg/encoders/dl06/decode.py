@@ -52,6 +52,8 @@ def decode(
     data["plc"] = _plc_data(pointer, words, count) | stated
     data["loops"] = [loop.data(words, names) for loop in loops]
     notes = [note for loop in loops for note in loop.notes]
+    if _is_no_count(words.get(LOOP_COUNT)):
+        notes.append(f"{v_name(LOOP_COUNT)} is no BCD number: the PLC sets bit 2 of V7642 and calculates no loop (D53)")
     if "reset_decimals" not in stated and any(loop.block.word("reset") for loop in loops):
         notes.append("the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two")
     return Decoded(data, tuple(notes))
@@ -67,19 +69,26 @@ def _option(options: Mapping[str, Any], key: str, stored: int | None, title: str
 def _count(options: Mapping[str, Any], words: Mapping[int, int], settings: Sequence[LoopSettings]) -> int:
     """How many loops to read; the listing of a set-up that is wrong on purpose says so in its settings."""
     stored = words.get(LOOP_COUNT)
-    if options.get("number_of_loops") is None and settings and (stored is None or not options.get("names_only")):
+    if options.get("number_of_loops") is not None:
+        return int(options["number_of_loops"])
+    if settings and (stored is None or not options.get("names_only")):
         return len(settings)
-    try:
-        digits = None if stored is None else bcd_digits(stored)
-    except DecodeError as error:
-        raise DecodeError(f"{v_name(LOOP_COUNT)}: {error}", LOOP_COUNT) from None
+    if _is_no_count(stored):
+        cure = "--number-of-loops says how many loops to read"
+        raise DecodeError(f"{v_name(LOOP_COUNT)}: 0x{stored:04X} has a digit above 9; {cure}", LOOP_COUNT)
+    digits = None if stored is None else bcd_digits(stored)
     return _option(options, "number_of_loops", digits, f"{v_name(LOOP_COUNT)} (--number-of-loops)")
+
+
+def _is_no_count(stored: int | None) -> bool:
+    """Whether V7641 holds something that is no BCD number."""
+    return stored is not None and not f"{stored:04X}".isdecimal()
 
 
 def _plc_data(pointer: int, words: Mapping[int, int], count: int) -> Data:
     data: Data = {"loop_table": v_name(pointer)}
     stored = words.get(LOOP_COUNT)
-    if stored is not None and bcd_digits(stored) != count:
+    if stored is not None and not _is_no_count(stored) and bcd_digits(stored) != count:
         data["number_of_loops"] = bcd_digits(stored)
     return data
 

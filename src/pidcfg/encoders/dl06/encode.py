@@ -13,6 +13,7 @@ from pidcfg.encoders.maps.dl06 import (
     LOOP_TABLES,
     RAMP_SOAK_PAIR,
     RAMP_SOAK_PAIRS,
+    RESET,
     SETUP_WORDS,
     SPACE,
     TABLE_POINTER,
@@ -113,7 +114,7 @@ def values_of(config: Dl06File, loop: Loop) -> Data:
     rate = loop.alarms.rate_of_change
     values = mapped(loop, TABLE, unset_values(loop))
     return values | {
-        "tuning.reset": reset_value(loop),
+        "tuning.reset": table_reset(config, loop),
         "remote_setpoint": remote_setpoint(config, loop),
         "pv.transfer": _transfer(loop.pv.transfer),
         "output.transfer": _transfer(loop.output.transfer),
@@ -141,6 +142,11 @@ def pv_alarms_on(loop: Loop) -> bool:
 def deviation_alarms_on(loop: Loop) -> bool:
     """Whether the bit of the two deviation alarms is set."""
     return is_enabled(loop, "alarms.deviation.enabled")
+
+
+def table_reset(config: Dl06File, loop: Loop) -> Decimal:
+    """The reset time that its word holds: one of the two codes when it is off."""
+    return RESET[config.plc.reset_decimals].high if loop.tuning.reset.nines else reset_value(loop)
 
 
 def reset_value(loop: Loop) -> Decimal:

@@ -12,11 +12,12 @@ from pidcfg.encoders.mapping import defaults_of, file_data
 from pidcfg.encoders.maps.dl06 import RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RAMP_SOAK_SIZE, SPACE
 from pidcfg.encoders.settings import settings_values
 from pidcfg.encoders.values import Data, present
-from pidcfg.schemas.dl06 import Loop, RampSoakStep
+from pidcfg.schemas.dl06 import OFF_NINES, Loop, RampSoakStep
 from pidcfg.schemas.octal import v_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from decimal import Decimal
 
     from pidcfg.encoders.scales import Scale
     from pidcfg.schemas.dl06 import LoopSettings
@@ -47,7 +48,7 @@ class LoopReader:
         values |= {
             "mode": intended_mode(self.block.word("mode_and_alarm_status"), self.settings.mode),
             **_source(values["remote_setpoint"], names),
-            "tuning.reset": values["tuning.reset"] or "off",
+            "tuning.reset": reset_of(self.block.word("reset"), values["tuning.reset"]),
             "pv.transfer": _transfer(values["pv.transfer"]),
             "output.transfer": _transfer(values["output.transfer"]),
             "ramp_soak": self.ramp_soak(values, words, scales),
@@ -103,6 +104,11 @@ class LoopReader:
             LoopBlock(self.block.loop, SPACE, table + j * size, RAMP_SOAK_PAIR, pair) for j, pair in enumerate(pairs)
         )
         return [file_data(RampSoakStep, block.values(scales), unset, frozenset({"soak"})) for block in blocks]
+
+
+def reset_of(word: int, time: Decimal) -> Decimal | str:
+    """A reset time, or which of the two words that switch the integral off stands there."""
+    return {0x0000: "off", 0x9999: OFF_NINES}.get(word, time)
 
 
 def _source(pointer: int, names: Mapping[int, str]) -> Data:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, read_operands, write_operands
 from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, read_symbols, write_symbols
-from pidcfg.encoders.files import FileKind, columns
+from pidcfg.encoders.files import FileKind
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.parameter_files import parameter_listings
+from pidcfg.encoders.tables import columns
 from pidcfg.schemas.dpide_devices import place_of
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ FORMATS = {
         "symbol table of ISPSoft (CSV)",
         write_symbols,
         read_symbols,
-        lambda text: {*COLUMNS[:3]} <= set(columns(text)),
+        lambda text: {name.lower() for name in COLUMNS[:3]} <= set(columns(text)),
         encoding=ENCODING,
         carries_comments=False,
         whole=False,

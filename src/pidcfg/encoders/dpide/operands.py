@@ -6,14 +6,14 @@ devices are taken from their column.
 
 from __future__ import annotations
 
-import csv
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.control_characters import printable
-from pidcfg.encoders.listing import Listing, ListingError, comments, csv_rows, csv_text, load_json
+from pidcfg.encoders.listing import Listing, ListingError, comments, csv_text, load_json
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS
 from pidcfg.encoders.parameter_files import RISKY, content_of, read_csv, read_json
 from pidcfg.encoders.parameters import shown
+from pidcfg.encoders.tables import table_rows
 from pidcfg.schemas.base import parse_name
 from pidcfg.schemas.dpide_devices import parse_flag_device, parse_register
 from pidcfg.schemas.iec import BOOL
@@ -64,7 +64,7 @@ def read_operands(text: str) -> Listing:
     """Rows by their header; the loop may be missing where the operand's name has it (``OVEN.SV``)."""
     listing = Listing()
     devices: dict[str, dict[str, str]] = {}
-    for number, row in csv_rows(_comments_again(text), listing, required=("operand", "value")):
+    for number, row in table_rows(text, listing, required=("operand", "value")):
         loop, operand = _named(row)
         kind = ROWS.get(operand)
         if kind is None or not _is_name(loop):
@@ -81,16 +81,6 @@ def read_operands(text: str) -> Listing:
         _take_device(devices.setdefault(loop, {}), operand, row.get("device", ""), number)
     _take_devices(listing, devices)
     return listing
-
-
-def _comments_again(text: str) -> str:
-    """Comment lines as they were before a spreadsheet took them for cells."""
-    return "\n".join(_comment_again(line) if line.startswith(("#", '"#')) else line for line in text.splitlines())
-
-
-def _comment_again(line: str) -> str:
-    bare = ",".join(next(csv.reader([line]))) if line.startswith('"') else line
-    return bare.rstrip(",")
 
 
 def _named(row: Mapping[str, str]) -> tuple[str, str]:
@@ -136,7 +126,9 @@ def _take_devices(listing: Listing, devices: Mapping[str, Mapping[str, str]]) ->
 def read_csv_devices(text: str) -> Listing:
     """The plain CSV listing, with the devices of its column."""
     listing = read_csv(text)
-    _take_column(listing, ((row["name"], row.get("device", ""), n) for n, row in csv_rows(text, Listing(), ("name",))))
+    _take_column(
+        listing, ((row["name"], row.get("device", ""), n) for n, row in table_rows(text, Listing(), ("name",)))
+    )
     return listing
 
 

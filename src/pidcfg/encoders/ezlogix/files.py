@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.ezlogix.tags import merge_tags, read_tags, write_tags
-from pidcfg.encoders.files import FileKind, columns, listings
+from pidcfg.encoders.files import FileKind, listings
 from pidcfg.encoders.maps.ezlogix import SPACE
+from pidcfg.encoders.tables import columns
 
 if TYPE_CHECKING:
     from pidcfg.schemas.ezlogix import EzlogixFile

@@ -6,14 +6,14 @@ listings.
 
 from __future__ import annotations
 
-import csv
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.files import CONFLICT, UnwritableError, first_line
-from pidcfg.encoders.listing import LOOP, PLC, Listing, ListingError, comments, csv_lines, csv_rows, csv_text, few
+from pidcfg.encoders.files import CONFLICT, UnwritableError
+from pidcfg.encoders.listing import LOOP, PLC, Listing, ListingError, comments, csv_lines, csv_text, few
 from pidcfg.encoders.maps.ezlogix import PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
 from pidcfg.encoders.scales import Distance, Position
+from pidcfg.encoders.tables import columns, delimiter, table_rows
 from pidcfg.encoders.words import Choice, Implied
 from pidcfg.refs import Decision
 from pidcfg.schemas.ezlogix import PlcSettings, tag_name
@@ -130,7 +130,9 @@ def read_tags(text: str) -> Listing:
 
 def _rows(text: str, listing: Listing) -> list[tuple[int, dict[str, str]]]:
     """The rows with their lines; a tag's name twice is refused."""
-    rows = list(csv_rows(text.removeprefix(MARK), listing, required=("tag", "address")))
+    rows = list(table_rows(text.removeprefix(MARK), listing, required=("tag", "address")))
+    for _, row in rows:
+        row["address"] = row["address"].upper()
     lines: dict[str, int] = {}
     for line, row in rows:
         first = lines.setdefault(row["tag"].casefold(), line)
@@ -174,11 +176,11 @@ def merge_tags(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     """A list of the user's with the tags that are not in it (D156), in the columns that it has."""
     listing = Listing()
     theirs = _rows(text, listing)
-    head = [cell.strip() for cell in next(csv.reader([first_line(text.removeprefix(MARK))]))]
+    head, between = columns(text.removeprefix(MARK)), delimiter(text.removeprefix(MARK))
     if not head:
         raise ListingError(f"the list has no header; it begins with a line like {','.join(COLUMNS)}")
     by_tag = {row["tag"].casefold(): row for _, row in theirs}
-    by_address = {row["address"].upper(): row for _, row in theirs}
+    by_address = {row["address"]: row for _, row in theirs}
     created: list[Tag] = []
     there: list[str] = []
     notes: list[str] = []
@@ -193,7 +195,8 @@ def merge_tags(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
     notes += _differing_settings(image, listing)
     end = "\r\n" if "\r\n" in text else "\n"
     added = "".join(line + end for line in _missing_comments(image, listing))
-    added += csv_lines([[getattr(tag, name, "") if name in COLUMNS else "" for name in head] for tag in created], end)
+    cells = [[getattr(tag, name) if name in COLUMNS else "" for name in head] for tag in created]
+    added += csv_lines(cells, end, between)
     merged = text + ("" if text.endswith("\n") or not added else end) + added
     if len(_rows(merged, Listing())) != len(theirs) + len(created):
         raise ListingError("the tags could not be added to this file")

@@ -56,8 +56,9 @@ D16 = Decision(
     "the scale of a square-root loop",
     "The set point runs from 0 to the root of the span (0 to 64 counts for 12 bit); error = SP − √PV is normalised "
     "by that root; alarms compare the raw PV, deviation alarms with SP².",
-    "The manual divides the desired SP by the root of the analog span. A full-scale error keeps its full-scale "
-    "effect; the alarm words have no root in the manual's figures.",
+    'The manual divides "the desired SP value by the square root of the analog span". A full-scale error keeps its '
+    "full-scale effect; the alarm words have no root in the manual's figures. Of a bipolar format the span is twice the "
+    "largest PV, so that 70.7 % of the set point's scale is the root of it, and no PV reaches more.",
 )
 
 SPACE = Space((Bank("V", 0, HIGHEST, WORD, octal=True),))
@@ -97,6 +98,7 @@ RESET_OFF = frozenset(digits * codec.step for codec in RESET.values() for digits
 FILTER = Bcd(1, off=(0,))
 SAMPLE_RATE = Bcd(2, off=(0,), special="not allowed")
 SLOPE = Bcd(2, off=(0,), special="ends the profile")
+GAIN_LIMIT = Bcd(0, off=(0,), special="removes the derivative while bit 9 of +00 is on")
 
 # fmt: off
 LOOP_TABLE = RegisterMap(
@@ -126,7 +128,7 @@ LOOP_TABLE = RegisterMap(
         Word(0o22, "hysteresis",             "alarms.hysteresis",     Distance("pv"),      "pv",     "PV alarm hysteresis",                  "no*", TABLE),
         Word(0o23, "deadband",               "error.deadband",        Distance("sp"),      "pv",     "Error deadband",                       "yes", TABLE),
         Word(0o24, "filter",                 "pv.filter",             FILTER,              "",       "PV low-pass filter constant",          "-",   TABLE),
-        Word(0o25, "derivative_gain_limit",  "derivative_gain_limit", Bcd(0, off=(0,)),    "",       "Derivative gain limit",                "no**", TABLE),
+        Word(0o25, "derivative_gain_limit",  "derivative_gain_limit", GAIN_LIMIT,          "",       "Derivative gain limit",                "no**", TABLE),
         Word(0o26, "setpoint_low",           "setpoint.limits.0",     Position("sp"),      "pv",     "SP lower limit",                       "yes", TABLE),
         Word(0o27, "setpoint_high",          "setpoint.limits.1",     Position("sp"),      "pv",     "SP upper limit",                       "yes", TABLE),
         Word(0o30, "output_low",             "output.limits.0",       Position("output"),  "output", "Control output lower limit",           "no**", TABLE),
@@ -278,7 +280,7 @@ CPU = Cpu(
     transfer_sources=((0o400, 0o677), (0o1200, 0o7377), (0o10000, 0o17777)),
     system=(0o7600, 0o7777),
     non_volatile=(0o7400, 0o7577),
-    user=((0o1200, 0o7577), (0o10000, 0o17777)),
+    user=((0o400, 0o677), (0o1200, 0o7577), (0o10000, 0o17777)),
     fast_loops=4,
     fast_rate="0.05",
     slow_rate="0.1",

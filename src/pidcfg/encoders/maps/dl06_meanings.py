@@ -90,11 +90,13 @@ BITS = {
     ("mode_and_alarm_status", 12): Meaning("The auto-tune has the output and moves the plant.",
                                            "Wait, and stay at the plant.", (), TUNING),
     ("mode_and_alarm_status", 13): Meaning(
-        "The auto-tune ended without result; the gains are the old ones.",
+        "The auto-tune has not started, or was given up, and the gains are the old ones; or the relay of the closed loop "
+        "went to the ends of the output's range, and the gains are new all the same (D29): compare +10 to +12.",
         "Open loop (bit 5 of +01 on): the PV must be at least 205 counts of a 12-bit format, 5 % of full scale, below "
         "the SP of a direct-acting loop, above that of a reverse-acting one (D28). Closed loop: bring PV and SP within 5 % "
-        "of full scale, and see that the output does not reach the ends of its range. Then start again (bit 7 of +01); "
-        "the manual contradicts itself, so try the other reading if the bit comes back.", ("DL299",), TUNING),
+        "of full scale, and narrow the output limits (+30 and +31), between which the relay switches. Then start again "
+        "(bit 7 of +01); the manual contradicts itself, so try the other reading if the bit comes back.",
+        ("DL299", "DL501"), TUNING),
 
     ("ramp_soak_flags", 0): Meaning(f"Asks for start (1), hold (2), resume (4) or jog to the next segment (8) of the "
                                     f"profile. {SEGMENT_KEY}", "Set one of bits 0 to 3 for a moment. The generator "

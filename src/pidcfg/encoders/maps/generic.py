@@ -82,7 +82,6 @@ LOOPS = NamedLoops(
     entry="parameter of a loop, such as TIC-101.tuning.gain",
     needed=NEEDED,
     last=("setpoint.source", "setpoint.follows_pv", "pv.unit", "output.unit"),
-    notes_other_loops=True,
 )
 TUNED = TunedParameters(
     LOOP_TABLE,

@@ -18,7 +18,10 @@ def verified() -> Schema:
         differences=listing("What nothing explains.", difference(key=or_null(text("The key that explains it.")))),
         named=listing(
             "What a line of the report explains.",
-            difference(line=text("The field of the line."), note=text("What it says; may be empty.")),
+            difference(
+                line=or_null(text("The field of the line; null where several lines do it together.")),
+                note=text("What it says; may be empty."),
+            ),
         ),
     )
 

@@ -46,7 +46,7 @@ def expected_errors(e: Evidence) -> Iterator[tuple[int, str]]:
         owner = -1 if wanted.loop is None else plc.loops.index(wanted.loop)
         text = ""
         if isinstance(wanted.mode, Never) and e.is_control(wanted.mode.mode):
-            if not e.meters[owner].ever & plc.modes[wanted.mode.mode]:
+            if not e.meters[owner].ever & plc.control_bits:
                 text = f"{wanted.loop} is expected never to be in {wanted.mode.mode}"
         elif wanted.flag is not None and wanted.value is not False and wanted.value != 0:
             if wanted.loop is None:

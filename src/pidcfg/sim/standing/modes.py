@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.paths import dotted, leaves
+from pidcfg.schemas.scenario_fields import Never
 from pidcfg.sim.events import in_words
 from pidcfg.sim.standing.evidence import Evidence, Judgement, unjudged
 
@@ -26,6 +27,8 @@ def not_in_mode(e: Evidence, i: int) -> Judgement:
     if not m.wanted:
         return Judgement(passed=True, text="reaches each mode that it is meant for")
     wanted, mode = e.plc.mode(m.wanted), e.mode(i)
+    if any(x.loop == name and isinstance(x.mode, Never) and x.mode.mode == wanted for x in e.scenario.expect):
+        return unjudged(f"{name} is expected never to be in {wanted}")
     if not m.seen & m.wanted:
         return Judgement(passed=False, text=f"is meant for {wanted} and stays in {mode}{_why(e, i)}", at=0.0)
     if m.status & m.wanted:

@@ -49,6 +49,8 @@ D09 = Decision(
 )
 
 ROUNDING_WARNING = Decimal("0.01")
+USERS_UNITS = ("pv", "output")
+"""How the unit of a scaled register begins: its values are in units of the user's."""
 AnyContext: TypeAlias = "Context[Any, Encoding]"
 
 
@@ -96,7 +98,7 @@ def beyond_limits(model: BaseModel, path: Path) -> Iterator[tuple[Path, Decimal,
 def _outside(context: AnyContext) -> Iterator[tuple[Path, Decimal, Limits]]:
     """Every number outside the limits of its field, as the register holds it."""
     outside = list(beyond_limits(context.config, ()))
-    stored = {path: rounded for path, rounded in context.encoding.rounded} if outside else {}
+    stored = dict(context.encoding.rounded) if outside else {}
     for path, value, limits in outside:
         rounded = stored.get(path)
         if rounded is None or rounded.value != value or not limits.holds(rounded.stored):
@@ -138,7 +140,7 @@ def _misfits(context: AnyContext, fault: str) -> Iterator[tuple[Path, Misfit]]:
 def unit_of(misfit: Misfit) -> str:
     """The unit of a register for a message, with a blank before it; scaled registers are in the user's own."""
     unit = misfit.word.unit
-    return f" {unit}" if unit and not unit.startswith(("pv", "output")) and "counts" not in str(misfit.value) else ""
+    return f" {unit}" if unit and not unit.startswith(USERS_UNITS) and "counts" not in str(misfit.value) else ""
 
 
 @error("PID102", D09, "{field} is {value}{unit}, but its word holds {allowed}")
@@ -183,7 +185,7 @@ def fractional_counts(context: AnyContext) -> Findings:
 
 @warning("PID105", D07, "{field} {value}{unit} is stored as {stored}{unit}, {percent} % off")
 def rounded_value(context: AnyContext) -> Findings:
-    """A value is stored more than 1 % off, or comes into its limits only so, because its register has too few digits.
+    """A value is stored more than 1 % off (a band: 10 %), or comes into its limits only so, for lack of digits.
 
     Why: the loop runs with the stored value, not with the one in the file.
 
@@ -192,10 +194,11 @@ def rounded_value(context: AnyContext) -> Findings:
     all_outside = {path for path, _, _ in beyond_limits(context.config, ())} if context.encoding.rounded else set()
     into_limits = all_outside - {path for path, _, _ in _outside(context)}
     for path, rounded in context.encoding.rounded:
-        far = abs(rounded.stored - rounded.value) > ROUNDING_WARNING * abs(rounded.value)
+        tolerance = getattr(rounded.word.codec, "tolerance", ROUNDING_WARNING)
+        far = abs(rounded.stored - rounded.value) > tolerance * abs(rounded.value)
         if rounded.value and (far or path in into_limits):
             percent = abs(rounded.stored / rounded.value - 1) * 100
-            unit = f" {rounded.word.unit}" if rounded.word.unit else ""
+            unit = "" if rounded.word.unit.startswith(USERS_UNITS) else f" {rounded.word.unit}".rstrip()
             yield finding(
                 *path,
                 field=rounded.word.name,

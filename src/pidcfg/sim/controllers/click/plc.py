@@ -19,6 +19,7 @@ from pidcfg.sim.controllers.click.errors import lowest_error
 from pidcfg.sim.controllers.click.report import (
     ABOUT_MODE,
     ALARM_BITS,
+    ALARM_LIMITS,
     FLAG_BITS,
     MODES,
     OUTER_ALARMS,
@@ -59,6 +60,8 @@ class Click(Plc):
     commands = SWITCH_AND_TUNE
     tuned_names = ("proportional_gain", "reset_time", "derivative_gain", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
+    alarm_limits: Mapping[str, str] = ALARM_LIMITS
+    unreached = bits.UNBOUNDED
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE

@@ -28,6 +28,16 @@ ALARM_BITS = {
     "deviation_high_high": bits.DEVIATION_HIGH_HIGH,
     "rate_of_change": bits.RATE_OF_CHANGE,
 }
+ALARM_LIMITS = {
+    "pv_low_low": "low_low",
+    "pv_low": "low",
+    "pv_high": "high",
+    "pv_high_high": "high_high",
+    "deviation_high": "deviation_high",
+    "deviation_high_high": "deviation_high_high",
+    "rate_of_change": "rate_of_change",
+}
+"""Where `Config` has the limit of each."""
 OUTER_ALARMS = ("pv_low_low", "pv_high_high", "deviation_high_high")
 FLAG_BITS = {"pid_error": bits.PID_ERROR, "autotune_error": bits.TUNE_ERROR}
 

@@ -12,6 +12,7 @@ from pidcfg.sim.controllers.dl06.tune_closed import begin_relay, switching
 from pidcfg.sim.controllers.dl06.tune_open import respond, step_output
 from pidcfg.sim.controllers.dl06.tune_results import (
     OBSERVE,
+    REFUSED_TUNE_APART,
     REFUSED_TUNE_DISTANCE,
     REFUSED_TUNE_MODE,
     REQUESTED,
@@ -23,7 +24,8 @@ from pidcfg.sim.controllers.dl06.tune_results import (
 from pidcfg.sim.tuning_rules import begin_noise, measure_noise
 
 DISTANCE = 205.0 / 4095.0
-"""Least distance of the PV below the set point (reverse action: above) for the open loop, as a share of the span."""
+"""For the open loop the least distance of the PV below the set point (reverse action: above), for the closed loop the
+greatest one on either side, as a share of the span."""
 
 
 def check_start(c: Config, s: State, p: float, sp: float) -> None:
@@ -35,6 +37,8 @@ def check_start(c: Config, s: State, p: float, sp: float) -> None:
         end_tune(s, REFUSED_TUNE_MODE)
     elif c.tune_open and below < DISTANCE * c.span:
         end_tune(s, REFUSED_TUNE_DISTANCE)
+    elif c.tune_open == 0 and abs(below) > DISTANCE * c.span:
+        end_tune(s, REFUSED_TUNE_APART)
     elif c.tune_open == 0 and c.m_high <= c.m_low:
         end_tune(s, TUNE_NO_SWING)
     else:

@@ -38,7 +38,8 @@ ENGINE = (
         "The limit filters the signal x that the derivative acts on, Y(n) = Y(n−1) + Ts/(Ts + Td/limit) (x(n) − "
         "Y(n−1)); differences of Y replace differences of x. A limit of 0 is no derivative. `plc.derivative: pv` "
         "lets it act on −PV.",
-        "The manual says what the limit is for and not how it works; the formula is that of the family.",
+        "The manual says what the limit is for and not how it works; the formula is that of the family. Of a limit of "
+        "0, which it allows, it says nothing; CLICK's help says that its own 0 takes the derivative out.",
     ),
     Decision(
         35,
@@ -65,8 +66,10 @@ ENGINE = (
         38,
         "step bias",
         "On a change of the set point Mx := Mx SP(n)/SP(n−1), the inverse ratio for reverse action; not when one of"
-        " the two is 0 or their signs differ. Off unless a scenario says `step_bias: true`.",
-        "The feature table names it, no bit enables it; the formula is the sister manual's.",
+        " the two is 0 or their signs differ, and not in the velocity form, which has no bias. Off unless a scenario "
+        "says `step_bias: true`.",
+        "The feature table names it, no bit enables it; the formula is the sister manual's. \"The Velocity Algorithm "
+        'discussed next does not have a bias component."',
     ),
     Decision(
         39,
@@ -176,14 +179,16 @@ ENGINE = (
         54,
         "+35",
         "One bit: in system memory (bit 4), else bit 0 below V10000 and bit 1 from there when the 32 words do not "
-        "lie in user memory. A start is then refused.",
-        '"One of the bits will turn on when the ramp/soak generator is started."',
+        "lie in user memory, which is V400 to V677, V1200 to V7577 and V10000 to V17777. A start is then refused.",
+        '"One of the bits will turn on when the ramp/soak generator is started." V400 to V677 stand among the data '
+        "areas of the transfer table, V7577 is the end that bit 3 of V7642 knows; DL505 warns of both.",
     ),
     Decision(
         55,
         "segments begin and end at samples",
         "A ramp ends at the first sample at which its end value is reached. A slope of 0 ends the profile; then the"
-        " complete bit is on and the step number 0. Start clears the complete bit.",
+        " complete bit is on and the step number 0. Start clears the complete bit. A soak lasts one "
+        "sample at least.",
         'The generator reads its table "during each PID calculation".',
     ),
     Decision(
@@ -196,9 +201,11 @@ ENGINE = (
     Decision(
         57,
         "auto-tune's conditions",
-        "The distance of 205 counts of 4095 (of any format: that share of the span) is asked for in the open loop "
-        "only. Bit 13 is on after a refusal, off with the next start.",
-        "The note stands in the open-loop section; a closed loop is tuned at its set point.",
+        "205 counts of 4095 (of any format: that share of the span) are the least distance between PV and SP in the "
+        "open loop, and the greatest one in the closed loop, which is tuned at its set point. Bit 13 is on after a "
+        "refusal, off with the next start; the gains stay.",
+        'The note on 205 counts stands in the open-loop section. "Verify the PV and SP values are within 5% of full '
+        'scale difference, as required by the auto tune function" stands in both and contradicts the note.',
     ),
     Decision(
         58,
@@ -232,7 +239,7 @@ ENGINE = (
     Decision(
         62,
         "a relay at the ends of the data range",
-        "Sets bit 13 and goes on to the end; limits inside the range do not.",
+        "Sets bit 13, goes on to the end and writes the gains; limits inside the range set no bit.",
         'The manual calls it an error that "the output goes to the limits of the range", and makes it its method.',
     ),
     Decision(
@@ -261,6 +268,22 @@ ENGINE = (
         "When +32 of a loop in Cascade comes to name no output word of the table, the loop goes to Manual, and its "
         "former major loop with it. A loop that lost it in Program mode returns to Auto.",
         "The word that a real CPU would read is nobody's set point; an error takes a loop to Manual.",
+    ),
+    Decision(
+        67,
+        "the set point that is shown",
+        "SP is +02 within its limits, shown as soon as it is written; in Cascade it is the major loop's output as the "
+        "last calculation has read it, which events between two samples do not change.",
+        "A trend shows what the loop works with. Words that are written alike make the same trend, whatever else was "
+        "written beside them.",
+    ),
+    Decision(
+        68,
+        "a mode that an event requests takes the place of the configured one",
+        "Also when the request is refused: in Program mode and for a loop that is not calculated too. The mode that "
+        "Program mode has interrupted comes back with Run.",
+        'An operator who asks for Manual does not want Auto a minute later; "the CPU forces each loop to return to '
+        'its prior mode".',
     ),
 )
 """In the order of their numbers."""

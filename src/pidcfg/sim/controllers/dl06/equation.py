@@ -57,8 +57,11 @@ def refresh(s: State, e: float, x: float, sp: float) -> None:
 
 
 def stepped_bias(c: Config, s: State, sp: float) -> None:
-    """Step bias: a change of the set point changes the bias in proportion, inversely for reverse action (D38)."""
-    if sp * s.last_sp > 0.0:
+    """Step bias: a change of the set point changes the bias in proportion, inversely for reverse action (D38).
+
+    The velocity form has no bias to change.
+    """
+    if c.velocity == 0 and sp * s.last_sp > 0.0:
         s.bias *= s.last_sp / sp if c.reverse else sp / s.last_sp
     s.last_sp = sp
 

@@ -11,11 +11,11 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dl06.status import intended_mode
-from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, LOOP_TABLES, READ_LATE
+from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_SIZE, READ_LATE
 from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.sim.controllers.dl06.setting import encode_setting
-from pidcfg.sim.controllers.dl06.words import Values, decode_loop
+from pidcfg.sim.controllers.dl06.words import NoWord, Values, decode_loop, decode_profile
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
@@ -107,15 +107,22 @@ class Loop:
         self.decode()
 
 
-def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], decimals: int) -> tuple[Loop, list[str]]:
-    """A loop from the memory at ``start`` and its entry in the image's settings; problems of its words."""
+def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], decimals: int) -> tuple[Loop, list[NoWord]]:
+    """A loop from the memory at ``start`` and its entry in the image's settings; its words that have no value.
+
+    Those of its ramp/soak table count where the generator is enabled.
+    """
     memory = [words.get(start + k, 0) for k in range(LOOP_TABLE.size)]
     values, problems = decode_loop(memory, decimals)
     pv, out = entry.get("pv") or {}, entry.get("output") or {}
     goal = intended_mode(memory[LOOP_TABLE.offset("mode_and_alarm_status")], entry.get("mode", "manual"))
     loop = Loop(entry["loop"], goal, ends(pv), ends(out), decimals, memory, memory[:], values)
     loop.has_setpoint = entry.get("setpoint") is not False
-    return loop, [f"{loop.name}: {problem}" for problem in problems]
+    if values["ramp_soak.enabled"]:
+        table = [words.get(values["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
+        for _, wrong in decode_profile(table, values):
+            problems += [NoWord(f"ramp/soak table {one.text}", one.setting) for one in wrong]
+    return loop, problems
 
 
 def tuned_words(c: Config, s: State) -> dict[str, Decimal]:

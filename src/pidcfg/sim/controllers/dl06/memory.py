@@ -32,6 +32,7 @@ from pidcfg.sim.controllers.dl06.words import (
 )
 from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import CountsPlc, low_and_width
+from pidcfg.sim.problems import NoValue
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence
@@ -61,8 +62,7 @@ class Memory(CountsPlc):
 
     def __init__(self, image: Image, options: Options) -> None:
         self._words, self._options, self._plc = image.words, options, image.plc
-        self.problems: list[str] = []
-        """Words that are no value of their format."""
+        self.problems: list[NoValue] = []
         if options.number_of_loops is not None:
             self._words[LOOP_COUNT] = int(str(options.number_of_loops), 16)
         self._setup = self._check()
@@ -82,7 +82,7 @@ class Memory(CountsPlc):
         decimals = int(image.plc.get("reset_decimals", 1))
         start = self._words.get(TABLE_POINTER, 0) + i * LOOP_TABLE.size
         loop, problems = loop_of(self._words, start, entry, decimals)
-        self.problems += problems
+        self.problems += [NoValue(i, text, setting) for text, setting in problems]
         return loop
 
     def _begin(self, i: int) -> None:
@@ -157,7 +157,5 @@ class Memory(CountsPlc):
         return False
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
-        """The signals of a loop as its words say; its set point is the one in force."""
-        c, s = self.cfg[i], self.st[i]
-        remote = bool(s.status & bits.CASCADE) and c.major >= 0
-        show(c, s, self.st[c.major].out if remote else s.sp, sig)
+        """The signals of a loop as its words say."""
+        show(self.cfg[i], self.st[i], sig)

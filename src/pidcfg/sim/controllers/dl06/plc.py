@@ -15,7 +15,16 @@ from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06 import timing as dl06_timing
 from pidcfg.sim.controllers.dl06.memory import Memory, Options
-from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, COMMANDS, FLAG_BITS, MODES, OUTER_ALARMS, REASONS
+from pidcfg.sim.controllers.dl06.report import (
+    ALARM_BITS,
+    ALARM_LIMITS,
+    AUX_BITS,
+    COMMANDS,
+    FLAG_BITS,
+    MODES,
+    OUTER_ALARMS,
+    REASONS,
+)
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
 from pidcfg.sim.notices import tell_request
@@ -28,6 +37,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.controllers.dl06.state import Config, State
     from pidcfg.sim.report import ScanTime
 
 
@@ -45,6 +55,8 @@ class Dl06(Memory):
     }
     tuned_names = ("gain", "reset", "rate", "sample_rate")
     alarm_bits: Mapping[str, int] = ALARM_BITS
+    alarm_limits: Mapping[str, str] = ALARM_LIMITS
+    unreached = bits.UNBOUNDED
     flag_bits: Mapping[str, int] = FLAG_BITS
     aux_bits: Mapping[str, int] = AUX_BITS
     reasons: Mapping[int, str] = REASONS
@@ -98,9 +110,10 @@ class Dl06(Memory):
         return (sqrt(c.deadband) if c.squared else c.deadband) * c.pv_width
 
     def set_up_errors(self, loop: int) -> Iterator[str]:
-        """The ramp/soak programming errors of +35."""
-        if self.st[loop].rs_error:
-            yield f"ramp/soak programming error, +35 = 0x{self.st[loop].rs_error:04X}"
+        """Words that are no value of their format, and the ramp/soak programming errors that +35 has had."""
+        yield from super().set_up_errors(loop)
+        if self.st[loop].rs_errors:
+            yield f"ramp/soak programming error, +35 = 0x{self.st[loop].rs_errors:04X}"
 
     @property
     def running(self) -> bool:
@@ -154,9 +167,11 @@ class Dl06(Memory):
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
-        """A one-shot mode request."""
+        """A one-shot mode request; it takes the place of the configured one, granted or not (D68)."""
         s = self.st[loop]
         s.requested = MODES[mode]
+        s.goal = 0
+        s.busy &= ~bits.GOAL
         if self._calculated(loop):
             s.request = MODES[mode]
             s.busy |= bits.REQUEST
@@ -206,7 +221,7 @@ class Dl06(Memory):
         return max(ticks(stored_rate(rows[0], value)), self.cfg[loop].least_period) if value else 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
-        """Write a value to its registers; returns why it has no effect yet, if so."""
+        """Write a value to its registers; returns why it has no effect yet, or none at all, if so."""
         words = self._loops[loop]
         words.absorb(self.cfg[loop], self.st[loop])
         rows = find_rows(path, words.decimals)
@@ -216,7 +231,8 @@ class Dl06(Memory):
             if reason is None:
                 self._apply(loop)
                 write_state(self.st[loop], words.values, str(row.path))
-            else:
+                reason = overruled(self.cfg[loop], self.st[loop], str(row.path))
+            if reason is not None:
                 late.append(reason)
         self._show(loop, sig)
         return "; ".join(late) or None
@@ -227,6 +243,20 @@ class Dl06(Memory):
             refuse("set_value", f"{name!r} is no loop of this PLC", help=f"known: {', '.join(self.loops)}")
         index = self.loops.index(name)
         return self._words.get(TABLE_POINTER, 0) + index * LOOP_TABLE.size + LOOP_TABLE.offset("output")
+
+
+def overruled(c: Config, s: State, path: str) -> str | None:
+    """Why a word that has just been written has no effect, or soon none any more; None: it has."""
+    controls = s.status & (bits.AUTO | bits.CASCADE) and not c.halt and not s.busy & bits.STOPPED
+    if path == "state.output" and controls:
+        return "the next calculation overwrites +05, only in Manual it stays"
+    if path == "state.bias" and c.velocity:
+        return "the velocity form has no bias: +04 does nothing"
+    if path == "setpoint.value" and s.status & bits.CASCADE and c.major >= 0:
+        return "in Cascade the set point is the output of the major loop, +02 waits"
+    if path == "setpoint.value" and s.rs_step and not s.aux_status & bits.RS_HELD:
+        return "a ramp/soak profile runs: its next ramp overwrites +02"
+    return None
 
 
 def load(image: Image, options: Options | None = None) -> Dl06:

@@ -69,6 +69,7 @@ def begin(c: Config, s: State, aux: list[float], step: int) -> None:
 def start(c: Config, s: State, aux: list[float]) -> None:
     """A rising start bit: the first ramp begins at the present set point."""
     s.rs_error = c.rs_fault
+    s.rs_errors |= c.rs_fault
     if c.rs_fault or c.rs_table < 0:
         tell_request(s, REFUSED_RS_TABLE)
         finish(s, 0)

@@ -21,6 +21,16 @@ ALARM_BITS = {
     "deviation_red": bits.RED,
     "rate_of_change": bits.RATE_OF_CHANGE,
 }
+ALARM_LIMITS = {
+    "pv_low_low": "low_low",
+    "pv_low": "low",
+    "pv_high": "high",
+    "pv_high_high": "high_high",
+    "deviation_yellow": "yellow",
+    "deviation_red": "red",
+    "rate_of_change": "rate_of_change",
+}
+"""Where `Config` has the limit of each."""
 OUTER_ALARMS = ("pv_low_low", "pv_high_high", "deviation_red")
 FLAG_BITS = {
     "alarm_programming_error": bits.ALARM_ERROR,

@@ -47,6 +47,12 @@ LARGEST = 2147483647.0
 MODE_WORK = TRIP | RESTORE | REQUEST | GOAL
 
 
+def show_output(c: Config, s: State, sig: list[float]) -> None:
+    """The output as its word says."""
+    if s.busy & (STOPPED | OUTPUT_CUT) == 0:
+        sig[c.sig_out] = c.out_low + (s.out - c.out_min) * c.out_width / c.out_span
+
+
 def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
     """One calculation of loop ``i``."""
     c = cfg[i]
@@ -80,6 +86,9 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
         s.busy = busy & ~FIRST
         if busy & MODE_WORK:
             modes(i, cfg, st)
+            # into Cascade a bumpless transfer writes the major loop's output (D41)
+            if c.major >= 0:
+                show_output(cfg[c.major], st[c.major], sig)
         if busy & SOAK:
             ramp_soak(c, s, aux)
         busy = s.busy

@@ -11,7 +11,7 @@ from decimal import Decimal
 from functools import cache
 from typing import Any
 
-from pidcfg.encoders.maps.dl06 import LOOP_TABLES
+from pidcfg.encoders.maps.dl06 import LOOP_TABLES, RESET
 from pidcfg.encoders.regmap import Bits, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import Bcd
@@ -65,6 +65,8 @@ def parse_setting(path: tuple[str, ...], rows: list[Row], value: object) -> obje
 def encode_setting(row: Row, value: Any, values: Mapping[str, Any], scales: Scales) -> int:
     """A parsed value to its word, or to its bits in place; `EncodeError` when the word cannot hold it."""
     if isinstance(value, Reset):
+        if value.nines:
+            return RESET[1].encode(RESET[1].high)
         value = reset_digits(value, str(values["tuning.reset_unit"]))
     elif isinstance(value, Rate):
         value = value.per_sample(values["sample_rate"])

@@ -189,3 +189,5 @@ class State(RequestState):
     """Set point with its fraction."""
     rs_error: int = 0
     """The word +35."""
+    rs_errors: int = 0
+    """Every bit of it that was on at some time."""

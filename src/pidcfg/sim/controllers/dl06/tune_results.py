@@ -17,6 +17,7 @@ TUNE_NO_RESPONSE = 33
 TUNE_ABORTED = 34
 TUNE_AT_LIMITS = 35
 TUNE_NO_SWING = 36
+REFUSED_TUNE_APART = 37
 
 REASONS = {
     REFUSED_TUNE_MODE: "auto-tune refused: open loop needs Manual, closed loop needs Auto",
@@ -24,8 +25,10 @@ REASONS = {
     TUNE_FULL_SCALE: "auto-tune stopped: the output step reaches full scale",
     TUNE_NO_RESPONSE: "auto-tune stopped: the PV does not answer",
     TUNE_ABORTED: "auto-tune stopped: the mode was changed",
-    TUNE_AT_LIMITS: "auto-tune: the output goes to the limits of the data range",
+    TUNE_AT_LIMITS: "auto-tune: the output goes to the ends of its range, which the manual calls an error (+06 bit 13);"
+    " the gains are written all the same, output limits inside the range avoid it",
     TUNE_NO_SWING: "auto-tune stopped: output limits leave nothing to switch between",
+    REFUSED_TUNE_APART: "auto-tune refused: PV and SP are more than 5 % of full scale (205 of 4095 counts) apart",
 }
 
 

@@ -6,17 +6,17 @@ digit above 9, say) counts as 0, which switches its function off, and is reporte
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableSequence, Sequence
+from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 from math import sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 from pidcfg.encoders.dl06.setup import alarm_order_broken, check_ramp_soak
-from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_PAIRS, RESET
+from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_SIZE, RESET
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.base import Quantity
-from pidcfg.sim.controllers.dl06.state import OUTPUT_CUT, STOPPED, Config, State
+from pidcfg.sim.controllers.dl06.state import CASCADE, OUTPUT_CUT, STOPPED, Config, State
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.records import read_registers
 from pidcfg.sim.terms import clamp, nearest
@@ -28,6 +28,13 @@ SLOW = 2 * TICKS
 """Sample rates above this are calculated at most one a scan."""
 
 
+class NoWord(NamedTuple):
+    """A word that is no value of its format, in words, and whether it is a setting, not what the PLC writes."""
+
+    text: str
+    setting: bool
+
+
 def raw_scales(bits: Values) -> dict[str, Scale]:
     """The scales of a loop's words, in counts."""
     pv = FORMATS[bits["pv.format"]]
@@ -35,10 +42,12 @@ def raw_scales(bits: Values) -> dict[str, Scale]:
     return {"pv": Scale(pv), "sp": Scale(pv, root=bits["pv.square_root"]), "output": Scale(output)}
 
 
-def decode_block(table: RegisterMap, words: Sequence[int], scales: Mapping[str, Scale]) -> tuple[Values, list[str]]:
-    """Every value of a block by path, and problems of words that have no value."""
+def decode_block(
+    table: RegisterMap, words: Sequence[int], scales: Mapping[str, Scale], start: int = 0
+) -> tuple[Values, list[NoWord]]:
+    """Every value of a block by path, and its words that have no value; ``start`` is where the block begins."""
     values: dict[str, Any] = {}
-    problems: list[str] = []
+    problems: list[NoWord] = []
     rows: tuple[Word | Bits, ...] = (*table.bits, *table.words)
     for row in rows:
         if row.path is None:
@@ -48,7 +57,8 @@ def decode_block(table: RegisterMap, words: Sequence[int], scales: Mapping[str, 
         try:
             values[row.path] = decode_row(row, words[row.offset], scales)
         except DecodeError as error:
-            problems.append(f"+{row.offset:02o} {row.title}: {error}; taken as 0")
+            setting = isinstance(row, Bits) or row.access != "status"
+            problems.append(NoWord(f"+{start + row.offset:02o} {row.title}: {error}; taken as 0", setting))
             values[row.path] = decode_row(row, 0, scales)
     return values, problems
 
@@ -58,8 +68,8 @@ def decode_row(row: Word | Bits, word: int, scales: Mapping[str, Scale]) -> Any:
     return row.decode(word) if isinstance(row, Bits) else decode_one(row.codec, word, scales)
 
 
-def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[str]]:
-    """The 32 words of a loop."""
+def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
+    """The 32 words of a loop, and which of them have no value."""
     return decode_block(LOOP_TABLES[reset_decimals], words, {})
 
 
@@ -123,11 +133,16 @@ def tuning(c: Config, s: State, v: Values, reset_decimals: int) -> None:
     s.period = c.period
 
 
+def decode_profile(words: Sequence[int], v: Values) -> Iterator[tuple[Values, list[NoWord]]]:
+    """The pairs of a ramp/soak table, each with its words that have no value."""
+    for at in range(0, RAMP_SOAK_SIZE, RAMP_SOAK_PAIR.size):
+        yield decode_block(RAMP_SOAK_PAIR, words[at : at + RAMP_SOAK_PAIR.size], raw_scales(v), at)
+
+
 def profile(words: Sequence[int], v: Values) -> list[float]:
     """A ramp/soak table as the kernels want it: target, slope a second, seconds to soak, deviation for each pair."""
     table: list[float] = []
-    for j in range(RAMP_SOAK_PAIRS):
-        pair, _ = decode_block(RAMP_SOAK_PAIR, words[j * RAMP_SOAK_PAIR.size :][: RAMP_SOAK_PAIR.size], raw_scales(v))
+    for pair, _ in decode_profile(words, v):
         table += [counts(pair["ramp_to"]), counts(pair["slope"]), float(pair["soak"]) * 60.0, counts(pair["deviation"])]
     return table
 
@@ -152,12 +167,13 @@ def write_state(s: State, v: Values, path: str) -> None:
         s.out = s.m = counts(v[path])
 
 
-def show(c: Config, s: State, sp: float, sig: MutableSequence[float]) -> None:
-    """The signals of a loop as its words say; ``sp`` is the set point in force, before its limits."""
-    sp = clamp(sp, c.sp_min, c.sp_max)
-    centre = sp * abs(sp) if c.root else sp
+def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """The signals of a loop as its words say; a remote set point stays the one that was calculated with last (D67)."""
     out = 0.0 if s.busy & (STOPPED | OUTPUT_CUT) else s.out
+    if s.status & CASCADE == 0 or c.major < 0:
+        sp = clamp(s.sp, c.sp_min, c.sp_max)
+        centre = sp * abs(sp) if c.root else sp
+        sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
-    sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_out] = c.out_low + (out - c.out_min) * c.out_width / c.out_span
     sig[c.sig_bias] = c.out_low + (nearest(s.bias) - c.out_min) * c.out_width / c.out_span

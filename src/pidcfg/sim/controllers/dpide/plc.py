@@ -66,9 +66,9 @@ class Dpide(NamedPlc):
         self._ranged = [scale.range is not None for scale in scales]
         self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
 
-    def contents_of(self, words: Mapping[str, Any], loop: str) -> Operands:
-        """The operands of a loop; what is no value is told."""
-        return operands_of(words, loop, self.problems)
+    def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[Operands, list[str]]:
+        """The operands of a loop, and which of them are no value."""
+        return operands_of(words, loop)
 
     def prepare(self) -> None:
         """The interval of an interrupt task in ticks (0: none), and the devices of all operands."""

@@ -27,18 +27,19 @@ Operands = dict[str, float]
 """BOOL as 0 or 1, DINT and REAL."""
 
 
-def operands_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Operands:
-    """The operands of a loop; what a listing lacks is FALSE or 0, but for PID_RUN; what is no value is a problem."""
+def operands_of(words: Mapping[str, Any], loop: str) -> tuple[Operands, list[str]]:
+    """The operands of a loop, and which are no value; what a listing lacks is FALSE or 0, but for PID_RUN."""
     operands: Operands = {}
+    problems: list[str] = []
     for name, row in ROWS.items():
         default = float(name == "PID_RUN")
         content = words.get(f"{loop}.{name}", default)
         wrong = not isinstance(content, bool | int | float)
         if wrong or (name == "PID_MODE" and content not in PID_MODES):
-            problems.append(f"{loop}.{name}: {content} means nothing there, {shown(row.type, default)} is taken")
+            problems.append(f"{name}: {content} means nothing there, {shown(row.type, default)} is taken")
             content = default
         operands[name] = content
-    return operands
+    return operands, problems
 
 
 def configure(c: Config, s: State, operands: Operands, interval: int) -> None:

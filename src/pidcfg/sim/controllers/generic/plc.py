@@ -9,6 +9,7 @@ from pidcfg.sim.controllers.generic import state as bits
 from pidcfg.sim.controllers.generic.report import (
     ABOUT_MODE,
     ALARM_BITS,
+    ALARM_LIMITS,
     FLAG_BITS,
     MODES,
     NO_SOURCE,
@@ -41,20 +42,24 @@ class Generic(NamedPlc):
     pulses: Sequence[str] = ("PULSE",)
     modes: Mapping[str, int] = MODES
     alarm_bits: Mapping[str, int] = ALARM_BITS
+    alarm_limits: Mapping[str, str] = ALARM_LIMITS
+    unreached = bits.UNREACHED
     flag_bits: Mapping[str, int] = FLAG_BITS
     reasons: Mapping[int, str] = REASONS
     about_mode = ABOUT_MODE
     outer_alarms = OUTER_ALARMS
 
-    def contents_of(self, words: Mapping[str, Any], loop: str) -> Fields:
-        """The fields of a loop; what is missing or no value is told."""
-        return fields_of(words, loop, self.problems)
+    def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[Fields, list[str]]:
+        """The fields of a loop, and which are missing or no value."""
+        return fields_of(words, loop)
 
     def prepare(self) -> None:
-        """Who is whose master, and the scales."""
-        sources = [dict(entry.get("setpoint", {})).get("source") for entry in self._settings]
-        for c, source in zip(self.cfg, sources, strict=True):
+        """Who is whose master, whose set point follows its PV, and the scales."""
+        for c, entry in zip(self.cfg, self._settings, strict=True):
+            setpoint = dict(entry.get("setpoint", {}))
+            source = setpoint.get("source")
             c.source = self.loops.index(source) if source in self.loops else -1
+            c.follows = int(bool(setpoint.get("follows_pv")))
         for i, c in enumerate(self.cfg):
             c.slave = next((j for j, other in enumerate(self.cfg) if other.source == i != j), -1)
         self.scales = [(f["pv.range.0"], f["pv.range.1"], COUNTS) for f in self._contents]
@@ -118,7 +123,7 @@ class Generic(NamedPlc):
             s.notice = noticed(s.notice, MODES[mode], NO_SOURCE)
             return
         s.wanted = MODES[mode]
-        s.busy &= ~bits.MANUAL_SET
+        s.busy &= ~(bits.MANUAL_SET | bits.SP_SET)
         s.busy = s.busy & ~bits.REQUEST if s.status & s.wanted else s.busy | bits.REQUEST
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
@@ -138,6 +143,7 @@ class Generic(NamedPlc):
             if s.status & bits.CASCADE:
                 return "in cascade the set point is the master's output"
             s.sp = clamp(value, c.sp_low, c.sp_high)
+            s.busy |= bits.SP_SET if s.busy & bits.REQUEST else 0
         elif name == "output.manual" and s.wanted == bits.MANUAL:
             s.manual = value
             s.busy |= bits.MANUAL_SET

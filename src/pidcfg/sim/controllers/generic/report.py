@@ -24,6 +24,16 @@ ALARM_BITS = {
     "deviation_high": bits.DEVIATION,
     "rate_of_change": bits.RATE,
 }
+ALARM_LIMITS = {
+    "high_high": "high_high_at",
+    "low_low": "low_low_at",
+    "high": "high_at",
+    "low": "low_at",
+    "deviation_high_high": "deviation_2_at",
+    "deviation_high": "deviation_at",
+    "rate_of_change": "rate_at",
+}
+"""Where `Config` has the limit of each."""
 OUTER_ALARMS = ("high_high", "low_low", "deviation_high_high")
 FLAG_BITS = {
     "out_limited": bits.LIMITED,

@@ -15,6 +15,7 @@ from pidcfg.sim.controllers.generic.alarms import pulse, watch
 from pidcfg.sim.controllers.generic.equation import by_hand, calculate, compare, derivative, measure, put_back
 from pidcfg.sim.controllers.generic.plc import Generic, load
 from pidcfg.sim.controllers.generic.state import (
+    AUTO,
     BUMPLESS,
     CASCADE,
     FRESH,
@@ -24,6 +25,7 @@ from pidcfg.sim.controllers.generic.state import (
     MODES,
     REQUEST,
     SLOWED,
+    SP_SET,
     TRACKING,
     Config,
     State,
@@ -34,14 +36,16 @@ from pidcfg.sim.terms import clamp
 __all__ = ["INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 
 
-def switch(s: State) -> None:
+def switch(c: Config, s: State) -> None:
     """The requested mode takes effect, without a bump (D301)."""
     if s.wanted == MANUAL and not s.status & MANUAL:
         if s.busy & MANUAL_SET == 0:
             s.manual = s.out
     elif s.status & MANUAL and s.wanted != MANUAL:
         s.busy |= BUMPLESS
-    s.busy &= ~(REQUEST | MANUAL_SET)
+        if c.follows and s.wanted == AUTO and s.busy & SP_SET == 0:
+            s.sp = s.pv
+    s.busy &= ~(REQUEST | MANUAL_SET | SP_SET)
     s.status = (s.status & ~MODES) | s.wanted
 
 
@@ -61,7 +65,7 @@ def sample(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None
     s = st[i]
     measure(c, s, sig[c.sig_in])
     if s.busy & REQUEST:
-        switch(s)
+        switch(c, s)
     if s.status & CASCADE and c.source >= 0:
         s.sp = st[c.source].out
     s.sp = clamp(s.sp, c.sp_low, c.sp_high)

@@ -33,6 +33,8 @@ BUMPLESS = 4
 """The next calculation goes on from OUT (D301)."""
 MANUAL_SET = 8
 """`State.manual` has been set since manual was requested."""
+SP_SET = 16
+"""The set point has been set since the mode was requested."""
 
 UNREACHED = float("inf")
 """An alarm point that no value reaches."""
@@ -53,6 +55,8 @@ class Config(LoopConfig):
     """The master's number; -1: none."""
     slave: int = -1
     """Number of the first loop whose master this one is; -1: none."""
+    follows: int = 0
+    """On the way from manual to auto the set point becomes the PV."""
     pulses: int = 0
     base: float = register("pv.range.0", 0.0)
     span: float = 1.0

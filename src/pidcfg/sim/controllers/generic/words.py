@@ -36,9 +36,10 @@ DEFAULTS: Fields = {name: value for name, row in ROWS.items() if (value := _defa
 """What fields hold that the file does not give; the others are missing then."""
 
 
-def fields_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Fields:
+def fields_of(words: Mapping[str, Any], loop: str) -> tuple[Fields, list[str]]:
     """The parameters of a loop; what a listing lacks and every loop has, and what is no value, is a problem."""
     fields = dict(DEFAULTS)
+    problems: list[str] = []
     for path, row in ROWS.items():
         raw = words.get(f"{loop}.{path}")
         content = None if raw is None else read(row.type, raw)
@@ -46,8 +47,8 @@ def fields_of(words: Mapping[str, Any], loop: str, problems: list[str]) -> Field
             fields[path] = content
         elif raw is not None or path in NEEDED:
             what = "is missing" if raw is None else f"is no {row.type.name}"
-            problems.append(f"{loop}.{path} {what}, {DEFAULTS.get(path, 'nothing')} is taken")
-    return fields
+            problems.append(f"{path} {what}, {DEFAULTS.get(path, 'nothing')} is taken")
+    return fields, problems
 
 
 def ticks(seconds: float) -> int:

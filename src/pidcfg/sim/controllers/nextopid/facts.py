@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.schemas.expressions import SIGNAL
 from pidcfg.sim.controllers.nextopid import slots
 from pidcfg.sim.controllers.nextopid import state as bits
+from pidcfg.sim.controllers.nextopid.actions import LEAST_TI
 from pidcfg.sim.controllers.nextopid.memory import Memory
 from pidcfg.sim.controllers.nextopid.report import ERRORS
 from pidcfg.sim.controllers.nextopid.wires import ROW, ROWS
@@ -98,8 +99,12 @@ class Facts(Memory):
         return bool(self.cfg[loop].kind == slots.ON_OFF)
 
     def integrates(self, loop: int, sig: Sequence[float]) -> bool:
-        """Whether Ti_Ki is given."""
-        return not self.only_switches(loop) and bool(sig[self.cfg[loop].base + slots.TI_KI] > 0.0)
+        """Whether Ti_Ki is given; a time below 0.001 s is none."""
+        if self.only_switches(loop):
+            return False
+        base = self.cfg[loop].base
+        ti_ki = sig[base + slots.TI_KI]
+        return bool(ti_ki > 0.0 if sig[base + slots.INDEP] else ti_ki >= LEAST_TI)
 
     def dead_band(self, loop: int, sig: Sequence[float]) -> float:
         """DeadBand."""
@@ -114,11 +119,11 @@ class Facts(Memory):
         return 0.0
 
     def program_errors(self, sig: Sequence[float]) -> Iterator[str]:
-        """Blocks whose output Error is on; loops have ErrBits."""
-        for instance in self.layout.instances:
-            number = self.layout.numbers.get(f"{instance.name}.Error")
-            if number is not None and instance.name not in self.loops and sig[number]:
-                yield f"{instance.name}.Error is on"
+        """Blocks whose output Error was on at some time; loops have ErrBits."""
+        for place, i in enumerate(self.listed):
+            if self.st[place].erred:
+                now = "is" if sig[self.cfg[place].error] else "was"
+                yield f"{self.layout.instances[i].name}.Error {now} on"
 
     def windup_input(self, loop: int, sig: Sequence[float]) -> bool:
         """Windup_H_IN or Windup_L_IN."""

@@ -114,6 +114,7 @@ class Memory(Plc):
             c.wires, c.early = len(rows), sum(row.early for row in wires)
             rows += wires
             c.wires_end = len(rows)
+            c.error = self.layout.numbers.get(f"{instance.name}.Error", -1)
             if self.items[i].loop is not None:
                 self._loop_slots(c, instance.name)
         place_of = {i: place for place, i in enumerate(self.listed)}

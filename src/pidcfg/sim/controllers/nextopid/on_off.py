@@ -1,12 +1,14 @@
 """ControlON_OFF: the output switches where the error leaves the dead band (D244).
 
-With an error bit the block is not executed, and its other outputs stay (D235). D numbers: see `block_decisions`.
+With an error bit the block is not executed, and its other outputs stay (D235). `State.status` has its two error bits
+where it has those of the PID blocks, so that each is reported under its own name. D numbers: see `block_decisions`.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.sim.controllers.nextopid.bits import BAD_DEAD_BAND, BAD_PV_LIMITS
 from pidcfg.sim.controllers.nextopid.slots import PLACES
 from pidcfg.sim.controllers.nextopid.state import AUTO_MODE, ERROR_BASE, MANUAL_MODE, MODES
 from pidcfg.sim.terms import single
@@ -19,10 +21,10 @@ if TYPE_CHECKING:
 _ON_OFF = PLACES["ControlON_OFF"]
 _SP, _PV, _BAND, _HIGH, _LOW = (_ON_OFF[name] for name in ("SP", "PV", "DeadBand", "MaxPV", "MinPV"))
 _DIRECT, _MANUAL, _MANUAL_MV, _MV = (_ON_OFF[name] for name in ("Direct", "Manual", "ManualMV", "MV"))
-_ERR_BITS, _WARN_BITS = _ON_OFF["ErrBits.MaxMinPV"], _ON_OFF["WarnBits.PV_MaxPV"]
-"""The first of two, and of four, in the order of the table."""
-ERRORS, WARNINGS = 2, 4
-BAD_PV_LIMITS, BAD_DEAD_BAND = 1, 2
+_ERR_PV_LIMITS, _ERR_DEAD_BAND = _ON_OFF["ErrBits.MaxMinPV"], _ON_OFF["ErrBits.DeadBand"]
+_WARN_BITS = _ON_OFF["WarnBits.PV_MaxPV"]
+"""The first of four, in the order of the table, which is that of the PID blocks."""
+WARNINGS = 4
 PV_HIGH, PV_LOW, SP_HIGH, SP_LOW = 1, 2, 4, 8
 
 
@@ -68,7 +70,8 @@ def on_off(c: Config, s: State, sig: MutableSequence[float]) -> None:
         errors |= BAD_DEAD_BAND
     if errors != s.status // ERROR_BASE:
         s.status = (s.status & MODES) | errors * ERROR_BASE
-        write_bits(b + _ERR_BITS, ERRORS, errors, sig)
+        sig[b + _ERR_PV_LIMITS] = 1.0 if errors & BAD_PV_LIMITS else 0.0
+        sig[b + _ERR_DEAD_BAND] = 1.0 if errors & BAD_DEAD_BAND else 0.0
     if errors != 0:
         return
     limit_inputs(c, s, sig)

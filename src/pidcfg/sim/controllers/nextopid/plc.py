@@ -165,9 +165,9 @@ class Nextopid(Facts):
         signal = Parameter(name, self.layout.signals[name])
         return number_of(signal.type, NamedKeys({name: signal}, {}).parse(signal, value))
 
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
-        """The MV that a loop in manual mode starts with."""
-        self.set(loop, ("output",), self.check_set(loop, ("output",), value), sig)
+    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> str | None:
+        """The MV that a loop in manual mode starts with; returns why it has no effect in the others."""
+        return self.set(loop, ("output",), self.check_set(loop, ("output",), value), sig)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The content of a parameter; a ``PydanticCustomError`` says what is wrong."""

@@ -79,6 +79,8 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             if s.fault != 0 and s.fault_at < 0:
                 s.fault_at = tick
             call(c, s, aux, sig)
+            if c.error >= 0 and sig[c.error] != 0.0:
+                s.erred = 1
 
 
 INLINED = (scan, wire_in, value_of)

@@ -26,6 +26,8 @@ class Config(LoopConfig):
     """Number of its type: `slots.KINDS`."""
     base: int = 0
     """Slot of its first parameter."""
+    error: int = -1
+    """Slot of its output Error; −1: it has none."""
     turn: int = 0
     """Of the record at this place of the list: which block is executed in this turn."""
     ts: float = 0.1
@@ -57,6 +59,8 @@ class State(RelayState):
     """Why a wire had no value, the first time (`pidcfg.sim.expressions.FAULTS`), for which slot, and when in ticks."""
     fault_target: int = 0
     fault_at: int = -1
+    erred: int = 0
+    """Whether its output Error was on at some time."""
     started: int = 0
     """Whether it has been called."""
     integral: float = 0.0

@@ -205,6 +205,21 @@ def per_minute(view: LoopView) -> str:
 
 
 @per_loop
+@warning("DL507", RATE, "the rate-of-change limit {value} is {counts} counts a sample, the whole range: it never trips")
+def rate_of_change_limit_never_reached(view: LoopView) -> Findings:
+    """The rate-of-change limit is as wide as the span of the PV.
+
+    Why: the alarm comes when the PV changes by more than the limit within one sample, and no PV can. A broken wire,
+    which this alarm is for, stays unseen.
+
+    Fix: choose a limit that a broken sensor passes and the process does not; or switch the alarm off.
+    """
+    counts = view.counts("rate_of_change")
+    if rate_alarm_on(view) and counts is not None and counts >= view.scales["pv"].format.span:
+        yield view.at("alarms", "rate_of_change", value=rate_text(view), counts=counts)
+
+
+@per_loop
 @warning(
     "DL247",
     D21,

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
+from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import LoopView
 
 PROCEDURE = DL06.at("Auto Tuning Procedure")
+FILTER = DL06.at("The DL06 Built-in Analog Filter")
 
 D28 = Decision(
     28,
@@ -24,7 +26,8 @@ D28 = Decision(
 D29 = Decision(
     29,
     "a closed-loop auto-tune switches between the output limits",
-    "Only output limits at the ends of the data range set the error bit; narrower ones make the relay smaller.",
+    "Output limits at the ends of the data range set the error bit, and the gains are written all the same; narrower "
+    "limits make the relay smaller and set no bit.",
     "The timing diagram switches between the upper and lower limit settings, while the error bit is said to come on "
     "when the output goes to the limits of the range.",
 )
@@ -67,17 +70,72 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
     """A closed-loop auto-tune is planned for a loop with narrowed output limits.
 
     Why: the relay switches between the output limits. Narrow ones make the PV's swing smaller, so that noise counts for
-    more; the full range, on the other hand, is what the manual calls an error (bit 13 of +06). The two passages
-    contradict each other.
+    more; the full range, on the other hand, is what the manual calls an error (DL501).
 
     Fix: see that the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
     """
-    limits = view.holds("output_low", "output_high")
-    ends = view.scales["output"].format
-    if "autotune" not in view.loop.model_fields_set or view.loop.autotune.method != "closed" or not limits:
-        return
-    if limits[0] > ends.minimum or limits[1] < ends.maximum:
+    if closed_loop_planned(view) and view.holds("output_low", "output_high") and not relay_reaches_an_end(view):
         yield view.at_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
+
+
+@per_loop
+@warning(
+    "DL501",
+    D29,
+    "a closed-loop auto-tune switches the output between {low} and {high}, and an end of the range is an error by the "
+    "manual: bit 13 of {word} comes on",
+)
+def autotune_relay_at_the_end_of_the_range(view: LoopView) -> Findings:
+    """A closed-loop auto-tune is planned for a loop whose output limits reach an end of the data range.
+
+    Why: "the bit will also turn on if the closed-loop method is in use, and the output goes to the limits of the
+    range", yet the output limits are what the relay switches between. The simulated PLC sets the bit and writes the
+    gains all the same; whether a real one does is open, so that gains with bit 13 on are not to be trusted.
+
+    Fix: narrow `output.limits` at both ends while tuning, and read bit 13 of +06 before the gains are used.
+    """
+    if closed_loop_planned(view) and relay_reaches_an_end(view):
+        low, high = view.shown("output_low"), view.shown("output_high")
+        yield view.at_key("autotune", low=low, high=high, word=view.v("mode_and_alarm_status"))
+
+
+@per_loop
+@info("DL508", FILTER, "a closed-loop auto-tune is planned without a PV filter, which the manual strongly recommends")
+def autotune_without_filter(view: LoopView) -> Findings:
+    """A closed-loop auto-tune is planned, and the PV filter is off.
+
+    Why: the relay switches at each crossing of PV and set point; noise switches it too early. "We strongly recommend
+    the use of a filter during auto tuning. You may disable the filter after auto tuning is complete."
+
+    Fix: give `pv.filter` while tuning, or filter in the ladder program.
+    """
+    if closed_loop_planned(view) and not view.filtered:
+        yield view.at_key("autotune")
+
+
+@per_loop
+@checklist("DL509", PROCEDURE, "an auto-tune of type PI writes 0 to {word}: the rate of {rate} s is lost")
+def autotune_of_pi_clears_the_rate(view: LoopView) -> Findings:
+    """An auto-tune of type PI is planned for a loop with a rate time.
+
+    Why: "if you select PI tuning, the auto tune procedure leaves the derivative gain at 0".
+
+    Fix: tune with `type: PID`, or write the rate again afterwards.
+    """
+    tune, rate = view.loop.autotune, view.loop.tuning.rate
+    if "autotune" in view.loop.model_fields_set and tune.type == "PI" and rate:
+        yield view.at_key("autotune", word=view.v("rate"), rate=decimal_text(rate))
+
+
+def closed_loop_planned(view: LoopView) -> bool:
+    """Whether the file speaks of a closed-loop auto-tune."""
+    return "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
+
+
+def relay_reaches_an_end(view: LoopView) -> bool:
+    """Whether an output limit is an end of the data range."""
+    limits, ends = view.holds("output_low", "output_high"), view.scales["output"].format
+    return bool(limits) and (limits[0] <= ends.minimum or limits[1] >= ends.maximum)
 
 
 @per_loop
@@ -98,5 +156,5 @@ def autotune_start_condition(view: LoopView) -> Findings:
         side = "below" if view.loop.action == "direct" else "above"
         condition = f"open-loop auto-tuning starts only with the PV at least {apart} {side} the set point"
         if view.loop.autotune.method == "closed":
-            condition = f"closed-loop auto-tuning wants PV and set point within 5 % of full scale ({apart})"
+            condition = f"closed-loop auto-tuning starts only with PV and set point within 5 % of full scale ({apart})"
         yield view.at_key("autotune", condition=condition)

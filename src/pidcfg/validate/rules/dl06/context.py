@@ -259,6 +259,8 @@ class Dl06Context(Context[Dl06File, Encoding]):
     def explained(self) -> frozenset[Path]:
         """Places whose limits a rule of the DL06's own explains better than the rules for every vendor."""
         resets = {
-            ("loops", view.index, "tuning", "reset") for view in self.loops if reset_value(view.loop) in view.off_resets
+            ("loops", view.index, "tuning", "reset")
+            for view in self.loops
+            if reset_value(view.loop) in view.off_resets or "reset" in view.misfits
         }
         return frozenset({("plc", "number_of_loops"), *resets}) if self.count > CPU.loops else frozenset(resets)

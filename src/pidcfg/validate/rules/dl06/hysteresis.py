@@ -19,11 +19,11 @@ RATE = DL06.at("PV Rate-of-Change Alarm")
 
 D22 = Decision(
     22,
-    "hysteresis 1 to 200 is decimal and meant for 12 bit",
-    "More than 5 % of the span is a warning, more than 12.5 % (0x200 of 4095 counts) an error; without a value it is "
-    "1 count.",
+    "hysteresis 1 to 200 hex is counts, perhaps of 12 bit",
+    "More than 5 % of the span or more than 512 counts is a warning, more than 12.5 % of the span (0x200 of 4095 "
+    "counts) an error; without a value it is 1 count.",
     "The manual says 1 to 200 (hex) in the text and 0.1 % to 5 % in the feature table, which is 4 to 205 of 4095 "
-    "counts. Whichever is meant, 0x200 is the most.",
+    "counts. Whether the 512 counts grow with the format it does not say: 4097 of 15 bit are the same share.",
 )
 D23 = Decision(
     23,
@@ -33,7 +33,8 @@ D23 = Decision(
 )
 
 WIDEST = Decimal("0.05")
-LARGEST = Decimal(0x200) / 4095
+MOST = 0x200
+LARGEST = Decimal(MOST) / 4095
 
 
 def in_use(view: LoopView) -> int | None:
@@ -61,18 +62,26 @@ def hysteresis_of_zero(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("DL250", D22, "hysteresis is {value}, more than 5 % of the span ({limit})")
+@warning("DL250", D22, "hysteresis is {value}, {passed}")
 def hysteresis_wide(view: LoopView) -> Findings:
-    """The hysteresis is wider than 5 % of the span.
+    """The hysteresis is wider than 5 % of the span, or than the 200 hex of the manual's text if they are counts.
 
-    Why: the feature table ends at 5 %. An alarm then stays on long after its cause has gone.
+    Why: the feature table ends at 5 %, the text at 200 hex, which are 512 counts. Whether these grow with the data
+    format the manual does not say; if not, a loop of 15 or 16 bits has a value that the CPU does not take. An alarm
+    with a wide hysteresis stays on long after its cause has gone.
 
-    Fix: choose 0.1 % to 5 % of the range.
+    Fix: choose 0.1 % to 5 % of the range, at most 512 counts.
     """
-    counts = in_use(view)
-    if counts is not None and span_share(view, WIDEST) < counts <= span_share(view, LARGEST):
-        limit = view.distance(span_share(view, WIDEST))
-        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
+    counts, widest, largest = in_use(view), span_share(view, WIDEST), span_share(view, LARGEST)
+    if counts is None or not min(widest, MOST) < counts <= largest:
+        return
+    passed = f"more than 5 % of the span ({view.distance(widest)})"
+    if counts > MOST:
+        readings = (
+            f"more than 200 hex if these are counts ({MOST}), within them if they grow with the format ({largest})"
+        )
+        passed = readings if counts <= widest else f"{passed}, {readings}"
+    yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), passed=passed)
 
 
 @per_loop
@@ -80,7 +89,8 @@ def hysteresis_wide(view: LoopView) -> Findings:
 def hysteresis_beyond_range(view: LoopView) -> Findings:
     """The hysteresis is wider than any reading of the manual allows.
 
-    Why: the text ends at 200 hex, which is 512 of 4095 counts. What the CPU does beyond is not documented.
+    Why: the text ends at 200 hex, which is 512 of 4095 counts, and no more if it grows with the data format. What the
+    CPU does beyond is not documented.
 
     Fix: choose 0.1 % to 5 % of the range.
     """

@@ -174,12 +174,12 @@ def ramp_within_one_sample(view: LoopView) -> Findings:
 
 
 @per_loop
-@info("DL287", TABLE, "soak is 0 min in {steps}; the manual's range begins at 0.1 min: the next ramp follows at once")
+@info("DL287", TABLE, "soak is 0 min in {steps}; the manual's range begins at 0.1 min: the simulation soaks one sample")
 def soak_of_zero(view: LoopView) -> Findings:
     """A step has no soak time.
 
-    Why: the manual gives 000.1 to 999.9 minutes and does not say what 0 does. `pidcfg` lets the next ramp follow at
-    once.
+    Why: the manual gives 000.1 to 999.9 minutes and does not say what 0 does. The simulated soak lasts one sample
+    (D55).
 
     Fix: soak 0.1 min (6 s), if the PLC turns out to treat 0 differently.
     """

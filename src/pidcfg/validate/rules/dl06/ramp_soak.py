@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.setup import TABLE_IN_SYSTEM, TABLE_OUTSIDE_LOWER, TABLE_OUTSIDE_UPPER, check_ramp_soak
 from pidcfg.encoders.maps.dl06 import CPU, RAMP_SOAK_SIZE
-from pidcfg.refs import DL06
+from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.octal import v_name
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.setup import between
@@ -23,6 +23,22 @@ TABLE = DL06.at("Ramp/Soak Table")
 ENABLE = DL06.at("Ramp/Soak Generator Enable")
 CONTROLS = DL06.at("Ramp/Soak Controls")
 TROUBLE = DL06.at("Troubleshooting Tips")
+
+D348 = Decision(
+    348,
+    "user memory for ramp/soak tables",
+    "V400-V677, V1200-V7577 and V10000-V17777. A table below V1200 or beyond V7377 is a warning.",
+    "The data areas of the PV transfer contain V400-V677 and end at V7377; the lower range of V7640 begins at V1200, "
+    "and bit 3 of V7642 speaks of the boundary at V7577.",
+)
+UNDISPUTED = tuple(area for area in CPU.transfer_sources if area[0] >= CPU.lower[0])
+BELOW_LOWER = (
+    "a data area of the PV transfer (V400-V677), but below the lower memory of V7640, which begins at V1200: bit 0 of "
+    "+35 may come on"
+)
+BEYOND_SOURCES = (
+    "up to V7577 by the flags of V7642, but the data area of the PV transfer ends at V7377: bit 0 of +35 may come on"
+)
 
 BITS = {TABLE_OUTSIDE_LOWER: 0, TABLE_OUTSIDE_UPPER: 1, TABLE_IN_SYSTEM: 4}
 
@@ -47,7 +63,7 @@ def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Findings:
     Why: when the generator is started, the CPU sets bit 0 or bit 1 of +35 and the profile does not run; until then
     nothing shows. The table needs its 32 words whatever the number of steps.
 
-    Fix: place it in V1200-V7577 or V10000-V17777, all 32 words (40 octal).
+    Fix: place it in V1200-V7377 or V10000-V17777, all 32 words (40 octal).
     """
     for view, first, last in tables(context):
         flags = check_ramp_soak(first)
@@ -68,7 +84,7 @@ def ramp_soak_table_in_system_memory(context: Dl06Context) -> Findings:
     Why: V7640 to V7642, the set-up of all loops, lie there. Downloading the table would overwrite them; the CPU sets
     bit 4 of +35 when the profile is started.
 
-    Fix: place the table in user memory, V1200-V7577 or V10000-V17777.
+    Fix: place the table in user memory, V1200-V7377 or V10000-V17777.
     """
     for view, first, _ in tables(context):
         if check_ramp_soak(first) == TABLE_IN_SYSTEM:
@@ -78,6 +94,25 @@ def ramp_soak_table_in_system_memory(context: Dl06Context) -> Findings:
                 plc_effect=error_bit(view, TABLE_IN_SYSTEM),
                 start=v_name(first),
                 system=between(CPU.system),
+            )
+
+
+@warning("DL505", D348, "the ramp/soak table occupies {words}; {doubt}")
+def ramp_soak_table_in_disputed_memory(context: Dl06Context) -> Findings:
+    """A ramp/soak table lies where one passage of the manual has user memory and another has not.
+
+    Why: a table "may be anywhere in user memory", and no list says what that is. The data areas of the PV transfer are
+    V400-V677, V1200-V7377 and V10000-V17777; the pointer of the loop table begins at V1200; the error flags of V7642
+    know a boundary at V7577. Where the CPU sees it otherwise, it sets bit 0 of +35 when the profile is started, and the
+    profile does not run.
+
+    Fix: place the table in V1200-V7377 or V10000-V17777, which no passage contradicts.
+    """
+    for view, first, last in tables(context):
+        if not check_ramp_soak(first) and not any(low <= first and last <= high for low, high in UNDISPUTED):
+            below = last < CPU.lower[0]
+            yield view.at(
+                "ramp_soak", "table", words=between((first, last)), doubt=BELOW_LOWER if below else BEYOND_SOURCES
             )
 
 

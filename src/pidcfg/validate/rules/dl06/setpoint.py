@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
 from pidcfg.validate.ideas import alarms
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
@@ -129,6 +130,24 @@ def deadband_of_zero(view: LoopView) -> Findings:
     Fix: give a deadband of at least one count, or switch it off.
     """
     return alarms.deadband_of_zero(view)
+
+
+@per_loop
+@error(
+    "DL504", DEADBAND, "the error deadband is {value}, as wide as the PV's whole range ({span}): no error is outside it"
+)
+def deadband_covers_the_range(view: LoopView) -> Findings:
+    """The error deadband is as wide as the span of the PV, or of its root.
+
+    Why: an error inside the deadband counts as zero, and no error can be larger. In Auto the output stays where it is,
+    whatever happens to the PV.
+
+    Fix: make the deadband as wide as the noise of the PV, no more.
+    """
+    width, scale = view.counts("deadband"), view.scales["sp"]
+    if view.deadband_on and width is not None and width >= scale.full:
+        span = view.text(scale.span_value(nearest(scale.full)), "sp", nearest(scale.full))
+        yield view.at("error", "deadband", value=view.shown("deadband"), span=span)
 
 
 @per_loop

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
+from pidcfg.schemas.base import EXACT
 from pidcfg.validate.ideas.alarms import PV_POINTS
-from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import LoopView
@@ -100,13 +102,41 @@ def square_root_without_setpoint_limits(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("DL238", D17, "square-root extract on the {format} format: negative counts have no root and are taken as 0")
+@warning(
+    "DL238",
+    D17,
+    "square-root extract on the {format} format: negative counts have no root and are taken as 0, and the largest root "
+    "is {most} of the set point's {top} counts",
+)
 def square_root_of_signed_signal(view: LoopView) -> Findings:
     """Square-root extract is on for a bipolar PV.
 
-    Why: the lower half of the format, and of the range, has no root. A flow that reverses reads as no flow.
+    Why: the lower half of the format, and of the range, has no root. A flow that reverses reads as no flow. The manual
+    divides the set point by the root of the span, which is twice the largest PV: above 70.7 % of full scale no PV
+    reaches the set point.
 
     Fix: use a unipolar format for a differential-pressure signal.
     """
     if view.loop.pv.square_root and view.bipolar:
-        yield view.at("pv", "square_root", format=view.loop.pv.format)
+        most, top = nearest(largest_root(view)), nearest(view.scales["sp"].full)
+        yield view.at("pv", "square_root", format=view.loop.pv.format, most=most, top=top)
+
+
+@per_loop
+@error("DL510", D16, "the set point {value} is above the root of the largest PV ({most} counts): no PV reaches it")
+def setpoint_above_every_root(view: LoopView) -> Findings:
+    """The set point of a bipolar loop with square-root extract is larger than the root of any PV.
+
+    Why: the set point's scale ends at the root of the span, the roots of a bipolar PV at 70.7 % of that. The error
+    never becomes zero, and the output runs to its limit.
+
+    Fix: use a unipolar format for a differential-pressure signal.
+    """
+    counts = view.counts("setpoint") if view.loop.setpoint.value is not None else None
+    if view.loop.pv.square_root and view.bipolar and counts is not None and counts > largest_root(view):
+        yield view.at("setpoint", "value", value=view.shown("setpoint"), most=nearest(largest_root(view)))
+
+
+def largest_root(view: LoopView) -> Decimal:
+    """The root of the largest PV, in counts."""
+    return EXACT.sqrt(Decimal(view.scales["pv"].format.maximum))

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.encode import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
-from pidcfg.encoders.words import EncodeError, bcd_digits
+from pidcfg.encoders.words import EncodeError, bcd_digits, nearest
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
+from pidcfg.validate.rules.dl06.context import NINES
 from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
@@ -95,13 +96,63 @@ def reset_is_the_off_code(context: Dl06Context) -> Findings:
     Why: the word 9999 removes the integrator. As a number it looks like a very slow integral, and the loop keeps an
     offset that nobody can explain.
 
-    Fix: write `reset: off` to switch the integral off, or a time below the code.
+    Fix: write `reset: off` (0000) or `reset: off 9999` to switch the integral off, or a time below the code.
     """
     for view in context.loops:
         value = reset_value(view.loop)
         if value in view.off_resets:
             step = RESET[context.config.plc.reset_decimals].step
             yield view.at("tuning", "reset", value=decimal_text(value), unit=reset_unit(view), limit=9998 * step)
+
+
+@error("DL502", TERMS, "reset is {value}; its word holds {least} to {most}{cure}")
+def reset_beyond_its_word(context: Dl06Context) -> Findings:
+    """A reset time has no place in its word: too long, too short, or negative.
+
+    Why: the word has four digits of seconds or of minutes, and its ends 0000 and 9999 switch the integral off.
+
+    Fix: for a longer time than the word holds, give the time its unit and write `reset_unit: minutes`; a time is never
+    negative, the direction of control is `action`.
+    """
+    step = RESET[context.config.plc.reset_decimals].step
+    for view in context.loops:
+        value = reset_value(view.loop)
+        if "reset" in view.misfits and value not in view.off_resets:
+            unit = reset_unit(view)
+            yield view.at(
+                "tuning",
+                "reset",
+                value=f"{decimal_text(value)} {unit}",
+                least=f"{decimal_text(step)} {unit}",
+                most=f"{decimal_text(9998 * step)} {unit}",
+                cure=_cure(view, value, step),
+            )
+
+
+def _cure(view: LoopView, value: Decimal, step: Decimal) -> str:
+    """The same time in the other unit, where that has room for it."""
+    if value <= 0:
+        return "; a time is not negative, the direction of control is `action`"
+    minutes = view.loop.tuning.reset_unit == "minutes"
+    other = value * 60 if minutes else value / 60
+    digits = nearest(other / step)
+    if not 0 < digits < NINES:
+        return ""
+    unit, key = ("s", "seconds") if minutes else ("min", "minutes")
+    return f"; write `reset: {decimal_text(digits * step)} {unit}` and `reset_unit: {key}`"
+
+
+@per_loop
+@warning("DL503", TERMS, "reset is {value}, the code 0000: it switches the integral term off")
+def reset_of_zero(view: LoopView) -> Findings:
+    """A reset time of 0 is written, which is no time but a code.
+
+    Why: the shorter the reset time, the stronger the integral, but 0 takes it out: the loop keeps an offset.
+
+    Fix: write `reset: off` if that is meant, else a time.
+    """
+    if view.loop.tuning.reset.duration is not None and reset_value(view.loop) == 0:
+        yield view.at("tuning", "reset", value=f"0 {reset_unit(view)}")
 
 
 @per_loop

@@ -1,0 +1,143 @@
+"""Listings as spreadsheets and people leave them: other letters, other separators, cells in quotes, lines cut."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+
+import pytest
+
+from pidcfg import api
+from pidcfg.limits import DEFAULT
+from pidcfg.listings import ListingError, read_listing
+from pidcfg.vendors import VENDORS
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+FILES = {
+    "dl06": "oven",
+    "click": "tank",
+    "ezlogix": "oven",
+    "generic": "boiler",
+    "nextopid": "furnace",
+    "dpide": "oven",
+}
+TABLES = [
+    (vendor, kind)
+    for vendor in FILES
+    for kind in ("csv", "modbus", "tags", "operands")
+    if kind in VENDORS[vendor].load("formats")
+]
+"""Every listing whose columns are found by their header."""
+
+
+def written(vendor: str, kind: str) -> str:
+    """The listing of an example."""
+    text = api.encode(EXAMPLES / vendor / f"{FILES[vendor]}.yaml", kind).text
+    assert isinstance(text, str)
+    return text
+
+
+def read(vendor: str, text: str, kind: str | None = None):
+    """What a listing holds, its kind found by its first line."""
+    return read_listing(text.encode(), VENDORS[vendor], DEFAULT, kind)
+
+
+def header_and_rows(text: str) -> tuple[list[str], list[list[str]]]:
+    """Comment lines; header and rows as cells."""
+    lines = text.splitlines()
+    return [x for x in lines if x.startswith("#")], list(csv.reader(x for x in lines if not x.startswith("#")))
+
+
+def titled(text: str) -> str:
+    above, (head, *rows) = header_and_rows(text)
+    return joined(above, [[cell.title() for cell in head], *rows])
+
+
+def joined(above: list[str], rows: list[list[str]], delimiter: str = ",", quoting: int = csv.QUOTE_MINIMAL) -> str:
+    """A file of these rows."""
+    out = io.StringIO()
+    csv.writer(out, delimiter=delimiter, quoting=quoting, lineterminator="\r\n").writerows(rows)
+    return "".join(f"{line}\r\n" for line in above) + out.getvalue()
+
+
+def upper(text: str) -> str:
+    above, (head, *rows) = header_and_rows(text)
+    return joined(above, [[cell.upper() for cell in head], *rows])
+
+
+def spaced(text: str) -> str:
+    above, (head, *rows) = header_and_rows(text)
+    return joined(above, [[f" {cell} " for cell in head], *rows])
+
+
+def quoted(text: str) -> str:
+    above, rows = header_and_rows(text)
+    return joined(above, rows, quoting=csv.QUOTE_ALL)
+
+
+def semicolons(text: str) -> str:
+    above, rows = header_and_rows(text)
+    return joined(above, rows, ";")
+
+
+def tabs(text: str) -> str:
+    above, rows = header_and_rows(text)
+    return joined(above, rows, "\t")
+
+
+def empty_columns(text: str) -> str:
+    """What a spreadsheet adds when somebody once wrote beside the table."""
+    above, rows = header_and_rows(text)
+    return joined(above, [[*cells, "", ""] for cells in rows])
+
+
+def cells_of_comments(text: str) -> str:
+    """Comment lines as cells, which a spreadsheet makes of them."""
+    above, rows = header_and_rows(text)
+    return joined([], [*([line] for line in above), *rows])
+
+
+CHANGES = (titled, upper, spaced, quoted, semicolons, tabs, empty_columns, cells_of_comments)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize(("vendor", "kind"), TABLES)
+def test_a_table_is_read_however_a_spreadsheet_saved_it(vendor, kind, change):
+    text = written(vendor, kind)
+    wanted, found = read(vendor, text), read(vendor, change(text))
+    assert found.words == wanted.words != {}
+    assert found.settings == wanted.settings != ()
+    assert found.plc == wanted.plc
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "click", "ezlogix"])
+@pytest.mark.parametrize("kind", ["text", "csv", "json"])
+def test_addresses_in_small_letters_are_those_in_large_ones(vendor, kind):
+    text = written(vendor, kind)
+    wanted = read(vendor, text)
+    names = "|".join(wanted.shown.values())
+    small = re.sub(rf'(^|"address": ")({names})(?=[\s,"])', lambda m: m[1] + m[2].lower(), text, flags=re.MULTILINE)
+    assert small != text
+    assert read(vendor, small).words == wanted.words
+
+
+def test_a_short_table_with_a_header_in_capitals():
+    assert read("dl06", "Address,Hex\nV2000,0000\nv2007,0020\n").words == {0o2000: 0, 0o2007: 0x20}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Address,Hex,hex\nV2000,0000,0000\n", "the header has the column hex twice"),
+        ("Address;Hex\nV2000;0,5\n", "'0,5' is not word content"),
+        ("Address;Hex\nV2000,0000\n", "1 cells stand under a header of 2 columns"),
+        ("Address,Hex\nV2000,0000,7\n", "3 cells stand under a header of 2 columns"),
+        ("Address,Hex\nv2008,0000\n", "'v2008' is not an address of this vendor"),
+        ("Address,Words\nV2000,0000\n", "the header has no column hex or value"),
+    ],
+)
+def test_what_stays_refused(text, message):
+    with pytest.raises(ListingError, match=message.replace("(", r"\(")):
+        read("dl06", text)
