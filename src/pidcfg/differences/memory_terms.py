@@ -46,7 +46,7 @@ PLACE_OF_LOOP = 2
 
 def memory_terms(subject: Subject) -> Terms:
     """The loops and the set-up of a file or listing."""
-    setup = [_Block(subject, block, subject.config, {}) for block in subject.encoding.blocks if not block.place]
+    setup = [_Block(subject, block, subject.config) for block in subject.encoding.blocks if not block.place]
     registers = {key: item for block in setup for key, item in block.items((), {})}
     held = {path: value for block in setup for path, value in block.values()}
     loops, settings, shift = [], subject.settings, _shift(subject, held)

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
     from pidcfg.differences.reading import Reading
 
-OUTPUT_DEVICE = ("devices", "MV")
-"""Where a loop says in which device its output stands, in a cascade that of another loop's set point."""
 TYPE_OF = {bool: BOOL, int: DINT, float: LREAL, str: LOOP_MODE}
 """The type of a content that no table knows, as far as it is shown."""
+OUTPUT_DEVICE = ("devices", "MV")
+"""Where a loop says in which device its output stands, in a cascade that of another loop's set point."""
 
 
 def parameter_terms(subject: Subject) -> Terms:
