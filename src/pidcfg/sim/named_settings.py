@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, cast
 from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import dotted
-from pidcfg.schemas.base import Quantity, parse_flag, parse_integer, parse_number, refuse
+from pidcfg.schemas.base import Quantity, parse_flag, parse_integer, parse_number, parse_seconds, refuse
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
@@ -36,7 +36,13 @@ def parse_plain(value: object) -> Decimal:
     return value.value
 
 
-BY_KIND: Mapping[str, Parser] = {"bool": parse_flag, "whole": parse_integer, "real": parse_plain, "word": str}
+BY_KIND: Mapping[str, Parser] = {
+    "bool": parse_flag,
+    "whole": parse_integer,
+    "real": parse_plain,
+    "time": parse_seconds,
+    "word": str,
+}
 """How a value of each kind of type is written."""
 
 

@@ -10,6 +10,7 @@ from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.nextopid_network import blocks_and_signals
 from pidcfg.conversion.to_neutral.nextopid_parameters import ParameterBuilder
 from pidcfg.conversion.to_neutral.nextopid_wires import Network
+from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, PidaReal
 
 if TYPE_CHECKING:
@@ -244,7 +245,11 @@ def _connections(b: ParameterBuilder, item: PidaReal) -> None:
     if getattr(item, "AutoTune", False):
         b.drop_parameter("AutoTune", "start the auto-tuning as the target does it")
     for key, value in dict(getattr(item, "AutoTuneParam", None) or {}).items():
-        b.drop(f"AutoTuneParam.{key}", value, "set up the auto-tuning of the target")
+        b.drop(
+            f"AutoTuneParam.{key}",
+            value.text if isinstance(value, Wire) else value,
+            "set up the auto-tuning of the target",
+        )
 
 
 FIELDS: Table[ParameterBuilder, PidaReal] = (

@@ -90,7 +90,7 @@ def decode(
     data["plc"] = {"sample_time": plain_number(Decimal(time))}
     if plc_settings.program != Plc.model_fields["program"].default:
         data["plc"]["program"] = plc_settings.program
-    signals = {name: _plain(content) for name, content in words.items() if "." not in name}
+    signals = {name: _signal(content) for name, content in words.items() if "." not in name}
     data |= {"signals": signals} if signals else {}
     items = [read_item(entry, i) for i, entry in enumerate(settings)]
     for key in ("blocks", "loops"):
@@ -135,6 +135,13 @@ def _kept(kind: BlockType, name: str) -> str:
     if field is None or field.default is None:
         return "given"
     return REQUIRED if field.is_required() else ""
+
+
+def _signal(content: Content | Wire) -> bool | int | float | str:
+    """The first value of a signal as the file writes it, with its type where a number would be a REAL."""
+    if isinstance(content, int) and not isinstance(content, bool):
+        return f"INT#{content}"
+    return content if isinstance(content, str) else _plain(content)
 
 
 def _plain(content: Content | Wire) -> bool | int | float | str:

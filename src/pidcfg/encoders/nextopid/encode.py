@@ -17,7 +17,7 @@ from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import steps, value_at
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.expressions import ExpressionError
-from pidcfg.schemas.iec import BOOL, REAL, Wire
+from pidcfg.schemas.iec import Wire, signal_type
 from pidcfg.schemas.nextopid import Controller, Plc
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ class NextopidEncoding:
 def encode(config: NextopidFile) -> NextopidEncoding:
     """Every signal and parameter; what cannot be stored or wired is a misfit at its place."""
     items = placed(config)
-    types = {name: BOOL if isinstance(value, bool) else REAL for name, value in config.signals.items()}
+    types = {name: signal_type(value) for name, value in config.signals.items()}
     layout = Layout.of(types, [(block.item.name, block.kind) for block in items])
     misfits: list[tuple[Path, Misfit]] = []
     wires: Wires = {}

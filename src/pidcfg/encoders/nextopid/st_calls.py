@@ -149,15 +149,18 @@ class Calls:
         if [token.upper for token in (tokens[0], *tokens[2:5])] != ["IF", "=", "0", "THEN"]:
             return False
         loop = self.scope.instance(tokens[5].upper)
-        inner = tokens[5:-2]
         counter = self.scope.variables.get(tokens[1].upper)
-        if loop is None or counter is None or counter.type_name not in INTEGERS or tokens[6].text != "(":
+        inner = _parted(tokens[5:-2])
+        if loop is None or counter is None or counter.type_name not in INTEGERS or not inner:
             return False
-        if inner[-1].text != ";" or any(token.text == ";" for token in inner[:-1]) or tokens[1].upper in self.counts:
+        if any(statement[0].upper != loop.name.upper() for statement in inner) or tokens[1].upper in self.counts:
+            return False
+        if inner[-1][1].text != "(" or any(statement[1].text != "." for statement in inner[:-1]):
             return False
         if isinstance(counter.initial, dict) or [token.text for token in counter.initial or ()] not in ([], ["0"]):
             raise counter.name.error(f"{counter.name.text} counts the cycles of {loop.name}, and must begin with 0")
-        self.take(Statement((*inner[:-1], tokens[-1])))
+        for statement in inner:
+            self.take(Statement((*statement, tokens[-1])))
         self.gates.append((loop, tokens[1]))
         return True
 
@@ -228,6 +231,18 @@ class Calls:
             raise token.error(f"{item.name} {what} inside another statement")
         if follows == ":=" and depth == 0:
             raise token.error(f"a parameter of {item.name} is assigned inside another statement")
+
+
+def _parted(tokens: Sequence[Token]) -> list[tuple[Token, ...]]:
+    """Statements that each end with a semicolon; none where something else is among them."""
+    parts: list[tuple[Token, ...]] = []
+    start = 0
+    for at, token in enumerate(tokens):
+        if token.text == ";":
+            parts.append(tuple(tokens[start:at]))
+            start = at + 1
+    plain = start == len(tokens) and all(len(part) > 1 and part[0].upper not in ENDS for part in parts)
+    return parts if plain else []
 
 
 def _seconds(value: object) -> Decimal | None:

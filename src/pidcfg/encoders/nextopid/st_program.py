@@ -27,7 +27,15 @@ if TYPE_CHECKING:
     from pidcfg.encoders.parameters import Content, Entry, Parameter, Program
     from pidcfg.schemas.iec import IecType
 
-CONVERSIONS = ("INT_TO_REAL", "UINT_TO_REAL", "USINT_TO_REAL", "DINT_TO_REAL", "REAL_TO_INT")
+CONVERSIONS = (
+    "INT_TO_REAL",
+    "UINT_TO_REAL",
+    "USINT_TO_REAL",
+    "DINT_TO_REAL",
+    "TIME_TO_REAL",
+    "REAL_TO_INT",
+    "REAL_TO_UINT",
+)
 RESERVED = frozenset(name.upper() for name in (*BLOCK_TYPES, *CONVERSIONS, AUTOTUNE_MODE.name, *AUTOTUNE_MODE.words))
 """Names that a variable cannot have, in capitals: IEC 61131-3 ignores case."""
 UINT_CYCLES = 0xFFFF

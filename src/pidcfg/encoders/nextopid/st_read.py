@@ -9,11 +9,12 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.st_calls import Calls
 from pidcfg.encoders.nextopid.st_expression import wire_text
 from pidcfg.encoders.nextopid.st_parse import parse_st
-from pidcfg.encoders.nextopid.st_scope import Scope, can_wire, check_name
-from pidcfg.encoders.nextopid.st_values import Wiring, content_of
+from pidcfg.encoders.nextopid.st_scope import SIGNAL_TYPES, Scope, can_wire, check_name
+from pidcfg.encoders.nextopid.st_values import content_of
+from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.nextopid.wiring import Layout
 from pidcfg.schemas.expressions import MAX_LENGTH, ExpressionError
-from pidcfg.schemas.iec import BOOL, REAL, Wire
+from pidcfg.schemas.iec import REAL, Wire
 from pidcfg.schemas.nextopid import Plc
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ def _with_program(plc: Mapping[str, Any], program: Token) -> dict[str, Any]:
 
 def _first_value(signal: Declaration) -> Content:
     """What a signal begins with."""
-    kind = BOOL if signal.type_name == "BOOL" else REAL
+    kind = SIGNAL_TYPES.get(signal.type_name, REAL)
     if signal.initial is None:
         return kind.default
     value = (
@@ -145,19 +146,13 @@ class _Reader:
             full = f"{item.name}.{row.name}"
             content = content_of(tokens, row.type, full)
             if content is None:
-                field = item.kind.model.model_fields.get(row.name)
-                if field is None or not can_wire(field.annotation):
+                if not can_wire(item.kind.model, row.name):
                     raise tokens[0].error(f"{full} takes a literal, and cannot be wired")
                 self.places[item.name, row.name] = assignment
             value = self._wire(row, tokens) if content is None else content
             self.listing.add(full, value, full, tokens[0].line, tokens[0].column)
 
     def _wire(self, row: Parameter, tokens: tuple[Token, ...]) -> Wire:
-        if row.type is BOOL:
-            names = tokens[::2]
-            if len(names) * 2 - 1 != len(tokens) or any(token.text != "." for token in tokens[1::2]):
-                raise tokens[0].error(f"a BOOL is wired by the name of another BOOL; {row.name} is not")
-            return Wire(self.scope.resolve(names)[0])
         wiring = Wiring.read(tokens, row.type, self.scope.resolve)
         return Wire(wire_text(wiring.code, wiring.constants, wiring.names.__getitem__, MAX_LENGTH))
 
@@ -166,7 +161,7 @@ class _Reader:
     def notes(self, signals: list[Declaration]) -> Iterator[str]:
         """What was passed over, and what will be executed in another order; checks every wire."""
         layout = Layout.of(
-            {signal.name.text: BOOL if signal.type_name == "BOOL" else REAL for signal in signals},
+            {signal.name.text: SIGNAL_TYPES.get(signal.type_name, REAL) for signal in signals},
             [(item.name, item.kind) for item in self._in_order()],
         )
         wires: Wires = {}
@@ -186,7 +181,7 @@ class _Reader:
         left = [d.name.text for upper, d in self.scope.variables.items() if upper not in used | self.calls.counters]
         if left:
             yield f"variables that no block reads are left out: {few(left)}"
-        whole = [d.name.text for d in signals if d.type_name not in {"BOOL", "REAL"}]
+        whole = [d.name.text for d in signals if d.type_name not in SIGNAL_TYPES]
         if whole:
             yield f"these variables are not REAL in the program, and are REAL signals here: {few(whole)}"
 

@@ -64,6 +64,8 @@ def literal(kind: IecType, content: Content) -> str:
         return "TRUE" if content else "FALSE"
     if kind.kind == "word":
         return f"{kind.name}.{content}"
+    if kind.kind == "time":
+        return str(content)
     return st_real(float(content)) if kind.kind == "real" else str(int(content))
 
 
@@ -127,6 +129,9 @@ def call(unit: Unit, i: int) -> Iterator[str]:
             arguments += [f"{row.name} => {name}"] if block.kind.function else []
             continue
         text = argument(unit, i, block, row)
+        if text is not None and "." in row.name:
+            yield f"{block.name}.{row.name} := {text};"  # a member of a structure cannot be an argument
+            continue
         if text is not None and block.kind.function and block.base + offset in unit.read:
             if (i, row.name) in unit.wires:
                 yield f"{name} := {text};"
@@ -150,16 +155,19 @@ def argument(unit: Unit, i: int, block: Instance, row: Parameter) -> str | None:
 
 def wired(unit: Unit, kind: IecType, wire: Expression, place: str) -> str:
     """A wire as a text of its type."""
-    if kind.kind == "bool" or (wire.signal is not None and unit.type_of(wire.signal) == kind):
-        return unit.names[wire.signal or 0]
-    text = printed(wire.code, wire.constants, lambda number: _real(unit, number), ST)
+    if wire.signal is not None and unit.type_of(wire.signal) == kind:
+        return unit.names[wire.signal]
+    text = printed(wire.code, wire.constants, lambda number: _operand(unit, number), ST)
     if depth(text) > DEEPEST:
         raise UnwritableError(f"{place}: the expression is nested too deeply for Structured Text; split it")
-    if kind.kind == "real":
+    if kind.kind != "whole":
         return text
-    return f"REAL_TO_INT{text}" if is_number(wire.code) else f"REAL_TO_INT({text})"
+    return f"REAL_TO_{kind.name}{text}" if is_number(wire.code) else f"REAL_TO_{kind.name}({text})"
 
 
-def _real(unit: Unit, number: int) -> str:
-    kind = unit.type_of(number)
-    return unit.names[number] if kind.kind == "real" else f"{kind.name}_TO_REAL({unit.names[number]})"
+def _operand(unit: Unit, number: int) -> str:
+    """A name as an operand: numbers are REAL, and a TIME is its seconds."""
+    kind, name = unit.type_of(number), unit.names[number]
+    if kind.kind == "time":
+        return f"(TIME_TO_REAL({name}) / 1000.0)"
+    return f"{kind.name}_TO_REAL({name})" if kind.kind == "whole" else name

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
 from pidcfg.encoders.nextopid.decode import ItemSettings, PlcSettings, read_item
 from pidcfg.encoders.nextopid.wiring import Layout, Wires
+from pidcfg.encoders.parameters import type_of_content
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
-from pidcfg.schemas.expressions import CONSTANT, SIGNAL, Expression, ExpressionError
-from pidcfg.schemas.iec import BOOL, REAL, IecType, Wire
+from pidcfg.schemas.expressions import CONSTANT, SIGNAL, TRUTH, Expression, ExpressionError
+from pidcfg.schemas.iec import IecType, Wire, time_seconds
 from pidcfg.sim.controllers.nextopid import slots
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import AS_INT, AS_IT_IS
@@ -48,6 +49,8 @@ def number_of(kind: IecType, content: Content) -> float:
     """A content as the kernels have it: a BOOL is 0 or 1, a word its number."""
     if kind.kind == "word":
         return float(kind.words.index(str(content)))
+    if kind.kind == "time":
+        return single(float(time_seconds(str(content)) or 0))
     return single(float(content)) if kind.kind == "real" else float(content)
 
 
@@ -68,7 +71,9 @@ class Memory(Plc):
             raise DecodeError("the listing does not say the interval of the task")
         self.task = ticks(plc.sample_time)
         types = {
-            name: BOOL if isinstance(content, bool) else REAL for name, content in self.words.items() if "." not in name
+            name: type_of_content(content)
+            for name, content in self.words.items()
+            if "." not in name and not isinstance(content, Wire)
         }
         self.layout = Layout.of(types, [(item.name, BLOCK_TYPES[item.type]) for item in self.items])
         self.wires = self._read_wires()
@@ -176,7 +181,7 @@ class Memory(Plc):
 def _code(expression: Expression) -> Iterator[float]:
     """Pairs of operator and operand; a constant stands in the pair itself."""
     for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
-        yield float(op)
+        yield float(CONSTANT if op == TRUTH else op)
         yield single(expression.constants[operand]) if op == CONSTANT else float(operand)
 
 
