@@ -139,6 +139,27 @@ def beside(draw):
 
 
 @st.composite
+def copies(draw, signals: dict, loops: list, wireable: dict[str, IecType]):
+    """A move to a signal, or to an input of a loop that is given and not wired."""
+    given = [f"{loop['name']}.{key}" for loop in loops for key, value in loop.items() if not isinstance(value, str)]
+    targets = [*(name for name in signals if wireable[name].kind != "time"), *(n for n in given if n in wireable)]
+    target = draw(st.sampled_from([*targets, *signals]))
+    bools = [name for name, kind in wireable.items() if kind is BOOL]
+    numbers = [name for name, kind in wireable.items() if kind.kind in {"real", "whole", "time"}]
+    if wireable[target] is BOOL:
+        value = draw(st.sampled_from([True, False, None]))
+        value = condition(draw, bools, numbers) if value is None else value
+    elif draw(st.booleans()):
+        value = draw(st.integers(-300, 300))
+    else:
+        value = expression(draw, numbers, EXPRESSIONS)
+    move = {"move": value, "to": target}
+    if draw(st.booleans()):
+        move |= {"when": condition(draw, bools, numbers)}
+    return move | ({"at": "start"} if draw(st.booleans()) else {})
+
+
+@st.composite
 def files(draw):
     """The data of a configuration."""
     count = draw(st.integers(1, 6))
@@ -156,8 +177,10 @@ def files(draw):
             loops.append(item | draw(beside()))
         else:
             blocks.append(item)
+    moves = draw(st.lists(copies(signals, loops, wireable), max_size=4))
     plc = {"sample_time": "100 ms"} | ({"program": "Line_1"} if draw(st.booleans()) else {})
     data = {"pidcfg": 1, "vendor": "nextopid", "plc": plc, "signals": signals, "blocks": blocks, "loops": loops}
+    data |= {"moves": moves} if moves else {}
     return data | ({"name": draw(TEXTS)} if draw(st.booleans()) else {})
 
 

@@ -183,6 +183,13 @@ def parse_bool_in(value: object) -> bool | Wire:
     return flag(value, alone=False)
 
 
+def parse_move_in(value: object) -> Decimal | bool | Wire:
+    """What is moved: a number, true or false, or an expression of either type."""
+    if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
+        return parse_flag(value)
+    return parse_real_in(value)
+
+
 def parse_signal(value: object) -> Decimal | bool:
     """The value of a signal, which says its type: a number, true or false, ``INT#5``, ``T#500ms`` or ``500 ms``."""
     if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
@@ -233,6 +240,7 @@ RealIn = Annotated[Decimal | Wire, *_field(parse_real_in, NUMERIC, WIRED), REAL]
 TimeIn = Annotated[Decimal | Wire, *_field(parse_time_in, NUMERIC, WIRED), REAL]
 IntIn = Annotated[Decimal | Wire, *_field(parse_real_in, {"type": "integer"}, WIRED), INT]
 BoolIn = Annotated[bool | Wire, *_field(parse_bool_in, {"type": "boolean"}, WIRED), BOOL]
+MoveIn = Annotated[Decimal | bool | Wire, *_field(parse_move_in, NUMERIC, {"type": "boolean"}, WIRED)]
 Real = Annotated[Decimal, *_field(parse_number, NUMERIC), REAL]
 """Without wires, like the next ones."""
 Bool = Annotated[bool, *_field(parse_flag, {"type": "boolean"}), BOOL]

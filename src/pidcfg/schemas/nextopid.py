@@ -16,7 +16,7 @@ from pydantic import Field
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas.base import Model, Range, Seconds, Text
 from pidcfg.schemas.common import ConfigurationFile
-from pidcfg.schemas.iec import BoolIn, Identifier, IntIn, RealIn, Signal, TimeIn, TuneMode, UInt, UIntIn, USInt
+from pidcfg.schemas.iec import BoolIn, Identifier, IntIn, MoveIn, RealIn, Signal, TimeIn, TuneMode, UInt, UIntIn, USInt
 from pidcfg.schemas.limits import Limits
 
 D200 = Decision(
@@ -407,6 +407,19 @@ Loop = PidaReal | PidaInt | PidaTuneReal | PidaTuneInt | OnOff
 Block = OnOff | Pwm | LowFilter | Delay | Lag | DelayLag | LeadLag | SelectMax | SelectMin | SplitRange
 
 
+class Move(Model):
+    """A value that the program copies beside the calls of its blocks: a MOVE instruction."""
+
+    move: MoveIn
+    """What is copied: a number, true or false, or an expression."""
+    to: Text
+    """The signal, or the input of a block that nothing is wired to (``TIC_1.ManualMV``)."""
+    when: BoolIn = True
+    """The condition; in every cycle when not given."""
+    at: Literal["start", "end"] = "end"
+    """Before the first call of a cycle, or behind the last one."""
+
+
 class Plc(Model):
     """The task that the program runs in."""
 
@@ -429,3 +442,5 @@ class NextopidFile(ConfigurationFile):
     """Blocks and functions beside the loops."""
     loops: tuple[Annotated[Loop, Field(discriminator="type")], ...]
     """The controllers."""
+    moves: tuple[Move, ...] = ()
+    """What the program copies, in this order."""

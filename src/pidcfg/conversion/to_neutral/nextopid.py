@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.conversion.arithmetic import ZERO, dependent, product, quotient
 from pidcfg.conversion.same import Same, same, take
-from pidcfg.conversion.to_neutral.nextopid_network import blocks_and_signals
+from pidcfg.conversion.to_neutral.nextopid_network import blocks_and_signals, moves
 from pidcfg.conversion.to_neutral.nextopid_parameters import ParameterBuilder
 from pidcfg.conversion.to_neutral.nextopid_wires import Network
 from pidcfg.schemas.iec import Wire
@@ -71,6 +71,7 @@ def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
             take(b, b.item, b.item, FIELDS)
     if not any(b.loop.missing for b in builders):
         blocks_and_signals(network, builders)
+        moves(network, builders)
     return [b.loop for b in builders]
 
 

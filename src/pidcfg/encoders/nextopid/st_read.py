@@ -8,6 +8,7 @@ from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.st_calls import Calls
 from pidcfg.encoders.nextopid.st_expression import wire_text
+from pidcfg.encoders.nextopid.st_moves import Moves
 from pidcfg.encoders.nextopid.st_parse import parse_st
 from pidcfg.encoders.nextopid.st_scope import SIGNAL_TYPES, Scope, can_wire, check_name
 from pidcfg.encoders.nextopid.st_values import content_of
@@ -42,10 +43,12 @@ def read_source(source: Source) -> Listing:
     calls = Calls(scope)
     for statement in source.statements:
         calls.take(statement)
+    calls.settle_inputs()
     reader = _Reader(scope, calls, listing)
     reader.initial_values()
     reader.call_values()
     calls.sample_times(listing.plc)
+    moves = Moves(scope, calls, everything=described).read()
     signals = list(scope.signals(everything=described))
     words, lines = listing.words, listing.lines
     listing.words, listing.lines, listing.shown = {}, {}, {}
@@ -53,6 +56,8 @@ def read_source(source: Source) -> Listing:
         listing.add(signal.name.text, _first_value(signal), signal.name.text, signal.name.line, signal.name.column)
     for name, value in words.items():
         listing.add(name, value, name, lines[name])
+    if moves:
+        listing.plc = {**listing.plc, "moves": moves}
     if source.program is not None:
         listing.plc = _with_program(listing.plc, source.program)
     listing.settings = tuple(item.entry for item in scope.items.values())
@@ -142,18 +147,19 @@ class _Reader:
     def call_values(self) -> None:
         """Arguments and assignments."""
         for assignment in self.calls.assignments.values():
-            item, row, tokens, _ = assignment
+            item, row, tokens = assignment[:3]
             full = f"{item.name}.{row.name}"
             content = content_of(tokens, row.type, full)
             if content is None:
                 if not can_wire(item.kind.model, row.name):
                     raise tokens[0].error(f"{full} takes a literal, and cannot be wired")
                 self.places[item.name, row.name] = assignment
-            value = self._wire(row, tokens) if content is None else content
+            value = self._wire(item, row, tokens) if content is None else content
             self.listing.add(full, value, full, tokens[0].line, tokens[0].column)
 
-    def _wire(self, row: Parameter, tokens: tuple[Token, ...]) -> Wire:
+    def _wire(self, item: Item, row: Parameter, tokens: tuple[Token, ...]) -> Wire:
         wiring = Wiring.read(tokens, row.type, self.scope.resolve)
+        self.calls.reads.setdefault(item.name, set()).update(wiring.names)
         return Wire(wire_text(wiring.code, wiring.constants, wiring.names.__getitem__, MAX_LENGTH))
 
     # --- order -------------------------------------------------------------------------------------------------------
@@ -174,10 +180,11 @@ class _Reader:
                 raise assignment.tokens[0].error(f"{name}.{row}: {error.message}") from None
         yield from self._missing_calls()
         yield from self._other_order(layout, wires)
-        if self.calls.foreign:
-            lines = few([str(line) for line in self.calls.foreign])
+        if self.calls.left.lines:
+            lines = few([str(line) for line in sorted({*self.calls.left.lines})])
             yield f"statements that are not about blocks of the library are left out: lines {lines}"
-        used = {signal.name.upper for signal in signals} | {*self.scope.items} | {*self.scope.aliases}
+        used = {*self.scope.items, *self.scope.aliases, *self.scope.structures}
+        used |= {signal.name.upper for signal in signals}
         left = [d.name.text for upper, d in self.scope.variables.items() if upper not in used | self.calls.counters]
         if left:
             yield f"variables that no block reads are left out: {few(left)}"

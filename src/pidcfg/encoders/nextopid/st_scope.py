@@ -98,6 +98,8 @@ class Scope:
     items: dict[str, Item] = field(default_factory=dict)
     aliases: dict[str, tuple[Item, Parameter]] = field(default_factory=dict)
     """Variables that stand for an output, or for an input of a function."""
+    structures: dict[str, tuple[Item, Token]] = field(default_factory=dict)
+    """Variables that stand for an output which is a structure: the block, and the name of the output."""
     assigned: dict[str, Token] = field(default_factory=dict)
     """Variables that skipped statements assign."""
     used: set[str] = field(default_factory=set)
@@ -197,6 +199,10 @@ class Scope:
         if first.upper in self.aliases and len(parts) == 1:
             item, row = self.aliases[first.upper]
             self._refuse_assigned(first)
+            return f"{item.name}.{row.name}", row.type
+        if first.upper in self.structures and len(parts) > 1:
+            item, prefix = self.structures[first.upper]
+            row = self.row(item, (prefix, *parts[1:]))
             return f"{item.name}.{row.name}", row.type
         declared = self.variables.get(first.upper)
         if item is not None or declared is None or len(parts) > 1:

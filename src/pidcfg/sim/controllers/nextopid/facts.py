@@ -38,7 +38,10 @@ class Facts(Memory):
 
     @property
     def flow(self) -> Iterator[tuple[int, int]]:
-        """Wires, and from each input of a block to its outputs."""
+        """Moves, wires, and from each input of a block to its outputs."""
+        for copy in self.copies:
+            for part in (copy.value, copy.when):
+                yield from ((source, copy.target) for source in (part.signals if part else ()))
         for place, i in enumerate(self.listed):
             for target, sources in self.wires_of(place):
                 yield from ((source, target) for source in sources)

@@ -130,6 +130,26 @@ def compared(op: float, left: float, right: float) -> float:
     return 1.0 if holds else 0.0
 
 
+def move(s: State, tick: int, aux: MutableSequence[float], sig: MutableSequence[float], first: int, last: int) -> None:
+    """Executes moves: of each the row of its condition, and that of its value (kernel)."""
+    for wire in range(first, last, 2):
+        row = ROWS + ROW * wire
+        holds = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), sig)
+        fault = int(aux[int(aux[0])])
+        row += ROW
+        if fault == 0 and holds != 0.0:
+            value = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), sig)
+            fault = int(aux[int(aux[0])])
+            if fault == 0:
+                if aux[row + 1] == AS_INT:
+                    value = clamp(nearest(value), LEAST_INT, MOST_INT)
+                sig[int(aux[row])] = value
+        if fault != 0 and s.fault == 0:
+            s.fault = fault
+            s.fault_target = int(aux[row])
+            s.fault_at = tick
+
+
 def wire_in(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float], last: int) -> None:
     """Renews the wired parameters of a block up to the wire before ``last`` (kernel)."""
     for wire in range(c.wires, last):

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.refs import Decision
 from pidcfg.schemas.conditions import COMPARISONS, CONDITIONAL, EQUALITIES
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL, TRUTH, TWO_OPERANDS
-from pidcfg.validate.rule import Findings, warning
+from pidcfg.validate.rule import Finding, Findings, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -32,6 +32,7 @@ D550 = Decision(
     "PV < 4.0 OR PV > 3.0 looks like two limits and is TRUE; a switch that is meant to be constant is written as one.",
 )
 COMPARED = frozenset((*COMPARISONS.values(), *EQUALITIES.values()))
+IN_WORDS = {True: "TRUE", False: "FALSE"}
 LEAVES = frozenset((SIGNAL, CONSTANT, TRUTH))
 MOST_CASES = 4096
 """Combinations that are tried; a condition of more is not judged."""
@@ -52,7 +53,12 @@ def constant_condition(context: NextopidContext) -> Findings:
         if view.placed.kind.table.row(name).type.kind == "bool":
             value = constant_value(expression, kinds)
             if value is not None:
-                yield view.at(name, key=name, value="TRUE" if value else "FALSE", text=expression.text)
+                yield view.at(name, key=name, value=IN_WORDS[value], text=expression.text)
+    for i, copy in enumerate(context.encoding.copies):
+        value = None if copy is None or copy.when is None else constant_value(copy.when, kinds)
+        if copy is not None and copy.when is not None and value is not None:
+            values = {"key": "when", "value": IN_WORDS[value], "text": copy.when.text}
+            yield Finding(("moves", i, "when"), values)
 
 
 def constant_value(expression: Expression, kinds: Mapping[int, IecType]) -> bool | None:
