@@ -491,8 +491,8 @@ def test_times_are_so_far_apart(texts, apart):
 
 
 def test_a_set_point_is_no_output():
-    rows = table(STEP_ROWS, header="time,Valve setpoint,Valve,pv", time=lambda t: f"{t:g},{t % 3:g}")
-    assert "output 3 'Valve'" in read(rows, {}).remarks[0]
+    rows = table(STEP_ROWS, header="time,Valve setpoint,Valve position,pv", time=lambda t: f"{t:g},{t % 3:g}")
+    assert "output 3 'Valve position'" in read(rows, {}).remarks[0]
 
 
 def test_an_integrator_follows_a_ramp():
