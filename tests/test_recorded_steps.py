@@ -8,11 +8,14 @@ from __future__ import annotations
 import math
 import random
 from datetime import datetime, timedelta, timezone
+from itertools import pairwise
 
 import pytest
 
 from pidcfg.limits import DEFAULT
 from pidcfg.tuning.record import Request, UnreadableRecordError, identified
+from pidcfg.tuning.response import Segment, response
+from pidcfg.tuning.stamps import seconds_of
 
 GAIN, CONSTANT, DEAD = 1.5, 20.0, 4.0
 WITHIN = 0.03
@@ -471,3 +474,26 @@ def test_a_mutilated_record_is_identified_or_refused_but_never_crashes(seed):
     except UnreadableRecordError as error:
         message = str(error)
     assert message.startswith("step.csv")
+
+
+@pytest.mark.parametrize(
+    ("texts", "apart"),
+    [
+        (["3/9/2026 11:59:59 AM", "3/9/2026 12:00:01 PM", "3/9/2026 1:00:01 PM"], [2, 3600]),
+        (["12:00:00 AM", "1:00:00 AM"], [3600]),
+        (["01/02/2026 23:59:59", "02/02/2026 00:00:01"], [2]),
+        (["02/01/2026 23:59:59", "02/02/2026 00:00:01"], [2]),
+    ],
+)
+def test_times_are_so_far_apart(texts, apart):
+    times, _ = seconds_of(texts)
+    assert [b - a for a, b in pairwise(times)] == apart
+
+
+def test_a_set_point_is_no_output():
+    rows = table(STEP_ROWS, header="time,Valve setpoint,Valve position,pv", time=lambda t: f"{t:g},{t % 3:g}")
+    assert "output 3 'Valve position'" in read(rows, {}).remarks[0]
+
+
+def test_an_integrator_follows_a_ramp():
+    assert response([10.0], [Segment(0.0, 0.0, 1.0)], 0.0, math.inf) == [50.0]
