@@ -13,6 +13,7 @@ from pidcfg.verification.keys import key_of
 from pidcfg.verification.lines import Scene, reason
 from pidcfg.verification.names import companions
 from pidcfg.verification.neutral import ACTION, loops_of
+from pidcfg.verification.operated import refused
 from pidcfg.verification.smoothing import FILTER, SMOOTHING, lets_through_the_same
 from pidcfg.verification.stages import stages_of
 from pidcfg.verification.trial import Side, finest, new_plc, resolution, run
@@ -67,10 +68,12 @@ class Reference:
 
     @property
     def possible(self) -> tuple[Stage, ...]:
-        """The stages that the loop can go through: all, unless its program gives it its mode."""
-        automatic = next(stage for stage in self.stages if stage.name == "auto")
-        operated = self.trial(automatic).modes[-1] == "auto"
-        return self.stages if operated else tuple(stage for stage in self.stages if stage.name == "start")
+        """The stages in which the loop goes to every mode that is asked of it."""
+        return tuple(stage for stage in self.stages if not self.refused(stage))
+
+    def refused(self, stage: Stage) -> str:
+        """The mode that a stage asks for and the loop does not go to; empty: none."""
+        return refused(stage, self.trial(stage), self.bench.sample)
 
     def trial(self, stage: Stage) -> Trial:
         """The loop through a stage."""

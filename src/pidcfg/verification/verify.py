@@ -18,7 +18,7 @@ from pidcfg.verification.neutral import loops_of
 from pidcfg.verification.overlays import overlay
 from pidcfg.verification.trial import finest, new_plc
 from pidcfg.verification.twin import Twin, twin_of
-from pidcfg.verification.verdict import Failure, Named, Verified
+from pidcfg.verification.verdict import Failure, Named, Untried, Verified
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -150,6 +150,7 @@ def _result(  # noqa: PLR0913, PLR0917
         iae[1] / iae[0] if iae[0] else None,
         overlay(loop, times, setpoints[0], pvs, outputs, sides.names, (0.0, ends[0] * sample if len(cut) > 1 else 0.0)),
         tuple(stage.name for stage in reference.possible),
+        tuple(Untried(stage.name, mode) for stage in reference.stages if (mode := reference.refused(stage))),
         tuple(failures),
         tuple(named),
     )
