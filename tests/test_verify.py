@@ -62,6 +62,24 @@ loops:
 """
 
 
+FLOW = """
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: L3, output_raises_pv: true, sample_time: 1, tuning: {gain: 1, integral_time: 20},
+     pv: {range: [0, 100], square_root: true}, setpoint: {value: 30, follows_pv: false}, output: {range: [0, 100]}}
+"""
+
+
+@pytest.mark.parametrize("target", ["dl06", "ezlogix"])
+def test_set_points_of_a_root_are_those_that_both_sides_hold(target):
+    (loop,) = convert(FLOW, target, verify=True).verified
+    assert loop.failures == ()
+    spoiled = convert(FLOW.replace("gain: 1,", "gain: 1.1,"), target)
+    (bad,) = diff(FLOW, spoiled.text, verify=True).verified
+    assert not bad.passed
+
+
 def test_stages_whose_mode_the_source_does_not_go_to_are_not_tried():
     (loop,) = convert(WIRED, "dpide", verify=True).verified
     assert (loop.passed, loop.stages) == (True, ("start",))

@@ -7,6 +7,7 @@ from math import expm1
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.sim.run import UnusableError
+from pidcfg.verification.acts import nearest_step, on_grid
 from pidcfg.verification.bench import bench_of
 from pidcfg.verification.comparison import AT_END, COUNTS, SHARE, Counts, Difference, Tolerance, differences
 from pidcfg.verification.keys import key_of
@@ -83,15 +84,24 @@ class Reference:
         return self.trials[key]
 
 
-def reference_of(side: Side, i: int, other: Loop) -> Reference:
-    """A loop with its bench and its battery; ``other`` is the same loop on the other side."""
+def reference_of(side: Side, i: int, other: Loop, step: float = 0.0) -> Reference:
+    """A loop with its bench and its battery; ``other`` is the same loop on the other side.
+
+    ``step``: what a count of the set point means where either side has few of them; 0: all values are as near.
+    """
     loop = side.loop(i)
     cascade = [i, *companions(side.loops, i, with_master=True)]
     bench = bench_of(loop, other, float(max(side.loop(k).sample_time for k in cascade)))
+    if step:
+        bench = replace(bench, start=nearest_step(bench.start, bench.low, step, bench.high))
     count, _ = resolution(new_plc(side, (i,)), i)
-    return Reference(
-        side, i, bench, tuple(stages_of(bench, loop, other, count, in_cascade=len(cascade) > 1)), loop.pv.square_root
-    )
+    stages = tuple(stages_of(bench, loop, other, count, in_cascade=len(cascade) > 1))
+    if step:
+        stages = tuple(
+            stage if stage.name.startswith("dead band") else on_grid(stage, bench.low, step, bench.high)
+            for stage in stages
+        )
+    return Reference(side, i, bench, stages, loop.pv.square_root)
 
 
 def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:
