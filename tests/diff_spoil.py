@@ -1,7 +1,8 @@
 """Every settable key of random files changed by itself: whether `pidcfg.diff` shows it, and nothing that is the same.
 
 ``python tests/diff_spoil.py [FILES] [VENDOR…]`` prints, for each vendor, how many changes there were, how many went
-unseen between two files, a file and a listing, and two listings, and how often a file differed from its own words.
+unseen between two files, a file and a listing (also one of which something else is refused), and two listings, and how
+often a file differed from its own words.
 """
 
 from __future__ import annotations
@@ -187,6 +188,24 @@ def judge(score, path, before, after, result, rng):
     see(score, f"file/{name}", key, pidcfg.diff(before.document, news[name], names=(None, both[1])))
     see(score, f"{name}/file", key, pidcfg.diff(olds[name], after.document, names=(both[0], None)))
     see(score, f"{name}/{name}", key, pidcfg.diff(olds[name], news[name], names=both, like=before.document))
+    refused = beside_refused(news[name])
+    if refused != news[name]:
+        result = pidcfg.diff(before.document, refused, names=(None, both[1]))
+        see(score, f"file/{name} of which more is refused", key, result)
+        if not any(
+            d.key == NOTHING and d.note.startswith("no value") for loop in result.loops for d in loop.differences
+        ):
+            score.unseen[f"file/{name}: {NOTHING}, which is refused"] += 1
+
+
+def beside_refused(text):
+    """A listing in which also a setting of the first loop is refused, where it has settings in a line."""
+    for encoding in ("utf-8", "utf-16"):
+        line = '# loop: {"'.encode(encoding).removeprefix(b"\xff\xfe")
+        spoilt = f'# loop: {{"{NOTHING}": 1, "'.encode(encoding).removeprefix(b"\xff\xfe")
+        if line in text:
+            return text.replace(line, spoilt, 1)
+    return text
 
 
 def named(path):
@@ -230,6 +249,8 @@ def moved_or_renamed(key, result):
     return key == "name" and any(loop.status in {"renamed", "added"} for loop in result.loops)
 
 
+NOTHING = "nothing"
+"""A setting that no vendor has."""
 TABLE = "ramp_soak.steps"
 """A table that a file may leave alone."""
 ALIASES = {"cascade_from": ("remote_setpoint",), "remote_setpoint": ("cascade_from",)}

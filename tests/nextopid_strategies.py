@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
 from pidcfg.encoders.nextopid.encode import encode
-from pidcfg.schemas.iec import BOOL, REAL, IecType
+from pidcfg.schemas.iec import BOOL, IecType, parse_signal, signal_type
 from pidcfg.schemas.nextopid import NextopidFile
 
 TYPES = (sorted(LOOP_TYPES), sorted(set(BLOCK_TYPES) - LOOP_TYPES))
+TIMES = st.integers(0, 0xFFFFFFFF).map(lambda ms: f"T#{ms}ms")
 TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), min_size=1, max_size=12)
 """Names and descriptions, with all that could end a comment."""
 NAMES = st.from_regex(r"[A-Za-z](_?[A-Za-z0-9]){0,5}", fullmatch=True)
@@ -38,6 +39,8 @@ def joined(operands: st.SearchStrategy) -> st.SearchStrategy:
     )
 
 
+SIGNALS = st.booleans() | number() | st.integers(-0x8000, 0x7FFF).map(lambda value: f"INT#{value}") | TIMES
+"""First values, with their types."""
 PLACE = re.compile(r"\[(\d+)\]")
 PLACES = st.integers(0, 999).map(lambda place: f"[{place}]")
 """Where a name will stand, so that the strategy is made once."""
@@ -45,6 +48,30 @@ LEAVES = PLACES | number("0", "100").map(str) | st.sampled_from(["2", "0.5", "1e
 EXPRESSIONS = st.recursive(LEAVES, joined, max_leaves=6).map(
     lambda text: text if any(sign in text for sign in "[(*/ ") else f"({text})"
 )
+
+
+def compared(parts) -> str:
+    """Two sums that are compared, in parentheses or not."""
+    left, sign, right = parts
+    return f"{left}{sign}{right}"
+
+
+COMPARED = st.tuples(EXPRESSIONS, st.sampled_from([" < ", "<=", " > ", ">= ", "=", " <> "]), EXPRESSIONS).map(compared)
+
+
+def joined_bools(operands: st.SearchStrategy) -> st.SearchStrategy:
+    """Conditions one level higher."""
+    words = st.sampled_from([" AND ", " OR ", " XOR ", " and ", " = ", " <> "])
+    two = st.tuples(operands, words, operands)
+    return two.map(lambda p: f"({p[0]}){p[1]}({p[2]})") | operands.map(lambda text: f"NOT ({text})")
+
+
+def condition(draw, bools: list[str], numbers: list[str]) -> str:
+    """A condition over these names."""
+    leaves = st.sampled_from([*bools, "TRUE", "false"]) | COMPARED.map(lambda text: f"({text})")
+    text = draw(st.recursive(leaves, joined_bools, max_leaves=4))
+    text = PLACE.sub(lambda place: numbers[int(place.group(1)) % len(numbers)] if numbers else "(1)", text)
+    return f"({text})" if text.lower() in {"true", "false"} else text
 
 
 def expression(draw, names: list[str], form: st.SearchStrategy) -> str:
@@ -69,14 +96,18 @@ def items(draw, name: str, kind: str, chosen: dict[str, str], wireable: dict[str
     data = {"name": name, "type": kind}
     names = {full: of for full, of in wireable.items() if chosen.get(full.removeprefix(f"{name}.")) != "wire"}
     bools = [full for full, of in names.items() if of is BOOL]
-    numbers = [full for full, of in names.items() if of.kind in {"real", "whole"}]
+    numbers = [full for full, of in names.items() if of.kind in {"real", "whole", "time"}]
     for row in BLOCK_TYPES[kind].inputs:
         how = chosen.get(row.name)
         if how is None or (how == "wire" and row.type is BOOL and not bools):
             continue
         if how == "wire":
             form = PLACES if draw(st.booleans()) else EXPRESSIONS
-            data[row.name] = draw(st.sampled_from(bools)) if row.type is BOOL else expression(draw, numbers, form)
+            plain = draw(st.booleans())
+            if row.type is BOOL:
+                data[row.name] = draw(st.sampled_from(bools)) if plain else condition(draw, bools, numbers)
+            else:
+                data[row.name] = expression(draw, numbers, form)
         elif row.type is BOOL:
             data[row.name] = draw(st.booleans())
         elif row.type.kind == "whole":
@@ -86,7 +117,7 @@ def items(draw, name: str, kind: str, chosen: dict[str, str], wireable: dict[str
             data[row.name] = draw(number("0.001" if positive else "-5000"))
     if "TUNE" in kind and draw(st.booleans()):
         data["AutoTuneParam"] = {
-            "PercAmpMV": draw(number("0.1", "50")),
+            "PercAmpMV": expression(draw, numbers, EXPRESSIONS) if draw(st.booleans()) else draw(number("0.1", "50")),
             "PercHystPV": draw(number("0.01", "1")),
             "PercMaxPeakPV": draw(number("0.1", "50")),
             "NumCycles": draw(st.integers(1, 10)),
@@ -108,14 +139,35 @@ def beside(draw):
 
 
 @st.composite
+def copies(draw, signals: dict, loops: list, wireable: dict[str, IecType]):
+    """A move to a signal, or to an input of a loop that is given and not wired."""
+    given = [f"{loop['name']}.{key}" for loop in loops for key, value in loop.items() if not isinstance(value, str)]
+    targets = [*(name for name in signals if wireable[name].kind != "time"), *(n for n in given if n in wireable)]
+    target = draw(st.sampled_from([*targets, *signals]))
+    bools = [name for name, kind in wireable.items() if kind is BOOL]
+    numbers = [name for name, kind in wireable.items() if kind.kind in {"real", "whole", "time"}]
+    if wireable[target] is BOOL:
+        value = draw(st.sampled_from([True, False, None]))
+        value = condition(draw, bools, numbers) if value is None else value
+    elif draw(st.booleans()):
+        value = draw(st.integers(-300, 300))
+    else:
+        value = expression(draw, numbers, EXPRESSIONS)
+    move = {"move": value, "to": target}
+    if draw(st.booleans()):
+        move |= {"when": condition(draw, bools, numbers)}
+    return move | ({"at": "start"} if draw(st.booleans()) else {})
+
+
+@st.composite
 def files(draw):
     """The data of a configuration."""
     count = draw(st.integers(1, 6))
     words = draw(st.lists(NAMES, min_size=count + 3, max_size=count + 3))
     names = [f"{word}_{i}" for i, word in enumerate(words)]
-    signals = {name: draw(st.booleans() | number()) for name in names[count:]}
+    signals = {name: draw(SIGNALS) for name in names[count:]}
     kinds = {name: draw(st.sampled_from(TYPES[i % 2])) for i, name in enumerate(names[:count])}
-    wireable = {name: BOOL if isinstance(value, bool) else REAL for name, value in signals.items()}
+    wireable = {name: signal_type(parse_signal(value)) for name, value in signals.items()}
     for name, kind in kinds.items():
         wireable |= {f"{name}.{row.name}": row.type for row in BLOCK_TYPES[kind].table.rows}
     blocks, loops = [], []
@@ -125,8 +177,10 @@ def files(draw):
             loops.append(item | draw(beside()))
         else:
             blocks.append(item)
+    moves = draw(st.lists(copies(signals, loops, wireable), max_size=4))
     plc = {"sample_time": "100 ms"} | ({"program": "Line_1"} if draw(st.booleans()) else {})
     data = {"pidcfg": 1, "vendor": "nextopid", "plc": plc, "signals": signals, "blocks": blocks, "loops": loops}
+    data |= {"moves": moves} if moves else {}
     return data | ({"name": draw(TEXTS)} if draw(st.booleans()) else {})
 
 

@@ -26,10 +26,13 @@ from typing import TYPE_CHECKING, Any
 from ruamel.yaml import YAML
 
 import pidcfg
+from pidcfg.sim.engine import installed
 from spoils import VENDORS, Data, ends, spoils
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+
+    from pidcfg.sim.engine import EngineName
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SHARE, RESPONSE, LEAST = 0.05, 0.2, 0.01
@@ -41,6 +44,8 @@ LONG = 0.1
 ROWS = 400
 MOST = 100
 """Mistakes of one example: one of eight loops is not the whole measure."""
+LONG_RUN = 50_000
+"""Loop-steps of a run from which on compiled kernels pay, as it is repeated so often; they give the same results."""
 GOAL = 0.95
 """Of the mistakes that count."""
 
@@ -87,11 +92,11 @@ def read(path: Path) -> Data:
     return data
 
 
-def run(config: Data, scenario: Data, every: int) -> Run:
+def run(config: Data, scenario: Data, every: int, engine: EngineName = "python") -> Run:
     """Runs both files from memory."""
     trend = io.StringIO()
     files = {"x.scenario.yaml": json.dumps(scenario), str(scenario["config"]): json.dumps(config)}
-    result = pidcfg.simulate(Path("x.scenario.yaml"), files=files, every=every, trend=trend, engine="python")
+    result = pidcfg.simulate(Path("x.scenario.yaml"), files=files, every=every, trend=trend, engine=engine)
     report = result.report
     errors = tuple(f"{d.code}: {d.message}" for d in result.findings if d.severity.label == "error")
     if report is None:
@@ -168,12 +173,13 @@ def measure(example: str, most: int = MOST, names: Sequence[str] = ("",)) -> lis
     spans = {str(loop["name"]): abs(ends(loop, keys.span)[1] - ends(loop, keys.span)[0]) for loop in config["loops"]}
     steps = run(config, scenario, 10**9).steps
     every = max(1, steps // ROWS)
+    engine: EngineName = "numba" if installed() and steps * len(spans) >= LONG_RUN else "python"
     whole = {key: value for key, value in scenario.items() if key != "expect"}
-    good = run(config, whole, every)
+    good = run(config, whole, every, engine)
     results = [Result(example, "", False, good.ran, "", 0.0, "", good.failures, good.unjudged, good.other)]
     every_spoil = [spoil for spoil in spoils(config, scenario) if any(name in spoil.name for name in names)]
     for spoil in every_spoil[:: max(1, -(-len(every_spoil) // most))]:
-        bad = run(spoil.config, spoil.scenario, every)
+        bad = run(spoil.config, spoil.scenario, every, engine)
         why, figure = difference(good, bad, spans) if bad.ran else ("", 0.0)
         worse = worst(good, bad, spans) if bad.ran else ""
         results.append(

@@ -15,7 +15,7 @@ from living_rig import GOOD, TWICE, run
 from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
 from pidcfg.source import read_document
 from pidcfg.validate.baseline import Baseline, Entry, compare, enters, entry, from_text, to_text, without
-from pidcfg.validate.former_baseline import FormerEntry
+from pidcfg.validate.former_baseline import FormerEntry, SecondEntry
 from pidcfg.validate.identity import value_of
 
 KNOWN = "known.json"
@@ -46,11 +46,11 @@ def test_a_baseline_is_made_when_it_is_asked_for_and_then_nothing_is_reported(va
     assert (found.code, found.out) == (0, "")
     assert "0 errors, 0 warnings, 0 infos; 3 in the baseline" in found.err
     rows = json.loads((tmp_path / KNOWN).read_text("utf-8"))["findings"]
-    assert [list(row) for row in rows] == [["file", "code", "severity", "loop", "key", "value", "count"]] * 3
+    assert [list(row) for row in rows] == [["file", "code", "severity", "loop", "key", "value", "quotes", "count"]] * 3
     assert [tuple(row.values()) for row in rows] == [
-        ("a.yaml", "DL242", "error", "A", "alarms.pv.high", "15", 1),
-        ("a.yaml", "DL242", "error", "A", "alarms.pv.low", "15", 1),
-        ("a.yaml", "DL254", "info", "A", "alarms.hysteresis", None, 1),
+        ("a.yaml", "DL242", "error", "A", "alarms.pv.high", "15", "15 15", 1),
+        ("a.yaml", "DL242", "error", "A", "alarms.pv.low", "15", "15 15", 1),
+        ("a.yaml", "DL254", "info", "A", "alarms.hysteresis", None, "1", 1),
     ]
 
 
@@ -117,6 +117,21 @@ def test_a_value_that_changes_is_a_new_finding(validate, tmp_path):
     assert "DL242 no longer occurs in a.yaml at A alarms.pv.low: 15" in found.out
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("low_low: 15, low: 15,", "low_low: 90, low: 15,", "low is 15 counts in V2014, not above low_low, 90 counts"),
+        ("high: 15, high_high: 90", "high: 15, high_high: 14", "high_high is 14 counts in V2016, not above high, 15"),
+    ],
+)
+def test_a_value_that_the_finding_is_compared_with_makes_a_new_finding(validate, tmp_path, old, new, says):
+    validate("a.yaml", "--create-baseline")
+    (tmp_path / "a.yaml").write_text(TWICE.replace(old, new), "utf-8")
+    found = validate("a.yaml", "--strict")
+    assert found.code == 1
+    assert f"error DL242: {says}" in found.out
+
+
 @pytest.mark.parametrize("spelling", ["15.0", "1.5e+1", '"15 "'])
 def test_another_spelling_of_a_value_is_no_other_value(spelling):
     assert value_of(document(f"loops: [{{name: A, x: {spelling}}}]"), ("loops", 0, "x")) == "15"
@@ -142,10 +157,13 @@ def test_paths_are_seen_from_the_baseline(validate, tmp_path, monkeypatch, capsy
     ("text", "words"),
     [
         ("{", "1:2: not JSON"),
-        ("[]", "not a baseline of version 2"),
-        ('{"version": 3, "findings": []}', "version 2"),
-        ('{"version": true, "findings": []}', "version 2"),
-        ('{"version": 2, "findings": 3}', "version 2"),
+        ("[]", "not a baseline of version 3"),
+        ('{"version": 4, "findings": []}', "version 3"),
+        ('{"version": true, "findings": []}', "version 3"),
+        ('{"version": [], "findings": []}', "version 3"),
+        ('{"version": 2, "findings": 3}', "version 3"),
+        ('{"version": 3, "findings": [{"code": "DL242"}]}', "key, value, quotes (value and quotes: text or null)"),
+        (ROW.replace('"version": 2', '"version": 3').replace("null", '"15", "quotes": 3'), "text or null"),
         ('{"version": 1, "findings": [{"code": "DL242"}]}', "findings[0] must have the texts code"),
         ('{"version": 2, "findings": ["DL242"]}', "findings[0] must have the texts file"),
         (ROW.replace('"count": 1', '"count": 0'), "a count above 0"),
@@ -195,7 +213,9 @@ ENTRIES = st.lists(
     max_size=8,
 )
 ROWS = st.lists(
-    st.builds(FormerEntry, CODES, st.just("error"), st.just("a"), st.just("x"), st.text(max_size=4)), max_size=3
+    st.builds(FormerEntry, CODES, st.just("error"), st.just("a"), st.just("x"), st.text(max_size=4))
+    | st.builds(SecondEntry, st.just("a"), CODES, st.just("error"), st.just("A"), st.just("x"), VALUES),
+    max_size=3,
 )
 
 
@@ -225,13 +245,57 @@ def test_a_baseline_reads_back_as_it_was_written(entries, former):
     text = to_text(Baseline(entries, former))
     read = from_text(text)
     assert Counter(read.entries) == Counter(entries)
-    assert sorted(read.former) == sorted(former)
+    assert Counter(read.former) == Counter(former)
     assert to_text(Baseline(entries[::-1], former[::-1])) == text
-    rows = len(set(entries)) + len(former)
+    first = [row for row in former if isinstance(row, FormerEntry)]
+    rows = len(set(entries)) + len(first) + len(set(former) - set(first))
     assert text.count("\n") == (rows + 5 if rows else 4), "an entry is a line"
 
 
 # --- the first format -------------------------------------------------------------------------------------------------
+
+
+def second(tmp_path, *drop):
+    """The baseline that is there, as the second format had it."""
+    data = json.loads((tmp_path / KNOWN).read_text("utf-8"))
+    rows = [{key: row[key] for key in row if key != "quotes"} for row in data["findings"] if row["code"] not in drop]
+    (tmp_path / KNOWN).write_text(json.dumps({"version": 2, "findings": rows}), "utf-8")
+
+
+def test_a_baseline_of_the_second_format_is_renewed_with_one_message(validate, tmp_path):
+    validate("a.yaml", "--create-baseline")
+    made = (tmp_path / KNOWN).read_bytes()
+    second(tmp_path)
+    first = validate("a.yaml", "--strict")
+    assert (first.code, first.out) == (0, "")
+    assert first.err.splitlines()[0].startswith(f"{KNOWN}: 3 entries of a former format renewed: ")
+    assert (tmp_path / KNOWN).read_bytes() == made
+    assert "renewed" not in validate("a.yaml", "--strict").err
+
+
+def test_a_row_of_the_second_format_knows_one_finding_and_no_other_value(validate, tmp_path):
+    validate("a.yaml", "--create-baseline")
+    second(tmp_path, "DL254")
+    (tmp_path / "a.yaml").write_text(TWICE.replace("low: 15, high: 15", "low: 16, high: 15"), "utf-8")
+    rows = json.loads(validate("a.yaml", "--format", "json").out)["findings"]
+    assert [(d["code"], d["path"]) for d in rows if d["code"] != "PID048"] == [("DL254", "loops[0].alarms.hysteresis")]
+    gone = [d for d in rows if d["code"] == "PID048"]
+    assert [d["message"] for d in gone] == ["DL242 no longer occurs in a.yaml at A alarms.pv.low: 15"]
+    row = (tmp_path / KNOWN).read_text("utf-8").splitlines()[gone[0]["line"] - 1]
+    assert '"value": "15", "count": 1' in row
+    assert "1 entry removed" in validate("a.yaml", "--shrink-baseline").err
+    assert len(rows_of(tmp_path / KNOWN)) == 1
+
+
+def test_rows_of_the_second_format_whose_file_is_not_checked_wait(validate, tmp_path):
+    (tmp_path / "b.yaml").write_text(TWICE, "utf-8")
+    validate("a.yaml", "b.yaml", "--create-baseline")
+    second(tmp_path)
+    assert validate("a.yaml", "--strict").code == 0
+    assert {row["file"] for row in rows_of(tmp_path / KNOWN) if "quotes" not in row} == {"b.yaml"}
+    assert "3 entries" in validate("b.yaml", "--strict").err
+    assert all("quotes" in row for row in rows_of(tmp_path / KNOWN))
+
 
 FORMER = Path(__file__).parent / "data" / "former-baseline"
 """Files and their baseline as version 0.2 wrote it, when one finding stood for several loops."""
@@ -254,7 +318,7 @@ def test_a_baseline_of_the_first_format_is_renewed_with_one_message(former, tmp_
     assert len(rows_of(tmp_path / KNOWN)) == 8
     first = former("plant.yaml", "--strict")
     assert (first.code, first.out) == (0, "")
-    assert first.err.splitlines()[0].startswith(f"{KNOWN}: 8 entries of the first format renewed: ")
+    assert first.err.splitlines()[0].startswith(f"{KNOWN}: 8 entries of a former format renewed: ")
     assert len(first.err.splitlines()) == 2
     assert {row["loop"] for row in rows_of(tmp_path / KNOWN) if row["code"] == "DL211"} == {"FIC", "TIC", "LIC", "PIC"}
     assert {row["loop"] for row in rows_of(tmp_path / KNOWN) if row["code"] == "DL292"} == {"LIC", "PIC"}

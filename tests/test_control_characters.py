@@ -34,6 +34,8 @@ TEXT = (
 """A description, as a file may have it."""
 NAME = "=1 ] ]]> <b> \x1b[31m\x07\r\n::error ::x\r\x9b2J\u2028\u202e.yaml"
 """The name of a file, as systems other than Windows allow it."""
+COMMANDS = ("::warning::second", "::error ::x")
+"""What of these texts GitHub's runner would obey, if it began a line."""
 every_vendor = pytest.mark.parametrize("vendor", VENDORS.values(), ids=list(VENDORS))
 some_vendors = pytest.mark.parametrize("vendor", [*VENDORS.values()][::3], ids=[*VENDORS][::3])
 """Enough where nothing of the vendor's own writes the texts."""
@@ -50,7 +52,7 @@ def nasty(vendor):
 @pytest.fixture
 def folder(vendor, tmp_path, monkeypatch):
     """A folder with files of such texts, right and wrong, and a scenario."""
-    said = '"\\e[31m\\a\\x9b2J\\L\\u202e"'
+    said = '"\\e[31m\\a\\x9b2J\\L\\u202e\\n::warning::second"'
     name = api.load(starter(vendor)).model.loops[0].name
     text = nasty(vendor)
     (tmp_path / "good.yaml").write_text(text, "utf-8")
@@ -71,6 +73,7 @@ def run(*words):
     code, terminal, out = captured(pidcfg, list(words))
     assert code != 3, terminal
     clean(terminal, words)
+    assert not any(line.lstrip().startswith(COMMANDS) for line in terminal.splitlines()), (words, terminal)
     return out
 
 

@@ -388,7 +388,7 @@ def test_all_connections_of_a_cascade_are_wired():
     assert {key: master[key] for key in SPECIAL} == SPECIAL
     assert (slave["SP_CASC"], slave["CASC"], slave["SP"]) == ("L1.MV", True, 50)
     assert errors(converted.data) == []
-    assert lost_of(converted) == {"operation.manual"}
+    assert lost_of(converted) == set()
 
 
 def test_a_cascade_whose_ranges_differ_is_dropped():

@@ -234,10 +234,44 @@ def test_each_pair_names_how_start_and_transfers_differ(one, two):
     for vendor, text in ((one, start.source), (two, start.target)) if start is not None else ():
         assert text.endswith(STARTS.get(vendor, "it begins in its mode"))
     assert ("operation.transfer" in lines) == ((one in ON_TOP) != (two in ON_TOP))
-    jumps = lines.get("operation.manual")
-    assert (jumps is not None) == (two == "nextopid" or (one == "nextopid" and two != "dpide"))
-    if two == "nextopid":
-        assert (jumps.kind, jumps.loss) == ("dropped", True)
+    assert "operation.manual" not in lines
+
+
+@pytest.mark.parametrize("source", ["dl06", "click", "ezlogix", "dpide", "generic"])
+def test_a_nextopid_copies_mv_so_that_its_output_stays(source):
+    text = oven(setpoint={"value": 180, "follows_pv": False})
+    result = api.convert(text if source == "generic" else api.convert(text, source).text, "nextopid")
+    name = result.data["loops"][0]["name"]
+    held = {"move": f"{name}.MV", "to": f"{name}.ManualMV", "when": f"NOT {name}.Manual"}
+    assert result.data["moves"] == [held]
+    line = lines_of(result)["/moves.0.move"]
+    assert (line.kind, line.loss) == ("assumed", False)
+
+
+def test_a_nextopid_without_that_move_jumps_and_so_does_nobody_else():
+    plain = file_of("nextopid", {"name": "TIC1", **PIDA}, plc={"sample_time": 0.1})
+    line = lines_of(api.convert(plain, "generic"))["operation.manual"]
+    assert (line.kind, line.loss) == ("assumed", False)
+    assert api.convert(plain, "dpide").data["loops"][0]["MOUT_AUTO"] is False
+
+
+def test_a_set_point_that_follows_the_pv_is_a_move_and_comes_back():
+    text = oven(setpoint={"value": 180, "follows_pv": True})
+    result = api.convert(text, "nextopid")
+    name = result.data["loops"][0]["name"]
+    assert result.data["moves"][1] == {"move": f"{name}.PV", "to": f"{name}.SP", "when": f"{name}.Manual"}
+    assert "setpoint.follows_pv" not in [c.field for c in result.loops[0].changes if c.loss]
+    back = api.convert(result.text, "generic")
+    assert back.data["loops"][0]["setpoint"]["follows_pv"] is True
+    assert not [change for change in back.loops[0].changes if change.loss]
+
+
+def test_moves_that_no_other_plc_has_are_lost_by_name():
+    moves = [{"move": 5, "to": "TIC1.ManualMV", "when": "TIC1.Manual"}]
+    text = file_of("nextopid", {"name": "TIC1", **PIDA}, plc={"sample_time": 0.1}, moves=moves)
+    line = lines_of(api.convert(text, "generic"))["moves.0"]
+    assert (line.kind, line.loss, line.source) == ("dropped", True, "5 to TIC1.ManualMV")
+    assert line.note == "copy it in the program: when TIC1.Manual"
 
 
 def test_a_dpide_keeps_its_output_in_manual_unless_the_source_has_a_manual_value():

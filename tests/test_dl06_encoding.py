@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from dl06_strategies import configurations, loop_words
 from pidcfg.encoders.dl06.decode import decode
 from pidcfg.encoders.dl06.encode import encode
-from pidcfg.encoders.dl06.files import FORMATS
+from pidcfg.encoders.dl06.files import FORMATS, checklist
 from pidcfg.encoders.dl06.options import DATA_FORMATS
 from pidcfg.encoders.files import kind_of
 from pidcfg.encoders.maps.dl06 import FORMATS as FORMATS_OF_DATA
@@ -383,3 +383,21 @@ def test_both_words_without_integral_come_back_as_they_are(reset, word, decimals
     document = read_document(text.encode(), "again.yaml")
     assert encode(Dl06File.model_validate(document.data)).image.words == image.words
     assert [d.code for d in check_document(document).findings if d.code in {"DL212", "DL502", "DL503"}] == []
+
+
+def test_the_checklist_says_what_no_download_does():
+    transfer = {"pv": {"transfer": {"slot": 1, "channel": 1}}, "output": {"transfer": {"slot": 2, "channel": 1}}}
+    loops = (
+        {"mode": "cascade", "cascade_from": "L2", **transfer},
+        {"mode": "auto", "independent_of_cpu_mode": True},
+        {"output": {"transfer": {"slot": 2, "channel": 2}}},
+    )
+    copies, transition, modes, changes = checklist(configuration(*loops, reset_decimals=1))
+
+    assert copies == (
+        "see that the ladder program copies the PV into the word of L2 (V2043), L3 (V2103): no auto transfer does"
+    ), "the output of the major loop L2 is a set point, no module's"
+    assert "V7640 and V7641" in transition
+    assert "L1 (cascade), L2 (auto), inner loops first: new loops begin in Manual" in modes
+    assert "in Manual and the PLC stopped; of L2 set bit 15 of +00 to 0 before" in changes
+    assert checklist(configuration(transfer, reset_decimals=1)) == (transition, changes.partition(";")[0])

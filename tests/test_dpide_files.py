@@ -5,7 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import json
+import subprocess
+import sys
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -286,7 +289,7 @@ def test_a_symbol_table_has_six_cells_a_row_and_unique_identifiers(config):
     assert {row[0] for row in cells} == {"VAR"}
     identifiers = [row[1] for row in cells]
     assert len({name.casefold() for name in identifiers}) == len(ROWS) * len(config.loops)
-    assert all(len(name) <= 16 and name[0].isalpha() and name.isascii() for name in identifiers)
+    assert all(len(name) <= 34 and name[0].isalpha() and name.isascii() for name in identifiers)
     assert "\n" not in "".join(lines)
     assert not data.startswith(b"\xef\xbb\xbf")
 
@@ -309,7 +312,7 @@ def test_a_character_that_gbk_does_not_have_is_replaced_in_a_comment():
     assert "SV: Target value; ?m ℃ 度 x".encode("gbk") in data
 
 
-@pytest.mark.parametrize("name", ["101-OVEN", "Öfen", "FIC-101-X20", "炉"])
+@pytest.mark.parametrize("name", ["101-OVEN", "Öfen", "FIC-101-" + "X" * 21, "炉"])
 def test_names_that_give_no_symbols_are_refused(name):
     with pytest.raises(UnwritableError, match=name):
         written("symbols", configuration(name=name))
@@ -323,12 +326,134 @@ def test_names_that_give_the_same_symbols_are_refused_together(first, second):
         written("symbols", DpideFile(pidcfg=1, vendor="dpide", loops=tuple(loops)))
 
 
-def test_the_longest_name_gives_symbols_of_16_characters():
-    found = [row["Identifiers"] for row in rows(written("symbols", configuration(name="FIC-101-AB")))]
+def test_the_longest_name_gives_symbols_of_34_characters():
+    """As long as the longest of an export of ISPSoft with 1,317 symbols."""
+    name = "FIC-101-" + "X" * 20
+    found = [row["Identifiers"] for row in rows(written("symbols", configuration(name=name)))]
 
-    assert len("FIC-101-AB") == LONGEST_LOOP
-    assert max(map(len, found)) == 16
-    assert "FIC_101_AB_CYCLE" in found
+    assert len(name) == LONGEST_LOOP
+    assert max(map(len, found)) == 34
+    assert f"FIC_101_{'X' * 20}_CYCLE" in found
+
+
+# --- into a symbol table of the user's -------------------------------------------------------------------------------
+
+HEAD = "Class,Identifiers,Address,Type,Initial Value,Comment"
+USERS = (
+    f"{HEAD}\r\n"
+    "VAR,Station_North_Conveyor_Ready_Lamp1,M2000,BOOL,FALSE,Lamp, north, of the conveyor\r\n"
+    "VAR,Station_North_Temperature_Limit_01,D200,REAL,0,\r\n"
+    "VAR,Recipe_Values,D20000,ARRAY [0..9] OF WORD,[1,2,3(0)],ten, of them\r\n"
+    "VAR,Door_Is_Open,D20111.0,BOOL,FALSE\r\n"
+    "VAR,Counter,D20112,WORD\r\n"
+    "VAR,Placed_By_ISPSoft,,DWORD,0,门\r\n"
+)
+
+
+def merged(users, **changes):
+    """A table of the user's with the symbols of a loop."""
+    config = configuration(**{"devices": {"SV": "D100", "PID_RUN": "M10"}, **changes})
+    return FORMATS["symbols"].merge(encode(config).image, users)
+
+
+def test_symbols_follow_the_users_which_stay_as_they_are():
+    text, report = merged(USERS)
+
+    assert text.startswith(USERS)
+    assert (
+        text.removeprefix(USERS)
+        == written("symbols", configuration(devices={"SV": "D100", "PID_RUN": "M10"})).split("\r\n", 1)[1]
+    )
+    assert report == (f"created {len(ROWS)}, already there: 0",)
+    assert merged(text) == (text, (f"created 0, already there: {len(ROWS)}",))
+
+
+def test_a_missing_last_line_end_and_lines_of_lf_stay():
+    users = USERS.replace("\r\n", "\n").removesuffix("\n")
+    text, _ = merged(users)
+
+    assert text.startswith(users + "\nVAR,OVEN_RUN,M10,BOOL,TRUE,")
+    assert "\r" not in text
+
+
+@pytest.mark.parametrize(
+    ("row", "renewed"),
+    [
+        ("VAR,oven_sv,d100,REAL,70.0,mine, not yours", "VAR,oven_sv,d100,REAL,80.0,mine, not yours"),
+        ("VAR,OVEN_SV,D100,REAL,,", "VAR,OVEN_SV,D100,REAL,80.0,"),
+        ("VAR,OVEN_SV,D100,REAL", "VAR,OVEN_SV,D100,REAL,80.0"),
+        ("VAR,OVEN_SV,D100,REAL, 70 , x", "VAR,OVEN_SV,D100,REAL,80.0, x"),
+    ],
+)
+def test_a_symbol_of_the_loop_gets_the_new_initial_value_and_keeps_the_rest(row, renewed):
+    text, report = merged(f"{USERS}{row}\r\n")
+
+    assert text.startswith(f"{USERS}{renewed}\r\n")
+    assert report[0] == f"created {len(ROWS) - 1}, already there: 1"
+    assert report[1].startswith("initial value renewed: OVEN_SV (D100), ")
+
+
+@pytest.mark.parametrize(
+    ("row", "left"),
+    [
+        ("VAR,Mine,D100,REAL,0,", "OVEN_SV (D100) was not created, since D100 is 'Mine' in line 8"),
+        ("VAR,Mine,D101,WORD,0,", "OVEN_SV (D100) was not created, since D101 is 'Mine' in line 8"),
+        ("VAR,Mine,D99,DWORD,0,", "OVEN_SV (D100) was not created, since D99 is 'Mine' in line 8"),
+        ("VAR,Mine,D505.3,BOOL,0,", "OVEN_IMV (D500) was not created, since D505.3 is 'Mine' in line 8"),
+        ("VAR,Mine,D490,ARRAY [0..10] OF INT,,", "OVEN_IMV (D500) was not created, since D490 is 'Mine' in line 8"),
+        ("VAR,Mine,M10,BOOL,FALSE,", "OVEN_RUN (M10) was not created, since M10 is 'Mine' in line 8"),
+        ("VAR,OVEN_SV,D104,REAL,0,", "OVEN_SV (D100) was not created, since the symbol is that of D104 in line 8"),
+    ],
+)
+def test_what_something_else_has_is_left_out_and_told(row, left):
+    text, report = merged(f"{USERS}{row}\r\n")
+
+    assert text.startswith(f"{USERS}{row}\r\n")
+    assert report[1:] == (f"conflict, left as it is: {left}",)
+
+
+@pytest.mark.parametrize("row", ["VAR,OVEN_SV,D100,REAL,80,", "VAR,OVEN_SV,D100,REAL,8e1,", "VAR,OVEN_RUN,M10,BOOL,1,"])
+def test_an_initial_value_that_is_written_otherwise_stays(row):
+    text, report = merged(f"{USERS}{row}\r\n")
+
+    assert text.startswith(f"{USERS}{row}\r\n")
+    assert report == (f"created {len(ROWS) - 1}, already there: 1",)
+
+
+@pytest.mark.parametrize(
+    "row", ["VAR,Mine,D98,DWORD,0,", "VAR,Mine,D530,WORD,0,", "VAR,Mine,D490,ARRAY [0..9] OF INT,,"]
+)
+def test_a_neighbour_is_no_conflict(row):
+    assert merged(f"{USERS}{row}\r\n")[1] == (f"created {len(ROWS)}, already there: 0",)
+
+
+@pytest.mark.parametrize(
+    ("users", "message", "line"),
+    [
+        ("", "the file is empty", 1),
+        ("Class,Name\r\n", "the header of a symbol table is Class,Identifiers,Address", 1),
+        (f"{USERS}VAR,Mine,D5\r\n", "3 cells; a row has Class, Identifiers, Address, Type", 8),
+        (f"{USERS}VAR,,D5,WORD,0,\r\n", "the row has no symbol in its second cell", 8),
+        (f"{USERS}VAR,counter,D5,WORD,0,\r\n", "the symbol counter stands here again, after line 6", 8),
+    ],
+)
+def test_a_bad_table_of_the_users_is_not_added_to(users, message, line):
+    with pytest.raises(ListingError, match=message) as refused:
+        merged(users)
+    assert refused.value.line == line
+
+
+def test_the_command_adds_to_a_table_and_leaves_the_users_file(tmp_path):
+    (tmp_path / "mine.csv").write_bytes(USERS.encode("gbk"))
+    config = Path(__file__).parents[1] / "examples" / "dpide" / "oven.yaml"
+    arguments = ["encode", str(config), "--format", "symbols", "--into", "mine.csv", "-o", "new.csv"]
+    result = subprocess.run(
+        [sys.executable, "-m", "pidcfg", *arguments], cwd=tmp_path, capture_output=True, check=False
+    )
+
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "mine.csv").read_bytes() == USERS.encode("gbk")
+    assert (tmp_path / "new.csv").read_bytes().startswith(USERS.encode("gbk") + b"VAR,OVEN_RUN,")
 
 
 def test_a_symbol_table_is_not_read_back_and_says_what_is():

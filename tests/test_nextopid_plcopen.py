@@ -148,7 +148,7 @@ BOMB = '<!DOCTYPE project [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;&a;">]>\n' + d
         (document("", LOOP + LOOP), 5, "TIC_1 is declared again"),
         (document("", LOOP, "functionBlock"), 2, "stand in a POU that is no program"),
         (document(text_body("\nTIC_1(PV := );"), LOOP), 7, "nothing stands behind PV"),
-        (document("", LOOP.replace("REAL#1.5", "T#1s")), 4, "T#1s is no number; write times as numbers, in s"),
+        (document("", LOOP.replace("REAL#1.5", "T#1s")), 4, "TIC_1.Kp: T#1s is not a value of REAL; numbers are in s"),
         (document("", LOOP.replace("Kp", "Kq")), 4, "PIDA_REAL has no input parameter Kq; did you mean Kp?"),
         (document("", LOOP.replace("MAXMV", "KP")), 4, "KP stands here again"),
         (document("", '<variable name="TIC_1"/>'), 3, "the variable has no type"),

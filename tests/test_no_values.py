@@ -94,3 +94,12 @@ def test_a_listing_of_the_dl06_with_such_words_runs_and_names_them():
     assert len(notes) == 2
     assert "+10 Gain" in notes[0]
     assert "+12 Rate" in notes[1]
+
+
+def test_the_error_flags_of_a_listing_belong_to_the_set_up():
+    text = str(encode(PROFILE).text)
+    quiet, flagged = (decode(f"{text}V7642 {word}\n", "dl06") for word in ("0000", "0004"))
+    assert not any("V7642" in note for note in quiet.notes)
+    assert [note for note in flagged.notes if "V7642" in note] == [
+        "V7642 0004: the PLC's error flags of the set-up are not carried over"
+    ]

@@ -107,6 +107,14 @@ def test_a_setting_has_its_value_unit_place_and_meaning():
     assert found["algorithm"].given is False
 
 
+def test_a_setting_that_stands_for_a_register_has_its_place():
+    """`cascade_from` names the loop whose output +32 points at; a transfer is one word of base, slot and channel."""
+    found = settings(example("dl06/reactor"), 0)
+    assert (found["cascade_from"].value, found["cascade_from"].place) == ("TIC-101", "V2032")
+    assert {found[f"pv.transfer.{part}"].place for part in ("base", "slot", "channel")} == {"V2036"}
+    assert {found[f"output.transfer.{part}"].place for part in ("base", "slot", "channel")} == {"V2037"}
+
+
 def test_the_unit_of_a_reset_time_leaves_no_choice():
     content = example("dl06/reactor")
     assert [settings(content, i)["tuning.reset"].unit for i in range(3)] == ["s", "s", "min"]
@@ -420,7 +428,11 @@ def test_a_failed_expectation_decides_the_exit_code(tmp_path):
     for name in ("oven.yaml", "oven.scenario.yaml"):
         text = (EXAMPLES / "dpide" / name).read_text("utf-8").replace("min: 79", "min: 81")
         (tmp_path / name).write_text(text, "utf-8")
-    assert run(tmp_path / "oven.scenario.yaml", "-o", tmp_path / "r.html").exit_code == 1
+    result = run(tmp_path / "oven.scenario.yaml", "-o", tmp_path / "r.html")
+    assert result.exit_code == 1
+    *_, row, last = result.stderr.splitlines()
+    assert row.startswith("  FAILED  OVEN.PV")
+    assert last == f"{(tmp_path / 'oven.scenario.yaml').as_posix()}: FAILED: 1 of 3 expectations"
     assert "1 of 3 expectations failed" in (tmp_path / "r.html").read_text("utf-8")
 
 
@@ -435,7 +447,12 @@ def test_a_standing_expectation_that_fails_is_on_the_cover_the_run_its_trend_and
         text = (EXAMPLES / "dl06" / name).read_text("utf-8").replace("reset: 3.0", "reset: off")
         (tmp_path / name).write_text(text, "utf-8")
     args = ("--csv", tmp_path / "t", "-o", tmp_path / "r.html")
-    assert run(tmp_path / "flow.scenario.yaml", *args).exit_code == 1
+    result = run(tmp_path / "flow.scenario.yaml", *args, "--quiet")
+    assert result.exit_code == 1
+    *_, written, standing, last = result.stderr.splitlines()
+    assert written == "  FAILED  FIC-301 settling_time (band 5 %) at most 20 s: none"
+    assert standing.startswith("  FAILED  FIC-301 error-stands  ends inside its output limits with an error of")
+    assert last.endswith("flow.scenario.yaml: FAILED: 1 of 2 expectations, 1 of 9 standing ones")
     (row,) = standing_rows(tmp_path / "t").values()
     assert (row["Loop"], row["Expectation"], row["Verdict"], row["Since, s"]) == (
         "FIC-301",

@@ -101,10 +101,20 @@ def test_an_integral_that_hardly_acts_leaves_an_error(vendor):
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
-def test_an_event_in_the_window_leaves_saturation_open(vendor):
+def test_an_event_in_the_last_tenth_is_judged_by_what_comes_before_it(vendor):
     found = verdict(outcome(vendor, WEAK, ("at: 80", "at: 190")), "saturated")
+    assert (found.passed, found.judged) == (False, True)
+    assert found.text.endswith("until the event at 190 s")
+    assert verdict(outcome(vendor, ("at: 80", "at: 190")), "saturated").judged
+
+
+@pytest.mark.parametrize("vendor", [vendor for vendor in VENDORS if vendor != "dpide"])
+def test_a_loop_that_comes_into_auto_late_is_not_judged(vendor):
+    late = "  - {at: 0, loop: TANK, mode: manual}\n  - {at: 960, loop: TANK, mode: auto}\n"
+    edits = (WEAK, ("duration: 200", "duration: 1000"))
+    found = verdict(outcome(vendor, *edits, more=late), "saturated")
     assert (found.passed, found.judged) == (True, False)
-    assert found.text.endswith("an event at 190 s")
+    assert found.text.endswith("an event at 960 s")
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
@@ -171,6 +181,54 @@ def test_an_alarm_of_a_broken_sensor_may_stand_as_long_as_it_is_broken(vendor):
         "alarm-stands",
     )
     assert not found.passed, "the loop has been driven away meanwhile"
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_sensor_that_is_broken_for_good_leaves_nothing_controlled(vendor):
+    broken = "  - {at: 100, loop: TANK, pv: 50}\n"
+    found = verdict(outcome(vendor, more=broken), "pv-not-driven")
+    assert not found.passed
+    assert "100 s with a sensor that is broken for good" in found.text
+    assert "pv-not-driven" in failures(outcome(vendor, more=f"{broken}  - {{at: 150, loop: TANK, pv: 40, for: 20}}\n"))
+    for harmless in (
+        broken.replace("50}", "50, for: 80}"),
+        broken.replace("at: 100", "at: 185"),
+        f"{broken}  - {{at: 105, loop: TANK, mode: manual}}\n",
+        f"{broken}expect:\n  - {{loop: TANK, mode: auto}}\n",
+    ):
+        assert "pv-not-driven" not in failures(outcome(vendor, more=harmless)), harmless
+
+
+@pytest.mark.parametrize("vendor", ["click", "nextopid", "dpide", "generic"])
+def test_a_set_point_outside_the_range_is_found_though_the_plc_limits_it(vendor):
+    old, new = {
+        "click": ("setpoint: {value: 60}", "setpoint: {value: 160, lower_limit: 0, upper_limit: 65}"),
+        "nextopid": ("SP: 60.0", "SP: 160.0"),
+        "dpide": ("SV: 60.0", "SV: 160.0"),
+        "generic": ("setpoint: {value: 60}", "setpoint: {value: 160, limits: [0, 65]}"),
+    }[vendor]
+    result = outcome(vendor, config=[(old, new)])
+    assert "out-of-range" in failures(result)
+    assert verdict(result, "out-of-range").text == "its set point is 160, outside its PV's range of 0 to 100"
+
+
+def test_an_opposite_loop_has_the_pv_only_if_it_is_the_same_one():
+    cool = CASCADE.replace("FLOW", "COOL").replace("mode: cascade", "mode: auto").replace("direct", "reverse")
+    cool = cool.replace("    cascade_from: TANK\n", "").replace("value: 30", "value: 70")
+    config = [("    output: {range: [0, 100]}\n", f"    output: {{range: [0, 100]}}\n{cool}")]
+    water = (
+        "plants:\n  - {name: water, model: first_order, input: TANK.OUT - COOL.OUT, gain: 1, load: 20, "
+        "time_constant: 20, dead_time: 1, initial: 40}\nconnect: {TANK.PV: water, COOL.PV: water}\n"
+    )
+    assert verdict(outcome("dl06", (PLANT, water), config=config), "saturated", "COOL").text.startswith("TANK has the")
+    tenth = water.replace("COOL.PV: water", "COOL.PV: water / 10")
+    assert "saturated" in failures(outcome("dl06", (PLANT, tenth), config=config))
+
+
+def test_a_slave_may_lag_behind_a_set_point_that_moves():
+    steps = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {at / 5 + 30}}}}}\n" for at in range(90, 200, 2))
+    found = verdict(outcome("dl06", more=steps), "error-stands")
+    assert found.passed
 
 
 # --- modes -----------------------------------------------------------------------------------------------------------
@@ -662,9 +720,9 @@ def test_what_is_allowed_or_not_judged_is_skipped_in_junit():
     junit = render_runs("junit", [outcome("dl06", WEAK, more=allow).outcome])
     assert '<skipped message="failed, and allowed: on loan" />' in junit
     assert 'failures="0"' in junit
-    junit = render_runs("junit", [outcome("dl06", WEAK, ("at: 80", "at: 190")).outcome])
-    assert "an event at 190 s" in junit
-    assert 'skipped="1"' in junit
+    junit = render_runs("junit", [outcome("dl06", more="  - {at: 100, loop: TANK, pv: 55, for: 300}\n").outcome])
+    assert "an event has broken its sensor" in junit
+    assert 'skipped="2"' in junit
 
 
 # --- meters ----------------------------------------------------------------------------------------------------------

@@ -154,10 +154,10 @@ GOOD = Process(2, 10, 1)
 SHORT = record(GOOD)
 BAD = {
     "the output never changes": Record(SHORT.time, [5.0] * 600, SHORT.pv),
-    "the output is no single step": Record(
+    "has not settled: the record ends 60": Record(
         SHORT.time, [20.0 + 10 * (i > 60) - 8 * (i > 200) for i in range(600)], SHORT.pv
     ),
-    "samples before and": Record(SHORT.time[59:], SHORT.output[59:], SHORT.pv[59:]),
+    "samples before and": Record(SHORT.time[:70], SHORT.output[:70], SHORT.pv[:70]),
     "has not settled": Record(SHORT.time[:130], SHORT.output[:130], SHORT.pv[:130]),
     "the PV answers by": record(Process(0.01, 10, 1), noise=1.0),
     "was not at rest before": Record(SHORT.time, SHORT.output, [y + 3 * (i < 30) for i, y in enumerate(SHORT.pv)]),
@@ -233,8 +233,11 @@ def test_a_recorded_step_is_identified_and_drawn(tmp_path):
             "--pv-range does not ascend",
         ),
         (["--method", "zn-open", "--from-csv", "none.csv"], "none.csv"),
-        (["--method", "zn-open", "--from-csv", "bad.csv"], "bad.csv:2: '1,x,3' is not time, output and PV"),
-        (["--method", "zn-open", "--from-csv", "back.csv"], "back.csv:3: the time does not go on (1 after 2 s)"),
+        (
+            ["--method", "zn-open", "--from-csv", "bad.csv"],
+            "bad.csv:2:2: 'x' in column 2 is not a number; correct or remove the row",
+        ),
+        (["--method", "zn-open", "--from-csv", "back.csv"], "back.csv:4: the time does not go on (1 after 2 s)"),
         (["--method", "zn-open", "--from-csv", "flat.csv"], "flat.csv: the output never changes"),
         (["--method", "zn-open", "--from-csv", "empty.csv"], "holds no samples"),
         (["--method", "zn-open", "--from-csv", "bytes.csv"], "is not UTF-8"),
@@ -243,8 +246,8 @@ def test_a_recorded_step_is_identified_and_drawn(tmp_path):
 )
 def test_what_makes_no_sense_is_refused_in_one_line(tmp_path, args, message):
     files = {
-        "bad.csv": "0,1,2\n1,x,3\n",
-        "back.csv": "t,u,y\n2,1,1\n1,1,1\n",
+        "bad.csv": "0,1,2\n1,x,3\n" + "".join(f"{i},1,3\n" for i in range(2, 30)),
+        "back.csv": "t,u,y\n0,1,1\n2,1,1\n1,1,1\n3,1,1\n",
         "flat.csv": "0,1,2\n1,1,2\n2,1,2\n",
         "empty.csv": "time,out,pv\n",
         "good.csv": CSV,

@@ -23,6 +23,12 @@ VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic")
 OF_ALL_LOOPS = {"DL210"}
 """Rules about each loop for which the number of loops counts: with a fifth loop the CPU really is too slow."""
 EXAMPLES = settings(max_examples=20)
+PLAIN = re.compile(r"(?<![\w.\-/])-?\d+(?:\.\d+)?(?![\w.])")
+"""A number as a file has it."""
+SAID = re.compile(r"#|name: [^,]*$")
+"""What stands before a number that is part of a remark or a name."""
+NUMBERS = re.compile(r"(?<![\w.\-/])\d+(?:\.\d+)?(?![\w/])").findall
+"""The numbers of a message that are in no name and in no address."""
 
 
 def identity(d):
@@ -130,6 +136,38 @@ def test_a_value_that_changes_makes_a_new_finding(vendor, data):
     same = [one for one in after if (one.code, one.loop, one.key) == (d.code, d.loop, d.key) and one.path == d.path]
     known = compare(after, lambda _: True, list(map(identity, before)), set(), str).known
     assert not any(one is k for one in same for k in known)
+
+
+def written(parts, i):
+    """The numbers that are written in a loop, by their places in its text."""
+    return [m for m in PLAIN.finditer(parts.loops[i]) if not SAID.search(row_before(parts.loops[i], m))]
+
+
+def row_before(text, match):
+    return text[: match.start()].rpartition("\n")[2]
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@settings(max_examples=60)
+@given(data=st.data())
+def test_any_number_of_a_loop_is_part_of_what_its_findings_are_known_by_and_of_no_other(vendor, data):
+    parts = data.draw(st.sampled_from(pool(vendor)))
+    i = data.draw(st.integers(0, len(parts.loops) - 1))
+    number = data.draw(st.sampled_from(written(parts, i) or [None]))
+    if number is None:
+        return
+    new = f"{Decimal(number[0]) * Decimal(data.draw(st.sampled_from(['1.5', '2', '0.5']))) + 1:f}"
+    loop = parts.loops[i][: number.start()] + new + parts.loops[i][number.end() :]
+    edited = replace(parts, loops=(*parts.loops[:i], loop, *parts.loops[i + 1 :]))
+    before = {(d.code, d.severity, d.path): d for d in findings(parts.text) if d.loop}
+    for d in findings(edited.text):
+        former = before.get((d.code, d.severity, d.path))
+        if former is None or d.code in OF_ALL_LOOPS:
+            continue
+        if d.loop != parts.names[i]:
+            assert identity(d) == identity(former)
+        elif not d.with_loops and NUMBERS(d.message) != NUMBERS(former.message):
+            assert identity(d) != identity(former)
 
 
 @pytest.mark.parametrize("vendor", VENDORS)

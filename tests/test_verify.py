@@ -169,7 +169,8 @@ def test_what_a_line_names_is_listed_with_it():
     result = convert(KILN, "nextopid", verify=True)
     assert result.alike
     named = {row.line.field: row.difference for loop in result.verified for row in loop.named}
-    assert named["operation.manual"].stage == "transfers"
+    assert named["operation.transfer"].stage == "transfers"
+    assert "operation.manual" not in named
     data = result.to_json()["verify"][0]
     assert data["passed"] is True
     assert data["differences"] == []

@@ -192,7 +192,8 @@ def diff(
     done.
     """
     from pidcfg.results.battery import with_verdict
-    from pidcfg.results.differences import DiffOptions, compared
+    from pidcfg.results.differences import compared
+    from pidcfg.results.sides import DiffOptions
     from pidcfg.results.sources import checked_of, side_of
 
     family = None if vendor is None else vendor_named(vendor)

@@ -13,3 +13,8 @@ UNPRINTABLE = re.compile(f"[\x00-\x08\x0b-\x1f{CONTROL}]")
 def printable(text: str) -> str:
     """Text for people and logs: a control character other than tab and line feed shows as U+FFFD."""
     return UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)
+
+
+def one_line(text: str) -> str:
+    """Text that has one line of an output to itself: a line break in it would begin another one, of any meaning."""
+    return " ".join(printable(text).splitlines())

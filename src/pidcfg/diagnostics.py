@@ -68,6 +68,8 @@ class Diagnostic:
     """Where it is written, seen from its loop and without a place in a list: ``tuning.reset``."""
     value: str | None = None
     """What is written there, in one spelling (`pidcfg.validate.identity`); None where nothing is."""
+    quotes: str | None = None
+    """What the message quotes of its own loop (`pidcfg.validate.quotes`); None where it quotes nothing of it."""
 
     @property
     def where(self) -> str:

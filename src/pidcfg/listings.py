@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.blocks import NoValueError
@@ -14,7 +14,7 @@ from pidcfg.encoders.words import DecodeError
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     from pidcfg.encoders.image import Image
     from pidcfg.limits import Limits
@@ -87,15 +87,16 @@ def with_names(listing: Listing, image: Image) -> Listing:
     """
     settings = listing.settings
     if settings:
-        by_name = {_name_in(entry): entry for entry in image.settings}
-        settings = tuple(_merged(by_name.get(_name_in(entry), {}), entry) for entry in settings)
+        by_name = {name_in(entry): entry for entry in image.settings}
+        settings = tuple(_merged(by_name.get(name_in(entry), {}), entry) for entry in settings)
     else:
-        settings = tuple(entry for entry in image.settings if _is_held(_name_in(entry), listing))
+        settings = tuple(entry for entry in image.settings if _is_held(name_in(entry), listing))
     return replace(listing, settings=settings, plc={**image.plc, **listing.plc})
 
 
-def _name_in(entry: Mapping[str, Any]) -> Any:
-    return entry.get("loop") or entry.get("block")
+def name_in(entry: Mapping[str, Any]) -> str:
+    """The loop or block that settings beside the words are of."""
+    return str(entry.get("loop") or entry.get("block") or "")
 
 
 def _is_held(name: Any, listing: Listing) -> bool:
@@ -103,7 +104,7 @@ def _is_held(name: Any, listing: Listing) -> bool:
     return any(not isinstance(word, str) or word.startswith(f"{name}.") for word in listing.words)
 
 
-def _like_options(listing: Listing, options: Mapping[str, Any]) -> Mapping[str, Any]:
+def like_options(listing: Listing, options: Mapping[str, Any]) -> Mapping[str, Any]:
     """The options of a decoder for a listing that takes its names from another image."""
     return options if listing.settings else {**options, "names_only": True}
 
@@ -122,7 +123,7 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
     ``like``: an image that gives names, ranges and units where the listing does not.
     """
     if like is not None:
-        options, listing = _like_options(listing, options), with_names(listing, like)
+        options, listing = like_options(listing, options), with_names(listing, like)
     try:
         decoded, wrong = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
@@ -130,7 +131,9 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
         raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
     again = vendor.encoder(config).image
     zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
-    return Decoded(decoded.data, (*listing.notes, *zeros, *decoded.notes, *_differences(listing, again)))
+    return Decoded(
+        decoded.data, (*listing.notes, *zeros, *decoded.notes, *_differences(listing, again, decoded.status))
+    )
 
 
 def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[Decoded, list[str]]:
@@ -143,7 +146,7 @@ def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -
         try:
             return vendor.load("decode")(words, listing.settings, listing.plc, options), wrong
         except NoValueError as error:
-            words[error.place] = _nothing(words[error.place])
+            words[error.place] = nothing(words[error.place])
             wrong.append(str(error))
 
 
@@ -156,13 +159,13 @@ def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any
     return text, listing.notes
 
 
-def _differences(listing: Listing, again: Image) -> Iterator[str]:
+def _differences(listing: Listing, again: Image, status: Collection[int]) -> Iterator[str]:
     """Words that do not come back: encoded otherwise, or not at all."""
     differ = [c.address for c in again.cells if listing.words.get(c.number, c.raw) != c.raw]
     if differ:
         yield f"encoded again, these words differ from the listing: {few(differ)}"
     name_of = {c.number: c.address for c in again.cells}
-    unassigned = sorted(number for number in listing.words if number not in name_of)
+    unassigned = sorted(number for number in listing.words if number not in name_of and number not in status)
     if unassigned and not listing.mixed:
         lines = [listing.shown.get(number, str(number)) for number in unassigned]
         yield f"these words of the listing belong to no loop and are left out: {few(lines)}"
@@ -178,56 +181,11 @@ def check_settings(listing: Listing, vendor: Vendor) -> None:
             if error.place not in words or error.place in unreadable:
                 raise
             unreadable.add(error.place)
-            words[error.place] = _nothing(words[error.place])
+            words[error.place] = nothing(words[error.place])
         else:
             return
 
 
-def _nothing(content: Any) -> Any:
+def nothing(content: Any) -> Any:
     """What stands for a content that is no value."""
     return NOTHING.get(type(content), 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """A listing that is read as far as it goes: a word that is no value does not hide the others."""
-
-    listing: Listing
-    config: Any
-    """The configuration; words that are no values, or are not there, are those of the image that it is read like."""
-    encoding: Any
-    """Where the words of that configuration are, and what they mean."""
-    unreadable: Mapping[Any, str]
-    """Words that are no values, and why."""
-    partial: bool = False
-    """Whether words are missing, and those of the other image stand in their place."""
-    notes: tuple[str, ...] = ()
-
-
-def reading_of(listing: Listing, vendor: Vendor, like: Any = None) -> Reading:
-    """The loops of a listing; raises `ListingError` where nothing tells where they are.
-
-    ``like``: a configuration and its encoding, which gives names, ranges and units, and the words that are missing.
-    """
-    image = None if like is None else like[1].image
-    options = {} if image is None else _like_options(listing, {})
-    named = listing if image is None else with_names(listing, image)
-    given: dict[Any, Any] = {} if image is None else image.words
-    words, unreadable, partial = dict(listing.words), dict[Any, str](), False
-    while True:
-        try:
-            decoded = vendor.load("decode")(words, named.settings, named.plc, options)
-            config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
-            return Reading(listing, config, vendor.encoder(config), unreadable, partial, listing.notes)
-        except DecodeError as error:
-            place = error.place
-            if place in listing.words and place not in unreadable:
-                unreadable[place] = str(error)
-                words[place] = given.get(place, _nothing(listing.words[place]))
-            elif not given.keys() <= words.keys():
-                words, partial = {**given, **words}, True
-            elif like is not None:
-                note = f"compared word by word at the places of the other side: {error}"
-                return Reading(listing, like[0], like[1], unreadable, partial, (*listing.notes, note))
-            else:
-                raise ListingError(str(error), listing.lines.get(place, 1)) from None

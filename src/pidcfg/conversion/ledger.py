@@ -84,6 +84,8 @@ class NeutralLoop:
     data: dict[str, Any] = field(default_factory=dict)
     fields: list[SourceField] = field(default_factory=list)
     missing: list[Missing] = field(default_factory=list)
+    beside: dict[str, str] = field(default_factory=dict)
+    """Fields beside the loops that go with it, each with the reason why nothing of them is lost."""
 
 
 @dataclass(slots=True)

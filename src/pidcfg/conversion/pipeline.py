@@ -172,7 +172,8 @@ class _Conversion:
             generic.loops, before, self.target.load("to_neutral")(model), self.target.load("operation")(model)
         )
         reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.kept)}
-        reports[self.kept[0]] += beside(self.config, [row for rows in reports.values() for row in rows])
+        told = [row for rows in reports.values() for row in rows]
+        reports[self.kept[0]] += beside(self.config, told, self._reasons())
         whys = {entry.path[1]: entry.message for entry in reversed(missing)}
         report = tuple(
             LoopReport(loop.name, tuple(judged(row, max_loss) for row in reports[i]))
@@ -181,6 +182,10 @@ class _Conversion:
             for i, loop in enumerate(self.config.loops)
         )
         return Converted(self.target, file.data, report, model, missing)
+
+    def _reasons(self) -> dict[str, str]:
+        """Why nothing is lost of what stands beside the loops."""
+        return {path: reason for loop in self.loops for path, reason in loop.beside.items()}
 
     def _rows(
         self, j: int, file: TargetFile, stored: Mapping[str, Stored], sides: Sides, kept: Mapping[int, Sequence[Change]]

@@ -45,8 +45,11 @@ def of_loop(config: Any, i: int, *, with_plc: bool) -> Iterator[tuple[Path, Any]
         yield from given_fields(config.plc, ("plc",))
 
 
-def beside(config: Any, rows: Sequence[Change]) -> Iterator[Change]:
-    """Parameters of blocks, and signals, that stand beside the loops and go with one of them; ``rows`` of all loops."""
+def beside(config: Any, rows: Sequence[Change], reasons: Mapping[str, str]) -> Iterator[Change]:
+    """Blocks, signals and moves that stand beside the loops and go with one of them; ``rows`` of all loops.
+
+    ``reasons``: why nothing is lost of some of them.
+    """
     for block in getattr(config, "blocks", ()):
         lines = [row.field for row in rows if overlap(f"blocks.{block.name}", row.field)]
         for path, value in given_fields(block):
@@ -56,6 +59,12 @@ def beside(config: Any, rows: Sequence[Change]) -> Iterator[Change]:
     for name, value in getattr(config, "signals", {}).items():
         if not any(overlap(f"signals.{name}", row.field) for row in rows):
             yield Change(f"signals.{name}", "dropped", _shown(value), None, note=WITH_READER)
+    for i, move in enumerate(getattr(config, "moves", ())):
+        key = f"moves.{i}"
+        if not any(overlap(key, row.field) for row in rows):
+            reason = reasons.get(key)
+            text = f"{_shown(move.move)} to {move.to}"
+            yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
 
 
 def _shown(value: Any) -> Any:

@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.differences.parameter_terms import owner_of
+from pidcfg.differences.reading import Reading
 from pidcfg.differences.terms import Subject
 from pidcfg.differences.terms_of import terms_of
 from pidcfg.differences.wired import content_of
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.parameters import Program
-from pidcfg.listings import Reading
 from pidcfg.paths import is_given
 from pidcfg.refs import Decision
 

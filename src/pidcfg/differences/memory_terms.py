@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.differences.leaves import Leaf
+from pidcfg.differences.risk import CALCULATED
 from pidcfg.differences.terms import (
     SETPOINT,
     Item,
@@ -37,13 +38,18 @@ if TYPE_CHECKING:
     from pidcfg.encoders.written import Written
 
 SETPOINT_VALUE = f"{SETPOINT}.value"
+COUNT, TABLE = "plc.number_of_loops", "plc.loop_table"
+"""Registers of a set-up that says which loops the PLC calculates, and where they begin."""
 PLACE_OF_LOOP = 2
 """Steps of the place of a loop: ``("loops", 0)``."""
 
 
 def memory_terms(subject: Subject) -> Terms:
     """The loops and the set-up of a file or listing."""
-    loops, settings = [], subject.settings
+    setup = [_Block(subject, block, subject.config) for block in subject.encoding.blocks if not block.place]
+    registers = {key: item for block in setup for key, item in block.items((), {})}
+    held = {path: value for block in setup for path, value in block.values()}
+    loops, settings, shift = [], subject.settings, _shift(subject, held)
     outputs = {tag: loop.name for loop in subject.config.loops if (tag := getattr(loop.output, "tag", None))}
     for i, loop in enumerate(subject.config.loops):
         own = [block for block in subject.encoding.blocks if block.place[:2] == ("loops", i)]
@@ -52,20 +58,37 @@ def memory_terms(subject: Subject) -> Terms:
         table: tuple[Written, ...] = subject.vendor.load("written")
         items = {key: item for block in blocks for key, item in block.items(table, values)}
         names, entry = {row.name: row for row in table if row.when(values)}, settings[i]
-        items |= beside(entry, loop, names) | (dict(_tables(blocks)) if subject.reading is None else {})
+        items |= beside(entry, loop, names, subject.faults(loop.name))
+        items |= dict(_tables(blocks)) if subject.reading is None else {}
         if entry.get(SETPOINT) is False:
             items[SETPOINT_VALUE] = replace(items[SETPOINT_VALUE], kind="live")
         items |= dict(others(loop, subject, [*items, *(key for block in blocks for key in block.instead())]))
-        place = " ".join(subject.encoding.space.name(b.block.start) for b in blocks if not b.prefix)
+        items |= _calculated(registers, held, i)
+        place = " ".join(subject.encoding.space.name(b.block.start + shift) for b in blocks if not b.prefix)
         loops.append(Owner(loop.name, "loop", place, items, subject.is_described))
-    setup = [_Block(subject, block, subject.config) for block in subject.encoding.blocks if not block.place]
-    registers = {key: item for block in setup for key, item in block.items((), {})}
     owners = (whole_file(subject, registers), *loops)
     reading = subject.reading
     if reading is None:
         return Terms(owners)
     words, space = reading.listing.words, subject.encoding.space
     return Terms(owners, is_listing=True, holds=lambda address: space.parse(address.partition(".")[0]) in words)
+
+
+def _calculated(registers: Mapping[str, Item], held: Mapping[str, Any], i: int) -> dict[str, Item]:
+    """Whether the PLC calculates loop ``i``, where a register says how many loops it does."""
+    item, count = registers.get(COUNT), held.get(COUNT)
+    if item is None or count is None:
+        return {}
+    value = CALCULATED if i < count else "not calculated"
+    return {COUNT: replace(item, value=value, content=value, unit="", file_only=True)}
+
+
+def _shift(subject: Subject, held: Mapping[str, Any]) -> int:
+    """How far the loops of a listing stand behind those whose places it is compared at."""
+    start = held.get(TABLE)
+    if subject.reading is None or not subject.reading.fault or start is None:
+        return 0
+    return int(start - value_at(subject.config, steps(TABLE)))
 
 
 def _tables(blocks: list[_Block]) -> Iterator[tuple[str, Item]]:
@@ -84,6 +107,7 @@ class _Block:
         inner = dotted(block.place[PLACE_OF_LOOP:])
         self.prefix = f"{inner}." if inner else ""
         self.units = unit_names(model)
+        self.is_own = subject.reading is None or not subject.reading.fault
 
     def raw(self, offset: int) -> int | None:
         """The content of a register; None: the listing does not hold it."""
@@ -171,7 +195,7 @@ class _Block:
 
     def shown(self, word: Word, raw: int, key: str) -> tuple[str, Any, str]:
         """The key of a register, what the file says of it, and its unit; else what its content means."""
-        other = None if word.instead is None else value_at(self.model, steps(word.instead))
+        other = None if word.instead is None or not self.is_own else value_at(self.model, steps(word.instead))
         if other is not None and word.instead is not None:
             return word.instead, number(other), ""
         if self.fault(word.offset) or word.path is None:
@@ -179,7 +203,7 @@ class _Block:
         spelled = getattr(word.codec, "spelled", None)
         if spelled is not None:
             return key, spelled(raw, self.subject.encoding.space.name) if raw else None, ""
-        leaf = None if isinstance(word.codec, Choice) else self.leaf(key)
+        leaf = None if isinstance(word.codec, Choice) or not self.is_own else self.leaf(key)
         if leaf is not None:
             return key, *said(leaf, self.model, self.subject.vendor)
         value = self.value(word)

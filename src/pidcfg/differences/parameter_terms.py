@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.differences.leaves import Leaf
 from pidcfg.differences.terms import (
+    SIGNALS,
     Item,
     Owner,
     OwnerKind,
@@ -13,27 +14,27 @@ from pidcfg.differences.terms import (
     Terms,
     beside,
     kind_by,
-    name_in,
     number,
     others,
     said,
     whole_file,
 )
 from pidcfg.differences.wired import content_of
-from pidcfg.encoders.parameters import shown
+from pidcfg.encoders.parameters import Entry, read, shown
 from pidcfg.encoders.written import D345, Written, writer_of
+from pidcfg.listings import name_in
 from pidcfg.paths import steps, value_at
-from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
-    from pidcfg.encoders.parameters import Entry
+    from pidcfg.differences.reading import Reading
 
+TYPE_OF = {bool: BOOL, int: DINT, float: LREAL, str: LOOP_MODE}
+"""The type of a content that no table knows, as far as it is shown."""
 OUTPUT_DEVICE = ("devices", "MV")
 """Where a loop says in which device its output stands, in a cascade that of another loop's set point."""
-SIGNALS = "signals"
-"""Where values that belong to no block are listed."""
 
 
 def parameter_terms(subject: Subject) -> Terms:
@@ -42,7 +43,7 @@ def parameter_terms(subject: Subject) -> Terms:
     names = [name_in(entry) for entry in image.settings]
     models = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     cells: dict[str, list[Entry]] = {name: [] for name in names}
-    for cell in image.cells:
+    for cell in (*image.cells, *_others(subject)):
         cells.setdefault(owner_of(cell.address, names), []).append(cell)
     loops = {loop.name: i for i, loop in enumerate(subject.config.loops, start=1)}
     owners, settings = [whole_file(subject, {})], subject.settings
@@ -52,17 +53,28 @@ def parameter_terms(subject: Subject) -> Terms:
         values = {cell.field: cell.raw for cell in entries}
         items, place = {}, str(getattr(model, "device", ""))
         for cell in entries:
-            writer = writer_of(table, SIGNALS if model is None else cell.field, values)
+            key = cell.field or cell.address.removeprefix(f"{name}.")
+            writer = writer_of(table, SIGNALS if model is None else key, values)
             if outer := outputs.get(cell.device):
-                writer = Written(cell.field, "live", f"{outer}, whose output it is", D345)
-            items[cell.field] = _item(subject, cell, model, writer)
+                writer = Written(key, "live", f"{outer}, whose output it is", D345)
+            items[key] = _item(subject, cell, key, model, writer)
         if model is not None:
             entry = settings[names.index(name)]
-            items |= beside(entry, model, {})
+            items |= beside(entry, model, {}, subject.faults(name))
             items |= dict(others(model, subject, [*items, *image.settings[names.index(name)]]))
         kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
         owners.append(Owner(name, kind, place, items, subject.is_described, loops.get(name, 0)))
     return Terms(tuple(owners), is_listing=subject.reading is not None)
+
+
+def _others(subject: Subject) -> Iterator[Entry]:
+    """The parameters of a listing that its configuration does not have."""
+    if subject.reading is None or subject.reading.listing.mixed:
+        return
+    own = subject.encoding.image.words
+    for name, raw in subject.reading.listing.words.items():
+        if name not in own:
+            yield Entry(name, TYPE_OF.get(type(raw), LREAL), raw, "")
 
 
 def owner_of(address: str, names: Iterable[str]) -> str:
@@ -70,35 +82,44 @@ def owner_of(address: str, names: Iterable[str]) -> str:
     return max((name for name in names if address.startswith(f"{name}.")), key=len, default=SIGNALS)
 
 
-def _item(subject: Subject, cell: Entry, model: Any, writer: Written | None) -> Item:
+def _content(cell: Entry, reading: Reading | None) -> tuple[Any, str, bool]:
+    """The content of a parameter on a side, why it is no value, and whether the side has it."""
+    if reading is None:
+        return cell.raw, "", True
+    raw = reading.listing.words.get(cell.address)
+    if raw is None:
+        return cell.raw, "", not (reading.partial or reading.fault)
+    held = None if isinstance(raw, Wire) else read(cell.type, raw)
+    return raw if held is None else held, reading.unreadable.get(cell.address, ""), True
+
+
+def _item(subject: Subject, cell: Entry, key: str, model: Any, writer: Written | None) -> Item:
     """A parameter; one that is wired is a setting, whoever writes what it is wired to."""
-    reading, content, fault, known = subject.reading, cell.raw, "", True
-    if reading is not None:
-        fault = reading.unreadable.get(cell.address, "")
-        known = cell.address in reading.listing.words or not reading.partial
-        content = reading.listing.words.get(cell.address, content) if fault else content
-    value, unit = number(content), ""
+    content, fault, known = _content(cell, subject.reading)
+    unit = ""
     if model is not None and not isinstance(content, Wire):
-        leaf = _leaf(model, cell.field, content)
+        leaf = _leaf(model, key, content)
         unit = "" if leaf is None else said(leaf, model, subject.vendor)[1]
-    word = (
-        f":= {content.text}" if isinstance(content, Wire) else shown(cell.type, content) if not fault else str(content)
-    )
     is_mine = isinstance(content, Wire) or writer is None or writer.kind == "compared"
-    kind = "setting" if is_mine else kind_by("setting", writer)
-    address = cell.device or cell.address
     return Item(
-        cell.field,
-        None if fault else value,
+        key,
+        None if fault else number(content),
         unit,
         content_of(content),
-        address,
-        word,
-        kind,
+        cell.device or cell.address,
+        _word(cell, content, fault),
+        "setting" if is_mine else kind_by("setting", writer),
         "" if writer is None or isinstance(content, Wire) else writer.by,
         fault,
         known,
     )
+
+
+def _word(cell: Entry, content: Any, fault: str) -> str:
+    """A content as the PLC shows it."""
+    if isinstance(content, Wire):
+        return f":= {content.text}"
+    return str(content) if fault else shown(cell.type, content)
 
 
 def _leaf(model: Any, key: str, content: Any) -> Leaf | None:

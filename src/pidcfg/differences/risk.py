@@ -45,6 +45,16 @@ RANKED = frozenset((*GRAVE, *LOW_ENDS, *HIGH_ENDS, *HIGH_ALARMS, *LOW_ALARMS))
 # fmt: on
 
 
+# fmt: off
+SET_UP: dict[str, str] = {
+    "plc.number_of_loops": "how many loops the PLC calculates, from the first on",
+    "plc.loop_table":      "the PLC takes every loop from other words",
+    "configuration":       "",
+}
+# fmt: on
+"""Keys that decide which loops there are, whatever their own words say."""
+CALCULATED = "calculated"
+"""What is told of a loop that the PLC runs."""
 PLACES = ("loop_table", "registers", "discretes", "bits", "integers", "floats", "device")
 SIGNALS = ("tag", "format", "transfer", "counts", "pwm", "curve")
 """Words of keys that say which signal is read or driven, and what its counts mean."""
@@ -83,6 +93,9 @@ def _at_end(name: str, key: str) -> str | None:
 
 def _of_key(key: str, before: Any, after: Any) -> tuple[Risk, str]:
     """How grave a difference of a key is that becomes no neutral field."""
+    if key in SET_UP:
+        is_gone = before == CALCULATED
+        return "high", "the PLC no longer runs this loop" if is_gone else SET_UP[key]
     last = key.rpartition(".")[2]
     if last in {*COSMETIC, "unit"}:
         return "cosmetic", ""

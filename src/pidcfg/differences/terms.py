@@ -7,12 +7,13 @@ spelling is no difference; what is shown is what the file says, and for a listin
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.conversion.values import shown
 from pidcfg.differences.leaves import Leaf, leaves, unit_of
+from pidcfg.listings import name_in
 from pidcfg.paths import dotted
 from pidcfg.schemas.base import Duration, Quantity, plain_number
 from pidcfg.schemas.iec import Wire
@@ -22,18 +23,22 @@ from pidcfg.schemas.units import units_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
+    from pidcfg.differences.reading import Reading
     from pidcfg.encoders.regmap import Access
     from pidcfg.encoders.written import Written
-    from pidcfg.listings import Reading
     from pidcfg.vendors import Vendor
 
 Kind = Literal["setting", "live", "operated", "reserved"]
 """The engineer's; the PLC's or the process's; the operator's; nobody's."""
+SIGNALS: Literal["signals"] = "signals"
+"""Where values that belong to no block are listed."""
 OwnerKind = Literal["file", "loop", "block", "signals"]
 NAMES = frozenset(("loop", "block"))
 """Settings beside the words that are the name of what they are of."""
 TOP = ("name", "description")
 """What a listing says of the whole file that stands at the top of it."""
+CONFIGURATION = "configuration"
+"""What a listing is said to lack whose words and settings give none."""
 SETPOINT = "setpoint"
 """The switch beside the words that says that the set point is left to the operator."""
 
@@ -108,15 +113,15 @@ class Subject(NamedTuple):
         by_name = {name_in(entry): entry for entry in self.reading.listing.settings}
         return [by_name.get(name_in(entry), {}) for entry in self.encoding.image.settings]
 
+    def faults(self, name: str) -> dict[str, str]:
+        """What is refused of the settings of a loop, by key, and why; of no loop: of the whole file."""
+        refused = {} if self.reading is None else self.reading.refused
+        return {key: fault for (owner, key), fault in refused.items() if owner == name}
+
     @property
     def is_described(self) -> bool:
         """Whether this side says what no register holds, so that what it does not say is not there."""
         return self.reading is None or self.reading.listing.described
-
-
-def name_in(entry: Mapping[str, Any]) -> str:
-    """The loop or block that settings beside the words are of."""
-    return str(entry.get("loop") or entry.get("block") or "")
 
 
 def said(leaf: Leaf, loop: Any, vendor: Vendor) -> tuple[Any, str]:
@@ -171,8 +176,10 @@ def flat(entry: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]
             yield f"{above}{key}", value
 
 
-def beside(entry: Mapping[str, Any], loop: Any, writers: Mapping[str, Written]) -> dict[str, Item]:
-    """What stands beside the words of a loop, by its keys."""
+def beside(
+    entry: Mapping[str, Any], loop: Any, writers: Mapping[str, Written], faults: Mapping[str, str]
+) -> dict[str, Item]:
+    """What stands beside the words of a loop, by its keys; ``faults``: what is refused of it, and why."""
     units, items = unit_names(loop), {}
     for key, value in flat({key: value for key, value in entry.items() if key not in NAMES}):
         writer = writers.get(key)
@@ -182,7 +189,16 @@ def beside(entry: Mapping[str, Any], loop: Any, writers: Mapping[str, Written]) 
         else:
             kind = kind_by("setting", writer)
             items[key] = Item(key, number(value), unit, number(value), kind=kind, by=writer.by if writer else "")
-    return items
+    return with_faults(items, faults)
+
+
+def with_faults(items: Mapping[str, Item], faults: Mapping[str, str]) -> dict[str, Item]:
+    """Settings with why they are refused; what is refused because it is not there becomes one of its own."""
+    marked = dict(items)
+    for key, fault in faults.items():
+        told = [name for name in items if overlap(name, key)]
+        marked |= {name: replace(items[name], fault=fault) for name in told} or {key: Item(key, fault=fault)}
+    return marked
 
 
 def others(model: Any, subject: Subject, taken: Iterable[str], above: str = "") -> Iterator[tuple[str, Item]]:
@@ -215,6 +231,8 @@ def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
     if subject.reading is not None:
         entry = subject.reading.listing.plc
     items = dict(registers)
+    if subject.reading is not None and subject.reading.fault:
+        items[CONFIGURATION] = Item(CONFIGURATION, "none", fault=subject.reading.fault)
     plc = getattr(subject.config, "plc", None)
     if plc is not None and subject.reading is None:
         for leaf in leaves(plc):
@@ -225,4 +243,5 @@ def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
     for name, value in flat(entry):
         key = name if name in TOP else f"plc.{name}"
         items.setdefault(key, Item(key, number(value), "", number(value)))
+    items = with_faults(items, subject.faults(""))
     return Owner("", "file", "", items, is_described=subject.is_described)

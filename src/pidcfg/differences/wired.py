@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.schemas.expressions import CONSTANT, FUNCTIONS, SIGNAL, ExpressionError, parse
+from pidcfg.schemas.conditions import TRUTHS, WORDS, Typed
+from pidcfg.schemas.expressions import CONSTANT, FUNCTIONS, SIGNAL, TRUTH, ExpressionError, lengths_of
 from pidcfg.schemas.iec import Wire
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+NO_NAMES = frozenset((*WORDS, *TRUTHS))
 NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
 
 
@@ -36,7 +38,9 @@ def content_of(raw: Any) -> Any:
     """A content as it is compared: of a wire what it means."""
     if not isinstance(raw, Wire):
         return raw
-    names = [name for name in dict.fromkeys(NAME.findall(raw.text)) if name not in FUNCTIONS]
+    names = [
+        name for name in dict.fromkeys(NAME.findall(raw.text)) if name not in FUNCTIONS and name.upper() not in NO_NAMES
+    ]
     try:
         code, constants = _code(raw.text, names)
     except ExpressionError:
@@ -44,10 +48,11 @@ def content_of(raw: Any) -> Any:
     steps = []
     for op, operand in zip(code[::2], code[1::2], strict=True):
         value = names[operand] if op == SIGNAL else constants[operand] if op == CONSTANT else None
+        value = float(operand) if op == TRUTH else value
         steps.append((op, value))
     return Wired(tuple(steps))
 
 
 def _code(text: str, names: list[str]) -> tuple[tuple[int, ...], tuple[float, ...]]:
-    expression = parse(text, {name: i for i, name in enumerate(names)})
+    expression = Typed(text, {name: i for i, name in enumerate(names)}, lengths_of(names)).read()
     return expression.code, expression.constants

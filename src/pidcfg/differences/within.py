@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from pidcfg.differences.matching import moved, pairs_of
 from pidcfg.differences.result import Compared, Difference, by_risk
 from pidcfg.differences.risk import judged_key
-from pidcfg.differences.terms import Item
+from pidcfg.differences.terms import SIGNALS, Item, Owner
 from pidcfg.differences.wired import Wired
 
 if TYPE_CHECKING:
@@ -16,11 +16,12 @@ if TYPE_CHECKING:
 
     from pidcfg.differences.matching import Pair
     from pidcfg.differences.result import Status
-    from pidcfg.differences.terms import Owner, Terms
+    from pidcfg.differences.terms import Terms
 
 Fate = Literal["same", "missing", "live", "operated", "differs"]
 """What becomes of a key: a listing does not hold it, the PLC or the process writes it, the operator does, …"""
 SOURCE = "setpoint.source"
+ALARMS, OFF = "alarms.", "the alarm is off on both sides"
 
 
 @dataclass(slots=True)
@@ -61,6 +62,8 @@ class Comparison:
 
     def _row(self, pair: Pair, names: Mapping[str, str], places: Mapping[int, tuple[str, str]]) -> Compared:
         one, two = pair
+        if SIGNALS in {owner.kind for owner in pair if owner}:
+            one, two = one or Owner(SIGNALS, SIGNALS), two or Owner(SIGNALS, SIGNALS)
         if one is None:
             return Compared(two.name if two else "", "added")
         if two is None:
@@ -92,12 +95,17 @@ class Comparison:
                 rows.live.append(shown.key)
             elif fate != "same":
                 difference = self._difference(two.name, a or Item(key), b or Item(key))
+                if _is_off(key, one) and _is_off(key, two):
+                    difference = replace(difference, risk="low", note=OFF)
                 (rows.operated if fate == "operated" else rows.differs).append(difference)
         return rows
 
     def _fate(self, owners: tuple[Owner, Owner], a: Item | None, b: Item | None) -> Fate:
         """What becomes of a key."""
         items = [item for item in (a, b) if item is not None]
+        if any(item.fault for item in items):
+            is_same = len(items) == len(owners) and items[0].content == items[1].content
+            return "same" if is_same else self._allowed(items)
         if not all(item.known for item in items):
             held = any(item.known and item.kind != "live" and item.content for item in items)
             return "missing" if held else "same"
@@ -124,21 +132,22 @@ class Comparison:
         kinds = {item.kind for item in items}
         if "reserved" in kinds:
             return "differs" if all(self.listings) else "same"
-        if not any(self.listings) or (self.live and "live" in kinds):
+        if self.live or not any(self.listings):
             return "differs"
         if "live" in kinds or ("operated" in kinds and len(items) == 1):
             return "live"
-        return "operated" if "operated" in kinds else "differs"
+        is_value = not any(item.fault for item in items)
+        return "operated" if is_value and "operated" in kinds else "differs"
 
     def _difference(self, loop: str, one: Item, two: Item) -> Difference:
         key = two.key if two.address or not one.address else one.key
         unit, before, after = _in_one_unit(one, two)
         neutral, risk, note = judged_key(key, self.fields(loop, key), before, after)
-        by = one.by or two.by
+        by, kinds = one.by or two.by, {one.kind, two.kind}
         if fault := one.fault or two.fault:
             note = f"no value: {fault.rpartition(': ')[2]}"
-        elif by and any(self.listings) and "operated" not in {one.kind, two.kind}:
-            written = f"written by {by}" if "live" in {one.kind, two.kind} else f"written by {by}, too"
+        elif by and any(self.listings) and (self.live or "operated" not in kinds):
+            written = f"written by {by}" if kinds & {"live", "operated"} else f"written by {by}, too"
             note = "; ".join(part for part in (note, written) if part)
         address = two.address or one.address
         return Difference(neutral, risk, before, after, note, key, unit, address, one.word, two.word)
@@ -147,6 +156,13 @@ class Comparison:
 def _keys(one: Owner, two: Owner) -> Iterator[str]:
     yield from two.items
     yield from (key for key in one.items if key not in two.items)
+
+
+def _is_off(key: str, owner: Owner) -> bool:
+    """Whether a key is the limit of an alarm whose enable bit is off."""
+    bits = (f"{key}_enabled", f"{key.rpartition('.')[0]}.enabled")
+    bit = next((owner.items[name] for name in bits if name in owner.items), None)
+    return key.startswith(ALARMS) and key not in bits and bit is not None and bit.known and not bit.content
 
 
 def _is_silent(row: Compared) -> bool:

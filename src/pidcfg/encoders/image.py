@@ -142,3 +142,5 @@ class Decoded:
 
     data: dict[str, Any]
     notes: tuple[str, ...] = ()
+    status: tuple[int, ...] = ()
+    """Words outside the loops that the PLC writes: a listing may hold them, no configuration does."""

@@ -93,7 +93,9 @@ def type_of(text: str, line: int) -> IecType:
 
 def content_of(text: str, kind: IecType, name: str, line: int) -> Content:
     """The content that a text spells."""
-    value: object = {"TRUE": True, "FALSE": False}.get(text.upper(), text if kind.words else None)
+    value: object = {"TRUE": True, "FALSE": False}.get(
+        text.upper(), text if kind.words or kind.kind == "time" else None
+    )
     if value is None and NUMBER.fullmatch(text):
         value = float(text)
         value = int(text) if kind.kind == "whole" and text.lstrip("+-").isdigit() else value

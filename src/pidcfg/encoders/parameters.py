@@ -21,10 +21,13 @@ from pidcfg.schemas.iec import (
     LOOP_MODE,
     LREAL,
     REAL,
+    TIME,
     UINT,
     USINT,
     IecType,
     Wire,
+    time_seconds,
+    time_text,
 )
 from pidcfg.schemas.names import nearest
 
@@ -40,7 +43,8 @@ SHOWN = 60
 Content = bool | int | float | str
 SINGLE = Single()
 TYPES = {
-    kind.name: kind for kind in (BOOL, REAL, LREAL, INT, UINT, USINT, DINT, AUTOTUNE_MODE, LOOP_MODE, DERIVATIVE_OF)
+    kind.name: kind
+    for kind in (BOOL, REAL, LREAL, INT, UINT, USINT, DINT, TIME, AUTOTUNE_MODE, LOOP_MODE, DERIVATIVE_OF)
 }
 
 
@@ -119,6 +123,8 @@ def store(kind: IecType, value: Decimal | Content) -> Content:
         return bool(value)
     if kind.kind == "word":
         return str(value)
+    if kind.kind == "time":
+        return time_text(_milliseconds(kind, Decimal(value)))
     number = Decimal(value)
     if kind.kind == "real":
         return float(number) if kind.double else single_value(SINGLE.encode(number))
@@ -129,16 +135,29 @@ def store(kind: IecType, value: Decimal | Content) -> Content:
     return int(number)
 
 
+def _milliseconds(kind: IecType, seconds: Decimal) -> int:
+    number = seconds * 1000
+    if number != number.to_integral_value():
+        raise EncodeError("form", f"{kind.name} holds whole milliseconds")
+    if not kind.low <= number <= kind.high:
+        raise EncodeError("range", f"outside the range of {kind.name}", Decimal(0), Decimal(kind.high) / 1000)
+    return int(number)
+
+
 def read(kind: IecType, value: object) -> Content | None:
     """A content as JSON has it, if it is one of this type; None: it is not."""
     if kind.kind == "bool":
         return value if isinstance(value, bool) else None
     if kind.kind == "word":
         return value if isinstance(value, str) and value in kind.words else None
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if kind.kind == "time":
+        value = time_seconds(value) if isinstance(value, str) and value.upper().startswith(("T#", "TIME#")) else None
+    elif isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:
-        return store(kind, Decimal(repr(value)))
+        if isinstance(value, Decimal):
+            return store(kind, value)
+        return None if value is None else store(kind, Decimal(repr(value)))
     except (EncodeError, ArithmeticError):
         return None
 
@@ -159,6 +178,13 @@ def content_of(name: str, row: Parameter, raw: Content | Wire, kind: str) -> Con
     if content is None:
         raise DecodeError(f"{name}: {raw!r} is not a value of {row.type.name}", name)
     return content
+
+
+def type_of_content(content: Content) -> IecType:
+    """The type of a variable that begins with a content: each has a form of its own."""
+    if isinstance(content, bool):
+        return BOOL
+    return TIME if isinstance(content, str) else INT if isinstance(content, int) else REAL
 
 
 def value_of(content: Content) -> Decimal | bool | str:
@@ -182,6 +208,6 @@ def shown(kind: IecType, content: Content) -> str:
     """A content as the programming language writes it: TRUE, 5, 2.0, 1.0E-6."""
     if kind.kind == "bool":
         return "TRUE" if content else "FALSE"
-    if kind.kind == "word":
+    if kind.kind in {"word", "time"}:
         return str(content)
     return repr(content).upper() if kind.kind == "real" else str(int(content))

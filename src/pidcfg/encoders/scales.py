@@ -268,5 +268,5 @@ def _outside(scale: Scale, value: Quantity, back: Callable[[int], Quantity], low
     """The error with the limits in the user's own unit."""
     least, most = scale.format.minimum if low is None else low, scale.top if scale.root else scale.format.maximum
     if is_raw(value, scale):
-        return EncodeError("range", "outside the word's range", Decimal(least), Decimal(most))
-    return EncodeError("range", "outside the word's range", back(least).value, back(most).value)
+        return EncodeError("range", "is outside the word's range", Decimal(least), Decimal(most))
+    return EncodeError("range", "is outside the word's range", back(least).value, back(most).value)

@@ -21,18 +21,27 @@ if TYPE_CHECKING:
 S = TypeVar("S", bound=BaseModel)
 
 
+class RefusedError(DecodeError):
+    """Settings that a schema refuses: ``where`` they stand, and the ``path`` in them of what is wrong."""
+
+    def __init__(self, message: str, where: str, path: Sequence[str | int]) -> None:
+        super().__init__(message)
+        self.where = where
+        self.path = tuple(path)
+
+
 def default_name(index: int) -> str:
     """What a loop is called whose listing does not say its name, counted from 0."""
     return f"LOOP-{index + 1}"
 
 
 def read_settings(model: type[S], entry: Mapping[str, Any], place: str) -> S:
-    """Settings from beside the words, as strictly as from a file."""
+    """Settings from beside the words, as strictly as from a file; raises `RefusedError`."""
     try:
         return model.model_validate(entry)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        raise DecodeError(f"{place}: {dotted(first['loc'])}: {first['msg']}") from None
+        raise RefusedError(f"{place}: {dotted(first['loc'])}: {first['msg']}", place, first["loc"]) from None
 
 
 class LoopOption(NamedTuple):

@@ -99,7 +99,7 @@ class Bcd:
         """A value to its word; one that merely rounds onto an off code is refused."""
         digits = nearest(value.scaleb(self.decimals, EXACT))
         if not 0 <= digits <= 9999 or value < 0:
-            raise EncodeError("range", "outside the word's range", self.low, self.high)
+            raise EncodeError("range", "is outside the word's range", self.low, self.high)
         if digits in self.off and value != digits * self.step:
             effect = "switches it off" if self.special in {"off", "not allowed"} else self.special
             raise EncodeError("off", f"rounds to {digits * self.step}, which {effect}", self.low, self.high)
@@ -134,7 +134,7 @@ class Binary:
     def encode(self, value: int) -> int:
         """A number to its word."""
         if not 0 <= value <= self.high:
-            raise EncodeError("range", "outside the word's range", Decimal(0), Decimal(self.high))
+            raise EncodeError("range", "is outside the word's range", Decimal(0), Decimal(self.high))
         return value
 
     def decode(self, word: int) -> int:
@@ -173,7 +173,7 @@ class SignMagnitude:
     def encode(self, value: int) -> int:
         """A number to its word: ``SignMagnitude(4095).encode(-1) == 0x8001``."""
         if abs(value) > self.high:
-            raise EncodeError("range", "outside the word's range", Decimal(-self.high), Decimal(self.high))
+            raise EncodeError("range", "is outside the word's range", Decimal(-self.high), Decimal(self.high))
         return value if value >= 0 else SIGN | -value
 
     def decode(self, word: int) -> int:
@@ -214,7 +214,7 @@ class Implied:
         number = nearest(Decimal(value).scaleb(self.decimals, EXACT))
         low, high = self.least * self.step, self.most * self.step
         if not self.least <= number <= self.most or not low <= value <= high:
-            raise EncodeError("range", "outside the word's range", low, high)
+            raise EncodeError("range", "is outside the word's range", low, high)
         if number in self.off and value != number * self.step:
             raise EncodeError("off", f"rounds to {number * self.step}, which switches it off", low, high)
         return number & WORD_MAX
@@ -283,7 +283,7 @@ class Single:
         """A value to its bits; what is too large, or so small that it would become 0, is refused."""
         bits = single_bits(float(value))
         if bits is None:
-            raise EncodeError("range", "outside the range of single precision", -LARGEST_SINGLE, LARGEST_SINGLE)
+            raise EncodeError("range", "is outside the range of single precision", -LARGEST_SINGLE, LARGEST_SINGLE)
         if value and not bits & 0x7FFFFFFF:
             raise EncodeError("off", "rounds to 0 in single precision")
         return 0 if bits == SINGLE_MINUS_ZERO else bits

@@ -61,6 +61,13 @@ def shown(leaf: Leaf) -> Any:
     return cell(duration)
 
 
+def place_of(path: str, places: Mapping[str, str]) -> str:
+    """Where a setting is kept: in its own register, or with the section that one register holds."""
+    while path and path not in places:
+        path = path.rpartition(".")[0]
+    return places.get(path, "")
+
+
 def groups_of(model: BaseModel, vendor: Vendor, data: Any, places: Mapping[str, str]) -> tuple[Group, ...]:
     """The settings of a model by its sections; ``data``: the same as it stands in the file."""
     sections: dict[str, list[Setting]] = {}
@@ -68,7 +75,7 @@ def groups_of(model: BaseModel, vendor: Vendor, data: Any, places: Mapping[str, 
         if leaf.path[0] not in HEADING:
             section, dot, _ = leaf.text.partition(".")
             written = value_at(data, leaf.path)
-            row = setting(leaf, model, vendor, written, places.get(leaf.text, ""))
+            row = setting(leaf, model, vendor, written, place_of(leaf.text, places))
             sections.setdefault(section if dot else "", []).append(row)
     texts = texts_of(type(model))
     return tuple(

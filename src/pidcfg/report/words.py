@@ -32,7 +32,10 @@ AS_PV = "as the PV"
 
 
 def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
-    """Where the registers of a loop, by its number, hold each setting, by its path; a pair of limits has two."""
+    """Where the registers of a loop, by its number, hold each setting, by its path; a pair of limits has two.
+
+    A key that stands for another, such as ``cascade_from`` for the address of an output, has the register of that.
+    """
     places: dict[str, list[str]] = {}
     for block in encoding.blocks:
         rows: tuple[Word | Bits, ...] = (*block.table.words, *block.table.bits)
@@ -42,7 +45,8 @@ def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
                 name = encoding.space.name(block.start + row.offset)
                 plural = "s" if isinstance(row, Bits) and len(row.bits) > 1 else ""
                 numbers = f" bit{plural} {bit_numbers(row)}" if isinstance(row, Bits) else ""
-                places.setdefault(path, []).append(name + numbers)
+                for key in filter(None, (path, None if isinstance(row, Bits) else row.instead)):
+                    places.setdefault(key, []).append(name + numbers)
     return {path: ", ".join(names) for path, names in places.items()}
 
 

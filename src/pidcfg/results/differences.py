@@ -14,41 +14,28 @@ from pidcfg.differences.meaning import compare
 from pidcfg.differences.raw_terms import raw_terms
 from pidcfg.differences.result import RISKS, Status
 from pidcfg.differences.side import Side, side_of
-from pidcfg.differences.terms import Subject
 from pidcfg.differences.terms_of import terms_of
 from pidcfg.differences.within import Comparison
-from pidcfg.document import Document, Node
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
-from pidcfg.listings import read_listing, reading_of
+from pidcfg.listings import read_listing
 from pidcfg.reader import SUFFIXES
-from pidcfg.results.arguments import ArgumentError
 from pidcfg.results.findings import Data, errors_in, findings_data
+from pidcfg.results.sides import SideError, subjects_of
 from pidcfg.results.verification import verified_data
-from pidcfg.results.words import unreadable
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from pidcfg.differences.result import Compared, Difference
+    from pidcfg.differences.terms import Subject
+    from pidcfg.document import Document
     from pidcfg.limits import Limits
+    from pidcfg.results.sides import DiffOptions, Entry
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
     from pidcfg.verification.verdict import Verified
 
 Configuration = tuple[Any, "Vendor"]
 """A typed configuration and its vendor."""
-Entry = tuple[bytes, str]
-"""The bytes of a memory listing, and its name."""
-
-
-@dataclass(frozen=True, slots=True)
-class DiffOptions:
-    """How two sides are compared: the family of listings, what they are read like, whether live words count."""
-
-    vendor: Vendor | None = None
-    like: Checked | None = None
-    live: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,15 +143,6 @@ WORD_BY_WORD = (
 )
 
 
-class _SideError(Exception):
-    """A side that cannot be compared."""
-
-    def __init__(self, name: str, findings: Sequence[Diagnostic], document: Document | None = None) -> None:
-        super().__init__(name)
-        self.name, self.findings = name, tuple(findings)
-        self.document = document or Document(name, "", None, Node(None))
-
-
 def is_listing(name: str) -> bool:
     """Whether a text of this name is a memory listing; a text without a file's name is a configuration."""
     return not name.startswith("<") and PurePath(name).suffix.lower() not in SUFFIXES
@@ -182,13 +160,13 @@ def compared(
     those of the configuration that it is to be read like, else of the other side.
     """
     try:
-        subjects = _subjects(sides, names, options, limits)
+        subjects = subjects_of(sides, names, options, limits)
         (one, two), sources = subjects, tuple((subject.config, subject.vendor) for subject in subjects)
         if one.vendor is two.vendor:
             loops = _in_own_terms(one, two, live=options.live)
         else:
             loops = compare(*(_side(name, *source) for name, source in zip(names, sources, strict=True)))
-    except _SideError as error:
+    except SideError as error:
         return _word_by_word(sides, names, options, limits) or DiffResult(
             *names, error.findings, error.document, error.name
         )
@@ -215,58 +193,6 @@ def _word_by_word(
     return DiffResult(*names, loops=tuple(rows), notes=(WORD_BY_WORD,))
 
 
-def _subjects(
-    sides: tuple[Checked | Entry, Checked | Entry], names: tuple[str, str], options: DiffOptions, limits: Limits
-) -> tuple[Subject, Subject]:
-    """Both sides; listings are read when it is known what they are like."""
-    known: list[Subject | None] = [
-        None if isinstance(side, tuple) else _configuration(side, name) for side, name in zip(sides, names, strict=True)
-    ]
-    like = None if options.like is None else _configuration(options.like, options.like.document.file)
-    like = like or next((subject for subject in known if subject is not None), None)
-    vendor = options.vendor or (None if like is None else like.vendor)
-    if options.like is not None and like is not None and like.vendor is not vendor:
-        raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
-    for i in sorted((0, 1), key=lambda i: _says_names(sides[i], vendor, limits), reverse=True):
-        side = sides[i]
-        if isinstance(side, tuple):
-            known[i] = _listing(side, vendor, like, limits)
-            like = like or known[i]
-    one, two = known
-    if one is None or two is None:
-        raise AssertionError("both sides are read")
-    return one, two
-
-
-def _says_names(side: Checked | Entry, vendor: Vendor | None, limits: Limits) -> bool:
-    """Whether a listing says names of loops, so that it is read before one that does not."""
-    try:
-        return isinstance(side, tuple) and vendor is not None and bool(read_listing(side[0], vendor, limits).settings)
-    except ListingError:
-        return False
-
-
-def _configuration(checked: Checked, name: str) -> Subject:
-    """A configuration whose values all have their words."""
-    if checked.vendor is None or checked.encoding is None or not checked.encoding.whole:
-        raise _SideError(name, checked.findings, checked.document)
-    return Subject(checked.vendor, checked.config, checked.encoding)
-
-
-def _listing(entry: Entry, vendor: Vendor | None, like: Subject | None, limits: Limits) -> Subject:
-    """A listing as far as it can be read."""
-    if vendor is None:
-        raise ArgumentError("neither file says the PLC family; name it with `vendor`", "vendor")
-    data, name = entry
-    other = (like.config, like.encoding) if like is not None and like.vendor is vendor else None
-    try:
-        reading = reading_of(read_listing(data, vendor, limits), vendor, other)
-    except ListingError as error:
-        cure = f"decode it first: pidcfg decode {name} --vendor {vendor.key}"
-        raise _SideError(name, [unreadable(error, name, cure)]) from None
-    return Subject(vendor, reading.config, reading.encoding, reading)
-
-
 def _in_own_terms(one: Subject, two: Subject, *, live: bool) -> list[Compared]:
     """The comparison within a vendor."""
     before, after = (terms_of(subject) for subject in (one, two))
@@ -284,7 +210,7 @@ def _side(name: str, config: Any, vendor: Vendor) -> Side:
     except DecodeError as error:
         cure = "correct what `pidcfg validate` says of it"
         message = f"its words cannot be read back: {error}"
-        raise _SideError(name, [Diagnostic("PID041", Severity.ERROR, message, name, help=cure)]) from None
+        raise SideError(name, [Diagnostic("PID041", Severity.ERROR, message, name, help=cure)]) from None
     except ConvertError as error:
         rows = [Diagnostic("PID042", Severity.ERROR, row.message, name, path=row.path) for row in error.missing]
-        raise _SideError(name, rows) from None
+        raise SideError(name, rows) from None

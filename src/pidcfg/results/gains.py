@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 from pidcfg.results.arguments import ArgumentError
 from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Process, TuningError
+from pidcfg.tuning.samples import Request
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.results.findings import Data
     from pidcfg.tuning.fit import Fitted
-    from pidcfg.tuning.identify import Identified, Record
+    from pidcfg.tuning.identify import Identified
+    from pidcfg.tuning.samples import Record
     from pidcfg.vendors import Vendor
 
 SAMPLE_SHARE = 10
@@ -24,6 +26,8 @@ SAMPLE_SHARE = 10
 LARGEST = 1e12
 IDENTIFIED = ("gain", "time_constant", "dead_time")
 """What a recorded step tells."""
+OF_SLOPE = ("zn-open",)
+"""Rules of gain over time constant alone, which an integrating process has too: the slope."""
 
 
 class Numbers(TypedDict):
@@ -100,7 +104,7 @@ class TuneResult:
             "title": self.method.title,
             "form": self.form,
             "basis": str(self.method.basis),
-            "process": dict(self.numbers),
+            "process": {**self.numbers, **self._sureness()},
             "gain": gains.gain,
             "integral_time": gains.integral_time if integral else None,
             "derivative_time": gains.derivative_time,
@@ -111,12 +115,28 @@ class TuneResult:
         }
         return data if self.vendor is None else {**data, "for": self.vendor.to_json()}
 
+    def _sureness(self) -> Data:
+        """What kind of process was identified, and how well."""
+        fit = self.identified
+        if fit is None:
+            return {}
+        return {"model": fit.model, "fit": 100 * (1 - fit.misfit), "confidence": _confidence(fit)}
+
+
+def _confidence(fit: Identified) -> Data:
+    gain, constant, dead = fit.confidence
+    return {"gain": gain, "time_constant": None if fit.integrating else constant, "dead_time": dead}
+
 
 def _identified(fit: Identified) -> Data:
     return {
+        "model": fit.model,
         "gain": fit.process.gain,
-        "time_constant": fit.process.time_constant,
+        "time_constant": None if fit.integrating else fit.process.time_constant,
         "dead_time": fit.process.dead_time,
+        "confidence": _confidence(fit),
+        "drift": fit.drift,
+        "remarks": list(fit.remarks),
         "step_at": fit.at,
         "noise": fit.noise,
         "misfit_percent": fit.misfit * 100,
@@ -153,20 +173,40 @@ class Target:
         return VendorGains(self.vendor.key, action, values)
 
 
+def request(columns: str | None, rest: float | None, start: str | None, until: str | None, *, given: bool) -> Request:
+    """What is said of a record; raises `ArgumentError` where there is none, or for an output that is no number."""
+    said = {"columns": columns, "rest": rest, "start": start, "until": until}
+    for name, value in said.items():
+        if value is not None and not given:
+            raise ArgumentError(f"`{name}` is for `record`", name, "record")
+    if rest is not None and not abs(as_float(rest)) <= LARGEST:
+        raise ArgumentError(f"`rest`: {rest:g}; write the output before the record", "rest")
+    return Request(columns, None if rest is None else float(rest), start, until)
+
+
 def tuned(
     method: str,
     form: Form,
     numbers: Mapping[str, float],
-    step: tuple[bytes, str] | None,
+    step: tuple[bytes, str, Request] | None,
     target: Target,
     limits: Limits,
 ) -> TuneResult:
-    """The result of a rule; ``step``: bytes and name of a recorded step, which tells gain, time constant, dead time."""
+    """The result of a rule; ``step``: bytes and name of a recorded step, and what is said of it.
+
+    The step tells gain, time constant and dead time.
+    """
     fit = record = None
     if step is not None:
         from pidcfg.tuning.record import identified
 
-        fit, record = identified(*step, limits)
+        data, name, said = step
+        fit, record = identified(data, name, limits, said)
+        if fit.integrating and method not in OF_SLOPE:
+            raise TuningError(
+                f"{name}: the process integrates ({fit.process.gain:.4g} per s and unit of the output); {method} is "
+                f"for one that settles: use {' or '.join(OF_SLOPE)} ({'; '.join(fit.remarks)})"
+            )
         process = {key: getattr(fit.process, key) for key in IDENTIFIED}
         for key in IDENTIFIED:
             if key in numbers:
@@ -174,6 +214,9 @@ def tuned(
         numbers = {**process, **numbers}
     target.refuse_ranges()
     result = computed(method, form, numbers)
+    if fit is not None and fit.integrating:
+        settled = {key: value for key, value in numbers.items() if key != "time_constant"}
+        result = replace(result, numbers=settled, warnings=())
     return replace(result, identified=fit, record=record, vendor=target.gains(result))
 
 

@@ -32,6 +32,10 @@ def tune(
     ultimate_gain: float | None = None,
     ultimate_period: float | None = None,
     record: Path | str | bytes | None = None,
+    columns: str | None = None,
+    rest: float | None = None,
+    start: str | None = None,
+    until: str | None = None,
     vendor: str | None = None,
     pv_range: tuple[float, float] | None = None,
     output_range: tuple[float, float] = (0, 100),
@@ -42,9 +46,10 @@ def tune(
     """Gains by a rule, in output units per PV unit, times in s.
 
     ``gain`` is in PV units per unit of the output, negative for cooling; the times are in s. A method needs some of the
-    numbers. ``record``: a CSV file of a step test (time, output, PV) in place of the first three. ``vendor``: also as
-    this PLC holds them; one whose gain is a share of the span needs ``pv_range``. Raises `ValueError` for a record that
-    no process fits, and beyond the range of a rule.
+    numbers. ``record``: a CSV file of a step test in place of the first three; ``columns`` says where it has which
+    (``time=…,output=…,pv=…``), ``rest`` is the output before it, ``start`` and ``until`` take a part of it. ``vendor``:
+    also as this PLC holds them; one whose gain is a share of the span needs ``pv_range``. Raises `ValueError` for a
+    record that no process fits, and beyond the range of a rule.
     """
     from pidcfg.results import gains
     from pidcfg.tuning.rules import METHODS, Form
@@ -62,7 +67,8 @@ def tune(
         "ultimate_period": ultimate_period,
     }
     values = {key: gains.usable(key, value) for key, value in numbers.items() if value is not None}
-    step = None if record is None else source_data(record, name, files, limits.file_bytes + 1)
+    request = gains.request(columns, rest, start, until, given=record is not None)
+    step = None if record is None else (*source_data(record, name, files, limits.file_bytes + 1), request)
     return gains.tuned(method, form, values, step, target, limits)
 
 

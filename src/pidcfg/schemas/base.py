@@ -30,15 +30,15 @@ CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 MAX_DIGITS = 32
 EXACT = Context(prec=100, rounding=ROUND_HALF_EVEN)
 """Three times the digits that a file may write: products are exact, and quotients round as if they were."""
-MAX_EXPONENT, LARGEST_EXPONENT = 300, 308
-"""Of a number that a file may write, and of one that a computer can hold."""
+MAX_EXPONENT = 300
+"""Of a number that a file may write; a computer can hold 308."""
 NAME_LENGTH = 64
 
 SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Decimal(3600)}
 DURATION = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?(ms|s|sec|second|seconds|min|minute|minutes|h|hour|hours)")
 UNIT_WORDS = {"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"}
 DURATION_PATTERN = r"^[-+]?[0-9.]+ ?(ms|s|sec|seconds?|min|minutes?|h|hours?)$"
-COUNTS = re.compile(r"([-+]?[0-9.]+) counts?")
+COUNTS = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) counts?")
 COUNTS_PATTERN = r"^[-+]?[0-9.]+ counts?$"
 
 
@@ -127,7 +127,15 @@ def number_text(text: str, *, alone: bool = False) -> Decimal:
             help=_as_decimal(text),
             only=_only_decimal(text) if alone else None,
         )
-    return refuse("number_type", f"{text!r} is not a number")
+    return refuse("number_type", f"{text!r} is not a number", **_help(text))
+
+
+def _help(text: str) -> dict[str, str]:
+    """The cure of a text that is no number, where there is one."""
+    from pidcfg.schemas.misread import cure
+
+    help_text = cure(text)
+    return {"help": help_text} if help_text else {}
 
 
 def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
@@ -172,9 +180,12 @@ def _as_decimal(text: str) -> str:
 
 
 def _finite(number: Decimal, text: str) -> Decimal:
-    if not number.is_finite() or abs(number.adjusted()) > MAX_EXPONENT:
-        computable = number.is_finite() and abs(number.adjusted()) <= LARGEST_EXPONENT
-        refuse("not_finite", f"{text} is {'too large or too small' if computable else 'not a finite number'}")
+    if not number.is_finite():
+        refuse("not_finite", f"{text} is not a finite number")
+    if number.adjusted() > MAX_EXPONENT:
+        refuse("not_finite", f"{text} is too large; the limit is 1e{MAX_EXPONENT}", help="write a smaller number")
+    if number.adjusted() < -MAX_EXPONENT:
+        refuse("not_finite", f"{text} is too small; the limit is 1e-{MAX_EXPONENT}", help="write 0 where that is meant")
     return number + 0
 
 
@@ -253,7 +264,9 @@ def parse_duration(value: object) -> Duration:
             unit = match.group(2)
             return Duration(number_text(match.group(1)), UNIT_WORDS.get(unit, unit))
         if not NUMBER.fullmatch(value) and value[:1].isdigit() and value[-1:].isalpha() and " " in value.strip():
-            refuse("duration_form", f"{value!r} is not a time", help="units are ms, s, min and h, as in 250 ms")
+            help_text = _help(value).get("help", "") if value.split()[-1] in {*SECONDS, *UNIT_WORDS} else ""
+            help_text = help_text or "units are ms, s, min and h, as in 250 ms"
+            refuse("duration_form", f"{value!r} is not a time", help=help_text)
     return Duration(parse_number(value))
 
 
@@ -289,7 +302,9 @@ def parse_pair(parse: Callable[[object], Any], what: str) -> Callable[[object], 
 
     def pair(value: object) -> tuple[Any, Any]:
         if not isinstance(value, list | tuple) or isinstance(value, Quantity) or len(value) != 2:
-            refuse("pair_type", f"{what} is wanted: a list of two values", help="write [low, high]")
+            more = isinstance(value, list | tuple) and len(value) > 2
+            help_text = "write [low, high]" + ("; the decimal sign is a point" if more else "")
+            refuse("pair_type", f"{what} is wanted: a list of two values", help=help_text)
         return parse(value[0]), parse(value[1])
 
     return pair

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 CONSTANT, SIGNAL, ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE, MINIMUM, MAXIMUM, ABSOLUTE, ROOT = range(11)
 """What one pair of an expression's code does; only the first two use the second number of the pair."""
+NOT, AND, OR, XOR, LESS, AT_MOST, GREATER, AT_LEAST, EQUAL, UNEQUAL, TRUTH = range(11, 22)
+"""The same of conditions (`pidcfg.schemas.conditions`): TRUE is 1, FALSE 0, and the number of `TRUTH` its value."""
 
 LARGEST_VALUE = 1e15
 """Beyond this nothing is a signal any more; it keeps every sum in a run finite."""
@@ -67,19 +69,11 @@ def lengths_of(names: Iterable[str]) -> list[int]:
 
 def parse(text: str, names: Mapping[str, int], lengths: list[int] | None = None) -> Expression:
     """The expression of ``text`` with ``names`` of signals and their numbers; raises `ExpressionError`."""
-    if len(text) > MAX_LENGTH:
-        raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters", MAX_LENGTH, "split it")
-    parser = _Parser(text, names, lengths_of(names) if lengths is None else lengths)
-    parser.skip()
-    parser.sum(0)
-    if parser.at < len(text):
-        raise ExpressionError(f"unexpected {parser.here()}", parser.at)
-    signals = frozenset(parser.code[i + 1] for i in range(0, len(parser.code), 2) if parser.code[i] == SIGNAL)
-    return Expression(text, tuple(parser.code), tuple(parser.constants), signals, parser.deepest)
+    return Parser(text, names, lengths_of(names) if lengths is None else lengths).read()
 
 
 @dataclass(slots=True)
-class _Parser:
+class Parser:
     """Recursive descent, at most `MAX_DEPTH` deep; writes the code in the order in which it is run."""
 
     text: str
@@ -90,6 +84,26 @@ class _Parser:
     constants: list[float] = field(default_factory=list)
     height: int = 0
     deepest: int = 0
+
+    def read(self) -> Expression:
+        """The whole text."""
+        if len(self.text) > MAX_LENGTH:
+            raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters", MAX_LENGTH, "split it")
+        self.skip()
+        self.whole(0)
+        if self.at < len(self.text):
+            raise ExpressionError(f"unexpected {self.here()}", self.at, self.cure)
+        signals = frozenset(self.code[i + 1] for i in range(0, len(self.code), 2) if self.code[i] == SIGNAL)
+        return Expression(self.text, tuple(self.code), tuple(self.constants), signals, self.deepest)
+
+    @property
+    def cure(self) -> str:
+        """What can be done about something that has no meaning here."""
+        return ALLOWED
+
+    def whole(self, depth: int) -> None:
+        """What stands in parentheses, or as the whole expression."""
+        self.sum(depth)
 
     def sum(self, depth: int) -> None:
         """Products, added and subtracted from left to right."""
@@ -124,7 +138,7 @@ class _Parser:
             self.number(number.group())
         elif self.at < len(self.text) and self.text[self.at] == "(":
             self.step(1)
-            self.sum(depth + 1)
+            self.whole(depth + 1)
             self.close()
         else:
             self.call(depth)
@@ -165,7 +179,7 @@ class _Parser:
         start = self.at
         word = WORD.match(self.text, self.at)
         if word is None:
-            raise ExpressionError(f"a number or a name is missing before {self.here()}", self.at)
+            raise ExpressionError(f"a number or a name is missing before {self.here()}", self.at, self.cure)
         self.step(len(word.group()))
         is_call = self.at < len(self.text) and self.text[self.at] == "("
         if word.group() not in FUNCTIONS:
@@ -176,10 +190,10 @@ class _Parser:
         op, fewest, most = FUNCTIONS[word.group()]
         count = 1
         self.step(1)
-        self.sum(depth + 1)
+        self.whole(depth + 1)
         while self.at < len(self.text) and self.text[self.at] == ",":
             self.step(1)
-            self.sum(depth + 1)
+            self.whole(depth + 1)
             self.emit(op)
             count += 1
         self.close()
@@ -192,7 +206,7 @@ class _Parser:
     def similar(self, word: str) -> str:
         """A cure: the declared name or function that looks most like the word."""
         near = nearest(word, [*self.names, *FUNCTIONS])
-        return f"did you mean {near!r}?" if near else ALLOWED
+        return f"did you mean {near!r}?" if near else self.cure
 
     def close(self) -> None:
         """The end of parentheses."""
@@ -203,10 +217,10 @@ class _Parser:
     def emit(self, op: int, operand: int = 0) -> None:
         """One pair of code, and how high the stack is after it."""
         self.code += (op, operand)
-        if op in (CONSTANT, SIGNAL):
+        if op in (CONSTANT, SIGNAL, TRUTH):
             self.height += 1
             self.deepest = max(self.deepest, self.height)
-        elif op not in (NEGATE, ABSOLUTE, ROOT):
+        elif op not in ONE_OPERAND:
             self.height -= 1
 
     def step(self, characters: int) -> None:
@@ -228,8 +242,8 @@ def never_a_value(expression: Expression) -> str | None:
     """Why an expression can have no value whatever its signals are: a division by 0, the root of a negative number."""
     stack: list[float | None] = []
     for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
-        if op in (CONSTANT, SIGNAL):
-            stack.append(expression.constants[operand] if op == CONSTANT else None)
+        if op in (CONSTANT, SIGNAL, TRUTH):
+            stack.append(expression.constants[operand] if op == CONSTANT else operand if op == TRUTH else None)
             continue
         right = stack.pop()
         if op == DIVIDE and right == 0:
@@ -244,7 +258,12 @@ def never_a_value(expression: Expression) -> str | None:
     return None
 
 
-ONE_OPERAND: dict[int, Callable[[float], float]] = {NEGATE: operator.neg, ABSOLUTE: abs, ROOT: math.sqrt}
+ONE_OPERAND: dict[int, Callable[[float], float]] = {
+    NEGATE: operator.neg,
+    ABSOLUTE: abs,
+    ROOT: math.sqrt,
+    NOT: operator.not_,
+}
 TWO_OPERANDS: dict[int, Callable[[float, float], float]] = {
     ADD: operator.add,
     SUBTRACT: operator.sub,
@@ -252,4 +271,13 @@ TWO_OPERANDS: dict[int, Callable[[float, float], float]] = {
     DIVIDE: operator.truediv,
     MINIMUM: min,
     MAXIMUM: max,
+    AND: min,
+    OR: max,
+    XOR: operator.ne,
+    LESS: operator.lt,
+    AT_MOST: operator.le,
+    GREATER: operator.gt,
+    AT_LEAST: operator.ge,
+    EQUAL: operator.eq,
+    UNEQUAL: operator.ne,
 }

@@ -23,6 +23,7 @@ from pidcfg.schemas.base import (
     OTHER_NOTATION,
     TRUTHS,
     flag,
+    number_text,
     parse_duration,
     parse_flag,
     parse_integer,
@@ -33,7 +34,7 @@ from pidcfg.schemas.base import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-Kind = Literal["bool", "whole", "real", "word"]
+Kind = Literal["bool", "whole", "real", "word", "time"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +54,8 @@ class IecType:
         """What a variable holds that is given no initial value."""
         if self.kind == "word":
             return self.words[0]
+        if self.kind == "time":
+            return time_text(0)
         return False if self.kind == "bool" else 0 if self.kind == "whole" else 0.0
 
 
@@ -63,6 +66,8 @@ INT = IecType("INT", "whole", -0x8000, 0x7FFF)
 UINT = IecType("UINT", "whole", 0, 0xFFFF)
 USINT = IecType("USINT", "whole", 0, 0xFF)
 DINT = IecType("DINT", "whole", -0x80000000, 0x7FFFFFFF)
+TIME = IecType("TIME", "time", 0, 0xFFFFFFFF)
+"""In ms."""
 AUTOTUNE_MODE = IecType("AUTOTUNE_MODE", "word", words=("AUTOTUNE_P", "AUTOTUNE_PI", "AUTOTUNE_PID"))
 LOOP_MODE = IecType("LOOP_MODE", "word", words=("manual", "auto", "cascade"))
 DERIVATIVE_OF = IecType("DERIVATIVE_OF", "word", words=("pv", "error"))
@@ -87,6 +92,33 @@ class Wire(NamedTuple):
 
 class Timed(Decimal):
     """Seconds that were written with a unit, so that they can be nothing but a time."""
+
+
+class Whole(Decimal):
+    """A number that was written as INT, ``INT#5``."""
+
+
+TYPED = re.compile(r"(BOOL|INT|REAL|TIME|T)#(.*)", re.IGNORECASE)
+"""A literal that says its type."""
+TIME_PARTS = re.compile(r"(\d+(?:\.\d+)?)(ms|d|h|m|s)", re.IGNORECASE)
+MILLISECONDS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1000, "ms": 1}
+
+
+def time_text(milliseconds: int) -> str:
+    """A TIME as it is stored in listings and programs: ``T#1500ms``."""
+    return f"T#{milliseconds}ms"
+
+
+def time_seconds(text: str) -> Decimal | None:
+    """The seconds that a TIME literal means, ``T#1m30s``; None where it is none."""
+    body = text.partition("#")[2].replace("_", "")
+    if not re.fullmatch(f"(?:{TIME_PARTS.pattern})+", body, re.IGNORECASE):
+        return None
+    parts = TIME_PARTS.findall(body)
+    order = [[*MILLISECONDS].index(unit.lower()) for _, unit in parts]
+    if order != sorted({*order}) or any("." in number for number, _ in parts[:-1]):
+        return None
+    return sum((Decimal(number) * MILLISECONDS[unit.lower()] for number, unit in parts), Decimal(0)) / 1000
 
 
 def is_numeric(text: str) -> bool:
@@ -128,6 +160,13 @@ def parse_real_in(value: object) -> Decimal | Wire:
     return parse_number(value)
 
 
+def parse_uint_in(value: object) -> int | Wire:
+    """A whole number, or an expression of numbers."""
+    if isinstance(value, Wire):
+        return value
+    return _wire(value) if isinstance(value, str) and not is_numeric(value) else parse_integer(value)
+
+
 def parse_time_in(value: object) -> Decimal | Wire:
     """A time in s, a text with a unit (``500 ms``), or an expression of numbers."""
     if isinstance(value, str) and DURATION.fullmatch(value):
@@ -144,11 +183,43 @@ def parse_bool_in(value: object) -> bool | Wire:
     return flag(value, alone=False)
 
 
-def parse_signal(value: object) -> Decimal | bool:
-    """The value of a signal: a number, or true or false."""
+def parse_move_in(value: object) -> Decimal | bool | Wire:
+    """What is moved: a number, true or false, or an expression of either type."""
     if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
         return parse_flag(value)
-    return parse_number(value)
+    return parse_real_in(value)
+
+
+def parse_signal(value: object) -> Decimal | bool:
+    """The value of a signal, which says its type: a number, true or false, ``INT#5``, ``T#500ms`` or ``500 ms``."""
+    if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
+        return parse_flag(value)
+    if isinstance(value, Timed | Whole):
+        return value
+    if isinstance(value, str) and DURATION.fullmatch(value):
+        return Timed(parse_duration(value).seconds())
+    typed = TYPED.fullmatch(value) if isinstance(value, str) else None
+    return parse_number(value) if typed is None else _literal(str(value), typed.group(1).upper(), typed.group(2))
+
+
+def _literal(text: str, kind: str, body: str) -> Decimal | bool:
+    """The value of a literal that says its type."""
+    if kind == "BOOL":
+        return parse_flag({"1": "true", "0": "false"}.get(body, body.lower()))
+    if kind in {"TIME", "T"}:
+        seconds = time_seconds(text)
+        if seconds is None:
+            refuse("time_form", f"{text!r} is not a TIME", help="write it as in T#1m30s, T#500ms or 500 ms")
+        return Timed(seconds)
+    number = number_text(body)
+    return Whole(number) if kind == "INT" else number
+
+
+def signal_type(value: Decimal | bool) -> IecType:  # noqa: FBT001 - a value of any type
+    """The type that the value of a signal says."""
+    if isinstance(value, bool):
+        return BOOL
+    return TIME if isinstance(value, Timed) else INT if isinstance(value, Whole) else REAL
 
 
 def bare_mode(value: object) -> object:
@@ -169,9 +240,11 @@ RealIn = Annotated[Decimal | Wire, *_field(parse_real_in, NUMERIC, WIRED), REAL]
 TimeIn = Annotated[Decimal | Wire, *_field(parse_time_in, NUMERIC, WIRED), REAL]
 IntIn = Annotated[Decimal | Wire, *_field(parse_real_in, {"type": "integer"}, WIRED), INT]
 BoolIn = Annotated[bool | Wire, *_field(parse_bool_in, {"type": "boolean"}, WIRED), BOOL]
+MoveIn = Annotated[Decimal | bool | Wire, *_field(parse_move_in, NUMERIC, {"type": "boolean"}, WIRED)]
 Real = Annotated[Decimal, *_field(parse_number, NUMERIC), REAL]
 """Without wires, like the next ones."""
 Bool = Annotated[bool, *_field(parse_flag, {"type": "boolean"}), BOOL]
+UIntIn = Annotated[int | Wire, *_field(parse_uint_in, {"type": "integer"}, WIRED), UINT]
 UInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), UINT]
 USInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), USINT]
 DInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), DINT]
@@ -181,4 +254,5 @@ Identifier = Annotated[
     PlainValidator(parse_identifier),
     WithJsonSchema({"type": "string", "pattern": f"^{IDENTIFIER.pattern}$", "maxLength": IDENTIFIER_LENGTH}),
 ]
-Signal = Annotated[Decimal | bool, *_field(parse_signal, NUMERIC, {"type": "boolean"})]
+TYPED_TEXT = {"type": "string", "pattern": f"^(?i:{TYPED.pattern})$|{DURATION_PATTERN}"}
+Signal = Annotated[Decimal | bool, *_field(parse_signal, NUMERIC, {"type": "boolean"}, TYPED_TEXT)]

@@ -16,7 +16,7 @@ from pydantic import Field
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas.base import Model, Range, Seconds, Text
 from pidcfg.schemas.common import ConfigurationFile
-from pidcfg.schemas.iec import BoolIn, Identifier, IntIn, Real, RealIn, Signal, TimeIn, TuneMode, UInt, USInt
+from pidcfg.schemas.iec import BoolIn, Identifier, IntIn, MoveIn, RealIn, Signal, TimeIn, TuneMode, UInt, UIntIn, USInt
 from pidcfg.schemas.limits import Limits
 
 D200 = Decision(
@@ -205,13 +205,13 @@ class PidaInt(PidaReal):
 class TuneParam(Model):
     """What the auto-tuning does."""
 
-    PercAmpMV: Annotated[Real, tuned("PercAmpMV")] = Decimal(0)
+    PercAmpMV: Annotated[RealIn, tuned("PercAmpMV")] = Decimal(0)
     """Step of MV to either side, in % of MaxMV - MinMV."""
-    PercHystPV: Annotated[Real, tuned("PercHystPV")] = Decimal(0)
+    PercHystPV: Annotated[RealIn, tuned("PercHystPV")] = Decimal(0)
     """Hysteresis of PV to either side, in % of MaxPV - MinPV; more than its noise."""
-    PercMaxPeakPV: Annotated[Real, tuned("PercMaxPeakPV")] = Decimal(0)
+    PercMaxPeakPV: Annotated[RealIn, tuned("PercMaxPeakPV")] = Decimal(0)
     """How far PV may go to either side before the auto-tuning is aborted, in % of MaxPV - MinPV."""
-    NumCycles: Annotated[UInt, tuned("NumCycles")] = 0
+    NumCycles: Annotated[UIntIn, tuned("NumCycles")] = 0
     """Cycles that are measured."""
     Mode: TuneMode = "P"
     """The controller that is tuned."""
@@ -407,6 +407,19 @@ Loop = PidaReal | PidaInt | PidaTuneReal | PidaTuneInt | OnOff
 Block = OnOff | Pwm | LowFilter | Delay | Lag | DelayLag | LeadLag | SelectMax | SelectMin | SplitRange
 
 
+class Move(Model):
+    """A value that the program copies beside the calls of its blocks: a MOVE instruction."""
+
+    move: MoveIn
+    """What is copied: a number, true or false, or an expression."""
+    to: Text
+    """The signal, or the input of a block that nothing is wired to (``TIC_1.ManualMV``)."""
+    when: BoolIn = True
+    """The condition; in every cycle when not given."""
+    at: Literal["start", "end"] = "end"
+    """Before the first call of a cycle, or behind the last one."""
+
+
 class Plc(Model):
     """The task that the program runs in."""
 
@@ -423,8 +436,11 @@ class NextopidFile(ConfigurationFile):
     plc: Plc
     """The task."""
     signals: Mapping[Identifier, Signal] = Field(default_factory=dict)
-    """Values from outside by name, each with its first value: a number (REAL), or true or false (BOOL)."""
+    """Values from outside by name, each with its first value, which says its type: 5.0 (REAL), true (BOOL), INT#5,
+    500 ms or T#500ms (TIME, in s where it is read)."""
     blocks: tuple[Annotated[Block, Field(discriminator="type")], ...] = ()
     """Blocks and functions beside the loops."""
     loops: tuple[Annotated[Loop, Field(discriminator="type")], ...]
     """The controllers."""
+    moves: tuple[Move, ...] = ()
+    """What the program copies, in this order."""

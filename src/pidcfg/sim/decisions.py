@@ -79,30 +79,54 @@ RUN = (
     ),
     Decision(
         331,
-        "the end of a run",
-        "Whether an error lasts is looked at in the last tenth of the run, three dead times of the loop's plants and "
-        "ten samples at least: its mean there in the second half against that in the first. One that loses two counts, "
-        "0.1 % of span and a fiftieth of itself is on its way; where the output is inside its limits a tenth.",
+        "when an error lasts",
+        "It is looked at in the last tenth of the run, and in the last quarter of the time before each event that "
+        "moves the loop or takes its mode, three dead times of its plants and ten samples at least: the mean error "
+        "of the second half against that of the first. A plant time is the dead times and time constants between "
+        "output and PV (of an integrator the time in which the whole output moves the PV through its span) and three "
+        "samples. "
+        "At a limit of the output an error lasts that changes by less than two counts and 0.1 % of span a plant time "
+        "after its last event or change of sign, that has grown for two, or that after three would need more than "
+        "four more. Inside the limits one lasts that would need more than four plant times and has had four, or two "
+        "if it stands still, unless the set point moves; of a plant that integrates only one that stands still. At a "
+        "limit the run is judged by the last look that tells, and by the first if no event came before it; inside the "
+        "limits by every look.",
         "Shorter looks take a dead time for a fault, longer ones what happened before; a mean is free of noise and "
-        "ripple. At a slower pace the error would last for more than twice the run again, as it does where the PV "
-        "creeps towards a value that is not the set point. A loop whose output is free and that is slower than that is "
-        "too sluggish for its run.",
+        "ripple. What the end of a run shows is often an event's doing, and a short run says nothing of a slow plant: "
+        "against its plant a heat-up is on its way at any moment, and the textbooks' most careful tuning answers "
+        "within three time constants. A limit that an event brings about between two others is the scenario's wish.",
     ),
     Decision(
         332,
-        "what counts as an error at the end",
-        "More than 1 % of span (2 % without an integral, 5 % where the output is on or off), or than the inner "
-        "deviation alarm where that is closer; and more than the dead band, if that is no wider than 2 % of span.",
+        "what counts as an error that lasts",
+        "More than 1 % of span (20 % without an integral, 5 % where the output is on or off), or than the inner "
+        "deviation alarm where that is closer; and more than the dead band, up to 5 % of span.",
         "Deviation alarms are often set wide for the start-up, and with 5 % of span most outputs that were limited "
-        "wrongly went unseen. Without an integral and in a dead band some offset is what was configured; a larger one "
-        "has to be allowed by the scenario.",
+        "wrongly went unseen. Without an integral and in a dead band an offset is what was configured.",
+    ),
+    Decision(
+        344,
+        "a sensor that is broken for good controls nothing",
+        "A loop that is in Auto or Cascade for more than a tenth of the run with a sensor that an event has broken "
+        "without an end is not driven, unless an expectation looks at an alarm, a flag or the mode of that loop. A "
+        "fault with an end is the scenario's wish.",
+        "Its output no longer answers to its PV; who breaks a sensor to see the alarm writes the alarm down.",
+    ),
+    Decision(
+        339,
+        "a set point outside the range is a mistake, limited or not",
+        "A loop fails by out-of-range, too, when the set point in force at the end or the one of its configuration is "
+        "outside its PV's range, even where the PLC limits it. A PV that leaves the range after an event in the last "
+        "tenth of the run, or in the last plant time, is not judged.",
+        "No sensor can show such a value, so nobody can want it; a limit within the range is there to be met.",
     ),
     Decision(
         337,
         "outputs that may stay at a limit",
         "A loop that a selector leaves out, one whose windup input is on without a slave that is itself at a limit, "
-        "and one of two loops of opposite effect on one PV while the other is inside its limits are not judged. A "
-        "master is at a limit, too, where its slave's output or set point is.",
+        "and one of two loops of opposite effect while the other is inside its limits and sees the same PV (to 5 % of "
+        "span) are not judged. The reason has to hold when the window ends. A master is at a limit, too, where its "
+        "slave's output or set point is.",
         "There the output at its limit is what the program wants.",
     ),
     Decision(
@@ -117,10 +141,11 @@ RUN = (
     Decision(
         334,
         "oscillations that nobody can cure",
-        "A loop whose output is on or off, the ripple of pulses (a period of at most four of their cycles) and loops "
-        "that such a loop drives with its period are not judged; neither is a third with an auto-tune, a profile, or "
-        "two events that move the loop.",
-        "A slower swing of a loop with pulses is a matter of its tuning like any other.",
+        "A loop whose output is on or off, the ripple of pulses (a period of at most four of their cycles, or an "
+        "amplitude of no more than the ripple that pulses make which are on for half of their cycle) and loops that "
+        "such a loop drives with its period are not judged; neither is a third with an auto-tune, a profile, or two "
+        "events that move the loop.",
+        "A slower and larger swing of a loop with pulses is a matter of its tuning like any other.",
     ),
     Decision(
         335,

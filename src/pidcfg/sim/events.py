@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pidcfg.paths import dotted, leaves
 from pidcfg.schemas.base import Quantity, parse_number
 from pidcfg.sim.loop_facts import IN_CONTROL
-from pidcfg.sim.meters import count_alarm, want
+from pidcfg.sim.meters import break_sensor, repair_sensor, want
 from pidcfg.sim.metrics import begin_step
 from pidcfg.sim.parameters import numbers_of, set_parameters
 from pidcfg.sim.plc import TICKS, Plc, steps_until
@@ -57,9 +57,12 @@ class Agenda:
     broken: dict[str, int] = field(default_factory=dict)
     """The event that broke a loop's sensor last."""
 
-    def stops(self, last: int) -> Iterator[tuple[int, Action]]:
-        """Base steps before which something is done, in order; events that come later than ``last`` are left out."""
-        actions: list[tuple[int, int, Action]] = []
+    def stops(self, last: int, looks: Iterable[tuple[int, Action]] = ()) -> Iterator[tuple[int, Action]]:
+        """Base steps before which something is done, in order; events that come later than ``last`` are left out.
+
+        ``looks`` come before whatever happens at the same base step.
+        """
+        actions: list[tuple[int, int, Action]] = [(k, -2, action) for k, action in looks]
         for i, event in enumerate(self.scenario.events):
             actions.append((self.at_or_after(event.at), 1, partial(self.happen, event, i)))
             if event.duration is not None:
@@ -143,7 +146,7 @@ class Agenda:
         """What an operator does to a loop, or a sensor by itself."""
         if event.pv is not None and event.loop is not None:
             self.break_sensor(event.loop, loop, event.pv, number)
-            self.excuse_alarms(k, loop, broken=True)
+            break_sensor(self.machine.meters[loop], k, for_good=event.duration is None)
         elif event.mode is not None:
             self.journal.requested[loop] = event.mode
             self.plc.request(loop, event.mode)
@@ -191,16 +194,11 @@ class Agenda:
         channel.broken = 1
         self.broken[name] = number
 
-    def excuse_alarms(self, k: int, loop: int, *, broken: bool) -> None:
-        """While its sensor is broken, a loop's alarms are what is expected of it."""
-        self.machine.meters[loop].broken = int(broken)
-        count_alarm(k, self.machine.meters[loop])
-
     def repair(self, event: Event, number: int, k: int) -> None:
         """The end of a fault, unless a later one has taken its place."""
         if event.loop is not None and self.broken.get(event.loop) == number:
             self.net.channels[self.net.faults[event.loop]].broken = 0
-            self.excuse_alarms(k, self.plc.loops.index(event.loop), broken=False)
+            repair_sensor(self.machine.meters[self.plc.loops.index(event.loop)], k)
 
     def switch(self, k: int, mode: str) -> None:
         """The CPU's mode switch."""

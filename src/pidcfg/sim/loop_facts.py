@@ -79,6 +79,10 @@ class LoopFacts(ABC):
         """Whether an alarm can come: it is switched on and has a limit."""
         return bool(abs(getattr(self.cfg[loop], self.alarm_limits[alarm])) < self.unreached)
 
+    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
+        """At the start: the set point that the configuration gives a loop, before the PLC limits it."""
+        return float(sig[self.cfg[loop].sig_sp])
+
     def mode_inputs(self, loop: int) -> Collection[int]:  # noqa: ARG002 - in most PLCs an operator chooses the mode
         """The signals of the program that choose a loop's mode."""
         return ()

@@ -75,14 +75,18 @@ class Meter:
     outer_bits: int = 0
     broken: int = 0
     """The loop's sensor is broken by an event."""
+    blind_from: int = -1
+    """The time in Auto or Cascade at which it broke for good; −1: it has not, or has been repaired."""
+    blind_steps: int = 0
+    """Base steps in Auto or Cascade with a sensor that had broken for good, up to its repair."""
     alarm: int = 0
     alarm_since: int = 0
     alarm_steps: int = 0
     alarms: int = 0
     """The bits of those that came."""
-    # the end of the run
+    # the end of the run, and of what comes before an event
     watched: int = NEVER
-    """From here on its end is looked at: the first of the next two."""
+    """From here on the loop is looked at."""
     window: int = NEVER
     """Where the error begins to be summed up, for whether it gets smaller."""
     middle: int = NEVER
@@ -95,6 +99,13 @@ class Meter:
     early_error: float = 0.0
     """The sum of the error over the first half of the window, and over the second."""
     final_error: float = 0.0
+    early_sp: float = 0.0
+    """The same of the set point."""
+    final_sp: float = 0.0
+    side: int = 0
+    """The set point is above the PV (1) or below it (−1); 0: it has not been looked at yet."""
+    since: int = 0
+    """From when on."""
     # swings of the PV in the last third
     least: float = 0.0
     """A move of the PV that is no larger is no swing."""
@@ -164,11 +175,20 @@ def count_alarm(k: int, m: Meter) -> None:
 
 
 def watch_end(k: int, m: Meter, pv: float, sp: float) -> None:
-    """What only the end of a run tells: the error in its last tenth, and swings of the PV (kernel)."""
+    """What only the end of a run, or of a part of it, tells: the error in a window, and swings of the PV (kernel)."""
+    if sp > pv:
+        if m.side <= 0:
+            m.side = 1
+            m.since = k
+    elif m.side >= 0:
+        m.side = -1
+        m.since = k
     if k >= m.middle:
         m.final_error += sp - pv
+        m.final_sp += sp
     elif k >= m.window:
         m.early_error += sp - pv
+        m.early_sp += sp
     if k == m.late:
         m.late_status |= m.status
         m.late_aux |= m.aux_status
@@ -228,6 +248,27 @@ def want(m: Meter, k: int, bits: int, grace: int) -> None:
 def time_in_control(m: Meter, last: int) -> int:
     """Base steps in Auto or Cascade, of those up to ``last``."""
     return m.control_steps + (last - m.control_since if m.control else 0)
+
+
+def break_sensor(m: Meter, k: int, *, for_good: bool) -> None:
+    """A loop's sensor breaks at base step ``k``; if it was broken before, it is otherwise from now on."""
+    repair_sensor(m, k)
+    m.broken = 1
+    m.blind_from = time_in_control(m, k) if for_good else -1
+    count_alarm(k, m)
+
+
+def repair_sensor(m: Meter, k: int) -> None:
+    """A loop's sensor is sound again."""
+    if m.blind_from >= 0:
+        m.blind_steps += time_in_control(m, k) - m.blind_from
+    m.broken, m.blind_from = 0, -1
+    count_alarm(k, m)
+
+
+def time_blind(m: Meter, last: int) -> int:
+    """Base steps in Auto or Cascade with a sensor that had broken for good, of those up to ``last``."""
+    return m.blind_steps + (time_in_control(m, last) - m.blind_from if m.blind_from >= 0 else 0)
 
 
 def time_in_alarm(m: Meter, last: int) -> int:

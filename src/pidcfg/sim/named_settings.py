@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, cast
 from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import dotted
-from pidcfg.schemas.base import Quantity, parse_flag, parse_integer, parse_number, refuse
+from pidcfg.schemas.base import Quantity, parse_flag, parse_integer, parse_number, parse_seconds, refuse
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
@@ -50,7 +50,13 @@ def parse_switch(value: object) -> bool:
     return bool(value.value)
 
 
-BY_KIND: Mapping[str, Parser] = {"bool": parse_switch, "whole": parse_whole, "real": parse_plain, "word": str}
+BY_KIND: Mapping[str, Parser] = {
+    "bool": parse_switch,
+    "whole": parse_whole,
+    "real": parse_plain,
+    "time": parse_seconds,
+    "word": str,
+}
 """How a value of each kind of type is written."""
 
 

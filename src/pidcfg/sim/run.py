@@ -28,6 +28,7 @@ from pidcfg.sim.report import Note, Range, Report, ScanTime, Verdict, rounded
 from pidcfg.sim.rest import initial_values, rest
 from pidcfg.sim.standing.evidence import Evidence
 from pidcfg.sim.standing.judge import standing, unused_allowances
+from pidcfg.sim.standing.lookout import Lookout
 from pidcfg.sim.standing.watch import meters_of
 from pidcfg.sim.steady import UnsteadyError, settle
 from pidcfg.sim.trace import Sink, Trend
@@ -116,7 +117,7 @@ class _Run:
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
         influence = Influence.of(scenario, net, plc)
-        meters = meters_of(scenario, plc, net, influence, step, last)
+        meters = meters_of(scenario, plc, net, last)
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
         gauges = [Gauge(slot) for slot in net.names.values() if slot not in watched]
@@ -147,7 +148,8 @@ class _Run:
             self.settings.recording.begin(list(self.net.names), self.last + 1, self.dt)
         self.periods = list(self.plc.periods)
         k = self.agenda.zero = self.zero
-        for stop, action in self.agenda.stops(self.last):
+        lookout = Lookout(self._evidence())
+        for stop, action in self.agenda.stops(self.last, lookout.stops()):
             if stop > k - self.zero:
                 k = self._advance(k, self.zero + stop)
             note = action(stop)
@@ -157,7 +159,8 @@ class _Run:
         self._advance(k, self.zero + self.last + 1)
         if self.settings.recording is not None:
             self.settings.recording.end()
-        return self._report()
+        lookout.finish()
+        return self._report(lookout.evidence)
 
     def _advance(self, k: int, end: int) -> int:
         """Base steps up to ``end``; the first and the last one stand alone.
@@ -218,7 +221,7 @@ class _Run:
 
     # --- the report --------------------------------------------------------------------------------------------------
 
-    def _report(self) -> Report:
+    def _report(self, evidence: Evidence) -> Report:
         self.journal.close()
         machine, sig = self.machine, self.net.sig
         for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
@@ -230,7 +233,8 @@ class _Run:
         off = alarms_off(self.scenario, self.plc)
         outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, off, self.agenda.modes)
         wanted = enumerate(self.scenario.expect)
-        evidence = self._evidence()
+        said = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
+        evidence.reasons = {i: reason for i, reason in said if reason}
         verdicts = standing(evidence)
         self.problems += unused_allowances(evidence, verdicts)
         return Report(
@@ -256,11 +260,8 @@ class _Run:
         )
 
     def _evidence(self) -> Evidence:
-        changes = {i: loop.modes[-1].reason for i, loop in enumerate(self.journal.loops) if loop.modes}
-        reasons = {i: reason for i, reason in changes.items() if reason}
-        influence = self.agenda.influence
-        meters = self.machine.meters
-        return Evidence(self.scenario, self.plc, self.net, influence, meters, self.step, self.last, reasons)
+        influence, meters = self.agenda.influence, self.machine.meters
+        return Evidence(self.scenario, self.plc, self.net, influence, meters, self.step, self.last)
 
     def _scan_time(self) -> ScanTime | None:
         scan = self.scenario.plc.scan_time

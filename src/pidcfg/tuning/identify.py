@@ -1,188 +1,274 @@
-"""A first-order process with dead time from a recorded step: time, output and PV.
+"""A process from a record of output and PV: a lag or an integrator with dead time, and how sure it is.
 
-Design. The step is the largest change of the output, which must be constant on both sides of it. The PV must be at rest
-before it and settled at the end, and its answer must stand out of its noise. Then gain, time constant and dead time are
-those of the least squares: the gain is linear and follows from the other two, which a simplex search finds.
+Design. The output may step, step several times or ramp; the fit follows it. The PV must be at rest before the first
+change, or drift evenly. What a first-order process does not do is looked for and named: a PV that first goes the
+wrong way, one that swings, one that has not settled, one that is lost in noise. The rest is fitted by least squares.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import exp, sqrt
-from statistics import fmean
+from math import inf, sqrt
+from statistics import fmean, median
 from typing import TYPE_CHECKING
 
+from pidcfg.tuning import response
+from pidcfg.tuning.output import Path, output_path
+from pidcfg.tuning.response import Fit, Samples, Segment, least_squares
 from pidcfg.tuning.rules import Process
+from pidcfg.tuning.samples import Record, RecordError
+from pidcfg.tuning.shape import refuse_shape
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
+
+__all__ = ["Identified", "Record", "RecordError", "identify"]
 
 LEAST_BEFORE, LEAST_AFTER = 3, 12
-"""Samples before and after the step that are needed at least."""
-CONSTANT = 0.05
-"""How far the output may stray from its two levels, in steps."""
-SETTLED = 0.03
-"""How far the last two tenths of the answer may differ, in answers."""
+"""Samples before the first change that show the rest, and after it that are needed."""
+ENOUGH_BEFORE = 8
+"""Samples before the first change that show a drift."""
+SEEN = 2.0
+"""Time constants of the answer that the record must hold."""
 ABOVE_NOISE = 5.0
 """How many standard deviations of noise an answer must have."""
-POINTS = 400
-"""Points that the search looks at; longer records are averaged."""
-ROUNDS = 200
+DRIFTS = 0.01
+"""Change of the gain from which on a drift matters."""
+AT_REST = 0.01
+"""How far a PV at rest may stray beside its noise, in the range of the PV."""
+LEAST_DRIFT = 0.002
+"""Drift over the record, in the range of the PV, that is fitted."""
+CONSISTENT = 3.0
+"""How many standard errors of the slope at rest a drift may be off it."""
+TESTED = 12.0
+"""How far a drift must lower the sum of squares, in variances of what is left."""
+SIGNIFICANT = 4.0
+"""How many of its standard errors a drift must have."""
 SECOND_DIFFERENCE = 6.0
 """Variance of y(n) - 2 y(n-1) + y(n-2) of white noise, in variances of the noise."""
-
-
-class RecordError(ValueError):
-    """A record that tells no process: what is wrong, and what to record instead."""
-
-    def __init__(self, message: str, cure: str, row: int | None = None) -> None:
-        super().__init__(message)
-        self.cure = cure
-        self.row = row
-        """Index of the sample that shows it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Record:
-    """Samples of one test."""
-
-    time: Sequence[float]
-    output: Sequence[float]
-    pv: Sequence[float]
+INTEGRATES = 3.0
+"""Time constant, in lengths of the answer, from which a lag looks like an integrator."""
+UNSURE = 0.3
+"""Confidence, in the number itself, beyond which a record does not tell it."""
+POOR, WRONG = 0.03, 0.1
+"""What a fit may leave beside noise, in answers: more is told, much more refused."""
 
 
 @dataclass(frozen=True, slots=True)
 class Identified:
-    """What was identified: the process, when the step came, the PV before it, and how well it fits."""
+    """What was identified: the process, when the output first changed, the PV before it, and how well it fits.
+
+    The process of an integrator has the time constant 1 s, so that its gain is the slope of the PV, per s and output.
+    """
 
     process: Process
     at: float
     base: float
     step: float
+    """The largest change of the output from its rest."""
     noise: float
     misfit: float
     """Standard deviation of what is left, in answers."""
+    integrating: bool
+    drift: float
+    """Of the PV, in its unit per s; 0 where none was found."""
+    confidence: tuple[float, float, float]
+    """95 % confidence of gain, time constant and dead time: plus or minus so much."""
+    fitted: tuple[float, ...]
+    """The PV of the process at the times of the record."""
+    remarks: tuple[str, ...] = ()
+    """What was read as what, and what makes the numbers less sure."""
 
-    def value(self, time: float) -> float:
-        """The PV of the identified process."""
-        past = time - self.at - self.process.dead_time
-        if past <= 0:
-            return self.base
-        return self.base + self.process.gain * self.step * (1 - exp(-past / self.process.time_constant))
+    @property
+    def model(self) -> str:
+        """The kind of process."""
+        return "integrating" if self.integrating else "first-order"
+
+    def with_remarks(self, said: Sequence[str]) -> Identified:
+        """The same with remarks before its own."""
+        return replace(self, remarks=(*said, *self.remarks))
 
 
-def identify(record: Record) -> Identified:
-    """The process of a record; raises `RecordError`."""
-    k = _step_at(record.output)
-    low, high = fmean(record.output[:k]), fmean(record.output[k:])
-    step = high - low
-    stray = max((abs(u - (low if i < k else high)), i) for i, u in enumerate(record.output))
-    if stray[0] > CONSTANT * abs(step):
-        raise RecordError("the output is no single step", "hold it constant before and after one step", stray[1])
-    if k < LEAST_BEFORE or len(record.output) - k < LEAST_AFTER:
+def identify(record: Record, rest: float | None = None) -> Identified:
+    """The process of a record; ``rest`` is the output before it, where it changed at the first sample.
+
+    Raises `RecordError`.
+    """
+    path = output_path(record, rest)
+    segments, k = path.segments, path.first
+    after = len(record.time) - k
+    if after < LEAST_AFTER:
         raise RecordError(
-            f"the step has {k} samples before and {len(record.output) - k} after it",
+            f"the output first changes with {k} samples before and {after} after it",
             f"record at least {LEAST_BEFORE} before and {LEAST_AFTER} after",
         )
-    noise, base = _noise(record.pv), fmean(record.pv[:k])
-    _check_answer(record.pv, k, base, noise)
-    at = record.time[k]
-    times, values = _averaged([t - at for t in record.time[k:]], [y - base for y in record.pv[k:]])
-    dead, constant, rise, left = _search(times, values)
-    return Identified(Process(rise / step, constant, dead), at, base, step, noise, left / abs(rise))
+    noise = _noise(record.pv)
+    remarks = []
+    if k < LEAST_BEFORE:
+        remarks.append(f"{k} samples before the change: that the PV was at rest is not shown")
+    rest_slope, error = _rest(record, k, noise)
+    slope = rest_slope if _drifts(record, rest_slope, error) else 0.0
+    _refuse_small(record, k, slope, noise)
+    if len(segments) == 1:
+        refuse_shape(record, k, slope, noise)
+    best = _best(record, path, (rest_slope, error), noise, remarks)
+    _refuse_unsure(best, record, segments, noise)
+    return _identified(record, best, path, noise, remarks)
 
 
-def _step_at(output: Sequence[float]) -> int:
-    """The first sample with the new output."""
-    changes = [abs(b - a) for a, b in pairwise(output)]
-    if not changes or max(changes) == 0:
-        raise RecordError("the output never changes", "record a step of the output in manual mode")
-    return changes.index(max(changes)) + 1
+def _identified(record: Record, best: Fit, path: Path, noise: float, remarks: Sequence[str]) -> Identified:
+    segments, k = path.segments, path.first
+    begin = segments[0].time
+    moved = response.response(record.time, segments, best.dead, best.constant)
+    fitted = [best.base + best.drift * (t - begin) + best.gain * x for t, x in zip(record.time, moved, strict=True)]
+    size = max(abs(best.gain * x) for x in moved)
+    step = median(b - a for a, b in pairwise(record.time[max(0, k - 1) :]))
+    between = max(step, record.time[k] - record.time[k - 1] if k else step) / 2
+    gain, constant, dead = best.errors
+    notes = list(remarks)
+    if best.drift and best.constant != inf:
+        notes.append(f"the PV drifts by {best.drift:.4g} per s; the drift was fitted and taken out of the gain")
+    misfit = best.left / size
+    if misfit > POOR and best.left > 2 * noise:
+        notes.append(f"a first-order process with dead time leaves {misfit * 100:.2g} % of the answer: take care")
+    process = Process(best.gain, 1.0 if best.constant == inf else best.constant, best.dead)
+    errors = (gain, constant, sqrt(dead * dead + between * between))
+    integrating = best.constant == inf
+    return Identified(
+        process,
+        begin,
+        best.base,
+        path.span,
+        noise,
+        misfit,
+        integrating,
+        best.drift,
+        errors,
+        tuple(fitted),
+        tuple(notes),
+    )
 
 
 def _noise(pv: Sequence[float]) -> float:
     """The standard deviation of the noise, from second differences, which a slow answer hardly has."""
     seconds = [c - 2 * b + a for a, b, c in zip(pv, pv[1:], pv[2:], strict=False)]
+    if not seconds:
+        return 0.0
     middle = sorted(abs(d) for d in seconds)[len(seconds) // 2] / 0.6745
-    return middle / sqrt(SECOND_DIFFERENCE)
+    return max(middle / sqrt(SECOND_DIFFERENCE), _quantum(pv) / sqrt(12))
 
 
-def _check_answer(pv: Sequence[float], k: int, base: float, noise: float) -> None:
-    """At rest before the step, settled at the end, and more than noise."""
-    tenth = max(2, (len(pv) - k) // 10)
-    last, earlier = fmean(pv[-tenth:]), fmean(pv[-2 * tenth : -tenth])
-    answer = last - base
+def _quantum(pv: Sequence[float]) -> float:
+    """The resolution of a PV that has few different values; 0 for others."""
+    values = sorted(set(pv))
+    if len(values) * 3 > len(pv) or len(values) < 2:
+        return 0.0
+    return min(b - a for a, b in pairwise(values))
+
+
+def _rest(record: Record, k: int, noise: float) -> tuple[float, float]:
+    """How the PV moves before the first change, per s, and how sure that is; refuses one that does not move evenly."""
+    if k < LEAST_BEFORE:
+        return 0.0, inf
+    times, values = record.time[:k], record.pv[:k]
+    answer = max(record.pv) - min(record.pv)
+    middle = fmean(times)
+    columns = [[1.0] * k, [t - middle for t in times]]
+    line = least_squares(columns, values) if k >= ENOUGH_BEFORE else None
+    slope = line[1] if line else 0.0
+    mean = line[0] if line else fmean(values)
+    left = [y - mean - slope * (t - middle) for t, y in zip(times, values, strict=True)]
+    spread = sqrt(fmean([y * y for y in left]))
+    half = max(1, k // 2)
+    jump = abs(fmean(left[k - half :]) - fmean(left[:half]))
+    if spread > 2.5 * noise + AT_REST * answer or jump > 2 * AT_REST * answer + 3 * noise / sqrt(half):
+        moved = max(values) - min(values)
+        crossings = [t for t, (a, b) in zip(times, pairwise(left), strict=False) if a * b < 0]
+        swings = len(crossings) >= 4 and spread > 3 * noise
+        period = 2 * (crossings[-1] - crossings[0]) / (len(crossings) - 1) if swings else 0.0
+        raise RecordError(
+            f"the PV was not at rest before the step: it {'swung' if swings else 'moved'} by {moved:.4g}"
+            + (f" with a period of about {period:.3g} s" if swings else ""),
+            "wait until it is at rest, then step, or leave out the beginning with --from",
+            0,
+        )
+    error = max(noise, spread) / sqrt(sum(x * x for x in columns[1])) if line else inf
+    return slope, error
+
+
+def _drifts(record: Record, slope: float, error: float) -> bool:
+    """Whether a slope of the PV at rest is one, and matters."""
+    moves = abs(slope) * (record.time[-1] - record.time[0])
+    return abs(slope) > SIGNIFICANT * error and moves > LEAST_DRIFT * (max(record.pv) - min(record.pv))
+
+
+def _refuse_small(record: Record, k: int, slope: float, noise: float) -> None:
+    """Refuses a PV that, without its drift, goes no farther than noise."""
+    base = fmean(record.pv[:k]) if k else record.pv[0]
+    begin = fmean(record.time[:k]) if k else record.time[0]
+    width = max(1, (len(record.pv) - k) // 20)
+    moved = [y - base - slope * (t - begin) for t, y in zip(record.time[k:], record.pv[k:], strict=True)]
+    means = [fmean(moved[i : i + width]) for i in range(0, len(moved) - width + 1, width)]
+    answer = max(means, key=abs)
     if abs(answer) <= ABOVE_NOISE * noise or answer == 0:
         raise RecordError(
             f"the PV answers by {abs(answer):.4g}, with noise of {noise:.4g}", "take a larger step, or filter the PV"
         )
-    margin = 2 * noise / sqrt(tenth)
-    if abs(last - earlier) > SETTLED * abs(answer) + margin:
+
+
+def _best(record: Record, path: Path, rest: tuple[float, float], noise: float, remarks: list[str]) -> Fit:
+    """A lag, a lag whose rest drifts, or an integrator: the simplest that explains the record."""
+    samples, segments = Samples(record.time, record.pv), path.segments
+    slope, error = rest
+    drifts = _drifts(record, slope, error)
+    length = samples.time[-1] - segments[0].time
+    lag = response.fit(samples, segments, drift=drifts)
+    if lag.constant > INTEGRATES * (length - lag.dead):
+        line = response.fit(samples, segments, drift=path.first >= LEAST_BEFORE, integrating=True)
+        whole = sum((y - fmean(samples.value)) ** 2 for y in samples.value)
+        if line.squares <= lag.squares * 1.1 + 1e-9 * whole:
+            return line
+    if drifts:
+        return lag
+    moving = response.fit(samples, segments, drift=True, near=lag)
+    if abs(moving.drift - slope) > CONSISTENT * error:
+        return lag
+    better = lag.squares - moving.squares > TESTED * moving.squares / max(1, moving.points - 5)
+    if better and abs(moving.gain / lag.gain - 1) > DRIFTS:
+        alone = noise / sqrt(max(1, len(samples.time) // moving.points))
+        if error < inf and moving.left < 1.2 * alone:
+            return moving
+        remarks.append(
+            f"a drift of the PV of {moving.drift:.4g} per s would make the gain {moving.gain:.4g}; record longer "
+            "before the step to tell"
+        )
+    return lag.widened(moving)
+
+
+def _refuse_unsure(best: Fit, record: Record, segments: Sequence[Segment], noise: float) -> None:
+    """Refuses a record that does not tell the numbers."""
+    seen = record.time[-1] - segments[0].time - best.dead
+    moved = response.response(record.time, segments, best.dead, best.constant)
+    size = max(abs(best.gain * x) for x in moved)
+    if size == 0 or best.left > WRONG * size + 3 * noise:
         raise RecordError(
-            f"the PV has not settled: of {abs(answer):.4g}, {abs(last - earlier):.4g} came in the last tenth",
+            f"a first-order process with dead time leaves {best.left / size * 100 if size else 100:.2g} % of the "
+            "answer unexplained",
+            "look for a disturbance or a second change during the test, and take the part without it with --from and "
+            "--until",
+        )
+    if best.constant != inf and seen < SEEN * best.constant:
+        raise RecordError(
+            f"the PV has not settled: the record ends {max(seen, 0):.4g} s after the dead time, and the time constant "
+            f"is about {best.constant:.4g} s",
             "record until it is at rest; a process that never comes to rest is an integrator",
-            len(pv) - 1,
+            len(record.pv) - 1,
         )
-    half = max(1, k // 2)
-    drift = abs(fmean(pv[k - half : k]) - fmean(pv[:half]))
-    if drift > SETTLED * abs(answer) + 2 * noise / sqrt(half):
-        raise RecordError(
-            f"the PV was not at rest before the step: it moved by {drift:.4g}", "wait until it is at rest, then step", 0
-        )
-
-
-def _averaged(times: Sequence[float], values: Sequence[float]) -> tuple[list[float], list[float]]:
-    """At most `POINTS` points, each the mean of its neighbours."""
-    width = -(-len(times) // POINTS)
-    groups = range(0, len(times), width)
-    return [fmean(times[i : i + width]) for i in groups], [fmean(values[i : i + width]) for i in groups]
-
-
-def _search(times: Sequence[float], values: Sequence[float]) -> tuple[float, float, float, float]:
-    """Dead time, time constant, final rise, and the standard deviation of what is left."""
-    final = fmean(values[-max(1, len(values) // 10) :])
-    first = next((t for t, y in zip(times, values, strict=True) if y / final >= 0.28), times[-1])
-    second = next((t for t, y in zip(times, values, strict=True) if y / final >= 0.63), times[-1])
-    constant = max(1.5 * (second - first), times[-1] / len(times) / 10, 1e-9)
-
-    def left(point: Sequence[float]) -> float:
-        return _least_squares(times, values, abs(point[0]), abs(point[1]))[1]
-
-    dead, constant = (abs(x) for x in _simplex(left, (max(second - constant, 0.0), constant)))
-    rise, squares = _least_squares(times, values, dead, constant)
-    return dead, constant, rise, sqrt(squares / len(times))
-
-
-def _least_squares(
-    times: Sequence[float], values: Sequence[float], dead: float, constant: float
-) -> tuple[float, float]:
-    """The best final rise for a dead time and time constant, and the sum of squares that it leaves."""
-    if constant <= 0:
-        return 0.0, sum(y * y for y in values)
-    shape = [1 - exp(-(t - dead) / constant) if t > dead else 0.0 for t in times]
-    norm = sum(s * s for s in shape)
-    rise = sum(s * y for s, y in zip(shape, values, strict=True)) / norm if norm else 0.0
-    return rise, sum((y - rise * s) ** 2 for s, y in zip(shape, values, strict=True))
-
-
-def _simplex(cost: Callable[[Sequence[float]], float], start: tuple[float, float]) -> tuple[float, float]:
-    """Nelder and Mead's search in two dimensions."""
-    scale = max(abs(start[1]), 1e-6)
-    corners = [start, (start[0] + 0.3 * scale, start[1]), (start[0], 1.3 * start[1] + 1e-9)]
-    ranked = sorted((cost(c), c) for c in corners)
-    for _ in range(ROUNDS):
-        (best, a), (middle, b), (worst, c) = ranked
-        centre = (a[0] + b[0]) / 2, (a[1] + b[1]) / 2
-        at = [(centre[0] + f * (c[0] - centre[0]), centre[1] + f * (c[1] - centre[1])) for f in (-1.0, -2.0, 0.5)]
-        tried = (cost(at[0]), at[0])
-        if tried[0] < best:
-            tried = min(tried, (cost(at[1]), at[1]))
-        elif tried[0] >= middle:
-            tried = min(tried, (cost(at[2]), at[2]))
-        if tried[0] < worst:
-            ranked = sorted([(best, a), (middle, b), tried])
-        else:
-            shrunk = [((p[0] + a[0]) / 2, (p[1] + a[1]) / 2) for p in (b, c)]
-            ranked = sorted([(best, a), *((cost(p), p) for p in shrunk)])
-    return ranked[0][1]
+    gain, constant, _ = best.errors
+    for name, value, error in (("gain", best.gain, gain), ("time constant", best.constant, constant)):
+        if error > UNSURE * abs(value) and value != inf:
+            raise RecordError(
+                f"the record does not tell the {name}: {value:.4g} ± {error:.2g}",
+                "take a larger step, record longer or more often, or filter the PV",
+            )

@@ -1,9 +1,9 @@
 """Known findings: a list that is written once and from then on only shrinks.
 
-An entry has neither a line nor a message: it is file, code, severity, loop, key and the value that is written there
-(`pidcfg.validate.identity`), with how many such findings there are. So it survives every edit that does not touch its
-loop, and a value that changes is a new finding. Entries of the first format, which knew findings by their message, are
-in `pidcfg.validate.former_baseline`.
+An entry has neither a line nor a message: it is file, code, severity, loop, key, the value that is written there
+(`pidcfg.validate.identity`) and what else the message quotes of the loop (`pidcfg.validate.quotes`), with how many such
+findings there are. So it survives every edit that does not touch its loop, and a value that changes is a new finding,
+at whichever key it stands. Entries of former formats are in `pidcfg.validate.former_baseline`.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
 from pidcfg.validate.catalog import current, ignorable
 from pidcfg.validate.codes import D317, SUPPRESSION
-from pidcfg.validate.former_baseline import FormerEntry
+from pidcfg.validate.former_baseline import FormerEntry, SecondEntry
 from pidcfg.writer import json_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Sequence
 
-VERSION, FIRST = 2, 1
+VERSION, FIRST, SECOND = 3, 1, 2
 NEVER_KNOWN = frozenset(rule.code for rule in SUPPRESSION)
 """What is wrong with ignores and with the baseline itself is to be corrected, and never enters a baseline."""
 COUNT = "count"
@@ -37,6 +37,7 @@ class Entry(NamedTuple):
     loop: str
     key: str
     value: str | None
+    quotes: str | None = None
 
 
 class BaselineError(Exception):
@@ -45,10 +46,10 @@ class BaselineError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Baseline:
-    """What a file of known findings has: an entry as often as it counts, and rows of the first format."""
+    """What a file of known findings has: entries, each as often as it counts, and rows of former formats."""
 
     entries: list[Entry] = field(default_factory=list)
-    former: list[FormerEntry] = field(default_factory=list)
+    former: list[FormerEntry | SecondEntry] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +64,7 @@ class Compared:
 def entry(finding: Diagnostic, file_of: Callable[[str], str]) -> Entry:
     """A finding as a baseline keeps it."""
     d = finding
-    return Entry(file_of(d.file), d.code, d.severity.label, d.loop, d.key, d.value)
+    return Entry(file_of(d.file), d.code, d.severity.label, d.loop, d.key, d.value, d.quotes)
 
 
 def enters(finding: Diagnostic) -> bool:
@@ -119,19 +120,26 @@ def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
 def to_text(baseline: Baseline) -> str:
     """A baseline as a file: one entry a line, in order, so that a diff shows what was removed."""
     rows = [_row(e, count) for e, count in sorted(Counter(baseline.entries).items(), key=lambda row: _order(row[0]))]
-    rows += [json_line(e._asdict()) for e in sorted(baseline.former)]
+    rows += sorted(former_row(row, count) for row, count in Counter(baseline.former).items())
     body = "[\n" + ",\n".join(f"    {row}" for row in rows) + "\n  ]" if rows else "[]"
     return f'{{\n  "version": {VERSION},\n  "findings": {body}\n}}\n'
 
 
 def _order(e: Entry) -> tuple[str, ...]:
     """By number of the code, as findings are."""
-    return (number_of(e.code), *e[:-1], "" if e.value is None else f"={e.value}")
+    return (number_of(e.code), *e[:-2], *("" if text is None else f"={text}" for text in e[-2:]))
 
 
 def _row(e: Entry, count: int) -> str:
     """An entry as the file has it, without the comma behind it."""
     return json_line({**e._asdict(), COUNT: count})
+
+
+def former_row(row: FormerEntry | SecondEntry, count: int) -> str:
+    """A row of a former format as the file has it; one of the first stands there as often as it counts."""
+    if isinstance(row, SecondEntry):
+        return json_line({**row._asdict(), COUNT: count})
+    return ",\n    ".join([json_line(row._asdict())] * count)
 
 
 def from_text(text: str) -> Baseline:
@@ -145,23 +153,28 @@ def from_text(text: str) -> Baseline:
     if not isinstance(data, dict) or not isinstance(data.get("findings"), list):
         raise BaselineError(f"1:1: not a baseline of version {VERSION}")
     version = data.get("version")
-    if isinstance(version, bool) or version not in {FIRST, VERSION}:
+    if isinstance(version, bool) or not isinstance(version, int) or version not in {FIRST, SECOND, VERSION}:
         raise BaselineError(f"1:1: not a baseline of version {VERSION}")
     baseline = Baseline()
     for number, row in enumerate(data["findings"]):
-        _read(number, row, baseline, first=version == FIRST)
+        _read(number, row, baseline, version)
     return baseline
 
 
-def _read(number: int, row: Any, baseline: Baseline, *, first: bool) -> None:
-    """One row of a file, put where it belongs."""
+def _read(number: int, row: Any, baseline: Baseline, version: int) -> None:
+    """One row of a file, put where it belongs; rows of former formats may stand in a later one."""
     keys = set(row) if isinstance(row, dict) else set()
     if keys == set(FormerEntry._fields) and all(isinstance(value, str) for value in row.values()):
         baseline.former.append(FormerEntry(**row))
         return
-    fields = FormerEntry._fields if first else Entry._fields
-    if first or keys != {*Entry._fields, COUNT} or not _is_sound(row):
-        more = "" if first else f" (value: text or null) and a {COUNT} above 0"
+    if version >= SECOND and keys == {*SecondEntry._fields, COUNT} and _is_sound(row):
+        count = row.pop(COUNT)
+        baseline.former.extend([SecondEntry(**row)] * count)
+        return
+    if version < VERSION or keys != {*Entry._fields, COUNT} or not _is_sound(row):
+        fields = {FIRST: FormerEntry._fields, SECOND: SecondEntry._fields}.get(version, Entry._fields)
+        null = " and ".join(name for name in fields if name in OR_NULL)
+        more = f" ({null}: text or null) and a {COUNT} above 0" if null else ""
         raise BaselineError(f"1:1: findings[{number}] must have the texts {', '.join(fields)}{more}")
     count = row.pop(COUNT)
     baseline.entries.extend([Entry(**row)] * count)
@@ -169,14 +182,17 @@ def _read(number: int, row: Any, baseline: Baseline, *, first: bool) -> None:
 
 MOST = 1_000_000
 """Findings that one entry may stand for."""
+OR_NULL = ("value", "quotes")
+"""Keys of an entry that may have nothing to say."""
 
 
 def _is_sound(row: dict[str, Any]) -> bool:
     """Whether a row has the right types."""
-    texts = (row[key] for key in Entry._fields if key != "value")
-    count, value = row[COUNT], row["value"]
+    count = row[COUNT]
     whole = isinstance(count, int) and not isinstance(count, bool) and 0 < count <= MOST
-    return whole and (value is None or isinstance(value, str)) and all(isinstance(text, str) for text in texts)
+    return whole and all(
+        isinstance(text, str) or (text is None and key in OR_NULL) for key, text in row.items() if key != COUNT
+    )
 
 
 def stale_findings(
@@ -195,13 +211,13 @@ def stale_findings(
     return findings
 
 
-def stale_rows(rows: Iterable[FormerEntry], text: str, file: str) -> list[Diagnostic]:
-    """Rows of the first format that know no finding, as findings at their lines of the file."""
+def stale_rows(rows: Iterable[FormerEntry | SecondEntry], text: str, file: str) -> list[Diagnostic]:
+    """Rows of former formats that know no finding, as findings at their lines of the file."""
     findings = []
-    for row in rows:
-        place = f" at {row.path}" if row.path else ""
-        message = f"{current(row.code)} no longer occurs in {row.file}{place}: {row.message}"
-        findings.append(stale_finding(message, json_line(row._asdict()), text, file))
+    for row, number in Counter(rows).items():
+        place = f" at {row.place}" if row.place else ""
+        message = f"{current(row.code)} no longer occurs in {row.file}{place}: {row.said}"
+        findings.append(stale_finding(message, former_row(row, number).partition("\n")[0], text, file))
     return findings
 
 

@@ -32,13 +32,13 @@ D315 = Decision(
 D317 = Decision(
     317,
     "what makes a finding a known one",
-    "A baseline knows findings by file, code, severity, loop, key and the value that is written there, and how many "
-    "there are; never by line or message. Other loops of the fault, addresses and numbers of items are no part of it. It "
-    "is made once, by --create-baseline, and after that only loses entries; one of the first format, which knew "
-    "messages, is written anew when it is read.",
+    "A baseline knows findings by file, code, severity, loop, key, the value that is written there, the other values of "
+    "the loop that the message quotes, and how many there are; never by line or wording. Other loops of the fault, "
+    "addresses and numbers of items are no part of it. It is made once, by --create-baseline, and after that only loses "
+    "entries; one of a former format, which knew messages or the value at one key alone, is written anew when it is "
+    "read.",
     "Lines and addresses move with every loop that is inserted, and messages quote both; none of that is a new fault. A "
-    "value that changes is, and somebody has to look at it. Of several keys that do not fit together the one that is "
-    "reported counts.",
+    "value that changes is, whichever of the keys that do not fit together it stands at: somebody has to look at it.",
 )
 
 

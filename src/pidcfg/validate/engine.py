@@ -10,7 +10,9 @@ from pidcfg.limits import DEFAULT, Limits
 from pidcfg.validate.checklist import is_to_check, lines
 from pidcfg.validate.edits import of_quotes, of_value
 from pidcfg.validate.identity import key_of, loop_name, value_of
+from pidcfg.validate.lookalike import of_another_vendor
 from pidcfg.validate.partial import readable
+from pidcfg.validate.quotes import Quotes
 from pidcfg.validate.schema import not_a_choice, read_model, same_word
 from pidcfg.vendors import VENDORS, Vendor
 
@@ -70,6 +72,7 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
         return Checked(doc, tuple(ordered(findings)), vendor)
     config, errors = read_model(vendor.model, doc)
     findings += errors
+    findings += of_another_vendor(vendor, doc, errors)
     if config is None:
         findings += _of_readable_loops(vendor, doc, errors)
         return Checked(doc, tuple(ordered(findings)), vendor)
@@ -118,16 +121,17 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
 
 def run_rules(rules: Iterable[Rule], context: Context[Any, Any], doc: Document) -> Iterator[Diagnostic]:
     """The findings of rules, with positions."""
+    quotes = Quotes(doc)
     for rule in rules:
         if rule.check is not None:
             places: dict[Path, list[Finding]] = {}
             for finding in rule.check(context):
                 places.setdefault(finding.path, []).append(finding)
             for findings in places.values():
-                yield place(rule, findings, doc)
+                yield place(rule, findings, doc, quotes)
 
 
-def place(rule: Rule, findings: Sequence[Finding], doc: Document) -> Diagnostic:
+def place(rule: Rule, findings: Sequence[Finding], doc: Document, quotes: Quotes) -> Diagnostic:
     """What a rule finds at one key, with its message and the place where it is written: one finding, the worst."""
     finding = max(findings, key=lambda one: one.severity or rule.severity)
     texts = dict.fromkeys(rule.message.format(**one.values) for one in findings[:MOST_TEXTS])
@@ -146,6 +150,7 @@ def place(rule: Rule, findings: Sequence[Finding], doc: Document) -> Diagnostic:
         help=finding.fix or rule.part("Fix"),
         key=key_of(doc, finding.path),
         value=value_of(doc, finding.path),
+        quotes=quotes.of(rule, findings),
     )
 
 

@@ -1,8 +1,9 @@
-"""Baselines of the first format: findings known by path and message, of which one could stand for several loops.
+"""Baselines of former formats, which are read until 1.0: what they know becomes entries of the present one.
 
-They are read until 1.0, and what they know becomes entries of the present format. A row knows the findings of its code
-and severity in its file that say the same at the same path. The wording has changed where findings of several loops
-became one a loop, so these count as well:
+A row of the second format has the value at the key of its finding and none of those that it is compared with; it knows
+a finding of its code, severity, loop, key and value. The first format knew findings by path and message, of which one
+could stand for several loops. A row knows the findings of its code and severity in its file that say the same at the
+same path. The wording has changed where findings of several loops became one a loop, so these count as well:
 
 * a message that ended in "as in A, B and 2 more": the findings of these loops, and of so many more;
 * a finding of several loops: those at each of them, when the row names them and quotes no other numbers;
@@ -42,16 +43,49 @@ class FormerEntry(NamedTuple):
     path: str
     message: str
 
+    @property
+    def place(self) -> str:
+        """Where it was found."""
+        return self.path
+
+    @property
+    def said(self) -> str:
+        """What was found."""
+        return self.message
+
+
+class SecondEntry(NamedTuple):
+    """A finding as the second format kept it: without what it is compared with."""
+
+    file: str
+    code: str
+    severity: str
+    loop: str
+    key: str
+    value: str | None
+
+    @property
+    def place(self) -> str:
+        """Where it was found."""
+        return " ".join(filter(None, (self.loop, self.key)))
+
+    @property
+    def said(self) -> str:
+        """What was found."""
+        return self.value or "no value"
+
 
 class Renewed(NamedTuple):
     """What becomes of former rows: the findings that they know, the rows that know none, and those that go."""
 
     known: list[Diagnostic]
-    left: list[FormerEntry]
-    gone: list[FormerEntry]
+    left: list[FormerEntry | SecondEntry]
+    gone: list[FormerEntry | SecondEntry]
 
 
-def renewed(rows: Sequence[FormerEntry], findings: Iterable[Diagnostic], file_of: Callable[[str], str]) -> Renewed:
+def renewed(
+    rows: Sequence[FormerEntry | SecondEntry], findings: Iterable[Diagnostic], file_of: Callable[[str], str]
+) -> Renewed:
     """The findings that the rows of a former baseline know; a row that several findings fit knows each of them once."""
     by_rule: dict[tuple[str, str, str], list[Diagnostic]] = {}
     for d in findings:
@@ -66,15 +100,23 @@ def renewed(rows: Sequence[FormerEntry], findings: Iterable[Diagnostic], file_of
         candidates = by_rule.get((code, row.severity, row.file), [])
         free = [d for d in candidates if id(d) not in taken]
         known = list(_known(row, free))
-        if not known and not any(True for _ in _known(row, candidates)):
+        merges = isinstance(row, FormerEntry) and any(True for _ in _known(row, candidates))
+        if not known and not merges:
             result.left.append(row)
         taken.update(map(id, known))
         result.known.extend(known)
     return result
 
 
-def _known(row: FormerEntry, findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+def _known(row: FormerEntry | SecondEntry, findings: Sequence[Diagnostic]) -> Iterable[Diagnostic]:
     """The findings that a row knows."""
+    if isinstance(row, FormerEntry):
+        return _said(row, findings)
+    return [d for d in findings if (d.loop, d.key, d.value) == row[3:]][:1]
+
+
+def _said(row: FormerEntry, findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """The findings that a row of the first format knows."""
     at_path = [d for d in findings if _path(d) == row.path]
     merged = None if any(d.message == row.message for d in at_path) else MERGED.search(row.message)
     stem = row.message[: merged.start()] if merged else row.message

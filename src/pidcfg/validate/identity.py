@@ -56,16 +56,29 @@ def value_of(doc: Document, path: Path) -> str | None:
     """What is written at a path, in one spelling; a hash of a mapping and of a long text; None where nothing is."""
     if not path or path == (LOOPS,):
         return None
-    data: Any = doc.data
-    for step in path:
-        data = _child(data, step)
+    data = _at(doc, path)
     if data is None:
         return None
     plain = _plain(data)
     text = _text(plain)
-    if isinstance(plain, dict) or len(text) > LONGEST:
-        return f"sha256:{hashlib.sha256(text.encode('utf-8', 'backslashreplace')).hexdigest()[:HASH]}"
-    return text
+    return _hash(text) if isinstance(plain, dict) else shortened(text)
+
+
+def _at(doc: Document, path: Path) -> Any:
+    """What is written at a path; None where nothing is."""
+    data: Any = doc.data
+    for step in path:
+        data = _child(data, step)
+    return data
+
+
+def shortened(text: str) -> str:
+    """A text, or its hash where it is a long one."""
+    return _hash(text) if len(text) > LONGEST else text
+
+
+def _hash(text: str) -> str:
+    return f"sha256:{hashlib.sha256(text.encode('utf-8', 'backslashreplace')).hexdigest()[:HASH]}"
 
 
 def _text(plain: Any) -> str:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from pidcfg.diagnostics import Diagnostic, Edit, Severity
+from pidcfg.paths import value_at
+from pidcfg.schemas import misread
 from pidcfg.validate.codes import BY_KIND, OTHER_KIND
 from pidcfg.validate.edits import MOST_KEYS, key_edits, of_value
 from pidcfg.validate.identity import loop_name
-from pidcfg.validate.spelling import clear_match, keys_of, models_in
+from pidcfg.validate.spelling import clear_match, keys_of, models_in, spoken_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -76,9 +79,21 @@ def _without_echoes(errors: list[Diagnostic]) -> Iterator[Diagnostic]:
 
 
 def _no_value(doc: Document, path: Path) -> Diagnostic:
-    message = f"{path[-1]} has no value"
-    help_text = "give a value, or remove the key"
+    key, parent = path[-1], next((step for step in reversed(path[:-1]) if isinstance(step, str)), "the list")
+    if isinstance(key, int):
+        message, help_text = f"item {key + 1} of {parent} has no value", "give a value, or remove the item"
+    else:
+        message, help_text = f"{key} has no value", _comma(doc, path) or "give a value, or remove the key"
     return Diagnostic("PID037", Severity.ERROR, message, doc.file, doc.locate(path, key=True), path, help=help_text)
+
+
+def _comma(doc: Document, path: Path) -> str | None:
+    """The cure of a decimal comma inside braces, where what stands behind it is a key without a value."""
+    parent = value_at(doc.data, path[:-1])
+    before = "".join(f"{key}={parent[key]}" for key, following in pairwise(parent) if following == path[-1])
+    number = before.partition("=")[2]
+    help_text = misread.cure(f"{number},{path[-1]}")
+    return help_text and f"{help_text}; {number},{path[-1]} inside braces is two keys"
 
 
 def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic:
@@ -136,14 +151,23 @@ def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str |
         problem = "is missing" if kind == "missing" else f"{shown(value)} is not one that this pidcfg reads"
         return f"the format version {problem}", "write 'pidcfg: 1'"
     if kind == "extra_forbidden":
-        return unknown_key(key, keys_at(model, error["loc"][:-1]))
+        below = model_at(model, error["loc"][:-1])
+        return unknown_key(key, keys_of(below) if below else [], spoken_of(key, below) if below else None)
     if "expected_tags" in context:
         return not_a_choice(key, context["tag"], _choices(context["expected_tags"]))
     if kind == "literal_error":
         return not_a_choice(key, value, _choices(context["expected"]))
     if kind == "missing":
         return f"{_below(path)}{key} is missing", f"add {key}"
-    return _plain_wording(kind, context, key, value) or f"{key}: {error['msg'].lower()}", context.get("help")
+    message = _plain_wording(kind, context, key, value) or f"{key}: {error['msg'].lower()}"
+    return message, context.get("help") or _dashes(kind, key, value)
+
+
+def _dashes(kind: str, key: str, value: object) -> str | None:
+    """The cure of a mapping in the place of a list."""
+    if KINDS.get(kind) != "a list" or not isinstance(value, dict):
+        return None
+    return f"begin each item of {key} with a dash: '- {next(iter(value), 'name')}: …'"
 
 
 def _plain_wording(kind: str, context: Any, key: str, value: object) -> str | None:
@@ -167,9 +191,9 @@ def _choices(expected: str) -> list[str]:
     return [part.strip().strip("'") for part in expected.replace(" or ", ", ").split(", ")]
 
 
-def unknown_key(key: str, known: list[str]) -> tuple[str, str | None]:
-    """The message and cure for a key that is not in the schema."""
-    near = difflib.get_close_matches(key, known, n=1, cutoff=0.6)
+def unknown_key(key: str, known: list[str], meant: str | None = None) -> tuple[str, str | None]:
+    """The message and cure for a key that is not in the schema; ``meant``: what it is known to stand for."""
+    near = [meant] if meant else difflib.get_close_matches(key, known, n=1, cutoff=0.6)
     cure = f"{DID_YOU_MEAN}{near[0]}?" if near else f"known keys here: {', '.join(known)}"
     return f"unknown key {key!r}", cure
 
@@ -192,7 +216,13 @@ def shown(value: object) -> str:
 
 
 def keys_at(model: type[BaseModel], place: Path) -> list[str]:
-    """The keys that the schema knows at a place, which names the model where there are several."""
+    """The keys that the schema knows at a place."""
+    below = model_at(model, place)
+    return keys_of(below) if below else []
+
+
+def model_at(model: type[BaseModel], place: Path) -> type[BaseModel] | None:
+    """The model that the schema has at a place, which names it where there are several."""
     current: list[type[BaseModel]] = [model]
     free = False
     for step in place:
@@ -206,7 +236,7 @@ def keys_at(model: type[BaseModel], place: Path) -> list[str]:
         field = current[0].model_fields.get(step)
         current = models_in(field.annotation) if field else []
         free = field is not None and get_origin(field.annotation) is dict
-    return keys_of(current[0]) if current else []
+    return current[0] if current else None
 
 
 def _chosen_by(model: type[BaseModel]) -> str | None:

@@ -36,6 +36,38 @@ def clear_match(key: str, known: Sequence[str]) -> str | None:
     return None if any(_folded(name) == _folded(key) or is_slip(key, name) for name in others) else near[0]
 
 
+SPOKEN = (
+    ({"kp", "kc", "pgain", "gain"}, ("gain", "proportional_gain", "Kp", "Kc_Kp")),
+    ({"ti", "tn", "resettime", "integraltime"}, ("reset", "reset_time", "integral_time", "Ti_Ki")),
+    ({"td", "tv", "derivativetime"}, ("rate", "derivative_time", "Td_Kd")),
+    ({"sp", "sv", "setpoint"}, ("setpoint", "SP", "SV", "set: {setpoint: …}")),
+    ({"mv", "cv", "out", "output"}, ("output", "set: {output: …}")),
+)
+"""What engineers call a setting, and the keys that it has, of which a place knows one."""
+INSIDE = "set"
+"""The key of an event that takes settings by their names."""
+
+
+def spoken_of(key: str, model: type[BaseModel]) -> str | None:
+    """The key that a word of the field stands for at a place, or that stands one level below it; None: there is none.
+
+    Only for the cure: whether the number means the same there (a time, a gain) is the writer's to say.
+    """
+    known = keys_of(model)
+    below = [f"{name}: {{{key}: …}}" for name, inner in _inner(model) if key in keys_of(inner)]
+    if below:
+        return " or ".join(dict.fromkeys(below))
+    names = next((names for words, names in SPOKEN if _folded(key) in words), ())
+    return next((n for n in names if n in known or (INSIDE in known and "at" in known and n.startswith("set:"))), None)
+
+
+def _inner(model: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
+    """The mappings inside of a model, by their keys; lists are none."""
+    for name, field in model.model_fields.items():
+        if "tuple" not in str(field.annotation):
+            yield from ((field.alias or name, inner) for inner in models_in(field.annotation))
+
+
 def _folded(word: str) -> str:
     return word.casefold().translate(BETWEEN)
 

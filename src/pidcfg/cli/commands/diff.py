@@ -47,7 +47,9 @@ EPILOG = options.examples(
     metavar="FILE",
     help="A configuration that gives listings their names, ranges and units; else it is the other side.",
 )
-@click.option("--live", is_flag=True, help="Compare with a listing also what runs: PV, output, mode, status, requests.")
+@click.option(
+    "--live", is_flag=True, help="Compare with a listing also what runs: PV, output, mode, set point, status, requests."
+)
 @report_options.report_format("diff")
 @report_options.report_files("diff")
 @plots.OVERLAY
@@ -160,7 +162,7 @@ def refuse(result: DiffResult, fmt: str) -> NoReturn:
         show_errors(findings, result.document, fmt)
     if UNREADABLE in codes:
         d = findings[0]
-        raise click.ClickException(f"{name}:{d.span.line}: {d.message}; {d.help}")
+        raise click.ClickException(f"{name}:{d.span.line}: {'; '.join(filter(None, (d.message, d.help)))}")
     if UNSAID not in codes:
         raise click.ClickException(f"{name} cannot be compared")
     for d in findings:

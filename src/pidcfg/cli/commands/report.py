@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pidcfg.cli.files.report_inputs import Gathered
     from pidcfg.limits import Limits
     from pidcfg.report.content import Content
+    from pidcfg.scenario.outcome import Outcome
 
 STDOUT, PAGE = "-", "report.html"
 NEEDS = {"page": ("jinja2", "matplotlib"), "xlsx": ("xlsxwriter",)}
@@ -120,6 +121,9 @@ def command(
     _write(content, out, csv, xlsx, force=force)
     if not quiet:
         note(summary(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
+    for outcome in inputs.outcomes:
+        if not outcome.passed:
+            note(why_failed(outcome))
     click.get_current_context().exit(Exit.OK if exit_zero else exit_code(inputs, strict=strict))
 
 
@@ -203,6 +207,13 @@ def summary(content: Content, names: Sequence[str]) -> str:
     parts += [f"{n} {label}{'' if n == 1 else 's'}" for label, n in counts(content).items()]
     parts += [f"{passed} of {total} expectations passed"] if total else []
     return f"{', '.join(names) or 'report'}: {', '.join(parts)}"
+
+
+def why_failed(outcome: Outcome) -> str:
+    """Which expectations of a run failed, the standing ones included, and how it was judged."""
+    from pidcfg.cli.formats.simulation_text import failures, in_a_line
+
+    return ("" if outcome.report is None else failures(outcome.report)) + in_a_line(outcome)
 
 
 def exit_code(content: Gathered, *, strict: bool) -> Exit:

@@ -83,7 +83,7 @@ def command(
     """
     from pidcfg.api import simulate
     from pidcfg.cli.files.trend import trend_file
-    from pidcfg.cli.formats.simulation_text import verdict_line
+    from pidcfg.cli.formats.simulation_text import in_a_line
 
     if engine == "numba":
         need("numba", "fast")
@@ -119,8 +119,7 @@ def command(
             plots.show(charts)
     if fmt == "github" and not quiet:
         for outcome in outcomes:
-            line = "cannot run" if outcome.report is None else verdict_line(outcome, outcome.report)
-            note(f"{outcome.file}: {line}")
+            note(in_a_line(outcome))
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 EPILOG = options.examples(
     "pidcfg tune --method zn-open --gain 2 --time-constant 10 --dead-time 1 --for click",
     "pidcfg tune --method iae-setpoint --form PI --gain 2 --time-constant 10 --dead-time 1 --sample-time 0.1",
+    "pidcfg tune --method zn-open --from-csv step.csv --columns time=Date+Time,output=Valve,pv=3 --from 60",
     "pidcfg tune --method zn-closed --ultimate-gain 8 --ultimate-period 4 --for dl06 --pv-range 0 200",
 )
 
@@ -49,7 +50,13 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @number("sample-time", "Sample time in s; half of it acts like dead time.")
 @number("ultimate-gain", "Gain at which a P controller just keeps swinging.")
 @number("ultimate-period", "Period of that swing in s.")
-@click.option("--from-csv", metavar="FILE", help="Identify the process from a recorded step: time, output, PV.")
+@click.option("--from-csv", metavar="FILE", help="Identify the process from a recorded step.")
+@click.option(
+    "--columns", metavar="LIST", help="Its columns by name or number: time=…,output=…,pv=…; time=1+2 for date and time."
+)
+@click.option("--rest", type=float, metavar="VALUE", help="The output before the record, if it stepped at its start.")
+@click.option("--from", "start", metavar="TIME", help="The record counts from here: s, 2 min, or a stamp of its own.")
+@click.option("--until", metavar="TIME", help="The record counts until here.")
 @click.option("--for", "vendor", type=click.Choice(list(VENDORS)), help="Show the numbers as this PLC holds them.")
 @click.option(
     "--pv-range", type=float, nargs=2, metavar="LOW HIGH", help="Engineering values of the PV at 0 and 100 %."
@@ -69,6 +76,10 @@ def command(
     method: str,
     form: Form,
     from_csv: str | None,
+    columns: str | None,
+    rest: float | None,
+    start: str | None,
+    until: str | None,
     vendor: str | None,
     fmt: str,
     limits: Limits,
@@ -85,11 +96,15 @@ def command(
 
     record = None if from_csv is None else _record(from_csv, limits)
     try:
-        with usage({"record": "--from-csv", "vendor": "--for"}):
+        with usage({"record": "--from-csv", "vendor": "--for", "start": "--from"}):
             result = tune(
                 method,
                 form,
                 record=record,
+                columns=columns,
+                rest=rest,
+                start=start,
+                until=until,
                 vendor=vendor,
                 pv_range=pv_range,
                 output_range=output_range,

@@ -168,7 +168,7 @@ def _renewed(
     file_of: Callable[[str], str],
     remarks: list[str],
 ) -> tuple[Baseline, str]:
-    """A baseline whose rows of the first format are entries now, as far as their findings are there, and its text.
+    """A baseline whose rows of former formats are entries now, as far as their findings are there, and its text.
 
     The file is written anew, since no row of the old form would survive the next edit of another loop; where it cannot
     be, the run goes on with what it says.
@@ -183,7 +183,7 @@ def _renewed(
     number = len(known.former) - len(rows.left)
     if not number:
         return result, text
-    what = f"{count(number, 'entry', 'entries')} of the first format"
+    what = f"{count(number, 'entry', 'entries')} of a former format"
     try:
         if os.access(name, os.W_OK):
             write_files({name: baseline.to_text(result)}, force=True)
@@ -194,7 +194,7 @@ def _renewed(
         remarks.append(f"{what} could not be renewed: {error.message}")
         return result, text
     remarks.append(
-        f"{name}: {what} renewed: findings are known by loop, key and value now, one a loop; commit the file"
+        f"{name}: {what} renewed: findings are known by loop, key and all values that they quote now; commit the file"
     )
     return result, baseline.to_text(result)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.cli.formats.markdown import cell
 from pidcfg.cli.formats.verification import verdict_markdown, verdict_text
+from pidcfg.control_characters import one_line
 from pidcfg.conversion.ledger import LOSSES, WORST
 from pidcfg.conversion.values import text_of
 from pidcfg.writer import json_text
@@ -54,7 +55,7 @@ def as_text(result: ConvertResult) -> str:
         lines += ["", f"what the rules of {result.target} say about the result:"]
         for d in result.faults:
             where = f" [{d.loop}]" if d.loop else ""
-            lines.append(f"  {d.severity.label} {d.code}: {d.message}{where}")
+            lines.append(f"  {d.severity.label} {d.code}: {one_line(d.message + where)}")
     return "\n".join(lines) + "\n"
 
 
@@ -131,5 +132,5 @@ def _line(change: Change) -> str:
         values = text_of(change.target)
     error = f" ({_error(change)})" if change.error_percent else ""
     mark = "!" if change.loss or change.error_percent > WARN_PERCENT else " "
-    note = f"\n             {change.note}" if change.note else ""
-    return f" {mark}{change.kind:<8} {change.field}: {values}{error}{note}"
+    note = f"\n             {one_line(change.note)}" if change.note else ""
+    return f" {mark}{change.kind:<8} {change.field}: {one_line(values)}{error}{note}"

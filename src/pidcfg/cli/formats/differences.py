@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.formats.markdown import cell
 from pidcfg.cli.formats.verification import verdict_markdown, verdict_text
+from pidcfg.control_characters import one_line
 from pidcfg.conversion.values import text_of
 from pidcfg.writer import json_text
 
@@ -72,7 +73,9 @@ def _word(d: Difference) -> str:
 
 
 def _is_number(word: str, value: Any) -> bool:
-    """Whether a content is shown as its value already."""
+    """Whether a content is shown as its value already; with zeros in front it is a word."""
+    if len(word) > 1 and word.startswith("0") and word.isdigit():
+        return False
     if isinstance(value, int | float) and not isinstance(value, bool):
         try:
             return float(word) == value
@@ -116,6 +119,7 @@ def as_text(result: DiffResult) -> str:
     same = [entry.loop for entry in result.loops if entry.same and entry.loop and not (entry.missing or entry.operated)]
     if same:
         lines += ["", f"the same: {', '.join(same)}"]
+    lines = [one_line(line) for line in lines]
     if result.verified is not None:
         lines += ["", verdict_text(result.verified, pictures=False).rstrip()]
     return "\n".join(lines) + "\n"

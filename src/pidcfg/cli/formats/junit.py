@@ -121,8 +121,8 @@ def _entry(d: Diagnostic) -> tuple[str, str, str]:
 
 def _block(d: Diagnostic) -> str:
     """A finding with its place, in lines."""
-    first, *rest = details(d)
-    place = f"{display_name(d.file)}:{d.span.line}:{d.span.column}"
+    first, *rest = map(_row, details(d))
+    place = f"{_row(display_name(d.file))}:{d.span.line}:{d.span.column}"
     return "\n".join([f"{place}: {d.severity.label} {d.code}: {first}", *(f"  {line}" for line in rest)])
 
 
@@ -158,6 +158,11 @@ def _totals(cases: Sequence[Case]) -> dict[str, str]:
 
 def _legal(text: str) -> str:
     return NO_XML.sub("", text)
+
+
+def _row(text: str) -> str:
+    """Text that has a line to itself."""
+    return " ".join(_legal(text).splitlines())
 
 
 def _lines(text: str) -> str:

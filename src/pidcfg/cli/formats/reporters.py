@@ -6,7 +6,7 @@ import re
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pidcfg.control_characters import printable
+from pidcfg.control_characters import one_line, printable
 from pidcfg.diagnostics import Severity
 from pidcfg.results.findings import counts, findings_data
 from pidcfg.source import Document
@@ -43,7 +43,7 @@ def _block(group: Sequence[Diagnostic], doc: Document | None) -> str:
         if value
     ]
     lines += [f"      = also: {row}" for row in _further(group)]
-    return "\n".join(lines) + "\n"
+    return "\n".join(map(one_line, lines)) + "\n"
 
 
 def _further(group: Sequence[Diagnostic]) -> list[str]:

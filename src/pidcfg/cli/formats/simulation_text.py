@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.formats.reporters import text as findings_text
+from pidcfg.control_characters import one_line
 from pidcfg.diagnostics import Severity
 from pidcfg.results.runs import runs_data
 from pidcfg.sim.metrics import METRICS, OF_SWINGS
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 SHOWN = 60
 """Lines of the list of happenings; JSON has all of them."""
+FAILED = "FAILED"
 METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
 
 
@@ -31,7 +33,7 @@ def _section(outcome: Outcome) -> str:
     report = outcome.report
     findings = findings_text(outcome.findings, outcome.documents).rstrip("\n")
     if report is None:
-        return f"{outcome.file}: cannot run\n\n{findings}\n"
+        return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
     parts = [
         _head(outcome, report),
         findings and f"{findings}\n",
@@ -57,8 +59,8 @@ def _head(outcome: Outcome, report: Report) -> str:
         )
     )
     return (
-        f"{report.scenario}\n"
-        f"  {outcome.file} runs {outcome.config}\n"
+        f"{one_line(report.scenario)}\n"
+        f"  {one_line(f'{outcome.file} runs {outcome.config}')}\n"
         f"  {report.duration:g} s in steps of {report.step:g} s{steady}; engine: {report.engine}\n"
         + (f"  {words}\n" if words else "")
         + scan
@@ -122,8 +124,20 @@ def _flags(report: Report) -> str:
     return "Flags\n" + _table(rows) if rows else ""
 
 
+def failures(report: Report) -> str:
+    """The expectations that failed, as the text of a run has them; nothing where all hold."""
+    rows = [row for row in _expected(report) if row[0] == FAILED]
+    standing = [row for row in in_short(report.standing) if row[0] == FAILED]
+    return (_table(rows) if rows else "") + (_table(standing) if standing else "")
+
+
+def _expected(report: Report) -> list[tuple[str, str]]:
+    """What was written to be expected: how it was judged, and what was measured."""
+    return [("passed" if v.passed else FAILED, f"{v.text}: {value_text(v.value)}") for v in report.expectations]
+
+
 def _verdicts(outcome: Outcome, report: Report) -> str:
-    rows = [("passed" if v.passed else "FAILED", f"{v.text}: {value_text(v.value)}") for v in report.expectations]
+    rows = _expected(report)
     standing = in_short(report.standing)
     return (
         ("Expectations\n" + _table(rows) if rows else "")
@@ -131,6 +145,12 @@ def _verdicts(outcome: Outcome, report: Report) -> str:
         + verdict_line(outcome, report)
         + "\n"
     )
+
+
+def in_a_line(outcome: Outcome) -> str:
+    """A scenario's file, and how its run went."""
+    line = "cannot run" if outcome.report is None else verdict_line(outcome, outcome.report)
+    return f"{one_line(outcome.file)}: {line}"
 
 
 def verdict_line(outcome: Outcome, report: Report) -> str:
@@ -165,6 +185,7 @@ def value_text(value: Any) -> str:
 
 def _table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
     """Aligned columns; the first ``right`` ones and all after ``left`` to the right."""
+    rows = [[one_line(cell) for cell in row] for row in rows]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     lines = []
     for row in rows:

@@ -10,7 +10,8 @@ from pidcfg.cli.files.plots import in_characters
 if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart
     from pidcfg.results.gains import TuneResult
-    from pidcfg.tuning.identify import Identified, Record
+    from pidcfg.tuning.identify import Identified
+    from pidcfg.tuning.samples import Record
 
 UNITS = {"gain": "", "ultimate_gain": ""}
 
@@ -21,7 +22,7 @@ def as_text(tuned: TuneResult) -> str:
     if tuned.identified is not None and tuned.record is not None:
         chart = chart_of(tuned.identified, tuned.record)
         lines += [_identified(tuned.identified), "", in_characters(chart, sys.stdout), ""]
-    process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{UNITS.get(k, ' s')}" for k, v in result["process"].items())
+    process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{UNITS.get(k, ' s')}" for k, v in tuned.numbers.items())
     lines += [f"{result['method']}, {result['form']}: {result['title']} ({result['basis']})", f"  {process}", ""]
     integral = result["integral_time"]
     independent = result["independent"]
@@ -50,12 +51,16 @@ def _for_vendor(gains: dict[str, Any]) -> list[str]:
 
 
 def _identified(fit: Identified) -> str:
-    process = fit.process
-    return (
-        f"identified: gain {process.gain:.5g}, time constant {process.time_constant:.5g} s, dead time "
-        f"{process.dead_time:.5g} s\n  step of {fit.step:.5g} at {fit.at:g} s; noise {fit.noise:.3g}; "
-        f"what is left is {fit.misfit * 100:.2g} % of the answer"
-    )
+    process, (gain, constant, dead) = fit.process, fit.confidence
+    numbers = [
+        f"gain {process.gain:.5g} ± {gain:.2g}" + (" per s (integrating)" if fit.integrating else ""),
+        *([] if fit.integrating else [f"time constant {process.time_constant:.5g} ± {constant:.2g} s"]),
+        f"dead time {process.dead_time:.5g} ± {dead:.2g} s",
+    ]
+    change = f"change of {fit.step:.5g} at {fit.at:g} s; noise {fit.noise:.3g}"
+    left = f"what is left is {fit.misfit * 100:.2g} % of the answer; ± is 95 % confidence"
+    lines = [f"identified: {', '.join(numbers)}", f"  {change}; {left}", *(f"  {remark}" for remark in fit.remarks)]
+    return "\n".join(lines)
 
 
 def chart_of(fit: Identified, record: Record) -> Chart:
@@ -65,6 +70,6 @@ def chart_of(fit: Identified, record: Record) -> Chart:
     times = tuple(record.time)
     lines = (
         Line("PV", "pv", times, tuple(record.pv), "before"),
-        Line("PV", "pv", times, tuple(fit.value(time) for time in times), "after"),
+        Line("PV", "pv", times, fit.fitted, "after"),
     )
     return Chart("", "", (Panel("PV", "", lines),), sides=("recorded", "fitted"))

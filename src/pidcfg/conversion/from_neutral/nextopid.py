@@ -11,6 +11,7 @@ from pidcfg.conversion.builder import TargetBuilder, target_file
 from pidcfg.conversion.from_neutral.nextopid_cascade import link
 from pidcfg.conversion.from_neutral.nextopid_names import Names
 from pidcfg.conversion.from_neutral.nextopid_task import Task, task_of
+from pidcfg.conversion.operation.rules import Manual
 from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.nextopid import HELD
 from pidcfg.conversion.unmatched import ALARMS, unmatched
@@ -49,13 +50,14 @@ ROUGH = 100
 """Steps of a pulse output below which the report says how to get more."""
 COMPARE = "compare PV in the program"
 BY_PROGRAM = {
-    "setpoint.follows_pv": "copy PV into SP in the program while Manual is TRUE",
     "pv.square_root": "wire PV to an expression with sqrt",
     "output.pulse.min_on": "drop shorter pulses in the program, behind ControlPWM",
     "output.pulse.min_off": "fill shorter gaps in the program, behind ControlPWM",
     **dict.fromkeys(ALARMS, COMPARE),
 }
 """Neutral fields that the blocks do not have, with what to program instead."""
+HOLDS = "the output stays on the way to manual, as figure 16-1 has it"
+FOLLOWS = "a move, as figure 16-1 has it"
 WINDUP = "the blocks never integrate further into MinMV, MaxMV or MaxVarMV"
 
 
@@ -67,6 +69,7 @@ class Program:
     names: Names = field(default_factory=Names)
     signals: dict[str, Any] = field(default_factory=dict)
     blocks: list[dict[str, Any]] = field(default_factory=list)
+    moves: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, block: dict[str, Any]) -> str:
         """Adds a block; returns its path in the file."""
@@ -97,7 +100,7 @@ class NextopidLoop:
 def from_neutral(
     file: GenericFile,
     options: Mapping[str, Any],
-    operations: Sequence[Operation] = (),  # noqa: ARG001 - a loop has no such choice
+    operations: Sequence[Operation] = (),
 ) -> TargetFile:
     """A NextoPID file with these loops."""
     program = Program(task_of([loop.sample_time for loop in file.loops], options.get("sample_time")))
@@ -111,10 +114,27 @@ def from_neutral(
     for b, loop in zip(builders, file.loops, strict=True):
         take(b, loop, NextopidLoop(loop, b.data["name"], program), FIELDS)
     link(file, builders)
+    for i, (b, loop) in enumerate(zip(builders, file.loops, strict=True)):
+        stays = bool(operations) and operations[i].manual is Manual.STAYS
+        program.moves += bumpless(b, loop, len(program.moves), stays=stays)
     for b in builders:
         b.data = {key: b.data[key] for key in KEYS if key in b.data}
     plc = {"sample_time": number(program.task.interval)}
-    return target_file("nextopid", file, builders, plc=plc, signals=program.signals, blocks=program.blocks)
+    target = target_file("nextopid", file, builders, plc=plc, signals=program.signals, blocks=program.blocks)
+    target.data |= {"moves": program.moves} if program.moves else {}
+    return target
+
+
+def bumpless(b: TargetBuilder, loop: Loop, first: int, *, stays: bool) -> list[dict[str, Any]]:
+    """The moves of figure 16-1: MV into ManualMV in automatic, PV into SP in manual."""
+    name, moves = b.data["name"], []
+    if stays:
+        moves.append({"move": f"{name}.MV", "to": f"{name}.ManualMV", "when": f"NOT {name}.Manual"})
+        b.mark(f"/moves.{first}.move", None, HOLDS)
+    if loop.setpoint.follows_pv:
+        b.mark(f"/moves.{first + len(moves)}.move", "setpoint.follows_pv", FOLLOWS)
+        moves.append({"move": f"{name}.PV", "to": f"{name}.SP", "when": f"{name}.Manual"})
+    return moves
 
 
 def _time(b: TargetBuilder, n: NextopidLoop) -> None:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.conversion.arithmetic import ZERO, dependent, product, quotient
 from pidcfg.conversion.same import Same, same, take
-from pidcfg.conversion.to_neutral.nextopid_network import blocks_and_signals
+from pidcfg.conversion.to_neutral.nextopid_network import blocks_and_signals, moves
 from pidcfg.conversion.to_neutral.nextopid_parameters import ParameterBuilder
 from pidcfg.conversion.to_neutral.nextopid_wires import Network
+from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, PidaReal
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
             take(b, b.item, b.item, FIELDS)
     if not any(b.loop.missing for b in builders):
         blocks_and_signals(network, builders)
+        moves(network, builders)
     return [b.loop for b in builders]
 
 
@@ -244,7 +246,11 @@ def _connections(b: ParameterBuilder, item: PidaReal) -> None:
     if getattr(item, "AutoTune", False):
         b.drop_parameter("AutoTune", "start the auto-tuning as the target does it")
     for key, value in dict(getattr(item, "AutoTuneParam", None) or {}).items():
-        b.drop(f"AutoTuneParam.{key}", value, "set up the auto-tuning of the target")
+        b.drop(
+            f"AutoTuneParam.{key}",
+            value.text if isinstance(value, Wire) else value,
+            "set up the auto-tuning of the target",
+        )
 
 
 FIELDS: Table[ParameterBuilder, PidaReal] = (

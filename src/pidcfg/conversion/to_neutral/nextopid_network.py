@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.nextopid.bumpless import bumpless_moves
+from pidcfg.schemas.iec import Wire
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.conversion.builder import NeutralBuilder
     from pidcfg.conversion.to_neutral.nextopid_wires import Network
+    from pidcfg.schemas.nextopid import Move
 
 TERMS = ("SP", "PV", "Kp", "Ti_Ki", "Td_Kd", "Tfd", "ManualMV", "DeadBand")
 ENDS = ("MaxVarMV", "MaxMV", "MinMV", "MaxPV", "MinPV")
@@ -37,6 +41,46 @@ def blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> 
             owner = i if i >= network.first_loop else network.owner_of(i)
             note = f"read by {network.items[i].item.name}.{key}, which has no twin"
             builders[owner - network.first_loop].drop(f"signals.{name}", value, note)
+
+
+MOVED = "copy it in the program: "
+STAYS = "the output stays on the way to Manual; see operation.manual where the target's does not"
+
+
+def moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
+    """The moves of figure 16-1 go with their loops; every other one is dropped with the loop that it writes."""
+    known: set[int] = set()
+    for i, builder in zip(network.loops, builders, strict=True):
+        found = bumpless_moves(network.encoding, i)
+        if found.holds_mv is not None:
+            builder.loop.beside[f"moves.{found.holds_mv}"] = STAYS
+        if found.follows_pv is not None:
+            path = f"moves.{found.follows_pv}"
+            builder.put(path, _text(network, found.follows_pv), "setpoint.follows_pv", True)  # noqa: FBT003
+        known |= {number for number in found if number is not None}
+    for number, move in enumerate(network.config.moves):
+        if number not in known:
+            builders[_owner(network, move.to)].drop(f"moves.{number}", _text(network, number), MOVED + _when(move))
+
+
+def _owner(network: Network, name: str) -> int:
+    """The loop that a target is of, or that reads it; else the first."""
+    block = name.partition(".")[0]
+    owners = [i for i in network.loops if network.items[i].item.name == block]
+    if not owners and name in network.config.signals:
+        owners = [i for i, _ in network.readers(name) if i in network.loops]
+    return (owners or [network.first_loop])[0] - network.first_loop
+
+
+def _text(network: Network, number: int) -> str:
+    move = network.config.moves[number]
+    value = move.move.text if isinstance(move.move, Wire) else str(move.move).upper()
+    return f"{value} to {move.to}"
+
+
+def _when(move: Move) -> str:
+    when = move.when.text if isinstance(move.when, Wire) else "never"
+    return "in every cycle" if move.when is True else f"when {when}"
 
 
 def _is_kept(network: Network, kept: set[int], i: int, key: str) -> bool:

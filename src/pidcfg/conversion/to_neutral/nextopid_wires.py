@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
@@ -12,6 +13,7 @@ from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.refs import Decision
 from pidcfg.schemas import expressions as ops
 from pidcfg.schemas.base import EXACT
+from pidcfg.schemas.conditions import CONDITIONAL
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import LowFilter, OnOff, PidaReal, Pwm
 
@@ -31,7 +33,8 @@ D292 = Decision(
     "MinMV and MaxMV of a loop are limits; the range of what reads MV is the only scale that the program shows, and "
     "the neutral link hands the output on in units of the slave's PV.",
 )
-OPERATIONS: dict[int, Callable[[Decimal, Decimal], Decimal]] = {
+OPERATIONS: dict[int, Callable[[Any, Any], Any]] = {
+    **{op: ops.TWO_OPERANDS[op] for op in CONDITIONAL - {ops.NOT}},
     ops.ADD: EXACT.add,
     ops.SUBTRACT: EXACT.subtract,
     ops.MULTIPLY: EXACT.multiply,
@@ -40,17 +43,24 @@ OPERATIONS: dict[int, Callable[[Decimal, Decimal], Decimal]] = {
     ops.MAXIMUM: max,
 }
 """Operators of two operands."""
-SIGNS: dict[int, Callable[[Decimal], Decimal]] = {ops.NEGATE: EXACT.minus, ops.ABSOLUTE: abs, ops.ROOT: EXACT.sqrt}
+SIGNS: dict[int, Callable[[Decimal], Decimal | bool]] = {
+    ops.NEGATE: EXACT.minus,
+    ops.ABSOLUTE: abs,
+    ops.ROOT: EXACT.sqrt,
+    ops.NOT: operator.not_,
+}
 """Operators of one operand."""
 
 
-def calculated(expression: Expression, of: Callable[[int], Decimal | None]) -> Decimal | None:
+def calculated(expression: Expression, of: Callable[[int], Decimal | bool | None]) -> Decimal | bool | None:
     """The value of an expression; None where a name has none, or the calculation none."""
-    stack: list[Decimal] = []
+    stack: list[Any] = []
     for i in range(0, len(expression.code), 2):
         op, operand = expression.code[i : i + 2]
         if op == ops.CONSTANT:
             stack.append(Decimal(repr(expression.constants[operand])))
+        elif op == ops.TRUTH:
+            stack.append(bool(operand))
         elif op == ops.SIGNAL:
             value = of(operand)
             if value is None:
@@ -66,7 +76,8 @@ def calculated(expression: Expression, of: Callable[[int], Decimal | None]) -> D
             if op == ops.DIVIDE and not right:
                 return None
             stack.append(OPERATIONS[op](left, right))
-    return stack.pop()
+    result: Decimal | bool = stack.pop()
+    return result
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +156,7 @@ class Network:
         if expression.signal is not None:
             return self._of(expression.signal, below)
         value = calculated(expression, lambda number: self._of(number, below))
-        return None if value is None else rounded(value)
+        return value if value is None or isinstance(value, bool) else rounded(value)
 
     def _of(self, number: int, seen: frozenset[tuple[int, str]]) -> Any:
         owner = self.layout.owner(number)

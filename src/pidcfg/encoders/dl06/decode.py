@@ -12,7 +12,7 @@ from pidcfg.encoders.blocks import LoopBlock
 from pidcfg.encoders.dl06.encode import LOOP_SIZE, OUTPUT_OFFSET, STATED
 from pidcfg.encoders.dl06.loop_reader import LoopReader
 from pidcfg.encoders.image import Decoded
-from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLES, SPACE, TABLE_POINTER
+from pidcfg.encoders.maps.dl06 import ERROR_FLAGS, LOOP_COUNT, LOOP_TABLES, SPACE, TABLE_POINTER
 from pidcfg.encoders.settings import default_name, read_settings
 from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError, bcd_digits
@@ -56,7 +56,9 @@ def decode(
         notes.append(f"{v_name(LOOP_COUNT)} is no BCD number: the PLC sets bit 2 of V7642 and calculates no loop (D53)")
     if "reset_decimals" not in stated and any(loop.block.word("reset") for loop in loops):
         notes.append("the reset words are read with 1 decimal (decision D01); --reset-decimals 2 reads them with two")
-    return Decoded(data, tuple(notes))
+    if flags := words.get(ERROR_FLAGS):
+        notes.append(f"{v_name(ERROR_FLAGS)} {flags:04X}: the PLC's error flags of the set-up are not carried over")
+    return Decoded(data, tuple(notes), (ERROR_FLAGS,))
 
 
 def _option(options: Mapping[str, Any], key: str, stored: int | None, title: str) -> int:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, read_operands, write_operands
+from pidcfg.encoders.dpide.symbol_table import merge_symbols
 from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, read_symbols, write_symbols
 from pidcfg.encoders.files import FileKind
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN_BY_AUTOTUNE
@@ -35,6 +36,7 @@ FORMATS = {
         read_symbols,
         lambda text: {name.lower() for name in COLUMNS[:3]} <= set(columns(text)),
         encoding=ENCODING,
+        merge=merge_symbols,
         carries_comments=False,
         whole=False,
     ),
@@ -61,9 +63,7 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
     else:
         cycles = ", ".join(f"{loop.name} {loop.CYCLE} ms" for loop in config.loops)
         items.append(f"call the instructions in every scan of a cyclic task; they wait for CYCLE themselves: {cycles}")
-    items.append(
-        "of a symbol table, compare the rows of REAL after the import; that ISPSoft takes them is not confirmed"
-    )
+    items.append("of a symbol table, compare the initial values of REAL after the import; known exports have 0 only")
     return tuple(items)
 
 

@@ -14,15 +14,16 @@ from pydantic import ConfigDict
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.mapping import file_data
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
+from pidcfg.encoders.nextopid.moves import entry_of
 from pidcfg.encoders.parameters import read
-from pidcfg.encoders.settings import read_settings
+from pidcfg.encoders.settings import RefusedError, read_settings
 from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
 from pidcfg.paths import put, steps
 from pidcfg.schemas.base import Integer, Model, Seconds, Text, plain_number
 from pidcfg.schemas.common import SectionSettings
 from pidcfg.schemas.iec import Identifier, Wire
-from pidcfg.schemas.nextopid import OutputText, Plc, PvText
+from pidcfg.schemas.nextopid import Move, OutputText, Plc, PvText
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -69,6 +70,8 @@ class PlcSettings(SectionSettings):
     """Interval of the task in s."""
     program: Identifier = "PidLoops"
     """Name of the program."""
+    moves: tuple[Move, ...] = ()
+    """What the program copies."""
 
 
 def decode(
@@ -90,12 +93,14 @@ def decode(
     data["plc"] = {"sample_time": plain_number(Decimal(time))}
     if plc_settings.program != Plc.model_fields["program"].default:
         data["plc"]["program"] = plc_settings.program
-    signals = {name: _plain(content) for name, content in words.items() if "." not in name}
+    signals = {name: _signal(content) for name, content in words.items() if "." not in name}
     data |= {"signals": signals} if signals else {}
     items = [read_item(entry, i) for i, entry in enumerate(settings)]
     for key in ("blocks", "loops"):
         entries = [_item(item, words, Decimal(time)) for item in items if (item.loop is None) == (key == "blocks")]
         data |= {key: entries} if entries or key == "loops" else {}
+    if plc_settings.moves:
+        data["moves"] = [entry_of(move) for move in plc_settings.moves]
     return Decoded(data)
 
 
@@ -106,7 +111,8 @@ def read_item(entry: Mapping[str, Any], number: int) -> ItemSettings:
         raise DecodeError(f"settings[{number}]: either 'loop' or 'block' names it")
     kind = BLOCK_TYPES.get(item.type)
     if kind is None or (item.loop is not None and kind.name not in LOOP_TYPES):
-        raise DecodeError(f"{item.name}: {item.type!r} is no {'controller' if item.loop else 'block'} of the library")
+        message = f"{item.name}: {item.type!r} is no {'controller' if item.loop else 'block'} of the library"
+        raise RefusedError(message, f"settings[{number}]", ("type",))
     return item
 
 
@@ -135,6 +141,13 @@ def _kept(kind: BlockType, name: str) -> str:
     if field is None or field.default is None:
         return "given"
     return REQUIRED if field.is_required() else ""
+
+
+def _signal(content: Content | Wire) -> bool | int | float | str:
+    """The first value of a signal as the file writes it, with its type where a number would be a REAL."""
+    if isinstance(content, int) and not isinstance(content, bool):
+        return f"INT#{content}"
+    return content if isinstance(content, str) else _plain(content)
 
 
 def _plain(content: Content | Wire) -> bool | int | float | str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.encoders.mapping import file_data
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.encoders.nextopid.moves import Copy, MoveError, entry_of, read_move
 from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
 from pidcfg.encoders.parameters import Entry, Parameter, Program, stored
 from pidcfg.encoders.regmap import Misfit
@@ -17,7 +18,7 @@ from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import steps, value_at
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.expressions import ExpressionError
-from pidcfg.schemas.iec import BOOL, REAL, Wire
+from pidcfg.schemas.iec import BOOL, REAL, Wire, signal_type
 from pidcfg.schemas.nextopid import Controller, Plc
 
 if TYPE_CHECKING:
@@ -84,6 +85,8 @@ class NextopidEncoding:
     """Interval of the task in s."""
     misfits: tuple[tuple[Path, Misfit], ...]
     rounded: tuple[tuple[Path, Rounded], ...] = ()
+    copies: tuple[Copy | None, ...] = ()
+    """The moves in the order of the file; None: one that means nothing."""
 
     @property
     def whole(self) -> bool:
@@ -107,7 +110,7 @@ class NextopidEncoding:
 def encode(config: NextopidFile) -> NextopidEncoding:
     """Every signal and parameter; what cannot be stored or wired is a misfit at its place."""
     items = placed(config)
-    types = {name: BOOL if isinstance(value, bool) else REAL for name, value in config.signals.items()}
+    types = {name: signal_type(value) for name, value in config.signals.items()}
     layout = Layout.of(types, [(block.item.name, block.kind) for block in items])
     misfits: list[tuple[Path, Misfit]] = []
     wires: Wires = {}
@@ -131,9 +134,11 @@ def encode(config: NextopidFile) -> NextopidEncoding:
                 )
             )
     misfits += _wires_to_itself(layout, wires, items)
+    copies, wrong = _copies(config, layout, entries)
+    misfits += wrong
     settings = tuple(_settings(block) for block in items)
     image = Program("nextopid", tuple(entries), settings, _plc_settings(config))
-    return NextopidEncoding(image, tuple(items), layout, wires, config.plc.sample_time, tuple(misfits))
+    return NextopidEncoding(image, tuple(items), layout, wires, config.plc.sample_time, tuple(misfits), copies=copies)
 
 
 def _wire(layout: Layout, wires: Wires, key: tuple[int, Parameter], wire: Wire) -> Misfit | None:
@@ -156,6 +161,26 @@ def _wires_to_itself(layout: Layout, wires: Wires, items: list[Placed]) -> Itera
                 cure = f"write what {full} is wired to in its place"
                 error = ExpressionError(f"{full} is wired itself and of the same call", max(text.find(full), 0), cure)
                 yield (*items[i].place, name), Misfit(name, instance.kind.table.row(name), text, WireError(error))
+
+
+def _copies(
+    config: NextopidFile, layout: Layout, entries: list[Entry]
+) -> tuple[tuple[Copy | None, ...], list[tuple[Path, Misfit]]]:
+    """The moves, and those that mean nothing."""
+    wired = {entry.address for entry in entries if isinstance(entry.raw, Wire)}
+    given = {entry.address for entry in entries}
+    copies: list[Copy | None] = []
+    misfits: list[tuple[Path, Misfit]] = []
+    for i, move in enumerate(config.moves):
+        try:
+            copies.append(read_move(layout, move, wired, given))
+        except MoveError as error:
+            copies.append(None)
+            written = getattr(move, error.key)
+            row = Parameter(error.key, BOOL if error.key == "when" else REAL)
+            text = written.text if isinstance(written, Wire) else str(written)
+            misfits.append((("moves", i, error.key), Misfit(error.key, row, text, WireError(error.error))))
+    return tuple(copies), misfits
 
 
 def _settings(block: Placed) -> dict[str, Any]:
@@ -181,6 +206,7 @@ def _plc_settings(config: NextopidFile) -> dict[str, Any]:
             "name": config.name,
             "description": config.description,
             "sample_time": plain_number(config.plc.sample_time),
+            "moves": [entry_of(move) for move in config.moves] or None,
             "program": None if program == Plc.model_fields["program"].default else program,
         }
     )

@@ -59,6 +59,8 @@ def checklist(config: NextopidFile) -> tuple[str, ...]:
     ]
     if outside:
         items.append(f"assign before the calls, since nothing is wired to them: {', '.join(outside)}")
-    if config.signals:
-        items.append(f"assign the signals from outside: {', '.join(config.signals)}")
+    written = {move.to for move in config.moves if move.when is True}
+    outside = [name for name in config.signals if name not in written]
+    if outside:
+        items.append(f"assign the signals from outside: {', '.join(outside)}")
     return tuple(items)

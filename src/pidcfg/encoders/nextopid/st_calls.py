@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
+from pidcfg.encoders.nextopid.st_branches import BRANCHES, Branches, Guarded
+from pidcfg.encoders.nextopid.st_foreign import Foreign
 from pidcfg.encoders.nextopid.st_lex import END, NAME, Token
 from pidcfg.encoders.nextopid.st_parse import ENDS, Statement, arguments, chain
 from pidcfg.encoders.nextopid.st_scope import LIBRARY
@@ -24,7 +26,9 @@ if TYPE_CHECKING:
     from pidcfg.encoders.nextopid.st_scope import Item, Scope
     from pidcfg.encoders.parameters import Parameter
 
-JUMPS = frozenset(("RETURN", "JMP"))
+STRUCTURE = "AutoTuneParam"
+RESULTS = ("AutoTuneResult", "ErrBits", "WarnBits")
+"""Outputs that are structures."""
 
 
 class Assignment(NamedTuple):
@@ -34,6 +38,8 @@ class Assignment(NamedTuple):
     row: Parameter
     tokens: tuple[Token, ...]
     turn: int
+    place: Guarded | None = None
+    """The statement, where it is one of its own before the call."""
 
 
 @dataclass(slots=True)
@@ -43,18 +49,30 @@ class Calls:
     scope: Scope
     assignments: dict[tuple[str, str], Assignment] = field(default_factory=dict)
     turns: int = 0
-    foreign: list[int] = field(default_factory=list)
-    """Lines of statements that are skipped."""
+    left: Foreign = field(init=False)
+    """Statements that are left out."""
     gates: list[tuple[Item, Token]] = field(default_factory=list)
     """Loops that are not called in every cycle, each with its cycle counter."""
     counts: dict[str, int] = field(default_factory=dict)
+    branches: Branches = field(init=False)
+    """Assignments that may be moves."""
+    reads: dict[str, set[str]] = field(default_factory=dict)
+    """What the wires of each block read."""
+
+    def __post_init__(self) -> None:
+        self.left = Foreign(self.scope)
+        self.branches = Branches(lambda: self.turns, self.left.pass_over)
 
     def take(self, statement: Statement) -> None:
         """The next statement."""
         tokens = statement.tokens
         if tokens[0].kind == NAME and tokens[0].upper in ENDS:
-            if not self._counted_call(tokens):
-                self._pass_over(tokens)
+            if self._counted_call(tokens):
+                return
+            if tokens[0].upper in BRANCHES:
+                self.branches.take(tokens)
+            else:
+                self.left.pass_over(tokens)
             return
         parts = chain(tokens)
         behind = tokens[2 * len(parts) - 1 :] if parts else tokens
@@ -63,14 +81,14 @@ class Calls:
         elif parts and behind[0].text == "(":
             self._call(parts, behind[:-1], tokens)
         else:
-            self._pass_over(tokens)
+            self.left.pass_over(tokens)
 
     # --- calls -------------------------------------------------------------------------------------------------------
 
     def _call(self, parts: tuple[Token, ...], inside: Sequence[Token], tokens: tuple[Token, ...]) -> None:
         item, kind = self.scope.instance(parts[0].upper), LIBRARY.get(parts[0].upper)
         if len(parts) > 1 or (item is None and kind is None):
-            self._pass_over(tokens)
+            self.left.pass_over(tokens)
             return
         inputs = arguments(inside, parts[0].text)
         if item is None:
@@ -84,6 +102,8 @@ class Calls:
                 raise argument.name.error(f"{item.name} is called on a condition; a configuration has none")
             if argument.sign == "=>":
                 self._set_alias(item, argument)
+            elif argument.name.upper == STRUCTURE.upper() and self._set_structure(item, argument):
+                continue
             else:
                 self._set_input(item, (argument.name,), argument.value)
         item.place, item.turn = parts[0], self.turns
@@ -107,15 +127,30 @@ class Calls:
 
     def _set_alias(self, item: Item, argument: Argument) -> None:
         """An output is copied to a variable, which from then on is an alias of it."""
-        row = self.scope.row(item, (argument.name,), "output")
         target = argument.value[0]
+        prefix = next((name for name in RESULTS if name.upper() == argument.name.upper), "")
+        if prefix and len(argument.value) == 1 and target.upper in self.scope.variables:
+            self.scope.structures[target.upper] = (item, argument.name)
+            return
+        row = self.scope.row(item, (argument.name,), "output")
         if len(argument.value) != 1 or target.upper not in self.scope.variables or target.upper in self.scope.items:
-            self._pass_over(argument.value)
+            self.left.pass_over(argument.value)
             return
         before = self.scope.aliases.get(target.upper)
         if before is not None and (before[0].name, before[1].name) != (item.name, row.name):
             raise target.error(f"{target.text} stands for {before[0].name}.{before[1].name} already")
         self.scope.aliases[target.upper] = (item, row)
+
+    def _set_structure(self, item: Item, argument: Argument) -> bool:
+        """AutoTuneParam from a variable: its members are those that the variable begins with."""
+        declared = self.scope.variables.get(argument.value[0].upper) if len(argument.value) == 1 else None
+        if declared is None or not isinstance(declared.initial, dict):
+            return False
+        for member in declared.initial.values():
+            if not isinstance(member.value, dict):
+                self._set_input(item, (argument.name, member.name), member.value)
+        self.scope.structures[declared.name.upper] = (item, argument.name)
+        return True
 
     def _set_input(self, item: Item, parts: tuple[Token, ...], value: tuple[Token, ...]) -> None:
         """An input gets a value, by an argument or an assignment; once, and before the call."""
@@ -134,7 +169,7 @@ class Calls:
     def _assign(self, parts: tuple[Token, ...], value: tuple[Token, ...], tokens: tuple[Token, ...]) -> None:
         item = self.scope.instance(parts[0].upper)
         if item is not None and len(parts) > 1:
-            self._set_input(item, parts[1:], value)
+            self._assign_input(item, parts, value)
             return
         alias = self.scope.aliases.get(parts[0].upper)
         if alias and len(parts) == 1 and alias[1].access == "input":
@@ -142,22 +177,38 @@ class Calls:
             return
         if len(parts) == 1 and self._counting(parts[0], value):
             return
-        self._pass_over(tokens)
+        if len(parts) == 1 and not alias and item is None:
+            self.branches.take(tokens)
+            return
+        self.left.pass_over(tokens)
+
+    def _assign_input(self, item: Item, parts: tuple[Token, ...], value: tuple[Token, ...]) -> None:
+        """An input of an instance is assigned: a wire before its call, where nothing else assigns it; else a move."""
+        row = self.scope.row(item, parts[1:], "input")
+        if item.called:
+            self.branches.found.append(Guarded(parts, value, (), len(self.branches.found), self.turns))
+            return
+        self._set_input(item, parts[1:], value)
+        place = Guarded(parts, value, (), len(self.branches.found) - 0.5, self.turns)
+        self.assignments[item.name, row.name] = self.assignments[item.name, row.name]._replace(place=place)
 
     def _counted_call(self, tokens: tuple[Token, ...]) -> bool:
         """``IF counter = 0 THEN loop(…); END_IF``: the call of a loop in every n-th cycle."""
         if [token.upper for token in (tokens[0], *tokens[2:5])] != ["IF", "=", "0", "THEN"]:
             return False
         loop = self.scope.instance(tokens[5].upper)
-        inner = tokens[5:-2]
         counter = self.scope.variables.get(tokens[1].upper)
-        if loop is None or counter is None or counter.type_name not in INTEGERS or tokens[6].text != "(":
+        inner = _parted(tokens[5:-2])
+        if loop is None or counter is None or counter.type_name not in INTEGERS or not inner:
             return False
-        if inner[-1].text != ";" or any(token.text == ";" for token in inner[:-1]) or tokens[1].upper in self.counts:
+        if any(statement[0].upper != loop.name.upper() for statement in inner) or tokens[1].upper in self.counts:
+            return False
+        if inner[-1][1].text != "(" or any(statement[1].text != "." for statement in inner[:-1]):
             return False
         if isinstance(counter.initial, dict) or [token.text for token in counter.initial or ()] not in ([], ["0"]):
             raise counter.name.error(f"{counter.name.text} counts the cycles of {loop.name}, and must begin with 0")
-        self.take(Statement((*inner[:-1], tokens[-1])))
+        for statement in inner:
+            self.take(Statement((*statement, tokens[-1])))
         self.gates.append((loop, tokens[1]))
         return True
 
@@ -171,6 +222,32 @@ class Calls:
             return False
         self.counts[counter.upper] = cycles
         return True
+
+    def reads_of(self, item: Item) -> set[str]:
+        """What the wires of a block read."""
+        return self.reads.get(item.name, set())
+
+    def settle_inputs(self) -> None:
+        """Inputs that are assigned more than once: all of that are moves; refuses what a call writes over."""
+        for guarded in [*self.branches.found]:
+            item = self.scope.instance(guarded.target[0].upper)
+            if item is None or len(guarded.target) < 2:
+                continue
+            row = self.scope.row(item, guarded.target[1:], "input")
+            other = self.assignments.get((item.name, row.name))
+            if other is not None and other.place is None:
+                line = other.tokens[0].line
+                message = f"{item.name}.{row.name} is an argument of the call in line {line}, which writes over this"
+                raise guarded.target[0].error(message)
+            if other is not None and other.place is not None:
+                self.branches.found.append(other.place)
+                del self.assignments[item.name, row.name]
+
+    def pass_over(self, guarded: Guarded) -> None:
+        """An assignment that does not concern the blocks."""
+        end = guarded.value[-1]
+        inside = (Token("sign", ":=", guarded.line, end.column), *guarded.value)
+        self.left.pass_over((*guarded.target, *inside, Token(END, "", end.line, end.column)))
 
     @property
     def counters(self) -> set[str]:
@@ -196,38 +273,17 @@ class Calls:
                 message = f"{item.name} is called in every {item.cycles} cycles of {task} s, not of {time} s together"
                 raise item.place.error(message)
 
-    # --- the rest ----------------------------------------------------------------------------------------------------
 
-    def _pass_over(self, tokens: Sequence[Token]) -> None:
-        """Skips a statement that does not concern the library, but remembers the variables that it assigns."""
-        if tokens[0].line not in self.foreign[-1:]:
-            self.foreign.append(tokens[0].line)
-        depth, padded = 0, (*tokens, *(Token(END, "", token.line, token.column) for token in [tokens[-1]] * 3))
-        for at, token in enumerate(tokens):
-            before = tokens[at - 1].text if at else ""
-            depth += (token.text == "(") - (token.text == ")")
-            if token.kind != NAME or before == ".":
-                continue
-            parts = chain(padded, at)
-            follows = padded[at + 2 * len(parts) - 1].text
-            self._refuse(token, parts, follows, depth)
-            if (follows == ":=" and depth == 0) or before == "=>":
-                self.scope.assigned.setdefault(token.upper, token)
-
-    def _refuse(self, token: Token, parts: tuple[Token, ...], follows: str, depth: int) -> None:
-        """Refuses jumps, and other uses of a block inside a skipped statement."""
-        kind, item = LIBRARY.get(token.upper), self.scope.instance(token.upper)
-        if token.upper in JUMPS:
-            raise token.error(f"{token.text}: what stands behind is not always executed")
-        if kind is not None and kind.function and follows == "(":
-            raise token.error(f"{token.text} is called inside another statement")
-        if item is None:
-            return
-        if len(parts) == 1:
-            what = "is called" if follows == "(" else "is used as a whole"
-            raise token.error(f"{item.name} {what} inside another statement")
-        if follows == ":=" and depth == 0:
-            raise token.error(f"a parameter of {item.name} is assigned inside another statement")
+def _parted(tokens: Sequence[Token]) -> list[tuple[Token, ...]]:
+    """Statements that each end with a semicolon; none where something else is among them."""
+    parts: list[tuple[Token, ...]] = []
+    start = 0
+    for at, token in enumerate(tokens):
+        if token.text == ";":
+            parts.append(tuple(tokens[start:at]))
+            start = at + 1
+    plain = start == len(tokens) and all(len(part) > 1 and part[0].upper not in ENDS for part in parts)
+    return parts if plain else []
 
 
 def _seconds(value: object) -> Decimal | None:

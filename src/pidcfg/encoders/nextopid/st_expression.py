@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.schemas.base import LOOKS_BOOLEAN
+from pidcfg.schemas.conditions import COMPARISONS, EQUALITIES, JOINTS, TRUTHS
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
     ADD,
@@ -20,18 +21,29 @@ from pidcfg.schemas.expressions import (
     MINIMUM,
     MULTIPLY,
     NEGATE,
+    NOT,
     ROOT,
     SIGNAL,
     SUBTRACT,
+    TRUTH,
 )
 from pidcfg.schemas.iec import is_numeric
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-SUM, PRODUCT, SIGN, ATOM = range(4)
-"""How tightly a text binds."""
-OPERATORS = {ADD: ("+", SUM), SUBTRACT: ("-", SUM), MULTIPLY: ("*", PRODUCT), DIVIDE: ("/", PRODUCT)}
+EQUALITY, COMPARISON, SUM, PRODUCT, SIGN, ATOM = range(len(JOINTS), len(JOINTS) + 6)
+"""How tightly a text binds; what words join binds less."""
+OPERATORS = {
+    **{op: (word, rank) for rank, level in enumerate(JOINTS) for word, op in level.items()},
+    **{op: (sign, EQUALITY) for sign, op in EQUALITIES.items()},
+    **{op: (sign, COMPARISON) for sign, op in COMPARISONS.items()},
+    ADD: ("+", SUM),
+    SUBTRACT: ("-", SUM),
+    MULTIPLY: ("*", PRODUCT),
+    DIVIDE: ("/", PRODUCT),
+}
+WORDS_OF_TRUTH = {value: word for word, value in TRUTHS.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,8 +96,10 @@ def printed(code: Sequence[int], constants: Sequence[float], name: Callable[[int
             stack.append(Piece(dialect.number(constants[operand]), ATOM))
         elif op == SIGNAL:
             stack.append(Piece(name(operand), ATOM))
-        elif op == NEGATE:
-            stack.append(Piece(f"-{_atom(stack.pop())}", SIGN))
+        elif op == TRUTH:
+            stack.append(Piece(WORDS_OF_TRUTH[operand], ATOM))
+        elif op in (NEGATE, NOT):
+            stack.append(Piece(f"{'-' if op == NEGATE else 'NOT '}{_atom(stack.pop())}", SIGN))
         elif op in (ABSOLUTE, ROOT):
             stack.append(_call(op, (stack.pop().text,), dialect))
         else:
@@ -96,8 +110,8 @@ def printed(code: Sequence[int], constants: Sequence[float], name: Callable[[int
 
 
 def is_number(code: Sequence[int]) -> bool:
-    """Whether an expression is a number with or without signs, and nothing else."""
-    return set(code[::2]) <= {CONSTANT, NEGATE}
+    """Whether an expression is a number with or without signs or a truth, and nothing else."""
+    return set(code[::2]) <= {CONSTANT, NEGATE, TRUTH}
 
 
 def _pair(op: int, left: Piece, right: Piece, dialect: Dialect) -> Piece:
@@ -105,7 +119,8 @@ def _pair(op: int, left: Piece, right: Piece, dialect: Dialect) -> Piece:
         sign, rank = OPERATORS[op]
         first = left.text if left.rank >= rank else f"({left.text})"
         second = right.text if right.rank > rank and not right.text.startswith("-") else f"({right.text})"
-        return Piece(f"{first}{dialect.space}{sign}{dialect.space}{second}", rank)
+        space = " " if sign.isalpha() else dialect.space
+        return Piece(f"{first}{space}{sign}{space}{second}", rank)
     if left.op == op and len(left.arguments) < dialect.most_arguments[op]:
         return _call(op, (*left.arguments, right.text), dialect)
     return _call(op, (left.text, right.text), dialect)

@@ -10,24 +10,35 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.encoders.nextopid.moves import MoveError, read_moves
 from pidcfg.encoders.nextopid.wiring import Layout, Wires
 from pidcfg.schemas.expressions import ExpressionError
 from pidcfg.schemas.iec import AUTOTUNE_MODE, Wire
-from pidcfg.schemas.nextopid import Plc
+from pidcfg.schemas.nextopid import Move, Plc
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.maps.nextopid import BlockType
+    from pidcfg.encoders.nextopid.moves import Copy
     from pidcfg.encoders.nextopid.wiring import Instance
     from pidcfg.encoders.parameters import Content, Entry, Parameter, Program
     from pidcfg.schemas.iec import IecType
 
-CONVERSIONS = ("INT_TO_REAL", "UINT_TO_REAL", "USINT_TO_REAL", "DINT_TO_REAL", "REAL_TO_INT")
+CONVERSIONS = (
+    "INT_TO_REAL",
+    "UINT_TO_REAL",
+    "USINT_TO_REAL",
+    "DINT_TO_REAL",
+    "TIME_TO_REAL",
+    "REAL_TO_INT",
+    "REAL_TO_UINT",
+)
 RESERVED = frozenset(name.upper() for name in (*BLOCK_TYPES, *CONVERSIONS, AUTOTUNE_MODE.name, *AUTOTUNE_MODE.words))
 """Names that a variable cannot have, in capitals: IEC 61131-3 ignores case."""
 UINT_CYCLES = 0xFFFF
@@ -88,6 +99,16 @@ class Unit:
         return wires
 
     @cached_property
+    def copies(self) -> list[Copy]:
+        """What the program copies, in order."""
+        wired = {cell.address for cell in self.image.cells if isinstance(cell.raw, Wire)}
+        moves = [Move.model_validate(entry) for entry in self.image.plc.get("moves", ())]
+        try:
+            return read_moves(self.layout, moves, wired, self.cells)
+        except MoveError as error:
+            raise UnwritableError(f"moves: {error}") from None
+
+    @cached_property
     def order(self) -> list[int]:
         """Instances in the order of execution."""
         return self.layout.order(self.wires)
@@ -129,8 +150,9 @@ class Unit:
 
     @cached_property
     def read(self) -> frozenset[int]:
-        """Numbers of all that some wire reads."""
-        return frozenset(number for wire in self.wires.values() for number in wire.signals)
+        """Numbers of all that some wire or move reads."""
+        moved = (part.signals for copy in self.copies for part in (copy.value, copy.when) if part is not None)
+        return frozenset(chain.from_iterable((*(wire.signals for wire in self.wires.values()), *moved)))
 
     def type_of(self, number: int) -> IecType:
         """The type of a value."""

@@ -8,12 +8,14 @@ from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.st_calls import Calls
 from pidcfg.encoders.nextopid.st_expression import wire_text
+from pidcfg.encoders.nextopid.st_moves import Moves
 from pidcfg.encoders.nextopid.st_parse import parse_st
-from pidcfg.encoders.nextopid.st_scope import Scope, can_wire, check_name
-from pidcfg.encoders.nextopid.st_values import Wiring, content_of
+from pidcfg.encoders.nextopid.st_scope import SIGNAL_TYPES, Scope, can_wire, check_name
+from pidcfg.encoders.nextopid.st_values import content_of
+from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.nextopid.wiring import Layout
 from pidcfg.schemas.expressions import MAX_LENGTH, ExpressionError
-from pidcfg.schemas.iec import BOOL, REAL, Wire
+from pidcfg.schemas.iec import REAL, Wire
 from pidcfg.schemas.nextopid import Plc
 
 if TYPE_CHECKING:
@@ -41,10 +43,12 @@ def read_source(source: Source) -> Listing:
     calls = Calls(scope)
     for statement in source.statements:
         calls.take(statement)
+    calls.settle_inputs()
     reader = _Reader(scope, calls, listing)
     reader.initial_values()
     reader.call_values()
     calls.sample_times(listing.plc)
+    moves = Moves(scope, calls, everything=described).read()
     signals = list(scope.signals(everything=described))
     words, lines = listing.words, listing.lines
     listing.words, listing.lines, listing.shown = {}, {}, {}
@@ -52,6 +56,8 @@ def read_source(source: Source) -> Listing:
         listing.add(signal.name.text, _first_value(signal), signal.name.text, signal.name.line, signal.name.column)
     for name, value in words.items():
         listing.add(name, value, name, lines[name])
+    if moves:
+        listing.plc = {**listing.plc, "moves": moves}
     if source.program is not None:
         listing.plc = _with_program(listing.plc, source.program)
     listing.settings = tuple(item.entry for item in scope.items.values())
@@ -83,7 +89,7 @@ def _with_program(plc: Mapping[str, Any], program: Token) -> dict[str, Any]:
 
 def _first_value(signal: Declaration) -> Content:
     """What a signal begins with."""
-    kind = BOOL if signal.type_name == "BOOL" else REAL
+    kind = SIGNAL_TYPES.get(signal.type_name, REAL)
     if signal.initial is None:
         return kind.default
     value = (
@@ -141,24 +147,19 @@ class _Reader:
     def call_values(self) -> None:
         """Arguments and assignments."""
         for assignment in self.calls.assignments.values():
-            item, row, tokens, _ = assignment
+            item, row, tokens = assignment[:3]
             full = f"{item.name}.{row.name}"
             content = content_of(tokens, row.type, full)
             if content is None:
-                field = item.kind.model.model_fields.get(row.name)
-                if field is None or not can_wire(field.annotation):
+                if not can_wire(item.kind.model, row.name):
                     raise tokens[0].error(f"{full} takes a literal, and cannot be wired")
                 self.places[item.name, row.name] = assignment
-            value = self._wire(row, tokens) if content is None else content
+            value = self._wire(item, row, tokens) if content is None else content
             self.listing.add(full, value, full, tokens[0].line, tokens[0].column)
 
-    def _wire(self, row: Parameter, tokens: tuple[Token, ...]) -> Wire:
-        if row.type is BOOL:
-            names = tokens[::2]
-            if len(names) * 2 - 1 != len(tokens) or any(token.text != "." for token in tokens[1::2]):
-                raise tokens[0].error(f"a BOOL is wired by the name of another BOOL; {row.name} is not")
-            return Wire(self.scope.resolve(names)[0])
+    def _wire(self, item: Item, row: Parameter, tokens: tuple[Token, ...]) -> Wire:
         wiring = Wiring.read(tokens, row.type, self.scope.resolve)
+        self.calls.reads.setdefault(item.name, set()).update(wiring.names)
         return Wire(wire_text(wiring.code, wiring.constants, wiring.names.__getitem__, MAX_LENGTH))
 
     # --- order -------------------------------------------------------------------------------------------------------
@@ -166,7 +167,7 @@ class _Reader:
     def notes(self, signals: list[Declaration]) -> Iterator[str]:
         """What was passed over, and what will be executed in another order; checks every wire."""
         layout = Layout.of(
-            {signal.name.text: BOOL if signal.type_name == "BOOL" else REAL for signal in signals},
+            {signal.name.text: SIGNAL_TYPES.get(signal.type_name, REAL) for signal in signals},
             [(item.name, item.kind) for item in self._in_order()],
         )
         wires: Wires = {}
@@ -179,14 +180,15 @@ class _Reader:
                 raise assignment.tokens[0].error(f"{name}.{row}: {error.message}") from None
         yield from self._missing_calls()
         yield from self._other_order(layout, wires)
-        if self.calls.foreign:
-            lines = few([str(line) for line in self.calls.foreign])
+        if self.calls.left.lines:
+            lines = few([str(line) for line in sorted({*self.calls.left.lines})])
             yield f"statements that are not about blocks of the library are left out: lines {lines}"
-        used = {signal.name.upper for signal in signals} | {*self.scope.items} | {*self.scope.aliases}
+        used = {*self.scope.items, *self.scope.aliases, *self.scope.structures}
+        used |= {signal.name.upper for signal in signals}
         left = [d.name.text for upper, d in self.scope.variables.items() if upper not in used | self.calls.counters]
         if left:
             yield f"variables that no block reads are left out: {few(left)}"
-        whole = [d.name.text for d in signals if d.type_name not in {"BOOL", "REAL"}]
+        whole = [d.name.text for d in signals if d.type_name not in SIGNAL_TYPES]
         if whole:
             yield f"these variables are not REAL in the program, and are REAL signals here: {few(whole)}"
 

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 from pidcfg.encoders.listing import Listing, ListingError, load_json
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
 from pidcfg.encoders.nextopid.st_values import INTEGERS, REALS
-from pidcfg.schemas.iec import BOOL, INT, REAL, Wire, parse_identifier
+from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, Wire, parse_identifier
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from pidcfg.schemas.iec import IecType
 
 LIBRARY = {name.upper(): kind for name, kind in BLOCK_TYPES.items()}
+SIGNAL_TYPES = {kind.name: kind for kind in (BOOL, REAL, INT, TIME)}
+"""Types that a signal of a configuration has; other numbers become REAL."""
 SETTINGS = re.compile(r"(plc|loop):\s*(?=\{)")
 """Beginning of a comment with settings that no parameter holds."""
 STANDS_FOR = re.compile(r"(\w+)\.(\w+)")
@@ -68,9 +70,16 @@ def settings_of(comments: Iterable[Comment], listing: Listing) -> list[Comment]:
     return places
 
 
-def can_wire(annotation: Any) -> bool:
-    """Whether a field takes an expression."""
-    return annotation is Wire or any(can_wire(inner) for inner in get_args(annotation))
+def can_wire(model: Any, name: str) -> bool:
+    """Whether a parameter takes an expression; ``name`` may be that of a structure's member."""
+    key, _, rest = name.partition(".")
+    field = getattr(model, "model_fields", {}).get(key)
+    inside = () if field is None else (field.annotation, *get_args(field.annotation))
+    return any(can_wire(inner, rest) if rest else _takes_wire(inner) for inner in inside)
+
+
+def _takes_wire(annotation: Any) -> bool:
+    return annotation is Wire or any(_takes_wire(inner) for inner in get_args(annotation))
 
 
 def check_name(name: str, line: int, column: int) -> None:
@@ -89,6 +98,8 @@ class Scope:
     items: dict[str, Item] = field(default_factory=dict)
     aliases: dict[str, tuple[Item, Parameter]] = field(default_factory=dict)
     """Variables that stand for an output, or for an input of a function."""
+    structures: dict[str, tuple[Item, Token]] = field(default_factory=dict)
+    """Variables that stand for an output which is a structure: the block, and the name of the output."""
     assigned: dict[str, Token] = field(default_factory=dict)
     """Variables that skipped statements assign."""
     used: set[str] = field(default_factory=set)
@@ -189,6 +200,10 @@ class Scope:
             item, row = self.aliases[first.upper]
             self._refuse_assigned(first)
             return f"{item.name}.{row.name}", row.type
+        if first.upper in self.structures and len(parts) > 1:
+            item, prefix = self.structures[first.upper]
+            row = self.row(item, (prefix, *parts[1:]))
+            return f"{item.name}.{row.name}", row.type
         declared = self.variables.get(first.upper)
         if item is not None or declared is None or len(parts) > 1:
             near = nearest(first.upper, [*self.variables])
@@ -206,17 +221,15 @@ class Scope:
 
     def _signal(self, declared: Declaration) -> tuple[str, IecType]:
         name, kind = declared.name, declared.type_name
-        if kind not in {"BOOL", *REALS, *INTEGERS}:
-            raise name.error(f"{name.text} is read by a block, and is neither a number nor a BOOL")
+        if kind not in {*SIGNAL_TYPES, *REALS, *INTEGERS}:
+            raise name.error(f"{name.text} is read by a block, and is neither a number nor a TIME nor a BOOL")
         check_name(name.text, name.line, name.column)
         self.used.add(name.upper)
-        return name.text, BOOL if kind == "BOOL" else REAL if kind in REALS else INT
+        return name.text, SIGNAL_TYPES.get(kind, REAL if kind in REALS else INT)
 
     def signals(self, *, everything: bool) -> Iterator[Declaration]:
         """Variables that come from outside: those that wires read, or all of a fitting type."""
         for upper, declaration in self.variables.items():
-            fits = (
-                declaration.type_name in {"BOOL", "REAL"} and upper not in self.aliases and upper not in self.assigned
-            )
+            fits = declaration.type_name in SIGNAL_TYPES and upper not in self.aliases and upper not in self.assigned
             if upper in self.used or (everything and fits):
                 yield declaration

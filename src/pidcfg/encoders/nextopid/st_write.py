@@ -9,12 +9,13 @@ from pidcfg.control_characters import CONTROL
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.encoders.nextopid.st_expression import ST, depth, is_number, printed, st_real
 from pidcfg.encoders.nextopid.st_program import Unit
-from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.iec import BOOL, Wire
 from pidcfg.writer import json_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from pidcfg.encoders.nextopid.moves import Copy
     from pidcfg.encoders.nextopid.st_program import Variable
     from pidcfg.encoders.nextopid.wiring import Instance
     from pidcfg.encoders.parameters import Content, Parameter, Program
@@ -48,7 +49,7 @@ def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
     yield "NextoPID: declarations, and calls in the order of execution"
     for item in checklist:
         yield f"check after the download: {COMMENT_MARKS.sub(lambda sign: f'{sign.group()} ', BLANKS.sub(' ', item))}"
-    yield f"plc: {_json(image.plc)}"
+    yield f"plc: {_json({key: value for key, value in image.plc.items() if key != 'moves'})}"
     for entry in image.settings:
         yield f"loop: {_json(entry)}"
 
@@ -64,6 +65,8 @@ def literal(kind: IecType, content: Content) -> str:
         return "TRUE" if content else "FALSE"
     if kind.kind == "word":
         return f"{kind.name}.{content}"
+    if kind.kind == "time":
+        return str(content)
     return st_real(float(content)) if kind.kind == "real" else str(int(content))
 
 
@@ -102,6 +105,43 @@ def wrapped(start: str, parts: list[str], end: str) -> list[str]:
 
 
 def statements(unit: Unit) -> Iterator[str]:
+    """The calls, between what is copied before them and behind them."""
+    yield from copies(unit, [copy for copy in unit.copies if copy.at_start])
+    yield from calls(unit)
+    yield from copies(unit, [copy for copy in unit.copies if not copy.at_start])
+
+
+def copies(unit: Unit, listed: list[Copy]) -> Iterator[str]:
+    """Assignments, those of one condition together as long as none of them changes it."""
+    at = 0
+    while at < len(listed):
+        when, end = listed[at].when, at + 1
+        if when is None:
+            yield _assignment(unit, listed[at])
+            at = end
+            continue
+        while end < len(listed) and _goes_on(listed[end], when, listed[end - 1].target):
+            end += 1
+        yield f"IF {wired(unit, BOOL, when, 'moves')} THEN"
+        yield from (f"    {_assignment(unit, copy)}" for copy in listed[at:end])
+        yield "END_IF;"
+        at = end
+
+
+def _goes_on(copy: Copy, when: Expression, written: int) -> bool:
+    """Whether a copy has the condition of the one before it, which has not changed that."""
+    same = copy.when is not None and (copy.when.code, copy.when.constants) == (when.code, when.constants)
+    return same and written not in when.signals
+
+
+def _assignment(unit: Unit, copy: Copy) -> str:
+    name = unit.names[copy.target]
+    value = copy.literal
+    text = wired(unit, copy.type, copy.value, name) if value is None else literal(copy.type, value)
+    return f"{name} := {text};"
+
+
+def calls(unit: Unit) -> Iterator[str]:
     """The calls."""
     for i in unit.order:
         late = unit.previous(i)
@@ -127,6 +167,9 @@ def call(unit: Unit, i: int) -> Iterator[str]:
             arguments += [f"{row.name} => {name}"] if block.kind.function else []
             continue
         text = argument(unit, i, block, row)
+        if text is not None and "." in row.name:
+            yield f"{block.name}.{row.name} := {text};"  # a member of a structure cannot be an argument
+            continue
         if text is not None and block.kind.function and block.base + offset in unit.read:
             if (i, row.name) in unit.wires:
                 yield f"{name} := {text};"
@@ -150,16 +193,19 @@ def argument(unit: Unit, i: int, block: Instance, row: Parameter) -> str | None:
 
 def wired(unit: Unit, kind: IecType, wire: Expression, place: str) -> str:
     """A wire as a text of its type."""
-    if kind.kind == "bool" or (wire.signal is not None and unit.type_of(wire.signal) == kind):
-        return unit.names[wire.signal or 0]
-    text = printed(wire.code, wire.constants, lambda number: _real(unit, number), ST)
+    if wire.signal is not None and unit.type_of(wire.signal) == kind:
+        return unit.names[wire.signal]
+    text = printed(wire.code, wire.constants, lambda number: _operand(unit, number), ST)
     if depth(text) > DEEPEST:
         raise UnwritableError(f"{place}: the expression is nested too deeply for Structured Text; split it")
-    if kind.kind == "real":
+    if kind.kind != "whole":
         return text
-    return f"REAL_TO_INT{text}" if is_number(wire.code) else f"REAL_TO_INT({text})"
+    return f"REAL_TO_{kind.name}{text}" if is_number(wire.code) else f"REAL_TO_{kind.name}({text})"
 
 
-def _real(unit: Unit, number: int) -> str:
-    kind = unit.type_of(number)
-    return unit.names[number] if kind.kind == "real" else f"{kind.name}_TO_REAL({unit.names[number]})"
+def _operand(unit: Unit, number: int) -> str:
+    """A name as an operand: numbers are REAL, and a TIME is its seconds."""
+    kind, name = unit.type_of(number), unit.names[number]
+    if kind.kind == "time":
+        return f"(TIME_TO_REAL({name}) / 1000.0)"
+    return f"{kind.name}_TO_REAL({name})" if kind.kind == "whole" else name

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
 from pidcfg.refs import Decision
-from pidcfg.schemas.expressions import SIGNAL, Expression, ExpressionError, lengths_of, never_a_value, parse
+from pidcfg.schemas.conditions import KINDS, TRUTHS, Typed
+from pidcfg.schemas.expressions import SIGNAL, Expression, ExpressionError, lengths_of, never_a_value
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
@@ -110,6 +111,11 @@ class Layout:
         return {number: name for name, number in self.numbers.items()}
 
     @cached_property
+    def kinds(self) -> dict[int, IecType]:
+        """The type of every number."""
+        return {number: self.types[name] for name, number in self.numbers.items()}
+
+    @cached_property
     def _lengths(self) -> list[int]:
         return lengths_of(self.numbers)
 
@@ -123,29 +129,31 @@ class Layout:
 
     def read(self, kind: IecType, text: str) -> Expression:
         """What a wire to a parameter of this type means; raises `ExpressionError` at its character."""
-        if kind.kind == "bool":
-            return self._read_bool(text)
-        expression = parse(text, self.numbers, self._lengths)
+        if text in self.types:
+            return self._read_name(kind, text)
+        wanted = KINDS[kind.kind]
+        if NAMED.fullmatch(text) and wanted == "bool" and text.upper() not in TRUTHS:
+            near = nearest(text, [name for name, of in self.types.items() if of.kind == "bool"])
+            cure = f"did you mean {near!r}?" if near else "wire the name of a BOOL, or a condition such as PV < 4.0"
+            raise ExpressionError(f"{text!r} is no declared BOOL", 0, cure)
+        parser = Typed(text, self.numbers, self._lengths, types=self.kinds.__getitem__)
+        expression = parser.read()
+        parser.expect(parser.operands[-1], wanted)
         fault = never_a_value(expression)
         if fault is not None:
             raise ExpressionError(f"{fault}: {text!r} has no value", 0, "correct the numbers")
-        names = [self._names[number] for number in expression.signals]
-        wrong = {name for name in names if self.types[name].kind not in {"real", "whole"}}
-        for match in NAMED.finditer(text):
-            if match.group() in wrong:
-                message = f"{match.group()} is {self.types[match.group()].name}; numbers are wanted"
-                raise ExpressionError(message, match.start(), "wire a REAL or an INT")
         return expression
 
-    def _read_bool(self, text: str) -> Expression:
-        kind = self.types.get(text)
-        if kind is None:
-            near = nearest(text, [name for name, of in self.types.items() if of.kind == "bool"])
-            cure = f"did you mean {near!r}?" if near else "a BOOL is wired by the name of another BOOL, nothing else"
-            raise ExpressionError(f"{text!r} is no declared BOOL", 0, cure)
-        if kind.kind != "bool":
-            raise ExpressionError(f"{text} is {kind.name}; a BOOL is wanted", 0, "wire the name of a BOOL")
-        return Expression(text, (SIGNAL, self.numbers[text]), (), frozenset((self.numbers[text],)), 1)
+    def _read_name(self, kind: IecType, name: str) -> Expression:
+        """A wire that is nothing but a name."""
+        found = self.types[name]
+        if KINDS.get(found.kind) != KINDS[kind.kind]:
+            wanted, cure = ("a BOOL is wanted", "compare it, as in PV < 4.0")
+            if kind.kind != "bool":
+                wanted, cure = "numbers are wanted", "wire a REAL or an INT"
+            raise ExpressionError(f"{name} is {found.name}; {wanted}", 0, cure)
+        number = self.numbers[name]
+        return Expression(name, (SIGNAL, number), (), frozenset((number,)), 1)
 
     # --- order -------------------------------------------------------------------------------------------------------
 

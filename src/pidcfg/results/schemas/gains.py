@@ -16,6 +16,8 @@ from pidcfg.tuning.rules import METHODS
 from pidcfg.vendors import VENDORS
 
 PROCESS = ("gain", "time_constant", "dead_time", "closed_loop", "sample_time", "ultimate_gain", "ultimate_period")
+SURENESS = ("model", "fit", "confidence")
+MODELS = ("first-order", "integrating")
 
 
 def schema() -> Schema:
@@ -28,7 +30,7 @@ def schema() -> Schema:
         title=text("The rule in words."),
         form=text("The controller.", "P", "PI", "PID"),
         basis=text("The manual's place or the decision."),
-        process=record("What was given or identified.", PROCESS, **{key: number("As given.") for key in PROCESS}),
+        process=process(),
         gain=number("Output units per PV unit."),
         integral_time=or_null(number("In s; null: no integral term.")),
         derivative_time=number("In s."),
@@ -45,18 +47,44 @@ def schema() -> Schema:
     )
 
 
+def process() -> Schema:
+    """The numbers that the rule had, and of an identified process how sure they are."""
+    return record(
+        "What was given or identified; an integrator has no time constant.",
+        (*PROCESS, *SURENESS),
+        **{key: number("As given or identified.") for key in PROCESS},
+        model=text("The kind of process, with --from-csv.", *MODELS),
+        fit=number("What the model explains of the answer, in %."),
+        confidence=confidence(),
+    )
+
+
+def confidence() -> Schema:
+    """How sure the numbers of a recorded step are."""
+    return record(
+        "95 % confidence, plus or minus so much.",
+        gain=number("Of the gain."),
+        time_constant=or_null(number("In s; null for an integrator.")),
+        dead_time=number("In s; not less than half the time between samples."),
+    )
+
+
 def identified() -> Schema:
     """The process that --from-csv identifies."""
-    process = record(
+    found = record(
         "The process of a recorded step; null without --from-csv.",
-        gain=number("PV units per output unit."),
-        time_constant=number("In s."),
+        model=text("The kind of process.", *MODELS),
+        gain=number("PV units per output unit; of an integrator, per s."),
+        time_constant=or_null(number("In s; null for an integrator.")),
         dead_time=number("In s."),
+        confidence=confidence(),
+        drift=number("Of the PV, in its unit per s, taken out of the gain; 0 where none was found."),
+        remarks=listing("Which column was taken for what, and what makes the numbers less sure.", text("A remark.")),
         step_at=number("When the output stepped, in s."),
         noise=number("Of the PV, in its unit."),
         misfit_percent=number("What the model leaves unexplained."),
     )
-    return or_null(process)
+    return or_null(found)
 
 
 def for_vendor() -> Schema:

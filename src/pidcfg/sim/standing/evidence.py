@@ -12,7 +12,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.sim.loop_facts import IN_CONTROL
-from pidcfg.sim.plc import TICKS, steps_until
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.standing.looks import happenings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.meters import Meter
     from pidcfg.sim.network import Network
     from pidcfg.sim.plc import Plc
+    from pidcfg.sim.standing.looks import Look, Pace
 
 SHARE = 0.001
 """Of a span: what is less is no difference."""
@@ -36,6 +38,21 @@ class Judgement(NamedTuple):
     text: str
     at: float | None = None
     judged: bool = True
+    tells: bool = True
+    """A look at another time may tell more if this is false."""
+
+
+def too_early(why: str) -> Judgement:
+    """Nothing is known of the loop yet, and why."""
+    return Judgement(passed=True, text=why, judged=False, tells=False)
+
+
+class Found(NamedTuple):
+    """What a look at a loop in control showed."""
+
+    look: Look
+    saturated: Judgement
+    stands: Judgement
 
 
 def unjudged(why: str) -> Judgement:
@@ -58,6 +75,12 @@ class Evidence:
     """The last base step."""
     reasons: Mapping[int, str] = field(default_factory=dict)
     """Why a loop changed or did not change its mode last, in words, by its number."""
+    given: Mapping[int, float] = field(default_factory=dict)
+    """The set points that the configuration gives, of loops that have none from another loop, by their number."""
+    paces: list[Pace] = field(default_factory=list)
+    """How fast the plants of each loop are."""
+    looks: dict[int, list[Found]] = field(default_factory=dict)
+    """What the looks at each loop have shown, by its number."""
 
     @property
     def sig(self) -> Sequence[float]:
@@ -87,10 +110,15 @@ class Evidence:
         return (i for i, master in enumerate(self.masters) if master == loop)
 
     def errors(self, loop: int) -> tuple[float, float]:
-        """How far the PV is from its set point on average, in the two halves of the window at the end."""
+        """SP − PV on average, in the two halves of the window that ends here."""
         m = self.meters[loop]
         early, late = m.middle - m.window, self.last + 1 - m.middle
-        return abs(m.early_error) / max(early, 1), abs(m.final_error) / late
+        return m.early_error / max(early, 1), m.final_error / late
+
+    def set_point_moves(self, loop: int) -> float:
+        """By how much the set point is elsewhere in the second half of that window."""
+        m = self.meters[loop]
+        return abs(m.final_sp / (self.last + 1 - m.middle) - m.early_sp / max(m.middle - m.window, 1))
 
     def span(self, loop: int) -> float:
         """The span of a loop's PV."""
@@ -101,14 +129,17 @@ class Evidence:
         """A difference of the PV that is more than rounding."""
         return max(COUNTS * self.span(loop) / self.plc.scales[loop][2], SHARE * self.span(loop))
 
+    def found(self, loop: int) -> Sequence[Found]:
+        """What the looks at a loop showed while it was in control; of the last ones only what can be judged."""
+        found = self.looks.get(loop, [])
+        final = found[-1] if found else None
+        if final is not None and final.look.final and final.look.stage > final.look.start and len(found) > 1:
+            return found[:-1]
+        return found
+
     def events(self) -> Iterator[tuple[int, Event]]:
         """The events of the run, and ends of sensor faults, with their base steps."""
-        for event in self.scenario.events:
-            ends = () if event.duration is None else (event.at + event.duration,)
-            for time in (event.at, *ends):
-                k = steps_until(time, self.step)
-                if k <= self.last:
-                    yield k, event
+        return happenings(self.scenario, self.step, self.last)
 
     def events_on(self, loop: int, since: int) -> list[float]:
         """The times from base step ``since`` on at which an event moves a loop's PV or set point."""

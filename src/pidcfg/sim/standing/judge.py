@@ -58,10 +58,8 @@ def _kept(e: Evidence, i: int, who: str) -> str:
         return "is meant for manual"
     if who in {"controlled", "in control"} and not controlled:
         return f"in {e.mode(i)} from start to end"
-    if who == "in control" and not m.control:
-        return f"ends in {e.mode(i)}"
-    if who == "in control" and not e.plc.in_run:
-        return "the PLC has been stopped"
+    if who == "in control" and not e.found(i):
+        return "the PLC has been stopped" if not e.plc.in_run else f"ends in {e.mode(i)}"
     return ""
 
 

@@ -1,57 +1,122 @@
-"""``saturated`` and ``error-stands``: a loop does not end with an error that hardly gets smaller."""
+"""``saturated`` and ``error-stands``: no error lasts that hardly gets smaller.
+
+Design. Each look (`pidcfg.sim.standing.looks`) compares the mean error of the two halves of its window, at the moment
+at which the window ends: limits, selectors and the other loops are as they are then. What a loop does in the end is
+judged at the last look at which it was in control, and what it does before anything happens to it at the first; an
+error that stands inside the output's limits is no event's doing and is judged at every look.
+"""
 
 from __future__ import annotations
 
+from math import exp
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.expressions import MAXIMUM, MINIMUM
 from pidcfg.sim.expressions import evaluate
 from pidcfg.sim.feedback import answer
 from pidcfg.sim.influence import read_by
-from pidcfg.sim.standing.evidence import SHARE, Evidence, Judgement, limits_reached, unjudged
-from pidcfg.sim.standing.watch import SAMPLES
+from pidcfg.sim.standing.evidence import SHARE, Evidence, Found, Judgement, limits_reached, too_early, unjudged
+from pidcfg.sim.standing.looks import PATIENCE, SAMPLES
 
 if TYPE_CHECKING:
     from pidcfg.sim.kernel import Channel
     from pidcfg.sim.plants import Plant
+    from pidcfg.sim.standing.looks import Look
 
 DEVIATION = 0.01
 """Of the span: an error that is too much, unless the inner deviation alarm is closer."""
-OFFSET = 0.02
-"""The same where an offset belongs to the loop: it has no integral, or a wide deadband."""
 SWITCHED = 0.05
-"""The same where the output is on or off."""
-PACE = 0.02
-"""Of an error, that it has to lose from one half of the window to the other: else it takes twice the run again."""
-ARRIVAL = 0.1
-"""The same inside the output's limits, where nothing keeps a loop from getting to its set point."""
+"""The same where the output is on or off, and the widest dead band that is left alone."""
+OFFSET = 0.2
+"""The same where an offset belongs to the loop, since it has no integral."""
+TURNED, SETTLED = 2, 3
+"""Plant times after which an output at its limit has turned the PV round, and moved it about as far as it can."""
+SEEN = 3
+"""Times what rounding does: an error that should have lost so much and did not stands still."""
+TOO_SHORT = 0.02
+"""Of the plant time: in less between the halves of a window no PV moves enough to be seen."""
+SAME_PV = 0.05
+"""Of the span: two loops whose PVs are further apart do not share one."""
+
+
+def look_at(e: Evidence, i: int, look: Look) -> Found | None:
+    """Judges one loop at the end of a look's window, which is now; None: it is not in control."""
+    m = e.meters[i]
+    if not m.control or not e.plc.in_run:
+        return None
+    limit = _limit(e, i)
+    if limit:
+        return Found(look, _saturated(e, i, look, limit), Judgement(passed=True, text="its output is at a limit"))
+    return Found(look, Judgement(passed=True, text="its output is inside its limits"), _stands(e, i, look))
 
 
 def saturated(e: Evidence, i: int) -> Judgement:
-    """Judges one loop whose output ends at a limit."""
-    limit = _limit(e, i)
-    if not limit or not lasts(e, i, PACE):
-        return Judgement(passed=True, text="does not stay at a limit of its output with an error")
-    return _exempt(e, i) or failed(e, i, f"ends at {limit} with an error of")
+    """Judges one loop by the last look that tells, and by the first if nothing had happened to it then."""
+    found = e.found(i)
+    opening = [f.saturated for f in found[:1] if f.look.stage == 0]
+    ending = next((f.saturated for f in reversed(found) if f.saturated.tells), found[-1].saturated)
+    return _worst([*opening, ending])
 
 
 def error_stands(e: Evidence, i: int) -> Judgement:
-    """Judges one loop whose output ends inside its limits."""
-    if _limit(e, i) or not lasts(e, i, ARRIVAL):
-        return Judgement(passed=True, text="its PV ends at its set point, or comes to it")
+    """Judges one loop by all its looks."""
+    return _worst([f.stands for f in e.found(i)])
+
+
+def _worst(judgements: list[Judgement]) -> Judgement:
+    """The last that failed; else the last."""
+    return next((j for j in reversed(judgements) if j.judged and not j.passed), judgements[-1])
+
+
+def _saturated(e: Evidence, i: int, look: Look, limit: str) -> Judgement:
+    early, late = abs(e.errors(i)[0]), abs(e.errors(i)[1])
+    if late <= allowed_error(e, i):
+        return Judgement(passed=True, text="is at a limit of its output without an error")
+    if look.stage > look.start:
+        return too_early(f"at {limit} with an error of {late:.4g}: an event at {e.seconds(look.stage):g} s")
+    pace, time = e.paces[i], _with_one_sign(e, i, look)
+    still = abs(early - late) < e.least(i)
+    if (still or late > early) and time < (1 if still else TURNED) * pace.seconds:
+        return too_early(f"at {limit} with an error of {late:.4g}: too little time for its plant to turn round")
+    settled = not pace.integrates and time >= SETTLED * pace.seconds
+    if still or late > early or (settled and early - late < _due(e, i, look, early)):
+        return _exempt(e, i) or _failed(e, i, look, f"at {limit} with an error of")
+    return Judgement(passed=True, text="is at a limit of its output with an error that gets smaller")
+
+
+def _stands(e: Evidence, i: int, look: Look) -> Judgement:
+    passed = Judgement(passed=True, text="its PV comes to its set point, and stays there")
+    early, late = e.errors(i)
+    due = _due(e, i, look, abs(early))
+    moving = e.least(i) if e.paces[i].integrates else max(due, e.least(i))
+    if abs(late) <= allowed_error(e, i) or abs(early - late) >= moving:
+        return passed
+    if look.stage > look.start:
+        return too_early(f"an error of {abs(late):.4g}: an event at {e.seconds(look.stage):g} s")
     if e.plc.left_out(i, e.sig) or _selected_away(e, i):
         return unjudged("a selector leaves its output out")
     if e.meters[i].broken:
         return unjudged("an event has broken its sensor")
-    if e.plc.profile_step(e.meters[i].late_aux):
-        return unjudged("a profile runs in the last third")
-    return failed(e, i, "ends inside its output limits with an error of")
+    if e.set_point_moves(i) >= e.least(i):
+        return unjudged(f"an error of {abs(late):.4g}: its set point moves")
+    if e.plc.profile_step(e.meters[i].late_aux | e.meters[i].aux_status):
+        return unjudged("a profile runs")
+    still = abs(early - late) < e.least(i) and due >= SEEN * e.least(i)
+    needed = TURNED if still else PATIENCE
+    if due < e.least(i) or _with_one_sign(e, i, look) < needed * e.paces[i].seconds:
+        return unjudged(f"an error of {abs(late):.4g}: too little time for its plant to show whether it lasts")
+    return _failed(e, i, look, "inside its output limits with an error of")
 
 
-def lasts(e: Evidence, i: int, pace: float) -> bool:
-    """Whether an error lasts to the end that is too much for the loop."""
-    early, late = e.errors(i)
-    return late > allowed_error(e, i) and early - late < max(e.least(i), pace * early)
+def _with_one_sign(e: Evidence, i: int, look: Look) -> float:
+    """For how long an error of one sign has lasted of which no event and no change of the mode is the reason, in s."""
+    m = e.meters[i]
+    return e.seconds(look.end - max(look.stage, m.control_since, m.since))
+
+
+def _due(e: Evidence, i: int, look: Look, error: float) -> float:
+    """By how much an error has to get smaller from one half of the window to the other, to go in time."""
+    return error * (1 - exp(-e.seconds(look.half) / (PATIENCE * e.paces[i].seconds)))
 
 
 def allowed_error(e: Evidence, i: int) -> float:
@@ -59,25 +124,24 @@ def allowed_error(e: Evidence, i: int) -> float:
     inner, span = e.plc.inner_deviation(i), e.span(i)
     share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.sig) else OFFSET
     allowed = share * span if inner is None else min(share * span, inner)
-    return max(allowed, min(e.plc.dead_band(i, e.sig), OFFSET * span))
+    return max(allowed, min(e.plc.dead_band(i, e.sig), SWITCHED * span))
 
 
-def failed(e: Evidence, i: int, what: str) -> Judgement:
-    """An error that lasts, unless an event in the window moves the loop, or the run is too short to tell."""
-    m = e.meters[i]
-    since = e.seconds(m.window)
-    early, late = e.errors(i)
-    text = f"{what} {late:.4g}, which was {early:.4g} from {since:g} s on"
-    times = e.events_on(i, m.window)
-    if times:
-        return unjudged(f"{text}: an event at {times[0]:g} s")
-    if (e.last - m.window) * e.step < SAMPLES * e.plc.cfg[i].period:
-        return unjudged(f"{text}: the run has fewer than {SAMPLES} samples")
+def _failed(e: Evidence, i: int, look: Look, what: str) -> Judgement:
+    """An error that lasts, unless the window is too short to tell."""
+    since = e.seconds(look.start)
+    early, late = (abs(error) for error in e.errors(i))
+    verb, until = ("ends", "") if look.final else ("is", f" until the event at {look.following:g} s")
+    text = f"{verb} {what} {late:.4g}, which was {early:.4g} from {since:g} s on{until}"
+    if (look.end - look.start) * e.step < SAMPLES * e.plc.cfg[i].period:
+        return too_early(f"{text}: the run has fewer than {SAMPLES} samples")
+    if e.seconds(look.half) < TOO_SHORT * e.paces[i].seconds:
+        return too_early(f"{text}: too little time for its plant to move")
     return Judgement(passed=False, text=text, at=since)
 
 
 def _limit(e: Evidence, i: int) -> str:
-    """The limit that a loop's output ends at, its own or that of a slave; empty: none."""
+    """The limit that a loop's output is at, its own or that of a slave; empty: none."""
     limit = limits_reached(e, i)
     if limit:
         return f"its {limit} output limit"
@@ -94,16 +158,30 @@ def _exempt(e: Evidence, i: int) -> Judgement | None:
     """Why a loop may stay at a limit; None: nothing says so."""
     if e.plc.left_out(i, e.sig) or _selected_away(e, i):
         return unjudged("a selector leaves its output out")
+    if e.meters[i].broken:
+        return unjudged("an event has broken its sensor")
     if e.plc.windup_input(i, e.sig):
         slaves = [j for j in e.slaves(i) if e.meters[j].control]
-        if not slaves or any(_limit(e, j) and lasts(e, j, PACE) for j in slaves):
+        if not slaves or any(_limit(e, j) and _error(e, j) > allowed_error(e, j) for j in slaves):
             return unjudged("its windup input is on")
     for j, name in enumerate(e.plc.loops):
-        if j != i and e.meters[j].control and not limits_reached(e, j):
-            own, other = answer(e.net, e.plc, i), answer(e.net, e.plc, j, i)
-            if own * other < 0 and other * answer(e.net, e.plc, j) > 0:
-                return unjudged(f"{name} has the PV, with the opposite effect")
+        if j != i and e.meters[j].control and not limits_reached(e, j) and _has_the_pv(e, i, j):
+            return unjudged(f"{name} has the PV, with the opposite effect")
     return None
+
+
+def _error(e: Evidence, i: int) -> float:
+    c = e.plc.cfg[i]
+    return float(abs(e.sig[c.sig_sp] - e.sig[c.sig_pv]))
+
+
+def _has_the_pv(e: Evidence, i: int, j: int) -> bool:
+    """Whether a loop inside its limits controls what is this loop's PV, too, with the opposite effect."""
+    own, other = answer(e.net, e.plc, i), answer(e.net, e.plc, j, i)
+    if own * other >= 0 or other * answer(e.net, e.plc, j) <= 0:
+        return False
+    pvs = [e.sig[e.plc.cfg[loop].sig_pv] for loop in (i, j)]
+    return bool(abs(pvs[0] - pvs[1]) <= SAME_PV * e.span(i))
 
 
 def _selected_away(e: Evidence, i: int) -> bool:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from pidcfg.sim.meters import oscillation, time_in_alarm
+from pidcfg.sim.feedback import answer
+from pidcfg.sim.meters import oscillation, time_blind, time_in_alarm
 from pidcfg.sim.standing.evidence import Evidence, Judgement, unjudged
+from pidcfg.sim.standing.looks import TENTH
 from pidcfg.sim.standing.watch import noise_of
 
 LONG = 0.1
@@ -14,15 +16,24 @@ SAME = 0.1
 """By how much two periods may differ that are the same."""
 REPEATED = 2
 """Events in the last third that may make a PV swing."""
+QUARTER = 4
+"""Of what a whole cycle would move the PV: the swing of pulses that are on for half of it, d (1 − d)."""
 NOISES = 6
 """Standard deviations of its noise that a PV may lie outside its range."""
 
 
 def pv_not_driven(e: Evidence, i: int) -> Judgement:
     """Judges one loop."""
-    if e.influence.driven[i]:
+    if not e.influence.driven[i]:
+        return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
+    blind = time_blind(e.meters[i], e.last)
+    if blind <= LONG * e.last:
         return Judgement(passed=True, text="its output moves its PV")
-    return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
+    text = f"it is in control for {e.seconds(blind):g} s with a sensor that is broken for good"
+    said = any(
+        wanted.loop == e.plc.loops[i] and (wanted.alarm or wanted.flag or wanted.mode) for wanted in e.scenario.expect
+    )
+    return unjudged(f"{text}: an expectation looks at what follows") if said else Judgement(passed=False, text=text)
 
 
 def out_of_range(e: Evidence, i: int) -> Judgement:
@@ -34,10 +45,17 @@ def out_of_range(e: Evidence, i: int) -> Judgement:
         return unjudged("an event has broken its sensor")
     low, high = sorted(ends)
     value = e.sig[e.plc.cfg[i].sig_in]
+    for wanted in (e.given.get(i), e.sig[e.plc.cfg[i].sig_sp]):
+        if wanted is not None and not low - e.least(i) <= wanted <= high + e.least(i):
+            text = f"its set point is {wanted:g}, outside its PV's range of {low:g} to {high:g}"
+            return Judgement(passed=False, text=text)
     slack = max(e.least(i), NOISES * noise_of(e.scenario, e.plc, e.net, i))
     if low - slack <= value <= high + slack:
         return Judgement(passed=True, text="its PV ends inside its range")
-    return Judgement(passed=False, text=f"its PV ends at {value:g}, outside its range of {low:g} to {high:g}")
+    text = f"its PV ends at {value:g}, outside its range of {low:g} to {high:g}"
+    window = round(max(e.last / TENTH, e.paces[i].seconds / e.seconds(1)))
+    times = e.events_on(i, e.last - window)
+    return unjudged(f"{text}: an event at {times[0]:g} s") if times else Judgement(passed=False, text=text)
 
 
 def oscillates(e: Evidence, i: int) -> Judgement:
@@ -48,16 +66,16 @@ def oscillates(e: Evidence, i: int) -> Judgement:
         return Judgement(passed=True, text="its PV does not oscillate in the last third of the run")
     period = e.seconds(swings[0])
     text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {swings[1]:.4g}"
-    why = _excuse(e, i, period)
+    why = _excuse(e, i, period, swings[1])
     return unjudged(f"{text}: {why}") if why else Judgement(passed=False, text=text, at=e.seconds(m.first_turn))
 
 
-def _excuse(e: Evidence, i: int, period: float) -> str:
+def _excuse(e: Evidence, i: int, period: float, amplitude: float) -> str:
     """Why an oscillation need not be the loop's fault."""
     m, plc = e.meters[i], e.plc
     if plc.only_switches(i):
         return "its output is on or off"
-    if period <= RIPPLE * plc.pulse_cycle(i):
+    if period <= RIPPLE * plc.pulse_cycle(i) or amplitude <= pulse_ripple(e, i):
         return "it is the ripple of its pulses"
     for j, name in enumerate(plc.loops):
         other = oscillation(e.meters[j], e.last)
@@ -71,6 +89,12 @@ def _excuse(e: Evidence, i: int, period: float) -> str:
         return "a profile runs in the last third"
     times = e.events_on(i, m.late)
     return f"{len(times)} events move it in the last third" if len(times) >= REPEATED else ""
+
+
+def pulse_ripple(e: Evidence, i: int) -> float:
+    """How far the PV goes up and down with pulses that are on for half of their cycle; 0: there are none."""
+    cycle = e.plc.pulse_cycle(i)
+    return abs(answer(e.net, e.plc, i)) * cycle / (QUARTER * max(e.paces[i].lags, cycle)) if cycle else 0.0
 
 
 def alarm_stands(e: Evidence, i: int) -> Judgement:

@@ -7,39 +7,39 @@ from typing import TYPE_CHECKING
 
 from pidcfg.sim.expressions import evaluate
 from pidcfg.sim.meters import Meter
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.standing.looks import PATIENCE, Look
 
 if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Scenario
-    from pidcfg.sim.influence import Influence
     from pidcfg.sim.network import Network
     from pidcfg.sim.plc import Plc
 
-TENTH, DEAD_TIMES, SAMPLES = 10, 3, 10
-"""The end of a run is its last tenth, but so many dead times and samples at least."""
 THIRD = 3
 SWING_COUNTS, SWING_SHARE, SWING_NOISE = 4, 0.01, 10
 """Counts, share of the span, and standard deviations of the noise that a swing must pass, peak to peak."""
 
 
-def meters_of(scenario: Scenario, plc: Plc, net: Network, influence: Influence, step: int, last: int) -> list[Meter]:
-    """A meter a loop, for a run of ``last`` base steps of ``step`` ticks."""
-    return [_meter(scenario, plc, net, influence, i, step, last) for i in range(len(plc.loops))]
+def meters_of(scenario: Scenario, plc: Plc, net: Network, last: int) -> list[Meter]:
+    """A meter a loop, for a run of ``last`` base steps."""
+    return [_meter(scenario, plc, net, i, last) for i in range(len(plc.loops))]
 
 
-def _meter(scenario: Scenario, plc: Plc, net: Network, influence: Influence, i: int, step: int, last: int) -> Meter:
+def aim(m: Meter, look: Look, pace: float) -> None:
+    """Sets a meter to the next look at its loop, whose plant time is ``pace`` base steps."""
+    m.window, m.middle = look.start, look.middle
+    m.early_error = m.final_error = m.early_sp = m.final_sp = 0.0
+    m.side = 0
+    m.watched = min(m.late, max(look.stage, look.start - round(PATIENCE * pace)))
+
+
+def _meter(scenario: Scenario, plc: Plc, net: Network, i: int, last: int) -> Meter:
     c = plc.cfg[i]
     m = Meter(c.sig_pv, c.sig_sp, c.sig_out)
     m.control_bits = plc.control_bits
     m.wanted = plc.modes.get(plc.goals[i], 0) & m.control_bits
     named = {e.alarm for e in scenario.expect if e.loop == plc.loops[i] and e.alarm and not e.never}
     m.outer_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named)
-    dead = max((float(net.texts[name][1].dead_time) for name in influence.plants_between(i)), default=0.0)
-    length = max(last / TENTH, DEAD_TIMES * dead * TICKS / step, SAMPLES * c.period / step)
-    m.window = max(0, last - round(length))
-    m.middle = (m.window + last + 1) // 2
     m.late = last - last // THIRD
-    m.watched = min(m.window, m.late)
     low, high, counts = plc.scales[i]
     span = abs(high - low)
     m.least = max(SWING_COUNTS * span / counts, SWING_SHARE * span, SWING_NOISE * noise_of(scenario, plc, net, i))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 from pydantic import BaseModel
 
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.base import MAX_DIGITS, decimal_text
 from pidcfg.schemas.limits import Limits
 from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning
 
@@ -126,7 +126,7 @@ def value_out_of_range(context: AnyContext) -> Findings:
             continue
         unit = f" {limits.unit}" if limits.unit else ""
         allowed = _between(limits.low, limits.high, limits.unit)
-        values = {"key": path[-1], "value": decimal_text(value), "unit": unit, "allowed": allowed}
+        values = {"key": path[-1], "value": _text(value), "unit": unit, "allowed": allowed}
         yield Finding(path, values, basis=limits.basis, plc_effect=limits.effect)
 
 
@@ -225,17 +225,24 @@ def duplicate_loop_name(context: AnyContext) -> Findings:
             yield finding("loops", i, "name", name=loop.name, count=counts[loop.name])
 
 
-@warning("PID107", D09, "the list of loops is empty")
+@error("PID107", D09, "the list of loops is empty: there is nothing to calculate")
 def no_loops(context: AnyContext) -> Findings:
     """A configuration without a single loop.
 
-    Why: the PLC's loop task is turned off, and nothing is controlled.
+    Why: the PLC's loop task would be turned off, and nothing controlled.
 
-    Fix: add a loop, or leave the file out.
+    Fix: add a loop under loops, beginning with '- name:', or leave the file out.
     """
     if not context.config.loops:
         yield finding("loops", key=True)
 
 
 def _text(value: Any) -> str:
-    return decimal_text(value) if isinstance(value, Decimal) else str(value)
+    """A value as a message quotes it: one of very many digits to six of them."""
+    text = decimal_text(value) if isinstance(value, Decimal) else str(value)
+    number = getattr(value, "value", value)
+    if len(text) <= MAX_DIGITS or not isinstance(number, Decimal):
+        return text
+    return text.replace(
+        decimal_text(number) if isinstance(value, Decimal) else str(number), f"{number.normalize():.6g}"
+    )

@@ -178,6 +178,10 @@ class Click(Plc):
         """CO's lower and upper limit."""
         return self.cfg[loop].out_low, self.cfg[loop].out_high
 
+    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - a register
+        """What is written at the first change to Auto."""
+        return float(self.st[loop].goal_sp)
+
     def inner_deviation(self, loop: int) -> float | None:
         """The first deviation alarm."""
         limit = self.cfg[loop].deviation_high

@@ -96,6 +96,10 @@ class Generic(NamedPlc):
         """``output.limits``, or the range."""
         return self.cfg[loop].low, self.cfg[loop].high
 
+    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
+        """``setpoint.value``."""
+        return float(self._contents[loop].get("setpoint.value", sig[self.cfg[loop].sig_sp]))
+
     def inner_deviation(self, loop: int) -> float | None:
         """``alarms.deviation.high``."""
         limit = self.cfg[loop].deviation_at

@@ -10,7 +10,7 @@ from pidcfg.sim.controllers.nextopid import state as bits
 from pidcfg.sim.controllers.nextopid.actions import LEAST_TI
 from pidcfg.sim.controllers.nextopid.memory import Memory
 from pidcfg.sim.controllers.nextopid.report import ERRORS
-from pidcfg.sim.controllers.nextopid.wires import ROW, ROWS
+from pidcfg.sim.controllers.nextopid.wires import ROW, ROWS, value_of
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
@@ -39,7 +39,10 @@ class Facts(Memory):
 
     @property
     def flow(self) -> Iterator[tuple[int, int]]:
-        """Wires, and from each input of a block to its outputs."""
+        """Moves, wires, and from each input of a block to its outputs."""
+        for copy in self.copies:
+            for part in (copy.value, copy.when):
+                yield from ((source, copy.target) for source in (part.signals if part else ()))
         for place, i in enumerate(self.listed):
             for target, sources in self.wires_of(place):
                 yield from ((source, target) for source in sources)
@@ -75,10 +78,22 @@ class Facts(Memory):
         return "cascade" if self.value_of(loop, "CASC", sig) else "auto"
 
     def value_of(self, loop: int, row: str, sig: Sequence[float]) -> float:
-        """The value of a parameter, or of the signal that it is wired to; 0 where the loop has none."""
+        """The value of a parameter, or of what it is wired to; 0 where the loop has none."""
         number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")
-        wired = next((sources for target, sources in self.wires_of(loop) if target == number), ())
-        return 0.0 if number is None else sig[wired[0]] if len(wired) == 1 else sig[number]
+        return 0.0 if number is None else self.wired_value(loop, number, sig)
+
+    def wired_value(self, place: int, number: int, sig: Sequence[float]) -> float:
+        """What a parameter of a block has at its next call: its value, or that of its wire where it has one."""
+        c = self.cfg[place]
+        for at in range(ROWS + ROW * c.wires, ROWS + ROW * c.wires_end, ROW):
+            if int(self.aux[at]) == number:
+                value = value_of(self.aux, int(self.aux[at + 2]), int(self.aux[at + 3]), sig)
+                return sig[number] if self.aux[int(self.aux[0])] else value
+        return sig[number]
+
+    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
+        """SP, or what it is wired to."""
+        return self.value_of(loop, "SP", sig)
 
     def mode_inputs(self, loop: int) -> set[int]:
         """What the wires of its mode inputs read."""

@@ -7,15 +7,18 @@ one for each input that nothing in the program is wired to, which plants write; 
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, MOST_SAMPLES
 from pidcfg.encoders.nextopid.decode import ItemSettings, PlcSettings, read_item
+from pidcfg.encoders.nextopid.moves import MoveError, read_moves
 from pidcfg.encoders.nextopid.wiring import Layout, Wires
+from pidcfg.encoders.parameters import type_of_content
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
-from pidcfg.schemas.expressions import CONSTANT, SIGNAL, Expression, ExpressionError
-from pidcfg.schemas.iec import BOOL, REAL, IecType, Wire
+from pidcfg.schemas.expressions import CONSTANT, SIGNAL, TRUTH, Expression, ExpressionError
+from pidcfg.schemas.iec import IecType, Wire, time_seconds
 from pidcfg.sim.controllers.nextopid import slots
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import AS_INT, AS_IT_IS
@@ -26,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from decimal import Decimal
 
+    from pidcfg.encoders.nextopid.moves import Copy
     from pidcfg.encoders.parameters import Content, Parameter, Program
 
 BUFFERED = ("ControlDelay", "ControlDelayLag")
@@ -48,6 +52,8 @@ def number_of(kind: IecType, content: Content) -> float:
     """A content as the kernels have it: a BOOL is 0 or 1, a word its number."""
     if kind.kind == "word":
         return float(kind.words.index(str(content)))
+    if kind.kind == "time":
+        return single(float(time_seconds(str(content)) or 0))
     return single(float(content)) if kind.kind == "real" else float(content)
 
 
@@ -68,10 +74,13 @@ class Memory(Plc):
             raise DecodeError("the listing does not say the interval of the task")
         self.task = ticks(plc.sample_time)
         types = {
-            name: BOOL if isinstance(content, bool) else REAL for name, content in self.words.items() if "." not in name
+            name: type_of_content(content)
+            for name, content in self.words.items()
+            if "." not in name and not isinstance(content, Wire)
         }
         self.layout = Layout.of(types, [(item.name, BLOCK_TYPES[item.type]) for item in self.items])
         self.wires = self._read_wires()
+        self.copies = self._read_copies(plc)
         self.sig = [0.0] * self.layout.size
         self.outside: dict[str, int] = {}
         """Slots of inputs that nothing is wired to, by name."""
@@ -88,7 +97,8 @@ class Memory(Plc):
     @cached_property
     def read(self) -> frozenset[int]:
         """Numbers of everything that a wire reads."""
-        return frozenset(number for expression in self.wires.values() for number in expression.signals)
+        moved = (part.signals for copy in self.copies for part in (copy.value, copy.when) if part is not None)
+        return frozenset(chain.from_iterable((*(wire.signals for wire in self.wires.values()), *moved)))
 
     def _read_wires(self) -> Wires:
         wires: Wires = {}
@@ -101,6 +111,13 @@ class Memory(Plc):
                     except ExpressionError as error:
                         raise DecodeError(f"{instance.name}.{row.name}: {error.message}") from None
         return wires
+
+    def _read_copies(self, plc: PlcSettings) -> list[Copy]:
+        wired = {name for name, content in self.words.items() if isinstance(content, Wire)}
+        try:
+            return read_moves(self.layout, plc.moves, wired, self.words)
+        except MoveError as error:
+            raise DecodeError(f"moves: {error}") from None
 
     def _fill(self) -> None:
         """Records in the order of `listed`, and the shared vector."""
@@ -120,6 +137,11 @@ class Memory(Plc):
         place_of = {i: place for place, i in enumerate(self.listed)}
         for turn, i in enumerate(self.layout.order(self.wires)):
             self.cfg[turn].turn = place_of[i]
+        if self.copies and self.cfg:
+            first = self.cfg[0]
+            first.moves, first.moves_first = len(rows), len(rows) + 2 * sum(copy.at_start for copy in self.copies)
+            rows += (row for copy in self.copies for row in _move_rows(copy))
+            first.moves_end = len(rows)
         self.aux = self._vector(rows)
 
     def _time(self, c: Config, s: State, item: ItemSettings) -> None:
@@ -174,10 +196,19 @@ class Memory(Plc):
         return aux + [0.0] * (2 + max((row.depth for row in rows), default=0))
 
 
+def _move_rows(copy: Copy) -> Iterator[WireRow]:
+    """The condition of a move, which has no target, and its value."""
+    always = Expression("TRUE", (TRUTH, 1), (), frozenset(), 1)
+    when = copy.when or always
+    yield WireRow(0, AS_IT_IS, tuple(_code(when)), when.depth, early=False)
+    whole = AS_INT if copy.type.kind == "whole" else AS_IT_IS
+    yield WireRow(copy.target, whole, tuple(_code(copy.value)), copy.value.depth, early=False)
+
+
 def _code(expression: Expression) -> Iterator[float]:
     """Pairs of operator and operand; a constant stands in the pair itself."""
     for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
-        yield float(op)
+        yield float(CONSTANT if op == TRUTH else op)
         yield single(expression.constants[operand]) if op == CONSTANT else float(operand)
 
 

@@ -67,12 +67,10 @@ class Nextopid(Facts):
         return self.layout.numbers[f"{loop}.{row}"]
 
     def _value(self, loop: str, row: str) -> float:
-        """A parameter before the first cycle, through a wire that is nothing but a signal."""
+        """A parameter before the first cycle, with the first values of what it is wired to."""
         number = self.layout.numbers.get(f"{loop}.{row}")
-        content = self.words.get(f"{loop}.{row}")
-        if isinstance(content, Wire):
-            number = self.layout.numbers.get(content.text, number)
-        return 0.0 if number is None else self.sig[number]
+        place = next(at for at, i in enumerate(self.listed) if self.items[i].name == loop)
+        return 0.0 if number is None else self.wired_value(place, number, self.sig)
 
     def _goal(self, loop: str) -> str:
         if self._value(loop, "Manual"):

@@ -18,7 +18,7 @@ from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
 from pidcfg.sim.controllers.nextopid.pwm import pwm
 from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range
 from pidcfg.sim.controllers.nextopid.state import Config, State
-from pidcfg.sim.controllers.nextopid.wires import value_of, wire_in
+from pidcfg.sim.controllers.nextopid.wires import move, value_of, wire_in
 from pidcfg.sim.plc import NoOptions as Options
 
 __all__ = ["INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
@@ -63,10 +63,12 @@ def call_switch(c: Config, s: State, sig: list[float]) -> None:
 
 
 def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
-    """The task at ``tick``: what the program around assigns, then every block that is due, in their order."""
+    """The task at ``tick``: what the program around assigns, moves, every block that is due in its turn, moves."""
     for i in range(len(cfg)):
         if cfg[i].early > 0:
             wire_in(cfg[i], st[i], aux, sig, cfg[i].wires + cfg[i].early)
+    if len(cfg) > 0:
+        move(st[0], tick, aux, sig, cfg[0].moves, cfg[0].moves_first)
     for turn in range(len(cfg)):
         i = cfg[turn].turn
         c = cfg[i]
@@ -81,6 +83,8 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             call(c, s, aux, sig)
             if c.error >= 0 and sig[c.error] != 0.0:
                 s.erred = 1
+    if len(cfg) > 0:
+        move(st[0], tick, aux, sig, cfg[0].moves_first, cfg[0].moves_end)
 
 
 INLINED = (scan, wire_in, value_of)

@@ -39,6 +39,11 @@ class Config(LoopConfig):
     wires_end: int = 0
     early: int = 0
     """How many of its wires, the first ones, are renewed before the first block of a cycle is called."""
+    moves: int = 0
+    """Of the first record: the first row of the program's moves in the wire table, two rows a move."""
+    moves_first: int = 0
+    """One behind those that are executed before the first call of a cycle, and one behind all."""
+    moves_end: int = 0
     buffer: int = 0
     """Where its delay line begins in the shared vector."""
 

@@ -15,11 +15,20 @@ from pidcfg.refs import Decision
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
     ADD,
+    AND,
+    AT_LEAST,
+    AT_MOST,
     CONSTANT,
     DIVIDE,
+    EQUAL,
+    GREATER,
+    LESS,
+    MAXIMUM,
     MINIMUM,
     MULTIPLY,
     NEGATE,
+    NOT,
+    OR,
     ROOT,
     SIGNAL,
     SUBTRACT,
@@ -65,6 +74,8 @@ def value_of(aux: MutableSequence[float], first: int, last: int, sig: Sequence[f
             aux[top] = aux[at + 1]
         elif op == NEGATE:
             aux[top] = -aux[top]
+        elif op == NOT:
+            aux[top] = 1.0 - aux[top]
         elif op == ABSOLUTE:
             aux[top] = abs(aux[top])
         elif op == ROOT:
@@ -95,9 +106,48 @@ def combined(op: float, left: float, right: float) -> float:
         return single(left * right)
     if op == DIVIDE:
         return single(left / right)
-    if op == MINIMUM:
+    if op in (MINIMUM, AND):
         return min(left, right)
-    return max(left, right)
+    if op in (MAXIMUM, OR):
+        return max(left, right)
+    return compared(op, left, right)
+
+
+def compared(op: float, left: float, right: float) -> float:
+    """1 where a comparison holds, and 0 where not (kernel)."""
+    if op == LESS:
+        holds = left < right
+    elif op == AT_MOST:
+        holds = left <= right
+    elif op == GREATER:
+        holds = left > right
+    elif op == AT_LEAST:
+        holds = left >= right
+    elif op == EQUAL:
+        holds = left == right
+    else:
+        holds = left != right
+    return 1.0 if holds else 0.0
+
+
+def move(s: State, tick: int, aux: MutableSequence[float], sig: MutableSequence[float], first: int, last: int) -> None:
+    """Executes moves: of each the row of its condition, and that of its value (kernel)."""
+    for wire in range(first, last, 2):
+        row = ROWS + ROW * wire
+        holds = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), sig)
+        fault = int(aux[int(aux[0])])
+        row += ROW
+        if fault == 0 and holds != 0.0:
+            value = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), sig)
+            fault = int(aux[int(aux[0])])
+            if fault == 0:
+                if aux[row + 1] == AS_INT:
+                    value = clamp(nearest(value), LEAST_INT, MOST_INT)
+                sig[int(aux[row])] = value
+        if fault != 0 and s.fault == 0:
+            s.fault = fault
+            s.fault_target = int(aux[row])
+            s.fault_at = tick
 
 
 def wire_in(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float], last: int) -> None:

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 def name_without_symbols(view: LoopView) -> Findings:
     """The name of a loop gives no symbols.
 
-    Why: a symbol has at most 16 letters, digits and underscores and does not begin with a digit.
+    Why: a symbol has at most 34 letters, digits and underscores and does not begin with a digit.
     `pidcfg encode --format symbols` refuses the file; every other format works.
 
-    Fix: rename the loop with at most 10 characters, beginning with a letter, if the symbol table is wanted.
+    Fix: rename the loop with at most 28 characters, beginning with a letter, if the symbol table is wanted.
     """
     reason = unusable(view.name)
     if reason is not None:

@@ -7,6 +7,7 @@ from pidcfg.validate.rules.nextopid import (
     cascade,
     cascade_ends,
     cascade_wires,
+    conditions,
     forms,
     limits,
     override,
@@ -20,6 +21,7 @@ from pidcfg.validate.rules.nextopid import (
 RULES = collect(
     common,
     wires,
+    conditions,
     limits,
     wired,
     plants,

@@ -36,8 +36,8 @@ def tuning(context: NextopidContext) -> list[BlockView]:
 
 def wanted_step(view: BlockView) -> Decimal | None:
     """The step of MV to either side, as PercAmpMV gives it."""
-    param, mv = view.item.AutoTuneParam, view.mv_limits
-    return None if param is None or mv is None else param.PercAmpMV * (mv[1] - mv[0]) / 100
+    percent, mv = view.number_of("AutoTuneParam.PercAmpMV"), view.mv_limits
+    return None if percent is None or mv is None else percent * (mv[1] - mv[0]) / 100
 
 
 def step_of(view: BlockView) -> Decimal | None:
@@ -115,9 +115,9 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Findings:
     Fix: raise PercMaxPeakPV as far as the process allows, or lower PercHystPV to the noise of PV.
     """
     for view in tuning(context):
-        param = view.item.AutoTuneParam
-        if param is not None and 0 < param.PercMaxPeakPV <= 2 * param.PercHystPV:
-            peak, hysteresis = number_text(param.PercMaxPeakPV), number_text(param.PercHystPV)
+        most, least = (view.number_of(f"AutoTuneParam.{key}") for key in ("PercMaxPeakPV", "PercHystPV"))
+        if most is not None and least is not None and 0 < most <= 2 * least:
+            peak, hysteresis = number_text(most), number_text(least)
             yield view.at(
                 "AutoTuneParam.PercMaxPeakPV", "AutoTuneResult.PEAK_TOO_LOW", peak=peak, hysteresis=hysteresis
             )
@@ -139,7 +139,7 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Findings:
             yield view.at(
                 "AutoTuneParam.PercAmpMV",
                 None if rounded else "AutoTuneResult.Bad_PercAmpMV",
-                percent=number_text(view.item.AutoTuneParam.PercAmpMV),
+                percent=view.shown("AutoTuneParam.PercAmpMV"),
                 step=number_text(step),
                 effect=effect,
             )

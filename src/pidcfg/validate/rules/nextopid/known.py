@@ -28,6 +28,8 @@ def held(kind: IecType, value: Any) -> Any:
         content = store(kind, value)
     except EncodeError:
         return None
+    if kind.kind == "time":
+        return Decimal(value)
     return content if isinstance(content, bool) else Decimal(repr(content))
 
 

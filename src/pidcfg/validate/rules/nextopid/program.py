@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
 from pidcfg.encoders.nextopid.encode import NextopidEncoding, Placed
-from pidcfg.paths import steps
+from pidcfg.paths import steps, value_at
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, NextopidFile
 from pidcfg.validate.rule import Finding
@@ -90,7 +90,7 @@ class BlockView:
 
     def is_wired(self, key: str) -> bool:
         """Whether a parameter has a wire, even one without meaning."""
-        return isinstance(getattr(self.item, key), Wire)
+        return isinstance(value_at(self.item, steps(key)), Wire)
 
     def source(self, key: str) -> str | None:
         """The name of what a parameter is wired to, where the wire is nothing but a name."""
@@ -246,7 +246,7 @@ class Program(Context[NextopidFile, NextopidEncoding]):
             if owner is None:
                 return self._first_value(self.names[number])
             view, row = owner
-            value = getattr(view.item, row.name, None) if row.access == "input" else None
+            value = value_at(view.item, steps(row.name)) if row.access == "input" else None
             if not isinstance(value, Wire):
                 content = held(row.type, value)
                 return None if content is None else Known(content, source)

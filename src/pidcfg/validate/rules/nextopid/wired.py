@@ -28,7 +28,7 @@ def wired_value_out_of_range(context: NextopidContext) -> Findings:
     for view in context.views:
         for row, _ in view.placed.given():
             limits = limits_at(view.placed.kind.model, row.name)
-            value = view.number_of(row.name) if limits and "." not in row.name and view.is_wired(row.name) else None
+            value = view.number_of(row.name) if limits and view.is_wired(row.name) else None
             if limits is not None and value is not None and not limits.holds(value):
                 allowed = f"{limits.low} or more" if limits.high is None else f"{limits.low} to {limits.high}"
                 yield view.at(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=allowed)

@@ -137,15 +137,15 @@ def name_used_twice(context: NextopidContext) -> Findings:
 
 @info("NX605", D210, "no wire reads the signal {name}")
 def unused_signal(context: NextopidContext) -> Findings:
-    """A signal is declared and nothing reads it.
+    """A signal is declared, and nothing reads it and no move writes it.
 
     Why: it has no effect. Often it was meant for a parameter that still holds a number.
 
     Fix: wire it, or remove it.
     """
-    read = _read(context)
+    used = _read(context) | {move.to for move in context.config.moves}
     for name in context.config.signals:
-        if name not in read:
+        if name not in used:
             yield Finding(("signals", name), {"name": name}, key=True)
 
 
@@ -188,8 +188,10 @@ def named(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
 
 
 def _read(context: NextopidContext) -> set[str]:
-    """The names that wires read, also those that mean nothing."""
+    """The names that wires and moves read, also those that mean nothing."""
     wires = context.encoding.wires.values()
-    read = {context.names[number] for number in chain.from_iterable(wire.signals for wire in wires)}
+    copies = (copy for copy in context.encoding.copies if copy is not None)
+    moved = (part for copy in copies for part in (copy.value, copy.when) if part is not None)
+    read = {context.names[number] for number in chain.from_iterable(wire.signals for wire in (*wires, *moved))}
     texts = (str(m.value) for _, m in context.encoding.misfits if isinstance(m.error, WireError))
     return read | set(chain.from_iterable(re.findall(r"\w[\w.]*", text) for text in texts))

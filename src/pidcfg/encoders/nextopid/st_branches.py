@@ -1,0 +1,236 @@
+"""IF and CASE of Structured Text as assignments, each with the conditions under which it is executed.
+
+Design. `assignments` walks a statement and gives its assignments in their order, each `Guarded` by the conditions of
+all branches around it. Whoever reads them takes every condition where its assignment stands, and not where IF does;
+so each `Guard` knows what was assigned before it was looked at, and `pidcfg.encoders.nextopid.st_moves` finds
+a change in between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.encoders.nextopid.st_lex import END, NAME, Token
+from pidcfg.encoders.nextopid.st_parse import Cursor, chain, is_literal, statement
+from pidcfg.encoders.nextopid.st_values import number_of
+from pidcfg.encoders.nextopid.st_wiring import Wiring
+from pidcfg.schemas.expressions import AND, AT_LEAST, AT_MOST, CONSTANT, EQUAL, NEGATE, NOT, OR, SIGNAL
+from pidcfg.schemas.iec import BOOL, REAL
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from pidcfg.schemas.iec import IecType
+
+BRANCHES = frozenset(("IF", "CASE"))
+THEN, OF = frozenset(("THEN",)), frozenset(("OF",))
+
+
+class Label(NamedTuple):
+    """A value of CASE, or a range of them."""
+
+    low: float
+    high: float | None = None
+
+    def meets(self, other: Label) -> bool:
+        """Whether a value belongs to both."""
+        highest = (part.low if part.high is None else part.high for part in (self, other))
+        return max(self.low, other.low) <= min(highest)
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """A condition that must hold, or must not: of IF, or that a number has one of some values."""
+
+    tokens: tuple[Token, ...]
+    opened: int
+    """Of how many assignments it was looked at behind."""
+    labels: tuple[Label, ...] = ()
+    inverted: bool = False
+
+    def inverse(self) -> Guard:
+        """The condition of the branches behind."""
+        return Guard(self.tokens, self.opened, self.labels, not self.inverted)
+
+
+class Guarded(NamedTuple):
+    """An assignment: what to, what, under which conditions, its number among all, and the calls before it."""
+
+    target: tuple[Token, ...]
+    value: tuple[Token, ...]
+    guards: tuple[Guard, ...]
+    number: float
+    turn: int
+
+    @property
+    def line(self) -> int:
+        """Where it stands."""
+        return self.target[0].line
+
+
+@dataclass(slots=True)
+class Branches:
+    """Walks statements; what is no assignment is handed to ``other``."""
+
+    turn: Callable[[], int]
+    other: Callable[[tuple[Token, ...]], None]
+    found: list[Guarded] = field(default_factory=list)
+
+    def take(self, tokens: tuple[Token, ...], guards: tuple[Guard, ...] = ()) -> None:
+        """A statement, which ends with the end as its last token."""
+        word = tokens[0].upper if tokens[0].kind == NAME else ""
+        if word in BRANCHES:
+            cursor = Cursor(tokens)
+            cursor.take()
+            (self._if if word == "IF" else self._case)(cursor, guards)
+            return
+        parts = chain(tokens)
+        behind = tokens[2 * len(parts) - 1 :] if parts else tokens
+        if parts and behind[0].text == ":=" and len(behind) > 2:
+            self.found.append(Guarded(parts, tuple(behind[1:-1]), guards, len(self.found), self.turn()))
+        else:
+            self.other(tokens)
+
+    def _if(self, cursor: Cursor, guards: tuple[Guard, ...]) -> None:
+        opened, before = len(self.found), guards
+        while True:
+            guard = Guard(_wanted(cursor, THEN, "IF"), opened)
+            self._body(cursor, (*before, guard), ("ELSIF", "ELSE", "END_IF"))
+            before = (*before, guard.inverse())
+            if cursor.take().upper != "ELSIF":
+                break
+        if cursor.tokens[cursor.at - 1].upper == "ELSE":
+            self._body(cursor, before, ("END_IF",))
+
+    def _case(self, cursor: Cursor, guards: tuple[Guard, ...]) -> None:
+        opened = len(self.found)
+        cases: list[Guard] = []
+        selector = _wanted(cursor, OF, "CASE")
+        while cursor.here.upper not in {"ELSE", "END_CASE"}:
+            here = cursor.here
+            guard = Guard(selector, opened, tuple(_labels(cursor)))
+            if any(one.meets(other) for case in cases for one in case.labels for other in guard.labels):
+                raise here.error("this value stands in the CASE again")
+            cases.append(guard)
+            self._body(cursor, (*guards, guard), ("ELSE", "END_CASE"))
+        if cursor.take().upper == "ELSE":
+            self._body(cursor, (*guards, *(case.inverse() for case in cases)), ("END_CASE",))
+
+    def _body(self, cursor: Cursor, guards: tuple[Guard, ...], ends: tuple[str, ...]) -> None:
+        """The statements of a branch, up to the next one."""
+        while cursor.here.upper not in ends and not _begins_label(cursor):
+            if cursor.here.kind == END:
+                raise cursor.here.error(f"{ends[-1]} is missing")
+            for inner in statement(cursor):
+                self.take(inner.tokens, guards)
+
+
+def _wanted(cursor: Cursor, word: frozenset[str], after: str) -> tuple[Token, ...]:
+    """The tokens up to a word, which must come."""
+    tokens = cursor.until(word)
+    (name,) = word
+    cursor.expect(name, f"the condition of {after}")
+    if not tokens:
+        raise cursor.here.error(f"a condition is missing after {after}")
+    return tokens
+
+
+def _begins_label(cursor: Cursor) -> bool:
+    """Whether a value of CASE stands here: a number, with or without a sign."""
+    sign = cursor.here.text == "-"
+    return is_literal(cursor.tokens[min(cursor.at + sign, len(cursor.tokens) - 1)])
+
+
+def _labels(cursor: Cursor) -> Iterator[Label]:
+    """The values before a colon."""
+    while True:
+        low = _label(cursor)
+        if cursor.here.text == "..":
+            cursor.take()
+            yield Label(low, _label(cursor))
+        else:
+            yield Label(low)
+        if cursor.here.text != ",":
+            cursor.expect(":", "the value of CASE")
+            return
+        cursor.take()
+
+
+def _label(cursor: Cursor) -> float:
+    negative = cursor.here.text == "-"
+    if negative:
+        cursor.take()
+    token = cursor.take()
+    if not is_literal(token):
+        raise token.error(f"{token.text}: only numbers are read as values of CASE")
+    value = float(number_of(token))
+    return -value if negative else value
+
+
+# --- conditions ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(slots=True)
+class Condition:
+    """The conditions of an assignment as one: code, constants and names."""
+
+    code: list[int] = field(default_factory=list)
+    constants: list[float] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+
+    def add(self, part: Wiring) -> None:
+        """The code of a part, behind what is there."""
+        for op, operand in zip(part.code[::2], part.code[1::2], strict=True):
+            moved = len(self.constants) if op == CONSTANT else len(self.names) if op == SIGNAL else 0
+            self.code += (op, operand + moved)
+        self.constants += part.constants
+        self.names += part.names
+
+    def number(self, value: float) -> None:
+        """A constant; a negative one with its sign behind."""
+        self.code += (CONSTANT, len(self.constants))
+        self.constants.append(abs(value))
+        if value < 0:
+            self.emit(NEGATE)
+
+    def emit(self, op: int) -> None:
+        """An operator."""
+        self.code += (op, 0)
+
+
+def condition_of(guards: Sequence[Guard], resolve: Callable[[tuple[Token, ...]], tuple[str, IecType]]) -> Condition:
+    """All conditions, joined by AND."""
+    whole = Condition()
+    for i, guard in enumerate(guards):
+        if not guard.labels:
+            whole.add(Wiring.read(guard.tokens, BOOL, resolve))
+        for j, label in enumerate(guard.labels):
+            _compare(whole, guard.tokens, label, resolve)
+            if j:
+                whole.emit(OR)
+        if guard.inverted and whole.code[-2] == NOT:
+            del whole.code[-2:]
+        elif guard.inverted:
+            whole.emit(NOT)
+        if i:
+            whole.emit(AND)
+    return whole
+
+
+def _compare(
+    whole: Condition,
+    tokens: tuple[Token, ...],
+    label: Label,
+    resolve: Callable[[tuple[Token, ...]], tuple[str, IecType]],
+) -> None:
+    whole.add(Wiring.read(tokens, REAL, resolve))
+    whole.number(label.low)
+    if label.high is None:
+        whole.emit(EQUAL)
+        return
+    whole.emit(AT_LEAST)
+    whole.add(Wiring.read(tokens, REAL, resolve))
+    whole.number(label.high)
+    whole.emit(AT_MOST)
+    whole.emit(AND)

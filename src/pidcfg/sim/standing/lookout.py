@@ -1,0 +1,59 @@
+"""Looks at the loops of a run while it runs: aims the meters, and judges when a window ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.standing.looks import Look, looks_at, plant_time
+from pidcfg.sim.standing.saturation import look_at
+from pidcfg.sim.standing.watch import aim
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from pidcfg.sim.standing.evidence import Evidence
+
+
+@dataclass
+class Lookout:
+    """The looks of a run; ``evidence`` gathers what they show."""
+
+    evidence: Evidence
+    waiting: dict[int, list[Look]] = field(default_factory=dict)
+    """The looks at each loop that are still to come."""
+
+    def __post_init__(self) -> None:
+        e = self.evidence
+        e.looks = {i: [] for i in range(len(e.plc.loops))}
+        e.given = {i: e.plc.given_set_point(i, e.sig) for i in e.looks if e.masters[i] < 0}
+        e.paces = [plant_time(e.plc, e.influence, i) for i in e.looks]
+        for i in e.looks:
+            self.waiting[i] = looks_at(e.scenario, e.plc, e.influence, i, e.step, e.last)
+            self._aim(i)
+
+    def _aim(self, i: int) -> None:
+        e = self.evidence
+        aim(e.meters[i], self.waiting[i][0], e.paces[i].seconds * TICKS / e.step)
+
+    def stops(self) -> Iterator[tuple[int, Callable[[int], None]]]:
+        """Base steps before which a window has ended that is not the end of the run, and what is done there."""
+        for i, looks in self.waiting.items():
+            yield from ((look.end + 1, partial(self._look, i)) for look in looks[:-1])
+
+    def _look(self, i: int, _k: int) -> None:
+        look = self.waiting[i].pop(0)
+        self._judge(i, look)
+        self._aim(i)
+
+    def _judge(self, i: int, look: Look) -> None:
+        found = look_at(replace(self.evidence, last=look.end), i, look)
+        if found is not None:
+            self.evidence.looks[i].append(found)
+
+    def finish(self) -> None:
+        """Looks at how the run ends."""
+        for i, looks in self.waiting.items():
+            self._judge(i, looks[0])

@@ -1,0 +1,364 @@
+"""Conditions in wires, signals of other types and wired AutoTuneParam: from the file to the program and the engine."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nextopid_rig import HEAD, findings, image_of, run
+from pidcfg import check_text
+from pidcfg.encoders.nextopid.decode import decode
+from pidcfg.encoders.nextopid.encode import encode
+from pidcfg.encoders.nextopid.files import FORMATS
+from pidcfg.encoders.nextopid.st_expression import PLAIN, printed
+from pidcfg.encoders.nextopid.st_lex import tokens_of
+from pidcfg.encoders.nextopid.st_read import read_st
+from pidcfg.encoders.nextopid.st_wiring import Wiring
+from pidcfg.encoders.nextopid.st_write import write_st
+from pidcfg.schemas.conditions import Typed
+from pidcfg.schemas.expressions import ExpressionError, lengths_of
+from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
+from pidcfg.schemas.nextopid import NextopidFile
+from pidcfg.sim.controllers.nextopid.wires import value_of
+
+SIGNALS = "signals: {Man: false, Fault: true, Level: 3.0, Count: INT#7, Delay: 1500 ms, Long: T#1m30s}\n"
+GAINS = "Kp: 1.0, Ti_Ki: 10.0, Td_Kd: 0.0, MinMV: 0.0, MaxMV: 100.0, MinPV: 0.0, MaxPV: 100.0"
+TYPES = {"Man": BOOL, "Fault": BOOL, "Level": REAL, "Count": INT, "Delay": TIME, "Long": TIME}
+NUMBERS = {name: i for i, name in enumerate(TYPES)}
+KINDS = list(TYPES.values())
+
+
+def loop(manual: str) -> str:
+    return f"{SIGNALS}loops:\n  - {{name: A, type: PIDA_REAL, SP: 5, {GAINS}, PV: Level, Manual: {manual!r}}}\n"
+
+
+def parsed(text: str) -> Typed:
+    parser = Typed(text, NUMBERS, lengths_of(NUMBERS), types=KINDS.__getitem__)
+    parser.read()
+    return parser
+
+
+def value(text: str, signals: list[float]) -> tuple[float, float]:
+    """The value in the engine, and the fault."""
+    parser = parsed(text)
+    aux = [0.0, *(float(x) for x in with_constants(parser))]
+    stack, code = len(aux), len(aux)
+    aux[0] = float(stack)
+    aux += [0.0] * (parser.deepest + 2)
+    found = value_of(aux, 1, code, signals)
+    return found, aux[stack]
+
+
+def with_constants(parser: Typed):
+    """The code as the PLC's memory has it."""
+    from pidcfg.schemas.expressions import Expression
+    from pidcfg.sim.controllers.nextopid.memory import _code
+
+    return list(_code(Expression("", tuple(parser.code), tuple(parser.constants), frozenset(), parser.deepest)))
+
+
+@pytest.mark.parametrize(
+    ("text", "holds"),
+    [
+        ("Man OR Fault", True),
+        ("NOT Man", True),
+        ("Level < 4.0", True),
+        ("NOT Man AND Man", False),
+        ("NOT (Man AND Man)", True),
+        ("Man OR Fault AND Man", False),
+        ("(Fault OR Man) AND Man", False),
+        ("Fault OR Man AND Man", True),
+        ("Fault XOR Fault OR Fault", True),
+        ("Fault XOR Fault AND Man", True),
+        ("NOT Man = Fault", True),
+        ("Man = FALSE", True),
+        ("Man <> Fault", True),
+        ("Level + 1 = 4", True),
+        ("Level >= Count", False),
+        ("Count = 7 AND Level <= 3", True),
+        ("Delay > 1.4 AND Delay < 1.6", True),
+        ("Long = 90", True),
+        ("Level < Count = Fault", True),
+        ("NOT NOT NOT Fault", False),
+        ("TRUE AND not false", True),
+        ("-Level < -2.5", True),
+        ("min(Level, Count) * 2 > 5.9", True),
+    ],
+)
+def test_conditions_mean_what_iec_61131_says(text, holds):
+    signals = [0.0, 1.0, 3.0, 7.0, 1.5, 90.0]
+    assert value(text, signals) == (float(holds), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "at", "message", "cure"),
+    [
+        ("Lvel < 4", 0, "'Lvel' is no declared name", "did you mean 'Level'?"),
+        ("Mann", 0, "'Mann' is no declared BOOL", "did you mean 'Man'?"),
+        ("Level", 0, "Level is REAL; a BOOL is wanted", "compare it, as in PV < 4.0"),
+        ("Level + 1", 0, "this is a number; a BOOL is wanted", "compare it, as in PV < 4.0"),
+        ("Man AND Level", 8, "Level is REAL; AND takes BOOLs", "compare it, as in PV < 4.0"),
+        ("Level < Man", 8, "Man is BOOL; numbers are wanted", "wire a REAL or an INT"),
+        ("Man = Count", 6, "Count is INT; a BOOL is wanted", "compare it, as in PV < 4.0"),
+        ("NOT Level < 4", 4, "Level is REAL; NOT takes BOOLs", "put a comparison into parentheses: NOT (PV < 4)"),
+        ("1 < Level < 4", 0, "this is a BOOL; numbers are wanted", "wire a REAL or an INT"),
+        ("Man == Fault", 4, "unexpected '='", "write ="),
+        ("Man && Fault", 4, "unexpected '&'", "write AND"),
+        ("Man | Fault", 4, "unexpected '|'", "write OR"),
+        ("!Man", 0, "a number or a name is missing before '!'", "write NOT"),
+        ("Man OR", 6, "a number or a name is missing before the end", "allowed are NOT, AND"),
+        ("(Man", 4, "a closing parenthesis is missing before the end", "allowed are"),
+        ("Level / 0 > 1", 0, "division by zero", "correct the numbers"),
+    ],
+)
+def test_what_cannot_be_read_is_named_at_its_character(text, at, message, cure):
+    text = loop(text)
+    found = [d for d in check_text(HEAD + text).findings if d.code == "NX601"]
+    assert len(found) == 1
+    assert message in found[0].message
+    assert cure in found[0].help
+    begin = (
+        next(line for line in (HEAD + text).splitlines() if "Manual" in line).index("Manual: ") + len("Manual: '") + 1
+    )
+    assert found[0].span.column == begin + at
+
+
+def test_numbers_do_not_take_conditions():
+    with pytest.raises(ExpressionError, match="numbers are wanted"):
+        encode_wire("SP", "Level < 4")
+    with pytest.raises(ExpressionError, match="Man is BOOL; numbers are wanted"):
+        encode_wire("SP", "Man")
+
+
+def encode_wire(key: str, text: str):
+    data = {"pidcfg": 1, "vendor": "nextopid", "plc": {"sample_time": 0.1}, "signals": {"Man": True, "Level": 3.0}}
+    data["loops"] = [dict.fromkeys(["SP", "Kp", "Ti_Ki", "Td_Kd", "MinMV", "MinPV"], 0) | {"MaxMV": 1, "MaxPV": 1}]
+    data["loops"][0] |= {"name": "A", "type": "PIDA_REAL", key: text}
+    found = encode(NextopidFile.model_validate(data))
+    for _, misfit in found.misfits:
+        raise ExpressionError(misfit.error.args[0] if misfit.error.args else str(misfit.error), misfit.error.offset)
+    return found
+
+
+# --- random conditions: one meaning in the file, in Structured Text, in the engine and in Python ---------------------
+
+LEAVES = {
+    "number": st.sampled_from(["Level", "Count", "Delay", "2", "0.5", "7"]),
+    "bool": st.sampled_from(["Man", "Fault", "TRUE", "false"]),
+}
+PYTHON = {"AND": "and", "OR": "or", "XOR": "!=", "=": "==", "<>": "!="}
+
+
+@st.composite
+def conditions(draw, kind="bool", depth=0):
+    """A condition as text and as Python's, with parentheses that make both mean the same, and some more."""
+    if depth > 3 or draw(st.integers(0, 3)) == 0:
+        text = draw(LEAVES[kind])
+        return text, {"TRUE": "True", "false": "False"}.get(text, text)
+    if kind == "number":
+        (a, pa), (b, pb) = (draw(conditions("number", depth + 1)) for _ in "ab")
+        op = draw(st.sampled_from(["+", "-", "*"]))
+        return f"({a} {op} {b})", f"f32({pa} {op} {pb})"
+    form = draw(st.sampled_from(["not", "compare", "join", "same"]))
+    if form == "not":
+        a, pa = draw(conditions("bool", depth + 1))
+        return f"NOT ({a})", f"(not ({pa}))"
+    inner = "number" if form == "compare" else "bool"
+    (a, pa), (b, pb) = (draw(conditions(inner, depth + 1)) for _ in "ab")
+    ops = {"compare": ["<", "<=", ">", ">=", "=", "<>"], "join": ["AND", "OR", "XOR"], "same": ["=", "<>"]}[form]
+    op = draw(st.sampled_from(ops))
+    return f"({a}) {op} ({b})", f"(({pa}) {PYTHON.get(op, op)} ({pb}))"
+
+
+@given(conditions(), st.booleans(), st.booleans(), st.floats(-50, 50, width=32), st.integers(-9, 9))
+def test_the_engine_finds_what_python_finds(condition, man, fault, level, count):
+    text, python = condition
+    values = {"Man": man, "Fault": fault, "Level": np.float32(level), "Count": np.float32(count)}
+    values |= {"Delay": np.float32(1.5), "f32": np.float32}
+    wanted = eval(python, {"__builtins__": {}}, values)  # noqa: S307 - of this test's own making
+    signals = [float(man), float(fault), float(np.float32(level)), float(count), 1.5, 90.0]
+    found, failed = value(text, signals)
+    assert failed == 0.0
+    assert found == float(wanted)
+
+
+@given(conditions())
+def test_what_is_printed_reads_back_to_the_same_code(condition):
+    code = parsed(condition[0])
+    names = list(TYPES)
+    text = printed(code.code, code.constants, names.__getitem__, PLAIN)
+    again = parsed(text)
+    assert (again.code, again.constants) == (code.code, code.constants)
+
+
+@given(conditions())
+def test_yaml_to_structured_text_and_back(condition):
+    data = NextopidFile.model_validate(_data(loop(f"({condition[0]})")))
+    image = encode(data).image
+    listing = read_st(write_st(image))
+    again = NextopidFile.model_validate(decode(listing.words, listing.settings, listing.plc).data)
+    one, two = parsed(image.words["A.Manual"].text), parsed(again.loops[0].Manual.text)
+    assert (one.code, one.constants) == (two.code, two.constants)
+    assert again.signals == data.signals
+    assert write_st(encode(again).image) == write_st(image)
+
+
+def _data(text: str):
+    from pidcfg.source import read_document
+
+    return read_document((HEAD + text).encode(), "x.yaml").data
+
+
+@pytest.mark.parametrize(
+    ("program", "wire"),
+    [
+        ("X1 AND NOT B1", "X1 AND NOT B1"),
+        ("X1 & B1", "X1 AND B1"),
+        ("NOT(Level < 4.0) or X1", "NOT (Level < 4) OR X1"),
+        ("TIME_TO_REAL(T1) / 1000.0 > 5.0", "T1 > 5"),
+        ("T1 > T#5s", "T1 > 5"),
+        ("T1 - T#1s500ms >= T2", "T1 - 1.5 >= T2"),
+        ("2.0 * TIME_TO_REAL(T1) / 1000.0 > Level", ""),
+        ("INT_TO_REAL(N) + 0.5 > Level", "N + 0.5 > Level"),
+        ("N > 3", "N > 3"),
+        ("BOOL#1 XOR X1", "TRUE XOR X1"),
+        ("X1 = TRUE", "X1 = TRUE"),
+    ],
+)
+def test_conditions_of_a_program_written_by_hand(program, wire):
+    names = {"X1": BOOL, "B1": BOOL, "Level": REAL, "N": INT, "T1": TIME, "T2": TIME}
+    tokens = tokens_of(program)[0][:-1]
+    if not wire:
+        with pytest.raises(ValueError, match="write TIME_TO_REAL"):
+            Wiring.read(tokens, BOOL, lambda parts: (parts[0].text, names[parts[0].text]))
+        return
+    found = Wiring.read(tokens, BOOL, lambda parts: (parts[0].text, names[parts[0].text]))
+    assert printed(found.code, found.constants, found.names.__getitem__, PLAIN) == wire
+
+
+# --- signals ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("form", ["text", "csv", "json", "st", "plcopen"])
+def test_signals_keep_their_types_in_every_format(form):
+    image = image_of(loop("Count > 3 AND Delay > 1"))
+    listing = FORMATS[form].read(FORMATS[form].write(image))
+    found = decode(listing.words, listing.settings, listing.plc).data["signals"]
+    assert found == {
+        "Man": False,
+        "Fault": True,
+        "Level": 3,
+        "Count": "INT#7",
+        "Delay": "T#1500ms",
+        "Long": "T#90000ms",
+    }
+    assert (
+        NextopidFile.model_validate(_data(loop("Man"))).signals
+        == NextopidFile.model_validate(_data(loop("Man")) | {"signals": found}).signals
+    )
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        ("INT#40000", "Count is 40000, but its word holds -32768 to 32767"),
+        ("INT#1.5", "Count is 1.5, but raw counts are whole numbers"),
+        ("INT#x", "'x' is"),
+        ("T#5s3m", "'T#5s3m' is not a TIME"),
+        ("T#", "'T#' is not a TIME"),
+        ("T#1us", "'T#1us' is not a TIME"),
+        ("0.4 ms", "Count is 0.0004, but raw counts are whole numbers"),
+        ("T#50d", "its word holds 0 to 4294967.295"),
+        ("BOOL#2", "'2' is not true or false"),
+    ],
+)
+def test_first_values_that_a_type_does_not_hold(value, says):
+    text = loop("Man").replace("INT#7", value)
+    messages = [d.message + (d.help or "") for d in check_text(HEAD + text).findings if d.severity.name == "ERROR"]
+    assert any(says in message for message in messages), messages
+
+
+def test_a_condition_decides_the_mode_of_a_run():
+    text = loop("Level < 4 OR Count > 10").replace("PV: Level, ", "PV: Level, ManualMV: 30, ")
+    report = run(text, "duration: 20\nevents:\n  - {at: 5, set: {Level: 6}}\n  - {at: 12, set: {Count: 11}}\n")
+    assert [(round(m.at), m.mode) for m in report.loops["A"].modes] == [(5, "auto"), (12, "manual")]
+    assert report.signals["A.MV"].final == 30
+
+
+# --- AutoTuneParam ---------------------------------------------------------------------------------------------------
+
+TUNED = (
+    "signals: {Amp: 5.0, Cycles: INT#2}\nloops:\n"
+    f"  - {{name: A, type: PIDA_TUNE_REAL, SP: 5, {GAINS}, Manual: true, ManualMV: 20, "
+    "AutoTuneParam: {PercAmpMV: Amp * 2, PercHystPV: 0.1, PercMaxPeakPV: 20, NumCycles: Cycles, Mode: PI}}\n"
+)
+
+
+def test_a_member_of_auto_tune_param_is_assigned_before_the_call():
+    text = write_st(image_of(TUNED))
+    lines = text.splitlines()
+    at = lines.index("A.AutoTuneParam.PercAmpMV := Amp * 2.0;")
+    assert lines[at + 1] == "A.AutoTuneParam.NumCycles := REAL_TO_UINT(INT_TO_REAL(Cycles));"
+    assert lines[at + 2] == "A();"
+    listing = read_st(text)
+    assert listing.words["A.AutoTuneParam.PercAmpMV"].text == "Amp * 2"
+    assert listing.words["A.AutoTuneParam.NumCycles"].text == "Cycles"
+    again = NextopidFile.model_validate(decode(listing.words, listing.settings, listing.plc).data)
+    assert write_st(encode(again).image) == text
+
+
+def test_the_auto_tuning_takes_what_is_wired():
+    plant = (
+        "initial: steady\nplants:\n  A: {model: first_order, gain: 2, time_constant: 10, dead_time: 1, initial: 40}\n"
+    )
+    events = "events:\n  - {at: 100, loop: A, autotune: start}\n"
+    wired = run(TUNED, f"duration: 300\n{plant}{events}")
+    plain = run(
+        TUNED.replace("Amp * 2", "10").replace("NumCycles: Cycles", "NumCycles: 2"), f"duration: 300\n{plant}{events}"
+    )
+    assert wired.loops["A"].autotune == plain.loops["A"].autotune
+    assert wired.loops["A"].autotune["results"]["Kp"] > 0
+
+
+def test_a_wired_member_is_judged_by_its_first_value():
+    text = TUNED.replace("Amp * 2", "Amp")
+    assert "NX613" not in [code for code, _ in findings(text)]
+    found = dict(findings(text.replace("Amp: 5.0", "Amp: 60.0")))
+    assert found["NX613"] == "AutoTuneParam.PercAmpMV is 60 (first value of Amp); it must be 0.1 to 50"
+
+
+# --- constant conditions ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("Level < 4.0 OR Level > 3.0", "TRUE"),
+        ("Level < 3.0 AND Level > 4.0", "FALSE"),
+        ("Level <= 3 OR Level > 3", "TRUE"),
+        ("Level < 3 OR Level > 3", ""),
+        ("Level < 4 OR Level > 5", ""),
+        ("Man OR NOT Man", "TRUE"),
+        ("Man AND Fault AND NOT Man", "FALSE"),
+        ("Man XOR Fault", ""),
+        ("Man OR TRUE", "TRUE"),
+        ("(TRUE)", "TRUE"),
+        ("NOT TRUE", "FALSE"),
+        ("Man = Man", "TRUE"),
+        ("Count > 3 OR Count < 4", "TRUE"),
+        ("Count > 3 AND Count < 4", "FALSE"),
+        ("Level > 3 AND Level < 4", ""),
+        ("Count > 40000", "FALSE"),
+        ("Delay >= 0", "TRUE"),
+        ("Delay > 0", ""),
+        ("4 > Level OR 3 < Level", "TRUE"),
+        ("Level + 1 > 3 OR Level < 4", ""),
+        ("(Level + 1 > 3) OR NOT (Level + 1 > 3)", "TRUE"),
+        ("(Level < 4) = (Level < 4)", "TRUE"),
+        ("Man", ""),
+        (" OR ".join(f"Level > {i}" for i in range(13)) + " OR Man OR Fault", ""),
+    ],
+)
+def test_a_condition_that_no_value_changes_is_a_warning(text, value):
+    found = [message for code, message in findings(loop(text)) if code == "NX686"]
+    assert found == ([f"Manual is always {value}: {text}"] if value else [])
