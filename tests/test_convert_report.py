@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from functools import reduce
 from types import SimpleNamespace
 
 import pytest
@@ -199,7 +200,8 @@ def test_a_clamped_gain_says_how_far_it_is_off():
         ("pv.filter", 10, False),
         ("tuning.derivative_filter", 31, True),
         ("alarms.hysteresis", 11, True),
-        ("setpoint.value", 50, False),
+        ("setpoint.value", 11, True),
+        ("output.bias", 50, False),
     ],
 )
 def test_each_kind_of_number_has_its_limit(neutral, error, loss):
@@ -302,6 +304,74 @@ def test_a_constant_bias_is_the_output_that_a_loop_begins_with(target):
     }
     lines = lines_of(result)
     assert (lines["operation.transfer"].loss, lines["output.bias"].kind) == (True, "assumed")
+
+
+DL06_BIPOLAR = {
+    "name": "P2",
+    "mode": "auto",
+    "sample_rate": 1,
+    "bumpless": "II",
+    "action": "direct",
+    "tuning": {"gain": 2, "reset": 60},
+    "pv": {"range": [-50, 50], "format": "12-bit bipolar"},
+    "setpoint": {"value": -5},
+    "output": {"range": [-100, 100], "unit": "%"},
+}
+BIPOLAR = """\
+pidcfg: 1
+vendor: ezlogix
+loops:
+  - {name: L2, registers: R133, discretes: S109, mode: auto, algorithm: position, action: reverse, sample_rate: 2,
+     tuning: {proportional_gain: 0.45}, pv: {tag: IR1, range: [0, 16]}, setpoint: {value: 3.2},
+     output: {tag: OR1, range: [-100, 100], unit: "%"%s}}
+"""
+
+
+def test_an_offset_of_0_counts_is_what_a_dl06_has_without_a_bias():
+    result = api.convert(BIPOLAR.replace("%s", ""), "dl06")
+    row = lines_of(result)["output.offset"]
+    assert (row.kind, row.loss) == ("assumed", False)
+    back = api.convert(result.text, "generic")
+    assert back.data["loops"][0]["output"]["bias"] == -100
+
+
+def test_a_bias_of_0_counts_is_written_beside_another_output():
+    output = {"range": [-100, 100], "unit": "%", "bias": -100, "manual": 20}
+    result = api.convert(oven(tuning=P_ONLY, output=output), "dl06")
+    assert result.data["loops"][0]["state"] == {"output": 20, "bias": -100}
+    assert lines_of(result)["output.bias"].error_percent == 0
+
+
+@pytest.mark.parametrize("target", ["ezlogix", "click"])
+def test_a_bipolar_output_begins_in_the_middle(target):
+    source = file_of("dl06", DL06_BIPOLAR, plc={"loop_table": "V2000"})
+    result = api.convert(source, target)
+    row = lines_of(result)["state.output"]
+    assert "middle of its range" in row.note
+    if target == "click":
+        assert (row.kind, result.data["loops"][0]["state"]["output"]) == ("assumed", 50)
+    else:
+        assert (row.loss, "write 2048 counts" in row.note) == (True, True)
+
+
+@pytest.mark.parametrize("field", ["output.offset", "state.output"])
+def test_a_position_beside_zero_is_off_by_a_share_of_its_range(field):
+    result = api.convert(BIPOLAR.replace("%s", ", offset: 2048 counts"), "dl06")
+    row = lines_of(result)[field]
+    assert (row.target, row.error_percent) == (0, pytest.approx(100 * 0.5 / 4095))
+
+
+def test_a_set_point_beside_zero_is_no_loss():
+    row = lines_of(api.convert(oven(pv={"range": [-50, 50]}, setpoint={"value": 0.01}), "dl06"))["setpoint.value"]
+    assert (row.kind, row.loss, row.error_percent) == ("rounded", False, pytest.approx(0.01, abs=0.003))
+
+
+@pytest.mark.parametrize("target", ["dl06", "click"])
+def test_a_clamped_bias_is_not_told_as_0(target):
+    output = {"range": [20, 50], "unit": "Hz", "bias": 3}
+    row = lines_of(api.convert(oven(output=output), target))["output.bias"]
+    assert row.terms is None or row.terms.held != 0
+    assert target != "dl06" or (row.kind, row.target, row.error_percent) == ("clamped", 20, 0)
 
 
 def test_a_freeze_that_can_never_act_is_a_loss():
@@ -495,6 +565,22 @@ def test_an_ezlogix_keeps_its_registers_and_tags_within_the_vendor():
     moved = api.convert(EZLOGIX_OWN, "ezlogix", options={"registers": "R101"}).data["loops"][0]
     assert (moved["registers"], moved["pv"]["tag"], moved["pv"]["counts"]) == ("R101", "IR1", [0, 4000])
     assert float(moved["tuning"]["proportional_gain"]) == 2
+
+
+@pytest.mark.parametrize("goes_on", [True, False])
+def test_an_ezlogix_goes_on_while_the_plc_is_stopped_as_before_within_the_vendor(goes_on):
+    other = {"FIC": "TIC", "R201": "R301", "S201": "S301", "IR7": "IR8", "OR9": "OR10", "O3": "O4"}
+    loop = EZLOGIX_OWN.partition("loops:\n")[2]
+    two = EZLOGIX_OWN + reduce(lambda text, item: text.replace(*item), other.items(), loop)
+    text = two.replace("loops:", f"plc: {{process_when_stopped: {str(goes_on).lower()}}}\nloops:")
+    result = api.convert(text, "ezlogix", options={"registers": "R101"})
+    assert result.data["plc"]["process_when_stopped"] is goes_on
+    assert not result.losses
+    rows = [row for loop in result.loops for row in loop.changes if "process_when_stopped" in row.field]
+    assert {row.kind for row in rows} == {"exact"}
+    elsewhere = [row for row in api.convert(text, "dl06").loops[0].changes if "process_when_stopped" in row.field]
+    assert [(row.kind, row.loss) for row in elsewhere] == [("dropped", goes_on)]
+    assert "stands still" in elsewhere[0].note
 
 
 @pytest.mark.parametrize("vendor", ["click", "dpide"])

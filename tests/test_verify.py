@@ -51,6 +51,52 @@ def spoiled(conversion, **keys):
     return checked(data)
 
 
+WIRED = """
+pidcfg: 1
+vendor: nextopid
+plc: {sample_time: 0.5}
+signals: {M1: false}
+loops:
+  - {name: L1, type: PIDA_REAL, SP: 40, Kp: 1, Ti_Ki: 30, Td_Kd: 0, MaxMV: 100, MinMV: 0, MaxPV: 100, MinPV: 0,
+     Manual: M1, Direct: false, pv: {unit: degC}}
+"""
+
+
+FLOW = """
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: L3, output_raises_pv: true, sample_time: 1, tuning: {gain: 1, integral_time: 20},
+     pv: {range: [0, 100], square_root: true}, setpoint: {value: 30, follows_pv: false}, output: {range: [0, 100]}}
+"""
+
+
+@pytest.mark.parametrize("target", ["dl06", "ezlogix"])
+def test_set_points_of_a_root_are_those_that_both_sides_hold(target):
+    (loop,) = convert(FLOW, target, verify=True).verified
+    assert loop.failures == ()
+    spoiled = convert(FLOW.replace("gain: 1,", "gain: 1.1,"), target)
+    (bad,) = diff(FLOW, spoiled.text, verify=True).verified
+    assert not bad.passed
+
+
+def test_stages_whose_mode_the_source_does_not_go_to_are_not_tried():
+    (loop,) = convert(WIRED, "dpide", verify=True).verified
+    assert (loop.passed, loop.stages) == (True, ("start",))
+    assert {row.mode for row in loop.untried} == {"manual"}
+    (free,) = convert(WIRED.replace("Manual: M1", "Manual: false"), "dpide", verify=True).verified
+    assert (free.untried, len(free.stages) > 10) == ((), True)
+
+
+def test_two_sides_that_cannot_be_operated_are_not_called_alike_in_every_stage(tmp_path):
+    path = tmp_path / "n.yaml"
+    path.write_text(WIRED, encoding="utf-8")
+    shown = run("diff", str(path), str(path), "--verify").output
+    assert "alike in one stage" in shown
+    assert "not tried: manual, auto, step 5 %" in shown
+    assert "does not go to manual" in shown
+
+
 def test_a_correct_conversion_passes(kiln):
     assert kiln.unexplained(kiln.result, 0, 0) is None
 

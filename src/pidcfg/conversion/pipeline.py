@@ -171,7 +171,7 @@ class _Conversion:
         sides = Sides(
             generic.loops, before, self.target.load("to_neutral")(model), self.target.load("operation")(model)
         )
-        reports = {i: self._rows(j, file, stored[j], sides, own.get(j, ())) for j, i in enumerate(self.kept)}
+        reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.kept)}
         told = [row for rows in reports.values() for row in rows]
         reports[self.kept[0]] += beside(self.config, told, self._reasons())
         whys = {entry.path[1]: entry.message for entry in reversed(missing)}
@@ -188,12 +188,13 @@ class _Conversion:
         return {path: reason for loop in self.loops for path, reason in loop.beside.items()}
 
     def _rows(
-        self, j: int, file: TargetFile, stored: Mapping[str, Stored], sides: Sides, own: Sequence[Change]
+        self, j: int, file: TargetFile, stored: Mapping[str, Stored], sides: Sides, kept: Mapping[int, Sequence[Change]]
     ) -> list[Change]:
-        """The lines of one of the loops; ``own``: of what it keeps within its vendor."""
+        """The lines of one of the loops; ``kept``: of what all keep within their vendor."""
         loop = sides.before[j]
         rows = list(changes(self.loops[j].fields, file.fields[j], stored, partial(_is_default, loop)))
-        rows = list(with_kept(rows, own))
+        own = kept.get(j, ())
+        rows = list(with_kept(rows, own, {row.field for row in kept.get(0, ()) if row.field.startswith("/")}))
         rows = [*held_lines(rows, loop, after)] if (after := sides.held(j)) is not None else rows
         lines = list(differing_rules(sides.habits[j], sides.new_habits[j], loop, is_master=sides.is_master(j)))
         about = {name for line in lines if line.loss for name in line.neutral}

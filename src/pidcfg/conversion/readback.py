@@ -17,6 +17,7 @@ from pidcfg.conversion.common_scale import comparable
 from pidcfg.conversion.ledger import Terms
 from pidcfg.conversion.losses import KINDS
 from pidcfg.conversion.unmatched import harmless
+from pidcfg.paths import is_given
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -31,12 +32,15 @@ EXACT, SCALE = Decimal("1e-6"), Decimal("1e-9")
 
 def held_lines(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
     """The lines of a loop, each as true as the neutral loops of both sides make it."""
-    sides = Sides(*comparable(before, after), before)
+    untold = frozenset(key for key in RUNNING if not is_given(after, key.split(".")))
+    sides = Sides(*comparable(before, after), before, untold)
     return (sides.line(row) for row in rows)
 
 
 LEFT_OUT = ("output.manual",)
 """Numbers that are not told on the way back where they are what the PLC has without them."""
+RUNNING = ("output.bias",)
+"""Numbers that are not told on the way back where the loop writes them itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,8 @@ class Sides:
     before: Flat
     after: Flat
     loop: Loop
+    untold: frozenset[str]
+    """Numbers of which the target says nothing."""
 
     def line(self, row: Change) -> Change:
         """A line, with what the target holds."""
@@ -64,7 +70,7 @@ class Sides:
     def _terms(self, key: str) -> Terms | None:
         """A number that differs."""
         wanted, held = _number(self.before[key]), _number(self.after.get(key))
-        if wanted is None or held is None:
+        if wanted is None or held is None or key in self.untold:
             return None
         size, scale = max(abs(wanted), abs(held)), self._width(key)
         if abs(held - wanted) <= max(EXACT * size, SCALE * scale):

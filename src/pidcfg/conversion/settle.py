@@ -22,7 +22,7 @@ from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.limits import limits_at
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.conversion.ledger import TargetFile
     from pidcfg.encoders.image import Encoding
@@ -61,6 +61,7 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     file.model = model
     held = target.load("decode")(image.words, image.settings, image.plc).data
     coarse = {path: rounded.stored for path, rounded in encoding.rounded if isinstance(rounded.word.codec, SCALED)}
+    widths = {path: width for path, width in _widths(encoding) if path not in coarse}
     rows: list[dict[str, Stored]] = []
     for i, fields in enumerate(file.fields):
         other = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
@@ -74,7 +75,7 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
             there = coarse[path] if path in coarse else number_of(read_back(model, held, path))
             if there is None and key in sizes:
                 there = Decimal(0)
-            row[key] = _of_register(file.data, path, number_of(value), there)
+            row[key] = _of_register(file.data, path, number_of(value), there, widths.get(path))
             if key in other:
                 row[key] = _of_other_kind(value_at(file.data, path), *other[key])
         rows.append(row)
@@ -133,14 +134,30 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
     return outside
 
 
-def _of_register(data: dict[str, Any], path: Path, wanted: Decimal | None, held: Decimal | None) -> Stored:
-    """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``."""
+def _widths(encoding: Encoding) -> Iterator[tuple[Path, Decimal]]:
+    """The positions of a file by place, each with the width of its scale."""
+    for block in getattr(encoding, "blocks", ()):  # a program has none: its parameters are numbers
+        for word in block.table.words:
+            if isinstance(word.codec, Position) and word.path is not None:
+                scale = block.scales[word.codec.scale]
+                if scale.range is not None:
+                    yield (*block.place, *steps(word.path)), scale.width
+
+
+def _of_register(
+    data: dict[str, Any], path: Path, wanted: Decimal | None, held: Decimal | None, width: Decimal | None
+) -> Stored:
+    """What the memory holds of a field; the file gets it where it differs, unless it is a text such as ``500 ms``.
+
+    A position is off by a share of ``width``, that of its scale: beside 0 a count would be many times the value.
+    """
     written = value_at(data, path)
     if wanted is None or held is None:
         return Stored(written)
-    error = abs(held - wanted) / abs(wanted) if wanted else abs(held)
-    if error <= EXACT:
+    size = abs(wanted) or Decimal(1)
+    if abs(held - wanted) <= EXACT * size:
         return Stored(written)
+    error = abs(held - wanted) / (width or size)
     if not isinstance(written, str):
         written = plain_number(held)
         put(data, path, written)

@@ -25,6 +25,7 @@ def verified_data(loop: Verified) -> Data:
         "output_percent": round(loop.output_percent, 6),
         "iae_ratio": None if loop.iae_ratio is None else round(loop.iae_ratio, 6),
         "stages": list(loop.stages),
+        "not_tried": [{"stage": one.stage, "mode": one.mode} for one in loop.untried],
         "differences": [{**_difference(one.difference), "key": one.key or None} for one in loop.failures],
         "named": [{**_difference(one.difference), **_line(one.line)} for one in loop.named],
     }

@@ -88,3 +88,18 @@ def settled(
 def later(act: Act, by: float) -> Act:
     """The same act by so much later."""
     return replace(act, at=act.at + by)
+
+
+def on_grid(stage: Stage, low: float, step: float, high: float) -> Stage:
+    """The stage with its set points at whole steps from ``low`` on, so that the coarser register holds them."""
+    acts = tuple(
+        act if act.setpoint is None else replace(act, setpoint=nearest_step(act.setpoint, low, step, high))
+        for act in stage.acts
+    )
+    return replace(stage, acts=acts)
+
+
+def nearest_step(value: float, low: float, step: float, high: float) -> float:
+    """The nearest of the values that lie whole steps from ``low`` on, up to ``high``; the value itself at an end."""
+    near = low + round((value - low) / step) * step
+    return near if low < value < high and near <= high else value

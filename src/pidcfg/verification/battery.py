@@ -7,12 +7,14 @@ from math import expm1
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.sim.run import UnusableError
+from pidcfg.verification.acts import nearest_step, on_grid
 from pidcfg.verification.bench import bench_of
 from pidcfg.verification.comparison import AT_END, COUNTS, SHARE, Counts, Difference, Tolerance, differences
 from pidcfg.verification.keys import key_of
 from pidcfg.verification.lines import Scene, reason
 from pidcfg.verification.names import companions
 from pidcfg.verification.neutral import ACTION, loops_of
+from pidcfg.verification.operated import refused
 from pidcfg.verification.smoothing import FILTER, SMOOTHING, lets_through_the_same
 from pidcfg.verification.stages import stages_of
 from pidcfg.verification.trial import Side, finest, new_plc, resolution, run
@@ -67,10 +69,12 @@ class Reference:
 
     @property
     def possible(self) -> tuple[Stage, ...]:
-        """The stages that the loop can go through: all, unless its program gives it its mode."""
-        automatic = next(stage for stage in self.stages if stage.name == "auto")
-        operated = self.trial(automatic).modes[-1] == "auto"
-        return self.stages if operated else tuple(stage for stage in self.stages if stage.name == "start")
+        """The stages in which the loop goes to every mode that is asked of it."""
+        return tuple(stage for stage in self.stages if not self.refused(stage))
+
+    def refused(self, stage: Stage) -> str:
+        """The mode that a stage asks for and the loop does not go to; empty: none."""
+        return refused(stage, self.trial(stage), self.bench.sample)
 
     def trial(self, stage: Stage) -> Trial:
         """The loop through a stage."""
@@ -80,15 +84,24 @@ class Reference:
         return self.trials[key]
 
 
-def reference_of(side: Side, i: int, other: Loop) -> Reference:
-    """A loop with its bench and its battery; ``other`` is the same loop on the other side."""
+def reference_of(side: Side, i: int, other: Loop, step: float = 0.0) -> Reference:
+    """A loop with its bench and its battery; ``other`` is the same loop on the other side.
+
+    ``step``: what a count of the set point means where either side has few of them; 0: all values are as near.
+    """
     loop = side.loop(i)
     cascade = [i, *companions(side.loops, i, with_master=True)]
     bench = bench_of(loop, other, float(max(side.loop(k).sample_time for k in cascade)))
+    if step:
+        bench = replace(bench, start=nearest_step(bench.start, bench.low, step, bench.high))
     count, _ = resolution(new_plc(side, (i,)), i)
-    return Reference(
-        side, i, bench, tuple(stages_of(bench, loop, other, count, in_cascade=len(cascade) > 1)), loop.pv.square_root
-    )
+    stages = tuple(stages_of(bench, loop, other, count, in_cascade=len(cascade) > 1))
+    if step:
+        stages = tuple(
+            stage if stage.name.startswith("dead band") else on_grid(stage, bench.low, step, bench.high)
+            for stage in stages
+        )
+    return Reference(side, i, bench, stages, loop.pv.square_root)
 
 
 def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:

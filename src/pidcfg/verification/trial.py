@@ -102,6 +102,13 @@ def finest(plc: Plc, i: int) -> tuple[float, float]:
     return abs(high - low) / counts, 1 / output
 
 
+def root_step(side: Side, i: int) -> float:
+    """What one count of a set point on a root means, in the PV's unit; 0: the set point is no count of a root."""
+    plc = new_plc(side, (i,))
+    low, high, counts = plc.scales[i]
+    return abs(high - low) / sqrt(counts) if isinstance(plc, CountsPlc) and side.loop(i).pv.square_root else 0.0
+
+
 def resolution(plc: Plc, i: int) -> tuple[float, float]:
     """The same, of an analog module of 12 bits at least."""
     low, high, _ = plc.scales[i]

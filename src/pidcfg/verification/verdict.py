@@ -28,6 +28,14 @@ class Failure:
 
 
 @dataclass(frozen=True, slots=True)
+class Untried:
+    """A stage that shows nothing, and the mode that it asks for and the source does not go to."""
+
+    stage: str
+    mode: str
+
+
+@dataclass(frozen=True, slots=True)
 class Verified:
     """One loop's two sides in the battery, and how far they lie apart in its step and its disturbance."""
 
@@ -39,6 +47,7 @@ class Verified:
     chart: Chart
     stages: tuple[str, ...] = ()
     """Those that were run."""
+    untried: tuple[Untried, ...] = ()
     failures: tuple[Failure, ...] = ()
     named: tuple[Named, ...] = ()
 

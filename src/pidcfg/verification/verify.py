@@ -16,9 +16,9 @@ from pidcfg.verification.comparison import Counts, Tolerance
 from pidcfg.verification.keys import field_of
 from pidcfg.verification.neutral import loops_of
 from pidcfg.verification.overlays import overlay
-from pidcfg.verification.trial import finest, new_plc
+from pidcfg.verification.trial import finest, new_plc, root_step
 from pidcfg.verification.twin import Twin, twin_of
-from pidcfg.verification.verdict import Failure, Named, Verified
+from pidcfg.verification.verdict import Failure, Named, Untried, Verified
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -86,7 +86,8 @@ def _sides(
 def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
     """One loop's verdict."""
     other = sides.target.loop(j)
-    reference = reference_of(sides.twin, i, other)
+    step = max(root_step(sides.twin, i), root_step(sides.target, j))
+    reference = reference_of(sides.twin, i, other, step)
     tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
     if exactly:
         pv, output = finest(new_plc(sides.twin, (i,)), i)
@@ -150,6 +151,7 @@ def _result(  # noqa: PLR0913, PLR0917
         iae[1] / iae[0] if iae[0] else None,
         overlay(loop, times, setpoints[0], pvs, outputs, sides.names, (0.0, ends[0] * sample if len(cut) > 1 else 0.0)),
         tuple(stage.name for stage in reference.possible),
+        tuple(Untried(stage.name, mode) for stage in reference.stages if (mode := reference.refused(stage))),
         tuple(failures),
         tuple(named),
     )

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from pidcfg.verification.comparison import Difference
-    from pidcfg.verification.verdict import Named, Verified
+    from pidcfg.verification.verdict import Named, Untried, Verified
 
 UNITS = {"pv": "PV", "output": "output", "setpoint": "set point", "mode": "mode", "run": "no run"}
 NOTHING = "  no loop could be compared"
@@ -27,6 +27,7 @@ def verdict_text(loops: Sequence[Verified], *, pictures: bool = True) -> str:
         lines += ["", f"{loop.loop}: {headline(loop)}"]
         lines += [f"  differs: {in_words(one.difference)}{_because(one.key)}" for one in loop.failures]
         lines += [f"  named: {text}" for text in _named(loop.named)]
+        lines += [f"  not tried: {text}" for text in _untried(loop.untried)]
         if pictures:
             lines.append(in_characters(replace(loop.chart, title=""), sys.stderr))
     return "\n".join(lines if loops else [*lines, NOTHING]) + "\n"
@@ -36,7 +37,7 @@ def headline(loop: Verified) -> str:
     """The verdict, and how far both sides lie apart in a step and a disturbance."""
     ratio = "" if loop.iae_ratio is None else f", ratio of IAE {loop.iae_ratio:.4g}"
     verdict = "alike" if loop.passed else "NOT alike"
-    stages = f"{len(loop.stages)} stages" if len(loop.stages) > 1 else "one stage, as its mode is not the operator's"
+    stages = f"{len(loop.stages)} stages" if len(loop.stages) > 1 else "one stage"
     apart = f"PV at most {loop.pv_percent:.3g} % of its range apart, output {loop.output_percent:.3g} %"
     return f"{verdict} in {stages}; {apart}{ratio}"
 
@@ -72,6 +73,13 @@ def _named(rows: Sequence[Named]) -> Iterator[str]:
         yield f"{field} ({', '.join(names)}){f': {note}' if note else ''}"
 
 
+def _untried(rows: Sequence[Untried]) -> Iterator[str]:
+    """The stages of each mode that the source does not go to."""
+    for mode in dict.fromkeys(row.mode for row in rows):
+        stages = ", ".join(row.stage for row in rows if row.mode == mode)
+        yield f"{stages}: the source does not go to {mode} when it is asked to; its program, or an input, decides"
+
+
 def verdict_markdown(loops: Sequence[Verified]) -> list[str]:
     """The same as lines of Markdown."""
     lines = ["", "### Verified", ""]
@@ -79,4 +87,5 @@ def verdict_markdown(loops: Sequence[Verified]) -> list[str]:
         lines.append(f"- **{cell(loop.loop)}**: {cell(headline(loop))}")
         lines += [f"  - differs: {cell(in_words(one.difference) + _because(one.key))}" for one in loop.failures]
         lines += [f"  - named: {cell(text)}" for text in _named(loop.named)]
+        lines += [f"  - not tried: {cell(text)}" for text in _untried(loop.untried)]
     return lines

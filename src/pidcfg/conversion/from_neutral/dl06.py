@@ -15,6 +15,7 @@ from pidcfg.conversion.to_neutral.dl06 import FOLLOWS, RAISES
 from pidcfg.conversion.to_neutral.dl06_scales import position, short
 from pidcfg.encoders.dl06.encode import scales
 from pidcfg.encoders.maps.dl06 import CPU, RESET
+from pidcfg.paths import is_given
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import SECONDS, Quantity
 from pidcfg.schemas.octal import v_name
@@ -216,11 +217,16 @@ def _pv_filter(b: TargetBuilder, t: Dl06Target) -> None:
 
 def _bias(b: TargetBuilder, t: Dl06Target) -> None:
     resting = position(t.scales["output"], Quantity(ZERO, counts=True))
-    bias, integral = t.neutral.output.bias, b.data["tuning"]["reset"] != "off"
+    output, integral = t.neutral.output, b.data["tuning"]["reset"] != "off"
+    bias, manual = output.bias, output.manual
     if bias != (ZERO if integral else resting):
         b.put("state.bias", bias, "output.bias", BIAS, assumed=True)
-        if not integral and t.neutral.output.manual is None:
+        if not integral and manual is None:
             b.put("state.output", bias, None, "a change to Auto sets the bias to the output, which begins there")
+    elif not integral and manual not in {None, bias} and is_given(t.neutral, ("output", "bias")):
+        b.put("state.bias", bias, "output.bias", BIAS, assumed=True)
+    elif not integral:
+        b.mark("state.bias", "output.bias", "0 counts, as the output begins")
 
 
 def _without_place(b: TargetBuilder, t: Dl06Target) -> None:

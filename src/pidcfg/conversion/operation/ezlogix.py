@@ -18,8 +18,12 @@ def _counts(config: EzlogixFile, kept: Sequence[int]) -> dict[str, Any]:
     return {"pv_counts": [config.loops[i].pv.counts or (0, CV_FULL) for i in kept]}
 
 
-OWN = Own(("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"), scales=_counts)
-"""Its registers and tags."""
+OWN = Own(
+    ("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"),
+    {"/plc.process_when_stopped": ""},
+    _counts,
+)
+"""Its registers and tags, and whether its loops go on while the PLC is stopped, of which no option speaks."""
 
 
 def operations(config: EzlogixFile) -> list[Operation]:

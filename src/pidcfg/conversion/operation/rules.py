@@ -161,7 +161,7 @@ class Own:
     addresses: tuple[str, ...] = ()
     """Where loops stand; with an option, which may move them, none of these is kept."""
     choices: Mapping[str, str] = field(default_factory=dict)
-    """What belongs to the PLC and its modules, each with the option that says otherwise."""
+    """What belongs to the PLC and its modules, each with the option that says otherwise; empty: none does."""
     scales: Callable[[Any, Sequence[int]], dict[str, Any]] = lambda _config, _kept: {}
     """Options that gains and times depend on, as the loops at some places of a file have them."""
 

@@ -15,6 +15,10 @@ def verified() -> Schema:
         output_percent=number("The outputs at most."),
         iae_ratio=or_null(number("Integral of the absolute error, after to before.")),
         stages=listing("Those that were run.", text("Its name.")),
+        not_tried=listing(
+            "Those in which the source does not go to a mode that is asked of it.",
+            record("A stage.", stage=text("Its name."), mode=text("The mode.")),
+        ),
         differences=listing("What nothing explains.", difference(key=or_null(text("The key that explains it.")))),
         named=listing(
             "What a line of the report explains.",
