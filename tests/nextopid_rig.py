@@ -56,13 +56,38 @@ def random_program(rng: random.Random) -> str:
         lines.append(f"  - {{name: B{i}, type: {kind}, {given(rng, numbers)}}}")
         numbers += [f"B{i}.{name}" for name in outputs]
     lines.append("loops:")
+    pids = []
     for i in range(rng.randrange(1, 5)):
         lines.append(f"  - {{name: L{i}, type: {random_loop(rng, numbers, bools)}}}")
         if "ON_OFF" in lines[-1]:
             continue
         numbers.append(f"L{i}.MV")
         bools += [f"L{i}.{name}" for name in ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")]
+        pids.append(f"L{i}")
+    lines += moves(rng, numbers, bools, pids)
     return "\n".join(lines) + "\n"
+
+
+def condition(rng, numbers, bools):
+    """A wire of a BOOL."""
+    a, b, one, two = rng.choice(numbers[:2]), rng.choice(numbers), rng.choice(bools), rng.choice(bools)
+    sign = rng.choice(["<", "<=", ">", ">=", "=", "<>"])
+    word = rng.choice(["AND", "OR", "XOR", "="])
+    return (
+        f"'{rng.choice([f'NOT {one}', f'{one} {word} NOT {two}', f'{a} {sign} {b} AND {one}', f'{a} {sign} 1 / {b}'])}'"
+    )
+
+
+def moves(rng, numbers, bools, loops):
+    """What a program copies: to its signals, and to inputs of its loops."""
+    rows = []
+    for _ in range(rng.randrange(4)):
+        value, target = rng.choice([(expression(rng, numbers), "A"), (condition(rng, numbers, bools), "Sw2")])
+        when, place = condition(rng, numbers, bools), rng.choice(["start", "end"])
+        rows.append(f"  - {{move: {value}, to: {target}, when: {when}, at: {place}}}")
+    if loops:
+        rows.append(f"  - {{move: {loops[0]}.MV, to: {loops[0]}.MaxVarMV, when: {condition(rng, numbers, bools)}}}")
+    return ["moves:", *rows] if rows else []
 
 
 def expression(rng, numbers):
@@ -118,7 +143,7 @@ def random_loop(rng, numbers, bools):
         "SP_CASC": rng.choice(["50", expression(rng, wired)]),
     }
     for name in ("Indep", "DisableP", "DerivEr", "CASC", "Direct", "TRK_IN", "OVERR", "Windup_H_IN", "Windup_L_IN"):
-        given[name] = rng.choice(["false", "false", "true", rng.choice(bools)])
+        given[name] = rng.choice(["false", "false", "true", rng.choice(bools), condition(rng, numbers, bools)])
     if "TUNE" in kind:
         given["AutoTuneParam"] = "{PercAmpMV: 10, PercHystPV: 0.5, PercMaxPeakPV: 40, NumCycles: 2, Mode: PID}"
     if rng.random() < 0.3:

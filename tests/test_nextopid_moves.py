@@ -7,6 +7,7 @@ import pytest
 from nextopid_rig import HEAD, findings, image_of, run
 from pidcfg import check_text
 from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.nextopid.bumpless import bumpless_moves
 from pidcfg.encoders.nextopid.decode import decode
 from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.encoders.nextopid.files import FORMATS, checklist
@@ -200,6 +201,11 @@ def hand(body: str):
     ("body", "wanted"),
     [
         ("A(Manual := Man); IF Man THEN A.SP := A.PV; END_IF", [("A.PV", "A.SP", "Man", "end")]),
+        ("A(Manual := Man); IF NOT Man THEN ; ELSE A.SP := A.PV; END_IF", [("A.PV", "A.SP", "Man", "end")]),
+        (
+            "A(); IF NOT (Man OR Fault) THEN ; ELSIF Man THEN A.SP := 1; END_IF",
+            [(1.0, "A.SP", "(Man OR Fault) AND Man", "end")],
+        ),
         (
             "A(Manual := Man, ManualMV := MV1); IF Man THEN ; ELSE MV1 := A.MV; END_IF",
             [("A.MV", "MV1", "NOT Man", "end")],
@@ -326,3 +332,21 @@ def test_figure_16_1_as_an_engineer_writes_it():
     image = encode(NextopidFile.model_validate(data)).image
     again = read_st(write_st(image))
     assert again.plc["moves"] == listing.plc["moves"]
+
+
+@pytest.mark.parametrize(
+    ("row", "holds"),
+    [
+        ("move: A.MV, to: A.ManualMV, when: NOT A.Manual", True),
+        ("move: A.MV, to: A.ManualMV, when: NOT Man", True),
+        ("move: A.MV, to: A.ManualMV, when: NOT A.Manual, at: start", False),
+        ("move: A.MV, to: A.ManualMV, when: A.Manual", False),
+        ("move: A.MV, to: A.ManualMV", False),
+        ("move: A.MV + 1, to: A.ManualMV, when: NOT Man", False),
+        ("move: A.MV, to: A.BIAS, when: NOT Man", False),
+        ("move: A.MV, to: Level, when: NOT Man", False),
+    ],
+)
+def test_only_the_move_of_figure_16_1_holds_the_output(row, holds):
+    encoding = encode(model_of(moves(row)))
+    assert (bumpless_moves(encoding, 1).holds_mv == 0) is holds

@@ -17,7 +17,7 @@ from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.encoders.nextopid.files import checklist
 from pidcfg.encoders.nextopid.plcopen import write_plcopen
 from pidcfg.encoders.nextopid.plcopen_read import parse_xml, read_plcopen
-from pidcfg.encoders.nextopid.st_read import read_st
+from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_st
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import NextopidFile
@@ -29,6 +29,11 @@ ORDER = {
     "coordinateInfo": ["fbd", "ld", "sfc"],
     "pou": ["interface", "body", "documentation"],
     "variable": ["type", "initialValue", "documentation"],
+    "instances": ["configurations"],
+    "configurations": ["configuration"],
+    "configuration": ["resource"],
+    "resource": ["task"],
+    "task": ["pouInstance"],
 }
 """What stands in an element, in the order of the schema; what may be left out, may."""
 NEEDED = {
@@ -36,6 +41,10 @@ NEEDED = {
     "contentHeader": {"name", "modificationDateTime"},
     "pou": {"name", "pouType"},
     "variable": {"name"},
+    "configuration": {"name"},
+    "resource": {"name"},
+    "task": {"name", "priority"},
+    "pouInstance": {"name", "typeName"},
 }
 HEAD = '<project xmlns="http://www.plcopen.org/xml/tc6_0201">'
 
@@ -205,3 +214,102 @@ def test_a_damaged_file_is_read_or_refused(name, random):
 
 def test_a_byte_order_mark_does_no_harm():
     assert parse_xml("\ufeff" + written(network("override"))).name == "project"
+
+
+# --- tasks, and projects as CODESYS exports them ---------------------------------------------------------------------
+
+PROJECT = """<?xml version="1.0" encoding="utf-8"?>
+<project xmlns="http://www.plcopen.org/xml/tc6_0200">
+  <fileHeader companyName="" productName="CODESYS" productVersion="CODESYS V3.5 SP21"
+    creationDateTime="2026-01-01T00:00:00"/>
+  <types><dataTypes/><pous/></types>
+  <instances><configurations><configuration name="Device">
+    <resource name="Application">
+      <task name="MainTask" interval="{interval}" priority="1">
+        <pouInstance name="PLC_PRG" typeName=""><documentation><xhtml xmlns="http://www.w3.org/1999/xhtml"/></documentation></pouInstance>
+      </task>
+      <globalVars name="GVL_PID">
+        <variable name="TIC_1"><type><derived name="PIDA_REAL"/></type><initialValue><structValue>
+          <value member="SP"><simpleValue value="50.0"/></value><value member="Kp"><simpleValue value="1.5"/></value>
+          <value member="MaxMV"><simpleValue value="100"/></value>
+          <value member="MaxPV"><simpleValue value="200"/></value>
+        </structValue></initialValue></variable>
+        <variable name="Level"><type><REAL/></type></variable>
+      </globalVars>
+      <globalVars name="GVL_IO">
+        <variable name="Man" address="%IX0.0"><type><BOOL/></type></variable>
+        <variable name="Level"><type><INT/></type></variable>
+      </globalVars>
+      <addData>
+        <data name="http://www.3s-software.com/plcopenxml/pou" handleUnknown="implementation">
+          <pou name="Other" pouType="functionBlock"><interface/><body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml"/></ST></body></pou>
+        </data>
+        <data name="http://www.3s-software.com/plcopenxml/pou" handleUnknown="implementation">
+          <pou name="PLC_PRG" pouType="program"><interface><localVars>
+            <variable name="PT"><type><REAL/></type></variable>
+          </localVars></interface><body><ST><xhtml xmlns="http://www.w3.org/1999/xhtml">{body}</xhtml></ST></body></pou>
+        </data>
+      </addData>
+    </resource>
+  </configuration></configurations></instances>
+</project>
+"""
+CALL = "GVL_PID.TIC_1(PV := PT, Manual := GVL_IO.Man);\nIF NOT Man THEN TIC_1.ManualMV := GVL_PID.TIC_1.MV; END_IF"
+
+
+def project(body: str = CALL, interval: str = "PT0.02S") -> str:
+    return PROJECT.format(body=body, interval=interval)
+
+
+@pytest.mark.parametrize("interval", ["PT0.02S", "pt0.020s", "T#20ms", "TIME#0.02s"])
+def test_a_project_of_codesys_has_programs_and_instances_in_its_resource(interval):
+    listing = with_zeros(read_plcopen(project(interval=interval)))
+    data = decode(listing.words, listing.settings, listing.plc).data
+    assert data["plc"] == {"sample_time": 0.02, "program": "PLC_PRG"}
+    assert data["signals"] == {"Man": False, "PT": 0}
+    assert [(loop["name"], loop["SP"], loop["PV"], loop["Manual"]) for loop in data["loops"]] == [
+        ("TIC_1", 50, "PT", "Man")
+    ]
+    assert data["moves"] == [{"move": "TIC_1.MV", "to": "TIC_1.ManualMV", "when": "NOT Man"}]
+
+
+def test_what_two_lists_call_alike_is_neither():
+    with pytest.raises(ListingError, match=r"GVL_IO.Level is no variable that the program declares"):
+        read_plcopen(project("TIC_1(PV := GVL_IO.Level);"))
+
+
+@pytest.mark.parametrize("interval", ["", "cycle", "PT0S", "P1D"])
+def test_an_interval_that_is_no_time_is_asked_for(interval):
+    assert "sample_time" not in read_plcopen(project(interval=interval or "x")).plc
+
+
+def test_a_task_that_contradicts_the_comments_is_refused():
+    text = written(network("override")).replace('interval="PT', 'interval="PT1')
+    with pytest.raises(ListingError, match=r"the task calls the program every .* s, and the comments say") as error:
+        read_plcopen(text)
+    assert "interval=" in text.splitlines()[error.value.line - 1]
+
+
+def test_the_task_calls_the_program_at_its_interval():
+    config = network("override")
+    root = ET.fromstring(written(config))  # noqa: S314 - our own text
+    (task,) = root.iter(f"{TC6}task")
+    assert task.attrib["interval"] == f"PT{config.plc.sample_time}S"
+    assert (task.attrib["priority"], task[0].attrib) == ("1", dict.fromkeys(("name", "typeName"), config.plc.program))
+
+
+def test_a_project_of_more_than_a_megabyte_is_read():
+    filler = '<data name="x" handleUnknown="discard"><Libraries>' + '<Library Name="Standard" />' * 45_000
+    text = project().replace("<addData>", f"<addData>{filler}</Libraries></data>", 1)
+    assert len(text) > 1_100_000
+    result = check_listing(text)
+    assert [loop["name"] for loop in result["loops"]] == ["TIC_1"]
+
+
+def check_listing(text: str):
+    from pidcfg.limits import DEFAULT
+    from pidcfg.listings import read_listing
+    from pidcfg.vendors import VENDORS
+
+    listing = read_listing(text.encode(), VENDORS["nextopid"], DEFAULT)
+    return decode(listing.words, listing.settings, listing.plc).data

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class Limits:
     """How large an input may be before it is refused (exit code 2, naming the limit)."""
 
-    file_bytes: int = 1 << 20
+    file_bytes: int = 3 << 20
     depth: int = 32
     nodes: int = 50_000
     aliases: int = 100

@@ -1,20 +1,22 @@
 """A NextoPID program as PLCopen XML (TC6, version 2.01), which CODESYS and its relatives import.
 
-One POU: the declarations as ``initialValue/structValue/value[@member]``, the calls as Structured Text, and in the
-documentation what no parameter holds. The dates that the format demands are fixed, so that the same configuration
-gives the same bytes.
+One POU, and the task that calls it: the declarations as ``initialValue/structValue/value[@member]``, the calls as
+Structured Text, and in the documentation what no parameter holds. The dates that the format demands are fixed, so
+that the same configuration gives the same bytes.
 """
 
 from __future__ import annotations
 
+from decimal import Decimal
 from html import escape
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.nextopid.st_program import Unit
+from pidcfg.encoders.nextopid.st_program import Unit, unused_name
 from pidcfg.encoders.nextopid.st_write import header, literal, statements
+from pidcfg.schemas.base import decimal_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.encoders.nextopid.st_program import Variable
     from pidcfg.encoders.parameters import Content, Program
@@ -24,7 +26,7 @@ NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
 DATE = "2000-01-01T00:00:00"
 """A date must stand there, and none means anything."""
-ELEMENTARY = frozenset(("BOOL", "REAL", "USINT", "UINT", "UDINT", "INT", "DINT"))
+ELEMENTARY = frozenset(("BOOL", "REAL", "USINT", "UINT", "UDINT", "INT", "DINT", "TIME"))
 TOP = f"""<?xml version="1.0" encoding="utf-8"?>
 <project xmlns="{NAMESPACE}">
   <fileHeader companyName="" productName="pidcfg" productVersion="1" creationDateTime="{DATE}" />
@@ -50,8 +52,19 @@ BOTTOM = """      </pou>
     </pous>
   </types>
   <instances>
-    <configurations />
-  </instances>
+"""
+WITHOUT_TASK = ("<configurations />",)
+WITH_TASK = """<configurations>
+  <configuration name="Device">
+    <resource name="Application">
+      <task name="{task}" interval="PT{seconds}S" priority="1">
+        <pouInstance name="{name}" typeName="{name}" />
+      </task>
+    </resource>
+  </configuration>
+</configurations>"""
+"""The names are those that CODESYS gives a new project."""
+END = """  </instances>
 </project>
 """
 
@@ -67,7 +80,18 @@ def write_plcopen(image: Program, checklist: tuple[str, ...] = ()) -> str:
     lines += [_xhtml("\n".join(("", *statements(unit), "")), "            ")]
     lines += ["          </ST>", "        </body>", "        <documentation>"]
     lines += [_xhtml("\n".join(("", *header(image, checklist), "")), "          "), "        </documentation>"]
-    return "\n".join(lines) + "\n" + BOTTOM
+    return "\n".join(lines) + "\n" + BOTTOM + "".join(f"    {line}\n" for line in _task(unit)) + END
+
+
+def _task(unit: Unit) -> Sequence[str]:
+    """The cyclic task that calls the program; none where nobody says its interval."""
+    interval = unit.image.plc.get("sample_time")
+    if interval is None:
+        return WITHOUT_TASK
+    used = {name.upper() for name in (*unit.names.values(), *(block.name for block in unit.layout.instances))}
+    task = unused_name("PidTask", used | {unit.program.upper()})
+    seconds = decimal_text(Decimal(str(interval)))
+    return WITH_TASK.format(task=task, seconds=seconds, name=escape(unit.program)).split("\n")
 
 
 def _xhtml(text: str, indent: str) -> str:

@@ -1,27 +1,36 @@
 """PLCopen XML to a listing: the declarations and the calls of the one program that has blocks of the library.
 
-The document is read by the standard library's parser. Document types and entities are refused, depth and size are
-bounded, and every fault has its line.
+A whole project of CODESYS has its programs beside the task, in additional data of the resource, and its global
+variables in lists of the resource; both are read, and the interval of the task. The document is read by the standard
+library's parser. Document types and entities are refused, depth and size are bounded, and every fault has its line.
 """
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from dataclasses import dataclass, field
+from decimal import Decimal
 from typing import TYPE_CHECKING
 from xml.parsers import expat
 
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.nextopid.st_lex import END, NAME, Comment, Token, tokens_of
-from pidcfg.encoders.nextopid.st_parse import Declaration, Member, Source, parse_body
+from pidcfg.encoders.nextopid.st_parse import Declaration, Member, Source, Statement, parse_body
 from pidcfg.encoders.nextopid.st_read import read_source
 from pidcfg.encoders.nextopid.st_scope import LIBRARY
+from pidcfg.schemas.iec import time_seconds
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.nextopid.st_parse import Initial
 
 NAMESPACES = ("http://www.plcopen.org/xml/tc6_0201", "http://www.plcopen.org/xml/tc6_0200")
+CONFIGURATION = ("instances", "configurations", "configuration")
+WORD = re.compile(r"[^\W\d]\w*")
+ISO_TIME = re.compile(r"PT(\d+(?:\.\d+)?)S", re.IGNORECASE)
+"""As CODESYS writes the interval of a task."""
 DEEPEST = 64
 SEPARATOR = " "
 """Between the namespace and the name of an element."""
@@ -124,16 +133,14 @@ def parse_xml(text: str) -> Node:
 def read_plcopen(text: str) -> Listing:
     """The parameters and wires of the program in a document."""
     root = parse_xml(text)
-    pou = _pou(root)
+    resources = [*root.all(*CONFIGURATION, "resource"), *root.all("addData", "data", "resource")]
+    lists = [*root.all(*CONFIGURATION, "globalVars"), *(one for at in resources for one in at.all("globalVars"))]
+    pou = _pou(root, resources, lists)
     source = Source()
     source.program = _token(pou, "name")
-    lists = [
-        *root.all("instances", "configurations", "configuration", "globalVars"),
-        *root.all("instances", "configurations", "configuration", "resource", "globalVars"),
-        *pou.all("interface", "*"),
-    ]
-    for variables in lists:
+    for variables in pou.all("interface", "*"):
         source.declarations += (_declaration(node) for node in variables.all("variable"))
+    owners = _globals(source, lists)
     for node in pou.all("documentation", "*"):
         source.comments += _lines(node)
     left = []
@@ -143,16 +150,24 @@ def read_plcopen(text: str) -> Listing:
             parse_body(inner.words, inner.text_line or inner.line, source)
         elif body.name not in {"addData", "documentation"}:
             left.append(body)
-    listing = read_source(source)
+    source.statements = [_unqualified(statement, owners) for statement in source.statements]
+    listing = read_source(source, _interval(resources, source.program))
     notes = (f"the {node.name} of line {node.line} is left out: only Structured Text is read" for node in left)
     listing.notes = (*listing.notes, *notes)
     return listing
 
 
-def _pou(root: Node) -> Node:
-    """The program with blocks of the library."""
-    pous = list(root.all("types", "pous", "pou"))
-    fitting = [pou for pou in pous if any(_types(pou))] or [p for p in pous if p.attributes.get("pouType") == "program"]
+def _pou(root: Node, resources: list[Node], lists: list[Node]) -> Node:
+    """The program with blocks of the library: that declares them, or whose text has those of a global list."""
+    pous = [*root.all("types", "pous", "pou"), *(pou for at in resources for pou in at.all("addData", "data", "pou"))]
+    instances = {
+        node.attributes.get("name", "").upper()
+        for node in _variables(lists)
+        if any(_of_library(node, "type", "derived"))
+    }
+    fitting = [pou for pou in pous if any(_of_library(pou, "interface", "*", "variable", "type", "derived"))]
+    fitting += [pou for pou in pous if pou not in fitting and instances & _words(pou)]
+    fitting = fitting or [pou for pou in pous if pou.attributes.get("pouType") == "program"]
     if not fitting:
         raise root.error("the project has no program")
     if len(fitting) > 1:
@@ -163,11 +178,64 @@ def _pou(root: Node) -> Node:
     return fitting[0]
 
 
-def _types(pou: Node) -> Iterator[bool]:
-    return (
-        node.attributes.get("name", "").upper() in LIBRARY
-        for node in pou.all("interface", "*", "variable", "type", "derived")
-    )
+def _variables(lists: list[Node]) -> Iterator[Node]:
+    return (node for variables in lists for node in variables.all("variable"))
+
+
+def _of_library(node: Node, *path: str) -> Iterator[bool]:
+    return (inner.attributes.get("name", "").upper() in LIBRARY for inner in node.all(*path))
+
+
+def _words(pou: Node) -> set[str]:
+    """The words of a program's text, in capitals."""
+    return {word.upper() for body in pou.all("body", "ST") for word in WORD.findall(body.words)}
+
+
+def _globals(source: Source, lists: list[Node]) -> dict[str, set[str]]:
+    """Declares the variables of global lists that stand for one thing; returns the names of each list."""
+    local = {declaration.name.upper for declaration in source.declarations}
+    found = [
+        (one.attributes.get("name", "").upper(), _declaration(node)) for one in lists for node in _variables([one])
+    ]
+    times = Counter(declaration.name.upper for _, declaration in found)
+    owners: dict[str, set[str]] = {}
+    kept: list[Declaration] = []
+    for name, declaration in found:
+        if times[declaration.name.upper] == 1 and declaration.name.upper not in local:
+            kept.append(declaration)
+            owners.setdefault(name, set()).add(declaration.name.upper)
+    source.declarations = [*kept, *source.declarations]
+    return owners
+
+
+def _unqualified(statement: Statement, owners: Mapping[str, set[str]]) -> Statement:
+    """A statement without the names of lists before their variables, ``GVL.TIC_1``."""
+    tokens, kept, at = statement.tokens, [], 0
+    while at < len(tokens):
+        behind = tokens[at + 2].upper if at + 2 < len(tokens) and tokens[at + 1].text == "." else ""
+        is_member = at > 0 and tokens[at - 1].text == "."
+        if not is_member and tokens[at].kind == NAME and behind in owners.get(tokens[at].upper, ()):
+            at += 2
+        kept.append(tokens[at])
+        at += 1
+    return Statement(tuple(kept))
+
+
+def _interval(resources: list[Node], program: Token) -> tuple[Decimal, Token] | None:
+    """The interval of the one task that calls the program, in s, and where it stands."""
+    found = []
+    for task in (task for resource in resources for task in resource.all("task")):
+        called = (
+            node.attributes.get("typeName") or node.attributes.get("name", "") for node in task.all("pouInstance")
+        )
+        if program.upper in {name.upper() for name in called} and "interval" in task.attributes:
+            found.append(_token(task, "interval"))
+    if len(found) != 1:
+        return None
+    text = found[0].text
+    match = ISO_TIME.fullmatch(text)
+    seconds = time_seconds(text) if "#" in text else Decimal(match.group(1)) if match else None
+    return None if not seconds else (seconds, found[0])
 
 
 def _lines(node: Node) -> Iterator[Comment]:

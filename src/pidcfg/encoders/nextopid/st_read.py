@@ -14,12 +14,14 @@ from pidcfg.encoders.nextopid.st_scope import SIGNAL_TYPES, Scope, can_wire, che
 from pidcfg.encoders.nextopid.st_values import content_of
 from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.nextopid.wiring import Layout
+from pidcfg.schemas.base import decimal_text, parse_seconds, plain_number
 from pidcfg.schemas.expressions import MAX_LENGTH, ExpressionError
 from pidcfg.schemas.iec import REAL, Wire
 from pidcfg.schemas.nextopid import Plc
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
+    from decimal import Decimal
     from typing import Any
 
     from pidcfg.encoders.nextopid.st_calls import Assignment
@@ -35,11 +37,13 @@ def read_st(text: str) -> Listing:
     return read_source(parse_st(text))
 
 
-def read_source(source: Source) -> Listing:
-    """As `read_st`, of what has been taken apart."""
+def read_source(source: Source, task: tuple[Decimal, Token] | None = None) -> Listing:
+    """As `read_st`, of what has been taken apart; ``task``: the interval of the task in s, and where it stands."""
     listing = Listing(vendor="nextopid")
     scope = Scope.of(source, listing)
     listing.described = described = bool(listing.plc)
+    if task is not None:
+        listing.plc = _with_task(listing.plc, *task)
     calls = Calls(scope)
     for statement in source.statements:
         calls.take(statement)
@@ -78,6 +82,14 @@ def with_zeros(listing: Listing) -> Listing:
         if left:
             listing.notes = (*listing.notes, f"{name}: {', '.join(left)} are not given in the program, and so are 0")
     return listing
+
+
+def _with_task(plc: Mapping[str, Any], interval: Decimal, at: Token) -> dict[str, Any]:
+    """What is beside the parameters, with the interval of the task; raises `ListingError` where the comments differ."""
+    said = plc.get("sample_time")
+    if said is not None and parse_seconds(said) != interval:
+        raise at.error(f"the task calls the program every {decimal_text(interval)} s, and the comments say {said}")
+    return {**plc, "sample_time": plain_number(interval)}
 
 
 def _with_program(plc: Mapping[str, Any], program: Token) -> dict[str, Any]:

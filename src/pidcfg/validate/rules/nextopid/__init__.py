@@ -7,6 +7,7 @@ from pidcfg.validate.rules.nextopid import (
     cascade,
     cascade_ends,
     cascade_wires,
+    combinations,
     conditions,
     forms,
     limits,
@@ -34,4 +35,5 @@ RULES = collect(
     cascade_wires,
     cascade_ends,
     override,
+    combinations,
 )

@@ -6,6 +6,7 @@ import re
 from itertools import chain
 from typing import TYPE_CHECKING
 
+from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.encode import WireError
 from pidcfg.encoders.nextopid.wiring import D204, D205
@@ -48,7 +49,9 @@ FUNCTIONS = """
     EXP LN LOG LIMIT SEL MUX INSERT DELETE REPLACE FIND TRUNC ADR SIZEOF SR RS SEMA R_TRIG F_TRIG CTU CTD CTUD TP TON
     TOF RTC POINTER REFERENCE METHOD THIS SUPER INTERFACE UNION BIT EN ENO PUBLIC PRIVATE PERSISTENT CONTINUE JMP
 """
-STANDARD = frozenset(FUNCTIONS.split())
+REFUSED = frozenset(("SEL", "LIMIT", "ADR", "THIS", "SUPER", "BIT", "METHOD", "INI", "PROPERTY"))
+"""Names that CODESYS does not compile as those of a variable; conversions, INT_TO_REAL, are others."""
+STANDARD = frozenset(FUNCTIONS.split()) | REFUSED
 CONVERSION = re.compile(r"(BOOL|BYTE|WORD|DWORD|LWORD|U?[SDL]?INT|L?REAL|TIME|DATE|STRING|ANY)_TO_\w+")
 PASSIVE = ("ControlLowFilter", "ControlDelay", "ControlLag", "ControlDelayLag", "ControlLeadLag")
 """Blocks whose output is of use only to other blocks."""
@@ -153,14 +156,16 @@ def unused_signal(context: NextopidContext) -> Findings:
 def name_of_a_standard_function(context: NextopidContext) -> Findings:
     """A signal or an instance shadows a standard function or function block.
 
-    Why: within the program the name means the variable, and the standard function cannot be called any more. Some
-    compilers refuse it.
+    Why: within the program the name means the variable, and the standard function cannot be called any more. CODESYS
+    does not compile some of them, such as SEL, LIMIT and INT_TO_REAL: those are errors.
 
     Fix: choose another name.
     """
     for _, name, path in named(context):
-        if name.upper() in STANDARD or CONVERSION.fullmatch(name.upper()):
-            yield Finding(path, {"name": name}, key=path[0] == "signals")
+        refused = name.upper() in REFUSED or CONVERSION.fullmatch(name.upper())
+        if refused or name.upper() in STANDARD:
+            severity = Severity.ERROR if refused else None
+            yield Finding(path, {"name": name}, key=path[0] == "signals", severity=severity)
 
 
 @warning("NX607", D210, "nothing reads {name}.OutVar")
