@@ -401,7 +401,7 @@ def test_the_decimals_of_the_caller_change_no_result_and_stay_as_they_are():
 def test_a_configuration_without_loops_is_no_crash():
     text = "pidcfg: 1\nvendor: dl06\nplc: {loop_table: V2000, reset_decimals: 1}\nloops: []\n"
     for target in ("click", "ezlogix", "dpide", "generic"):
-        assert [d.code for d in pidcfg.convert(text, target).findings if d.severity.label == "error"] == ["PID042"]
+        assert [d.code for d in pidcfg.convert(text, target).findings if d.severity.label == "error"] == ["PID107"]
 
 
 BOILER = ROOT / "examples" / "generic" / "boiler.yaml"

@@ -405,7 +405,7 @@ def test_the_bumpless_mode_that_is_not_given_counts_as_given():
     assert to_neutral(config)[0].data["setpoint"]["follows_pv"] is True
 
 
-@pytest.mark.parametrize("target", ["ezlogix", "nextopid", "dpide"])
+@pytest.mark.parametrize("target", ["ezlogix", "dpide"])
 def test_a_set_point_that_follows_the_pv_is_lost_where_there_is_no_such_thing(target):
     for mode, kind in ((1, "dropped"), (2, "exact")):
         found = convert(click({"bumpless": mode}), CLICK, VENDORS[target], {}).loops[0][1]

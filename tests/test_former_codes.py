@@ -125,7 +125,7 @@ def test_fix_leaves_text_that_only_looks_like_a_comment(tmp_path):
     "comment",
     [
         "heater # pidcfg: ignore[PID242] r",
-        "pidcfg: ignore[PID501] r",
+        "pidcfg: ignore[PID599] r",
         "pidcfg: ignore[PID24] r",
         "pidcfg: ignore[PID242 PID211] r",
     ],
@@ -176,7 +176,7 @@ def test_baselines_of_the_first_format(tmp_path):
     (tmp_path / "known.json").write_text(json.dumps({"version": 1, "findings": [row]}), "utf-8")
     result = run(tmp_path, "validate", "oven.yaml", "--baseline", "known.json", "--select", "DL242", "--strict")
     assert (result.returncode, result.stdout) == (0, "")
-    assert "1 entry of the first format renewed" in result.stderr
+    assert "1 entry of a former format renewed" in result.stderr
     assert '"DL242"' in (tmp_path / "known.json").read_text("utf-8")
 
 

@@ -17,6 +17,7 @@ from compile_rig import vector
 from nextopid_blocks_rig import IN_FLOAT32, UNTOUCHED, Block, call
 from pidcfg.sim.compile import compiled, records, write_back
 from pidcfg.sim.controllers.nextopid import block_decisions, slots
+from pidcfg.sim.controllers.nextopid.bits import BAD_DEAD_BAND, BAD_PV_LIMITS
 from pidcfg.sim.controllers.nextopid.state import AUTO_MODE, ERROR_BASE, MANUAL_MODE, Config, State
 from pidcfg.sim.terms import single
 from rig_plants import FirstOrder
@@ -154,7 +155,7 @@ def test_on_off_has_both_error_bits_at_once():
     block = Block("ControlON_OFF", **ON_OFF)(MaxPV=-1, DeadBand=-1)
 
     assert (block["ErrBits.MaxMinPV"], block["ErrBits.DeadBand"]) == (1, 1)
-    assert block.s.status == MANUAL_MODE | 3 * ERROR_BASE
+    assert block.s.status == MANUAL_MODE | (BAD_PV_LIMITS | BAD_DEAD_BAND) * ERROR_BASE
 
 
 def test_on_off_keeps_a_process_in_its_band():
@@ -634,7 +635,8 @@ def test_error_bits_of_on_off(changed, bits, mv):
     assert block()["MV"] == 1
     assert block(PV=130, **changed)["MV"] == mv
     assert (block["ErrBits.MaxMinPV"], block["ErrBits.DeadBand"]) == (bits & 1, bits >> 1)
-    assert block.s.status == AUTO_MODE | bits * ERROR_BASE
+    errors = (bits & 1) * BAD_PV_LIMITS + (bits >> 1) * BAD_DEAD_BAND
+    assert block.s.status == AUTO_MODE | errors * ERROR_BASE
     assert (block["WarnBits.PV_MinPV"], block["WarnBits.PV_MaxPV"]) == ((1, 0) if bits else (0, 1))
     assert block(Manual=1, ManualMV=1)["MV"] == 1
     assert block(Manual=1, ManualMV=0)["MV"] == (1 if bits else 0)

@@ -30,6 +30,8 @@ def shown(value: Any) -> Any:
         return plain_number(value)
     if isinstance(value, Quantity | Duration):
         return str(value)
+    if isinstance(value, dict):  # such as the devices of an instruction
+        return ", ".join(f"{key}: {shown(inner)}" for key, inner in value.items())
     return [shown(v) for v in value] if isinstance(value, list | tuple) else value
 
 

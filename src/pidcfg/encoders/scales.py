@@ -178,8 +178,8 @@ class Position:
     """A word that holds a value on a named scale (``pv``, ``sp`` or ``output``)."""
 
     scale: str
-    tolerance: ClassVar[Decimal] = COARSE
-    """Of a value: what is rounded further needs a warning."""
+    tolerance: ClassVar[Decimal] = Decimal("0.1")
+    """Of a value: what is rounded further needs a warning; a root has few counts anyway (D340)."""
 
     @property
     def notation(self) -> str:
@@ -214,8 +214,8 @@ class Distance:
     """A word that holds a difference on a named scale: never negative, up to the format's maximum."""
 
     scale: str
-    tolerance: ClassVar[Decimal] = Decimal("0.1")
-    """Of a value: what is rounded further needs a warning; bands may be off by more than settings (D340)."""
+    tolerance: ClassVar[Decimal] = Decimal("Infinity")
+    """Of a value: what is rounded further needs a warning; rules of their own look at bands that are too small."""
 
     @property
     def notation(self) -> str:

@@ -77,7 +77,8 @@ class LoopFacts(ABC):
 
     def alarm_is_on(self, loop: int, alarm: str) -> bool:
         """Whether an alarm can come: it is switched on and has a limit."""
-        return bool(abs(getattr(self.cfg[loop], self.alarm_limits[alarm])) < self.unreached)
+        limit = self.alarm_limits.get(alarm)
+        return limit is None or bool(abs(getattr(self.cfg[loop], limit)) < self.unreached)
 
     def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
         """At the start: the set point that the configuration gives a loop, before the PLC limits it."""

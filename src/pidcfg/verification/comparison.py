@@ -189,10 +189,15 @@ class _Comparison:
         )
 
     def setpoint(self) -> Iterator[Difference]:
-        """The set points."""
+        """The set points; two that follow their PVs are as far apart as these, which are compared by themselves."""
         a, b, allowed = self.one.setpoint, self.two.setpoint, self.tolerance.setpoint
         window = SAMPLES + self.stage.slack
-        samples = tuple(k for k in range(self.first, len(a)) if not apart(a, b, k, window) <= allowed)
+        samples = tuple(
+            k
+            for k in range(self.first, len(a))
+            if not apart(a, b, k, window) <= allowed
+            and not all(apart(side.setpoint, side.pv, k, window) <= allowed for side in (self.one, self.two))
+        )
         if samples:
             worst = max(abs(a[k] - b[k]) for k in samples) / self.bench.span
             yield replace(self._difference("setpoint", a, b, samples), worst=worst, allowed=allowed)

@@ -93,6 +93,8 @@ class Pace:
 
     seconds: float
     """Dead times and time constants of the plants between, and some samples of the loop."""
+    turn: float
+    """The same without the time in which an integrator crosses the span: a limit has turned its PV round by then."""
     lags: float
     """The time constants alone."""
     integrates: bool
@@ -109,10 +111,10 @@ def plant_time(plc: Plc, influence: Influence, i: int) -> Pace:
         text = net.texts[name][1]
         total += float(text.dead_time) + sum(lags(text))
         integrates = integrates or text.model == "integrator"
-    speed = abs(answer(net, plc, i)) * (most - least)
+    speed, turn = abs(answer(net, plc, i)) * (most - least), total
     if integrates and speed:
         total += abs(high - low) / speed
-    return Pace(total, sum(sum(lags(net.texts[name][1])) for name in influence.plants_between(i)), integrates)
+    return Pace(total, turn, sum(sum(lags(net.texts[name][1])) for name in influence.plants_between(i)), integrates)
 
 
 def lags(text: PlantText) -> Iterator[float]:

@@ -76,7 +76,8 @@ def _saturated(e: Evidence, i: int, look: Look, limit: str) -> Judgement:
         return too_early(f"at {limit} with an error of {late:.4g}: an event at {e.seconds(look.stage):g} s")
     pace, time = e.paces[i], _with_one_sign(e, i, look)
     still = abs(early - late) < e.least(i)
-    if (still or late > early) and time < (1 if still else TURNED) * pace.seconds:
+    moves = pace.integrates and e.span(i) * e.seconds(look.half) >= SEEN * e.least(i) * pace.seconds
+    if (still or late > early) and time < (pace.seconds if still and not moves else TURNED * pace.turn):
         return too_early(f"at {limit} with an error of {late:.4g}: too little time for its plant to turn round")
     settled = not pace.integrates and time >= SETTLED * pace.seconds
     if still or late > early or (settled and early - late < _due(e, i, look, early)):

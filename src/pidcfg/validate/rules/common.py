@@ -185,7 +185,7 @@ def fractional_counts(context: AnyContext) -> Findings:
 
 @warning("PID105", D07, "{field} {value}{unit} is stored as {stored}{unit}, {percent} % off")
 def rounded_value(context: AnyContext) -> Findings:
-    """A value is stored more than 1 % off (a band: 10 %), or comes into its limits only so, for lack of digits.
+    """A value is stored more than 1 % off, or comes into its limits only so, because its register has too few digits.
 
     Why: the loop runs with the stored value, not with the one in the file.
 

@@ -122,6 +122,6 @@ def opposite_loops_of_one_pv(context: NextopidContext) -> Findings:
         pv, directions = one.source("PV"), {one.is_on("Direct"), two.is_on("Direct")}
         if pv is None or pv != two.source("PV") or directions != {True, False} or {one.number, two.number} <= outputs:
             continue
-        yield two.at("Direct" if two.is_given("Direct") else "PV", one=one.name, two=two.name, pv=pv).shared_with(
-            one.name
-        )
+        for this, other in ((one, two), (two, one)):
+            key = "Direct" if this.is_given("Direct") else "PV"
+            yield this.at(key, one=one.name, two=two.name, pv=pv).shared_with(other.name)
