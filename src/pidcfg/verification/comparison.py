@@ -189,18 +189,22 @@ class _Comparison:
         )
 
     def setpoint(self) -> Iterator[Difference]:
-        """The set points; two that follow their PVs are as far apart as these, which are compared by themselves."""
+        """The set points, but for one that follows its PV in Manual: some PLCs take it over with the change to Auto."""
         a, b, allowed = self.one.setpoint, self.two.setpoint, self.tolerance.setpoint
         window = SAMPLES + self.stage.slack
         samples = tuple(
             k
             for k in range(self.first, len(a))
             if not apart(a, b, k, window) <= allowed
-            and not all(apart(side.setpoint, side.pv, k, window) <= allowed for side in (self.one, self.two))
+            and not (self.one.modes[k] == self.two.modes[k] == "manual" and self._follows(k, window, allowed))
         )
         if samples:
             worst = max(abs(a[k] - b[k]) for k in samples) / self.bench.span
             yield replace(self._difference("setpoint", a, b, samples), worst=worst, allowed=allowed)
+
+    def _follows(self, k: int, window: int, allowed: float) -> bool:
+        """Whether the set point of a side is its PV."""
+        return any(apart(side.setpoint, side.pv, k, window) <= allowed for side in (self.one, self.two))
 
     def states(self, signal: str, a: Sequence[State], b: Sequence[State]) -> Iterator[Difference]:
         """A signal that is a mode or an alarm."""

@@ -57,7 +57,7 @@ BY_PROGRAM = {
 }
 """Neutral fields that the blocks do not have, with what to program instead."""
 HOLDS = "the output stays on the way to manual, as figure 16-1 has it"
-FOLLOWS = "a move, as figure 16-1 has it"
+FOLLOWS = "a move, as figure 16-1 has it: the set point follows the PV all the time in manual"
 WINDUP = "the blocks never integrate further into MinMV, MaxMV or MaxVarMV"
 
 
