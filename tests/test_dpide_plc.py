@@ -54,7 +54,7 @@ loops:
     pv: {range: [0, 400], unit: degC}
 """
 TOO_LARGE = (
-    "1e+39 does not fit a REAL: outside the range of single precision: "
+    "1e+39 does not fit a REAL: it is outside the range of single precision: "
     "-3.4028234663852886E+38 to 3.4028234663852886E+38"
 )
 COUNTED = "3 counts is in counts, but the parameter holds a number in its own unit"

@@ -686,7 +686,7 @@ def test_convert_reports_to_files_also_when_nothing_is_written(pair):
     assert "| dropped | pv.square_root | true | - | take the root in the program" in markdown
     rows = markdown.splitlines()[6:]
     kinds = [row.split(" | ")[0].removeprefix("| ") for row in rows[: rows.index("")]]
-    assert kinds == [*["dropped"] * 4, *["assumed"] * 6, *["exact"] * 3]
+    assert kinds == [*["dropped"] * 4, *["assumed"] * 7, *["exact"] * 3]
     assert json.loads((pair / "json.out").read_text("utf-8"))["to"] == "click"
     assert (pair / "text.out").read_text("utf-8").splitlines()[0] == "dl06 to click"
     assert result.stderr.startswith((pair / "text.out").read_text("utf-8").rstrip())

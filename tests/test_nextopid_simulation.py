@@ -387,7 +387,7 @@ def test_an_automatic_block_has_no_output_to_start_with_and_says_so(config):
     ("value", "message"),
     [
         ("40.5", "output: 40.5 is not a whole number"),
-        ("400000", "output: 400000 does not fit a INT: outside the range of INT: -32768 to 32767"),
+        ("400000", "output: 400000 does not fit a INT: it is outside the range of INT: -32768 to 32767"),
         ("40 counts", "output: 40 counts is in counts, but the parameter holds a number in its own unit"),
     ],
 )

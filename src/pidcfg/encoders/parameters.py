@@ -131,7 +131,7 @@ def store(kind: IecType, value: Decimal | Content) -> Content:
     if number != number.to_integral_value():
         raise EncodeError("form", f"{kind.name} holds whole numbers")
     if not kind.low <= number <= kind.high:
-        raise EncodeError("range", f"outside the range of {kind.name}", Decimal(kind.low), Decimal(kind.high))
+        raise EncodeError("range", f"is outside the range of {kind.name}", Decimal(kind.low), Decimal(kind.high))
     return int(number)
 
 
@@ -140,7 +140,7 @@ def _milliseconds(kind: IecType, seconds: Decimal) -> int:
     if number != number.to_integral_value():
         raise EncodeError("form", f"{kind.name} holds whole milliseconds")
     if not kind.low <= number <= kind.high:
-        raise EncodeError("range", f"outside the range of {kind.name}", Decimal(0), Decimal(kind.high) / 1000)
+        raise EncodeError("range", f"is outside the range of {kind.name}", Decimal(0), Decimal(kind.high) / 1000)
     return int(number)
 
 

@@ -95,7 +95,7 @@ class NamedKeys:
             return store(row.type, cast("Decimal | Content", parsed))
         except EncodeError as error:
             between = "" if error.low is None else f": {error.low} to {error.high}"
-            return refuse("set_value", f"{value} does not fit a {row.type.name}: {error}{between}")
+            return refuse("set_value", f"{value} does not fit a {row.type.name}: it {error}{between}")
 
     def check(self, path: tuple[str, ...], value: object) -> Content:
         """The content that a value makes of a key's parameter; a ``PydanticCustomError`` says what is wrong."""
