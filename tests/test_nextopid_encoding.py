@@ -76,7 +76,7 @@ def test_what_an_int_cannot_hold_is_a_misfit_at_its_place():
     config["loops"][1]["SP"], config["loops"][1]["MaxMV"] = 40000, 0.5
     found = encode(NextopidFile.model_validate(config)).misfits
     assert [(place, str(misfit.error)) for place, misfit in found] == [
-        (("loops", 1, "SP"), "outside the range of INT"),
+        (("loops", 1, "SP"), "is outside the range of INT"),
         (("loops", 1, "MaxMV"), "INT holds whole numbers"),
     ]
 
