@@ -14,7 +14,7 @@ import pidcfg
 from pidcfg.encoders.spaces import BIT
 from pidcfg.results.argument_types import KINDS, OPTIONAL, ArgumentTypeError
 from pidcfg.results.arguments import ArgumentError
-from pidcfg.tuning.rules import METHODS
+from pidcfg.tuning.methods import METHODS
 from pidcfg.vendors import VENDORS
 from test_vendors import scenario, starter
 

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from pidcfg.tuning.fit import fit
 from pidcfg.tuning.identify import Record, RecordError, identify
-from pidcfg.tuning.rules import METHODS, Cycle, Gains, Process
+from pidcfg.tuning.methods import METHODS
+from pidcfg.tuning.rules import Cycle, Gains, Process
 from pidcfg.vendors import VENDORS
 
 EXAMPLE = Process(gain=2, time_constant=10, dead_time=1, sample_time=0.1, closed_loop=4)

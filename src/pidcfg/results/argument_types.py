@@ -116,6 +116,7 @@ TEXT, DATA = "a text", "a pathlib.Path, str or bytes"
 KINDS: Mapping[str, tuple[Kind, str]] = {
     "str":                           (is_text,                     TEXT),
     "Form":                          (is_text,                     TEXT),
+    "Model":                         (is_text,                     TEXT),
     "EngineName":                    (is_text,                     TEXT),
     "bool":                          (is_flag,                     "True or False"),
     "int":                           (is_whole,                    "a whole number"),

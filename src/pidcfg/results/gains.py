@@ -2,44 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from math import inf, isinf
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING
 
 from pidcfg.results.arguments import ArgumentError
-from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Process, TuningError
-from pidcfg.tuning.samples import Request
+from pidcfg.results.processes import Known, as_float, model_of, process_of, reduced, refuse_missing
+from pidcfg.tuning.judgement import finite, judged, process_of_cycle, remarks
+from pidcfg.tuning.methods import METHODS, Method
+from pidcfg.tuning.rules import Cycle, Form, Gains, Model, Process, TuningError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.limits import Limits
     from pidcfg.results.findings import Data
     from pidcfg.tuning.fit import Fitted
     from pidcfg.tuning.identify import Identified
-    from pidcfg.tuning.samples import Record
+    from pidcfg.tuning.judgement import Judgement
+    from pidcfg.tuning.samples import Record, Request
     from pidcfg.vendors import Vendor
 
-SAMPLE_SHARE = 10
-"""A sample time should be below this part of the time constant."""
-LARGEST = 1e12
 IDENTIFIED = ("gain", "time_constant", "dead_time")
 """What a recorded step tells."""
-OF_SLOPE = ("zn-open",)
-"""Rules of gain over time constant alone, which an integrating process has too: the slope."""
-
-
-class Numbers(TypedDict):
-    """The numbers of a process or of its ultimate cycle as they are given: gains, times in s."""
-
-    gain: float | None
-    time_constant: float | None
-    dead_time: float | None
-    closed_loop: float | None
-    sample_time: float | None
-    ultimate_gain: float | None
-    ultimate_period: float | None
+FORMS: tuple[Form, ...] = ("PID", "PI", "P")
+"""The order in which they are tried where none is asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +64,12 @@ class TuneResult:
     numbers: Mapping[str, float]
     """The numbers of the process or of its ultimate cycle: gain, times in s."""
     gains: Gains
+    model: Model | None
+    """The kind of process; None: only its ultimate cycle is known."""
+    judgement: Judgement
+    """Whether the rule holds for it, and how robust the loop is."""
     warnings: tuple[str, ...] = ()
-    """What the rules' authors warn of."""
+    """What the rule's range, the margins and the rules' authors warn of."""
     identified: Identified | None = None
     """The process of the recorded step, where one was given."""
     record: Record | None = None
@@ -104,16 +96,39 @@ class TuneResult:
             "title": self.method.title,
             "form": self.form,
             "basis": str(self.method.basis),
-            "process": {**self.numbers, **self._sureness()},
+            "process": {**self._process(), **self._sureness()},
             "gain": gains.gain,
             "integral_time": gains.integral_time if integral else None,
             "derivative_time": gains.derivative_time,
             "independent": {"kp": gains.gain, "ki": gains.ki if integral else 0.0, "kd": gains.kd},
+            **self._robustness(),
             "heating": self.heating,
             "warnings": list(self.warnings),
             "identified": None if self.identified is None else _identified(self.identified),
         }
         return data if self.vendor is None else {**data, "for": self.vendor.to_json()}
+
+    def _process(self) -> Data:
+        """The numbers of the process, with its kind."""
+        names = {"second_time_constant": "time_constant_2"}
+        numbers = {names.get(key, key): value for key, value in self.numbers.items()}
+        return numbers if self.model is None else {**numbers, "model": self.model}
+
+    def _robustness(self) -> Data:
+        """Margins and figures of the closed loop; null: unknown, unstable or without a limit."""
+        judgement = self.judgement
+        margins, answer = judgement.margins, judgement.answer
+        return {
+            "ms": None if margins is None else margins.ms,
+            "gain_margin": None if margins is None else finite(margins.gain_margin),
+            "phase_margin": None if margins is None else finite(margins.phase_margin),
+            "stable": margins is not None if judgement.known else None,
+            "overshoot_percent": None if answer is None else answer.overshoot,
+            "iae_setpoint": None if answer is None else answer.iae_setpoint,
+            "iae_disturbance": None if answer is None else answer.iae_disturbance,
+            "valid": judgement.valid,
+            "valid_reason": judgement.reason,
+        }
 
     def _sureness(self) -> Data:
         """What kind of process was identified, and how well."""
@@ -173,21 +188,10 @@ class Target:
         return VendorGains(self.vendor.key, action, values)
 
 
-def request(columns: str | None, rest: float | None, start: str | None, until: str | None, *, given: bool) -> Request:
-    """What is said of a record; raises `ArgumentError` where there is none, or for an output that is no number."""
-    said = {"columns": columns, "rest": rest, "start": start, "until": until}
-    for name, value in said.items():
-        if value is not None and not given:
-            raise ArgumentError(f"`{name}` is for `record`", name, "record")
-    if rest is not None and not abs(as_float(rest)) <= LARGEST:
-        raise ArgumentError(f"`rest`: {rest:g}; write the output before the record", "rest")
-    return Request(columns, None if rest is None else float(rest), start, until)
-
-
 def tuned(
     method: str,
-    form: Form,
-    numbers: Mapping[str, float],
+    form: Form | None,
+    known: Known,
     step: tuple[bytes, str, Request] | None,
     target: Target,
     limits: Limits,
@@ -202,64 +206,53 @@ def tuned(
 
         data, name, said = step
         fit, record = identified(data, name, limits, said)
-        if fit.integrating and method not in OF_SLOPE:
+        if fit.integrating and "integrating" not in METHODS[method].models:
+            names = [row.name for row in METHODS.values() if "integrating" in row.models]
             raise TuningError(
                 f"{name}: the process integrates ({fit.process.gain:.4g} per s and unit of the output); {method} is "
-                f"for one that settles: use {' or '.join(OF_SLOPE)} ({'; '.join(fit.remarks)})"
+                f"for one that settles: use {', '.join(names[:-1])} or {names[-1]} ({'; '.join(fit.remarks)})"
             )
-        process = {key: getattr(fit.process, key) for key in IDENTIFIED}
         for key in IDENTIFIED:
-            if key in numbers:
+            if key in known.numbers:
                 raise ArgumentError(f"`{key}` and `record` do not go together", key, "record")
-        numbers = {**process, **numbers}
+        told = [key for key in IDENTIFIED if not (fit.integrating and key == "time_constant")]
+        numbers = {**{key: getattr(fit.process, key) for key in told}, **known.numbers}
+        known = Known(numbers, "integrating" if fit.integrating else None)
     target.refuse_ranges()
-    result = computed(method, form, numbers)
-    if fit is not None and fit.integrating:
-        settled = {key: value for key, value in numbers.items() if key != "time_constant"}
-        result = replace(result, numbers=settled, warnings=())
+    result = computed(method, form, known)
     return replace(result, identified=fit, record=record, vendor=target.gains(result))
 
 
-def usable(name: str, value: float) -> float:
-    """A number of the process; raises `ArgumentError` unless it is finite and above 0, a gain also below."""
-    signed, number = name == "gain", as_float(value)
-    if not (abs(number) <= LARGEST and (number > 0 or (signed and number))):
-        raise ArgumentError(f"`{name}`: {number:g}; write a number {'other than' if signed else 'above'} 0", name)
-    return number
-
-
-def as_float(value: float) -> float:
-    """Any number as a float; one that is too large is infinite."""
-    try:
-        return float(value)
-    except OverflowError:
-        return inf
-
-
-def computed(name: str, form: Form, numbers: Mapping[str, float]) -> TuneResult:
+def computed(name: str, form: Form | None, known: Known) -> TuneResult:
     """The result of a rule; raises `ArgumentError` where a number is missing, `TuningError` beyond the rule's range."""
     method = METHODS[name]
-    if form not in method.forms:
+    if form is not None and form not in method.forms:
         raise ArgumentError(f"{name} has no rule for {form}; it has {' and '.join(method.forms)}")
-    needed = ["ultimate_gain", "ultimate_period"] if method.of_ultimate else [n for n in method.needs if n != "delay"]
-    if "delay" in method.needs:
-        needed.append("dead_time")
-    missing = [key for key in needed if key not in numbers]
-    if missing:
-        *most, last = (f"`{key}`" for key in missing)
-        raise ArgumentError(f"{name} needs {', '.join(most)}{' and ' if most else ''}{last}", *missing)
-    process = Process(**{field.name: abs(numbers.get(field.name, 0.0)) for field in fields(Process)})
+    known = reduced(method, form, known)
+    model = model_of(method, known)
+    refuse_missing(method, known.numbers, model)
+    numbers, process = known.numbers, process_of(known.numbers, model)
     cycle = Cycle(numbers.get("ultimate_gain", 0.0), numbers.get("ultimate_period", 0.0))
+    chosen, gains = _gains(method, form, process, cycle)
+    if method.of_ultimate is None:
+        judgement = judged(method, chosen, gains, process, known.transfer)
+        warnings = (*remarks(process), *judgement.warnings())
+        return TuneResult(method, chosen, numbers, gains, model, judgement, warnings)
+    judgement = judged(
+        method, chosen, gains, process_of_cycle(abs(numbers["gain"]), cycle) if "gain" in numbers else None
+    )
+    return TuneResult(method, chosen, numbers, gains, None, judgement, tuple(judgement.warnings()))
+
+
+def _gains(method: Method, form: Form | None, process: Process, cycle: Cycle) -> tuple[Form, Gains]:
+    """The gains of a form, or of the first from PID down that the rule has for this process."""
+    *more, last = (form,) if form else tuple(f for f in FORMS if f in method.forms)
+    for chosen in more:
+        try:
+            return chosen, method.gains(chosen, process, cycle)
+        except ValueError:
+            continue
     try:
-        gains = method.gains(form, process, cycle)
-    except (ValueError, OverflowError) as error:
-        raise TuningError(f"{name}: {error}") from None
-    return TuneResult(method, form, numbers, gains, tuple(warnings(process)) if method.of_process else ())
-
-
-def warnings(process: Process) -> Iterator[str]:
-    """What the rules' authors warn of."""
-    if process.dead_time and process.time_constant / process.dead_time < 1:
-        yield "the dead time is longer than the time constant: hard to control, whatever the gains"
-    if process.sample_time and process.sample_time * SAMPLE_SHARE >= process.time_constant:
-        yield "the sample time is not below a tenth of the time constant"
+        return last, method.gains(last, process, cycle)
+    except (ValueError, OverflowError, ZeroDivisionError) as error:
+        raise TuningError(f"{method.name}: {error}") from None

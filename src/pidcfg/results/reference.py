@@ -16,17 +16,20 @@ if TYPE_CHECKING:
     from pidcfg.results.explanations import ExplainResult
     from pidcfg.results.gains import TuneResult
     from pidcfg.results.sources import Source
-    from pidcfg.tuning.rules import Form
+    from pidcfg.tuning.rules import Form, Model
 
 
 @exact
 def tune(
     method: str,
-    form: Form = "PID",
+    form: Form | None = None,
     *,
     gain: float | None = None,
     time_constant: float | None = None,
+    second_time_constant: float | None = None,
     dead_time: float | None = None,
+    model: Model | None = None,
+    transfer: str | None = None,
     closed_loop: float | None = None,
     sample_time: float | None = None,
     ultimate_gain: float | None = None,
@@ -45,31 +48,39 @@ def tune(
 ) -> TuneResult:
     """Gains by a rule, in output units per PV unit, times in s.
 
-    ``gain`` is in PV units per unit of the output, negative for cooling; the times are in s. A method needs some of the
-    numbers. ``record``: a CSV file of a step test in place of the first three; ``columns`` says where it has which
-    (``time=…,output=…,pv=…``), ``rest`` is the output before it, ``start`` and ``until`` take a part of it. ``vendor``:
-    also as this PLC holds them; one whose gain is a share of the span needs ``pv_range``. Raises `ValueError` for a
-    record that no process fits, and beyond the range of a rule.
+    ``form``: P, PI or PID; without it the most that the rule has. ``gain`` is in PV units per unit of the output,
+    negative for cooling; the times are in s. A method needs some of the numbers. ``model``: first-order, second-order
+    (with ``second_time_constant``) or integrating (``gain`` is the slope, per s). ``transfer``: a transfer function as
+    text in place of these numbers, reduced by the half rule. ``record``: a CSV file of a step test in place of them;
+    ``columns`` says where it has which (``time=…,output=…,pv=…``), ``rest`` is the output before it, ``start`` and
+    ``until`` take a part of it. ``vendor``: also as this PLC holds them; one whose gain is a share of the span needs
+    ``pv_range``. Raises `ValueError` for a record that no process fits, and beyond the range of a rule.
     """
-    from pidcfg.results import gains
-    from pidcfg.tuning.rules import METHODS, Form
+    from pidcfg.results import gains, processes
+    from pidcfg.tuning.methods import METHODS
+    from pidcfg.tuning.rules import Form, Model
 
     refuse_unknown("method", method, METHODS)
-    refuse_unknown("form", form, get_args(Form))
+    if form is not None:
+        refuse_unknown("form", form, get_args(Form))
+    if model is not None:
+        refuse_unknown("model", model, get_args(Model))
     target = gains.Target(None if vendor is None else vendor_named(vendor), pv_range, output_range)
     numbers = {
         "gain": gain,
         "time_constant": time_constant,
         "dead_time": dead_time,
+        "second_time_constant": second_time_constant,
         "closed_loop": closed_loop,
         "sample_time": sample_time,
         "ultimate_gain": ultimate_gain,
         "ultimate_period": ultimate_period,
     }
-    values = {key: gains.usable(key, value) for key, value in numbers.items() if value is not None}
-    request = gains.request(columns, rest, start, until, given=record is not None)
+    values = {key: processes.usable(key, value) for key, value in numbers.items() if value is not None}
+    request = processes.request(columns, rest, start, until, given=record is not None)
     step = None if record is None else (*source_data(record, name, files, limits.file_bytes + 1), request)
-    return gains.tuned(method, form, values, step, target, limits)
+    known = processes.known_process(values, model, transfer, given=record is not None)
+    return gains.tuned(method, form, known, step, target, limits)
 
 
 @exact

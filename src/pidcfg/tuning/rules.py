@@ -1,7 +1,8 @@
-"""The tuning rules as tables and formulas; results are in the dependent form, gains in output per PV unit, times in s.
+"""The manuals' tuning rules as tables and formulas; results are in the dependent form, in engineering units and s.
 
-A process is a first-order lag with dead time. Coefficients stand here once: the auto-tunes of the virtual PLCs take
-theirs from these tables.
+A process is a lag with dead time, with a second lag, or an integrator. Coefficients stand here once: the auto-tunes of
+the virtual PLCs take theirs from these tables. Rules of the literature: `pidcfg.tuning.published`; the table of all:
+`pidcfg.tuning.methods`.
 """
 
 from __future__ import annotations
@@ -10,14 +11,13 @@ from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Literal
 
-from pidcfg.refs import NEXTOPID, Decision
+from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from pidcfg.refs import Basis
+    from collections.abc import Callable, Mapping
 
 Form = Literal["P", "PI", "PID"]
+Model = Literal["first-order", "second-order", "integrating"]
 Row = tuple[float, float, float]
 """What the gain, the integral and the derivative time are multiplied with; infinite: no integral term."""
 
@@ -60,7 +60,8 @@ class Process:
     """A process: static gain in PV units per unit of the output, time constant, dead time, and the loop around it.
 
     ``closed_loop`` is the time constant that is wanted in closed loop; ``sample_time`` acts like half of it in dead
-    time where a rule says so. All times in s.
+    time where a rule says so. An integrating process has the slope as gain, per s, and 1 s as time constant, so that
+    gain over time constant is the slope of both kinds. All times in s.
     """
 
     gain: float
@@ -68,11 +69,23 @@ class Process:
     dead_time: float
     sample_time: float = 0.0
     closed_loop: float = 0.0
+    second_time_constant: float = 0.0
+    integrating: bool = False
 
     @property
     def delay(self) -> float:
         """Dead time and half the sample time."""
         return self.dead_time + self.sample_time / 2
+
+    @property
+    def slope(self) -> float:
+        """How steeply the PV begins to rise, per s and unit of the output."""
+        return self.gain / self.time_constant
+
+    @property
+    def model(self) -> Model:
+        """Its kind."""
+        return "integrating" if self.integrating else "second-order" if self.second_time_constant else "first-order"
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,9 +162,8 @@ def of_cycle(table: dict[Form, Row]) -> Callable[[Form, Cycle], Gains]:
 def reaction_curve(form: Form, process: Process) -> Gains:
     """Ziegler-Nichols, open loop: a first-order lag rises with Gs/Tc at its steepest."""
     gain, integral, derivative = ZIEGLER_NICHOLS_OPEN[form]
-    slope = process.gain / process.time_constant
     dead = process.dead_time
-    return Gains(gain / (slope * dead), integral * dead, derivative * dead)
+    return Gains(gain / (process.slope * dead), integral * dead, derivative * dead)
 
 
 def synthesis(form: Form, process: Process) -> Gains:
@@ -160,103 +172,28 @@ def synthesis(form: Form, process: Process) -> Gains:
     return Gains(gain, process.time_constant, process.delay / 2 if form == "PID" else 0.0)
 
 
-def least_error_after_disturbances(form: Form, process: Process) -> Gains:
-    """Least integral of the absolute error after disturbances."""
-    row, pu = DISTURBANCE[form], process.delay / process.time_constant
-    integral = process.time_constant / row[2] * pu ** row[3] if len(row) > 2 else inf
-    derivative = row[4] * process.time_constant * pu ** row[5] if form == "PID" else 0.0
-    return Gains(row[0] / process.gain * pu ** row[1], integral, derivative)
+def least_error_after_disturbances(table: Mapping[Form, tuple[float, ...]]) -> Callable[[Form, Process], Gains]:
+    """A rule of factors and powers of dead time over time constant."""
+
+    def gains(form: Form, process: Process) -> Gains:
+        row, pu = table[form], process.delay / process.time_constant
+        integral = process.time_constant / row[2] * pu ** row[3] if len(row) > 2 else inf
+        derivative = row[4] * process.time_constant * pu ** row[5] if form == "PID" else 0.0
+        return Gains(row[0] / process.gain * pu ** row[1], integral, derivative)
+
+    return gains
 
 
-def least_error_after_setpoint_steps(form: Form, process: Process) -> Gains:
-    """Least integral of the absolute error after changes of the set point."""
-    row, pu = SETPOINT[form], process.delay / process.time_constant
-    rest = row[2] - row[3] * pu
-    if rest <= 0:
-        raise ValueError(
-            f"the rule has no integral time where dead time / time constant is above {row[2] / row[3]:.3g}"
-        )
-    derivative = row[4] * process.time_constant * pu ** row[5] if form == "PID" else 0.0
-    return Gains(row[0] / process.gain * pu ** row[1], process.time_constant / rest, derivative)
+def least_error_after_setpoint_steps(table: Mapping[Form, tuple[float, ...]]) -> Callable[[Form, Process], Gains]:
+    """A rule of factors and powers whose integral time is Tc / (a - b Pu)."""
 
+    def gains(form: Form, process: Process) -> Gains:
+        row, pu = table[form], process.delay / process.time_constant
+        rest = row[2] - row[3] * pu
+        if rest <= 0:
+            limit = row[2] / row[3]
+            raise ValueError(f"the rule has no integral time where dead time / time constant is above {limit:.3g}")
+        derivative = row[4] * process.time_constant * pu ** row[5] if form == "PID" else 0.0
+        return Gains(row[0] / process.gain * pu ** row[1], process.time_constant / rest, derivative)
 
-@dataclass(frozen=True, slots=True)
-class Method:
-    """A rule: its name and inputs, the controller forms it is for, and its formulas."""
-
-    name: str
-    title: str
-    basis: Basis
-    forms: tuple[Form, ...]
-    of_process: Callable[[Form, Process], Gains] | None = None
-    of_ultimate: Callable[[Form, Cycle], Gains] | None = None
-    needs: tuple[str, ...] = ()
-    """Numbers of the process that must be above 0."""
-
-    def gains(self, form: Form, process: Process, cycle: Cycle) -> Gains:
-        """The result, from whichever of the two the rule is for; raises `ValueError` beyond the rule's own range."""
-        if self.of_process is not None:
-            return self.of_process(form, process)
-        if self.of_ultimate is not None:
-            return self.of_ultimate(form, cycle)
-        raise ValueError(f"{self.name} is made of nothing")
-
-    def __reduce__(self) -> tuple[Callable[[str], Method], tuple[str]]:
-        """A copy, be it in another process, is the method itself."""
-        return method_named, (self.name,)
-
-
-PROCESS = ("gain", "time_constant", "dead_time")
-ALL: tuple[Form, ...] = ("P", "PI", "PID")
-METHODS = {
-    method.name: method
-    for method in (
-        Method(
-            "synthesis",
-            "a closed-loop time constant that you choose",
-            NEXTOPID.at("Synthesis Method"),
-            ("PI", "PID"),
-            synthesis,
-            needs=("gain", "time_constant", "closed_loop"),
-        ),
-        Method(
-            "iae-disturbance",
-            "least absolute error after disturbances",
-            NEXTOPID.at("Minimization of Integral of Absolute Error"),
-            ALL,
-            least_error_after_disturbances,
-            needs=("gain", "time_constant", "delay"),
-        ),
-        Method(
-            "iae-setpoint",
-            "least absolute error after set-point changes",
-            D92,
-            ("PI", "PID"),
-            least_error_after_setpoint_steps,
-            needs=("gain", "time_constant", "delay"),
-        ),
-        Method("zn-open", "Ziegler-Nichols, reaction curve", D90, ALL, reaction_curve, needs=PROCESS),
-        Method("zn-closed", "Ziegler-Nichols, ultimate cycle", D91, ALL, of_ultimate=of_cycle(ZIEGLER_NICHOLS_CLOSED)),
-        Method("tyreus-luyben", "Tyreus-Luyben, ultimate cycle", D93, ALL, of_ultimate=of_cycle(TYREUS_LUYBEN)),
-        Method(
-            "nextopid-autotune",
-            "what NextoPID's auto-tune makes of its relay test",
-            D93,
-            ALL,
-            of_ultimate=of_cycle(NEXTOPID_CLOSED),
-        ),
-        Method(
-            "dl06-autotune",
-            "what the virtual DL06 makes of its closed-loop auto-tune",
-            D91,
-            ALL,
-            of_ultimate=of_cycle(GENTLE_CLOSED),
-        ),
-    )
-}
-"""By name, in the order in which they are listed."""
-
-
-def method_named(name: str) -> Method:
-    """The method with this name; raises `KeyError`."""
-    return METHODS[name]
+    return gains

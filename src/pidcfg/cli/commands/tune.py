@@ -10,7 +10,8 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.arguments import usage
 from pidcfg.cli.terminal.console import echo_json, note, show
-from pidcfg.tuning.rules import METHODS, TuningError
+from pidcfg.tuning.methods import METHODS
+from pidcfg.tuning.rules import TuningError
 from pidcfg.vendors import VENDORS
 from pidcfg.writer import json_text
 
@@ -18,12 +19,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pidcfg.limits import Limits
-    from pidcfg.results.gains import Numbers
-    from pidcfg.tuning.rules import Form
+    from pidcfg.results.processes import Numbers
+    from pidcfg.tuning.rules import Form, Model
 
 EPILOG = options.examples(
     "pidcfg tune --method zn-open --gain 2 --time-constant 10 --dead-time 1 --for click",
-    "pidcfg tune --method iae-setpoint --form PI --gain 2 --time-constant 10 --dead-time 1 --sample-time 0.1",
+    "pidcfg tune --method simc --transfer '2 exp(-3s)/((10s+1)(2s+1))'",
+    "pidcfg tune --method simc --model integrating --gain 0.02 --dead-time 5 --for click",
     "pidcfg tune --method zn-open --from-csv step.csv --columns time=Date+Time,output=Valve,pv=3 --from 60",
     "pidcfg tune --method zn-closed --ultimate-gain 8 --ultimate-period 4 --for dl06 --pv-range 0 200",
 )
@@ -42,11 +44,22 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 
 @click.command("tune", epilog=EPILOG)
 @click.option("--method", type=click.Choice(list(METHODS)), required=True, help="The rule.")
-@click.option("--form", type=click.Choice(["P", "PI", "PID"]), default="PID", show_default=True, help="The controller.")
+@click.option(
+    "--form", type=click.Choice(["P", "PI", "PID"]), help="The controller; without it the most that the rule has."
+)
+@click.option(
+    "--model",
+    type=click.Choice(["first-order", "second-order", "integrating"]),
+    help="The process; integrating: --gain is the slope of the PV, per s.",
+)
 @number("gain", "Process: PV units per unit of the output; negative for cooling.", signed=True)
 @number("time-constant", "Process: time constant in s.")
 @number("dead-time", "Process: dead time in s.")
-@number("closed-loop", "synthesis: the time constant wanted in closed loop, in s.")
+@number("second-time-constant", "Process: its second time constant in s.")
+@click.option(
+    "--transfer", metavar="'NUM/DEN'", help="Process as a transfer function, such as '2 exp(-3s)/((10s+1)(2s+1))'."
+)
+@number("closed-loop", "synthesis, simc, lambda: the time constant wanted in closed loop, in s.")
 @number("sample-time", "Sample time in s; half of it acts like dead time.")
 @number("ultimate-gain", "Gain at which a P controller just keeps swinging.")
 @number("ultimate-period", "Period of that swing in s.")
@@ -74,7 +87,9 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @options.LIMITS
 def command(
     method: str,
-    form: Form,
+    form: Form | None,
+    model: Model | None,
+    transfer: str | None,
     from_csv: str | None,
     columns: str | None,
     rest: float | None,
@@ -100,6 +115,8 @@ def command(
             result = tune(
                 method,
                 form,
+                model=model,
+                transfer=transfer,
                 record=record,
                 columns=columns,
                 rest=rest,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from math import isinf
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.files.plots import in_characters
@@ -11,9 +12,12 @@ if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart
     from pidcfg.results.gains import TuneResult
     from pidcfg.tuning.identify import Identified
+    from pidcfg.tuning.judgement import Judgement
     from pidcfg.tuning.samples import Record
 
 UNITS = {"gain": "", "ultimate_gain": ""}
+PER_S = {"gain": " per s"}
+"""Of an integrating process."""
 
 
 def as_text(tuned: TuneResult) -> str:
@@ -22,8 +26,10 @@ def as_text(tuned: TuneResult) -> str:
     if tuned.identified is not None and tuned.record is not None:
         chart = chart_of(tuned.identified, tuned.record)
         lines += [_identified(tuned.identified), "", in_characters(chart, sys.stdout), ""]
-    process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{UNITS.get(k, ' s')}" for k, v in tuned.numbers.items())
-    lines += [f"{result['method']}, {result['form']}: {result['title']} ({result['basis']})", f"  {process}", ""]
+    units = {**UNITS, **PER_S} if tuned.model == "integrating" else UNITS
+    process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{units.get(k, ' s')}" for k, v in tuned.numbers.items())
+    kind = "" if tuned.model in {None, "first-order"} else f"{tuned.model}: "
+    lines += [f"{result['method']}, {result['form']}: {result['title']} ({result['basis']})", f"  {kind}{process}", ""]
     integral = result["integral_time"]
     independent = result["independent"]
     times = "no integral term" if integral is None else f"Ti {integral:.6g} s"
@@ -31,10 +37,32 @@ def as_text(tuned: TuneResult) -> str:
         f"  dependent    Kp {result['gain']:.6g}  {times}  Td {result['derivative_time']:.6g} s",
         f"  independent  Kp {independent['kp']:.6g}  Ki {independent['ki']:.6g} /s  Kd {independent['kd']:.6g} s",
     ]
+    lines += ["", *_robustness(tuned.judgement)]
     if "for" in result:
         lines += ["", *_for_vendor(result["for"])]
     lines += [f"warning: {text}" for text in result["warnings"]]
     return "\n".join(lines) + "\n"
+
+
+def _robustness(judgement: Judgement) -> list[str]:
+    """Range, margins and figures of the closed loop."""
+    held = "holds" if judgement.valid else "DOES NOT HOLD"
+    lines = [f"  rule         {held}: {judgement.reason}"]
+    margins, answer = judgement.margins, judgement.answer
+    if margins is None:
+        return [*lines, "  closed loop  UNSTABLE"] if judgement.known else lines
+    gain, phase = _limit(margins.gain_margin, ""), _limit(margins.phase_margin, "°")
+    lines.append(f"  robustness   Ms {margins.ms:.2f}  gain margin {gain}  phase margin {phase}")
+    if answer is not None:
+        figures = [f"overshoot {answer.overshoot:.3g} %"]
+        if answer.iae_setpoint is not None:
+            figures += [f"IAE {answer.iae_setpoint:.4g} (set point), {answer.iae_disturbance:.4g} (disturbance)"]
+        lines.append(f"  closed loop  {'; '.join(figures)}")
+    return lines
+
+
+def _limit(value: float, unit: str) -> str:
+    return "unlimited" if isinf(value) else f"{value:.3g}{unit}"
 
 
 def _for_vendor(gains: dict[str, Any]) -> list[str]:

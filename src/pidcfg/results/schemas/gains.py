@@ -12,12 +12,21 @@ from pidcfg.results.schemas.parts import (
     switch,
     text,
 )
-from pidcfg.tuning.rules import METHODS
+from pidcfg.tuning.methods import METHODS
 from pidcfg.vendors import VENDORS
 
-PROCESS = ("gain", "time_constant", "dead_time", "closed_loop", "sample_time", "ultimate_gain", "ultimate_period")
+PROCESS = (
+    "gain",
+    "time_constant",
+    "time_constant_2",
+    "dead_time",
+    "closed_loop",
+    "sample_time",
+    "ultimate_gain",
+    "ultimate_period",
+)
 SURENESS = ("model", "fit", "confidence")
-MODELS = ("first-order", "integrating")
+MODELS = ("first-order", "second-order", "integrating")
 
 
 def schema() -> Schema:
@@ -40,6 +49,15 @@ def schema() -> Schema:
             ki=number("Per s."),
             kd=number("In s."),
         ),
+        ms=or_null(number("Maximum sensitivity; null where the loop is unstable or the process not known.")),
+        gain_margin=or_null(number("A factor; null also where no gain makes the loop unstable.")),
+        phase_margin=or_null(number("In degrees; null also where there is no limit.")),
+        stable=or_null(switch("Whether the loop is stable; null where the process is not known.")),
+        overshoot_percent=or_null(number("After a step of the set point, the derivative on the PV.")),
+        iae_setpoint=or_null(number("Integral of the absolute error after a unit step of the set point.")),
+        iae_disturbance=or_null(number("Integral of the absolute error after a unit step at the output.")),
+        valid=switch("Whether the process is in the range of the rule."),
+        valid_reason=text("The range, and the process's number."),
         heating=or_null(switch("Whether the PV rises with the output; null where the process's gain is not known.")),
         warnings=listing("What the rule's authors warn of.", text("A warning.")),
         identified=identified(),
@@ -53,7 +71,7 @@ def process() -> Schema:
         "What was given or identified; an integrator has no time constant.",
         (*PROCESS, *SURENESS),
         **{key: number("As given or identified.") for key in PROCESS},
-        model=text("The kind of process, with --from-csv.", *MODELS),
+        model=text("The kind of process.", *MODELS),
         fit=number("What the model explains of the answer, in %."),
         confidence=confidence(),
     )

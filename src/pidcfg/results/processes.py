@@ -1,0 +1,140 @@
+"""What is said of a process: its numbers, kind or transfer function, and what a rule still needs of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import inf
+from typing import TYPE_CHECKING, TypedDict
+
+from pidcfg.results.arguments import ArgumentError
+from pidcfg.tuning.methods import METHODS
+from pidcfg.tuning.rules import Process
+from pidcfg.tuning.samples import Request
+from pidcfg.tuning.transfer import reduced as half_rule
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.tuning.methods import Method
+    from pidcfg.tuning.rules import Form, Model
+    from pidcfg.tuning.transfer import Transfer
+
+LARGEST = 1e12
+OF_PROCESS = ("gain", "time_constant", "second_time_constant", "dead_time")
+"""Numbers that a transfer function stands for."""
+
+
+class Numbers(TypedDict):
+    """The numbers of a process or of its ultimate cycle as they are given: gains, times in s."""
+
+    gain: float | None
+    time_constant: float | None
+    dead_time: float | None
+    second_time_constant: float | None
+    closed_loop: float | None
+    sample_time: float | None
+    ultimate_gain: float | None
+    ultimate_period: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """The process as the caller gives it: its numbers, its kind, or its transfer function."""
+
+    numbers: Mapping[str, float]
+    model: Model | None = None
+    transfer: Transfer | None = None
+
+
+def request(columns: str | None, rest: float | None, start: str | None, until: str | None, *, given: bool) -> Request:
+    """What is said of a record; raises `ArgumentError` where there is none, or for an output that is no number."""
+    said = {"columns": columns, "rest": rest, "start": start, "until": until}
+    for name, value in said.items():
+        if value is not None and not given:
+            raise ArgumentError(f"`{name}` is for `record`", name, "record")
+    if rest is not None and not abs(as_float(rest)) <= LARGEST:
+        raise ArgumentError(f"`rest`: {rest:g}; write the output before the record", "rest")
+    return Request(columns, None if rest is None else float(rest), start, until)
+
+
+def known_process(numbers: Mapping[str, float], model: Model | None, transfer: str | None, *, given: bool) -> Known:
+    """What is said of the process.
+
+    Raises `ArgumentError` for what does not go together, `TuningError` for a transfer function that cannot be read.
+    """
+    for name, value in (("model", model), ("transfer", transfer)):
+        if value is not None and given:
+            raise ArgumentError(f"`{name}` and `record` do not go together", name, "record")
+    if transfer is None:
+        return Known(numbers, model)
+    for key in ("model", *OF_PROCESS):
+        if key in numbers or (key == "model" and model is not None):
+            raise ArgumentError(f"`{key}` and `transfer` do not go together", key, "transfer")
+    from pidcfg.tuning.factors import read_transfer
+
+    return Known(numbers, None, read_transfer(transfer))
+
+
+def usable(name: str, value: float) -> float:
+    """A number of the process; raises `ArgumentError` unless it is finite and above 0, a gain also below."""
+    signed, number = name == "gain", as_float(value)
+    if not (abs(number) <= LARGEST and (number > 0 or (signed and number))):
+        raise ArgumentError(f"`{name}`: {number:g}; write a number {'other than' if signed else 'above'} 0", name)
+    return number
+
+
+def as_float(value: float) -> float:
+    """Any number as a float; one that is too large is infinite."""
+    try:
+        return float(value)
+    except OverflowError:
+        return inf
+
+
+def reduced(method: Method, form: Form | None, known: Known) -> Known:
+    """With the numbers of the process that a transfer function is reduced to by the half rule."""
+    if known.transfer is None:
+        return known
+    order = 2 if "second-order" in method.models and form in {None, "PID"} else 1
+    process = half_rule(known.transfer, order)
+    told = {key: getattr(process, key) for key in OF_PROCESS if getattr(process, key)}
+    if process.integrating:
+        del told["time_constant"]
+    return Known({**told, **known.numbers}, process.model, known.transfer)
+
+
+def model_of(method: Method, known: Known) -> Model:
+    """The kind of process; raises `ArgumentError` where the numbers contradict it, or the rule is not for it."""
+    second = "second_time_constant" in known.numbers
+    model: Model = known.model or ("second-order" if second else "first-order")
+    if model == "integrating" and "time_constant" in known.numbers:
+        message = "an integrating process has no `time_constant`; its `gain` is the slope"
+        raise ArgumentError(message, "time_constant", "gain")
+    if model == "first-order" and second:
+        raise ArgumentError("a first-order process has no `second_time_constant`", "second_time_constant")
+    if model == "integrating" and "integrating" not in method.models and not method.of_ultimate:
+        names = ", ".join(row.name for row in METHODS.values() if "integrating" in row.models)
+        raise ArgumentError(f"{method.name} is not for a process that integrates; use {names}")
+    return model
+
+
+def refuse_missing(method: Method, numbers: Mapping[str, float], model: Model) -> None:
+    """Raises `ArgumentError` with all numbers that the rule still needs."""
+    needed = ["ultimate_gain", "ultimate_period"] if method.of_ultimate else [n for n in method.needs if n != "delay"]
+    if model == "integrating":
+        needed = [key for key in needed if key != "time_constant"]
+    if model == "second-order" and not method.of_ultimate:
+        needed.append("second_time_constant")
+    if "delay" in method.needs and "sample_time" not in numbers:
+        needed.append("dead_time")
+    missing = [key for key in needed if key not in numbers]
+    if missing:
+        *most, last = (f"`{key}`" for key in missing)
+        raise ArgumentError(f"{method.name} needs {', '.join(most)}{' and ' if most else ''}{last}", *missing)
+
+
+def process_of(numbers: Mapping[str, float], model: Model) -> Process:
+    """The numbers as a process of this kind, its gain without a sign."""
+    given = {field.name: abs(numbers[field.name]) for field in fields(Process) if field.name in numbers}
+    integrating = {"time_constant": 1.0, "integrating": True} if model == "integrating" else {}
+    return Process(**{"gain": 0.0, "time_constant": 0.0, "dead_time": 0.0, **given, **integrating})  # type: ignore[arg-type]

@@ -1,0 +1,96 @@
+"""What the loop does in time: overshoot and absolute error after a step of the set point, and of the output.
+
+The controller has the derivative on the PV, so that a step of the set point makes no spike; process and dead time are
+exact for an output that is held over a step of the calculation, which is a small part of the fastest time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, isinf
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pidcfg.tuning.rules import Gains
+    from pidcfg.tuning.transfer import Transfer
+
+FINEST, MOST_STEPS = 100, 60_000
+"""Steps of the calculation in the fastest time, and in all."""
+LONG = 12
+"""Times the slowest of integral time, lags and dead time: how long is looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Overshoot in % of a step of the set point, and integrals of |error| in units and s.
+
+    The integrals are of a unit step of the set point, and of one that is added to the output; None: without an integral
+    term the error stays.
+    """
+
+    overshoot: float
+    iae_setpoint: float | None
+    iae_disturbance: float | None
+
+
+class _Plant:
+    """A transfer function in steps of time; as many leads as lags at most."""
+
+    def __init__(self, transfer: Transfer, dt: float) -> None:
+        self.dt, self.gain = dt, abs(transfer.gain)
+        leads = [*transfer.zeros, *[0.0] * len(transfer.poles)]
+        self.lags = [(1 - exp(-dt / lag), lead / lag) for lag, lead in zip(transfer.poles, leads, strict=False)]
+        self.leads = transfer.zeros[len(transfer.poles) :]
+        self.states = [0.0] * len(self.lags)
+        self.integral, self.integrates = 0.0, bool(transfer.integrators)
+        self.delay = [0.0] * round(transfer.dead_time / dt)
+        self.at = 0
+
+    def step(self, output: float) -> float:
+        """The PV after one step with this output."""
+        if self.delay:
+            self.delay[self.at], output = output, self.delay[self.at]
+            self.at = (self.at + 1) % len(self.delay)
+        value = output * self.gain
+        if self.integrates:
+            slope = value
+            self.integral += value * self.dt
+            value = self.integral + sum(self.leads) * slope
+        for i, (share, lead) in enumerate(self.lags):
+            self.states[i] += (value - self.states[i]) * share
+            value = self.states[i] + lead * (value - self.states[i])
+        return value
+
+
+def answer(gains: Gains, transfer: Transfer) -> Answer:
+    """The figures of a stable loop."""
+    times = [*transfer.poles, *map(abs, transfer.zeros), transfer.dead_time, gains.derivative_time]
+    if not isinf(gains.integral_time):
+        times.append(gains.integral_time)
+    times = [time for time in times if time]
+    duration = LONG * max(times)
+    dt = max(min(times) / FINEST, duration / MOST_STEPS)
+    pvs, setpoint_error = _run(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
+    _, load_error = _run(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
+    rest = isinf(gains.integral_time)
+    final = pvs[-1] if rest else 1.0
+    overshoot = 100 * max(0.0, max(pvs) / final - 1) if final else 0.0
+    return Answer(overshoot, None if rest else setpoint_error, None if rest else load_error)
+
+
+def _run(
+    gains: Gains, transfer: Transfer, dt: float, duration: float, *, setpoint: float, load: float
+) -> tuple[list[float], float]:
+    """The PV, and the integral of the absolute error."""
+    plant, integral, pv, before, total = _Plant(transfer, dt), 0.0, 0.0, 0.0, 0.0
+    rate = gains.derivative_time / dt
+    share = 0.0 if isinf(gains.integral_time) else dt / gains.integral_time
+    pvs = []
+    for _ in range(round(duration / dt)):
+        error = setpoint - pv
+        integral += error * share
+        output = gains.gain * (error + integral - rate * (pv - before))
+        before, pv = pv, plant.step(output + load)
+        pvs.append(pv)
+        total += abs(error) * dt
+    return pvs, total
