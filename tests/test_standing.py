@@ -15,9 +15,10 @@ from pidcfg.api import encode, simulate
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.formats.simulation_text import verdict_line
 from pidcfg.schemas.scenario_fields import StandingKind
-from pidcfg.sim.meters import Meter, change_status, oscillation, time_in_alarm, time_in_control, want, watch_end
+from pidcfg.sim.meters import Meter, change_status, time_in_alarm, time_in_control, want
 from pidcfg.sim.report import STANDING_KINDS
 from pidcfg.sim.standing.judge import KINDS
+from pidcfg.sim.swings import calm_oscillation, oscillation, watch_swings
 from standing_rig import SCENARIO, SIDES, failures, outcome, verdict
 
 VENDORS = [*SIDES]
@@ -140,10 +141,82 @@ def test_a_gain_far_too_high_oscillates(vendor):
 
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_events_that_repeat_leave_an_oscillation_open(vendor):
-    more = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {60 + at % 4}}}}}\n" for at in (150, 161, 173))
+    more = "".join(
+        f"  - {{at: {at}, loop: TANK, set: {{setpoint: {65 + at % 2 / 10}}}}}\n" for at in range(135, 200, 11)
+    )
     found = verdict(outcome(vendor, config=[SIDES[vendor].gain], more=more), "oscillates")
     assert (found.passed, found.judged) == (True, False)
-    assert found.text.endswith("3 events move it in the last third")
+    assert found.text.endswith("6 events move it in the last third")
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_an_oscillation_of_three_periods_between_two_events_is_the_loops_own(vendor):
+    times = (120, 130, 140, 171, 181)
+    more = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {60 + at % 4}}}}}\n" for at in times)
+    found = verdict(outcome(vendor, config=[SIDES[vendor].gain], more=more), "oscillates")
+    assert not found.passed
+    assert 140 < found.at < 150
+
+
+TUNING = {vendor: side.gain[0].partition(":")[0] for vendor, side in SIDES.items()} | {
+    "dl06": "tuning.gain",
+    "click": "tuning.proportional_gain",
+    "ezlogix": "tuning.proportional_gain",
+    "generic": "tuning.gain",
+}
+"""The key of the gain, as an event writes it."""
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize(
+    "what",
+    ["set: {setpoint: 65}", "set: {%s: %s}", "disturb: {gain: 1}", "disturb: {load: 20}"],
+    ids=["set point", "gain of the loop", "gain of the plant", "load"],
+)
+def test_events_that_change_nothing_excuse_nothing(vendor, what):
+    high = SIDES[vendor].gain[1].partition(": ")[2].strip(",")
+    action = what % (TUNING[vendor], high) if "%s" in what else what
+    more = "".join(f"  - {{at: {at}, loop: TANK, {action}}}\n" for at in range(130, 200, 5))
+    assert "oscillates" in failures(outcome(vendor, config=[SIDES[vendor].gain], more=more))
+    idle = [one for one in (more, more.replace("130", "5")) if "setpoint" not in one]
+    for events in idle:
+        assert "saturated" in failures(outcome(vendor, WEAK, more=events.replace("gain: 1}", "gain: 0.3}")))
+
+
+def test_signals_that_keep_their_value_excuse_nothing():
+    more = "".join(f"  - {{at: {at}, set: {{Target: 65}}}}\n" for at in range(81, 200, 5))
+    config = [("signals: {Hold: false}", "signals: {Hold: false, Target: 60.0}"), ("SP: 60.0", "SP: Target")]
+    step = ("loop: TANK, set: {setpoint: 65}", "set: {Target: 65}")
+    assert "oscillates" in failures(outcome("nextopid", step, config=[*config, SIDES["nextopid"].gain], more=more))
+
+
+def test_what_the_plc_writes_itself_is_not_taken_for_the_same_value():
+    to_and_fro = "".join(
+        f"  - {{at: {at}, loop: TANK, mode: manual}}\n  - {{at: {at + 2}, loop: TANK, set: {{output: 40}}}}\n"
+        f"  - {{at: {at + 4}, loop: TANK, mode: auto}}\n  - {{at: {at + 5}, loop: TANK, set: {{setpoint: 65}}}}\n"
+        for at in range(130, 200, 10)
+    )
+    found = verdict(outcome("dl06", config=[SIDES["dl06"].gain], more=to_and_fro), "oscillates")
+    assert found.passed, found.text
+
+
+UNSTABLE = {vendor: (side.gain[0], re.sub(r"\d+(\.0*)?", r"16\1", side.gain[0])) for vendor, side in SIDES.items()}
+"""The gain, and one with which the swings grow."""
+SHORT = (
+    ("duration: 200", "duration: 55"),
+    ("at: 80", "at: 3"),
+    ("setpoint: 65", "setpoint: 60.5"),
+    ("dead_time: 1,", "dead_time: 2,"),
+    ("initial: 40", "initial: 59.5"),
+)
+"""About six periods of a loop that is not stable."""
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_growing_oscillation_is_found_though_the_run_is_short(vendor):
+    found = verdict(outcome(vendor, *SHORT, config=[UNSTABLE[vendor]]), "oscillates")
+    assert not found.passed
+    assert outcome(vendor, *SHORT, config=[]).passed
 
 
 @pytest.mark.parametrize("vendor", ALARMING)
@@ -730,10 +803,10 @@ def test_what_is_allowed_or_not_judged_is_skipped_in_junit():
 
 def swung(pvs, least=1.0):
     """The meter of a PV in Auto, looked at from its first value on."""
-    m = Meter(0, 1, 2, control_bits=2, late=0, window=0, watched=0, least=least)
+    m = Meter(0, 1, 2, control_bits=2, late=0, least=least)
     change_status(0, m, 2, 0)
     for k, pv in enumerate(pvs):
-        watch_end(k, m, pv, 0.0)
+        watch_swings(k, m, pv)
     return m, len(pvs) - 1
 
 
@@ -763,6 +836,21 @@ def test_an_oscillation_must_be_sustained_large_and_last_to_the_end():
     assert oscillation(*swung([10 * y for y in wave], least=21.0)) is None, "it is smaller than what counts"
     assert oscillation(*swung([10 * y for y in wave[:250]] + [0.0] * 150)) is None, "it has ended"
     assert oscillation(*swung([10 * y * 1.002**k for k, y in enumerate(wave)])), "it grows"
+
+
+def growing(factor, halves, period=20):
+    """Swings that grow by ``factor`` each; the last one is over."""
+    return [factor ** (2 * k / period) * math.sin(2 * math.pi * k / period) for k in range(int(period * halves / 2))]
+
+
+def test_an_oscillation_that_grows_needs_no_three_periods():
+    waves = [10 * y for y in growing(1.3, 7.2)]
+    assert oscillation(*swung(waves)) is None, "three periods after the first turning point are not over"
+    assert calm_oscillation(*swung(waves))
+    assert calm_oscillation(*swung([10 * y for y in growing(1.04, 7.2)])) is None, "it hardly grows"
+    assert calm_oscillation(*swung([10 * y for y in growing(1.3, 4)])) is None, "it may only begin so"
+    assert calm_oscillation(*swung([*waves, *(10 * y for y in reversed(growing(1.3, 7.2)))])) is None, "it dies away"
+    assert calm_oscillation(*swung(waves + [0.0] * 60)) is None, "it has ended"
 
 
 statuses = st.lists(st.tuples(st.integers(1, 9), st.sampled_from([1, 2, 2 | 8, 1 | 8])), min_size=1, max_size=30)

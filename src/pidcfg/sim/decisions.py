@@ -143,9 +143,27 @@ RUN = (
         "oscillations that nobody can cure",
         "A loop whose output is on or off, the ripple of pulses (a period of at most four of their cycles, or an "
         "amplitude of no more than the ripple that pulses make which are on for half of their cycle) and loops that "
-        "such a loop drives with its period are not judged; neither is a third with an auto-tune, a profile, or two "
-        "events that move the loop.",
+        "such a loop drives with its period are not judged; neither is one with an auto-tune or a profile, nor a third "
+        "with two events that move the loop and do not leave it alone for three periods.",
         "A slower and larger swing of a loop with pulses is a matter of its tuning like any other.",
+    ),
+    Decision(
+        560,
+        "an event that changes nothing excuses nothing",
+        "An event that sets a parameter, a signal or a plant's number to what it is, or the CPU to the mode that it is "
+        "in, is no event for the standing expectations. What the PLC writes itself (an output, a bias, and every "
+        "parameter after an event of a mode, an auto-tune or a profile) is never taken for the same.",
+        "It moves nothing, and would otherwise cut a run into parts that are each too short to be judged.",
+    ),
+    Decision(
+        561,
+        "an oscillation that no event explains",
+        "Besides the last third, the time since the last event that moves the loop is looked at, up to the next one, "
+        "as far as it reaches into the last third: three periods in it as above, or, however few, three swings in a "
+        "row each of which is more than 1.1 times the one before, and the last of at least 0.8 of the largest. "
+        "In both the longest period lasts at most twice as long as the shortest.",
+        "A run of a few periods never has three in its last third, while one that grows by a tenth each half period "
+        "is not stable. The swings that noise makes of an inner loop's set point are less even.",
     ),
     Decision(
         335,

@@ -33,13 +33,15 @@ class Influence:
     moves: dict[int, set[int]] = field(default_factory=lambda: defaultdict(set))
     driven: list[bool] = field(default_factory=list)
     """Whether each loop's output moves its PV, or a signal does that the scenario sets."""
+    idle: Collection[Event] = ()
+    """Events that change nothing."""
     set_points: list[set[int]] = field(default_factory=list)
     """The signals that each loop's set point in force is made of by the program alone, without another loop."""
 
     @classmethod
-    def of(cls, scenario: Scenario, net: Network, plc: Plc) -> Influence:
-        """Of a scenario whose network is ready."""
-        self = cls(net, plc)
+    def of(cls, scenario: Scenario, net: Network, plc: Plc, idle: Collection[Event] = ()) -> Influence:
+        """Of a scenario whose network is ready, and of whose events some are ``idle``."""
+        self = cls(net, plc, idle=idle)
         awoken = {e.plant or e.loop for e in scenario.events if (e.disturb or {}).get("gain")}
         for name, at in net.plant_of.items():
             plant = net.plants[at]
@@ -108,7 +110,9 @@ class Influence:
         return [self.net.outside[dotted(keys)] for keys, _, _ in leaves(event.set)]
 
     def concerns(self, event: Event, loop: int) -> bool:
-        """Whether an event moves a loop's PV or its set point."""
+        """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
+        if any(event is one for one in self.idle):
+            return False
         c = self.plc.cfg[loop]
         moved = self.of_event(event)
         return c.sig_pv in moved or c.sig_sp in moved

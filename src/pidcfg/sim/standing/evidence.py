@@ -55,6 +55,16 @@ class Found(NamedTuple):
     stands: Judgement
 
 
+class Swings(NamedTuple):
+    """An oscillation; times in base steps."""
+
+    period: float
+    amplitude: float
+    """Half peak to peak, in PV units."""
+    since: int
+    """Its first turning point."""
+
+
 def unjudged(why: str) -> Judgement:
     """Nothing is known of the loop, and why."""
     return Judgement(passed=True, text=why, judged=False)
@@ -81,6 +91,8 @@ class Evidence:
     """How fast the plants of each loop are."""
     looks: dict[int, list[Found]] = field(default_factory=dict)
     """What the looks at each loop have shown, by its number."""
+    swings: dict[int, Swings] = field(default_factory=dict)
+    """The first oscillation of each loop that no event stirs up and that reaches the last third, by its number."""
 
     @property
     def sig(self) -> Sequence[float]:
