@@ -141,9 +141,8 @@ def test_a_gain_far_too_high_oscillates(vendor):
 
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_events_that_repeat_leave_an_oscillation_open(vendor):
-    more = "".join(
-        f"  - {{at: {at}, loop: TANK, set: {{setpoint: {65 + at % 2 / 10}}}}}\n" for at in range(135, 200, 11)
-    )
+    steps = ((at, 66 + at % 2) for at in range(124, 200, 11))
+    more = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {value}}}}}\n" for at, value in steps)
     found = verdict(outcome(vendor, config=[SIDES[vendor].gain], more=more), "oscillates")
     assert (found.passed, found.judged) == (True, False)
     assert found.text.endswith("6 events move it in the last third")
