@@ -297,6 +297,53 @@ def test_an_opposite_loop_has_the_pv_only_if_it_is_the_same_one():
     assert "saturated" in failures(outcome("dl06", (PLANT, tenth), config=config))
 
 
+OUTPUTS = {"dl06": "OUT", "click": "CO", "ezlogix": "CV", "nextopid": "MV", "dpide": "MV", "generic": "OUT"}
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize("text", ["min({}, 30)", "max(0, min({}, hand))"])
+def test_a_limit_outside_the_plc_is_no_selector(vendor, text):
+    limited = ("{model:", f"{{input: '{text.format(f'TANK.{OUTPUTS[vendor]}')}', model:")
+    signals = ("plants:", "signals: {hand: 30}\nplants:")
+    assert "saturated" in failures(outcome(vendor, limited, signals))
+
+
+SELECTED = """\
+blocks:
+  - {name: SEL, type: ControlSelectMin, MV1: TANK.MV, MV2: OTHER}
+  - {name: LAST, type: ControlSelectMin, MV1: SEL.MV, MV2: 100.0}
+loops:"""
+
+
+@pytest.mark.parametrize("wires", ["", "    OVERR: SEL.OVERR1\n    TRK_VAL: SEL.MV\n"])
+def test_a_selector_of_an_output_and_a_constant_is_a_limit(wires):
+    config = [("loops:", SELECTED.replace("OTHER", "30.0")), ("    TRK_IN", f"{wires}    TRK_IN")]
+    found = failures(outcome("nextopid", ("{model:", "{input: LAST.MV, model:"), config=config))
+    assert found == {"error-stands" if wires else "saturated"}
+
+
+@pytest.mark.parametrize("after", [False, True])
+def test_a_selector_that_takes_another_loop_leaves_out_the_first(after):
+    blocks = SELECTED.replace("OTHER", "LEAN.MV")
+    if after:
+        blocks = SELECTED.replace("OTHER", "100.0").replace("MV2: 100.0}\nloops", "MV2: LEAN.MV}\nloops")
+    text = SIDES["nextopid"].config
+    lean = text[text.index("  - name") :].replace("TANK", "LEAN").replace("60.0", "30.0")
+    config = [("loops:", blocks), ("    TRK_IN: Hold\n", f"    TRK_IN: Hold\n{lean}")]
+    plants = (
+        "  TANK:",
+        "  LEAN: {model: first_order, input: LAST.MV, gain: 1, time_constant: 10, initial: 20}\n  TANK:",
+    )
+    result = outcome(
+        "nextopid",
+        plants,
+        ("{model: first_order, gain: 1, load", "{model: first_order, input: LAST.MV, gain: 1, load"),
+        config=config,
+    )
+    assert failures(result) == set()
+    assert verdict(result, "saturated").text == "a selector leaves its output out"
+
+
 def test_a_slave_may_lag_behind_a_set_point_that_moves():
     steps = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {at / 5 + 30}}}}}\n" for at in range(90, 200, 2))
     found = verdict(outcome("dl06", more=steps), "error-stands")

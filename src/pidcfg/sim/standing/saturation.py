@@ -11,16 +11,12 @@ from __future__ import annotations
 from math import exp
 from typing import TYPE_CHECKING
 
-from pidcfg.schemas.expressions import MAXIMUM, MINIMUM
-from pidcfg.sim.expressions import evaluate
 from pidcfg.sim.feedback import answer
-from pidcfg.sim.influence import read_by
 from pidcfg.sim.standing.evidence import SHARE, Evidence, Found, Judgement, limits_reached, too_early, unjudged
 from pidcfg.sim.standing.looks import PATIENCE, SAMPLES
+from pidcfg.sim.standing.selectors import left_out
 
 if TYPE_CHECKING:
-    from pidcfg.sim.kernel import Channel
-    from pidcfg.sim.plants import Plant
     from pidcfg.sim.standing.looks import Look
 
 DEVIATION = 0.01
@@ -94,7 +90,7 @@ def _stands(e: Evidence, i: int, look: Look) -> Judgement:
         return passed
     if look.stage > look.start:
         return too_early(f"an error of {abs(late):.4g}: an event at {e.seconds(look.stage):g} s")
-    if e.plc.left_out(i, e.sig) or _selected_away(e, i):
+    if left_out(e, i):
         return unjudged("a selector leaves its output out")
     if e.meters[i].broken:
         return unjudged("an event has broken its sensor")
@@ -157,7 +153,7 @@ def _limit(e: Evidence, i: int) -> str:
 
 def _exempt(e: Evidence, i: int) -> Judgement | None:
     """Why a loop may stay at a limit; None: nothing says so."""
-    if e.plc.left_out(i, e.sig) or _selected_away(e, i):
+    if left_out(e, i):
         return unjudged("a selector leaves its output out")
     if e.meters[i].broken:
         return unjudged("an event has broken its sensor")
@@ -183,24 +179,3 @@ def _has_the_pv(e: Evidence, i: int, j: int) -> bool:
         return False
     pvs = [e.sig[e.plc.cfg[loop].sig_pv] for loop in (i, j)]
     return bool(abs(pvs[0] - pvs[1]) <= SAME_PV * e.span(i))
-
-
-def _selected_away(e: Evidence, i: int) -> bool:
-    """Whether every plant or connection that reads a loop's output takes the smaller or larger of it and another."""
-    out = e.plc.cfg[i].sig_out
-    wired: list[Plant | Channel] = [*e.net.plants, *e.net.channels]
-    readers = [reader for reader in wired if out in read_by(e.net, reader)]
-    return bool(readers) and all(_leaves_out(e, reader, out) for reader in readers)
-
-
-def _leaves_out(e: Evidence, reader: Plant | Channel, out: int) -> bool:
-    pool = e.net.pool
-    code, constants, stack = pool.code, pool.constants, pool.stack()
-    if reader.source >= 0 or not {MINIMUM, MAXIMUM} & set(code[reader.first : reader.last : 2]):
-        return False
-    values = set()
-    for away in (-SHARE, 0.0, SHARE):
-        sig = list(e.sig)
-        sig[out] += away * (abs(sig[out]) + 1.0)
-        values.add(evaluate(code, constants, reader.first, reader.last, sig, stack))
-    return len(values) == 1

@@ -14,7 +14,7 @@ from pidcfg.sim.controllers.nextopid.wires import ROW, ROWS, value_of
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
 MODE_KEYS = ("Manual", "CASC", "TRK_IN", "AutoTune")
 """The inputs that choose the mode of a loop."""
@@ -145,14 +145,14 @@ class Facts(Memory):
         base = self.cfg[loop].base
         return not self.only_switches(loop) and bool(sig[base + slots.WINDUP_H_IN] or sig[base + slots.WINDUP_L_IN])
 
-    def left_out(self, loop: int, sig: Sequence[float]) -> bool:
-        """Whether OVERR is on, or a selector that reads its MV takes the other one."""
-        if self.st[loop].status & bits.OVERRIDDEN:
-            return True
+    def left_out(self, loop: int, sig: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
+        """Whether a selector behind its MV takes a rival; where there is no selector, whether OVERR is on."""
+        behind = False
         for place, c in enumerate(self.cfg):
-            if c.kind in SELECTORS:
-                wired = dict(self.wires_of(place))
-                for value, out in SELECTED:
-                    if self.cfg[loop].sig_out in wired.get(c.base + value, ()) and sig[c.base + out]:
-                        return True
-        return False
+            wired = dict(self.wires_of(place)) if c.kind in SELECTORS else {}
+            inputs = [set(wired.get(c.base + value, ())) for value, _ in SELECTED]
+            for (_, out), lost, taken in zip(SELECTED, inputs, reversed(inputs), strict=True):
+                behind = behind or bool(lost & set(own))
+                if sig[c.base + out] and lost & set(own) and taken & set(rivals):
+                    return True
+        return not behind and bool(self.st[loop].status & bits.OVERRIDDEN)
