@@ -344,6 +344,31 @@ def test_a_selector_that_takes_another_loop_leaves_out_the_first(after):
     assert verdict(result, "saturated").text == "a selector leaves its output out"
 
 
+def heat_and_cool(heat, cool, *edits):
+    """A tank that is heated to one set point and cooled to another, with its report."""
+    loop = CASCADE.replace("FLOW", "COOL").replace("mode: cascade", "mode: auto").replace("direct", "reverse")
+    loop = loop.replace("    cascade_from: TANK\n", "").replace("value: 30", f"value: {cool}")
+    set_point = ("setpoint: {value: 60}", f"setpoint: {{value: {heat}}}")
+    config = [set_point, ("    output: {range: [0, 100]}\n", f"    output: {{range: [0, 100]}}\n{loop}")]
+    water = (
+        "plants:\n  - {name: water, model: first_order, input: TANK.OUT - COOL.OUT, gain: 1, load: 20, "
+        "time_constant: 20, dead_time: 1, initial: 40}\nconnect: {TANK.PV: water, COOL.PV: water}\n"
+    )
+    return outcome("dl06", (PLANT, water), ("setpoint: 65", f"setpoint: {heat}"), *edits, config=config)
+
+
+def test_full_heat_against_a_cooler_is_saturated():
+    assert failures(heat_and_cool(70, 60)) == {"saturated"}
+    assert failures(heat_and_cool(60, 70)) == set()
+    assert failures(heat_and_cool(60, 65, ("load: 20", "load: 80"))) == set(), "the cooler has the PV, no heat"
+
+
+def test_loops_that_work_against_each_other_are_named():
+    result = heat_and_cool(65, 64)
+    assert verdict(result, "saturated", "COOL").text == "TANK works against it: both move one PV, with opposite effects"
+    assert not verdict(result, "saturated").judged
+
+
 def test_a_slave_may_lag_behind_a_set_point_that_moves():
     steps = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {at / 5 + 30}}}}}\n" for at in range(90, 200, 2))
     found = verdict(outcome("dl06", more=steps), "error-stands")

@@ -123,12 +123,13 @@ RUN = (
     Decision(
         337,
         "outputs that may stay at a limit",
-        "A loop in whose place a selector, min or max takes another loop's output, one whose windup input is on without a slave that is itself at a limit, "
-        "and one of two loops of opposite effect while the other is inside its limits and sees the same PV (to 5 % of "
-        "span) are not judged. The reason has to hold when the window ends. A master is at a limit, too, where its "
-        "slave's output or set point is.",
-        "There the output at its limit is what the program wants. The smaller of an output and a constant is a limit of "
-        "the output like any other.",
+        "A loop in whose place a selector, min or max takes another loop's output, one whose windup input is on without "
+        "a slave that is itself at a limit, and one of two loops of opposite effect at its lower limit while the other "
+        "is inside its limits and sees the same PV (to 5 % of span) are not judged; where both are above 5 % of their "
+        "way they work against each other, and the verdict says so. The reason has to hold when the window ends. A "
+        "master is at a limit, too, where its slave's output or set point is.",
+        "There the output at its limit is what the program wants. The smaller of an output and a constant is a limit "
+        "of the output like any other.",
     ),
     Decision(
         333,

@@ -17,6 +17,8 @@ from pidcfg.sim.standing.looks import PATIENCE, SAMPLES
 from pidcfg.sim.standing.selectors import left_out
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from pidcfg.sim.standing.looks import Look
 
 DEVIATION = 0.01
@@ -31,6 +33,8 @@ SEEN = 3
 """Times what rounding does: an error that should have lost so much and did not stands still."""
 TOO_SHORT = 0.02
 """Of the plant time: in less between the halves of a window no PV moves enough to be seen."""
+WORKING = 0.05
+"""Of the way between an output's limits: with more of it a loop does something."""
 SAME_PV = 0.05
 """Of the span: two loops whose PVs are further apart do not share one."""
 
@@ -43,7 +47,11 @@ def look_at(e: Evidence, i: int, look: Look) -> Found | None:
     limit = _limit(e, i)
     if limit:
         return Found(look, _saturated(e, i, look, limit), Judgement(passed=True, text="its output is at a limit"))
-    return Found(look, Judgement(passed=True, text="its output is inside its limits"), _stands(e, i, look))
+    against = next((name for j, name in _opponents(e, i) if _works(e, i) and _works(e, j)), "")
+    inside = Judgement(passed=True, text="its output is inside its limits")
+    if against:
+        inside = unjudged(f"{against} works against it: both move one PV, with opposite effects")
+    return Found(look, inside, _stands(e, i, look))
 
 
 def saturated(e: Evidence, i: int) -> Judgement:
@@ -161,10 +169,23 @@ def _exempt(e: Evidence, i: int) -> Judgement | None:
         slaves = [j for j in e.slaves(i) if e.meters[j].control]
         if not slaves or any(_limit(e, j) and _error(e, j) > allowed_error(e, j) for j in slaves):
             return unjudged("its windup input is on")
-    for j, name in enumerate(e.plc.loops):
-        if j != i and e.meters[j].control and not limits_reached(e, j) and _has_the_pv(e, i, j):
-            return unjudged(f"{name} has the PV, with the opposite effect")
+    other = next((name for j, name in _opponents(e, i) if not limits_reached(e, j)), "")
+    if other and not any(limits_reached(e, j) == "upper" for j in (i, *e.slaves(i))):
+        return unjudged(f"{other} has the PV, with the opposite effect")
     return None
+
+
+def _opponents(e: Evidence, i: int) -> Iterator[tuple[int, str]]:
+    """The loops in control, with their names, that move what is this loop's PV, too, with the opposite effect."""
+    for j, name in enumerate(e.plc.loops):
+        if j != i and e.meters[j].control and _has_the_pv(e, i, j):
+            yield j, name
+
+
+def _works(e: Evidence, i: int) -> bool:
+    """Whether a loop's output is well above its lower limit, where it has the least effect."""
+    low, high = e.plc.output_limits(i, e.sig)
+    return bool(e.sig[e.plc.cfg[i].sig_out] - low > WORKING * abs(high - low))
 
 
 def _error(e: Evidence, i: int) -> float:
@@ -173,7 +194,7 @@ def _error(e: Evidence, i: int) -> float:
 
 
 def _has_the_pv(e: Evidence, i: int, j: int) -> bool:
-    """Whether a loop inside its limits controls what is this loop's PV, too, with the opposite effect."""
+    """Whether another loop controls what is this loop's PV, too, with the opposite effect."""
     own, other = answer(e.net, e.plc, i), answer(e.net, e.plc, j, i)
     if own * other >= 0 or other * answer(e.net, e.plc, j) <= 0:
         return False

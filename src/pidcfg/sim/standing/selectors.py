@@ -1,4 +1,4 @@
-"""Whether a loop's output is left out because the output of another loop is taken: by a selector, by ``min`` or ``max``.
+"""Whether another loop's output is taken in the place of a loop's own: by a selector, by ``min`` or ``max``.
 
 Design. What is taken instead has to follow another loop's output. The smaller or larger of an output and a constant, or
 of an output and a signal from outside, is a limit of the output: a loop that stands at it is saturated.
