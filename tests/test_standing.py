@@ -27,6 +27,7 @@ WEAK = ("gain: 1,", "gain: 0.3,")
 """Full power does not reach the set point."""
 LOW_ALARM = ("    output:", "    alarms: {pv: {low_low: 70, low: 80, high: 90, high_high: 95}}\n    output:")
 """The PV starts below it, and a DL06 in alarm refuses Auto."""
+OUTPUTS = {"dl06": "OUT", "click": "CO", "ezlogix": "CV", "nextopid": "MV", "dpide": "MV", "generic": "OUT"}
 ALARMING = [vendor for vendor, side in SIDES.items() if side.alarms is not None]
 
 
@@ -68,12 +69,52 @@ def test_a_pv_from_elsewhere_is_not_driven(vendor, pv):
 def test_a_signal_that_the_scenario_drives_will_do(vendor):
     events = "events:\n  - {at: 20, set: {other: 55}}\n"
     result = outcome(vendor, (PLANT, "signals: {other: 50}\nconnect: {TANK.PV: other}\n"), ("events:\n", events))
-    assert verdict(result, "pv-not-driven").passed
+    assert verdict(result, "pv-not-driven").text == "a signal that the scenario sets moves its PV"
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_a_plant_without_gain_moves_nothing(vendor):
     assert "pv-not-driven" in failures(outcome(vendor, ("gain: 1,", "gain: 0,")))
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize("text", ["{} * 0", "{0} - {0} + 40", "min(max({}, 40), 40)"])
+def test_what_does_not_follow_the_output_does_not_drive_the_pv(vendor, text):
+    signal = f"TANK.{OUTPUTS[vendor]}"
+    edit = ("{model:", f"{{input: '{text.format(signal)}', model:")
+    assert "pv-not-driven" in failures(outcome(vendor, edit))
+    for harmless in ("{} * 1 + 0", "min({}, 100)", "100 - (100 - {}) * 1"):
+        edit = ("{model:", f"{{input: '{harmless.format(signal)}', model:")
+        assert failures(outcome(vendor, edit)) == set(), harmless
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_gain_that_an_event_takes_away_leaves_nothing_controlled(vendor):
+    lost = "  - {at: 100, loop: TANK, disturb: {gain: 0}}\n"
+    result = outcome(vendor, more=lost)
+    assert "pv-not-driven" in failures(result)
+    assert "for 100 s while a plant without gain" in verdict(result, "pv-not-driven").text
+    back = f"{lost}  - {{at: 103, loop: TANK, disturb: {{gain: 1}}}}\n"
+    assert "pv-not-driven" not in failures(outcome(vendor, more=back))
+    assert "pv-not-driven" not in failures(outcome(vendor, more=f"{lost}expect:\n  - {{loop: TANK, mode: auto}}\n"))
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_gain_that_moves_nothing_to_be_seen_drives_nothing(vendor):
+    result = outcome(vendor, ("gain: 1, load: 20", "gain: 0.0009, load: 60"))
+    assert "moves its PV by no more than 0.0" in verdict(result, "pv-not-driven").text
+    assert verdict(outcome(vendor, ("gain: 1, load: 20", "gain: 0.0011, load: 60")), "pv-not-driven").passed
+    tank = ("{model: first_order, gain: 1, load: 20, time_constant: 20,", "{model: integrator, gain: 0.01, load: -0.2,")
+    assert verdict(outcome(vendor, tank), "pv-not-driven").passed, "it has 200 s for it"
+
+
+def test_a_wire_that_multiplies_by_0_drives_nothing():
+    def run(text):
+        blocks = f"blocks:\n  - {{name: SEL, type: ControlSelectMin, MV1: '{text}', MV2: 100.0}}\nloops:"
+        return outcome("nextopid", ("{model:", "{input: SEL.MV, model:"), config=[("loops:", blocks)])
+
+    assert "pv-not-driven" in failures(run("TANK.MV * 0.0"))
+    assert "pv-not-driven" not in failures(run("TANK.MV * 1.0"))
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
@@ -295,9 +336,6 @@ def test_an_opposite_loop_has_the_pv_only_if_it_is_the_same_one():
     assert verdict(outcome("dl06", (PLANT, water), config=config), "saturated", "COOL").text.startswith("TANK has the")
     tenth = water.replace("COOL.PV: water", "COOL.PV: water / 10")
     assert "saturated" in failures(outcome("dl06", (PLANT, tenth), config=config))
-
-
-OUTPUTS = {"dl06": "OUT", "click": "CO", "ezlogix": "CV", "nextopid": "MV", "dpide": "MV", "generic": "OUT"}
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
@@ -749,7 +787,12 @@ def test_bad_input_is_an_error_at_its_line(text, code, message):
 
 @pytest.mark.parametrize(
     ("duration", "message"),
-    [("0", "must be above 0 s"), ("300 ms", "shorter than a sample of the slowest loop, 0.5 s")],
+    [
+        ("0", "must be above 0 s"),
+        ("300 ms", "shorter than a sample of the slowest loop, 0.5 s"),
+        ("500 ms", "0.500 s are shorter than 10 samples of any loop, 5 s"),
+        ("4.9", "4.9 s are shorter than 10 samples of any loop, 5 s"),
+    ],
 )
 def test_a_run_that_cannot_be_judged_is_an_error_at_its_line(duration, message):
     result = outcome("dl06", ("duration: 200", f"duration: {duration}"))
@@ -757,6 +800,12 @@ def test_a_run_that_cannot_be_judged_is_an_error_at_its_line(duration, message):
     found = next(d for d in result.findings if d.severity.label == "error")
     assert (found.span.line, found.code) == (4, "PID053")
     assert message in found.message
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_run_of_one_sample_is_no_proof(vendor):
+    assert outcome(vendor, ("duration: 200", "duration: 0.5")).report is None
+    assert outcome(vendor, ("duration: 200", "duration: 5")).report is not None
 
 
 def test_loops_that_are_left_out_are_named():

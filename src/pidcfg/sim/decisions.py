@@ -123,11 +123,11 @@ RUN = (
     Decision(
         337,
         "outputs that may stay at a limit",
-        "A loop in whose place a selector, min or max takes another loop's output, one whose windup input is on without "
-        "a slave that is itself at a limit, and one of two loops of opposite effect at its lower limit while the other "
-        "is inside its limits and sees the same PV (to 5 % of span) are not judged; where both are above 5 % of their "
-        "way they work against each other, and the verdict says so. The reason has to hold when the window ends. A "
-        "master is at a limit, too, where its slave's output or set point is.",
+        "A loop in whose place a selector, min or max takes another loop's output, one whose windup input is on "
+        "without a slave that is itself at a limit, and one of two loops of opposite effect at its lower limit while "
+        "the other is inside its limits and sees the same PV (to 5 % of span) are not judged; where both are above "
+        "5 % of their way they work against each other, and the verdict says so. The reason has to hold when the "
+        "window ends. A master is at a limit, too, where its slave's output or set point is.",
         "There the output at its limit is what the program wants. The smaller of an output and a constant is a limit "
         "of the output like any other.",
     ),
@@ -166,6 +166,23 @@ RUN = (
         "In both the longest period lasts at most twice as long as the shortest.",
         "A run of a few periods never has three in its last third, while one that grows by a tenth each half period "
         "is not stable. The swings that noise makes of an inner loop's set point are less even.",
+    ),
+    Decision(
+        562,
+        "a run of fewer than ten samples is an error",
+        "A run in which no loop that is judged and meant for Auto or Cascade has ten samples is an error at its "
+        "duration, as is one that is shorter than a sample of any loop.",
+        "Nothing can be seen in it, and green would mean nothing.",
+    ),
+    Decision(
+        563,
+        "an output that moves its PV",
+        "A loop is not driven, either, where a plant has had no gain for more than the last tenth of the run in Auto "
+        "or Cascade, where what its output is read by does not follow it (0 times the output), and where the whole way "
+        "of its output, by the gains and expressions as they are at the start and at the end, moves the PV by less "
+        "than 4 counts and 0.1 % of span. A way through another loop or a block tells no such figure. An expectation "
+        "on an alarm, a flag or the mode excuses a lost gain as it does a broken sensor (D344).",
+        "A wire is no control if nothing comes of it. A gain that comes back is the scenario's wish.",
     ),
     Decision(
         335,

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.expressions import evaluate
+from pidcfg.sim.plants import INTEGRATOR
 from pidcfg.sim.problems import Problem
 
 if TYPE_CHECKING:
@@ -41,8 +42,15 @@ def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
             yield Problem(place, message, "wrong_action", help=cure, key=True, loop=loop)
 
 
-def answer(net: Network, plc: Plc, loop: int, other: int | None = None) -> float:
-    """The change of a loop's PV after its output is raised: only its sign means anything, 0: none, or not known.
+def effect(net: Network, plc: Plc, loop: int, seconds: float) -> float:
+    """How far a loop's output moves its PV in so long a time on its way to a limit; 0: not at all, or not known."""
+    out = net.sig[plc.cfg[loop].sig_out]
+    farthest = max(abs(answer(net, plc, loop, by=limit - out)) for limit in plc.output_limits(loop, net.sig))
+    return farthest * max(seconds, 1.0) if any(plant.model == INTEGRATOR for plant in net.plants) else farthest
+
+
+def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: float = RAISED) -> float:
+    """The change of a loop's PV after its output is raised ``by`` so much, and its pulses come; 0: none, or not known.
 
     With ``other``, the change of that loop's PV.
     """
@@ -50,7 +58,7 @@ def answer(net: Network, plc: Plc, loop: int, other: int | None = None) -> float
     raised = list(net.sig)
     outputs = {plc.cfg[loop].sig_out, *(net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses)} - {-1}
     for slot in outputs:
-        raised[slot] += RAISED
+        raised[slot] += by if slot == plc.cfg[loop].sig_out else RAISED
     for plant in net.plants:
         moved = plant.gain * _moved(net, plant, raised)
         raised[plant.slot] += moved

@@ -79,6 +79,8 @@ class Meter:
     """The time in Auto or Cascade at which it broke for good; −1: it has not, or has been repaired."""
     blind_steps: int = 0
     """Base steps in Auto or Cascade with a sensor that had broken for good, up to its repair."""
+    cut_from: int = -1
+    """The time in Auto or Cascade at which a plant lost its gain, so that nothing moves the PV; −1: it has one."""
     alarm: int = 0
     alarm_since: int = 0
     alarm_steps: int = 0
@@ -254,6 +256,19 @@ def repair_sensor(m: Meter, k: int) -> None:
 def time_blind(m: Meter, last: int) -> int:
     """Base steps in Auto or Cascade with a sensor that had broken for good, of those up to ``last``."""
     return m.blind_steps + (time_in_control(m, last) - m.blind_from if m.blind_from >= 0 else 0)
+
+
+def cut_off(m: Meter, k: int, *, cut: bool) -> None:
+    """From base step ``k`` on nothing moves a loop's PV, or something does again."""
+    if not cut:
+        m.cut_from = -1
+    elif m.cut_from < 0:
+        m.cut_from = time_in_control(m, k)
+
+
+def time_cut(m: Meter, last: int) -> int:
+    """Base steps in Auto or Cascade, of those up to ``last``, since nothing moves the PV any more."""
+    return time_in_control(m, last) - m.cut_from if m.cut_from >= 0 else 0
 
 
 def time_in_alarm(m: Meter, last: int) -> int:

@@ -87,6 +87,8 @@ class Evidence:
     """Why a loop changed or did not change its mode last, in words, by its number."""
     given: Mapping[int, float] = field(default_factory=dict)
     """The set points that the configuration gives, of loops that have none from another loop, by their number."""
+    effects: list[float] = field(default_factory=list)
+    """How far the whole output of each loop can move its PV, as things stand at the start; 0: that is not known."""
     paces: list[Pace] = field(default_factory=list)
     """How fast the plants of each loop are."""
     looks: dict[int, list[Found]] = field(default_factory=dict)

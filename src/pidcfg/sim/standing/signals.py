@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from pidcfg.sim.feedback import answer
-from pidcfg.sim.meters import time_blind, time_in_alarm
-from pidcfg.sim.standing.evidence import Evidence, Judgement, Swings, unjudged
+from pidcfg.sim.feedback import answer, effect
+from pidcfg.sim.meters import time_blind, time_cut, time_in_alarm
+from pidcfg.sim.standing.evidence import SHARE, Evidence, Judgement, Swings, unjudged
 from pidcfg.sim.standing.looks import TENTH
 from pidcfg.sim.standing.watch import noise_of
 from pidcfg.sim.swings import oscillation
 
 LONG = 0.1
 """The share of a run for which an outermost alarm may stand."""
+COUNTS_SEEN = 4
+"""Counts of a PV: less of it is not moved."""
 RIPPLE = 4
 """Cycles of pulses that the period of their ripple takes at most: some are too short and left out."""
 SAME = 0.1
@@ -27,10 +29,17 @@ def pv_not_driven(e: Evidence, i: int) -> Judgement:
     """Judges one loop."""
     if not e.influence.driven[i]:
         return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
-    blind = time_blind(e.meters[i], e.last)
-    if blind <= LONG * e.last:
-        return Judgement(passed=True, text="its output moves its PV")
+    reach = max(e.effects[i], effect(e.net, e.plc, i, e.seconds(e.last)))
+    if 0 < reach < max(COUNTS_SEEN * e.span(i) / e.plc.scales[i][2], SHARE * e.span(i)):
+        text = f"its whole output moves its PV by no more than {reach:.3g}, so nothing is controlled"
+        return Judgement(passed=False, text=text)
+    blind, cut = time_blind(e.meters[i], e.last), time_cut(e.meters[i], e.last)
+    if max(blind, cut) <= LONG * e.last:
+        moved_by = "its output" if e.influence.drives(i) else "a signal that the scenario sets"
+        return Judgement(passed=True, text=f"{moved_by} moves its PV")
     text = f"it is in control for {e.seconds(blind):g} s with a sensor that is broken for good"
+    if cut > LONG * e.last:
+        text = f"it is in control for {e.seconds(cut):g} s while a plant without gain keeps its output from its PV"
     said = any(
         wanted.loop == e.plc.loops[i] and (wanted.alarm or wanted.flag or wanted.mode) for wanted in e.scenario.expect
     )

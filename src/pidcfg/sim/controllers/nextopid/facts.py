@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.schemas.expressions import SIGNAL
+from pidcfg.schemas.expressions import CONSTANT, SIGNAL
 from pidcfg.sim.controllers.nextopid import slots
 from pidcfg.sim.controllers.nextopid import state as bits
 from pidcfg.sim.controllers.nextopid.actions import LEAST_TI
 from pidcfg.sim.controllers.nextopid.memory import Memory
 from pidcfg.sim.controllers.nextopid.report import ERRORS
 from pidcfg.sim.controllers.nextopid.wires import ROW, ROWS, value_of
+from pidcfg.sim.dependence import depends
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ class Facts(Memory):
                 yield from ((source, copy.target) for source in (part.signals if part else ()))
         for place, i in enumerate(self.listed):
             for target, sources in self.wires_of(place):
-                yield from ((source, target) for source in sources)
+                yield from ((source, target) for source in sources if self.follows(place, target, source, sources))
             rows = list(enumerate(self.layout.instances[i].kind.table.rows, self.layout.instances[i].base))
             outputs = [slot for slot, row in rows if row.access == "output"]
             for slot, row in rows:
@@ -53,6 +54,21 @@ class Facts(Memory):
                     yield from ((slot, output) for output in outputs)
                 if row.name in {"SP", "SP_CASC"} and self.items[i].loop is not None:
                     yield slot, self.cfg[place].sig_sp
+
+    def follows(self, place: int, target: int, source: int, sources: list[int]) -> bool:
+        """Whether a wire's value follows a signal that it reads."""
+        c, aux = self.cfg[place], self.aux
+        rows = range(ROWS + ROW * c.wires, ROWS + ROW * c.wires_end, ROW)
+        at = next(row for row in rows if int(aux[row]) == target)
+        first, last = int(aux[at + 2]), int(aux[at + 3])
+        if CONSTANT not in {int(op) for op in aux[first:last:2]}:
+            return True
+
+        def value(sig: Sequence[float]) -> float | None:
+            found = value_of(aux, first, last, sig)
+            return None if aux[int(aux[0])] else found
+
+        return depends(value, self.sig, sources, source)
 
     @property
     def masters(self) -> list[int]:
