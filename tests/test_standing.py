@@ -142,6 +142,25 @@ def test_an_integral_that_hardly_acts_leaves_an_error(vendor):
     assert failures(outcome(vendor, config=off)) == {"error-stands"}, "an offset of more than 2 % has to be allowed"
 
 
+def with_gain(vendor, gain):
+    """The edits of a configuration that give a loop this gain and no integral."""
+    side = SIDES[vendor]
+    return [(side.gain[0], re.sub(r"\d+(\.0*)?", rf"{gain}\1", side.gain[0])), (side.slow[0], side.off)]
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_without_an_integral_an_offset_of_a_twentieth_is_too_much(vendor):
+    assert failures(outcome(vendor, config=with_gain(vendor, 4))) == {"error-stands"}
+    assert failures(outcome(vendor, config=with_gain(vendor, 12))) == set()
+
+
+def test_a_level_may_stand_elsewhere_without_an_integral():
+    tank = ("{model: first_order, gain: 1, load: 20, time_constant: 20,", "{model: integrator, gain: 0.02, load: -0.5,")
+    found = outcome("generic", tank, ("duration: 200", "duration: 900"), config=with_gain("generic", 2))
+    assert failures(found) == set()
+    assert 10 < abs(found.report.loops["TANK"].metrics["final_error"]) < 20
+
+
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_an_event_in_the_last_tenth_is_judged_by_what_comes_before_it(vendor):
     found = verdict(outcome(vendor, WEAK, ("at: 80", "at: 190")), "saturated")

@@ -99,10 +99,12 @@ RUN = (
     Decision(
         332,
         "what counts as an error that lasts",
-        "More than 1 % of span (20 % without an integral, 5 % where the output is on or off), or than the inner "
-        "deviation alarm where that is closer; and more than the dead band, up to 5 % of span.",
+        "More than 1 % of span (5 % without an integral or where the output is on or off, 20 % without an integral "
+        "where the plant integrates), or than the inner deviation alarm where that is closer; and more than the dead "
+        "band, up to 5 % of span.",
         "Deviation alarms are often set wide for the start-up, and with 5 % of span most outputs that were limited "
-        "wrongly went unseen. Without an integral and in a dead band an offset is what was configured.",
+        "wrongly went unseen. Without an integral and in a dead band a small offset is what was configured; a level "
+        "that is meant to give way needs a wide one.",
     ),
     Decision(
         344,

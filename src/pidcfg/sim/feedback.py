@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.sim.expressions import evaluate
-from pidcfg.sim.plants import INTEGRATOR
 from pidcfg.sim.problems import Problem
 
 if TYPE_CHECKING:
@@ -42,11 +41,10 @@ def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
             yield Problem(place, message, "wrong_action", help=cure, key=True, loop=loop)
 
 
-def effect(net: Network, plc: Plc, loop: int, seconds: float) -> float:
-    """How far a loop's output moves its PV in so long a time on its way to a limit; 0: not at all, or not known."""
+def effect(net: Network, plc: Plc, loop: int) -> float:
+    """How far a loop's output moves its PV on its way to a limit (an integrator: in 1 s); 0: not, or not known."""
     out = net.sig[plc.cfg[loop].sig_out]
-    farthest = max(abs(answer(net, plc, loop, by=limit - out)) for limit in plc.output_limits(loop, net.sig))
-    return farthest * max(seconds, 1.0) if any(plant.model == INTEGRATOR for plant in net.plants) else farthest
+    return max(abs(answer(net, plc, loop, by=limit - out)) for limit in plc.output_limits(loop, net.sig))
 
 
 def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: float = RAISED) -> float:

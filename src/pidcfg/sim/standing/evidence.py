@@ -88,7 +88,7 @@ class Evidence:
     given: Mapping[int, float] = field(default_factory=dict)
     """The set points that the configuration gives, of loops that have none from another loop, by their number."""
     effects: list[float] = field(default_factory=list)
-    """How far the whole output of each loop can move its PV, as things stand at the start; 0: that is not known."""
+    """How far each loop's output can move its PV (an integrator: in 1 s), as at the start; 0: that is not known."""
     paces: list[Pace] = field(default_factory=list)
     """How fast the plants of each loop are."""
     looks: dict[int, list[Found]] = field(default_factory=dict)

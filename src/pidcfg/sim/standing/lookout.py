@@ -35,7 +35,7 @@ class Lookout:
         e.looks = {i: [] for i in range(len(e.plc.loops))}
         e.given = {i: e.plc.given_set_point(i, e.sig) for i in e.looks if e.masters[i] < 0}
         e.paces = [plant_time(e.plc, e.influence, i) for i in e.looks]
-        e.effects = [effect(e.net, e.plc, i, e.seconds(e.last)) for i in e.looks]
+        e.effects = [effect(e.net, e.plc, i) for i in e.looks]
         for i in e.looks:
             self.waiting[i] = looks_at(e.scenario, e.plc, e.influence, i, e.step, e.last)
             self._aim(i)

@@ -25,8 +25,8 @@ DEVIATION = 0.01
 """Of the span: an error that is too much, unless the inner deviation alarm is closer."""
 SWITCHED = 0.05
 """The same where the output is on or off, and the widest dead band that is left alone."""
-OFFSET = 0.2
-"""The same where an offset belongs to the loop, since it has no integral."""
+OFFSET, LEVEL_OFFSET = 0.05, 0.2
+"""The same where an offset belongs to the loop, since it has no integral; and one of a plant that integrates."""
 TURNED, SETTLED = 2, 3
 """Plant times after which an output at its limit has turned the PV round, and moved it about as far as it can."""
 SEEN = 3
@@ -127,7 +127,8 @@ def _due(e: Evidence, i: int, look: Look, error: float) -> float:
 def allowed_error(e: Evidence, i: int) -> float:
     """The error with which a loop may end."""
     inner, span = e.plc.inner_deviation(i), e.span(i)
-    share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.sig) else OFFSET
+    offset = LEVEL_OFFSET if e.paces[i].integrates else OFFSET
+    share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.sig) else offset
     allowed = share * span if inner is None else min(share * span, inner)
     return max(allowed, min(e.plc.dead_band(i, e.sig), SWITCHED * span))
 

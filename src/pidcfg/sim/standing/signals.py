@@ -29,7 +29,7 @@ def pv_not_driven(e: Evidence, i: int) -> Judgement:
     """Judges one loop."""
     if not e.influence.driven[i]:
         return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
-    reach = max(e.effects[i], effect(e.net, e.plc, i, e.seconds(e.last)))
+    reach = max(e.effects[i], effect(e.net, e.plc, i)) * (e.seconds(e.last) if e.paces[i].integrates else 1)
     if 0 < reach < max(COUNTS_SEEN * e.span(i) / e.plc.scales[i][2], SHARE * e.span(i)):
         text = f"its whole output moves its PV by no more than {reach:.3g}, so nothing is controlled"
         return Judgement(passed=False, text=text)
