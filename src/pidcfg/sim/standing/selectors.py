@@ -27,8 +27,9 @@ def left_out(e: Evidence, i: int) -> bool:
     """Whether a loop acts on nothing now, since another loop's output is taken in its place."""
     cfg = e.plc.cfg[: len(e.plc.loops)]
     pvs = {c.sig_pv for c in cfg}
-    own = e.influence.reach([cfg[i].sig_out], without=pvs)
-    rivals = e.influence.reach({c.sig_out for c in cfg} - {cfg[i].sig_out}, without=pvs)
+    out, others = cfg[i].sig_out, {c.sig_out for c in cfg} - {cfg[i].sig_out}
+    own = e.influence.reach([out], without=pvs | others)
+    rivals = e.influence.reach(others, without=pvs | {out})
     return e.plc.left_out(i, e.sig, own, rivals) or _selected_away(e, i, rivals)
 
 
