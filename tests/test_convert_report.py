@@ -232,7 +232,7 @@ def test_each_pair_names_how_start_and_transfers_differ(one, two):
     start = lines.get("operation.start")
     assert (start is not None) == (STARTS.get(one) != STARTS.get(two))
     for vendor, text in ((one, start.source), (two, start.target)) if start is not None else ():
-        assert text.endswith(STARTS.get(vendor, "it begins in its mode"))
+        assert text.endswith(STARTS.get(vendor, "it begins in its mode, with an integral of 0"))
     assert ("operation.transfer" in lines) == ((one in ON_TOP) != (two in ON_TOP))
     assert "operation.manual" not in lines
 
@@ -578,9 +578,18 @@ def test_an_ezlogix_goes_on_while_the_plc_is_stopped_as_before_within_the_vendor
     assert not result.losses
     rows = [row for loop in result.loops for row in loop.changes if "process_when_stopped" in row.field]
     assert {row.kind for row in rows} == {"exact"}
-    elsewhere = [row for row in api.convert(text, "dl06").loops[0].changes if "process_when_stopped" in row.field]
-    assert [(row.kind, row.loss) for row in elsewhere] == [("dropped", goes_on)]
-    assert "stands still" in elsewhere[0].note
+    elsewhere = [row for row in api.convert(text, "dl06").loops[0].changes if "stopped" in row.field]
+    told = [("dropped", True, "it stands still")] * goes_on + [("dropped", False, None)]
+    assert [(row.kind, row.loss, row.target) for row in elsewhere] == told
+    assert "see operation.stopped" in elsewhere[-1].note
+
+
+def test_a_loop_that_goes_on_in_both_plcs_while_they_are_stopped_loses_nothing():
+    text = (DL06_OWN % "II").replace("action: direct", "independent_of_cpu_mode: true\n    action: direct")
+    rows = {vendor: lines_of(api.convert(text, vendor)).get("operation.stopped") for vendor in ("ezlogix", "click")}
+    assert (rows["ezlogix"], rows["click"].loss) == (None, True)
+    by_default = lines_of(api.convert(EZLOGIX_OWN, "click"))["operation.stopped"]
+    assert (by_default.kind, by_default.loss) == ("assumed", False)
 
 
 @pytest.mark.parametrize("vendor", ["click", "dpide"])

@@ -127,3 +127,7 @@ class LoopFacts(ABC):
     def left_out(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - most PLCs have no selector
         """Whether a selector of the program leaves a loop's output out."""
         return False
+
+    def operated(self, image: Any) -> Any:
+        """The same image with the operator's inputs of each loop in his own hand; most PLCs have no others."""
+        return image
