@@ -301,3 +301,21 @@ def test_what_cannot_be_run_is_not_alike():
     assert result.verified == ()
     assert not result.alike
     assert any(note.startswith("not compared: ") for note in result.notes)
+
+
+SLOW = """
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: L3, output_raises_pv: true, sample_time: 1, tuning: {gain: 1, integral_time: 200, derivative_time: 40},
+     pv: {range: [0, 100]}, setpoint: {value: 30}, output: {range: [0, 100]}}
+"""
+
+
+@pytest.mark.parametrize(("key", "value"), [("integral_time: 200", "integral_time: 240"), ("gain: 1,", "gain: 1.04,")])
+def test_a_strong_derivative_hides_no_other_number(key, value):
+    result = convert(SLOW, "ezlogix")
+    (good,) = diff(SLOW, result.text, verify=True).verified
+    (bad,) = diff(SLOW.replace(key, value), result.text, verify=True).verified
+    shown = [{row.difference.stage for row in one.failures} for one in (good, bad)]
+    assert "slow answer" in shown[1] - shown[0]

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.operation.rules import PREFIX
-from pidcfg.verification.comparison import AT_END, SAMPLES, apart
+from pidcfg.verification.comparison import AT_END, SAMPLES
+from pidcfg.verification.signals import apart
 from pidcfg.verification.smoothing import SMOOTHING, further
 
 if TYPE_CHECKING:

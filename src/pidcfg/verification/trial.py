@@ -29,8 +29,8 @@ D580 = Decision(
     580,
     "the battery works the operator's inputs, wired or not",
     "In every stage but the start SP, ManualMV, Manual and CASC of a NextoPID loop are free of their wires, each at "
-    "the first value of its wire, on both sides. A copy that a line of the report says the target does not have is never "
-    "made by the twin.",
+    "the first value of its wire, on both sides. A copy that a line of the report says the target does not have is "
+    "never made by the twin.",
     "A wire to one of them is the operator's switch or his panel; with it in force the battery cannot operate the "
     "loop, and a conversion with its action reversed was called alike in the two stages that were left.",
 )
