@@ -138,7 +138,7 @@ def test_a_field_that_no_conversion_knows_is_a_loss():
     assert rows == [
         Change("new_field", "dropped", 3, None, note=UNKNOWN, loss=True),
         Change("pv.tag", "dropped", "IR1", None, note="a place"),
-        Change("name", "exact", "L1", "L1", neutral=("name",)),
+        Change("name", "exact", "L1", "L1", neutral=("name",), target_field="name"),
     ]
     assert list(remaining(given[:1], [Change("new_field.0", "exact", 3, 3)], {}, {})) == []
 
@@ -599,3 +599,28 @@ def test_addresses_stay_within_a_vendor(vendor):
     assert [(c.address, getattr(c, "device", None)) for c in image.cells] == [
         (c.address, getattr(c, "device", None)) for c in api.encode(text).image.cells
     ]
+
+
+def test_a_line_names_the_key_of_the_result_too():
+    rows = [row for row in api.convert(DL06_OWN % "I", "click").loops[0].changes if row.target_field]
+    fields = {(row.field, row.target_field) for row in rows}
+    assert {
+        ("tuning.gain", "tuning.proportional_gain"),
+        ("pv.range", "pv.input_range"),
+        ("pv.range", "pv.range"),
+    } <= fields
+    text = api.convert(DL06_OWN % "I", "click")
+    (loop,) = text.to_json()["loops"]
+    assert "tuning.proportional_gain" in {row["target_field"] for row in loop["changes"]}
+
+
+def test_a_dpide_keeps_the_mode_that_holds_its_integral_within_the_vendor():
+    text = """
+pidcfg: 1
+vendor: dpide
+loops:
+  - {name: A, device: D0, PID_MODE: 0, SV: 30, Kc_Kp: 2, Ti_Ki: 20, Td_Kd: 0, MV_MAX: 100, MV_MIN: 0, CYCLE: 1000,
+     PID_DIR: true, PID_RUN: true, pv: {range: [0, 100]}}
+"""
+    modes = {mode: api.convert(text.replace("MODE: 0", f"MODE: {mode}"), "dpide") for mode in (0, 2)}
+    assert {mode: result.data["loops"][0]["PID_MODE"] for mode, result in modes.items()} == {0: 0, 2: 2}
