@@ -335,10 +335,9 @@ def test_alarms_of_a_square_root_loop_are_compared_with_the_square():
     assert "above 1024 counts" in found["alarms.pv.high"]  # a quarter of 4095
 
 
-def test_an_autotune_and_a_stopped_plc_are_told():
+def test_an_autotune_is_told():
     assert set(lost({"autotune": {"type": "PI", "timeout": 900}})) == {"autotune.type", "autotune.timeout"}
     assert set(lost({"autotune": {"type": "PID", "timeout": 600}})) == set()
-    assert set(lost({}, process_when_stopped=True)) == {"plc.process_when_stopped"}
     assert lost({}, process_when_stopped=False) == {}
     assert lost({}) == {}
 

@@ -136,3 +136,7 @@ class LoopFacts(ABC):
         ``own`` are the signals that follow the loop's output, ``rivals`` those that follow others.
         """
         return False
+
+    def operated(self, image: Any) -> Any:
+        """The same image with the operator's inputs of each loop in his own hand; most PLCs have no others."""
+        return image

@@ -50,6 +50,18 @@ D343 = Decision(
     "Both are first-order lags of the same time, and alike where Tf is many samples. With a Tf of one sample 63 % pass "
     "instead of 50 %: a kick that is a quarter larger is to be seen on a valve, and nothing is lost.",
 )
+D581 = Decision(
+    581,
+    "a conversion tells what a loop does from the start, in Manual, in each cycle and while its PLC is stopped",
+    "A loop that begins in its mode begins with an integral of 0, one that waits in Manual goes on from its output. "
+    "NextoPID and the neutral form keep the derivative up in Manual, the others begin it anew with Auto. A NextoPID "
+    "filter is worked out in each cycle of its task, not with the samples of a slower loop. A DL06 loop that is "
+    "independent of the CPU mode and an EZLogix with process_when_stopped control a process whose PLC is stopped: "
+    "it is a loss where the source asks for it and the target stands still, else it is named.",
+    "Each was found by running both sides: outputs differ by up to the whole range at the start, by gain x Td x the "
+    "rate of the PV after Manual, and by what the PV does in half a sample. Only the EZLogix goes on by default, which "
+    "nobody asked for.",
+)
 PREFIX = "operation."
 """Of the fields of the report's lines."""
 BOUNDED = "without it the integral would run without end, which the source's does not"
@@ -71,7 +83,11 @@ class Start(Answer):
         "it waits in Manual after the download, and later begins in the mode that it had",
         "request its mode once; switch it to Manual before the PLC stops where it has to wait for somebody",
     )
-    RUNS = 2, "it begins in its mode", "keep it in Manual in the program where it has to wait for somebody"
+    RUNS = (
+        2,
+        "it begins in its mode, with an integral of 0",
+        "keep it in Manual in the program where it has to wait for somebody",
+    )
 
 
 class Manual(Answer):
@@ -94,6 +110,32 @@ class WithoutIntegral(Answer):
 
     TAKEN_OVER = 0, "the bias becomes the output", "bring the output to the bias in Manual before going to Auto"
     CONSTANT = 1, "the output becomes gain x error + bias", "write the output that holds the set point into the bias"
+
+
+class Rate(Answer):
+    """What the derivative does in Manual."""
+
+    KEPT_UP = 0, "it is kept up in Manual", "bring the PV to rest in Manual before going to Auto"
+    ANEW = 0, "it begins anew with Auto", "bring the PV to rest in Manual before going to Auto"
+
+
+class Filter(Answer):
+    """How often the filter of the PV is worked out."""
+
+    SAMPLED = 0, "with each sample of the loop"
+    CYCLIC = 0, "in each cycle of the task, so that a PV on its way comes later by up to half a sample"
+
+
+ALONE = "switch that off where the process must stand still with the PLC"
+
+
+class Stopped(Answer):
+    """What a loop does while its PLC is stopped."""
+
+    UNSAID = 0, "nothing says whether it goes on", "see to it in the PLC"
+    STANDS = 0, "it stands still", "let the output module hold, or bring to a safe value, what the process needs"
+    GOES_ON = 1, "it goes on controlling", ALONE
+    AS_GIVEN = 1, "it goes on controlling, as a PLC of this family does", ALONE
 
 
 OVERSHOOT = "expect more overshoot after the output was at a limit"
@@ -178,8 +220,11 @@ class Operation:
     deadband: Deadband = Deadband.AS_ZERO
     smoothing: Smoothing | None = Smoothing.BACKWARD
     """None: the derivative has no filter."""
+    rate: Rate = Rate.ANEW
+    filter: Filter = Filter.SAMPLED
     interlock: Interlock = Interlock.GRANTED
     master: Master = Master.INTEGRATES
+    stopped: Stopped = Stopped.STANDS
 
     @property
     def bounds_integral(self) -> bool:
@@ -192,6 +237,8 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
     integral = bool(loop.tuning.integral_time)
     if loop.mode != "manual":
         yield from _line("start", before.start, after.start)
+    if before.stopped.rank != after.stopped.rank:
+        yield from _line("stopped", before.stopped, after.stopped, loss=before.stopped is Stopped.GOES_ON)
     yield from _line("manual", before.manual, after.manual, loss=after.manual.rank > before.manual.rank)
     if integral:
         back = after.transfer is Transfer.AS_BEFORE
@@ -204,6 +251,10 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
     if loop.deadband:
         yield from _line("deadband", before.deadband, after.deadband)
     yield from _smoothing(before.smoothing, after.smoothing, loop)
+    if loop.tuning.derivative_time:
+        yield from _line("rate", before.rate, after.rate)
+    if loop.pv.filter:
+        yield from _line("filter", before.filter, after.filter)
     yield from _line("interlock", before.interlock, after.interlock)
     if is_master:
         integrates = after.master is Master.INTEGRATES

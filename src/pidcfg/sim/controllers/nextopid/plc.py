@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
@@ -20,10 +21,12 @@ from pidcfg.sim.plc import COUNTS, NoOptions
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.parameters import Content, Program
+    from pidcfg.encoders.parameters import Content, Entry, Program
     from pidcfg.schemas.base import Quantity
 
 
+OPERATED = ("SP", "ManualMV", "Manual", "CASC")
+"""Inputs of a loop that are the operator's: a wire to one is his switch, or his panel."""
 LONG = ("Tc", "Tlag", "DelayTime")
 """Parameters of blocks that are times for something to settle."""
 
@@ -189,6 +192,19 @@ class Nextopid(Facts):
         if row.name == "ManualMV" and not self._of(loop, "Manual", sig):
             return "the loop is not in manual mode"
         return None
+
+    def operated(self, image: Program) -> Program:
+        """The program with the operator's inputs unwired, each at the first value of its wire."""
+        names = {f"{loop}.{row}" for loop in self.loops for row in OPERATED}
+        cells = (self._unwired(cell) if cell.address in names else cell for cell in image.cells)
+        return replace(image, cells=tuple(cells))
+
+    def _unwired(self, cell: Entry) -> Entry:
+        if not isinstance(cell.raw, Wire):
+            return cell
+        loop, _, row = cell.address.partition(".")
+        value = self._value(loop, row)
+        return replace(cell, raw=value if cell.type.kind == "real" else int(value))
 
     def _of(self, loop: int, row: str, sig: Sequence[float]) -> float:
         number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")
