@@ -47,7 +47,7 @@ class Options:
     auto_interlock: bool = True
     """A PV alarm refuses a request for Auto."""
     scan_time: int = 0
-    """Length of a scan in ticks; 0: every base step has time for all loops."""
+    """Length of a scan in ticks (D641); 0: every base step has time for all loops."""
     step_bias: bool = False
     """Set-point changes move the bias in proportion."""
     number_of_loops: int | None = None

@@ -67,7 +67,7 @@ def begin(c: Config, s: State, aux: list[float], step: int) -> None:
 
 
 def start(c: Config, s: State, aux: list[float]) -> None:
-    """A rising start bit: the first ramp begins at the present set point."""
+    """A rising start bit: the first ramp begins at the present set point, and moves at the next sample (D652)."""
     s.rs_error = c.rs_fault
     s.rs_errors |= c.rs_fault
     if c.rs_fault or c.rs_table < 0:
@@ -80,7 +80,7 @@ def start(c: Config, s: State, aux: list[float]) -> None:
 
 
 def obey(c: Config, s: State, aux: list[float]) -> None:
-    """Read and clear the command bits; start works alone, hold comes before resume and jog (D56)."""
+    """Read and clear the command bits; start works alone, hold comes before resume and jog (D56, D653)."""
     command = s.rs_command
     s.rs_command = 0
     if s.busy & PROGRAM:

@@ -135,11 +135,14 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
 
 
 def next_slow(tick: int, cfg: list[Config], st: list[State]) -> int:
-    """The slow loop that this scan calculates: the first due behind the last served (D52); -1: none."""
+    """The slow loop that this scan calculates: the first due behind the last served (D52); -1: none.
+
+    Loops that Program mode has stopped take no turn (D650).
+    """
     n = len(cfg)
     for k in range(1, n + 1):
         i = (st[0].turn + k) % n
-        if cfg[i].slow and tick >= st[i].due:
+        if cfg[i].slow and tick >= st[i].due and st[i].busy & STOPPED == 0:
             st[0].turn = i
             return i
     return -1
