@@ -98,6 +98,8 @@ class Memory(CountsPlc):
         s.goal = 0 if self.goals[i] == "manual" else MODES[self.goals[i]]
         s.goal_writes = int(self._loops[i].has_setpoint)
         s.busy |= bits.GOAL if s.goal else 0
+        if not (v["ramp_soak.enabled"] or v["ramp_soak.table"]):
+            self.signals[c.sig_step] = ""
         s.rs_command = COMMANDS.get(v["ramp_soak.request"], 0)
         s.busy |= bits.SOAK if s.rs_command else 0
         if v["autotune.start"]:

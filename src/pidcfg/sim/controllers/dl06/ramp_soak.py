@@ -127,8 +127,14 @@ def watch(c: Config, s: State, aux: list[float]) -> None:
             s.aux_status |= RS_DEVIATION
 
 
-def ramp_soak(c: Config, s: State, aux: list[float]) -> None:
-    """Commands first, then the active step, then its deviation bit."""
+def ramp_soak(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
+    """Commands first, then the active step, then its deviation bit; the step number is a signal."""
+    generate(c, s, aux)
+    sig[c.sig_step] = s.rs_step * 1.0
+
+
+def generate(c: Config, s: State, aux: list[float]) -> None:
+    """One sample of the generator."""
     if c.rs_enabled == 0:
         if s.rs_command:
             tell_request(s, REFUSED_RS_OFF)

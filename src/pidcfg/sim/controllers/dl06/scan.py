@@ -6,7 +6,7 @@ rarely happens (`State.busy`: mode requests, ramp/soak, auto-tune), set point, a
 output word. Nothing here knows files, names or units: see `plc.load` for how words become `Config` and `State`.
 
 Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; ``sig_pv``, ``sig_sp``, ``sig_out`` and
-``sig_bias`` are written, as the words say in engineering units. With square-root extract ``sig_sp`` is the PV that
+``sig_bias`` are written, as the words say in engineering units, and ``sig_step``, the step of the profile. With square-root extract ``sig_sp`` is the PV that
 satisfies the set point, so that both can be compared.
 """
 
@@ -90,7 +90,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
             if c.major >= 0:
                 show_output(cfg[c.major], st[c.major], sig)
         if busy & SOAK:
-            ramp_soak(c, s, aux)
+            ramp_soak(c, s, aux, sig)
         busy = s.busy
     status = s.status
 
