@@ -6,8 +6,8 @@ rarely happens (`State.busy`: mode requests, ramp/soak, auto-tune), set point, a
 output word. Nothing here knows files, names or units: see `plc.load` for how words become `Config` and `State`.
 
 Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; ``sig_pv``, ``sig_sp``, ``sig_out`` and
-``sig_bias`` are written, as the words say in engineering units, and ``sig_step``, the step of the profile. With square-root extract ``sig_sp`` is the PV that
-satisfies the set point, so that both can be compared.
+``sig_bias`` are written, as the words say in engineering units, and ``sig_step``, the step of the profile. With
+square-root extract ``sig_sp`` is the PV that satisfies the set point, so that both can be compared.
 """
 
 from __future__ import annotations
