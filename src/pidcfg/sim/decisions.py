@@ -70,6 +70,28 @@ RUN = (
         "A condition that was corrected still happened; a chattering alarm must not fill the memory.",
     ),
     Decision(
+        640,
+        "changes of mode within a base step are one entry of the log",
+        "With the mode at the end of the step, and the reasons of all of them; a mode that a loop enters and leaves "
+        "within a step is none, and without a reason there is no entry at all.",
+        "The log is made of the status words after each step, as the trend is; nothing between two steps lasts.",
+    ),
+    Decision(
+        641,
+        "a scan that does not fit the sample rates",
+        "With `scan_time` a loop is calculated in the first scan that is not before its time; the times themselves "
+        "keep their grid, and the equation works with the sample rate of the register.",
+        'DL06: the CPU executes calculations "on the appropriate scans". CLICK: with a long scan time the output may '
+        "not be calculated as quickly as the sample rate says.",
+    ),
+    Decision(
+        642,
+        "a plant of second order rests at its limits",
+        "At a limit its value stands and its slope is 0; it leaves with the first input that takes it away. No other "
+        "plant has anything that could run on behind its limits.",
+        "A full tank keeps nothing of what has run over.",
+    ),
+    Decision(
         330,
         "what takes a loop out of its mode",
         "A loop is meant for the mode of its configuration, of the last event that requests one, or of the parameters "

@@ -256,7 +256,7 @@ class ScanOptions:
     """What a scenario chooses about a PLC that calculates with its scans; no register holds it."""
 
     scan_time: int = 0
-    """Length of a scan in ticks: the base step; samples come with the next scan."""
+    """Length of a scan in ticks: the base step; samples come with the next scan (D641)."""
 
 
 @dataclass(frozen=True, slots=True)

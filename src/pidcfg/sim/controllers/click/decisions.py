@@ -163,3 +163,13 @@ CONTROLLER = (
     ),
 )
 """In the order of their numbers."""
+
+OPERATING = (
+    Decision(
+        655,
+        "an alarm group that is switched off",
+        "Its alarms go off at the event; those of a group that is switched on come with the next sample.",
+        "The bit enables the group, and without it nothing keeps an alarm on; alarms are looked for when the PV is.",
+    ),
+)
+"""What an operator's changes do."""

@@ -208,6 +208,8 @@ class Click(Plc):
         if s.busy & bits.STOPPED:
             tell_request(s, click_modes.REFUSED_STOP)
             return
+        if s.busy & bits.GOAL and not s.busy & bits.REQUEST:
+            tell_request(s, click_modes.GIVEN_UP)
         s.request = s.request | bit if bit == bits.TUNING else (s.request & bits.TUNING) | bit
         s.busy |= bits.REQUEST
 

@@ -158,3 +158,21 @@ ENGINE = (
     ),
 )
 """In the order of their numbers."""
+
+SHOWN = (
+    Decision(
+        656,
+        "the EZLogix's set point is shown within its limits at once",
+        "The signal SP has a set point that an event writes within its limits from the event on; the register takes "
+        "the limit at the next calculation.",
+        "A trend shows what the loop works with, and no calculation ever sees another value.",
+    ),
+    Decision(
+        657,
+        "the EZLogix's BIAS is integral term and offset, wherever they are",
+        "The signal is not held within the CV limits or 0 to 4095; without anti-windup it runs on as far as a signed "
+        "32-bit number.",
+        "No register holds it, and the manual limits the control value alone.",
+    ),
+)
+"""What the signals tell that no register does."""

@@ -114,7 +114,7 @@ class Ezlogix(CountsPlc):
             tell(self.st[i], WAITS_FOR_RUN, mode)
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
-        """The signals that an operator's change affects at once: SP is limited, its register later."""
+        """The signals that an operator's change affects at once: SP is limited, its register later (D656)."""
         c, s = self.cfg[i], self.st[i]
         written, s.sp = s.sp, clamp(s.sp, c.sp_low, c.sp_high)
         show(c, s, sig)
