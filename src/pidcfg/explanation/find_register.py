@@ -36,6 +36,11 @@ PLC = "plc."
 """What keys begin with that are about the file and no loop."""
 
 
+def is_number(text: str) -> bool:
+    """Whether a text is a number such as a PLC shows."""
+    return text.isdecimal() and len(text) <= MOST_DIGITS
+
+
 @dataclass(frozen=True, kw_only=True)
 class RegisterBook(Registers):
     """The tables of a vendor whose memory has addresses, and how its registers are asked for."""
@@ -232,13 +237,16 @@ class RegisterBook(Registers):
         return int(text)
 
     def _number(self, question: Question) -> list[Page]:
-        """``CK27``: a number that the PLC shows."""
+        """``CK27``, or ``27`` alone: a number that the PLC shows."""
         text = question.name.lower().translate(SEPARATORS)
         for series in self.series:
             for head in series.heads:
                 digits = text.removeprefix(head)
-                if text.startswith(head) and digits.isdecimal() and len(digits) <= MOST_DIGITS:
+                if text.startswith(head) and is_number(digits):
                     return [self._number_page(series, int(digits))]
+        for series in self.series:
+            if is_number(text) and (question.one_vendor or int(text) in {code.number for code in series.codes}):
+                return [self._number_page(series, int(text))]
         return []
 
     def _number_page(self, series: Series, number: int) -> Page:

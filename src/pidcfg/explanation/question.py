@@ -30,6 +30,8 @@ class Question:
     starts: tuple[str, ...] = ()
     """Addresses at which blocks of registers begin."""
     config: Configured | None = None
+    one_vendor: bool = False
+    """Whether a single vendor is asked, so that a number alone (``26``) can only be one that its PLC shows."""
     every_block: bool = False
     """Whether an offset that names no block, ``+09``, is one in each block of a loop."""
 
