@@ -11,7 +11,7 @@ from pidcfg.encoders.spaces import SINGLE, NoRegisterError
 from pidcfg.explanation.book import Record
 from pidcfg.explanation.contents import raw_of
 from pidcfg.explanation.page import Page, Value
-from pidcfg.explanation.question import ADDRESS, OFFSET, Question, QuestionError
+from pidcfg.explanation.question import ADDRESS, OFFSET, Question, QuestionError, is_number
 from pidcfg.explanation.registers import RegisterRecord, Registers, word_at
 from pidcfg.explanation.values import UNKNOWN, Placement, is_before_root, unit_of
 from pidcfg.paths import steps
@@ -27,18 +27,11 @@ if TYPE_CHECKING:
 HIGHEST_BIT = 15
 BEFORE_ROOT = "the signal before the root"
 """The unit of what is compared with the PV of which the loop takes the root."""
-MOST_DIGITS = 5
-"""Of a number that a PLC shows."""
 SEPARATORS = str.maketrans("", "", " -_")
 HEXADECIMAL_FROM = 10
 """Smaller numbers are the same in both notations."""
 PLC = "plc."
 """What keys begin with that are about the file and no loop."""
-
-
-def is_number(text: str) -> bool:
-    """Whether a text is a number such as a PLC shows."""
-    return text.isdecimal() and len(text) <= MOST_DIGITS
 
 
 @dataclass(frozen=True, kw_only=True)
