@@ -60,10 +60,13 @@ ENGINE = (
     Decision(
         167,
         "saturation",
-        "The bit tells whether the CV before its limits, as a whole number, is 0 or 4095; in Manual and during an "
-        "autotune it is the CV itself. Anti-windup looks at the calculation before: no integration on the side on "
-        "which it was saturated.",
-        "The manual names both values of the CV; the CV of this sample is not known yet when its error is integrated.",
+        "The bit tells whether the CV in its tag, as its limits have left it, is 0 or 4095, in every mode: one that is "
+        "held at a limit in between does not set it. Anti-windup looks at the sample before and at the CV as it was "
+        "calculated, before its limits: no integration on the side on which that was 0 or 4095.",
+        "The manual defines the bit by the Control Variable being either 0 or 4095, and a Control Variable beyond a "
+        "limit is set to the limit. Of anti-windup it says that the output is saturated, not where it is looked at: "
+        "behind limits inside the range an integral would grow without end. The CV of this sample is not known yet "
+        "when its error is integrated.",
     ),
     Decision(
         168,

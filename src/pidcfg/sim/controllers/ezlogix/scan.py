@@ -101,7 +101,8 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     else:
         s.whole = s.out
         s.x1 = x
-    if 0.0 < s.whole < FULL:
+    # the bit tells of the CV as it is (D167); anti-windup looks at what it would be without its limits
+    if 0.0 < s.out < FULL:
         s.status &= ~SATURATED
     else:
         s.status |= SATURATED

@@ -17,7 +17,7 @@ UNBOUNDED = 1e18
 MANUAL, AUTO = 1, 2
 MODES = MANUAL | AUTO
 SATURATED = 4
-"""Discrete +3."""
+"""Discrete +3: the CV is 0 or 4095."""
 TUNING = 8
 """An autotune collects or calculates."""
 TUNE_ERROR = 16
@@ -112,7 +112,7 @@ class State(CurveState):
     x1: float = 0.0
     """What the derivative acts on, at n-1."""
     whole: float = 0.0
-    """The CV before its limits, which saturation is judged by."""
+    """The CV before its limits, which anti-windup looks at."""
     # control output
     seen: int = 0
     """Tick of the last look."""
