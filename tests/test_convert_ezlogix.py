@@ -471,7 +471,9 @@ def test_there_and_back_are_the_same_registers(config):
         different = {key for (name, key), raw in there.items() if name == loop.name and again[name, key] != raw}
         low, at, high = (there[loop.name, name] for name in ("setpoint_low", "setpoint", "setpoint_high"))
         given = loop.setpoint.value is not None and "setpoint.limits" not in gone
-        if given and low <= high and not low <= at <= high:  # an error of its own (EZ438): the limit is what the PLC controls to
+        if (
+            given and low <= high and not low <= at <= high
+        ):  # an error of its own (EZ438): the limit is what the PLC controls to
             assert again[loop.name, "setpoint"] == max(min(at, high), low)
             different -= {"setpoint"}
         assert different <= ({"setpoint_low", "setpoint_high"} if "setpoint.limits" in gone else set())

@@ -136,7 +136,9 @@ ENGINE = (
     Decision(
         177,
         "a CV tag that is a set point makes a cascade",
-        "Where the CV's R tag is the set point register of another loop, every calculation writes it there, in counts.",
+        "Where the CV's R tag is the set point register of another loop, every calculation writes it there, in "
+        "counts; the set point's limits change the outer loop's CV when they change the set point. In Manual whoever "
+        "writes the one writes the other. The trend shows both when they are written, whatever the loops' sample rates.",
         "They are one register.",
     ),
     Decision(

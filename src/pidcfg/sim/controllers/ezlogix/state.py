@@ -52,6 +52,8 @@ class Config(LoopConfig):
     """The CV's tag is an output register, or the control output is enabled."""
     feeds: int = -1
     """The loop whose set point register is this one's CV tag (D177); -1: none."""
+    fed_by: int = -1
+    """The loop whose CV tag is this one's set point register (D177); -1: none."""
     sig_error: int = 5
     sig_status: int = 6
     sig_pulse: int = 7

@@ -23,8 +23,8 @@ OFFSET = EZLOGIX.at("CV Offset")
 D188 = Decision(
     188,
     "anti-windup acts at 0 and 4095, not at the CV limits",
-    "Limits narrower than these are a warning where there is an integral term and anti-windup is on: the integral goes on "
-    "until the CV before its limits is 0 or 4095, and the saturation bit does not come on meanwhile.",
+    "Limits narrower than these are a warning where there is an integral term and anti-windup is on: the integral goes "
+    "on until the CV before its limits is 0 or 4095, and the saturation bit does not come on meanwhile.",
     "The manual calls the CV saturated at 0 and at 4095. A CV that is held at a limit in between is neither, and what "
     "anti-windup looks at is the CV before that (D167).",
 )
