@@ -138,7 +138,7 @@ ENGINE = (
         "a CV tag that is a set point makes a cascade",
         "Where the CV's R tag is the set point register of another loop, every calculation writes it there, in "
         "counts; the set point's limits change the outer loop's CV when they change the set point. In Manual whoever "
-        "writes the one writes the other. The trend shows both when they are written, whatever the loops' sample rates.",
+        "writes the one writes the other. The trend shows both when they are written, whatever the sample rates are.",
         "They are one register.",
     ),
     Decision(
@@ -160,6 +160,16 @@ ENGINE = (
         "State 2 lasts one sample, without a countdown of its own. A bit "
         "that is on when the PLC starts is no transition; `start` makes one even when the bit is still on.",
         "The table of states has no entry for the timeout; results outside their ranges are not written.",
+    ),
+    Decision(
+        623,
+        "an autotune on a moving PV is told",
+        "The 16 samples before the step have a slope. Where it is surely there, and more than a tenth of the steepest "
+        "one of the answer, a note says that the PV was moving; gains are delivered all the same. The open-loop "
+        "auto-tunes of DL06 and CLICK are looked at alike.",
+        "The manual wants a process in a steady state before the start, and refuses nothing. The slope of before adds "
+        "to that of the answer, and its line meets the PV of before too early: dead times come out too short, and "
+        "gains too high.",
     ),
 )
 """In the order of their numbers."""

@@ -6,8 +6,8 @@ whatever rarely happens (`State.busy`: a mode, an autotune), equation, saturatio
 names or units: see `plc.load` for how registers become `Config` and `State`.
 
 Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; PV, SP, CV and BIAS (integral term and
-offset) are written in engineering units, ERROR and STATUS as their registers hold them, O as 0 or 1. With the square
-root of the PV, SP is the PV that satisfies the set point, so that both can be compared.
+offset) are written in engineering units, ERROR, STATUS and COUNTDOWN as their registers hold them, O as 0 or 1. With
+the square root of the PV, SP is the PV that satisfies the set point, so that both can be compared.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.sim.controllers.ezlogix.equation import FULL
 from pidcfg.sim.controllers.ezlogix.state import OUTPUT_CUT, STOPPED
+from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence
@@ -39,3 +40,4 @@ def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
     sig[c.sig_bias] = c.out_low + (s.integral + c.offset) * c.out_width / FULL
     sig[c.sig_error] = s.error
     sig[c.sig_status] = s.tune_status * 1.0
+    sig[c.sig_countdown] = s.tune_left // TICKS * 1.0

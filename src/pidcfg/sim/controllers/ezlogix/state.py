@@ -57,6 +57,7 @@ class Config(LoopConfig):
     sig_error: int = 5
     sig_status: int = 6
     sig_pulse: int = 7
+    sig_countdown: int = 8
     # ends of the ranges in engineering units
     pv_low: float = 0.0
     pv_width: float = 4095.0
