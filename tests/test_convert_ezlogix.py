@@ -468,6 +468,13 @@ def test_there_and_back_are_the_same_registers(config):
     for neutral_loop, loop in zip(found, config.loops, strict=True):
         gone = {field.path for field in neutral_loop.fields if not field.to}
         different = {key for (name, key), raw in there.items() if name == loop.name and again[name, key] != raw}
+        low, at, high = (there[loop.name, name] for name in ("setpoint_low", "setpoint", "setpoint_high"))
+        given = loop.setpoint.value is not None and "setpoint.limits" not in gone
+        if (
+            given and low <= high and not low <= at <= high
+        ):  # an error of its own (EZ438): the limit is what the PLC controls to
+            assert again[loop.name, "setpoint"] == max(min(at, high), low)
+            different -= {"setpoint"}
         assert different <= ({"setpoint_low", "setpoint_high"} if "setpoint.limits" in gone else set())
 
 
@@ -513,3 +520,11 @@ def test_gain_and_action_survive_the_way_through_the_plc(raises, counts, span):
     assert made.data["loops"][0]["action"] == ("reverse" if raises else "direct")
     back = to_neutral(EzlogixFile.model_validate(made.data))[0].data
     assert (float(back["tuning"]["gain"]), back["output_raises_pv"]) == (pytest.approx(float(gain)), raises)
+
+
+@pytest.mark.parametrize(("value", "held"), [(10, 20), (90, 80), (50, 50)])
+def test_a_set_point_beyond_its_limits_becomes_the_limit_and_is_told(value, held):
+    made = from_neutral(generic({"setpoint": {"value": value, "limits": [20, 80]}}), {})
+    assert made.data["loops"][0]["setpoint"]["value"] == held
+    (change,) = (change for loop in made.fields for change in loop if change.path == "setpoint.value")
+    assert change.clamped is (held != value)

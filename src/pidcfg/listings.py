@@ -131,7 +131,8 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
         decoded, wrong = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
     except DecodeError as error:
-        raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
+        text = "; ".join((str(error), *listing.notes))
+        raise ListingError(text, listing.lines.get(error.place or -1, 1)) from None
     again = vendor.encoder(config).image
     zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
     return Decoded(

@@ -149,6 +149,16 @@ def _pv_filter(b: TargetBuilder, e: EzlogixLoop) -> None:
         b.drop("pv.filter", f"filter {e.pv_tag} in the program with {time}; {register}")
 
 
+def _setpoint(b: TargetBuilder, e: EzlogixLoop) -> None:
+    """Within its limits, which every PLC of the set controls to: this one refuses nothing and overwrites it (EZ438)."""
+    value, limits = e.neutral.setpoint.value, e.neutral.setpoint.limits
+    if value is None:
+        return
+    held = value if limits is None else max(min(value, limits[1]), limits[0])
+    note = "" if held == value else "the limit is what the loop controls to"
+    b.put("setpoint.value", held, "setpoint.value", note, exact=value, clamped=held != value)
+
+
 def _cv_tag(b: TargetBuilder, e: EzlogixLoop) -> None:
     b.put("output.tag", e.cv_tag, None, "where the CV goes")
 
@@ -252,7 +262,7 @@ FIELDS: Table[TargetBuilder, EzlogixLoop] = (
     _pv_counts_of_loop,
     Same("pv.square_root", if_on=True),
     _pv_filter,
-    Same("setpoint.value"),
+    _setpoint,
     Same("setpoint.limits", two=True),
     _cv_tag,
     *same("output.range", "output.unit"),
