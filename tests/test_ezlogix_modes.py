@@ -176,6 +176,8 @@ def test_an_inner_loop_that_comes_first_takes_the_cv_of_the_sample_before():
     machine = plc({"setpoint": {"value": 700}}, outer)
     play(machine, 1, [0.0, 1700.0])
     assert (machine.sig[SP], machine.st[0].sp) == (700.0, 300.0)
+    change(machine, "tuning.proportional_gain", 2)
+    assert machine.sig[SP] == 700.0, "shown when it is read, whatever else is written (D671)"
     play(machine, 1, [0.0, 1700.0], start=1)
 
     assert machine.sig[SP] == 300.0

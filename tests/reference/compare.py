@@ -60,7 +60,11 @@ def compare(vendor, numbers, seed=0):
     """Compares the cases of some numbers."""
     outcome = Outcome()
     for number in numbers:
-        text = compare_case(vendor, *case_of(vendor, seed, number), outcome)
+        try:
+            text = compare_case(vendor, *case_of(vendor, seed, number), outcome)
+        except Exception as error:
+            error.add_note(f"in {vendor} --seed {seed} --case {number}")
+            raise
         if text:
             outcome.differences.append(f"--seed {seed} --case {number}: {text}")
     return outcome
@@ -87,6 +91,8 @@ def alike(one, other, tolerance):
     """Whether two values agree; what is no number agrees with nothing but itself."""
     if one == other or (one != one and other != other):  # noqa: PLR0124 - not a number
         return True
+    if isinstance(other, str):
+        return False
     return abs(one - other) <= tolerance * max(abs(one), abs(other))
 
 

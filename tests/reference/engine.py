@@ -44,14 +44,16 @@ def texts_of(configuration, scenario):
 def trace(configuration, scenario):
     """Runs a scenario on the engine: its `Inputs`, and of each base step what the PLC shows.
 
-    That is every signal of the PLC by its name, and ``LOOP.status`` and ``LOOP.aux_status`` as numbers. Both arguments
-    are plain data as `json` writes them; times are seconds.
+    That is every signal of the PLC by its name, ``LOOP.mode``, every alarm and flag as ``LOOP.pv_high``, and all of
+    them as the numbers ``LOOP.status`` and ``LOOP.aux_status``. Both arguments are plain data as `json` writes them;
+    times are seconds.
     """
     texts = texts_of(configuration, scenario)
     loaded = load(read_document(texts[SCENARIO].encode(), SCENARIO, DEFAULT), DEFAULT, Texts(texts))
     assert loaded.image is not None, [f"{d.code} {d.message}" for d in loaded.findings]
     plc = loaded.plc()
     inputs, samples = Inputs(), []
+    bits = [*plc.alarm_bits.items(), *plc.flag_bits.items()]
 
     def scan(tick, cfg, st, aux, sig):
         measured = {f"{loop}.PV": sig[c.sig_in] for loop, c in zip(plc.loops, cfg, strict=True)}
@@ -60,6 +62,8 @@ def trace(configuration, scenario):
         shown = {name: sig[slot] for slot, name in enumerate(plc.signals) if name}
         for loop, s in zip(plc.loops, st, strict=True):
             shown |= {f"{loop}.status": s.status, f"{loop}.aux_status": s.aux_status}
+            shown |= {f"{loop}.{name}": s.status & mask != 0 for name, mask in bits}
+            shown[f"{loop}.mode"] = plc.mode(s.status)
         samples.append(shown)
 
     controller = SimpleNamespace(**{name: getattr(loaded.controller, name) for name in CONTROLLER}, scan=scan)

@@ -156,5 +156,24 @@ ENGINE = (
         "that is on when the PLC starts is no transition; `start` makes one even when the bit is still on.",
         "The table of states has no entry for the timeout; results outside their ranges are not written.",
     ),
+    Decision(
+        670,
+        "the PV stays within its counts",
+        "A measurement beyond the ends of `pv.range` is the count of that end.",
+        "An input module shows its end beyond the end of its signal; the manual says nothing of one.",
+    ),
+    Decision(
+        671,
+        "the set point that is shown",
+        "SP is the register within its limits, shown as soon as an event writes the register or a limit; what another "
+        "loop's CV writes there shows with the calculation that reads it.",
+        "As with the DL06 (D67): a trend shows what the loop works with, whatever else was written beside it.",
+    ),
+    Decision(
+        672,
+        "outputs that come back",
+        "After a stop a CV in an R register reaches its output with the loop's next calculation.",
+        "The ladder program copies it within a scan; a trend shows an output where it is calculated.",
+    ),
 )
 """In the order of their numbers."""

@@ -114,7 +114,7 @@ class Ezlogix(CountsPlc):
             tell(self.st[i], WAITS_FOR_RUN, mode)
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
-        """The signals that an operator's change affects at once: SP is limited, its register later."""
+        """The signals that an operator's change affects at once: SP is limited, its register later (D671)."""
         c, s = self.cfg[i], self.st[i]
         written, s.sp = s.sp, clamp(s.sp, c.sp_low, c.sp_high)
         show(c, s, sig)
@@ -239,7 +239,8 @@ class Ezlogix(CountsPlc):
         self._apply(loop)
         if str(rows[0].path) == "autotune.timeout":
             s.tune_left = self.cfg[loop].timeout
-        self._show(loop, sig)
+        if str(rows[0].path).startswith("setpoint."):
+            self._show(loop, sig)
         if self.cfg[loop].halt:
             return "the loop is not calculated: its sample rate is below 0.05 s"
         return self._overwritten(loop) if rows[0].path == "setpoint.value" else None

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
-    """Renew them (kernel); an output that nothing carries on stays as it is."""
+    """Renew them (kernel); an output that nothing carries on stays as it is (D672)."""
     centre = s.sp * s.sp if c.root else s.sp
     sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
