@@ -171,6 +171,18 @@ ENGINE = (
         "to that of the answer, and its line meets the PV of before too early: dead times come out too short, and "
         "gains too high.",
     ),
+    Decision(
+        670,
+        "the PV stays within its counts",
+        "A measurement beyond the ends of `pv.range` is the count of that end.",
+        "An input module shows its end beyond the end of its signal; the manual says nothing of one.",
+    ),
+    Decision(
+        672,
+        "outputs that come back",
+        "After a stop a CV in an R register reaches its output with the loop's next calculation.",
+        "The ladder program copies it within a scan; a trend shows an output where it is calculated.",
+    ),
 )
 """In the order of their numbers."""
 

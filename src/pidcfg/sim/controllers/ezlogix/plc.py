@@ -238,7 +238,8 @@ class Ezlogix(CountsPlc):
         self._apply(loop)
         if str(rows[0].path) == "autotune.timeout":
             s.tune_left = self.cfg[loop].timeout
-        self._show(loop, sig)
+        if str(rows[0].path).startswith("setpoint."):
+            self._show(loop, sig)
         if self.cfg[loop].halt:
             return "the loop is not calculated: its sample rate is below 0.05 s"
         return self._write_outer(loop, sig) if rows[0].path == "setpoint.value" else None

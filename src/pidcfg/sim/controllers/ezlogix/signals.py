@@ -27,7 +27,7 @@ def show_setpoint(c: Config, s: State, sig: MutableSequence[float]) -> None:
 
 
 def show_output(c: Config, s: State, sig: MutableSequence[float]) -> None:
-    """The CV; one that nothing carries on stays as it is (kernel)."""
+    """The CV; one that nothing carries on stays as it is (D672; kernel)."""
     if s.busy & (OUTPUT_CUT | STOPPED) == 0:
         sig[c.sig_out] = c.out_low + s.out * c.out_width / FULL
 
