@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from reference.dpide_cases import random_case
-from reference.single import F, finite, real, shown
+from reference.dpide_loop import Loop, typed
+from reference.single import F, real, shown
 
 __all__ = ["COUNT", "FEATURES", "TOLERANCE", "random_case", "run"]
 
@@ -39,9 +38,6 @@ FEATURES = (
     "result that is no number",
 )
 
-REALS = ("SV", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "ERR_DBW", "MV_MAX", "MV_MIN", "MOUT", "BIAS")
-FLAGS = ("PID_RUN", "PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR")
-WHOLE = ("PID_MODE", "CYCLE")
 SHORTEST, LONGEST = 1, 40_000
 """CYCLE in ms: what is beyond counts as the end (operand table)."""
 FOLLOWING = ("SV", "BIAS", "MOUT")
@@ -50,81 +46,11 @@ MS = 1000
 """Microseconds."""
 
 
-class Loop:
-    """One instruction: its operands, and what it remembers."""
-
-    def __init__(self, given):
-        self.name = given["name"]
-        self.devices = dict(given.get("devices", {}).items())
-        self.operands = {name: F(0) for name in REALS} | dict.fromkeys(FLAGS, False) | dict.fromkeys(WHOLE, 0)
-        self.operands["PID_RUN"] = True
-        for name in self.operands:
-            if name in given:
-                self.operands[name] = typed(name, given[name])
-        self.mv = self["MOUT"] if self.mout_is_mv and self["PID_RUN"] else F(0)
-        self.i_mv = self.error = self.pv = F(0)
-        self.sign = 0.0
-        """Of the last error that was not 0."""
-        self.crossed = False
-        self.mode_shown = self.mode
-        self.limited = False
-        self.due = 0
-        self.mode_before_tune = 0
-        self.forget()
-
-    def __getitem__(self, operand):
-        return self.operands[operand]
-
-    def forget(self):
-        """The next calculation has no past (D267)."""
-        self.past = False
-        self.smooth = F(0)
-        self.was_manual = False
-
-    @property
-    def mode(self):
-        """The mode that the operands choose, by name (D275)."""
-        if not self["PID_RUN"]:
-            return "off"
-        if self["PID_MODE"] == 1:
-            return "autotune"
-        return "manual" if self["PID_MAN"] else "auto"
-
-    @property
-    def limits(self):
-        """The lower limit and the upper one; the PLC swaps those that are crossed."""
-        low, high = self["MV_MIN"], self["MV_MAX"]
-        return (low, high) if low <= high else (high, low)
-
-    def held(self, value):
-        """A value within the limits."""
-        low, high = self.limits
-        return min(max(value, low), high)
-
-    def set_mv(self, value):
-        """The output, and what stands in its device."""
-        self.mv = value
-        if self.mout_is_mv:
-            self.operands["MOUT"] = value
-
-    @property
-    def mout_is_mv(self):
-        """Whether MOUT stands in the device of its own MV."""
-        return "MV" in self.devices and self.devices.get("MOUT") == self.devices["MV"]
-
-
-def typed(operand, value):
-    """A value as its operand holds it."""
-    if operand in FLAGS:
-        return bool(value)
-    return int(value) if operand in WHOLE else real(value)
-
-
 class Plc:
     """The loops, in the order of the file."""
 
     def __init__(self, configuration, reached):
-        self.loops = [Loop(given) for given in configuration["loops"]]
+        self.loops = [Loop(given, reached) for given in configuration["loops"]]
         self.interval = configuration.get("plc", {}).get("interrupt_task")
         self.reached = reached
         self.running = True
@@ -198,7 +124,7 @@ class Plc:
             loop.pv = real(measured[f"{loop.name}.PV"])
             if loop["PID_RUN"]:
                 self.follow(loop)
-                self.calculate(loop, F(period / 1e6))
+                loop.calculate(F(period / 1e6))
         rows = {}
         for loop in self.loops:
             rows |= self.signals(loop)
@@ -219,117 +145,6 @@ class Plc:
                 if device and other is not loop and other.devices.get("MV") == device:
                     loop.operands[operand] = other.mv
                     self.reached["cascade by a device"] += 1
-
-    def calculate(self, loop, ts):
-        """One calculation of the instruction."""
-        raw = loop["SV"] - loop.pv if loop["PID_DIR"] else loop.pv - loop["SV"]
-        self.reached["reverse"] += not loop["PID_DIR"]
-        self.dead_band(loop, raw)
-        error = F(0) if loop.crossed else raw
-        mode = loop.mode
-        loop.mode_shown = mode
-        loop.lost = False
-        self.reached["limits swapped"] += bool(loop["MV_MIN"] > loop["MV_MAX"])
-        if mode == "manual":
-            self.manual(loop)
-        elif mode == "auto":
-            self.automatic(loop, error, ts)
-        loop.error = error
-        loop.pv_before = loop.pv
-        loop.past = mode == "auto" and not loop.lost
-        if loop["MOUT_AUTO"]:
-            loop.operands["MOUT"] = loop.mv
-            self.reached["MOUT follows"] += 1
-
-    def dead_band(self, loop, raw):
-        """Whether the error counts as 0: from the crossing of SV until PV leaves the band (D268)."""
-        sign = float(raw > 0) - float(raw < 0)
-        band = abs(loop["ERR_DBW"])
-        inside = bool(abs(raw) < band)
-        if not inside:
-            self.reached["left the band"] += loop.crossed
-            loop.crossed = False
-        elif sign and loop.sign and sign != loop.sign:
-            loop.crossed = True
-            self.reached["crossed the set point in the band"] += 1
-        if sign:
-            loop.sign = sign
-
-    def manual(self, loop):
-        """MV is MOUT within the limits (D274)."""
-        mout = loop["MOUT"]
-        loop.set_mv(loop.held(mout))
-        loop.limited = bool(loop.mv != mout)
-        loop.forget()
-        loop.was_manual = True
-        self.reached["manual"] += 1
-        self.reached["MOUT is MV"] += loop.mout_is_mv
-
-    def automatic(self, loop, error, ts):
-        """The PID algorithm (D265, D269 to D272)."""
-        gain, reset, rate = (max(loop[name], F(0)) for name in ("Kc_Kp", "Ti_Ki", "Td_Kd"))
-        self.reached["coefficient below 0"] += any(loop[name] < 0 for name in ("Kc_Kp", "Ti_Ki", "Td_Kd", "Tf"))
-        bias = loop["BIAS"]
-        if loop["PID_EQ"]:
-            self.reached["dependent"] += 1
-            share = gain * ts / reset if reset > 0 else F(0)
-            rate = gain * rate
-        else:
-            self.reached["independent"] += 1
-            share = reset * ts
-        integrates = bool(reset > 0) and not (loop["PID_EQ"] and gain == 0)
-        p = gain * error
-        d = self.derivative(loop, error, rate, ts)
-        i_mv = loop.i_mv
-        if not integrates:
-            i_mv = F(0)
-            self.reached["no integral"] += 1
-        elif loop.was_manual:
-            i_mv = loop.mv - p - d - bias
-            self.reached["manual to auto"] += 1
-        before = i_mv
-        if integrates:
-            i_mv = i_mv + share * error
-        mv = p + i_mv + d + bias
-        if np.isnan(mv):
-            loop.set_mv(loop.held(loop.mv))
-            loop.lost = True
-            self.reached["result that is no number"] += 1
-            return
-        limited = loop.held(mv)
-        loop.limited = bool(limited != mv)
-        if integrates and loop.limited:
-            if loop["PID_MODE"] == 2:
-                i_mv = limited - p - d - bias
-                self.reached["mode 2 works I_MV out"] += 1
-            else:
-                i_mv = before
-                self.reached["mode 0 holds I_MV"] += 1
-        if finite(i_mv):
-            loop.i_mv = i_mv
-        loop.set_mv(limited)
-        loop.was_manual = False
-
-    def derivative(self, loop, error, rate, ts):
-        """The derivative action: of the error, or of PV with the sign that the error has."""
-        if not loop.past:
-            loop.smooth = F(0)
-        if loop["PID_DE"]:
-            self.reached["derivative of PV"] += 1
-            change = F(0)
-            if loop.past and not loop.crossed:
-                change = loop.pv_before - loop.pv if loop["PID_DIR"] else loop.pv - loop.pv_before
-        else:
-            self.reached["derivative of E"] += 1
-            change = error - loop.error if loop.past else F(0)
-        x = change / ts
-        smoothing = max(loop["Tf"], F(0))
-        if smoothing > 0:
-            self.reached["smoothed"] += 1
-            x = loop.smooth + (x - loop.smooth) * (ts / (smoothing + ts))
-        if finite(x):
-            loop.smooth = x
-        return rate * loop.smooth
 
     def signals(self, loop):
         """What the PLC shows."""

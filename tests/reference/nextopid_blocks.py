@@ -126,8 +126,7 @@ class ControlLag(Block):
         y = y + (p["Gs"] * x + p["Offset"] - y) * share(self.ts, p["Tc"])
         held = min(max(y, p["Min_OutVar"]), p["Max_OutVar"])
         self.reached["lag limited"] += bool(held != y)
-        if finite(y):
-            self.out["OutVar"] = held
+        self.put("OutVar", held)
 
     def step(self):
         self.lag(self.p["InVar"])
@@ -168,10 +167,9 @@ class ControlLeadLag(Block):
             self.lagged = p["InVar"]
         x, y = p["InVar"], self.lagged
         value = p["G"] * (y + p["Tlead"] / p["Tlag"] * (x - y))
-        if finite(value):
-            self.reached["lead/lag limited"] += bool(value > p["Max_OutVar"] or value < p["Min_OutVar"])
-            # the low one wins where they contradict each other (D238)
-            self.out["OutVar"] = max(min(value, p["Max_OutVar"]), p["Min_OutVar"])
+        self.reached["lead/lag limited"] += bool(value > p["Max_OutVar"] or value < p["Min_OutVar"])
+        # the low one wins where they contradict each other (D238)
+        self.put("OutVar", max(min(value, p["Max_OutVar"]), p["Min_OutVar"]))
         if p["Disable"]:
             self.out["OutVar"] = F(0)
             self.reached["lead/lag disabled"] += 1

@@ -63,7 +63,9 @@ class Case:
         """An expression of numbers."""
         a, b = self.rng.choice(self.numbers), self.rng.choice(self.numbers)
         forms = [a, a, f"{a} + {b} * 0.3", f"max({a}, {b}, 1)", f"-({a}) / 3", f"{a} / ({b})", f"sqrt({a} - {b})"]
-        text = self.rng.choice([*forms, f"{a} - {b} - 0.1", f"min({a}, 50) * 1.7", f"abs({a}) / {b} / 3"])
+        text = self.rng.choice(
+            [*forms, f"{a} - {b} - 0.1", f"min({a}, 50) * 1.7", f"abs({a}) / {b} / 3", f"{a} * 2 - {b}"]
+        )
         return float(text) if text in {"0.5", "7"} else text
 
     def condition(self):

@@ -8,6 +8,8 @@ from reference.nextopid_tune import FLAGS, GAINS
 
 ACTIONS = ("ProportionalAction", "DerivativeAction", "IntegralAction", "SampleTime")
 TOLD = ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")
+MORE = 8
+"""Other outputs of a block that a case shows."""
 
 
 def mirrors(case):
@@ -22,7 +24,11 @@ def mirrors(case):
         if block["type"] in KINDS:
             kind = KINDS[block["type"]]
             outputs = [("REAL", n) for n in kind.OUT_REALS] + [("BOOL", n) for n in kind.OUT_BOOLS]
-        for kind, output in outputs:
+            always = 0
+        else:
+            always = len(ACTIONS) + len(TOLD)
+        more = outputs[always:]
+        for kind, output in outputs[:always] + case.rng.sample(more, min(MORE, len(more))):
             mirror = f"M_{block['name']}_{output.replace('.', '_')}"
             case.signals[mirror] = 0.0 if kind == "REAL" else False
             case.moves.append({"move": f"{block['name']}.{output}", "to": mirror})
@@ -72,7 +78,7 @@ def random_event(case, duration):
 
 def of_signal(case, _loop):
     """A signal changes."""
-    values = {"A": [0, 3.3, 60, -8, 30000], "B": [20, 55.5], "NUM": [1, 3, -7], "T": [0.2, 1.5]}
+    values = {"A": [0, 3.3, 60, -8, 30000, 2e38], "B": [20, 55.5], "NUM": [1, 3, -7], "T": [0.2, 1.5]}
     values |= {"S1": [True, False], "S2": [True, False]}
     name = case.rng.choice([*values])
     return {"set": {name: case.rng.choice(values[name])}}

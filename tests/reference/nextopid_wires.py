@@ -69,15 +69,20 @@ def names(tree):
 
 
 def value(tree, lookup):
-    """What a tree comes to; `NoValueError` where it comes to nothing."""
+    """What a tree comes to; `NoValueError` where that is nothing, or no number of single precision (D206, D693)."""
+    result = part(tree, lookup)
+    if not isinstance(result, bool) and not finite(result):
+        raise NoValueError(tree)
+    return result
+
+
+def part(tree, lookup):
+    """What a part of a tree comes to; it may be infinite."""
     if not isinstance(tree, tuple):
         return tree
     if tree[0] == "name":
         return lookup(tree[1])
-    operands = [value(operand, lookup) for operand in tree[1:]]
-    result = OPERATORS[tree[0]](*operands)
-    if not isinstance(result, bool | np.bool_) and not finite(result):
-        raise NoValueError(tree)
+    result = OPERATORS[tree[0]](*(part(operand, lookup) for operand in tree[1:]))
     return bool(result) if isinstance(result, np.bool_) else result
 
 

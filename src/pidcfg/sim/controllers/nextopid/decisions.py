@@ -157,8 +157,9 @@ PID = (
     Decision(
         693,
         "expressions of wires, operation by operation",
-        "Every result is rounded to single precision; an INT counts as a REAL, a TIME as seconds. An operand without "
-        "a value leaves the whole expression without one, also where min, max, AND or OR would not need it.",
+        "Every result is rounded to single precision; an INT counts as a REAL, a TIME as seconds. A division by zero "
+        "or the root of a negative number leaves the whole expression without a value, also where min, max, AND or OR "
+        "would not need it; a sum on the way may be infinite, as long as the whole has a value.",
         "Structured Text may work out all operands, and a REAL holds no more.",
     ),
     Decision(
