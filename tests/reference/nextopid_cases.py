@@ -25,7 +25,14 @@ class Case:
     def __init__(self, rng):
         self.rng = rng
         self.task = rng.choice([0.05, 0.1, 0.2, 0.5])
-        self.signals = {"A": 3.0, "B": 40.0, "NUM": "INT#5", "T": "500 ms", "S1": True, "S2": False}
+        self.signals = {
+            "A": rng.choice([3.0, 3.0, 3.0, 20000.0]),
+            "B": 40.0,
+            "NUM": "INT#5",
+            "T": "500 ms",
+            "S1": True,
+            "S2": False,
+        }
         self.numbers, self.bools = ["A", "B", "NUM", "T", "0.5", "7"], ["S1", "S2"]
         self.blocks, self.loops, self.moves = [], [], []
         self.plants = {}
@@ -34,7 +41,8 @@ class Case:
     def whole(self):
         """The case."""
         rng = self.rng
-        shape = rng.choice([self.free, self.free, self.cascade, self.override, self.split, self.ratio, self.tuning])
+        shapes = [self.free, self.free, self.cascade, self.override, self.split, self.ratio, self.tuning, self.chain]
+        shape = rng.choice(shapes)
         shape()
         for _ in range(rng.randrange(4)):
             self.block()
@@ -223,6 +231,21 @@ class Case:
         ]
         self.pid(SP_CASC="1.3 * F1.OutVar", CASC=True, BIAS="LL1.OutVar * 2")
         self.numbers += ["F1.OutVar", "D1.OutVar", "LL1.OutVar"]
+
+    def chain(self):
+        """An on-off controller at the edges of its band, a lag at its limits and a lead/lag that is disabled."""
+        rng = self.rng
+        band = {"SP": 40, "DeadBand": rng.choice([0, 15.5, 20]), "MinPV": 0, "MaxPV": 100, "PV": "B"}
+        self.loops.append({"name": "L0", "type": "ControlON_OFF", "Direct": self.chance(0.5), **band})
+        limits = {"Min_OutVar": rng.choice([0, 30]), "Max_OutVar": rng.choice([60, 90])}
+        lag = {"Gs": rng.choice([2, -0.7]), "Tc": rng.choice([0.5, 2]), "Init_OutVar": 45, **limits}
+        lead = {"G": 1.5, "Tlead": 1, "Tlag": rng.choice([0.5, 3]), "Disable": rng.choice(["S1", "S2"]), **limits}
+        self.blocks += [
+            {"name": "LAG1", "type": "ControlLag", "InVar": "B", **lag},
+            {"name": "LL1", "type": "ControlLeadLag", "InVar": "B - 10", **lead},
+        ]
+        self.numbers += ["LAG1.OutVar", "LL1.OutVar"]
+        self.bools.append("L0.MV")
 
     def tuning(self):
         """A loop that tunes itself."""

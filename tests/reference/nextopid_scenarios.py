@@ -78,7 +78,7 @@ def random_event(case, duration):
 
 def of_signal(case, _loop):
     """A signal changes."""
-    values = {"A": [0, 3.3, 60, -8, 30000, 2e38], "B": [20, 55.5], "NUM": [1, 3, -7], "T": [0.2, 1.5]}
+    values = {"A": [0, 3.3, 60, -8, 30000, 2e38], "B": [5, 20, 24.5, 55.5, 60], "NUM": [1, 3, -7], "T": [0.2, 1.5]}
     values |= {"S1": [True, False], "S2": [True, False]}
     name = case.rng.choice([*values])
     return {"set": {name: case.rng.choice(values[name])}}
