@@ -56,11 +56,11 @@ def trace(configuration, scenario):
     bits = [*plc.alarm_bits.items(), *plc.flag_bits.items()]
 
     def scan(tick, cfg, st, aux, sig):
-        measured = {f"{loop}.PV": sig[c.sig_in] for loop, c in zip(plc.loops, cfg, strict=True)}
+        measured = {f"{loop}.PV": sig[c.sig_in] for loop, c in zip(plc.loops, cfg, strict=False)}
         inputs.rows.append(measured | {name: sig[slot] for name, slot in plc.inputs.items()})
         loaded.controller.scan(tick, cfg, st, aux, sig)
         shown = {name: sig[slot] for slot, name in enumerate(plc.signals) if name}
-        for loop, s in zip(plc.loops, st, strict=True):
+        for loop, s in zip(plc.loops, st, strict=False):
             shown |= {f"{loop}.status": s.status, f"{loop}.aux_status": s.aux_status}
             shown |= {f"{loop}.{name}": s.status & mask != 0 for name, mask in bits}
             shown[f"{loop}.mode"] = plc.mode(s.status)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.parameters import Parameter, shortest
 from pidcfg.schemas.iec import Wire
-from pidcfg.sim.controllers.nextopid import modes, report
+from pidcfg.sim.controllers.nextopid import modes, report, tune_results
 from pidcfg.sim.controllers.nextopid.facts import Facts
 from pidcfg.sim.controllers.nextopid.memory import SHOWN, number_of
 from pidcfg.sim.controllers.nextopid.report import AUX_BITS, FLAG_BITS, MODES, REASONS, RESULT_FLAGS, TUNE_STATUS
@@ -225,9 +225,9 @@ class Nextopid(Facts):
         elif mode in {"tracking", "autotune"}:
             tell(s, report.COMES_ABOUT, code)
         else:
-            s.command |= modes.MANUAL_ON if mode == "manual" else modes.MANUAL_OFF
+            modes.command(s, modes.MANUAL, on=mode == "manual")
             if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
-                s.command |= modes.CASC_ON if mode == "cascade" else modes.CASC_OFF
+                modes.command(s, modes.CASCADE, on=mode == "cascade")
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` and ``cancel`` write AutoTune; ``accept`` copies the results over the gains and resets it."""
@@ -236,14 +236,11 @@ class Nextopid(Facts):
             tell(s, report.NO_TUNE)
         elif "AutoTune" in self._wired(name):
             tell(s, report.TUNE_IS_WIRED)
-        elif command == "start":
-            s.command |= modes.TUNE_ON
-        elif command == "cancel":
-            s.command |= modes.TUNE_OFF
-        elif s.tune_end == modes.DONE:
-            s.command |= modes.ACCEPT | modes.TUNE_OFF
-        else:
+        elif command == "accept" and s.tune_phase != tune_results.DONE:
             tell(s, report.NOTHING_TO_ACCEPT)
+        else:
+            s.command |= modes.ACCEPT if command == "accept" else 0
+            modes.command(s, modes.TUNE, on=command == "start")
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last auto-tuning of a loop went; None where there was none."""
