@@ -1,16 +1,16 @@
-"""Structured Text to declarations and statements; what they mean is found by `pidcfg.encoders.nextopid.st_read`."""
+"""Structured Text to declarations and statements; what they mean is found by the reader of each vendor."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.nextopid.st_lex import END, NAME, NUMBER, TYPED, Token, tokens_of
+from pidcfg.encoders.st.lex import END, NAME, NUMBER, TYPED, Token, tokens_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.encoders.nextopid.st_lex import Comment
+    from pidcfg.encoders.st.lex import Comment
 
 VARIABLES = frozenset(
     ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_GLOBAL", "VAR_TEMP", "VAR_EXTERNAL", "VAR_STAT", "VAR_CONFIG")
