@@ -54,6 +54,10 @@ class Declaration(NamedTuple):
     type: tuple[Token, ...]
     initial: Initial | None = None
     note: str = ""
+    section: str = "VAR"
+    """The word that its block begins with, in capitals."""
+    address: tuple[Token, ...] = ()
+    """What stands behind AT."""
 
     @property
     def type_name(self) -> str:
@@ -174,8 +178,7 @@ def declarations(cursor: Cursor) -> Iterator[Declaration]:
         while cursor.here.text == ",":
             cursor.take()
             names.append(_name(cursor, "the comma"))
-        if cursor.here.upper == "AT":
-            cursor.until(frozenset((":", ";")))
+        address = cursor.until(frozenset((":", ";")))[1:] if cursor.here.upper == "AT" else ()
         cursor.expect(":", names[-1].text)
         kind = cursor.until(frozenset((":=", ";", "END_VAR")))
         initial = None
@@ -184,7 +187,7 @@ def declarations(cursor: Cursor) -> Iterator[Declaration]:
             initial = initial_value(cursor.until(frozenset((";", "END_VAR"))))
         end = cursor.expect(";", "the declaration")
         for name in names:
-            yield Declaration(name, kind, initial, end.note)
+            yield Declaration(name, kind, initial, end.note, head.upper, address)
     cursor.take()
 
 
