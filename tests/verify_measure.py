@@ -42,6 +42,7 @@ LEFT_OUT = {
     "counts": "the input module's",
     "autotune": "no part of control",
     **dict.fromkeys(("pulse", "pwm"), "the plant takes the output before it is pulsed"),
+    "call": "how the program calls the instruction",
     "cascade_from": "a link, spoiled in the tests of cascades",
     **dict.fromkeys(("SP_CASC", "TRK_VAL", "TRK_IN", "Windup_H_IN", "Windup_L_IN"), "a link, likewise"),
     "independent_of_cpu_mode": "acts while the CPU stands still",

@@ -8,7 +8,7 @@ habits. Answers have a rank: a target that does worse than the source is a loss,
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
@@ -244,7 +244,7 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
         back = after.transfer is Transfer.AS_BEFORE
         yield from _line("transfer", before.transfer, after.transfer, loss=back)
         further = _rank(after.windup, loop) > _rank(before.windup, loop)
-        yield from _line("windup", before.windup, after.windup, loss=further, neutral="anti_windup")
+        yield from _windup(before.windup, after.windup, loop, loss=further)
     else:
         one, two = before.without_integral, after.without_integral
         yield from _line("transfer", one, two, loss=True, neutral="output.bias")
@@ -259,6 +259,24 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
     if is_master:
         integrates = after.master is Master.INTEGRATES
         yield from _line("master", before.master, after.master, loss=integrates)
+
+
+KICK = (
+    "a kick of the derivative that a limit cuts off goes into the {side} integral: "
+    "after a step of the set point the PV goes another way"
+)
+
+
+def _windup(before: Windup, after: Windup, loop: Loop, *, loss: bool) -> Iterator[Change]:
+    """A line about the integral at a limit; with a derivative of the error, what becomes of its kick at a step."""
+    kicks = bool(loop.tuning.derivative_time) and loop.tuning.derivative_on == "error"
+    takes = [side is Windup.WORKED_OUT for side in (before, after)]
+    for change in _line("windup", before, after, loss=loss, neutral="anti_windup"):
+        if kicks and takes[0] != takes[1]:
+            note = KICK.format(side="source's" if takes[0] else "target's")
+            yield replace(change, note="; ".join(filter(None, (change.note, note))))
+        else:
+            yield change
 
 
 def _rank(windup: Windup, loop: Loop) -> int:

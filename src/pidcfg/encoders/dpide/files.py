@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, read_operands, write_operands
+from pidcfg.encoders.dpide.st_read import read_st
+from pidcfg.encoders.dpide.st_write import write_st
+from pidcfg.encoders.dpide.symbol_read import read_symbols
 from pidcfg.encoders.dpide.symbol_table import merge_symbols
-from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, read_symbols, write_symbols
+from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, write_symbols
 from pidcfg.encoders.files import FileKind
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.parameter_files import parameter_listings
@@ -17,11 +21,26 @@ from pidcfg.schemas.dpide_devices import place_of
 if TYPE_CHECKING:
     from pidcfg.schemas.dpide import DpideFile, Loop
 
+OPENING = re.compile(
+    r"(?:\s|\(\*.*?\*\)|/\*.*?\*/|//[^\n]*(?:\n|$)|\{[^}]*\}(?=\s*[A-Z(/{]))*+", re.DOTALL | re.IGNORECASE
+)
+UNIT = re.compile(r"(?:PROGRAM|FUNCTION_BLOCK|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
+CALL = re.compile(r"^[^,;#\"]*\bDPIDE\s*\(", re.IGNORECASE | re.MULTILINE)
+
+
+def looks_like_st(text: str) -> bool:
+    """Whether a text begins like a program behind its comments, or calls the instruction."""
+    text = text.lstrip("\ufeff")
+    match = OPENING.match(text)
+    return bool(UNIT.match(text, match.end() if match else 0)) or bool(CALL.search(text))
+
+
 PLAIN = parameter_listings("operand listing")
 FORMATS = {
     "text": PLAIN["text"],
     "csv": replace(PLAIN["csv"], read=read_csv_devices),
     "json": replace(PLAIN["json"], read=read_json_devices),
+    "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st),
     "operands": FileKind(
         "operands",
         "operand table (CSV)",
