@@ -51,6 +51,7 @@ ORDER = {
         "EZLogix <ezlogix>",
         "NextoPID <nextopid>",
         "DPIDE <dpide>",
+        "DPIDE programs <dpide-program>",
         "The neutral form <generic>",
     ],
     "Reference": [

@@ -67,7 +67,7 @@ def trace(configuration, scenario):
         samples.append(shown)
 
     controller = SimpleNamespace(**{name: getattr(loaded.controller, name) for name in CONTROLLER}, scan=scan)
-    report = simulate(loaded.scenario, lambda: plc, controller, Settings("python"))
+    report = simulate(loaded.scenario, loaded.plc, controller, Settings("python"))
     inputs.step = round(report.step * TICKS)
     assert len(samples) == report.steps, "a case has no pre-roll"
     return inputs, samples

@@ -89,6 +89,7 @@ class Loop:
             self.was_auto = False
             self.reached["manual"] += 1
             self.at_low, self.at_high = self.cv == 0, self.cv == FULL
+        self.saturated = self.cv in {0, FULL}
         self.bias = self.integral + self.r(OFFSET)
         for name, happened in (
             ("direct", self.direct), ("reverse", not self.direct), ("velocity", self.velocity),
@@ -161,7 +162,7 @@ class Loop:
             "ERROR": self.error,
             "BIAS": self.out_range[0] + self.bias * out,
             "mode": "auto" if self.was_auto else "manual",
-            "saturation": self.at_low or self.at_high,
+            "saturation": self.saturated,
         }
         if self.pulsed:
             signals["O"] = self.pulse

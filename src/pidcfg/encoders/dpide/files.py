@@ -19,6 +19,8 @@ from pidcfg.encoders.tables import columns
 from pidcfg.schemas.dpide_devices import place_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from pidcfg.schemas.dpide import DpideFile, Loop
 
 OPENING = re.compile(
@@ -80,10 +82,25 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
     if interval is not None:
         items.append(f"call the instructions in a timed interrupt task of {interval} ms; CYCLE has no effect there")
     else:
-        cycles = ", ".join(f"{loop.name} {loop.CYCLE} ms" for loop in config.loops)
-        items.append(f"call the instructions in every scan of a cyclic task; they wait for CYCLE themselves: {cycles}")
+        items += _calls(config.loops)
+    pulses = [f"{loop.name} {loop.call.GPWM.output}" for loop in config.loops if loop.call.GPWM is not None]
+    if pulses:
+        items.append(
+            f"MV is the time on in ms, and GPWM behind the instruction makes pulses of it: {', '.join(pulses)}"
+        )
     items.append("of a symbol table, compare the initial values of REAL after the import; known exports have 0 only")
     return tuple(items)
+
+
+def _calls(loops: Iterable[Loop]) -> Iterator[str]:
+    """How often the program calls the instructions."""
+    scanned = [f"{loop.name} {loop.CYCLE} ms" for loop in loops if loop.call.timer is None]
+    timed = [f"{loop.name} {loop.call.timer}, {loop.CYCLE} ms" for loop in loops if loop.call.timer is not None]
+    if scanned:
+        cycles = ", ".join(scanned)
+        yield f"call the instructions in every scan of a cyclic task; they wait for CYCLE themselves: {cycles}"
+    if timed:
+        yield f"these instructions are called by timers that run for CYCLE: {'; '.join(timed)}"
 
 
 def _direction(loop: Loop) -> str:
