@@ -33,10 +33,10 @@ def axis(text, name, folder):
     texts = re.findall(r"<text[^>]*>([^<]*)", plot.read_text("utf-8"))
     end = next(i for i, text in enumerate(texts) if text.split(" ")[0] == name)
     numbers = []
-    for text in reversed(texts[:end]):
-        if not re.fullmatch(r"-?[0-9.]+", text):
+    for number in reversed(texts[:end]):
+        if not re.fullmatch(r"-?[0-9.]+", number):
             break
-        numbers.insert(0, float(text))
+        numbers.insert(0, float(number))
     return numbers, texts[end]
 
 
