@@ -59,6 +59,20 @@ def switch(s: State) -> None:
     s.status = (s.status & ~MODES) | s.wanted
 
 
+def limit_setpoint(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None:
+    """Limits write the register of the set point (D164), which may be an outer loop's CV too (D177)."""
+    c = cfg[i]
+    s = st[i]
+    if s.sp > c.sp_high:
+        s.sp = c.sp_high
+    if s.sp < c.sp_low:
+        s.sp = c.sp_low
+    outer = c.fed_by
+    if outer >= 0 and st[outer].out != s.sp:
+        st[outer].out = s.sp
+        show_output(cfg[outer], st[outer], sig)
+
+
 def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
     """One calculation of loop ``i``."""
     c = cfg[i]
@@ -66,15 +80,8 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     busy = s.busy
     if busy & PV_STALE == 0:
         s.pv = converted(c, sig[c.sig_in])
-    # limits write the register (D164); a root is that of the register (D163)
-    if s.sp > c.sp_high:
-        s.sp = c.sp_high
-    if s.sp < c.sp_low:
-        s.sp = c.sp_low
-    # the set point and the CV of an outer loop are one register (D177)
-    if c.fed_by >= 0 and st[c.fed_by].out != s.sp:
-        st[c.fed_by].out = s.sp
-        show_output(cfg[c.fed_by], st[c.fed_by], sig)
+    limit_setpoint(i, cfg, st, sig)
+    # a root is that of the register (D163)
     x = s.pv
     if c.root:
         x = sqrt(x) if x > 0.0 else 0.0
@@ -129,5 +136,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             pulse(tick, cfg[i], s, sig)
 
 
-INLINED = (scan, sample, calculate, converted, show, show_setpoint, show_output, pulse)
+INLINED = (scan, sample, limit_setpoint, calculate, converted, show, show_setpoint, show_output, pulse)
 """The hot path of compiled code."""
