@@ -289,6 +289,27 @@ def test_the_bias_becomes_the_offset_and_none_is_0_counts():
     assert stored({"output": {"range": [4, 20], "bias": 12}})["output.offset"].kind == "exact"
 
 
+@pytest.mark.parametrize(
+    ("period", "min_on", "held"),
+    [
+        (10, 10, "9.9"),
+        (10, "9.99", "9.9"),
+        (10, "9.9", "9.9"),
+        (600, 600, "599.8"),
+        (600, "599.8", "599.8"),
+        (10, 0, "0"),
+    ],
+)
+def test_a_pulse_of_the_whole_cycle_still_switches_on(period, min_on, held):
+    made = from_neutral(generic({"output": {"pulse": {"period": period, "min_on": Decimal(min_on)}}}), {})
+    config = EzlogixFile.model_validate(made.data)
+    assert config.loops[0].output.pulse.min_on == Decimal(held)
+    found = check_document(read_document(yaml_text(made.data).encode(), "made.yaml")).findings
+    assert "EZ467" not in {f.code for f in found}
+    marks = [change for change in made.fields[0] if change.path == "output.pulse.min_on"]
+    assert [change.clamped for change in marks] == ([Decimal(min_on) != Decimal(held)] if min_on else [])
+
+
 def test_pulses():
     pulse = {"period": 10, "min_on": Decimal("0.5"), "min_off": Decimal("0.7")}
     found = neutral({"output": {"pulse": {"tag": "O3", "cycle_time": 10, "min_on": 0.5, "min_off": 0.7}}}).output.pulse

@@ -408,6 +408,17 @@ def test_contents_that_say_nothing_say_why(thing, problem):
     assert problem is not None or "does not list" in page.title
 
 
+@pytest.mark.parametrize(
+    ("thing", "says"),
+    [("+8=1000", "Min Duty Cycle 24.41 %"), ("+9=4095", "Max Duty Cycle 99.98 %"), ("+8=0", "Min Duty Cycle 0 %")],
+)
+def test_a_cv_limit_shows_the_duty_cycle_of_the_dialog(thing, says):
+    """((CV_LowLimit/4096)*100), as the manual prints it."""
+    (page,) = pages(thing, vendor="ezlogix")
+    assert says in page.value.text
+    assert "Duty" not in pages("+10=1000", vendor="ezlogix")[0].value.text
+
+
 def test_a_number_that_no_list_has_says_its_name_once():
     for thing in ("CK29", "AT11"):
         (page,) = pages(thing)

@@ -366,6 +366,14 @@ def test_a_curve_without_a_slope_gives_no_gains():
     assert (s.tune_status, s.gain, s.out, s.busy) == (7, 1.5, 1500.0, 0)
 
 
+def test_a_process_that_answers_within_a_sample_has_no_slope():
+    """Status 7 as a run reaches it: the curve is flat from its first point on."""
+    rig, s = loop(1.0, 0.1, 0.0, 1.0, gain=1.5)
+    until_tuned(rig, s)
+
+    assert (s.tune_status, s.gain, s.out, rig.log) == (7, 1.5, 1500.0, ["autotune: division by zero (status 7)"])
+
+
 def test_a_new_start_clears_the_error():
     rig, s = loop(1.0, 20.0, 4.0, 0.5, out=3900.0)
     rig.step()

@@ -84,6 +84,17 @@ def test_without_a_process_range_a_click_controls_all_the_same(tmp_path):
     assert not (tmp_path / "converted.yaml").exists()
 
 
+@pytest.mark.parametrize("vendor", ["click", "ezlogix"])
+def test_rest_is_not_taken_for_control(vendor, tmp_path):
+    """With `initial: steady` a loop whose Auto is refused rests in Manual, which is told."""
+    listing(vendor, tmp_path)
+    simulate(vendor, tmp_path)
+    path = tmp_path / "fresh.scenario.yaml"
+    path.write_text(path.read_text("utf-8").replace("duration: 20", "duration: 20\ninitial: steady"), "utf-8")
+    text = invoke("simulate", path).output
+    assert ("rests in manual, though auto is meant" in text) is (vendor == "click")
+
+
 def simulate(vendor, folder):
     """A run of a fresh PLC with the starter's loop."""
     loop = read_document((STARTERS / f"{vendor}.yaml").read_bytes(), "starter").data["loops"][0]["name"]

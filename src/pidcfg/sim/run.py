@@ -31,7 +31,7 @@ from pidcfg.sim.standing.evidence import Evidence
 from pidcfg.sim.standing.judge import standing, unused_allowances
 from pidcfg.sim.standing.lookout import Lookout
 from pidcfg.sim.standing.watch import meters_of
-from pidcfg.sim.steady import UnsteadyError, settle
+from pidcfg.sim.steady import UnsteadyError, refused, settle
 from pidcfg.sim.trace import Sink, Trend
 
 if TYPE_CHECKING:
@@ -74,6 +74,7 @@ def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Control
     if scenario.initial == "steady" and run.plc.running:
         try:
             run.zero = settle(run.machine, settings.max_loop_steps)
+            run.problems += refused(run.machine)
         except UnsteadyError as error:
             run = _Run.of(scenario, new_plc, controller, settings)
             run.problems.append(error.problem)

@@ -54,6 +54,7 @@ class Click(Plc):
     cfg: list[Config]
     st: list[State]
     out_name = "CO"
+    output_unit = "%"
     pulses = ("PWM",)
     modes: Mapping[str, int] = MODES
     options = tuple(f.name for f in fields(ScanOptions))

@@ -42,7 +42,7 @@ ERROR_MOST = 32767.0
 
 
 def converted(c: Config, value: float) -> float:
-    """A measurement as whole counts; the converter saturates at the ends of its range (D670)."""
+    """A measurement as whole counts; the converter saturates at the ends of its range."""
     pv = (value - c.pv_low) * c.pv_span / c.pv_width + c.pv_min
     if pv >= c.pv_max:
         return c.pv_max
@@ -59,17 +59,18 @@ def switch(s: State) -> None:
     s.status = (s.status & ~MODES) | s.wanted
 
 
-def bound(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None:
-    """Limits write the set point's register (D164), which is that of an outer loop's CV, too (D177)."""
+def limit_setpoint(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None:
+    """Limits write the register of the set point (D164), which may be an outer loop's CV too (D177)."""
     c = cfg[i]
     s = st[i]
     if s.sp > c.sp_high:
         s.sp = c.sp_high
     if s.sp < c.sp_low:
         s.sp = c.sp_low
-    if c.fed_by >= 0 and st[c.fed_by].out != s.sp:
-        st[c.fed_by].out = s.sp
-        show_output(cfg[c.fed_by], st[c.fed_by], sig)
+    outer = c.fed_by
+    if outer >= 0 and st[outer].out != s.sp:
+        st[outer].out = s.sp
+        show_output(cfg[outer], st[outer], sig)
 
 
 def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
@@ -79,8 +80,9 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     busy = s.busy
     if busy & PV_STALE == 0:
         s.pv = converted(c, sig[c.sig_in])
-    bound(i, cfg, st, sig)
-    x = s.pv  # a root is that of the register (D163)
+    limit_setpoint(i, cfg, st, sig)
+    # a root is that of the register (D163)
+    x = s.pv
     if c.root:
         x = sqrt(x) if x > 0.0 else 0.0
     difference = x - s.sp if c.direct else s.sp - x
@@ -134,5 +136,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             pulse(tick, cfg[i], s, sig)
 
 
-INLINED = (scan, sample, bound, calculate, converted, show, show_setpoint, show_output, pulse)
+INLINED = (scan, sample, limit_setpoint, calculate, converted, show, show_setpoint, show_output, pulse)
 """The hot path of compiled code."""
