@@ -157,6 +157,8 @@ class Case:
             given["PercHystPV"] = self.sum()
         if self.chance(0.1):
             given["NumCycles"] = "NUM"
+        if self.chance(0.1):
+            given["PercMaxPeakPV"] = self.sum()
         return given
 
     def free(self):
