@@ -135,7 +135,7 @@ def pursue(c: Config, s: State) -> None:
 
 
 def modes(c: Config, s: State) -> None:
-    """Everything that can change the mode at a sample: requests, of which Autotune's comes last, or the goal."""
+    """Everything that can change the mode at a sample: requests, of which Autotune's comes last, or the goal (D673)."""
     if s.busy & REQUEST:
         s.busy &= ~(REQUEST | GOAL)
         s.goal = 0
