@@ -174,6 +174,19 @@ def test_start_again_begins_anew_and_clears_complete():
     assert (s.sp, s.aux_status) == (60.0, 1 << 8)
 
 
+def test_a_start_within_the_first_ramp_waits_a_sample_like_any_other():
+    rig, s = oven((110, 10, 1, 0))
+    s.sp = 50.0
+    rig.command(RS_START)
+    rig.step(2)
+    assert s.sp == 60.0
+    rig.command(RS_START)
+    rig.step()
+    assert s.sp == 60.0
+    rig.step()
+    assert s.sp == 70.0
+
+
 def test_the_deviation_bit_is_on_only_while_a_soak_sees_too_large_an_error():
     rig, s = oven((110, 10, 3, 5), (130, 10, 9, 5), pv=105.0)
     pv = rig.plants[0]

@@ -49,6 +49,9 @@ def random_loop(rng, number):
     }
     if rng.random() < 0.02:
         loop[rng.choice(["Kc_Kp", "Ti_Ki", "Td_Kd", "SV", "BIAS"])] = rng.choice([3e38, -3e38, 1e-40])
+    if rng.random() < 0.02:
+        # P and D of an infinite size against each other
+        loop |= {"Kc_Kp": 3e38, "Td_Kd": 2.0, "Tf": 0.3}
     loop |= {name: rng.random() < 0.5 for name in BITS}
     low, high = rng.choice([(0.0, 100.0), (10.0, 90.0), (-50.0, 50.0), (100.0, 0.0), (0.0, 30.0)])
     return loop | {"MV_MIN": low, "MV_MAX": high}

@@ -138,7 +138,8 @@ class Loop:
             i_mv = F(0)
             self.reached["no integral"] += 1
         elif self.was_manual:
-            i_mv = self.mv - p - d - bias
+            taken = self.mv - p - d - bias
+            i_mv = taken if finite(taken) else i_mv
             self.reached["manual to auto"] += 1
         before = i_mv
         if integrates:

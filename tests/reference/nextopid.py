@@ -17,7 +17,7 @@ FEATURES = (
     *("dependent", "independent", "P disabled", "direct", "derivative of PV", "derivative of the error"),
     *("derivative filtered", "dead band", "manual", "tracking", "cascade", "overridden", "windup input"),
     *("increment cut", "rise limited", "fall limited", "PV or set point limited", "error bit", "INT block"),
-    *("auto-tuning", "tuned", "accepted", *FLAGS),
+    *("auto-tuning", "tuned", "accepted", *(flag for flag in FLAGS if flag != "Bad_Mode")),
     *("ControlLowFilter in error", "ControlDelay in error", "ControlLag in error", "ControlDelayLag in error"),
     *("ControlLeadLag in error", "ControlPWM in error", "ControlON_OFF in error", "ControlSplitRange in error"),
     *("delay changed", "lag limited", "lead/lag limited", "lead/lag disabled", "pulses limited", "on-off in manual"),

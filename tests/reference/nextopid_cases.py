@@ -41,8 +41,8 @@ class Case:
     def whole(self):
         """The case."""
         rng = self.rng
-        shapes = [self.free, self.free, self.cascade, self.override, self.split, self.ratio, self.tuning, self.chain]
-        shape = rng.choice(shapes)
+        shapes = [self.cascade, self.override, self.split, self.ratio, self.chain]
+        shape = rng.choice([self.free, self.free, self.tuning, self.tuning, *shapes])
         shape()
         for _ in range(rng.randrange(4)):
             self.block()
@@ -157,6 +157,8 @@ class Case:
             given["PercHystPV"] = self.sum()
         if self.chance(0.1):
             given["NumCycles"] = "NUM"
+        if self.chance(0.1):
+            given["PercMaxPeakPV"] = self.sum()
         return given
 
     def free(self):
@@ -253,6 +255,10 @@ class Case:
         kind = self.rng.choice(PIDS[2:])
         given = {"MinPV": 0, "MaxPV": 100, "Manual": self.chance(0.8), "ManualMV": 40, "TRK_IN": False, "OVERR": False}
         direct = self.chance(0.4)
+        if self.chance(0.8):
+            mode = self.rng.choice(["P", "PI", "PID"])
+            steps = {"PercAmpMV": 5, "PercHystPV": self.rng.choice([0.1, 1]), "PercMaxPeakPV": 40}
+            given["AutoTuneParam"] = steps | {"NumCycles": self.rng.choice([1, 2]), "Mode": mode}
         self.pid(kind, Kp=0.5, Ti_Ki=10, MinMV=0, MaxMV=100, PV=None, AutoTune=False, Direct=direct, **given)
         gain = self.rng.choice([0.8, 1.5, 2, 6]) * (-1 if direct else 1)
         self.plants["L0"] = {

@@ -13,7 +13,7 @@ from pidcfg.sim.plc import TICKS
 
 
 def coefficients(c: Config, s: State) -> None:
-    """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts.
+    """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts (D677).
 
     A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts (D33). The derivative gain limit is a
     filter (D34).

@@ -128,7 +128,7 @@ def watch(c: Config, s: State, aux: list[float]) -> None:
 
 
 def ramp_soak(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
-    """Commands first, then the active step, then its deviation bit; the step number is a signal."""
+    """Commands first, then the active step (D676), then its deviation bit; the step number is a signal."""
     generate(c, s, aux)
     sig[c.sig_step] = s.rs_step * 1.0
 
@@ -143,8 +143,9 @@ def generate(c: Config, s: State, aux: list[float]) -> None:
         return
     active = s.rs_step
     if s.rs_command:
+        started = s.rs_command == RS_START
         obey(c, s, aux)
-        if active == 0 or s.rs_step != active:
+        if active == 0 or s.rs_step != active or started:
             active = 0
     if active and s.status & CASCADE and s.aux_status & RS_HELD == 0:
         s.aux_status |= RS_HELD
