@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
+from contextlib import chdir
 from pathlib import Path
 
 from pidcfg.cli.formats import formats_of, load
@@ -79,13 +79,16 @@ def golden(example: str, file: str) -> Path:
 
 
 def pidcfg(example: str, *args: str) -> str:
-    """What a command prints, run in the folder of the example."""
-    command = [sys.executable, "-m", "pidcfg", *args]
-    folder = (EXAMPLES / example).parent
-    result = subprocess.run(command, cwd=folder, capture_output=True, check=False, env={**os.environ, "NO_COLOR": "1"})
-    if result.returncode:
-        sys.exit(f"{example}: {' '.join(args)}: {result.stderr.decode()}{result.stdout.decode()}")
-    return result.stdout.decode("utf-8")
+    """What a command prints, run in the folder of the example; in this process, as there are hundreds of them."""
+    from click.testing import CliRunner
+
+    from pidcfg.cli.main import cli
+
+    with chdir((EXAMPLES / example).parent):
+        result = CliRunner(env={"NO_COLOR": "1"}).invoke(cli, args, standalone_mode=False)
+    if result.exception or result.return_value:
+        sys.exit(f"{example}: {' '.join(args)}: {result.exception or ''}{result.stderr}{result.stdout}")
+    return result.stdout
 
 
 def images(example: str) -> dict[str, bytes]:

@@ -213,7 +213,7 @@ def test_limits_hold():
         (lambda: pidcfg.simulate("", every=0), "`every` is 0; write a whole number above 0"),
         (lambda: pidcfg.tune("magic"), "`method` is 'magic'; it is one of synthesis, iae-disturbance, "),
         (lambda: pidcfg.tune("zn-open", "PD"), "`form` is 'PD'; it is one of P, PI, PID"),
-        (lambda: pidcfg.tune("zn-open", gain=2), "zn-open needs `time_constant`"),
+        (lambda: pidcfg.tune("zn-open", gain=2), "zn-open needs `time_constant` and `dead_time`"),
         (lambda: pidcfg.tune("zn-open", dead_time=-1), "`dead_time`: -1; write a number above 0"),
         (lambda: pidcfg.tune("zn-open", gain=0), "`gain`: 0; write a number other than 0"),
         (lambda: pidcfg.tune("zn-open", gain=float("nan")), "`gain`: nan; write a number other than 0"),

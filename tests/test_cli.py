@@ -591,3 +591,33 @@ def test_decisions_are_found_without_the_extras(monkeypatch):
     for name in ("numba", "numpy", "matplotlib", "jinja2", "xlsxwriter"):
         monkeypatch.setitem(sys.modules, name, None)
     assert all_decisions() == every
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["convert"], ["Missing argument 'FILE'.", "Also missing: '--to'"]),
+        (["decode"], ["Missing argument 'IMAGE...'.", "Also missing: '--vendor'"]),
+        (["tune", "--method", "zn-open", "--gain", "2"], ["zn-open needs --time-constant and --dead-time"]),
+        (["tune", "--method", "zn-open"], ["zn-open needs --gain, --time-constant and --dead-time"]),
+        (["tune", "--method", "zn-closed"], ["zn-closed needs --ultimate-gain and --ultimate-period"]),
+    ],
+)
+def test_everything_that_is_missing_is_asked_for_at_once(words, says):
+    result = run(*words)
+    assert result.returncode == 2
+    assert result.stderr.decode().splitlines()[-len(says) :] == [f"Error: {says[0]}", *says[1:]]
+
+
+def test_what_was_given_is_not_asked_for():
+    assert b"Also missing" not in run("convert", "--to", "click").stderr
+    assert b"Also missing" not in run("decode", "--vendor", "click").stderr
+
+
+@pytest.mark.parametrize("words", [["decode", "--vendor", "dl06"], ["tune", "--method", "zn-open", "--from-csv"]])
+def test_a_workbook_is_named_wherever_a_table_is_wanted(words, tmp_path):
+    (tmp_path / "a.xlsx").write_bytes(b"PK\x03\x04\x14\x00\x06\x00")
+    result = run(*words, str(tmp_path / "a.xlsx"))
+    assert result.returncode == 2
+    assert b"the file is an Excel or ZIP file, no " in result.stderr
+    assert b"save the sheet as CSV" in result.stderr

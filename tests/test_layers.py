@@ -24,18 +24,19 @@ MAY_IMPORT = {
     "reader":       "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
-    "source":       "refs limits diagnostics document",
+    "unreadable":   "refs diagnostics",
+    "source":       "refs limits diagnostics document unreadable",
     "comments":     "refs limits diagnostics document source",
     "aliases":      "refs limits diagnostics document source",
     "schemas":      "refs",
     "encoders":     "refs paths control_characters writer schemas",
     "vendors":      "refs schemas encoders",
-    "listings":     "limits encoders vendors writer",
+    "listings":     "limits unreadable encoders vendors writer",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs diagnostics schemas encoders vendors listings conversion",
-    "tuning":       "refs limits schemas encoders vendors listings",
-    "validate":     "refs limits diagnostics document source comments aliases schemas encoders vendors conversion "
-                    "tuning writer",
+    "tuning":       "refs limits unreadable schemas encoders vendors listings",
+    "validate":     "refs limits diagnostics document unreadable source comments aliases schemas encoders vendors "
+                    "conversion tuning writer",
     "explanation":  "refs control_characters diagnostics schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
     "pictures":     "",
@@ -110,7 +111,7 @@ LOADS = {
 STARTS = "cli cli.main cli.terminal cli.terminal.colour cli.terminal.glyphs cli.terminal.progress"
 OPTIONS = f"{STARTS} cli.commands cli.options cli.terminal.console control_characters diagnostics limits"
 REPORTS = "cli.files cli.files.identity cli.formats cli.formats.format cli.formats.report_options"
-READS = "cli.files cli.files.folders cli.files.identity cli.files.inputs document reader source"
+READS = "cli.files cli.files.folders cli.files.identity cli.files.inputs document reader source unreadable"
 OF_VENDORS = "cli.arguments vendors encoders encoders.options " + " ".join(
     f"encoders.{vendor} encoders.{vendor}.options" for vendor in VENDORS
 )

@@ -99,7 +99,7 @@ def test_the_cure_of_a_text_that_is_no_number(text, says):
         ("400]", "400,5]", (9, 17), "a list of two values", "the decimal sign is a point"),
         ("400]", "1e-320]", (9, 17), "range: 1e-320 is too small; the limit is 1e-300", "write 0 where that is meant"),
         ("400]", "1e301]", (9, 17), "range: 1e301 is too large; the limit is 1e300", "write a smaller number"),
-        ("value: 85", "value: 85 °C", (10, 23), "value: '85 °C' is not a number", "write the number alone"),
+        ("value: 85", "value: 85 °F", (10, 23), "value: '85 °F' is not a number", "the key is in degC, not in degF"),
         ("value: 85", "value: 1e-3 counts", (10, 23), "setpoint is 0.001 counts, but raw counts are whole", "round it"),
         ("value: 85", "value: 1e300", (10, 23), "setpoint is 1e+300, but its word holds 0 to 400", "lower the value"),
         (

@@ -11,6 +11,7 @@ from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
+from pidcfg.unreadable import binary_file
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ def read_listing(data: bytes, vendor: Vendor, limits: Limits, kind: str | None =
     kinds = vendor.load("formats")
     chosen = kinds[kind] if kind else kind_of(text, kinds)
     if chosen is None:
+        if other := binary_file(data):
+            raise ListingError(f"{other[0]}, no memory listing; {other[1]}")
         named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD]), None)
         if named not in {None, vendor.key}:
             raise ListingError(f"this is a listing of vendor {named}, not {vendor.key}")

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from pidcfg.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.document import LINE_BREAK, Document, Node, Plain, span_of
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.unreadable import SAVE_AS_UTF8, other_file, syntax_fault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,18 +27,7 @@ NULLS = frozenset({"", "~", "null", "Null", "NULL"})
 NO_KEYS = NULLS | {"<<"}
 UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
 """What YAML 1.2 calls not printable, listed rather than negated: that compiles seven times as fast."""
-UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
-SAVE_AS_UTF8 = "save the file as UTF-8"
 THREAD = local()
-
-HINTS = (
-    ("mapping values are not allowed", "check the indentation; text that holds ': ' needs quotes"),
-    ("could not find expected ':'", "every line of a mapping is 'key: value'; check the line above as well"),
-    ("did not find expected key", "check the indentation of this line against the one above"),
-    ("did not find expected ',' or", "a bracket that was opened above is not closed, or a comma is missing"),
-    ("cannot start any token", "text that begins with this character needs quotes"),
-    ("unexpected end of stream", "a quote that was opened above is not closed"),
-)
 
 
 class _RefusedError(Exception):
@@ -216,8 +206,8 @@ def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:
     if len(data) > limits.file_bytes:
         message = f"the file is larger than {limits.file_bytes} bytes"
         raise _RefusedError("PID013", message, START, "raise the limit by option")
-    if data.startswith(UTF16_MARKS):
-        raise _RefusedError("PID002", "the file is UTF-16, not UTF-8", START, SAVE_AS_UTF8)
+    if other := other_file(data):
+        raise _RefusedError("PID002", other[0], START, other[1])
     try:
         data.decode("utf-8")
     except UnicodeDecodeError as e:
@@ -296,5 +286,5 @@ def _refuse_syntax(text: str, error: Any) -> NoReturn:
     line = lines[span.line - 1]
     if "\t" in line[: len(line) - len(line.lstrip())] or line[span.column - 1 : span.column] == "\t":
         raise _RefusedError("PID014", "a tab is used for indentation", span, "indent with spaces") from None
-    cure = next((hint for words, hint in HINTS if words in problem), None)
-    raise _RefusedError("PID001", f"not YAML: {problem}", span, cure) from None
+    fault = syntax_fault(lines, problem, span)
+    raise _RefusedError("PID001", f"not YAML: {fault.message}", fault.span, fault.cure) from None

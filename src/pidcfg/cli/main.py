@@ -222,7 +222,17 @@ def _say(error: click.ClickException) -> None:
 
     text = StringIO()
     error.show(text)
+    for parameter in _also_missing(error):
+        text.write(f"Also missing: {parameter.get_error_hint(error.ctx)}\n")  # type: ignore[attr-defined]
     note(text.getvalue().rstrip("\n"))
+
+
+def _also_missing(error: click.ClickException) -> Iterable[click.Parameter]:
+    """Further required parameters that were not given: those that the command line has come before all others."""
+    if not isinstance(error, click.MissingParameter) or error.ctx is None:
+        return ()
+    known = error.ctx.params
+    return [p for p in error.ctx.command.params if p.required and p.name not in known and p is not error.param]
 
 
 def main() -> None:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel
 
 from pidcfg.diagnostics import path_text
-from pidcfg.encoders.parameters import ParameterTable
+from pidcfg.encoders.units import units_by_path
 from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Seconds
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.limits import Limits
@@ -60,21 +59,6 @@ def leaves(model: BaseModel, above: Path = (), *, given: bool = True) -> Iterato
             yield from (Leaf((*path, name), part, model, key, written) for name, part in value.items())
         elif value not in (None, ()):
             yield Leaf(path, value, model, key, written)
-
-
-@cache
-def units_by_path(vendor: Vendor) -> Mapping[str, str]:
-    """The units of the vendor's registers and parameters by the path of their value."""
-    units: dict[str, str] = {}
-    for table in vendor.load("registers"):
-        if isinstance(table, ParameterTable):
-            rows = [(row.name, row.unit) for row in table.rows]
-        else:
-            rows = [(word.path, word.unit) for word in table.words if word.path is not None]
-        for path, unit in rows:
-            if unit:
-                units.setdefault(path, unit)
-    return units
 
 
 def _is_raw(leaf: Leaf, unit: str, loop: Any) -> bool:

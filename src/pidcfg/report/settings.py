@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.differences.leaves import Leaf, leaves, unit_of, units_by_path
+from pidcfg.differences.leaves import Leaf, leaves, unit_of
+from pidcfg.encoders.units import units_by_path
 from pidcfg.explanation.texts import texts_of
 from pidcfg.paths import value_at
 from pidcfg.report.content import Group, Setting

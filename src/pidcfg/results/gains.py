@@ -244,9 +244,10 @@ def computed(name: str, form: Form, numbers: Mapping[str, float]) -> TuneResult:
     needed = ["ultimate_gain", "ultimate_period"] if method.of_ultimate else [n for n in method.needs if n != "delay"]
     if "delay" in method.needs:
         needed.append("dead_time")
-    for key in needed:
-        if key not in numbers:
-            raise ArgumentError(f"{name} needs `{key}`", key)
+    missing = [key for key in needed if key not in numbers]
+    if missing:
+        *most, last = (f"`{key}`" for key in missing)
+        raise ArgumentError(f"{name} needs {', '.join(most)}{' and ' if most else ''}{last}", *missing)
     process = Process(**{field.name: abs(numbers.get(field.name, 0.0)) for field in fields(Process)})
     cycle = Cycle(numbers.get("ultimate_gain", 0.0), numbers.get("ultimate_period", 0.0))
     try:

@@ -16,6 +16,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.listings import listing_text
 from pidcfg.tuning.rules import TuningError
 from pidcfg.tuning.stamps import looks_like_stamp
+from pidcfg.unreadable import binary_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -100,6 +101,8 @@ def number_of(text: str, *, comma: bool) -> float | None:
 
 def read_sheet(data: bytes, name: str) -> Sheet:
     """The table in a file's bytes; raises `TuningError`."""
+    if other := binary_file(data):
+        raise TuningError(f"{name}: {other[0]}, no table of a record; {other[1]}")
     text, remarks = _text(data, name)
     lines = [(n, line) for n, line in enumerate(text.splitlines(), start=1) if line.strip()]
     lines = [(n, line) for n, line in lines if not line.lstrip().startswith(("#", "//"))]

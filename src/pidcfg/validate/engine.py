@@ -71,6 +71,8 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
         findings.append(Diagnostic("PID013", Severity.ERROR, message, doc.file, doc.locate(("loops",), key=True)))
         return Checked(doc, tuple(ordered(findings)), vendor)
     config, errors = read_model(vendor.model, doc)
+    if errors:
+        doc, config, errors = _in_own_units(vendor, doc, errors)
     findings += errors
     findings += of_another_vendor(vendor, doc, errors)
     if config is None:
@@ -81,6 +83,16 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
     findings += (d for d in of_rules if not is_to_check(d))
     to_check = tuple(ordered([d for d in of_rules if is_to_check(d)]))
     return Checked(doc, tuple(ordered(findings)), vendor, config, encoding, to_check)
+
+
+def _in_own_units(vendor: Vendor, doc: Document, errors: list[Diagnostic]) -> tuple[Document, Any, list[Diagnostic]]:
+    """The document read again where values carry the units of their keys."""
+    from pidcfg.validate.own_units import in_key_units, without_own_units
+
+    bare, config = without_own_units(vendor, doc, errors), None
+    if bare is not doc:
+        config, errors = read_model(vendor.model, bare)
+    return bare, config, in_key_units(vendor, bare, errors)
 
 
 def _of_rules(vendor: Vendor, config: Any, encoding: Encoding, doc: Document) -> list[Diagnostic]:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pidcfg.diagnostics import Diagnostic, Edit, Severity
 from pidcfg.paths import value_at
 from pidcfg.schemas import misread
+from pidcfg.unreadable import blank_in
 from pidcfg.validate.codes import BY_KIND, OTHER_KIND
 from pidcfg.validate.edits import MOST_KEYS, key_edits, of_value
 from pidcfg.validate.identity import loop_name
@@ -195,7 +196,7 @@ def unknown_key(key: str, known: list[str], meant: str | None = None) -> tuple[s
     """The message and cure for a key that is not in the schema; ``meant``: what it is known to stand for."""
     near = [meant] if meant else difflib.get_close_matches(key, known, n=1, cutoff=0.6)
     cure = f"{DID_YOU_MEAN}{near[0]}?" if near else f"known keys here: {', '.join(known)}"
-    return f"unknown key {key!r}", cure
+    return f"unknown key {key!r}{blank_in(key)}", cure
 
 
 def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str | None]:

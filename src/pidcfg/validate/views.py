@@ -96,7 +96,7 @@ class Context(Generic[ConfigT, EncodingT]):
 
     @property
     def explained(self) -> frozenset[Path]:
-        """Places whose limits a rule of the vendor's own explains better than the rules for every vendor."""
+        """Places that a rule of the vendor's own explains better than the rules for every vendor."""
         return frozenset()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from pidcfg.source import UTF16_MARKS
+from pidcfg.unreadable import UTF16_MARKS
 
 LARGEST = 64 << 20
 """Bytes of a file that is searched for the key; a larger one is read, and complained about."""

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import MAX_DIGITS, decimal_text
 from pidcfg.schemas.limits import Limits
+from pidcfg.validate.ideas.duplicates import in_words
 from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning
 
 if TYPE_CHECKING:
@@ -235,6 +236,24 @@ def no_loops(context: AnyContext) -> Findings:
     """
     if not context.config.loops:
         yield finding("loops", key=True)
+
+
+@warning("PID108", D08, "the name {name} differs from {other} in capitals only")
+def same_name_but_for_capitals(context: AnyContext) -> Findings:
+    """Two loops have names that differ in capitals alone.
+
+    Why: a list, a screen or a program that does not tell capitals apart takes one for the other, and so does a reader.
+
+    Fix: rename one of them.
+    """
+    groups: dict[str, list[tuple[int, str]]] = {}
+    for i, loop in enumerate(context.config.loops):
+        groups.setdefault(loop.name.casefold(), []).append((i, loop.name))
+    for loops in groups.values():
+        for i, name in loops:
+            others = tuple(dict.fromkeys(other for _, other in loops if other != name))
+            if others and ("loops", i, "name") not in context.explained:
+                yield finding("loops", i, "name", name=name, other=in_words(others)).shared_with(*others)
 
 
 def _text(value: Any) -> str:

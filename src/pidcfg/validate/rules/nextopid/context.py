@@ -35,12 +35,14 @@ class NextopidContext(Program):
     @cached_property
     def explained(self) -> frozenset[Path]:
         """Places whose limits a rule of NextoPID's own explains better than the rules for every vendor."""
-        return frozenset(
+        gains = (
             (*view.placed.place, key)
             for view in self.pids
             for key in ("Ti_Ki", "Td_Kd")
             if self.has_time_as_gain(view, key)
         )
+        names = (("loops", i, "name") for i, _ in enumerate(self.config.loops))  # capitals and small letters: NX604
+        return frozenset((*gains, *names))
 
     def has_time_as_gain(self, view: BlockView, key: str) -> bool:
         """Whether a gain of the independent form is written with a unit of time."""

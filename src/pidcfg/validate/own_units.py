@@ -1,0 +1,102 @@
+"""Numbers that carry their key's own unit: ``85 degC`` where the PV is in degC is 85.
+
+Looked at only where a value was refused, so that a file of bare numbers costs nothing. Another unit stays an error,
+which names the key's: nothing is ever converted.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.units import units_by_path
+from pidcfg.paths import value_at
+from pidcfg.schemas.base import NUMBER
+from pidcfg.schemas.misread import WITH_UNIT
+from pidcfg.schemas.units import unit_text, units_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.document import Document
+    from pidcfg.paths import Path
+    from pidcfg.vendors import Vendor
+
+WRONG_TYPE = "PID022"
+RANGES = ("range", "input_range")
+SAME = {"°C": "degC", "℃": "degC", "°F": "degF", "℉": "degF", "degK": "K", "°": "deg"}
+"""Spellings of one unit."""
+OPEN = re.compile(" or |, ")
+"""Stands in a unit that depends on another setting."""
+
+
+def without_own_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Document:
+    """The document with the number alone wherever a refused value carries the unit of its key."""
+    data: Any = doc.data
+    for path, stated in _stated(vendor, doc, errors):
+        if stated.unit == stated.own:
+            data = _with(data, path, type(value_at(doc.data, path))(stated.number))
+    return doc if data is doc.data else replace(doc, data=data)
+
+
+def in_key_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """The errors, with the key's unit where a value carries another one."""
+    named = []
+    for d in errors:
+        other = next((s for _, s in _stated(vendor, doc, [d]) if s.unit != s.own), None)
+        cure = other and f"the key is in {other.own}, not in {other.unit}: write the number of {other.own} alone"
+        named.append(replace(d, help=cure) if cure else d)
+    return named
+
+
+class Stated(NamedTuple):
+    """A number as written, the unit that it carries, and the unit of its key, both in one spelling."""
+
+    number: str
+    unit: str
+    own: str
+
+
+def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iterator[tuple[Path, Stated]]:
+    """The refused numbers with a unit whose key has one, too; of a list each item."""
+    for d in errors:
+        if d.code != WRONG_TYPE or len(d.path) < 3 or d.path[0] != "loops":
+            continue
+        value = value_at(doc.data, d.path)
+        items = enumerate(value) if isinstance(value, list) else [(None, value)]
+        for i, item in items:
+            match = WITH_UNIT.fullmatch(item) if isinstance(item, str) else None
+            path = d.path if i is None else (*d.path, i)
+            own = match and _unit_of(vendor, value_at(doc.data, path[:2]), path[2:])
+            if match and own and NUMBER.fullmatch(match["number"]):
+                yield path, Stated(match["number"], _spelling(match["unit"]), _spelling(own))
+
+
+def _unit_of(vendor: Vendor, loop: Any, path: Path) -> str | None:
+    """The unit of a key in the loop's own words; None where it has none, or the loop does not say it."""
+    units = units_of(loop)
+    if len(path) > 1 and path[1] in RANGES:
+        return units.get(str(path[0]))
+    dotted = ".".join(map(str, path))
+    table = units_by_path(vendor)
+    unit = next((table[place] for place in (dotted, f"{dotted}.0", str(path[-1])) if place in table), None)
+    if unit is None or OPEN.search(unit):
+        return None
+    sides = {part for part in re.split("/| per ", unit) if part in {"pv", "output"}}
+    return unit_text(unit, units) if sides <= set(units) else None
+
+
+def _spelling(unit: str) -> str:
+    """A unit in one spelling, without blanks around its signs."""
+    unit = re.sub(r"\s*/\s*", "/", unit.strip())
+    return "/".join(SAME.get(part, part) for part in unit.split("/"))
+
+
+def _with(data: Any, path: Path, value: object) -> Any:
+    """A copy of plain data with another value at a place; what does not hold the place is shared."""
+    step, *rest = path
+    copy = data.copy()
+    copy[step] = _with(data[step], tuple(rest), value) if rest else value
+    return copy
