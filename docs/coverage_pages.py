@@ -25,12 +25,11 @@ from pidcfg.validate.catalog import group_of, rules
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from pydantic import BaseModel
 
     from pidcfg.refs import Decision, Manual
-    from pidcfg.validate.rule import Rule
     from pidcfg.vendors import Vendor
 
 FOLDER = Path(__file__).parent / "covered"
@@ -97,15 +96,21 @@ def covered() -> list[Vendor]:
 def coverage(key: str) -> Coverage:
     """The table of a vendor; raises `TypeError` or `ValueError` for a row with a key that there is none of."""
     data = YAML(typ="safe").load((FOLDER / f"{key}.yaml").read_text("utf-8"))
-    own = rules(VENDORS[key].prefix)
-    return Coverage(getattr(refs, data["manual"]), tuple(with_rules(row(**entry), own) for entry in data["sections"]))
+    rows = [row(**entry) for entry in data["sections"]]
+    resting: dict[str, list[str]] = {}
+    for code, rule in rules(VENDORS[key].prefix).items():
+        if isinstance(rule.basis, refs.Ref):
+            resting.setdefault(rule.basis.place, []).append(code)
+    return Coverage(getattr(refs, data["manual"]), tuple(with_rules(r, resting) for r in rows))
 
 
-def with_rules(r: Row, own: Mapping[str, Rule]) -> Row:
-    """A row with the vendor's rules that rest on its sections of the manual."""
-    places = {name.rpartition(" > ")[2].rstrip(":") for name in r.sections}
-    here = [code for code, rule in own.items() if isinstance(rule.basis, refs.Ref) and rule.basis.place in places]
-    return r._replace(rules=tuple(sorted({*r.rules, *here})))
+def with_rules(r: Row, resting: dict[str, list[str]]) -> Row:
+    """A row with the rules that rest on its sections of the manual, which are taken out of ``resting``.
+
+    Of two sections of one name the first one has them.
+    """
+    places = [name.rpartition(" > ")[2].rstrip(":") for name in r.sections]
+    return r._replace(rules=tuple(sorted({*r.rules, *(code for p in places for code in resting.pop(p, ()))})))
 
 
 def unplaced(vendor: Vendor) -> list[str]:

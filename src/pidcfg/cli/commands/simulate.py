@@ -89,6 +89,7 @@ def command(
     """
     from pidcfg.api import simulate
     from pidcfg.cli.files.trend import trend_file
+    from pidcfg.cli.formats.simulation_text import remarks
 
     if engine == "numba":
         need("numba", "fast")
@@ -125,17 +126,6 @@ def command(
     for text in () if quiet else remarks(outcomes, fmt, csv):
         note(text)
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
-
-
-def remarks(outcomes: Sequence[Outcome], fmt: str, trend: str | None) -> Iterator[str]:
-    """What people are told beside the results: what a trend's signals are, and in a job of GitHub how each run went."""
-    from pidcfg.cli.formats.simulation_text import in_a_line
-    from pidcfg.scenario.charts import signals_before_root
-
-    if trend is not None:
-        yield from (f"{trend}: {loop}: {text}" for loop, text in signals_before_root(outcomes[0]).items())
-    if fmt == "github":
-        yield from map(in_a_line, outcomes)
 
 
 def run_all(scenarios: Sequence[Document], call: Callable[..., SimulateResult]) -> Iterator[SimulateResult]:
