@@ -7,7 +7,7 @@ import pytest
 
 from reference.compare import compare, vendors
 
-SAMPLE = 12
+SAMPLE = 8
 """Cases of each vendor."""
 
 

@@ -216,7 +216,7 @@ class Loop:
             alarmed = self.status & 0x78 and self.plc.interlock and not restored
             if self.status & ALARM_ERROR or alarmed:
                 self.reached["auto refused"] += 1
-            elif any(minor.mode != CASCADE for minor in self.minors()):
+            elif not restored and any(minor.mode != CASCADE for minor in self.minors()):
                 self.reached["major stays in manual"] += 1
             else:
                 self.to_auto()
@@ -321,7 +321,7 @@ class Loop:
         low, high = self.words.out_ends()
         if self.words.mode(10) and ((self.out >= high and step > 0) or (self.out <= low and step < 0)):
             self.reached["freeze"] += 1
-            return
+            step = 0.0
         bias = self.bias + step
         self.bias = self.held(bias)
         self.reached["bias at an end"] += self.bias != bias
@@ -413,6 +413,7 @@ def run(configuration, scenario, inputs, reached):
                 for loop in plc.loops.values():
                     loop.prior = loop.mode if loop.mode != MANUAL else None
                     loop.set_mode(MANUAL)
+                    loop.read_late_words()
                     reached["program"] += 1
             elif event.get("plc") == "run":
                 plc.program = False
