@@ -20,7 +20,13 @@ HERE = Path(__file__).parent
 # --- the order of the pages ------------------------------------------------------------------------------------------
 
 VENDOR_PAGES = {
-    name: [f"Keys <{name}-keys>", f"Registers <{name}-registers>", f"Rules <rules-{name}>"] for name in VENDORS
+    name: [
+        f"Keys <{name}-keys>",
+        f"Registers <{name}-registers>",
+        f"Rules <rules-{name}>",
+        f"The manual's sections <{name}-coverage>",
+    ]
+    for name in VENDORS
 }
 ORDER = {
     "Tutorial": ["The first hour <tutorial>"],
@@ -45,6 +51,7 @@ ORDER = {
         "EZLogix <ezlogix>",
         "NextoPID <nextopid>",
         "DPIDE <dpide>",
+        "DPIDE programs <dpide-program>",
         "The neutral form <generic>",
     ],
     "Reference": [
@@ -56,6 +63,7 @@ ORDER = {
         "output-formats",
         "From Python <api>",
         "rules",
+        "The manuals' sections <coverage>",
         "exit-codes",
         "dependencies",
         "changelog",

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
 import click
+from coverage_pages import coverage_pages
 from rule_pages import decisions, rule_pages
 
 from pidcfg.cli.commands.schema import document_schema
@@ -70,6 +71,7 @@ def pages() -> dict[str, str]:
     """Every generated file and its text."""
     found = {name: NOTE + text for name, text in rule_pages().items()}
     found |= {"decisions.md": NOTE + decisions(), "commands.md": commands()}
+    found |= {name: NOTE + text for name, text in coverage_pages().items()}
     for vendor in VENDORS.values():
         found[f"{vendor.key}-registers.md"] = registers(vendor)
         found[f"{vendor.key}-keys.md"] = keys(vendor.key, f"Keys of the {vendor.title} configuration")

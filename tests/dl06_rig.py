@@ -40,12 +40,12 @@ class Rig:
             c.pv_low, c.pv_width = c.pv_min, c.pv_span
         if "out_width" not in given:
             c.out_low, c.out_width = c.out_min, c.out_span
-        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = (5 * i + k for k in range(5))
+        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_step = (6 * i + k for k in range(6))
         c.curved = int(c.root or c.squared or c.deadband > 0.0)
         c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)
         c.rs_table, c.tune_buffer = i * (TABLE + POINTS), i * (TABLE + POINTS) + TABLE
         self.aux += [0.0] * (TABLE + POINTS)
-        self.sig += [plant.value if plant else 0.0, 0.0, 0.0, s.out, 0.0]
+        self.sig += [plant.value if plant else 0.0, 0.0, 0.0, s.out, 0.0, 0.0]
         coefficients(c, s)
         s.busy |= bits.FIRST
         self.cfg.append(c)
@@ -78,7 +78,7 @@ class Rig:
             for i, plant in enumerate(self.plants):
                 if self.tick:
                     plant.step(self.st[i].out, self.base)
-                self.sig[5 * i] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
+                self.sig[6 * i] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
             scan(self.tick, self.cfg, self.st, self.aux, self.sig)
             self.tick += round(self.base * TICKS)
             for i, s in enumerate(self.st):

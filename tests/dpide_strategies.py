@@ -52,6 +52,18 @@ def scales() -> st.SearchStrategy:
     return st.fixed_dictionaries({}, optional={"range": ranges, "unit": TEXTS})
 
 
+def calls() -> st.SearchStrategy:
+    """How a program calls the instruction."""
+    pulses = st.fixed_dictionaries({"cycle": st.integers(1, 32767), "output": flags()})
+    options = {
+        "EN": flags(),
+        "function_block": st.sampled_from(["AS_DPIDE", "HEATER"]),
+        "timer": st.integers(0, 511).map("T{}".format),
+        "GPWM": pulses,
+    }
+    return st.fixed_dictionaries({}, optional=options)
+
+
 @st.composite
 def loops(draw, name: str) -> dict:
     """One loop with every key that the schema knows, given or left out."""
@@ -74,6 +86,7 @@ def loops(draw, name: str) -> dict:
                 **reals,
                 "Tf": times(),
                 "PID_MODE": st.integers(-(2**31), 2**31 - 1),
+                "call": calls(),
                 "pv": scales(),
                 "output": scales(),
                 "description": TEXTS,

@@ -29,7 +29,7 @@ LOOP = {
     "output": {"tag": "OR1"},
 }
 SCALED = {"pv": {"tag": "IR1", "range": [0, 100]}, "output": {"tag": "OR1", "range": [0, 50]}}
-IN, PV, SP, CV, BIAS, ERROR, STATUS, O = range(COLUMNS)  # noqa: E741 - the signal's name
+IN, PV, SP, CV, BIAS, ERROR, STATUS, O, COUNTDOWN = range(COLUMNS)  # noqa: E741 - the signal's name
 
 
 class Rig:
@@ -51,9 +51,8 @@ class Rig:
             for f in fields(item):
                 if f.name in given:
                     setattr(item, f.name, given[f.name])
-        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_error, c.sig_status, c.sig_pulse = (
-            COLUMNS * i + k for k in range(COLUMNS)
-        )
+        for k, slot in enumerate(SIGNALS):
+            setattr(c, slot, COLUMNS * i + k)
         c.tune_buffer = i * POINTS
         self.aux += [0.0] * POINTS
         self.sig += [plant.value if plant else 0.0] + [0.0] * (COLUMNS - 1)

@@ -13,6 +13,7 @@ from pidcfg.cli.formats import formats_of, load
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LISTINGS = {"text": "txt", "csv": "csv", "json": "json", "modbus": "modbus.csv"}
+NAMED = {"text": "txt", "csv": "csv", "json": "json"}
 IMAGES = {
     "dl06/reactor": {**LISTINGS, "ihex": "hex"},
     "dl06/oven": {"text": "txt", "ihex": "hex"},
@@ -35,9 +36,9 @@ IMAGES = {
     "nextopid/splitrange": {"st": "st"},
     "nextopid/autotune": {"st": "st"},
     "nextopid/furnace": {"text": "txt", "st": "st"},
-    "dpide/oven": {"text": "txt", "csv": "csv", "json": "json", "operands": "operands.csv", "symbols": "symbols.csv"},
+    "dpide/oven": {**NAMED, "st": "st", "operands": "operands.csv", "symbols": "symbols.csv"},
     "dpide/chiller": {"text": "txt", "symbols": "symbols.csv"},
-    "dpide/dryer": {"text": "txt", "operands": "operands.csv"},
+    "dpide/dryer": {"text": "txt", "st": "st", "operands": "operands.csv"},
     "dpide/dyeing": {"text": "txt"},
     "generic/boiler": {"text": "txt", "csv": "csv", "json": "json"},
 }

@@ -32,3 +32,18 @@ class FirstOrder:
         target = self.gain * self.line.popleft() + self.offset
         self.value += (target - self.value) * -math.expm1(-dt / self.time_constant)
         return self.value
+
+
+class Moving:
+    """A process whose PV moves by so many counts a sample of its own."""
+
+    def __init__(self, plant, moves):
+        self.plant, self.moves, self.moved = plant, moves, 0.0
+
+    @property
+    def value(self):
+        return self.plant.value + self.moved
+
+    def step(self, output, dt):
+        self.moved += self.moves
+        return self.plant.step(output, dt)

@@ -11,13 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from living_rig import GOOD, TWICE, run
+import living_rig
+from living_rig import GOOD, run
 from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
 from pidcfg.source import read_document
 from pidcfg.validate.baseline import Baseline, Entry, compare, enters, entry, from_text, to_text, without
 from pidcfg.validate.former_baseline import FormerEntry, SecondEntry
 from pidcfg.validate.identity import value_of
 
+TWICE = living_rig.TWICE + "    bias_freeze: true\n"
 KNOWN = "known.json"
 ROW = (
     '{"version": 2, "findings": [{"file": "a.yaml", "code": "DL242", "severity": "error", "loop": "A", '

@@ -9,7 +9,7 @@ import pytest
 from click_rig import Rig, image_of, poked
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click.words import number_of
-from rig_plants import FirstOrder, Fixed
+from rig_plants import FirstOrder, Fixed, Moving
 
 
 def settled(
@@ -407,3 +407,13 @@ def test_the_mode_shows_while_it_runs():
 
     assert rig.st[0].status & bits.MODES == bits.TUNING
     assert rig.plc.tuned(0) == {"done": False, "error": False, "status": "running", "results": {}}
+
+
+@pytest.mark.parametrize(("moves", "told"), [(0.0, False), (0.002, False), (0.05, True), (-0.05, True)])
+def test_an_open_loop_autotune_on_a_moving_pv_is_told(moves, told):
+    """The answer rises by 0.25 a sample."""
+    rig = settled(time_constant=20.0, dead_time=4.0, tuning={"proportional_gain": 0.01, "reset_time": 6000})
+    rig.plants[0] = Moving(rig.plants[0], moves)
+    rig.step(10)
+    tuned(rig)
+    assert any("the PV was moving when the autotune began" in text for text in map(str, rig.log)) is told

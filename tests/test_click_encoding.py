@@ -17,7 +17,7 @@ from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.click.files import FORMATS
 from pidcfg.encoders.maps.click import BLOCKS, C_BLOCK, DF_BLOCK, DS_BLOCK, ERRORS, SPACE, SUFFIXES, TABLES
 from pidcfg.encoders.modbus import Place
-from pidcfg.encoders.words import DecodeError, single_value
+from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.click import ClickFile
 from pidcfg.source import read_document
 from pidcfg.writer import yaml_text
@@ -166,13 +166,8 @@ def test_encode_decode_encode_is_identical(config):
 @SLOW
 @given(registers())
 def test_registers_come_back_but_for_what_is_not_the_engineer_s(image):
-    """Whatever a PLC holds: every setting is in the configuration, or the loop is refused by name."""
+    """Whatever a PLC holds: every setting is in the configuration."""
     beside = [{"loop": "L", "bits": "C1", "integers": "DS1", "floats": "DF1", "output": {"pwm": {"bit": "Y001"}}}]
-    low, high = (single_value(image[SPACE.number("DF", n)]) for n in (23, 24))
-    if low >= high:
-        with pytest.raises(DecodeError, match="L: the PV's lower limit is not below"):
-            decode(image, beside)
-        return
     data = decode(image, beside).data
     text = yaml_text(data)
     document = read_document(text.encode(), "again")

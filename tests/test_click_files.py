@@ -220,6 +220,33 @@ def test_other_nicknames_with_a_suffix_are_no_loops(image):
         NICKNAMES.write(image, ()) + 'DF7,FLOAT,"Pump_P",3,Yes,""\nDF9,FLOAT,"Pump_SP",3,Yes,""\nX001,BIT,"Go",0,No,\n'
     )
     assert [entry["loop"] for entry in NICKNAMES.read(text).settings] == ["TANK1", "VAT_2"]
+    assert NICKNAMES.read(text).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("gone", "place"), [("C110,", " at C110"), ("C", "")], ids=["the nickname of the action", "all C nicknames"]
+)
+def test_a_loop_without_the_nickname_of_its_action_is_told(image, gone, place):
+    lines = NICKNAMES.write(image, ()).splitlines(keepends=True)
+    kept = [line for line in lines if not (line.startswith(gone) and "TANK1_" in line)]
+    assert len(kept) < len(lines)
+    found = NICKNAMES.read("".join(kept))
+    assert [entry["loop"] for entry in found.settings] == ["VAT_2"]
+    (note,) = found.notes
+    assert note.startswith("TANK1: ")
+    assert f"TANK1_SEL_DirectReverse is missing{place}, so it is not read as one" in note
+    assert NICKNAMES.read("".join(lines)).notes == ()
+
+
+def test_what_the_reader_passed_over_stands_beside_an_error(image, tmp_path):
+    lines = NICKNAMES.write(image, ()).splitlines(keepends=True)
+    (tmp_path / "n.csv").write_text("".join(line for line in lines if "_SEL_DirectReverse" not in line), "utf-8")
+    result = run("decode", "n.csv", "--vendor", "click", cwd=tmp_path)
+    assert result.returncode == 2
+    told = result.stderr.decode()
+    assert "give --bits" in told
+    assert "TANK1_SEL_DirectReverse is missing at C110" in told
+    assert "VAT_2_SEL_DirectReverse is missing at C210" in told
 
 
 def test_a_bank_without_known_nicknames_is_asked_for(folder, image):

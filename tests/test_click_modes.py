@@ -14,7 +14,7 @@ from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.sim.controllers.click.report import ALARM_BITS, FLAG_BITS
 from pidcfg.sim.controllers.click.scan import Click
 from pidcfg.sim.controllers.click.state import ALARMS
-from pidcfg.sim.notices import noticed
+from pidcfg.sim.notices import GOAL_ENDS, noticed
 from rig_plants import Fixed
 
 
@@ -99,7 +99,7 @@ def test_a_request_takes_the_place_of_the_goal():
     rig.plc.request(0, "manual")
 
     assert rig.step(5).mode() == "manual"
-    assert (rig.log, rig.plc.tuned(0)) == ([], None)
+    assert (rig.log, rig.plc.tuned(0)) == ([("L1", GOAL_ENDS)], None)
 
 
 def test_a_set_point_set_before_the_goal_is_reached_is_the_one_that_is_written():

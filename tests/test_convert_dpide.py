@@ -13,7 +13,7 @@ from dpide_strategies import configurations
 from pidcfg.conversion.arithmetic import dependent, independent
 from pidcfg.conversion.from_neutral.dpide import from_neutral
 from pidcfg.conversion.pipeline import ConvertError, convert, neutral_loops
-from pidcfg.conversion.to_neutral.dpide import NOTHING_LOST, to_neutral
+from pidcfg.conversion.to_neutral.dpide import AROUND, NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.dpide.options import CONVERT_OPTIONS
@@ -65,6 +65,7 @@ FULL = {
     "ERR_DBW": 0.5,
     "MOUT": 20,
     "BIAS": 5,
+    "call": {"EN": "M1", "function_block": "AS_DPIDE", "timer": "T0", "GPWM": {"cycle": 4000, "output": "Y0.1"}},
     "pv": {"range": [0, 200], "unit": "degC"},
     "output": {"range": [0, 100], "unit": "%"},
 }
@@ -228,10 +229,11 @@ def test_what_is_missing_is_asked_for(loop, path, text):
 def test_every_operand_is_spoken_of():
     config = dpide(FULL)
     spoken = {field.path for field in to_neutral(config)[0].fields} | set(NOTHING_LOST)
-    leaves = {name for name in Loop.model_fields if name not in {"pv", "output"}}
+    leaves = {name for name in Loop.model_fields if name not in {"pv", "output", "call"}} | set(AROUND)
     assert leaves | {"pv.range", "pv.unit", "output.range", "output.unit"} <= spoken
     assert set(FULL) >= set(Loop.model_fields)
-    assert lost(FULL) == set()
+    assert lost(FULL) == set(AROUND)
+    assert lost({key: value for key, value in FULL.items() if key != "call"}) == set()
 
 
 # --- from the neutral loop -------------------------------------------------------------------------------------------
@@ -405,3 +407,43 @@ def test_the_two_forms_are_each_other_s_way_back(kp, ki, kd):
     back = independent(gain, integral, derivative)
     assert acts
     assert near((kp, ki, kd), (gain, *back))
+
+
+# --- the derivative's kick -------------------------------------------------------------------------------------------
+
+KICKING = {"PID_MODE": 2, "PID_DE": False, "Td_Kd": 20, "Tf": 0}
+
+
+def windup_notes(loop: dict[str, Any], target: str = "nextopid") -> list[str]:
+    """What the report says of the integral at a limit."""
+    changes = convert(dpide({**LOOP, **loop}), DPIDE, VENDORS[target], {"sample_time": Decimal(1)}).loops[0].changes
+    return [change.note for change in changes if change.field == "operation.windup"]
+
+
+def test_a_kick_that_goes_into_the_integral_is_named():
+    assert windup_notes(KICKING) == [
+        (
+            "a kick of the derivative that a limit cuts off goes into the source's integral: "
+            "after a step of the set point the PV goes another way"
+        )
+    ]
+
+
+@pytest.mark.parametrize("other", [{"PID_MODE": 0}, {"PID_DE": True}, {"Td_Kd": 0}])
+def test_without_such_a_kick_nothing_is_said_of_it(other):
+    assert windup_notes({**KICKING, **other}) == [""]
+
+
+def test_within_the_vendor_the_call_is_kept():
+    config = dpide(FULL)
+    result = convert(config, DPIDE, DPIDE, {})
+    assert DpideFile.model_validate(result.data).loops[0].call == config.loops[0].call
+    kinds = {change.field: change.kind for change in result.loops[0].changes if change.field in AROUND}
+    assert kinds == dict.fromkeys(AROUND, "exact")
+
+
+@pytest.mark.parametrize("field", AROUND)
+def test_what_stands_around_the_instruction_is_named_elsewhere(field):
+    changes = convert(dpide(FULL), DPIDE, VENDORS["ezlogix"], {}).loops[0].changes
+    (line,) = [change for change in changes if change.field == field]
+    assert (line.kind, line.note) == ("dropped", AROUND[field])

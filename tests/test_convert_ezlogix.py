@@ -289,6 +289,27 @@ def test_the_bias_becomes_the_offset_and_none_is_0_counts():
     assert stored({"output": {"range": [4, 20], "bias": 12}})["output.offset"].kind == "exact"
 
 
+@pytest.mark.parametrize(
+    ("period", "min_on", "held"),
+    [
+        (10, 10, "9.9"),
+        (10, "9.99", "9.9"),
+        (10, "9.9", "9.9"),
+        (600, 600, "599.8"),
+        (600, "599.8", "599.8"),
+        (10, 0, "0"),
+    ],
+)
+def test_a_pulse_of_the_whole_cycle_still_switches_on(period, min_on, held):
+    made = from_neutral(generic({"output": {"pulse": {"period": period, "min_on": Decimal(min_on)}}}), {})
+    config = EzlogixFile.model_validate(made.data)
+    assert config.loops[0].output.pulse.min_on == Decimal(held)
+    found = check_document(read_document(yaml_text(made.data).encode(), "made.yaml")).findings
+    assert "EZ467" not in {f.code for f in found}
+    marks = [change for change in made.fields[0] if change.path == "output.pulse.min_on"]
+    assert [change.clamped for change in marks] == ([Decimal(min_on) != Decimal(held)] if min_on else [])
+
+
 def test_pulses():
     pulse = {"period": 10, "min_on": Decimal("0.5"), "min_off": Decimal("0.7")}
     found = neutral({"output": {"pulse": {"tag": "O3", "cycle_time": 10, "min_on": 0.5, "min_off": 0.7}}}).output.pulse
@@ -335,10 +356,9 @@ def test_alarms_of_a_square_root_loop_are_compared_with_the_square():
     assert "above 1024 counts" in found["alarms.pv.high"]  # a quarter of 4095
 
 
-def test_an_autotune_and_a_stopped_plc_are_told():
+def test_an_autotune_is_told():
     assert set(lost({"autotune": {"type": "PI", "timeout": 900}})) == {"autotune.type", "autotune.timeout"}
     assert set(lost({"autotune": {"type": "PID", "timeout": 600}})) == set()
-    assert set(lost({}, process_when_stopped=True)) == {"plc.process_when_stopped"}
     assert lost({}, process_when_stopped=False) == {}
     assert lost({}) == {}
 
@@ -469,6 +489,13 @@ def test_there_and_back_are_the_same_registers(config):
     for neutral_loop, loop in zip(found, config.loops, strict=True):
         gone = {field.path for field in neutral_loop.fields if not field.to}
         different = {key for (name, key), raw in there.items() if name == loop.name and again[name, key] != raw}
+        low, at, high = (there[loop.name, name] for name in ("setpoint_low", "setpoint", "setpoint_high"))
+        given = loop.setpoint.value is not None and "setpoint.limits" not in gone
+        if (
+            given and low <= high and not low <= at <= high
+        ):  # an error of its own (EZ438): the limit is what the PLC controls to
+            assert again[loop.name, "setpoint"] == max(min(at, high), low)
+            different -= {"setpoint"}
         assert different <= ({"setpoint_low", "setpoint_high"} if "setpoint.limits" in gone else set())
 
 
@@ -514,3 +541,11 @@ def test_gain_and_action_survive_the_way_through_the_plc(raises, counts, span):
     assert made.data["loops"][0]["action"] == ("reverse" if raises else "direct")
     back = to_neutral(EzlogixFile.model_validate(made.data))[0].data
     assert (float(back["tuning"]["gain"]), back["output_raises_pv"]) == (pytest.approx(float(gain)), raises)
+
+
+@pytest.mark.parametrize(("value", "held"), [(10, 20), (90, 80), (50, 50)])
+def test_a_set_point_beyond_its_limits_becomes_the_limit_and_is_told(value, held):
+    made = from_neutral(generic({"setpoint": {"value": value, "limits": [20, 80]}}), {})
+    assert made.data["loops"][0]["setpoint"]["value"] == held
+    (change,) = (change for loop in made.fields for change in loop if change.path == "setpoint.value")
+    assert change.clamped is (held != value)

@@ -138,7 +138,7 @@ def test_a_field_that_no_conversion_knows_is_a_loss():
     assert rows == [
         Change("new_field", "dropped", 3, None, note=UNKNOWN, loss=True),
         Change("pv.tag", "dropped", "IR1", None, note="a place"),
-        Change("name", "exact", "L1", "L1", neutral=("name",)),
+        Change("name", "exact", "L1", "L1", neutral=("name",), target_field="name"),
     ]
     assert list(remaining(given[:1], [Change("new_field.0", "exact", 3, 3)], {}, {})) == []
 
@@ -232,7 +232,7 @@ def test_each_pair_names_how_start_and_transfers_differ(one, two):
     start = lines.get("operation.start")
     assert (start is not None) == (STARTS.get(one) != STARTS.get(two))
     for vendor, text in ((one, start.source), (two, start.target)) if start is not None else ():
-        assert text.endswith(STARTS.get(vendor, "it begins in its mode"))
+        assert text.endswith(STARTS.get(vendor, "it begins in its mode, with an integral of 0"))
     assert ("operation.transfer" in lines) == ((one in ON_TOP) != (two in ON_TOP))
     assert "operation.manual" not in lines
 
@@ -578,9 +578,18 @@ def test_an_ezlogix_goes_on_while_the_plc_is_stopped_as_before_within_the_vendor
     assert not result.losses
     rows = [row for loop in result.loops for row in loop.changes if "process_when_stopped" in row.field]
     assert {row.kind for row in rows} == {"exact"}
-    elsewhere = [row for row in api.convert(text, "dl06").loops[0].changes if "process_when_stopped" in row.field]
-    assert [(row.kind, row.loss) for row in elsewhere] == [("dropped", goes_on)]
-    assert "stands still" in elsewhere[0].note
+    elsewhere = [row for row in api.convert(text, "dl06").loops[0].changes if "stopped" in row.field]
+    told = [("dropped", True, "it stands still")] * goes_on + [("dropped", False, None)]
+    assert [(row.kind, row.loss, row.target) for row in elsewhere] == told
+    assert "see operation.stopped" in elsewhere[-1].note
+
+
+def test_a_loop_that_goes_on_in_both_plcs_while_they_are_stopped_loses_nothing():
+    text = (DL06_OWN % "II").replace("action: direct", "independent_of_cpu_mode: true\n    action: direct")
+    rows = {vendor: lines_of(api.convert(text, vendor)).get("operation.stopped") for vendor in ("ezlogix", "click")}
+    assert (rows["ezlogix"], rows["click"].loss) == (None, True)
+    by_default = lines_of(api.convert(EZLOGIX_OWN, "click"))["operation.stopped"]
+    assert (by_default.kind, by_default.loss) == ("assumed", False)
 
 
 @pytest.mark.parametrize("vendor", ["click", "dpide"])
@@ -590,3 +599,28 @@ def test_addresses_stay_within_a_vendor(vendor):
     assert [(c.address, getattr(c, "device", None)) for c in image.cells] == [
         (c.address, getattr(c, "device", None)) for c in api.encode(text).image.cells
     ]
+
+
+def test_a_line_names_the_key_of_the_result_too():
+    rows = [row for row in api.convert(DL06_OWN % "I", "click").loops[0].changes if row.target_field]
+    fields = {(row.field, row.target_field) for row in rows}
+    assert {
+        ("tuning.gain", "tuning.proportional_gain"),
+        ("pv.range", "pv.input_range"),
+        ("pv.range", "pv.range"),
+    } <= fields
+    text = api.convert(DL06_OWN % "I", "click")
+    (loop,) = text.to_json()["loops"]
+    assert "tuning.proportional_gain" in {row["target_field"] for row in loop["changes"]}
+
+
+def test_a_dpide_keeps_the_mode_that_holds_its_integral_within_the_vendor():
+    text = """
+pidcfg: 1
+vendor: dpide
+loops:
+  - {name: A, device: D0, PID_MODE: 0, SV: 30, Kc_Kp: 2, Ti_Ki: 20, Td_Kd: 0, MV_MAX: 100, MV_MIN: 0, CYCLE: 1000,
+     PID_DIR: true, PID_RUN: true, pv: {range: [0, 100]}}
+"""
+    modes = {mode: api.convert(text.replace("MODE: 0", f"MODE: {mode}"), "dpide") for mode in (0, 2)}
+    assert {mode: result.data["loops"][0]["PID_MODE"] for mode, result in modes.items()} == {0: 0, 2: 2}

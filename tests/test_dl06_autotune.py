@@ -19,7 +19,7 @@ import pytest
 from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.state import MODES, TUNE, TUNE_ERROR, TUNING
-from rig_plants import FirstOrder, Fixed
+from rig_plants import FirstOrder, Fixed, Moving
 
 
 def until_tuned(rig, s, most=20000):
@@ -329,3 +329,12 @@ def test_the_sample_rate_stays_above_the_least_of_its_number_of_loops():
     until_tuned(rig, s)
 
     assert s.period == 100_000
+
+
+@pytest.mark.parametrize(("moves", "told"), [(0.0, False), (0.3, False), (2.0, True)])
+def test_an_open_loop_auto_tune_on_a_moving_pv_is_told(moves, told):
+    """The answer rises by 10 counts a sample (D623)."""
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5, distance=600.0)
+    rig.plants[0] = Moving(rig.plants[0], moves)
+    until_tuned(rig, s)
+    assert any("the PV was moving when the auto-tune began" in text for text in map(str, rig.log)) is told

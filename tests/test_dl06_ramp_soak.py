@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import csv
+import io
+
 import pytest
 
 from dl06_rig import Rig
+from pidcfg.api import simulate
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.state import (
     RS_COMPLETE,
@@ -170,6 +174,19 @@ def test_start_again_begins_anew_and_clears_complete():
     assert (s.sp, s.aux_status) == (60.0, 1 << 8)
 
 
+def test_a_start_within_the_first_ramp_waits_a_sample_like_any_other():
+    rig, s = oven((110, 10, 1, 0))
+    s.sp = 50.0
+    rig.command(RS_START)
+    rig.step(2)
+    assert s.sp == 60.0
+    rig.command(RS_START)
+    rig.step()
+    assert s.sp == 60.0
+    rig.step()
+    assert s.sp == 70.0
+
+
 def test_the_deviation_bit_is_on_only_while_a_soak_sees_too_large_an_error():
     rig, s = oven((110, 10, 3, 5), (130, 10, 9, 5), pv=105.0)
     pv = rig.plants[0]
@@ -284,3 +301,54 @@ def test_the_deviation_alarm_follows_the_ramp():
     rows = [bool(status & bits.YELLOW) for (status,) in rig.trace(8, "status")]
 
     assert rows == [False] * 5 + [True] * 3
+
+
+# --- the step as a signal ---------------------------------------------------------------------------------------------
+
+SCENARIO = """\
+pidcfg: 1
+scenario: s
+config: c.yaml
+duration: 20
+step: 1
+plants:
+  - {name: oven, model: first_order, input: L1.OUT, time_constant: 10}
+  - {name: siren, model: lead_lag, input: L1.STEP, gain: 10, lead: 1, lag: 1}
+connect: {L1.PV: oven}
+events:
+  - {at: 2, loop: L1, ramp_soak: start}
+  - {at: 6, loop: L1, ramp_soak: hold}
+  - {at: 8, loop: L1, ramp_soak: resume}
+expect:
+  - {signal: L1.STEP, max: 2, from: 1}
+  - {signal: L1.STEP, final: 0, tolerance: 0}
+"""
+CONFIG = """\
+pidcfg: 1
+vendor: dl06
+plc: {loop_table: V2000}
+loops:
+  - {name: L1, sample_rate: 1, action: direct, tuning: {gain: 0.5}, setpoint: {value: 100}, RAMP_SOAK}
+  - {name: L2, sample_rate: 1, action: direct, tuning: {gain: 0.5}}
+"""
+PROFILE = "ramp_soak: {table: V3000, steps: [{ramp_to: 250, slope: 50, soak: 0.1}]}"
+
+
+@pytest.mark.parametrize("engine", ["python", "numba"])
+def test_the_step_is_a_signal_of_loops_with_a_profile(engine):
+    out = io.StringIO()
+    files = {"c.yaml": CONFIG.replace("RAMP_SOAK", PROFILE)}
+    result = simulate(SCENARIO, engine=engine, trend=out, files=files)
+    names, *rows = csv.reader(io.StringIO(out.getvalue()))
+    columns = {name: [float(row[i]) for row in rows] for i, name in enumerate(names)}
+
+    assert columns["L1.STEP"] == [0, 0, 1, 1, 1, *[2] * 8, *[0] * 8]
+    assert columns["siren"][6] == 20, "a plant reads it"
+    assert "L2.STEP" not in columns
+    assert result.report.passed
+
+
+def test_a_loop_without_a_profile_has_no_step():
+    files = {"c.yaml": CONFIG.replace("RAMP_SOAK", "mode: manual")}
+    result = simulate(SCENARIO, files=files)
+    assert any("L1.STEP" in finding.message for finding in result.findings)

@@ -456,14 +456,6 @@ def test_the_command_adds_to_a_table_and_leaves_the_users_file(tmp_path):
     assert (tmp_path / "new.csv").read_bytes().startswith(USERS.encode("gbk") + b"VAR,OVEN_RUN,")
 
 
-def test_a_symbol_table_is_not_read_back_and_says_what_is():
-    text = written("symbols")
-
-    assert kind_of(text, FORMATS) is FORMATS["symbols"]
-    with pytest.raises(ListingError, match="operand table"):
-        FORMATS["symbols"].read(text)
-
-
 @pytest.mark.parametrize(
     ("changes", "plc", "told"),
     [

@@ -402,7 +402,7 @@ def test_initial_is_the_mv_that_a_loop_starts_with():
 
 def test_initial_in_automatic_is_where_the_plant_rests():
     plant = "{model: first_order, gain: 0.1, load: 20, time_constant: 120}"
-    report = run("initial: {OVEN: 600}\n", plant=plant, duration=2)
+    report = run("initial: {OVEN: 600}\n", plant=plant, duration=20)
 
     assert report.signals["OVEN.PV"].high == pytest.approx(80.0, abs=0.01)
 

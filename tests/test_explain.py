@@ -408,6 +408,53 @@ def test_contents_that_say_nothing_say_why(thing, problem):
     assert problem is not None or "does not list" in page.title
 
 
+@pytest.mark.parametrize(
+    ("thing", "says"),
+    [("+8=1000", "Min Duty Cycle 24.41 %"), ("+9=4095", "Max Duty Cycle 99.98 %"), ("+8=0", "Min Duty Cycle 0 %")],
+)
+def test_a_cv_limit_shows_the_duty_cycle_of_the_dialog(thing, says):
+    """((CV_LowLimit/4096)*100), as the manual prints it."""
+    (page,) = pages(thing, vendor="ezlogix")
+    assert says in page.value.text
+    assert "Duty" not in pages("+10=1000", vendor="ezlogix")[0].value.text
+
+
+def test_a_number_that_no_list_has_says_its_name_once():
+    for thing in ("CK29", "AT11"):
+        (page,) = pages(thing)
+        first = as_text([page]).partition("\n")[0]
+        assert first.startswith(f"{page.name}: a number that the ")
+        assert first.count(page.name) == 1
+
+
+@pytest.mark.parametrize(
+    ("vendor", "thing", "name"),
+    [
+        ("click", "26", "PID error 26"),
+        ("click", "200", "PID error 200"),
+        ("click", "29", "PID error 29"),
+        ("ezlogix", "5", "autotune status 5"),
+        ("ezlogix", "11", "autotune status 11"),
+        ("ezlogix", "+12=5", "Base+12"),
+    ],
+)
+def test_a_number_alone_is_the_one_that_the_plc_shows(vendor, thing, name):
+    (page,) = pages(thing, vendor=vendor)
+    assert (page.vendor, page.name) == (vendor, name)
+
+
+@pytest.mark.parametrize(("thing", "vendors"), [("26", {"click"}), ("5", {"ezlogix"}), ("10", {"click", "ezlogix"})])
+def test_a_number_alone_is_explained_by_every_vendor_that_lists_it(thing, vendors):
+    assert {page.vendor for page in pages(thing)} == vendors
+
+
+def test_a_number_that_no_vendor_lists_is_nothing_unless_one_vendor_is_asked():
+    with pytest.raises(QuestionError, match="nothing is known of '29'"):
+        pages("29")
+    with pytest.raises(QuestionError, match="nothing is known of '26'"):
+        pages("26", vendor="dl06")
+
+
 def test_a_structure_counts_its_bits_in_the_order_of_its_members():
     found = pages("ErrBits=0x0005")
     assert [active(page) for page in found] == [

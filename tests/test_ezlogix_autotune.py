@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import pytest
 
-from ezlogix_rig import SCALED, STATUS, Rig, change, play, plc
+from ezlogix_rig import COUNTDOWN, SCALED, STATUS, Rig, change, play, plc
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.autotune import compute, fits
 from pidcfg.sim.controllers.ezlogix.report import TUNE_STATUS
 from pidcfg.sim.controllers.ezlogix.state import Config, State
-from rig_plants import FirstOrder, Fixed
+from rig_plants import FirstOrder, Fixed, Moving
 
 
 def until_tuned(rig, s, most=20000):
@@ -31,7 +31,7 @@ def loop(k, time_constant, dead_time, ts, /, *, noise=0.0, direct=0, out=1500.0,
     rig = Rig(base=ts, noise=noise)
     g = -k if direct else k
     plant = FirstOrder(g, time_constant, dead_time, initial=1000.0, offset=1000.0 - g * out)
-    _, s = rig.add(plant, mode, out=out, sp=1000.0, direct=direct, **fields)
+    _, s = rig.add(plant, mode, out=out, direct=direct, **{"sp": 1000.0, **fields})
     rig.step(20)
     rig.tune()
     return rig, s
@@ -118,6 +118,44 @@ def test_a_root_loop_is_tuned_on_the_root_of_its_pv():
     until_tuned(rig, s)
 
     assert s.gain == pytest.approx(1.2 * 20.0 / 4.0, rel=0.15)
+
+
+# --- the process before the start ------------------------------------------------------------------------------------
+
+FAR = "the autotune begins with the PV more than 10 % of its span from the set point (D622)"
+MOVING = "the PV was moving when the autotune began: do not trust its gains (D623)"
+
+
+@pytest.mark.parametrize(
+    ("sp", "far"), [(1000.0, False), (1409.0, False), (1410.0, True), (591.0, False), (590.0, True)]
+)
+def test_a_start_far_from_the_set_point_is_told_and_goes_on(sp, far):
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, sp=sp)
+    until_tuned(rig, s)
+    assert (s.tune_status, rig.log) == (3, [FAR] if far else [])
+
+
+@pytest.mark.parametrize("moves", [0.0, 0.3, -0.3, 2.0, 4.0, -2.0])
+@pytest.mark.parametrize("noise", [0.0, 2.0])
+def test_a_start_on_a_moving_pv_is_told(moves, noise):
+    """The answer rises by 10 counts a sample: 0.3 before it are nothing, 2 shorten the dead time and raise the gain."""
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, noise=noise)
+    rig.plants[0] = Moving(rig.plants[0], moves)
+    until_tuned(rig, s)
+    assert (MOVING in rig.log) is (abs(moves) >= 2.0)
+    if not noise and moves >= 0.0:
+        assert s.tune_status == 3
+        assert (s.gain > 1.2 * 6.2) is (moves >= 2.0)
+
+
+def test_the_countdown_is_a_signal_in_whole_seconds():
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, timeout=100_000_000)
+    seen = []
+    while s.busy & bits.TUNE:
+        rig.step()
+        seen.append(rig.sig[COUNTDOWN])
+    assert seen[:5] == [99.0, 99.0, 98.0, 98.0, 97.0]
+    assert seen[-1] == 100.0, "full again at its end"
 
 
 # --- in any mode -----------------------------------------------------------------------------------------------------
@@ -246,7 +284,7 @@ def test_in_auto_a_refused_step_does_not_disturb_the_loop():
 
 def test_a_pv_that_does_not_move_has_no_dead_time():
     rig = Rig(base=0.5)
-    rig.add(Fixed(1000.0), out=1500.0, timeout=20_000_000)
+    rig.add(Fixed(1000.0), out=1500.0, sp=1000.0, timeout=20_000_000)
     rig.tune()
     rows = rig.trace(42, "tune_status", "tune_left", "out")
 
@@ -326,6 +364,14 @@ def test_a_curve_without_a_slope_gives_no_gains():
     compute(c, s, [0.0] * 512)
 
     assert (s.tune_status, s.gain, s.out, s.busy) == (7, 1.5, 1500.0, 0)
+
+
+def test_a_process_that_answers_within_a_sample_has_no_slope():
+    """Status 7 as a run reaches it: the curve is flat from its first point on."""
+    rig, s = loop(1.0, 0.1, 0.0, 1.0, gain=1.5)
+    until_tuned(rig, s)
+
+    assert (s.tune_status, s.gain, s.out, rig.log) == (7, 1.5, 1500.0, ["autotune: division by zero (status 7)"])
 
 
 def test_a_new_start_clears_the_error():

@@ -7,7 +7,7 @@ import random
 import pytest
 
 from compile_rig import advance, check_types
-from ezlogix_rig import COLUMNS
+from ezlogix_rig import COLUMNS, SIGNALS
 from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
@@ -35,14 +35,14 @@ def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes
 def random_config(rng, i, n):
     low, high = rng.choice([(0.0, 4095.0), (819.0, 4095.0), (0.0, 65535.0)])
     c = Config(period=rng.choice([50_000, 50_000, 100_000, 130_000, 500_000]))
-    c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_error, c.sig_status, c.sig_pulse = (
-        COLUMNS * i + k for k in range(COLUMNS)
-    )
+    for k, slot in enumerate(SIGNALS):
+        setattr(c, slot, COLUMNS * i + k)
     c.pv_min, c.pv_max, c.pv_span, c.pv_low, c.pv_width = low, high, high - low, -20.0, 140.0
     c.out_low, c.out_width = rng.choice([(0.0, 4095.0), (-10.0, 73.0)])
     c.goes_on, c.sees_pv, c.drives = (int(rng.random() < 0.5) for _ in range(3))
     c.feeds = rng.randrange(n) if n > 1 and rng.random() < 0.3 else -1
     c.feeds = -1 if c.feeds == i else c.feeds
+    c.fed_by = rng.choice([-1, -1, (i + 1) % n]) if n > 1 else -1
     c.direct, c.velocity, c.anti_windup, c.tune_pi = (int(rng.random() < 0.5) for _ in range(4))
     c.root = int(rng.random() < 0.25)
     c.scale = c.pv_span**0.5 if c.root else 1.0

@@ -205,10 +205,22 @@ def test_the_cv_is_rounded_half_to_even():
     assert controlled([2045.0, 2043.0, 2041.0], sp=2048.0, gain=0.5) == [2.0, 2.0, 4.0]
 
 
-@pytest.mark.parametrize(("pv", "saturated", "out"), [(1990.0, 0, 200.0), (1000.0, 1, 300.0), (2100.0, 1, 100.0)])
-def test_saturation_is_judged_before_the_cv_limits(pv, saturated, out):
+@pytest.mark.parametrize(
+    ("pv", "limits", "saturated", "out"),
+    [
+        (1990.0, (100.0, 300.0), False, 200.0),
+        (1000.0, (100.0, 300.0), False, 300.0),
+        (2100.0, (100.0, 300.0), False, 100.0),
+        (1000.0, (100.0, 4095.0), True, 4095.0),
+        (1000.0, (0.0, 4094.0), False, 4094.0),
+        (2100.0, (0.0, 300.0), True, 0.0),
+        (2100.0, (1.0, 300.0), False, 1.0),
+    ],
+)
+def test_saturation_is_the_cv_itself_at_0_or_4095(pv, limits, saturated, out):
+    """As the manual says of the bit: "if the Control Variable is either 0 or 4095"."""
     rig = Rig()
-    _, s = rig.add(Fixed(pv), "auto", sp=2000.0, gain=20.0, m_low=100.0, m_high=300.0)
+    _, s = rig.add(Fixed(pv), "auto", sp=2000.0, gain=20.0, m_low=limits[0], m_high=limits[1])
     rig.step()
 
     assert (bool(s.status & bits.SATURATED), s.out) == (bool(saturated), out)

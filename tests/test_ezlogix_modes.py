@@ -7,7 +7,7 @@ from decimal import Decimal
 
 import pytest
 
-from ezlogix_rig import CV, PV, SCALED, SP, O, Rig, change, image, play, plc
+from ezlogix_rig import COLUMNS, CV, ERROR, PV, SCALED, SP, O, Rig, change, image, play, plc
 from pidcfg.schemas.base import Quantity
 from pidcfg.sim.controllers.ezlogix.scan import load
 from rig_plants import Fixed
@@ -161,7 +161,7 @@ def test_a_cv_tag_that_is_a_set_point_register_makes_a_cascade():
     assert machine.st[0].out == 700.0, "the register already holds the inner loop's set point"
     play(machine, 1, [1700.0, 0.0, 0.0])
 
-    assert (machine.st[0].out, machine.st[1].sp, machine.sig[8 + SP]) == (300.0, 300.0, 300.0)
+    assert (machine.st[0].out, machine.st[1].sp, machine.sig[COLUMNS + SP]) == (300.0, 300.0, 300.0)
     assert machine.st[1].out == 300.0
     assert change(machine, "setpoint", 900, loop=1) == "the CV of L1 stands in the same register and overwrites it"
     assert change(machine, "setpoint", 900, loop=0) is None
@@ -175,10 +175,67 @@ def test_an_inner_loop_that_comes_first_takes_the_cv_of_the_sample_before():
     outer = {"output": {"tag": "R101"}, "tuning": {"proportional_gain": 1}, "setpoint": {"value": 2000}, "mode": "auto"}
     machine = plc({"setpoint": {"value": 700}}, outer)
     play(machine, 1, [0.0, 1700.0])
-    assert (machine.sig[SP], machine.st[0].sp) == (700.0, 300.0)
+    assert (machine.sig[ERROR], machine.sig[SP]) == (700.0, 300.0), "calculated with the one, then written"
     play(machine, 1, [0.0, 1700.0], start=1)
 
-    assert machine.sig[SP] == 300.0
+    assert (machine.sig[ERROR], machine.sig[SP]) == (300.0, 300.0)
+
+
+def cascade(**inner):
+    """An outer loop every 0.1 s, whose CV is the set point of an inner one every 0.5 s; its limits are 500 and 900."""
+    outer = {"output": {"tag": "R201"}, "setpoint": {"value": 2000}, "tuning": {"proportional_gain": 1}, "mode": "auto"}
+    limits = {"setpoint": {"value": 700, "limits": [500, 900]}, "sample_rate": 0.5, "mode": "auto"}
+    return plc(outer, {**limits, **inner})
+
+
+def trace(machine, *events):
+    """All signals after each of 24 base steps with a moving outer PV; events: step, loop, key, value."""
+    rows = []
+    for k in range(24):
+        for at, loop, key, value in events:
+            if at == k:
+                change(machine, key, value, loop)
+        play(machine, 1, [1100.0 + 100.0 * (k % 7), 600.0], start=k)
+        rows.append(tuple(machine.sig))
+    return rows
+
+
+@pytest.mark.parametrize("loop", [0, 1])
+@pytest.mark.parametrize("at", [1, 3, 7, 12])
+def test_an_event_that_changes_nothing_leaves_no_trace_in_a_cascade(at, loop):
+    """The words are the same with it and without, so the trend is."""
+    assert trace(cascade(), (at, loop, "output.limits", [0, 4095])) == trace(cascade())
+
+
+def test_set_point_and_outer_cv_are_one_register_in_every_sample():
+    machine = cascade()
+    for k in range(24):
+        play(machine, 1, [1100.0 + 100.0 * (k % 7), 600.0], start=k)
+        cv, sp = machine.sig[CV], machine.sig[COLUMNS + SP]
+        assert sp == min(max(cv, 500.0), 900.0)
+        if k % 5 == 0:
+            assert machine.st[1].sp == sp
+
+
+def test_a_set_point_limit_of_the_inner_loop_changes_the_outer_cv():
+    machine = cascade(sample_rate=0.1)
+    play(machine, 1, [1900.0, 600.0])
+    assert (machine.st[0].out, machine.sig[CV], machine.sig[COLUMNS + SP]) == (500.0, 500.0, 500.0)
+    machine.request(0, "manual")
+    play(machine, 3, [1900.0, 600.0], start=1)
+    assert machine.sig[CV] == 500.0, "Manual holds what the register has"
+
+
+def test_in_manual_whoever_writes_the_register_writes_both():
+    machine = cascade()
+    machine.request(0, "manual")
+    play(machine, 2, [1900.0, 600.0])
+    assert change(machine, "setpoint", 800, loop=1) is None
+    assert (machine.sig[CV], machine.sig[COLUMNS + SP]) == (800.0, 800.0)
+    assert change(machine, "output", 600, loop=0) is None
+    assert (machine.sig[CV], machine.sig[COLUMNS + SP], machine.st[1].sp) == (600.0, 600.0, 600.0)
+    play(machine, 20, [1900.0, 600.0], start=2)
+    assert (machine.sig[CV], machine.sig[COLUMNS + SP]) == (600.0, 600.0)
 
 
 # --- the PLC's switch ------------------------------------------------------------------------------------------------

@@ -128,20 +128,23 @@ def test_the_image_says_which_loops_there_are():
     )
 
     assert machine.loops == ["A", "B"]
-    assert machine.signals[:8] == ["", "A.PV", "A.SP", "A.CV", "A.BIAS", "A.ERROR", "A.STATUS", ""]
-    assert machine.signals[8:] == ["", *(f"B.{name}" for name in ("PV", "SP", "CV", "BIAS", "ERROR", "STATUS", "O"))]
-    assert len(machine.sig) == 16
+    names = ("PV", "SP", "CV", "BIAS", "ERROR", "STATUS", "O", "COUNTDOWN")
+    assert machine.signals[:9] == ["", *("" if name == "O" else f"A.{name}" for name in names)]
+    assert machine.signals[9:] == ["", *(f"B.{name}" for name in names)]
+    assert len(machine.sig) == 18
     c = machine.cfg[1]
-    assert (c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_error, c.sig_status, c.sig_pulse) == (
-        8,
-        9,
-        10,
-        11,
-        12,
-        13,
-        14,
-        15,
+    slots = (
+        c.sig_in,
+        c.sig_pv,
+        c.sig_sp,
+        c.sig_out,
+        c.sig_bias,
+        c.sig_error,
+        c.sig_status,
+        c.sig_pulse,
+        c.sig_countdown,
     )
+    assert slots == tuple(range(9, 18))
     assert machine.cfg[0].tune_buffer + 512 == c.tune_buffer
     assert len(machine.aux) == c.tune_buffer + 512
 

@@ -113,12 +113,23 @@ def test_pulses_move_between_samples():
 def test_a_cycle_that_the_base_step_misses_keeps_its_mean_length():
     """Cycles of 0.25 s in steps of 0.1 s begin every 2 or 3 steps."""
     rig = Rig(base=0.1)
-    rig.add(Fixed(), cycle=250_000, out=1640.0)
+    rig.add(Fixed(), cycle=250_000, out=1600.0)
     seen = [rig.step() or rig.sig[O] for _ in range(40)]
 
     assert 14 <= sum(seen) <= 18
     starts = [k for k in range(1, 40) if seen[k] > seen[k - 1]]
     assert starts[-1] - starts[0] == pytest.approx(2.5 * (len(starts) - 1), abs=0.6)
+
+
+@pytest.mark.parametrize(("out", "on"), [(4095.0, 20), (3072.0, 15), (1024.0, 5)])
+def test_a_cycle_that_begins_within_a_step_loses_nothing_of_its_pulse(out, on):
+    """The last cycles of 18.8 s in steps of 1 s begin at 75.2 s and 94 s: a step belongs to the cycle of its middle."""
+    rig = Rig(base=1.0)
+    rig.add(Fixed(), cycle=18_800_000, out=out)
+    seen = [rig.step() or rig.sig[O] for _ in range(94)]
+
+    assert sum(seen) == pytest.approx(on / 20 * 94, abs=1.5)
+    assert seen[75:77] == [1, 1]
 
 
 @pytest.mark.parametrize("cycle", [100_000, 500_000])

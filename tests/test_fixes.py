@@ -158,6 +158,31 @@ def test_decimal_addresses(wrong):
     assert fix(CLICK.replace("integers: DS101", f"integers: {wrong}")).data.decode() == CLICK
 
 
+BEYOND = {
+    "click": ["bits: C0", "bits: c0", "bits: C 00", "bits: C02001", "integers: ds4501", "floats: DF000"],
+    "ezlogix": ["registers: R0", "registers: r00", "discretes: S0", "discretes: S 65536"],
+    "dl06": ["loop_table: v777777", "loop_table: V0200000"],
+    "dpide": ["device: d30000", "device: D 30000"],
+}
+
+
+@pytest.mark.parametrize(
+    ("vendor", "wrong"), [(vendor, wrong) for vendor, wrongs in BEYOND.items() for wrong in wrongs]
+)
+def test_an_address_that_does_not_exist_is_told_so_and_never_counted_as_correctable(vendor, wrong):
+    starter = (ROOT / "src/pidcfg" / VENDORS[vendor].starter).read_text("utf-8")
+    key = wrong.partition(":")[0]
+    text = re.sub(rf"\b{key}: *[A-Z]+[0-9]+", wrong, starter, count=1)
+    assert text != starter
+    outcome = fix(text)
+    assert outcome.data.decode() == text
+    (told,) = (d for d in outcome.left if d.code == "PID029")
+    assert told.edits == ()
+    assert "does not exist" in told.message or "is beyond" in told.message
+    address = wrong.partition(": ")[2]
+    assert (told.help or "") != f"write {address}"
+
+
 @pytest.mark.parametrize("wrong", ["DS10 1", "DS1 01", "D S101", "DS 10 1"])
 def test_a_blank_inside_an_address_may_stand_for_anything(wrong):
     text = CLICK.replace("integers: DS101", f"integers: {wrong}")
@@ -376,7 +401,7 @@ def test_a_correction_that_uncovers_another_is_followed():
 def test_a_correction_may_show_findings_that_were_hidden_but_bring_no_error_of_the_same_kind():
     outcome = fix(TWICE.replace("reset:", "rseet:"))
     assert outcome.data.decode() == TWICE
-    assert {d.code for d in outcome.left} == {"DL242", "DL254"}
+    assert {d.code for d in outcome.left} == {"DL242", "DL254", "DL521"}
 
 
 def test_many_unknown_keys_cost_no_more_than_a_few_readings(monkeypatch):

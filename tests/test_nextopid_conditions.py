@@ -11,10 +11,10 @@ from pidcfg.encoders.nextopid.decode import decode
 from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.encoders.nextopid.files import FORMATS
 from pidcfg.encoders.nextopid.st_expression import PLAIN, printed
-from pidcfg.encoders.nextopid.st_lex import tokens_of
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.nextopid.st_write import write_st
+from pidcfg.encoders.st.lex import tokens_of
 from pidcfg.schemas.conditions import Typed
 from pidcfg.schemas.expressions import ExpressionError, lengths_of
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME

@@ -219,6 +219,43 @@ def test_results_of_the_auto_tuning_are_accepted_only_when_they_are_sound():
     assert any("no results" in note.text for note in spoilt.notes)
 
 
+def test_the_last_of_several_requests_counts():
+    text = LOOP % (GAINS, ", ManualMV: 20, SP_CASC: 60, sample_time: 0.5")
+    for first, last, mode in (
+        ("mode: manual", "mode: auto", "auto"),
+        ("mode: cascade", "mode: auto", "auto"),
+        ("mode: auto", "mode: cascade", "cascade"),
+        ("autotune: start", "autotune: cancel", "auto"),
+    ):
+        events = f"step: 0.1\nevents: [{{at: 1.1, loop: L, {first}}}, {{at: 1.2, loop: L, {last}}}]\n"
+        report = run(text, TANK + events)
+        assert report.loops["L"].modes[-1].mode == mode
+
+
+def test_a_request_is_there_before_the_moves_of_its_cycle():
+    text = "signals: {By_Hand: false}\n" + LOOP % (GAINS, ", ManualMV: 20")
+    for place in ("start", "end"):
+        moves = f"moves: [{{move: L.Manual, to: By_Hand, at: {place}}}]\n"
+        report = run(
+            text + moves,
+            TANK + "events: [{at: 10, loop: L, mode: manual}]\n" + "expect: [{signal: By_Hand, min: 1, from: 10}]\n",
+        )
+        assert report.expectations[0].passed, place
+
+
+def test_results_that_have_been_cleared_are_not_accepted():
+    tuned = ", AutoTuneParam: {PercAmpMV: 5, PercHystPV: 0.1, PercMaxPeakPV: 10, NumCycles: 1, Mode: PI}, Manual: true"
+    plant = "duration: 60\nplants: {L: {model: first_order, gain: 2, time_constant: 10, dead_time: 1, initial: 40}}\n"
+    events = (
+        "events: [{at: 1, loop: L, autotune: start}, {at: 50, loop: L, autotune: cancel}, "
+        "{at: 55, loop: L, autotune: accept}]"
+    )
+    report = run(LOOP % (GAINS, tuned + ", ManualMV: 20"), plant + events)
+    assert report.loops["L"].autotune["done"]
+    assert any("no results" in note.text for note in report.notes)
+    assert not report.loops["L"].flags["ErrBits.Kp"]
+
+
 # --- order of execution ----------------------------------------------------------------------------------------------
 
 

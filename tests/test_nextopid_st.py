@@ -18,11 +18,12 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.decode import decode
 from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.encoders.nextopid.files import checklist, looks_like_st
-from pidcfg.encoders.nextopid.st_expression import ST, depth, printed, st_real, wire_text
-from pidcfg.encoders.nextopid.st_lex import tokens_of
+from pidcfg.encoders.nextopid.st_expression import ST, depth, printed, wire_text
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.nextopid.st_write import write_st
+from pidcfg.encoders.st.lex import tokens_of
+from pidcfg.encoders.st.text import st_real
 from pidcfg.listings import decode_listing
 from pidcfg.schemas.expressions import MAX_LENGTH, parse
 from pidcfg.schemas.iec import REAL, Wire

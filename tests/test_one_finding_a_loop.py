@@ -71,7 +71,7 @@ SHARED = (
   - name: B
     sample_rate: 2
     action: direct
-    tuning: {gain: 1, reset: 10}
+    tuning: {gain: 1}
     output: {transfer: {slot: 2, channel: 1}}
 """
 )

@@ -7,6 +7,7 @@ import os
 import struct
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import click
@@ -17,7 +18,7 @@ from pidcfg.cli.commands import rule
 from pidcfg.cli.commands.report import shortener
 from pidcfg.cli.files import outputs
 from pidcfg.cli.findings import settings_file
-from pidcfg.cli.main import Exit, cli
+from pidcfg.cli.main import COMMANDS, Exit, cli
 from pidcfg.cli.terminal.console import echo_xml
 from pidcfg.report.csv_files import csv_text
 from pidcfg.report.page import number as on_page
@@ -386,3 +387,36 @@ def test_a_word_stands_beside_its_hexadecimal_with_all_digits(folder):
     assert (
         f'hex">{struct.unpack(">I", struct.pack(">f", 140.1234))[0]:08X}</td><td class="num decimal">140.1234<' in page
     )
+
+
+# --- one meaning for an option ----------------------------------------------------------------------------------------
+
+SPELLINGS = {
+    ("validate", "oven.yaml"): ("--report-output", "--output", "json={}"),
+    ("diff", "oven.yaml", "oven.yaml"): ("--report-output", "--output", "json={}"),
+    ("simulate", "s.yaml"): ("--report-output", "--output", "json={}"),
+    ("simulate", "s.yaml", "--every", "3"): ("--trend", "--csv", "{}"),
+}
+
+
+@pytest.mark.parametrize(("command", "options"), SPELLINGS.items(), ids=" ".join)
+def test_an_older_spelling_writes_the_same(command, options, folder):
+    new, old, value = options
+    for option, name in ((new, "new.out"), (old, "old.out")):
+        assert run(*command, option, value.format(name)).exit_code in {Exit.OK, Exit.FINDINGS}
+    assert (folder / "new.out").read_bytes() == (folder / "old.out").read_bytes() != b""
+
+
+def test_an_older_spelling_writes_the_same_tables(folder):
+    run("report", "oven.yaml", "--tables", "new")
+    run("report", "oven.yaml", "--csv", "old")
+    written = {path.name: path.read_bytes() for path in (folder / "new").iterdir()}
+    assert written == {path.name: path.read_bytes() for path in (folder / "old").iterdir()} != {}
+
+
+def test_output_is_the_result_itself_and_report_output_what_was_found():
+    for name, (module, _) in COMMANDS.items():
+        for param in import_module(module).command.params:
+            if "--output" in param.opts and "--report-output" not in param.opts:
+                assert "-o" in param.opts, name
+            assert "--csv" not in param.opts or len(param.opts) == 2, name

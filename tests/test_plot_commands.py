@@ -129,14 +129,16 @@ def test_signals_before_a_root_are_called_so(pidcfg, tmp_path, name, stands):
     assert "PV, SP (m3/h)" not in texts
 
 
-@pytest.mark.parametrize(("source", "target"), [("dl06", "generic"), ("dl06", "ezlogix"), ("generic", "dl06")])
-def test_both_sides_of_a_root_are_the_flow(folder, pidcfg, source, target):
+@pytest.mark.parametrize(
+    ("source", "target", "apart"), [("dl06", "generic", 0.1), ("dl06", "ezlogix", 3), ("generic", "dl06", 0.1)]
+)
+def test_both_sides_of_a_root_are_the_flow(folder, pidcfg, source, target, apart):  # an EZLogix has no filter of the PV
     names = {"dl06": EXAMPLES / "dl06/flow.yaml", "generic": "neutral.yaml"}
     assert pidcfg("convert", names["dl06"], "--to", "generic", "--allow-loss", "-o", "neutral.yaml", "-q")[0] in {0, 1}
     args = ("--allow-loss", "-o", "made.yaml", "--verify", "--report-output", "json=report.json", "-q")
     pidcfg("convert", names[source], "--to", target, *args)
     (found,) = json.loads(Path("report.json").read_text("utf-8"))["verify"]
-    assert found["pv_percent"] < 4
+    assert found["pv_percent"] < apart
 
 
 def test_the_neutral_form_tells_the_flow_itself(folder, pidcfg):

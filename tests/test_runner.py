@@ -33,14 +33,16 @@ def test_a_proportional_loop_on_a_first_order_plant_follows_its_closed_form():
 
 
 def test_plants_hold_their_initial_value_at_time_zero_and_answer_one_step_later():
-    _, trend = run("plants:\n  A: {model: dead_time, initial: 10}\n" + QUIET[8:], duration=3)
-    assert rows(trend)["A.PV"] == [10, 80, -60, 220]
-    assert rows(trend)["A.OUT"] == [80, -60, 220, -340]
+    _, trend = run("plants:\n  A: {model: dead_time, initial: 10}\n" + QUIET[8:])
+    assert rows(trend)["A.PV"][:4] == [10, 80, -60, 220]
+    assert rows(trend)["A.OUT"][:4] == [80, -60, 220, -340]
 
 
 def test_the_trend_has_every_step_from_zero_to_the_end_with_exact_times():
-    _, trend = run(QUIET, duration=1.2, step=0.3)
-    assert [line.split(",")[0] for line in trend.splitlines()] == ["time", "0", "0.3", "0.6", "0.9", "1.2"]
+    _, trend = run(QUIET, duration=10.2, step=0.3)
+    times = [line.split(",")[0] for line in trend.splitlines()]
+    assert times[:6] == ["time", "0", "0.3", "0.6", "0.9", "1.2"]
+    assert (len(times), times[-1]) == (36, "10.2")
     assert trend.splitlines()[0] == "time,A.PV,A.SP,A.OUT,A.BIAS,B.PV,B.SP,B.OUT,B.BIAS"
     _, thin = run(QUIET, duration=10, every=4)
     assert rows(thin)["time"] == [0, 4, 8]
@@ -155,10 +157,9 @@ def test_a_disturbance_replaces_a_number_of_the_plant_and_its_signal():
     _, trend = run(
         "plants:\n  A: {model: dead_time, gain: 0, load: 5}\n  B: {model: dead_time, input: A.load * 2}\n"
         "events: [{at: 3, loop: A, disturb: {load: 8}}]\n",
-        duration=5,
     )
-    assert rows(trend)["A.PV"] == [5, 5, 5, 8, 8, 8]
-    assert rows(trend)["B.PV"] == [10, 10, 10, 16, 16, 16]
+    assert rows(trend)["A.PV"][:6] == [5, 5, 5, 8, 8, 8]
+    assert rows(trend)["B.PV"][:6] == [10, 10, 10, 16, 16, 16]
 
 
 def test_a_changed_time_constant_makes_the_plant_slower_from_then_on():
@@ -166,7 +167,6 @@ def test_a_changed_time_constant_makes_the_plant_slower_from_then_on():
         "plants:\n  A: {model: first_order, input: 1, time_constant: 1, initial: 0}\n"
         + QUIET[8:]
         + "events: [{at: 2, loop: A, disturb: {time_constant: 10}}]\n",
-        duration=3,
     )
     pv = rows(trend)["A.PV"]
     assert pv[1] == pytest.approx(1 - math.exp(-1), rel=1e-9)
@@ -190,8 +190,8 @@ def test_a_later_fault_outlasts_the_end_of_an_earlier_one():
 
 
 def test_a_connected_pv_can_break_too():
-    _, trend = run(FOLLOW + "events: [{at: 2, loop: A, pv: 7, for: 2}]\n", duration=5)
-    assert rows(trend)["A.PV"] == [0, 0, 7, 7, 0, 0]
+    _, trend = run(FOLLOW + "events: [{at: 2, loop: A, pv: 7, for: 2}]\n")
+    assert rows(trend)["A.PV"][:6] == [0, 0, 7, 7, 0, 0]
 
 
 def test_modes_are_logged_with_time_request_and_reason():
@@ -356,16 +356,14 @@ def test_plants_are_stepped_in_the_order_in_which_they_depend_on_each_other():
     text = (
         "plants:\n  - {name: last, model: dead_time, input: next}\n  - {name: next, model: dead_time, input: x * 2}\n"
     )
-    _, trend = run(
-        "signals: {x: 1}\nconnect: {A.PV: last, B.PV: 50}\n" + text + "events: [{at: 2, set: {x: 5}}]\n", duration=3
-    )
-    assert rows(trend)["A.PV"] == [2, 2, 10, 10]
+    _, trend = run("signals: {x: 1}\nconnect: {A.PV: last, B.PV: 50}\n" + text + "events: [{at: 2, set: {x: 5}}]\n")
+    assert rows(trend)["A.PV"][:4] == [2, 2, 10, 10]
 
 
 def test_plants_in_a_ring_read_the_step_before():
     text = "plants:\n  - {name: p, model: dead_time, input: q + 1}\n  - {name: q, model: dead_time, input: p}\n"
-    _, trend = run(text + "connect: {A.PV: p, B.PV: 50}\n", duration=3)
-    assert [b - a for a, b in pairwise(rows(trend)["A.PV"])] == [1, 1, 1]
+    _, trend = run(text + "connect: {A.PV: p, B.PV: 50}\n")
+    assert [b - a for a, b in pairwise(rows(trend)["A.PV"])] == [1] * 10
 
 
 def test_dead_time_is_rounded_to_base_steps_and_said():

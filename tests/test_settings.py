@@ -12,11 +12,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from living_rig import GOOD, TWICE, run
+import living_rig
+from living_rig import GOOD, run
 from pidcfg.cli.commands.schema import document_schema
 from pidcfg.cli.findings.settings import candidates
 from pidcfg.cli.findings.settings_keys import KEYS, REFUSED
 from pidcfg.globs import matches
+
+TWICE = living_rig.TWICE + "    bias_freeze: true\n"
 
 
 @pytest.fixture

@@ -347,7 +347,7 @@ def test_a_trend_takes_one_scenario(folder):
     (folder / "second.scenario.yaml").write_bytes((folder / "reactor.scenario.yaml").read_bytes())
     result = pidcfg("simulate", ".", "--csv", "trend.csv", cwd=folder)
     assert result.returncode == 2
-    assert "--csv takes one scenario, not 2" in result.stderr.decode()
+    assert "--trend takes one scenario, not 2" in result.stderr.decode()
 
 
 def test_nothing_is_left_when_a_trend_cannot_be_finished(folder):

@@ -15,9 +15,10 @@ from pidcfg.api import encode, simulate
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.formats.simulation_text import verdict_line
 from pidcfg.schemas.scenario_fields import StandingKind
-from pidcfg.sim.meters import Meter, change_status, oscillation, time_in_alarm, time_in_control, want, watch_end
+from pidcfg.sim.meters import Meter, change_status, time_in_alarm, time_in_control, want
 from pidcfg.sim.report import STANDING_KINDS
 from pidcfg.sim.standing.judge import KINDS
+from pidcfg.sim.swings import calm_oscillation, oscillation, watch_swings
 from standing_rig import SCENARIO, SIDES, failures, outcome, verdict
 
 VENDORS = [*SIDES]
@@ -26,6 +27,7 @@ WEAK = ("gain: 1,", "gain: 0.3,")
 """Full power does not reach the set point."""
 LOW_ALARM = ("    output:", "    alarms: {pv: {low_low: 70, low: 80, high: 90, high_high: 95}}\n    output:")
 """The PV starts below it, and a DL06 in alarm refuses Auto."""
+OUTPUTS = {"dl06": "OUT", "click": "CO", "ezlogix": "CV", "nextopid": "MV", "dpide": "MV", "generic": "OUT"}
 ALARMING = [vendor for vendor, side in SIDES.items() if side.alarms is not None]
 
 
@@ -67,12 +69,52 @@ def test_a_pv_from_elsewhere_is_not_driven(vendor, pv):
 def test_a_signal_that_the_scenario_drives_will_do(vendor):
     events = "events:\n  - {at: 20, set: {other: 55}}\n"
     result = outcome(vendor, (PLANT, "signals: {other: 50}\nconnect: {TANK.PV: other}\n"), ("events:\n", events))
-    assert verdict(result, "pv-not-driven").passed
+    assert verdict(result, "pv-not-driven").text == "a signal that the scenario sets moves its PV"
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_a_plant_without_gain_moves_nothing(vendor):
     assert "pv-not-driven" in failures(outcome(vendor, ("gain: 1,", "gain: 0,")))
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize("text", ["{} * 0", "{0} - {0} + 40", "min(max({}, 40), 40)"])
+def test_what_does_not_follow_the_output_does_not_drive_the_pv(vendor, text):
+    signal = f"TANK.{OUTPUTS[vendor]}"
+    edit = ("{model:", f"{{input: '{text.format(signal)}', model:")
+    assert "pv-not-driven" in failures(outcome(vendor, edit))
+    for harmless in ("{} * 1 + 0", "min({}, 100)", "100 - (100 - {}) * 1"):
+        edit = ("{model:", f"{{input: '{harmless.format(signal)}', model:")
+        assert failures(outcome(vendor, edit)) == set(), harmless
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_gain_that_an_event_takes_away_leaves_nothing_controlled(vendor):
+    lost = "  - {at: 100, loop: TANK, disturb: {gain: 0}}\n"
+    result = outcome(vendor, more=lost)
+    assert "pv-not-driven" in failures(result)
+    assert "for 100 s while a plant without gain" in verdict(result, "pv-not-driven").text
+    back = f"{lost}  - {{at: 103, loop: TANK, disturb: {{gain: 1}}}}\n"
+    assert "pv-not-driven" not in failures(outcome(vendor, more=back))
+    assert "pv-not-driven" not in failures(outcome(vendor, more=f"{lost}expect:\n  - {{loop: TANK, mode: auto}}\n"))
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_gain_that_moves_nothing_to_be_seen_drives_nothing(vendor):
+    result = outcome(vendor, ("gain: 1, load: 20", "gain: 0.0009, load: 60"))
+    assert "moves its PV by no more than 0.0" in verdict(result, "pv-not-driven").text
+    assert verdict(outcome(vendor, ("gain: 1, load: 20", "gain: 0.0011, load: 60")), "pv-not-driven").passed
+    tank = ("{model: first_order, gain: 1, load: 20, time_constant: 20,", "{model: integrator, gain: 0.01, load: -0.2,")
+    assert verdict(outcome(vendor, tank), "pv-not-driven").passed, "it has 200 s for it"
+
+
+def test_a_wire_that_multiplies_by_0_drives_nothing():
+    def run(text):
+        blocks = f"blocks:\n  - {{name: SEL, type: ControlSelectMin, MV1: '{text}', MV2: 100.0}}\nloops:"
+        return outcome("nextopid", ("{model:", "{input: SEL.MV, model:"), config=[("loops:", blocks)])
+
+    assert "pv-not-driven" in failures(run("TANK.MV * 0.0"))
+    assert "pv-not-driven" not in failures(run("TANK.MV * 1.0"))
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
@@ -98,6 +140,25 @@ def test_an_integral_that_hardly_acts_leaves_an_error(vendor):
     assert verdict(result, "error-stands").text.startswith("ends inside its output limits with an error of ")
     off = [(SIDES[vendor].gain[0], SIDES[vendor].soft), (SIDES[vendor].slow[0], SIDES[vendor].off)]
     assert failures(outcome(vendor, config=off)) == {"error-stands"}, "an offset of more than 2 % has to be allowed"
+
+
+def with_gain(vendor, gain):
+    """The edits of a configuration that give a loop this gain and no integral."""
+    side = SIDES[vendor]
+    return [(side.gain[0], re.sub(r"\d+(\.0*)?", rf"{gain}\1", side.gain[0])), (side.slow[0], side.off)]
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_without_an_integral_an_offset_of_a_twentieth_is_too_much(vendor):
+    assert failures(outcome(vendor, config=with_gain(vendor, 4))) == {"error-stands"}
+    assert failures(outcome(vendor, config=with_gain(vendor, 12))) == set()
+
+
+def test_a_level_may_stand_elsewhere_without_an_integral():
+    tank = ("{model: first_order, gain: 1, load: 20, time_constant: 20,", "{model: integrator, gain: 0.02, load: -0.5,")
+    found = outcome("generic", tank, ("duration: 200", "duration: 900"), config=with_gain("generic", 2))
+    assert failures(found) == set()
+    assert 10 < abs(found.report.loops["TANK"].metrics["final_error"]) < 20
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
@@ -140,10 +201,81 @@ def test_a_gain_far_too_high_oscillates(vendor):
 
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_events_that_repeat_leave_an_oscillation_open(vendor):
-    more = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {60 + at % 4}}}}}\n" for at in (150, 161, 173))
+    steps = ((at, 66 + at % 2) for at in range(124, 200, 11))
+    more = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {value}}}}}\n" for at, value in steps)
     found = verdict(outcome(vendor, config=[SIDES[vendor].gain], more=more), "oscillates")
     assert (found.passed, found.judged) == (True, False)
-    assert found.text.endswith("3 events move it in the last third")
+    assert found.text.endswith("6 events move it in the last third")
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_an_oscillation_of_three_periods_between_two_events_is_the_loops_own(vendor):
+    times = (120, 130, 140, 171, 181)
+    more = "".join(f"  - {{at: {at}, loop: TANK, set: {{setpoint: {60 + at % 4}}}}}\n" for at in times)
+    found = verdict(outcome(vendor, config=[SIDES[vendor].gain], more=more), "oscillates")
+    assert not found.passed
+    assert 140 < found.at < 150
+
+
+TUNING = {vendor: side.gain[0].partition(":")[0] for vendor, side in SIDES.items()} | {
+    "dl06": "tuning.gain",
+    "click": "tuning.proportional_gain",
+    "ezlogix": "tuning.proportional_gain",
+    "generic": "tuning.gain",
+}
+"""The key of the gain, as an event writes it."""
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize(
+    "what",
+    ["set: {setpoint: 65}", "set: {%s: %s}", "disturb: {gain: 1}", "disturb: {load: 20}"],
+    ids=["set point", "gain of the loop", "gain of the plant", "load"],
+)
+def test_events_that_change_nothing_excuse_nothing(vendor, what):
+    high = SIDES[vendor].gain[1].partition(": ")[2].strip(",")
+    action = what % (TUNING[vendor], high) if "%s" in what else what
+    more = "".join(f"  - {{at: {at}, loop: TANK, {action}}}\n" for at in range(130, 200, 5))
+    assert "oscillates" in failures(outcome(vendor, config=[SIDES[vendor].gain], more=more))
+    idle = [one for one in (more, more.replace("130", "5")) if "setpoint" not in one]
+    for events in idle:
+        assert "saturated" in failures(outcome(vendor, WEAK, more=events.replace("gain: 1}", "gain: 0.3}")))
+
+
+def test_signals_that_keep_their_value_excuse_nothing():
+    more = "".join(f"  - {{at: {at}, set: {{Target: 65}}}}\n" for at in range(81, 200, 5))
+    config = [("signals: {Hold: false}", "signals: {Hold: false, Target: 60.0}"), ("SP: 60.0", "SP: Target")]
+    step = ("loop: TANK, set: {setpoint: 65}", "set: {Target: 65}")
+    assert "oscillates" in failures(outcome("nextopid", step, config=[*config, SIDES["nextopid"].gain], more=more))
+
+
+def test_what_the_plc_writes_itself_is_not_taken_for_the_same_value():
+    to_and_fro = "".join(
+        f"  - {{at: {at}, loop: TANK, mode: manual}}\n  - {{at: {at + 2}, loop: TANK, set: {{output: 40}}}}\n"
+        f"  - {{at: {at + 4}, loop: TANK, mode: auto}}\n  - {{at: {at + 5}, loop: TANK, set: {{setpoint: 65}}}}\n"
+        for at in range(130, 200, 10)
+    )
+    found = verdict(outcome("dl06", config=[SIDES["dl06"].gain], more=to_and_fro), "oscillates")
+    assert found.passed, found.text
+
+
+UNSTABLE = {vendor: (side.gain[0], re.sub(r"\d+(\.0*)?", r"16\1", side.gain[0])) for vendor, side in SIDES.items()}
+"""The gain, and one with which the swings grow."""
+SHORT = (
+    ("duration: 200", "duration: 55"),
+    ("at: 80", "at: 3"),
+    ("setpoint: 65", "setpoint: 60.5"),
+    ("dead_time: 1,", "dead_time: 2,"),
+    ("initial: 40", "initial: 59.5"),
+)
+"""About six periods of a loop that is not stable."""
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_growing_oscillation_is_found_though_the_run_is_short(vendor):
+    found = verdict(outcome(vendor, *SHORT, config=[UNSTABLE[vendor]]), "oscillates")
+    assert not found.passed
+    assert outcome(vendor, *SHORT, config=[]).passed
 
 
 @pytest.mark.parametrize("vendor", ALARMING)
@@ -223,6 +355,75 @@ def test_an_opposite_loop_has_the_pv_only_if_it_is_the_same_one():
     assert verdict(outcome("dl06", (PLANT, water), config=config), "saturated", "COOL").text.startswith("TANK has the")
     tenth = water.replace("COOL.PV: water", "COOL.PV: water / 10")
     assert "saturated" in failures(outcome("dl06", (PLANT, tenth), config=config))
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+@pytest.mark.parametrize("text", ["min({}, 30)", "max(0, min({}, hand))"])
+def test_a_limit_outside_the_plc_is_no_selector(vendor, text):
+    limited = ("{model:", f"{{input: '{text.format(f'TANK.{OUTPUTS[vendor]}')}', model:")
+    signals = ("plants:", "signals: {hand: 30}\nplants:")
+    assert "saturated" in failures(outcome(vendor, limited, signals))
+
+
+SELECTED = """\
+blocks:
+  - {name: SEL, type: ControlSelectMin, MV1: TANK.MV, MV2: OTHER}
+  - {name: LAST, type: ControlSelectMin, MV1: SEL.MV, MV2: 100.0}
+loops:"""
+
+
+@pytest.mark.parametrize("wires", ["", "    OVERR: SEL.OVERR1\n    TRK_VAL: SEL.MV\n"])
+def test_a_selector_of_an_output_and_a_constant_is_a_limit(wires):
+    config = [("loops:", SELECTED.replace("OTHER", "30.0")), ("    TRK_IN", f"{wires}    TRK_IN")]
+    found = failures(outcome("nextopid", ("{model:", "{input: LAST.MV, model:"), config=config))
+    assert found == {"error-stands" if wires else "saturated"}
+
+
+@pytest.mark.parametrize("after", [False, True])
+def test_a_selector_that_takes_another_loop_leaves_out_the_first(after):
+    blocks = SELECTED.replace("OTHER", "LEAN.MV")
+    if after:
+        blocks = SELECTED.replace("OTHER", "100.0").replace("MV2: 100.0}\nloops", "MV2: LEAN.MV}\nloops")
+    text = SIDES["nextopid"].config
+    lean = text[text.index("  - name") :].replace("TANK", "LEAN").replace("60.0", "30.0")
+    config = [("loops:", blocks), ("    TRK_IN: Hold\n", f"    TRK_IN: Hold\n{lean}")]
+    plants = (
+        "  TANK:",
+        "  LEAN: {model: first_order, input: LAST.MV, gain: 1, time_constant: 10, initial: 20}\n  TANK:",
+    )
+    result = outcome(
+        "nextopid",
+        plants,
+        ("{model: first_order, gain: 1, load", "{model: first_order, input: LAST.MV, gain: 1, load"),
+        config=config,
+    )
+    assert failures(result) == set()
+    assert verdict(result, "saturated").text == "a selector leaves its output out"
+
+
+def heat_and_cool(heat, cool, *edits):
+    """A tank that is heated to one set point and cooled to another, with its report."""
+    loop = CASCADE.replace("FLOW", "COOL").replace("mode: cascade", "mode: auto").replace("direct", "reverse")
+    loop = loop.replace("    cascade_from: TANK\n", "").replace("value: 30", f"value: {cool}")
+    set_point = ("setpoint: {value: 60}", f"setpoint: {{value: {heat}}}")
+    config = [set_point, ("    output: {range: [0, 100]}\n", f"    output: {{range: [0, 100]}}\n{loop}")]
+    water = (
+        "plants:\n  - {name: water, model: first_order, input: TANK.OUT - COOL.OUT, gain: 1, load: 20, "
+        "time_constant: 20, dead_time: 1, initial: 40}\nconnect: {TANK.PV: water, COOL.PV: water}\n"
+    )
+    return outcome("dl06", (PLANT, water), ("setpoint: 65", f"setpoint: {heat}"), *edits, config=config)
+
+
+def test_full_heat_against_a_cooler_is_saturated():
+    assert failures(heat_and_cool(70, 60)) == {"saturated"}
+    assert failures(heat_and_cool(60, 70)) == set()
+    assert failures(heat_and_cool(60, 65, ("load: 20", "load: 80"))) == set(), "the cooler has the PV, no heat"
+
+
+def test_loops_that_work_against_each_other_are_named():
+    result = heat_and_cool(65, 64)
+    assert verdict(result, "saturated", "COOL").text == "TANK works against it: both move one PV, with opposite effects"
+    assert not verdict(result, "saturated").judged
 
 
 def test_a_slave_may_lag_behind_a_set_point_that_moves():
@@ -605,7 +806,12 @@ def test_bad_input_is_an_error_at_its_line(text, code, message):
 
 @pytest.mark.parametrize(
     ("duration", "message"),
-    [("0", "must be above 0 s"), ("300 ms", "shorter than a sample of the slowest loop, 0.5 s")],
+    [
+        ("0", "must be above 0 s"),
+        ("300 ms", "shorter than a sample of the slowest loop, 0.5 s"),
+        ("500 ms", "0.500 s are shorter than 10 samples of any loop, 5 s"),
+        ("4.9", "4.9 s are shorter than 10 samples of any loop, 5 s"),
+    ],
 )
 def test_a_run_that_cannot_be_judged_is_an_error_at_its_line(duration, message):
     result = outcome("dl06", ("duration: 200", f"duration: {duration}"))
@@ -613,6 +819,12 @@ def test_a_run_that_cannot_be_judged_is_an_error_at_its_line(duration, message):
     found = next(d for d in result.findings if d.severity.label == "error")
     assert (found.span.line, found.code) == (4, "PID053")
     assert message in found.message
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_run_of_one_sample_is_no_proof(vendor):
+    assert outcome(vendor, ("duration: 200", "duration: 0.5")).report is None
+    assert outcome(vendor, ("duration: 200", "duration: 5")).report is not None
 
 
 def test_loops_that_are_left_out_are_named():
@@ -730,10 +942,10 @@ def test_what_is_allowed_or_not_judged_is_skipped_in_junit():
 
 def swung(pvs, least=1.0):
     """The meter of a PV in Auto, looked at from its first value on."""
-    m = Meter(0, 1, 2, control_bits=2, late=0, window=0, watched=0, least=least)
+    m = Meter(0, 1, 2, control_bits=2, late=0, least=least)
     change_status(0, m, 2, 0)
     for k, pv in enumerate(pvs):
-        watch_end(k, m, pv, 0.0)
+        watch_swings(k, m, pv)
     return m, len(pvs) - 1
 
 
@@ -763,6 +975,21 @@ def test_an_oscillation_must_be_sustained_large_and_last_to_the_end():
     assert oscillation(*swung([10 * y for y in wave], least=21.0)) is None, "it is smaller than what counts"
     assert oscillation(*swung([10 * y for y in wave[:250]] + [0.0] * 150)) is None, "it has ended"
     assert oscillation(*swung([10 * y * 1.002**k for k, y in enumerate(wave)])), "it grows"
+
+
+def growing(factor, halves, period=20):
+    """Swings that grow by ``factor`` each; the last one is over."""
+    return [factor ** (2 * k / period) * math.sin(2 * math.pi * k / period) for k in range(int(period * halves / 2))]
+
+
+def test_an_oscillation_that_grows_needs_no_three_periods():
+    waves = [10 * y for y in growing(1.3, 7.2)]
+    assert oscillation(*swung(waves)) is None, "three periods after the first turning point are not over"
+    assert calm_oscillation(*swung(waves))
+    assert calm_oscillation(*swung([10 * y for y in growing(1.04, 7.2)])) is None, "it hardly grows"
+    assert calm_oscillation(*swung([10 * y for y in growing(1.3, 4)])) is None, "it may only begin so"
+    assert calm_oscillation(*swung([*waves, *(10 * y for y in reversed(growing(1.3, 7.2)))])) is None, "it dies away"
+    assert calm_oscillation(*swung(waves + [0.0] * 60)) is None, "it has ended"
 
 
 statuses = st.lists(st.tuples(st.integers(1, 9), st.sampled_from([1, 2, 2 | 8, 1 | 8])), min_size=1, max_size=30)

@@ -80,21 +80,45 @@ def test_set_points_of_a_root_are_those_that_both_sides_hold(target):
     assert not bad.passed
 
 
-def test_stages_whose_mode_the_source_does_not_go_to_are_not_tried():
+TRACKED = WIRED.replace("Manual: M1", "TRK_VAL: 30, TRK_IN: M1").replace("M1: false", "M1: true")
+"""The program holds its output, whatever the operator asks for."""
+
+
+def test_switches_that_are_wired_are_worked_by_the_battery():
     (loop,) = convert(WIRED, "dpide", verify=True).verified
-    assert (loop.passed, loop.stages) == (True, ("start",))
-    assert {row.mode for row in loop.untried} == {"manual"}
-    (free,) = convert(WIRED.replace("Manual: M1", "Manual: false"), "dpide", verify=True).verified
-    assert (free.untried, len(free.stages) > 10) == ((), True)
+    assert (loop.passed, loop.untried, len(loop.stages) > 10) == (True, (), True)
+    (bad,) = diff(WIRED.replace("Direct: false", "Direct: true"), convert(WIRED, "dpide").text, verify=True).verified
+    assert not bad.passed
+
+
+def test_a_target_whose_switches_are_wired_is_operated_too():
+    free = WIRED.replace("Manual: M1", "Manual: false")
+    (loop,) = diff(convert(free, "generic").text, WIRED, verify=True).verified
+    (same,) = diff(convert(free, "generic").text, free, verify=True).verified
+    assert [row.difference.stage for row in loop.failures] == [row.difference.stage for row in same.failures]
+
+
+def test_a_copy_that_the_target_does_not_have_is_never_made_by_the_twin():
+    copied = WIRED.replace("M1: false", "M1: false, M2: false")
+    copied += "moves:\n  - {move: L1.PV, to: L1.SP, when: L1.Manual AND NOT M2}\n"
+    (loop,) = convert(copied, "dpide", verify=True).verified
+    assert loop.passed
+    assert "moves.0" in {row.line.field for row in loop.named if row.line is not None}
+
+
+def test_stages_whose_mode_the_source_does_not_go_to_are_not_tried():
+    (loop,) = diff(TRACKED, TRACKED, verify=True).verified
+    assert (loop.passed, loop.stages) == (True, ("start", "manual"))
+    assert {row.mode for row in loop.untried} == {"auto"}
 
 
 def test_two_sides_that_cannot_be_operated_are_not_called_alike_in_every_stage(tmp_path):
     path = tmp_path / "n.yaml"
-    path.write_text(WIRED, encoding="utf-8")
+    path.write_text(TRACKED, encoding="utf-8")
     shown = run("diff", str(path), str(path), "--verify").output
-    assert "alike in one stage" in shown
-    assert "not tried: manual, auto, step 5 %" in shown
-    assert "does not go to manual" in shown
+    assert "alike in 2 stages" in shown
+    assert "not tried: auto, step 5 %" in shown
+    assert "does not go to auto" in shown
 
 
 def test_a_correct_conversion_passes(kiln):
@@ -277,3 +301,21 @@ def test_what_cannot_be_run_is_not_alike():
     assert result.verified == ()
     assert not result.alike
     assert any(note.startswith("not compared: ") for note in result.notes)
+
+
+SLOW = """
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: L3, output_raises_pv: true, sample_time: 1, tuning: {gain: 1, integral_time: 200, derivative_time: 40},
+     pv: {range: [0, 100]}, setpoint: {value: 30}, output: {range: [0, 100]}}
+"""
+
+
+@pytest.mark.parametrize(("key", "value"), [("integral_time: 200", "integral_time: 240"), ("gain: 1,", "gain: 1.04,")])
+def test_a_strong_derivative_hides_no_other_number(key, value):
+    result = convert(SLOW, "ezlogix")
+    (good,) = diff(SLOW, result.text, verify=True).verified
+    (bad,) = diff(SLOW.replace(key, value), result.text, verify=True).verified
+    shown = [{row.difference.stage for row in one.failures} for one in (good, bad)]
+    assert "slow answer" in shown[1] - shown[0]

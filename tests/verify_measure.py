@@ -42,6 +42,7 @@ LEFT_OUT = {
     "counts": "the input module's",
     "autotune": "no part of control",
     **dict.fromkeys(("pulse", "pwm"), "the plant takes the output before it is pulsed"),
+    "call": "how the program calls the instruction",
     "cascade_from": "a link, spoiled in the tests of cascades",
     **dict.fromkeys(("SP_CASC", "TRK_VAL", "TRK_IN", "Windup_H_IN", "Windup_L_IN"), "a link, likewise"),
     "independent_of_cpu_mode": "acts while the CPU stands still",
@@ -324,9 +325,11 @@ def is_idle(conversion: Conversion, j: int, path, result) -> bool:
     if name == "range" and not conversion.is_in_memory(result):
         return True
     if name in {"ManualMV", "MOUT"} or path == ("state", "output"):
-        return before.mode != "manual"
-    if name in {"BIAS", "bias"}:
+        return before.mode != "manual" or by_hand(before) == by_hand(after)
+    if name in {"BIAS", "bias", "offset"}:
         return bool(before.tuning.integral_time) or operations[0].without_integral is WithoutIntegral.TAKEN_OVER
+    if "limit" in name and path[0] == "setpoint" and set_points(before) == set_points(after):
+        return True
     low, high = before.pv.range
     wider = after.pv.range[0] <= low and high <= after.pv.range[1]
     derives = before.tuning.derivative_time or after.tuning.derivative_time
@@ -335,6 +338,19 @@ def is_idle(conversion: Conversion, j: int, path, result) -> bool:
         or (name in {"DerivEr", "PID_DE", "algorithm"} and not derives)
         or (name in {"MinPV", "MaxPV"} and wider)
     )
+
+
+def by_hand(loop):
+    """The output that a loop has in manual, within its limits."""
+    low, high = loop.output.limits or loop.output.range
+    return min(max(loop.output.manual or Decimal(0), low), high)
+
+
+def set_points(loop):
+    """Which set points a loop takes, within the range of its PV."""
+    low, high = loop.pv.range
+    first, last = loop.setpoint.limits or loop.pv.range
+    return max(first, low), min(last, high)
 
 
 def reason(conversion: Conversion, i: int, j: int, path, result) -> str:

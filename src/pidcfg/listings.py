@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -9,14 +10,16 @@ from pidcfg.encoders.blocks import NoValueError
 from pidcfg.encoders.files import kind_of
 from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError, few
+from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
 from pidcfg.unreadable import binary_file
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
+    from collections.abc import Collection, Iterable, Iterator, Mapping
 
+    from pidcfg.encoders.files import FileKind
     from pidcfg.encoders.image import Image
     from pidcfg.limits import Limits
     from pidcfg.vendors import Vendor
@@ -30,8 +33,8 @@ HEAD = 1000
 def read_listing(data: bytes, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
     """The words of a listing; raises `ListingError` with the place of what cannot be read."""
     refuse_large(data, limits)
-    text = listing_text(data)
     kinds = vendor.load("formats")
+    text = _text_of(data, [kinds[kind]] if kind else [*kinds.values()])
     chosen = kinds[kind] if kind else kind_of(text, kinds)
     if chosen is None:
         if other := binary_file(data):
@@ -44,6 +47,20 @@ def read_listing(data: bytes, vendor: Vendor, limits: Limits, kind: str | None =
     if listing.vendor not in {None, vendor.key}:
         raise ListingError(f"the listing is of vendor {listing.vendor!r}, not {vendor.key}")
     return listing
+
+
+def _text_of(data: bytes, kinds: Iterable[FileKind]) -> str:
+    """The text of a listing; one that is not UTF-8 is in the encoding of the format that it looks like."""
+    try:
+        return listing_text(data)
+    except ListingError:
+        for kind in kinds:
+            if kind.encoding != "utf-8":
+                with suppress(ListingError):
+                    text = _decoded(data, kind.encoding)
+                    if kind.looks_like(text):
+                        return text
+        raise
 
 
 def refuse_large(data: bytes, limits: Limits) -> None:
@@ -73,13 +90,9 @@ def _decoded(data: bytes, encoding: str) -> str:
 
 def together(listings: list[Listing]) -> Listing:
     """Several files of one image as one; an address in two of them is refused."""
-    first, *others = listings
+    first, *others = sorted(listings, key=lambda listing: not listing.leads)
     for other in others:
-        for address, raw in other.words.items():
-            first.add(address, raw, other.shown[address], other.lines[address])
-        first.mixed |= other.mixed
-        first.notes = (*first.notes, *other.notes)
-        first.settings, first.plc = (*first.settings, *other.settings), {**first.plc, **other.plc}
+        first.join(other)
     return first
 
 
@@ -131,7 +144,8 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
         decoded, wrong = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
     except DecodeError as error:
-        raise ListingError(str(error), listing.lines.get(error.place or -1, 1)) from None
+        text = "; ".join((str(error), *listing.notes))
+        raise ListingError(text, listing.lines.get(error.place or -1, 1)) from None
     again = vendor.encoder(config).image
     zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
     return Decoded(
@@ -164,7 +178,8 @@ def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any
 
 def _differences(listing: Listing, again: Image, status: Collection[int]) -> Iterator[str]:
     """Words that do not come back: encoded otherwise, or not at all."""
-    differ = [c.address for c in again.cells if listing.words.get(c.number, c.raw) != c.raw]
+    said = {number: raw for number, raw in listing.words.items() if not isinstance(raw, Elsewhere)}
+    differ = [c.address for c in again.cells if said.get(c.number, c.raw) != c.raw]
     if differ:
         yield f"encoded again, these words differ from the listing: {few(differ)}"
     name_of = {c.number: c.address for c in again.cells}

@@ -7,7 +7,7 @@ dropped, and nobody can forget one without a test noticing.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
@@ -114,6 +114,8 @@ class Change:
     """The neutral fields that it is about."""
     terms: Terms | None = None
     """The same in neutral terms, for a number that is not exact."""
+    target_field: str = ""
+    """Its key in the target; empty where it has none there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,7 +164,8 @@ def changes(
                 kind = _worst("assumed", held.kind, _kind(put))
                 note = _joined(put.note, held.note)
                 neutral = (name,) if put.of else ()
-                yield Change(put.path, kind, None, held.value, held.error_percent, note, kind in LOSSES, neutral)
+                row = Change(put.path, kind, None, held.value, held.error_percent, note, kind in LOSSES, neutral)
+                yield replace(row, target_field=put.path)
 
 
 def _of_field(
@@ -185,7 +188,8 @@ def _of_field(
         note = _joined(entry.note, put.note, held.note)
         kind = _worst(assumed, held.kind, _kind(put))
         neutral = tuple(max(name, put.of or "", key=len) for name in entry.to if overlap(name, put.of or ""))
-        yield Change(entry.path, kind, entry.value, held.value, held.error_percent, note, kind in LOSSES, neutral)
+        row = Change(entry.path, kind, entry.value, held.value, held.error_percent, note, kind in LOSSES, neutral)
+        yield replace(row, target_field=put.path)
 
 
 def _kind(put: TargetField) -> Kind:

@@ -31,7 +31,9 @@ def own_places(config: Any, vendor: Vendor, kept: Sequence[int], options: Mappin
     for j, i in enumerate(kept):
         found = [(path, value_at(held, place(i, path))) for path in paths if not (path.startswith("/") and j)]
         found = [(path, _default(config, path) if value is None else value) for path, value in found]
-        lines[j] = [Change(path, "exact", value, value) for path, value in found if value is not None]
+        lines[j] = [
+            Change(path, "exact", value, value, target_field=path) for path, value in found if value is not None
+        ]
     return lines
 
 

@@ -32,7 +32,7 @@ def remaining(
         if any(overlap(key, row.field) for row in rows):
             continue
         if key in COMMON and target.get(key) == value:
-            yield Change(key, "exact", text, text, neutral=(key,))
+            yield Change(key, "exact", text, text, neutral=(key,), target_field=key)
         else:
             reason = next((text for path, text in reasons.items() if f"{key}.".startswith(f"{path}.")), None)
             yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)

@@ -57,6 +57,8 @@ class Listing:
     """Whether it says what no register holds as pidcfg writes it, so that what it does not say is not there."""
     notes: tuple[str, ...] = ()
     """What the reader passed over or takes otherwise than it is written."""
+    leads: bool = False
+    """Whether it says what the words of other files of the same image are for."""
 
     def image(self, vendor: str) -> Any:
         """The memory that the listing is of."""
@@ -70,6 +72,14 @@ class Listing:
         self.words[address] = value
         self.lines[address] = line
         self.shown[address] = shown
+
+    def join(self, other: Listing) -> None:
+        """Takes another file of the same image; an address in both is refused."""
+        for address, raw in other.words.items():
+            self.add(address, raw, other.shown[address], other.lines[address])
+        self.mixed |= other.mixed
+        self.notes = (*self.notes, *other.notes)
+        self.settings, self.plc = (*self.settings, *other.settings), {**self.plc, **other.plc}
 
 
 def comments(image: Image | Program, checklist: tuple[str, ...]) -> list[str]:

@@ -42,6 +42,14 @@ SHOWN = 60
 """Characters of a strange name that a message quotes."""
 Content = bool | int | float | str
 SINGLE = Single()
+
+
+class Elsewhere(Wire):
+    """The symbol or device that a parameter stands in, where a listing does not say what it holds."""
+
+    __slots__ = ()
+
+
 TYPES = {
     kind.name: kind
     for kind in (BOOL, REAL, LREAL, INT, UINT, USINT, DINT, TIME, AUTOTUNE_MODE, LOOP_MODE, DERIVATIVE_OF)

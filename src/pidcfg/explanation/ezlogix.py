@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.ezlogix.encode import scales_of
-from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
+from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL, R_BLOCK, S_BLOCK, SPACE, VARIABLES
 from pidcfg.encoders.maps.ezlogix_meanings import CODES, WORDS
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import SIGN
@@ -16,7 +16,7 @@ from pidcfg.explanation.book import Direction, Series
 from pidcfg.explanation.find_register import RegisterBook
 from pidcfg.explanation.registers import DIALOG, FILE, Block
 from pidcfg.explanation.values import Scaling
-from pidcfg.schemas.ezlogix import OutputSettings, PvSettings
+from pidcfg.schemas.ezlogix import CV_FULL, OutputSettings, PvSettings
 from pidcfg.schemas.units import units_of
 
 if TYPE_CHECKING:
@@ -59,6 +59,16 @@ def special(word: Word, raw: int, scaling: Scaling) -> str:
         return ""
     scale = scaling.scales.get("sp")
     return f"{raw - 0x10000 if raw & SIGN else raw} counts of the {'root of the PV' if scale and scale.root else 'PV'}"
+
+
+DUTY = {"cv_low": "Min", "cv_high": "Max"}
+"""The dialog's display of a CV limit where the control output is enabled (Min Duty Cycle, Max Duty Cycle)."""
+
+
+def duty_cycle(word: Word, raw: int, _scaling: Scaling) -> str:
+    """What the dialog shows for a CV limit: limit / 4096 x 100."""
+    shown = word.name in DUTY and raw <= CV_FULL
+    return f"{DUTY[word.name]} Duty Cycle {100 * raw / DUTY_FULL:.4g} %" if shown else ""
 
 
 UNSTORED = {
@@ -108,5 +118,6 @@ EXPLAINER = RegisterBook(
     starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
     claims=partial(block_claims, BLOCKS, SPACE, "LOOP-{}", listed_scaling),
     special=special,
+    remark=duty_cycle,
     aliases={variable: name for name, variable in VARIABLES.items()},
 )

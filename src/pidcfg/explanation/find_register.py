@@ -11,7 +11,7 @@ from pidcfg.encoders.spaces import SINGLE, NoRegisterError
 from pidcfg.explanation.book import Record
 from pidcfg.explanation.contents import raw_of
 from pidcfg.explanation.page import Page, Value
-from pidcfg.explanation.question import ADDRESS, OFFSET, Question, QuestionError
+from pidcfg.explanation.question import ADDRESS, OFFSET, Question, QuestionError, is_number
 from pidcfg.explanation.registers import RegisterRecord, Registers, word_at
 from pidcfg.explanation.values import UNKNOWN, Placement, is_before_root, unit_of
 from pidcfg.paths import steps
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 HIGHEST_BIT = 15
 BEFORE_ROOT = "the signal before the root"
 """The unit of what is compared with the PV of which the loop takes the root."""
-MOST_DIGITS = 5
-"""Of a number that a PLC shows."""
 SEPARATORS = str.maketrans("", "", " -_")
 HEXADECIMAL_FROM = 10
 """Smaller numbers are the same in both notations."""
@@ -232,13 +230,16 @@ class RegisterBook(Registers):
         return int(text)
 
     def _number(self, question: Question) -> list[Page]:
-        """``CK27``: a number that the PLC shows."""
+        """``CK27``, or ``27`` alone: a number that the PLC shows."""
         text = question.name.lower().translate(SEPARATORS)
         for series in self.series:
             for head in series.heads:
                 digits = text.removeprefix(head)
-                if text.startswith(head) and digits.isdecimal() and len(digits) <= MOST_DIGITS:
+                if text.startswith(head) and is_number(digits):
                     return [self._number_page(series, int(digits))]
+        for series in self.series:
+            if is_number(text) and (question.one_vendor or int(text) in {code.number for code in series.codes}):
+                return [self._number_page(series, int(text))]
         return []
 
     def _number_page(self, series: Series, number: int) -> Page:

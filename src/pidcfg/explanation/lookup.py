@@ -32,6 +32,7 @@ def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], 
         pages += _rule(question)
     except QuestionError as error:  # CK200 looks like a rule of the CLICK, and may be an error number
         problems.append(str(error))
+    question = replace(question, one_vendor=len(vendors) == 1)
     for asked in (question, replace(question, every_block=True)):
         for key in () if pages else vendors:
             try:

@@ -12,6 +12,13 @@ if TYPE_CHECKING:
 ADDRESS = re.compile(r"([A-Za-z]{1,2})([0-9]{1,9})(?:\.([0-9]{1,3}))?")
 OFFSET = re.compile(r"([A-Za-z/ ()]*)\+ ?([0-9]{1,3})\)?(?:\.([0-9]{1,3}))?")
 LONGEST = 80
+MOST_DIGITS = 5
+"""Of a number that a PLC shows."""
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a number such as a PLC shows."""
+    return text.isdecimal() and len(text) <= MOST_DIGITS
 
 
 class QuestionError(ValueError):
@@ -30,6 +37,8 @@ class Question:
     starts: tuple[str, ...] = ()
     """Addresses at which blocks of registers begin."""
     config: Configured | None = None
+    one_vendor: bool = False
+    """Whether a single vendor is asked, so that a number alone (``26``) can only be one that its PLC shows."""
     every_block: bool = False
     """Whether an offset that names no block, ``+09``, is one in each block of a loop."""
 

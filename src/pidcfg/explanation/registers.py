@@ -158,7 +158,7 @@ class Registers(Book):
         word, table = next((w, b.table) for b in self.blocks for w in b.table.words if w.name == register)
         name = f"{series.name} {number}"
         if code is None:
-            return Record(kind="number", name=name, title=f"{name}: {series.other}", basis=word.basis)
+            return Record(kind="number", name=name, title=series.other, basis=word.basis)
         return Record(
             kind="number",
             name=name,

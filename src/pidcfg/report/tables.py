@@ -112,7 +112,11 @@ def _metrics(content: Content) -> Iterator[Row]:
 
 
 def _signals(content: Content) -> Iterator[Row]:
-    yield from ((run.file, *signal) for run in content.runs for signal in run.signals)
+    for run in content.runs:
+        roots = dict(run.before_root)
+        for name, *numbers in run.signals:
+            loop, _, what = name.rpartition(".")
+            yield run.file, name, *numbers, roots.get(loop) if what in {"PV", "SP"} else None
 
 
 def _happenings(content: Content) -> Iterator[Row]:
@@ -143,7 +147,7 @@ TABLES = (
     ("standing",     "Standing",         ("Scenario", "Title", "Loop", "Expectation", "Verdict", "Since, s", "Found"),
                                          _standing),
     ("metrics",      "Metrics",          ("Scenario", "Loop", "In control, s", *METRIC_TITLES.values()), _metrics),
-    ("signals",      "Signals",          ("Scenario", "Signal", "Lowest", "Highest", "Final"), _signals),
+    ("signals",      "Signals",          ("Scenario", "Signal", "Lowest", "Highest", "Final", "Remark"), _signals),
     ("happenings",   "What happened",    ("Scenario", "From, s", "Until, s", "Loop", "Kind", "What"), _happenings),
     ("autotune",     "Auto-tune",        ("Scenario", "Loop", "Status", "Parameter", "Value"), _autotunes),
     ("files",        "Input files",      ("File", "Kind", "Bytes", "SHA-256"), _files),

@@ -103,6 +103,7 @@ def _loop(loop: LoopReport) -> Data:
 def _change(change: Change) -> Data:
     return {
         "field": change.field,
+        "target_field": change.target_field or None,
         "kind": change.kind,
         "from": shown(change.source),
         "to": shown(change.target),

@@ -221,7 +221,8 @@ def decoded(
             return DecodeResult(text=text, notes=notes)
         decoded = decode_listing(listing, vendor, values, image)
     except ListingError as error:
-        return DecodeResult((unreadable(error, files[-1][1]),))
+        leading = [name for listing, (_, name) in zip(listings, files, strict=True) if listing.leads]
+        return DecodeResult((unreadable(error, [*leading, files[-1][1]][0]),))
     return DecodeResult((), decoded.data, yaml_text(decoded.data), decoded.notes)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -63,7 +63,10 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
     for i, loop in enumerate(plc.loops):
         entry, cfg = by_name.get(loop, {}), plc.cfg[i]
         pv, output = (dict(entry.get(key) or {}) for key in ("pv", "output"))
-        shown = plc.outputs[i] if plc.outputs else output.get("range", PERCENT if output.get("unit") == "%" else None)
+        unit = output.get("unit") or plc.output_unit
+        shown = (
+            plc.outputs[i] if plc.outputs else output.get("range") or (PERCENT if unit == "%" else limits_of(plc, i))
+        )
         low, high, counts = plc.scales[i]
         raw = "range" not in pv and high - low == counts
         axes[loop] = Axes(
@@ -71,12 +74,18 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
             plc.signals[cfg.sig_sp],
             plc.signals[cfg.sig_out],
             pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
-            output_unit=str(output.get("unit") or ("counts" if plc.outputs and "range" not in output else "")),
+            output_unit=str(unit or ("counts" if plc.outputs and "range" not in output else "")),
             output_range=None if shown is None else (float(shown[0]), float(shown[1])),
             root=root_of(plc, i),
             description=str(entry.get("description") or ""),
         )
     return axes
+
+
+def limits_of(plc: Plc, loop: int) -> tuple[float, float] | None:
+    """The limits of an output without a range, as they are at the start; None where they are no range to show."""
+    low, high = plc.output_limits(loop, plc.sig)
+    return (low, high) if isfinite(high - low) and low < high else None
 
 
 def signals_of(axes: Mapping[str, Axes]) -> frozenset[str]:

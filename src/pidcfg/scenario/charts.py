@@ -35,11 +35,13 @@ def charts_of(outcome: Outcome, loops: Collection[str] = ()) -> list[Chart]:
 
 
 def signals_before_root(outcome: Outcome) -> dict[str, str]:
-    """What the signals are of each loop that takes the root of its PV, where the run was recorded."""
-    if outcome.recording is None:
-        return {}
-    remarks = {loop: before_root(axes, outcome.recording) for loop, axes in outcome.axes.items()}
-    return {loop: " ".join(texts) for loop, texts in remarks.items() if texts}
+    """What PV and set point are of each loop that takes the root of its PV."""
+    found = {}
+    for loop, axes in outcome.axes.items():
+        seen = outcome.report.signals.get(axes.setpoint) if outcome.report is not None else None
+        if axes.root is not None and seen is not None:
+            found[loop] = axes.root.remark(axes.setpoint.rpartition(".")[2], seen.final, axes.pv_unit)
+    return found
 
 
 def _chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:

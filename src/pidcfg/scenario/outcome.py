@@ -63,12 +63,15 @@ def simulate_document(
 
 def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False) -> Outcome:
     """Runs a scenario with everything that it needs, as far as that could be loaded."""
+    from pidcfg.scenario.axes import axes_of, signals_of
+    from pidcfg.sim.recording import Recording
     from pidcfg.sim.run import UnusableError, simulate
 
     outcome = Outcome(loaded.document.file, loaded.config, documents=loaded.documents)
     if loaded.scenario is None or loaded.image is None:
         return replace(outcome, findings=loaded.findings)
-    axes, recording = recorded(loaded) if record else ({}, None)
+    axes = axes_of(loaded.plc(), loaded.image.settings)
+    recording = Recording(signals_of(axes)) if record else None
     try:
         report = simulate(loaded.scenario, loaded.plc, loaded.controller, replace(settings, recording=recording))
     except UnusableError as error:
@@ -83,15 +86,6 @@ def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False)
         recording=recording,
         axes=axes,
     )
-
-
-def recorded(loaded: Loaded) -> tuple[dict[str, Axes], Recording]:
-    """What the loops' signals are called, and where they will be recorded."""
-    from pidcfg.scenario.axes import axes_of, signals_of
-    from pidcfg.sim.recording import Recording
-
-    axes = axes_of(loaded.plc(), loaded.image.settings)
-    return axes, Recording(signals_of(axes))
 
 
 def check_any(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diagnostic]:

@@ -9,7 +9,6 @@ from pidcfg.schemas.base import refuse
 
 LONGEST = 9
 """Digits of an address that still reads as one."""
-ADDRESS = re.compile(r"([A-Z]+)([0-9]+)")
 LIKE_ADDRESS = re.compile(r" *([A-Z]+) *([0-9]+) *")
 """Blanks between digits may stand for anything: ``C10 1`` is no address."""
 
@@ -23,33 +22,20 @@ class BankRange(NamedTuple):
     what: str
 
     def parse(self, value: object) -> int:
-        """The number of an address of this bank; every other spelling is refused with the right one."""
-        example = f"write it like {self.prefix}{self.first + 100}"
+        """The number of an address of this bank; another spelling of one is refused with the right one."""
         if isinstance(value, int) and not isinstance(value, bool):
             return self._inside(value)
+        example = f"write it like {self.prefix}{self.first + 100}"
         if not isinstance(value, str):
             refuse("address_form", f"{self.what} is wanted", help=example)
-        match = ADDRESS.fullmatch(value)
-        if match is None or match.group(1) != self.prefix:
-            upper = LIKE_ADDRESS.fullmatch(value.upper())
-            likely = upper is not None and upper.group(1) == self.prefix
-            only = self._spelled(upper.group(2)) if likely and upper else None
-            refuse(
-                "address_form", f"{value!r} is not {self.what}", help=f"write {only}" if only else example, only=only
-            )
-        if match.group(2)[0] == "0" or len(match.group(2)) > LONGEST:
-            only = self._spelled(match.group(2))
-            refuse(
-                "address_form",
-                f"{value} is not spelled as an address",
-                help=f"write {only}" if only else example,
-                only=only,
-            )
-        return self._inside(int(match.group(2)))
-
-    def _spelled(self, digits: str) -> str | None:
-        """An address as it should be written; None when there are too many digits to mean one."""
-        return f"{self.prefix}{int(digits)}" if len(digits) <= LONGEST else None
+        match = LIKE_ADDRESS.fullmatch(value.upper())
+        if match is None or match.group(1) != self.prefix or len(match.group(2)) > LONGEST:
+            refuse("address_form", f"{value!r} is not {self.what}", help=example)
+        number = self._inside(int(match.group(2)))
+        only = f"{self.prefix}{number}"
+        if value != only:
+            refuse("address_form", f"{value!r} is not spelled as an address", help=f"write {only}", only=only)
+        return number
 
     def _inside(self, number: int) -> int:
         if not self.first <= number <= self.last:

@@ -47,6 +47,14 @@ D101 = Decision(
     "Every image holds a value from 1 to 10 in DFn+21, also where no autotune is meant; another one is error 200.",
     "Neither topic prints the limits; users report error 200 on a fresh PLC, whose register holds 0.",
 )
+D620 = Decision(
+    620,
+    "a process range that does not ascend is a finding, and no reason not to read a PLC",
+    "`pv.range` may be [0, 0] or descend: it is encoded, decoded and simulated as it stands, and an error of "
+    "`pidcfg validate`. Rules that measure by its width say nothing then, and a run shows 0 to 100.",
+    "DFn+22 and DFn+23 hold 0 in a PLC into which nothing was written, which the help calls the first cause of errors; "
+    "neither topic lists an error for them. The equation does not use them, only the autotune does.",
+)
 
 ERRORS = CLICK_HELP.at("PID errors")
 
@@ -116,6 +124,12 @@ NumberPair = Annotated[
     PlainValidator(parse_pair(parse_number, "a pair of limits")),
     WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}),
 ]
+ProcessRange = Annotated[
+    tuple[Decimal, Decimal],
+    PlainValidator(parse_pair(parse_number, "a range")),
+    WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}),
+]
+"""Unlike a `Range` one that need not ascend: registers that were never written hold [0, 0] (D620)."""
 
 
 class Tuning(Model):
@@ -132,7 +146,7 @@ class Tuning(Model):
 class Pv(Model):
     """The process variable."""
 
-    range: Range
+    range: ProcessRange
     """PV lower and upper limit (DFn+22, DFn+23): what the process reaches at 0 % and 100 % of the output."""
     input_range: Range | None = None
     """What the instrument measures at both ends of its signal, for conversions to controllers that scale by it."""

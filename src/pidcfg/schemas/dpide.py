@@ -9,19 +9,12 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Annotated, Literal
 
-from pydantic import PlainValidator, WithJsonSchema
+from pydantic import PlainValidator
 
 from pidcfg.refs import DPIDE, Decision
-from pidcfg.schemas.base import (
-    DURATION_PATTERN,
-    Model,
-    Name,
-    Range,
-    Text,
-    parse_duration,
-    refuse,
-)
+from pidcfg.schemas.base import Model, Name, Range, Text, parse_duration
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
+from pidcfg.schemas.dpide_call import Call, or_text, parse_milliseconds
 from pidcfg.schemas.dpide_devices import Devices, Register
 from pidcfg.schemas.iec import DINT, REAL, Bool, DInt, Real, Timed
 from pidcfg.schemas.limits import Limits
@@ -45,15 +38,6 @@ SHORTEST_CYCLE, LONGEST_CYCLE = 1, 40_000
 """In ms; the PLC counts what lies beyond as these."""
 
 
-def parse_milliseconds(value: object) -> int:
-    """A whole number of ms; a text may carry another unit."""
-    duration = parse_duration(value)
-    number = duration.seconds("ms") * 1000
-    if number != number.to_integral_value():
-        refuse("number_type", f"{value} is not a whole number of ms")
-    return int(number)
-
-
 def parse_time(value: object) -> Decimal:
     """A number, or a text with a unit of time, which then can be nothing but a time (`Timed`)."""
     if isinstance(value, Timed):
@@ -62,12 +46,8 @@ def parse_time(value: object) -> Decimal:
     return duration.value if duration.unit is None else Timed(duration.seconds())
 
 
-def _or_text(kind: str) -> WithJsonSchema:
-    return WithJsonSchema({"anyOf": [{"type": kind}, {"type": "string", "pattern": DURATION_PATTERN}]})
-
-
-Milliseconds = Annotated[int, PlainValidator(parse_milliseconds), _or_text("integer"), DINT]
-Time = Annotated[Decimal, PlainValidator(parse_time), _or_text("number"), REAL]
+Milliseconds = Annotated[int, PlainValidator(parse_milliseconds), or_text("integer"), DINT]
+Time = Annotated[Decimal, PlainValidator(parse_time), or_text("number"), REAL]
 Interval = Annotated[Milliseconds, Limits("1", None, "ms", DPIDE.at("Example 5"))]
 
 
@@ -136,6 +116,8 @@ class Loop(Model):
     """MV in manual."""
     BIAS: Real = Decimal(0)
     """Feed forward, added to MV."""
+    call: Call = Call()
+    """How the program calls the instruction; only program text has it."""
     pv: Scale = Scale()
     """Range and unit of the PV, for conversion and reports only."""
     output: Scale = Scale()
@@ -159,6 +141,8 @@ class LoopSettings(LoopNameSettings):
     """First register of I_MV."""
     devices: Devices = Devices()
     """Devices of other operands."""
+    call: Call = Call()
+    """How the program calls the instruction."""
     pv: Scale = Scale()
     """Range and unit of the PV."""
     output: Scale = Scale()

@@ -68,19 +68,15 @@ def parse_register(value: object) -> str:
     """``D500``: the first register of an operand."""
     if not isinstance(value, str):
         refuse("address_form", "the address of a D register is wanted", help="write it like D500")
-    match = REGISTER.fullmatch(value)
-    if match is None:
-        like = LIKE_REGISTER.fullmatch(value)
-        only = f"D{int(like.group(1))}" if like else None
-        refuse(
-            "address_form",
-            f"{value!r} is not the address of a D register",
-            help=f"write {only}" if only else "write it like D500",
-            only=only,
-        )
-    if int(match.group(1)) > LAST_REGISTER:
-        refuse("address_form", f"{value} does not exist", help=f"addresses go from D0 to D{LAST_REGISTER}")
-    return str(value)
+    like = LIKE_REGISTER.fullmatch(value)
+    if like is None:
+        refuse("address_form", f"{value!r} is not the address of a D register", help="write it like D500")
+    only = f"D{int(like.group(1))}"
+    if int(like.group(1)) > LAST_REGISTER:
+        refuse("address_form", f"{only} does not exist", help=f"addresses go from D0 to D{LAST_REGISTER}")
+    if value != only:
+        refuse("address_form", f"{value!r} is not spelled as an address", help=f"write {only}", only=only)
+    return only
 
 
 def parse_flag_device(value: object) -> str:

@@ -68,6 +68,8 @@ DERIVATIVE = Limits("0", "600", "s", PARAMETERS)
 
 CV_FULL = 4095
 """Counts of the control value at 100 %: saturation is 0 or this."""
+WORD_MOST = 0xFFFF
+"""The most that a register holds."""
 REGISTERS = BankRange("R", 1, 0xFFFF, "the address of an R register")
 DISCRETES = BankRange("S", 1, 0xFFFF, "the address of an S discrete")
 TAG = re.compile(r"(IR|OR|R|O)([1-9][0-9]{0,4})")
@@ -93,8 +95,16 @@ def parse_tag(*prefixes: str) -> Callable[[object], str]:
 def parse_counts(value: object) -> tuple[int, int]:
     """Counts at both ends of a range, ascending within a 16-bit register."""
     low, high = parse_pair(parse_integer, "counts at both ends of the range")(value)
-    if not 0 <= low < high <= 0xFFFF:
-        refuse("range_order", f"the counts [{low}, {high}] do not ascend within 0 to 65535", help="write [0, 4095]")
+    if low >= high:
+        swapped = (
+            "write the lower end first; a signal that falls as the PV rises is for the ladder program to turn round"
+        )
+        refuse("range_order", f"the counts [{low}, {high}] do not ascend", help=swapped if low > high else None)
+    if low < 0 or high > WORD_MOST:
+        moved = f"add {-low} to the measurement, and write [0, {high - low}]"
+        ladder = moved if low < 0 and high - low <= WORD_MOST else "scale the measurement"
+        outside = f"the counts [{low}, {high}] do not lie within 0 to {WORD_MOST}, which a register holds"
+        refuse("range_order", outside, help=f"let the ladder program {ladder}")
     return low, high
 
 

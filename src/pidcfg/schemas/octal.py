@@ -43,6 +43,7 @@ def parse_v_address(value: object) -> int:
             "address_form", f"{value} can be read as octal V{digits} or as decimal {digits}", help=f"write V{digits}"
         )
     only = value.upper() if V_ADDRESS.fullmatch(value.upper()) else None
+    _in_memory(int(digits, 8), f"V{digits}")
     return refuse("address_form", f"{value!r} is not spelled as an address", help=f"write V{digits}", only=only)
 
 

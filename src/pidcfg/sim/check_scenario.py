@@ -11,6 +11,7 @@ from pidcfg.paths import Path, dotted, leaves, steps
 from pidcfg.schemas.base import parse_number
 from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
 from pidcfg.sim.check_expectations import check_expectation
+from pidcfg.sim.loop_facts import IN_CONTROL
 from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.problems import Problem, unknown
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
     from pidcfg.schemas.scenario import Event, Plant, Scenario
 
+SAMPLES = 10
+"""Of a loop: in fewer nothing of it can be judged."""
 LARGEST = Decimal("1e12")
 """Largest magnitude of a plant's number; larger ones are typing mistakes and would overflow the arithmetic."""
 
@@ -77,10 +80,25 @@ def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
             yield unknown(("loops", i), "loop", name, plc.loops)
     if scenario.loops is not None and not scenario.loops:
         yield Problem(("loops",), "no loop is judged", "value", help="name the loops, or leave out the key")
-    slowest = max((c.period for c in plc.cfg[: len(plc.loops)]), default=0)
+    yield from _check_length(scenario, plc)
+
+
+def _check_length(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """A run in which nothing can be judged: shorter than a sample, or with too few of them for every loop (D562)."""
+    cure = "nothing can be judged; let the scenario run longer"
+    periods = [c.period for c in plc.cfg[: len(plc.loops)]]
+    judged = [
+        period
+        for name, goal, period in zip(plc.loops, plc.goals, periods, strict=True)
+        if goal in IN_CONTROL and period and (scenario.loops is None or name in scenario.loops)
+    ]
+    slowest, fewest = max(periods, default=0), SAMPLES * min(judged, default=0)
     if 0 < scenario.duration * TICKS < slowest:
         message = f"{scenario.duration:f} s are shorter than a sample of the slowest loop, {slowest / TICKS:g} s"
-        yield Problem(("duration",), message, "value", help="nothing can be judged; let the scenario run longer")
+        yield Problem(("duration",), message, "value", help=cure)
+    elif 0 < scenario.duration * TICKS < fewest:
+        message = f"{scenario.duration:f} s are shorter than {SAMPLES} samples of any loop, {fewest / TICKS:g} s"
+        yield Problem(("duration",), message, "value", help=cure)
 
 
 def _check_times(scenario: Scenario) -> Iterator[Problem]:

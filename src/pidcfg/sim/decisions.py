@@ -70,6 +70,28 @@ RUN = (
         "A condition that was corrected still happened; a chattering alarm must not fill the memory.",
     ),
     Decision(
+        640,
+        "changes of mode within a base step are one entry of the log",
+        "With the mode at the end of the step, and the reasons of all of them; a mode that a loop enters and leaves "
+        "within a step is none, and without a reason there is no entry at all.",
+        "The log is made of the status words after each step, as the trend is; nothing between two steps lasts.",
+    ),
+    Decision(
+        641,
+        "a scan that does not fit the sample rates",
+        "With `scan_time` a loop is calculated in the first scan that is not before its time; the times themselves "
+        "keep their grid, and the equation works with the sample rate of the register.",
+        'DL06: the CPU executes calculations "on the appropriate scans". CLICK: with a long scan time the output may '
+        "not be calculated as quickly as the sample rate says.",
+    ),
+    Decision(
+        642,
+        "a plant of second order rests at its limits",
+        "At a limit its value stands and its slope is 0; it leaves with the first input that takes it away. No other "
+        "plant has anything that could run on behind its limits.",
+        "A full tank keeps nothing of what has run over.",
+    ),
+    Decision(
         330,
         "what takes a loop out of its mode",
         "A loop is meant for the mode of its configuration, of the last event that requests one, or of the parameters "
@@ -99,10 +121,12 @@ RUN = (
     Decision(
         332,
         "what counts as an error that lasts",
-        "More than 1 % of span (20 % without an integral, 5 % where the output is on or off), or than the inner "
-        "deviation alarm where that is closer; and more than the dead band, up to 5 % of span.",
+        "More than 1 % of span (5 % without an integral or where the output is on or off, 20 % without an integral "
+        "where the plant integrates), or than the inner deviation alarm where that is closer; and more than the dead "
+        "band, up to 5 % of span.",
         "Deviation alarms are often set wide for the start-up, and with 5 % of span most outputs that were limited "
-        "wrongly went unseen. Without an integral and in a dead band an offset is what was configured.",
+        "wrongly went unseen. Without an integral and in a dead band a small offset is what was configured; a level "
+        "that is meant to give way needs a wide one.",
     ),
     Decision(
         344,
@@ -123,11 +147,13 @@ RUN = (
     Decision(
         337,
         "outputs that may stay at a limit",
-        "A loop that a selector leaves out, one whose windup input is on without a slave that is itself at a limit, "
-        "and one of two loops of opposite effect while the other is inside its limits and sees the same PV (to 5 % of "
-        "span) are not judged. The reason has to hold when the window ends. A master is at a limit, too, where its "
-        "slave's output or set point is.",
-        "There the output at its limit is what the program wants.",
+        "A loop in whose place a selector, min or max takes another loop's output, one whose windup input is on "
+        "without a slave that is itself at a limit, and one of two loops of opposite effect at its lower limit while "
+        "the other is inside its limits and sees the same PV (to 5 % of span) are not judged; where both are above "
+        "5 % of their way they work against each other, and the verdict says so. The reason has to hold when the "
+        "window ends. A master is at a limit, too, where its slave's output or set point is.",
+        "There the output at its limit is what the program wants. The smaller of an output and a constant is a limit "
+        "of the output like any other.",
     ),
     Decision(
         333,
@@ -143,9 +169,44 @@ RUN = (
         "oscillations that nobody can cure",
         "A loop whose output is on or off, the ripple of pulses (a period of at most four of their cycles, or an "
         "amplitude of no more than the ripple that pulses make which are on for half of their cycle) and loops that "
-        "such a loop drives with its period are not judged; neither is a third with an auto-tune, a profile, or two "
-        "events that move the loop.",
+        "such a loop drives with its period are not judged; neither is one with an auto-tune or a profile, nor a third "
+        "with two events that move the loop and do not leave it alone for three periods.",
         "A slower and larger swing of a loop with pulses is a matter of its tuning like any other.",
+    ),
+    Decision(
+        560,
+        "an event that changes nothing excuses nothing",
+        "An event that sets a parameter, a signal or a plant's number to what it is, or the CPU to the mode that it is "
+        "in, is no event for the standing expectations. What the PLC writes itself (an output, a bias, and every "
+        "parameter after an event of a mode, an auto-tune or a profile) is never taken for the same.",
+        "It moves nothing, and would otherwise cut a run into parts that are each too short to be judged.",
+    ),
+    Decision(
+        561,
+        "an oscillation that no event explains",
+        "Besides the last third, the time since the last event that moves the loop is looked at, up to the next one, "
+        "as far as it reaches into the last third: three periods in it as above, or, however few, three swings in a "
+        "row each of which is more than 1.1 times the one before, and the last of at least 0.8 of the largest. "
+        "In both the longest period lasts at most twice as long as the shortest.",
+        "A run of a few periods never has three in its last third, while one that grows by a tenth each half period "
+        "is not stable. The swings that noise makes of an inner loop's set point are less even.",
+    ),
+    Decision(
+        562,
+        "a run of fewer than ten samples is an error",
+        "A run in which no loop that is judged and meant for Auto or Cascade has ten samples is an error at its "
+        "duration, as is one that is shorter than a sample of any loop.",
+        "Nothing can be seen in it, and green would mean nothing.",
+    ),
+    Decision(
+        563,
+        "an output that moves its PV",
+        "A loop is not driven, either, where a plant has had no gain for more than the last tenth of the run in Auto "
+        "or Cascade, where what its output is read by does not follow it (0 times the output), and where the whole way "
+        "of its output, by the gains and expressions as they are at the start and at the end, moves the PV by less "
+        "than 4 counts and 0.1 % of span. A way through another loop or a block tells no such figure. An expectation "
+        "on an alarm, a flag or the mode excuses a lost gain as it does a broken sensor (D344).",
+        "A wire is no control if nothing comes of it. A gain that comes back is the scenario's wish.",
     ),
     Decision(
         335,

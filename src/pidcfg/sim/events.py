@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pidcfg.paths import dotted, leaves
 from pidcfg.schemas.base import Quantity, parse_number
 from pidcfg.sim.loop_facts import IN_CONTROL
-from pidcfg.sim.meters import break_sensor, repair_sensor, want
+from pidcfg.sim.meters import break_sensor, cut_off, repair_sensor, want
 from pidcfg.sim.metrics import begin_step
 from pidcfg.sim.parameters import numbers_of, set_parameters
 from pidcfg.sim.plc import TICKS, Plc, steps_until
@@ -57,6 +57,9 @@ class Agenda:
     broken: dict[str, int] = field(default_factory=dict)
     """The event that broke a loop's sensor last."""
 
+    def __post_init__(self) -> None:
+        self.look_at_gains(0)
+
     def stops(self, last: int, looks: Iterable[tuple[int, Action]] = ()) -> Iterator[tuple[int, Action]]:
         """Base steps before which something is done, in order; events that come later than ``last`` are left out.
 
@@ -99,7 +102,7 @@ class Agenda:
         if event.plc is not None:
             self.switch(k, event.plc)
         elif event.disturb is not None:
-            self.disturb(event)
+            self.disturb(k, event)
         elif event.loop is None:
             self.set_signals(k, event)
         elif event.set is not None:
@@ -174,7 +177,7 @@ class Agenda:
             self.begin_step(k, loop, before)
         return "; ".join(late) or None
 
-    def disturb(self, event: Event) -> None:
+    def disturb(self, k: int, event: Event) -> None:
         """Replaces numbers of a plant."""
         name = event.plant or event.loop or ""
         _, text = self.net.texts[name]
@@ -184,6 +187,12 @@ class Agenda:
         for key in event.disturb or {}:
             if f"{name}.{key}" in self.net.parameters:
                 self.net.sig[self.net.parameters[f"{name}.{key}"]] = numbers[key]
+        self.look_at_gains(k)
+
+    def look_at_gains(self, k: int) -> None:
+        """Notes which loops cannot move their PV from here on, since a plant has no gain."""
+        for i, meter in enumerate(self.machine.meters):
+            cut_off(meter, k, cut=self.influence.driven[i] and self.influence.is_cut(i))
 
     def break_sensor(self, name: str, loop: int, shown: Quantity, number: int) -> None:
         """The loop's analog input shows one value from now on."""

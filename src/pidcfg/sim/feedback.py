@@ -41,8 +41,14 @@ def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
             yield Problem(place, message, "wrong_action", help=cure, key=True, loop=loop)
 
 
-def answer(net: Network, plc: Plc, loop: int, other: int | None = None) -> float:
-    """The change of a loop's PV after its output is raised: only its sign means anything, 0: none, or not known.
+def effect(net: Network, plc: Plc, loop: int) -> float:
+    """How far a loop's output moves its PV on its way to a limit (an integrator: in 1 s); 0: not, or not known."""
+    out = net.sig[plc.cfg[loop].sig_out]
+    return max(abs(answer(net, plc, loop, by=limit - out)) for limit in plc.output_limits(loop, net.sig))
+
+
+def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: float = RAISED) -> float:
+    """The change of a loop's PV after its output is raised ``by`` so much, and its pulses come; 0: none, or not known.
 
     With ``other``, the change of that loop's PV.
     """
@@ -50,7 +56,7 @@ def answer(net: Network, plc: Plc, loop: int, other: int | None = None) -> float
     raised = list(net.sig)
     outputs = {plc.cfg[loop].sig_out, *(net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses)} - {-1}
     for slot in outputs:
-        raised[slot] += RAISED
+        raised[slot] += by if slot == plc.cfg[loop].sig_out else RAISED
     for plant in net.plants:
         moved = plant.gain * _moved(net, plant, raised)
         raised[plant.slot] += moved

@@ -1,8 +1,8 @@
 """What moves what in a run: signals that follow others through plants, connections and the PLC's program.
 
-Design. A graph of signals (their slots), worked out once from the wiring; whether anything really moves is for the run
-to tell, but a plant without gain and without an event that gives it one moves nothing. Every loop's PV moves its output
-and so does its set point.
+Design. A graph of signals (their slots), worked out once from the wiring. A plant without gain and without an event
+that gives it one moves nothing, nor does what is multiplied by 0; how far something moves is for the run to tell. Every
+loop's PV moves its output and so does its set point.
 """
 
 from __future__ import annotations
@@ -12,10 +12,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from pidcfg.paths import dotted, leaves
-from pidcfg.schemas.expressions import SIGNAL
+from pidcfg.schemas.expressions import CONSTANT, SIGNAL
+from pidcfg.sim.dependence import depends
+from pidcfg.sim.expressions import evaluate
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator, Sequence
 
     from pidcfg.schemas.scenario import Event, Scenario
     from pidcfg.sim.kernel import Channel
@@ -33,32 +35,50 @@ class Influence:
     moves: dict[int, set[int]] = field(default_factory=lambda: defaultdict(set))
     driven: list[bool] = field(default_factory=list)
     """Whether each loop's output moves its PV, or a signal does that the scenario sets."""
+    idle: Collection[Event] = ()
+    """Events that change nothing."""
+    played: set[int] = field(default_factory=set)
+    """The signals that the scenario's events set."""
     set_points: list[set[int]] = field(default_factory=list)
     """The signals that each loop's set point in force is made of by the program alone, without another loop."""
 
     @classmethod
-    def of(cls, scenario: Scenario, net: Network, plc: Plc) -> Influence:
-        """Of a scenario whose network is ready."""
-        self = cls(net, plc)
+    def of(cls, scenario: Scenario, net: Network, plc: Plc, idle: Collection[Event] = ()) -> Influence:
+        """Of a scenario whose network is ready, and of whose events some are ``idle``."""
+        self = cls(net, plc, idle=idle)
         awoken = {e.plant or e.loop for e in scenario.events if (e.disturb or {}).get("gain")}
         for name, at in net.plant_of.items():
             plant = net.plants[at]
             if plant.gain or name in awoken:
-                self._add(read_by(net, plant), (plant.slot, plant.measured))
+                self._add(followed_by(net, plant), (plant.slot, plant.measured))
             self._add([plant.slot], [plant.measured])
         for channel in net.channels:
-            self._add(read_by(net, channel), [channel.target])
+            self._add(followed_by(net, channel), [channel.target])
         for i, c in enumerate(plc.cfg[: len(plc.loops)]):
             self._add([c.sig_in], [c.sig_pv])
             self._add([c.sig_pv, c.sig_sp], [c.sig_out])
             self._add([c.sig_out], self.pulses(i))
         for source, target in plc.flow:
             self.moves[source].add(target)
-        played = self.reach(slot for event in scenario.events for slot in self.signals_set(event))
+        self.played = {slot for event in scenario.events for slot in self.signals_set(event)}
         for i, c in enumerate(plc.cfg[: len(plc.loops)]):
-            self.driven.append(c.sig_pv in self.of_output(i) | played)
+            self.driven.append(self.drives(i) or self.is_played(i))
             self.set_points.append(self._made_of(c.sig_sp))
         return self
+
+    def drives(self, loop: int, without: Collection[int] = ()) -> bool:
+        """Whether a loop's output moves its PV, not by way of ``without``."""
+        c = self.plc.cfg[loop]
+        return c.sig_pv in self.reach([c.sig_out], without)
+
+    def is_played(self, loop: int, without: Collection[int] = ()) -> bool:
+        """Whether a signal that the scenario sets moves a loop's PV."""
+        return self.plc.cfg[loop].sig_pv in self.reach(self.played, without)
+
+    def is_cut(self, loop: int) -> bool:
+        """Whether plants that have no gain now keep a loop's output and the scenario from moving its PV."""
+        dead = {plant.slot for plant in self.net.plants if not plant.gain}
+        return not self.drives(loop, dead) and not self.is_played(loop, dead)
 
     def _made_of(self, slot: int) -> set[int]:
         """Signals from outside that reach a slot otherwise than through a loop."""
@@ -108,7 +128,9 @@ class Influence:
         return [self.net.outside[dotted(keys)] for keys, _, _ in leaves(event.set)]
 
     def concerns(self, event: Event, loop: int) -> bool:
-        """Whether an event moves a loop's PV or its set point."""
+        """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
+        if any(event is one for one in self.idle):
+            return False
         c = self.plc.cfg[loop]
         moved = self.of_event(event)
         return c.sig_pv in moved or c.sig_sp in moved
@@ -120,6 +142,20 @@ class Influence:
             slot = self.net.plants[at].slot
             if slot in after and pv in self.reach([slot]):
                 yield name
+
+
+def followed_by(net: Network, reader: Plant | Channel) -> Collection[int]:
+    """The signals that a plant or a channel reads and really follows."""
+    read, pool = read_by(net, reader), net.pool
+    if reader.source >= 0 or CONSTANT not in pool.code[reader.first : reader.last : 2]:
+        return read
+    stack = pool.stack()
+
+    def value(sig: Sequence[float]) -> float | None:
+        found = evaluate(pool.code, pool.constants, reader.first, reader.last, sig, stack)
+        return None if stack[0] else found
+
+    return {slot for slot in read if depends(value, net.sig, read, slot)}
 
 
 def read_by(net: Network, reader: Plant | Channel) -> Collection[int]:

@@ -62,6 +62,7 @@ class Journal:
             self._stages(time, loop, self.plc.profile_step(aux))
 
     def _modes(self, time: float, loop: int, status: int, notice: int) -> None:
+        """The mode after a base step, with what led to it (D640); what does not concern it is a note."""
         mode = self.plc.mode(status)
         reason, apart = self.plc.describe(notice)
         if apart:

@@ -124,6 +124,19 @@ class LoopFacts(ABC):
         """Whether a loop is told from outside that its output is limited."""
         return False
 
-    def left_out(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - most PLCs have no selector
-        """Whether a selector of the program leaves a loop's output out."""
+    def left_out(
+        self,
+        loop: int,  # noqa: ARG002 - most PLCs have no selector
+        sig: Sequence[float],  # noqa: ARG002
+        own: Collection[int],  # noqa: ARG002
+        rivals: Collection[int],  # noqa: ARG002
+    ) -> bool:
+        """Whether a selector of the program leaves a loop's output out and takes that of another loop.
+
+        ``own`` are the signals that follow the loop's output, ``rivals`` those that follow others.
+        """
         return False
+
+    def operated(self, image: Any) -> Any:
+        """The same image with the operator's inputs of each loop in his own hand; most PLCs have no others."""
+        return image

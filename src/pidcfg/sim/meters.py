@@ -2,8 +2,8 @@
 
 Design. A `Meter` a loop. What depends on the loop's status (time in Auto or Cascade, time in alarm, every mode and flag
 that there was) is counted when the status changes, and costs nothing between. What depends on its signals is looked at
-at each base step, the swings of the PV only in the last third of the run. The journal lists the same happenings for
-people; no verdict reads it, so that a batch of runs without a journal is judged alike.
+at each base step, swings of the PV (`pidcfg.sim.swings`) from the last event before the last third on. The journal
+lists the same happenings for people; no verdict reads it, so that a batch of runs without a journal is judged alike.
 """
 
 from __future__ import annotations
@@ -79,6 +79,8 @@ class Meter:
     """The time in Auto or Cascade at which it broke for good; −1: it has not, or has been repaired."""
     blind_steps: int = 0
     """Base steps in Auto or Cascade with a sensor that had broken for good, up to its repair."""
+    cut_from: int = -1
+    """The time in Auto or Cascade at which a plant lost its gain, so that nothing moves the PV; −1: it has one."""
     alarm: int = 0
     alarm_since: int = 0
     alarm_steps: int = 0
@@ -106,22 +108,42 @@ class Meter:
     """The set point is above the PV (1) or below it (−1); 0: it has not been looked at yet."""
     since: int = 0
     """From when on."""
-    # swings of the PV in the last third
+    # swings of the PV: in the last third, and since the last event
+    swung: int = NEVER
+    """From here on they are looked at."""
     least: float = 0.0
     """A move of the PV that is no larger is no swing."""
     course: int = 1
     """The PV rises (1) or falls (−1)."""
     extreme: float = 0.0
     extreme_at: int = -1
-    turns: int = 0
-    """Turning points so far, the first of which may be none: the run was cut there."""
     turn_value: float = 0.0
-    first_turn: int = 0
     last_turn: int = 0
-    first_swing: float = 0.0
+    turn_before: int = 0
+    """The turning point before the last one."""
     last_swing: float = 0.0
+    turns: int = 0
+    """Turning points of the last third, the first of which may be none: the run was cut there."""
+    first_turn: int = 0
+    first_swing: float = 0.0
     swings: float = 0.0
     """The sum of all."""
+    shortest: int = 0
+    """Base steps of the shortest whole period, and of the longest."""
+    longest: int = 0
+    calm_turns: int = 0
+    """The same since the last event, also from before the last third."""
+    calm_first_turn: int = 0
+    calm_first_swing: float = 0.0
+    calm_swings: float = 0.0
+    calm_shortest: int = 0
+    calm_longest: int = 0
+    growing: int = 0
+    """Swings in a row each of which was larger than the one before, up to the last one."""
+    grown: int = 0
+    """The most of them since the last event."""
+    widest: float = 0.0
+    """The largest swing since the last event."""
 
 
 @dataclass(slots=True)
@@ -192,41 +214,6 @@ def watch_end(k: int, m: Meter, pv: float, sp: float) -> None:
     if k == m.late:
         m.late_status |= m.status
         m.late_aux |= m.aux_status
-    if k >= m.late:
-        if m.control == 0 or m.extreme_at < 0:
-            m.extreme = pv
-            m.extreme_at = k
-            m.turns = 0
-        elif m.course > 0:
-            if pv > m.extreme:
-                m.extreme = pv
-                m.extreme_at = k
-            elif m.extreme - pv > m.least:
-                turn(k, m, pv)
-        elif pv < m.extreme:
-            m.extreme = pv
-            m.extreme_at = k
-        elif pv - m.extreme > m.least:
-            turn(k, m, pv)
-
-
-def turn(k: int, m: Meter, pv: float) -> None:
-    """The PV has come so far from its last extreme that this was a turning point (kernel)."""
-    if m.turns == 0:
-        m.swings = 0.0
-    elif m.turns == 1:
-        m.first_turn = m.extreme_at
-    else:
-        m.last_swing = abs(m.extreme - m.turn_value)
-        m.swings += m.last_swing
-        if m.turns == 2:
-            m.first_swing = m.last_swing
-    m.turn_value = m.extreme
-    m.last_turn = m.extreme_at
-    m.turns += 1
-    m.course = -m.course
-    m.extreme = pv
-    m.extreme_at = k
 
 
 # --- between two segments, and at the end ----------------------------------------------------------------------------
@@ -271,21 +258,19 @@ def time_blind(m: Meter, last: int) -> int:
     return m.blind_steps + (time_in_control(m, last) - m.blind_from if m.blind_from >= 0 else 0)
 
 
+def cut_off(m: Meter, k: int, *, cut: bool) -> None:
+    """From base step ``k`` on nothing moves a loop's PV, or something does again."""
+    if not cut:
+        m.cut_from = -1
+    elif m.cut_from < 0:
+        m.cut_from = time_in_control(m, k)
+
+
+def time_cut(m: Meter, last: int) -> int:
+    """Base steps in Auto or Cascade, of those up to ``last``, since nothing moves the PV any more."""
+    return time_in_control(m, last) - m.cut_from if m.cut_from >= 0 else 0
+
+
 def time_in_alarm(m: Meter, last: int) -> int:
     """Base steps in an alarm of the outermost kind, of those up to ``last``."""
     return m.alarm_steps + (last - m.alarm_since if m.alarm else 0)
-
-
-PERIODS = 3
-"""Whole periods that make an oscillation."""
-SUSTAINED = 0.8
-"""Of the first swing that the last one must have."""
-
-
-def oscillation(m: Meter, last: int) -> tuple[float, float] | None:
-    """Period in base steps and amplitude (half peak to peak) of a sustained oscillation in the last third."""
-    halves = m.turns - 2
-    if halves < 2 * PERIODS or m.last_swing < SUSTAINED * m.first_swing:
-        return None
-    period = 2 * (m.last_turn - m.first_turn) / halves
-    return (period, m.swings / halves / 2) if last - m.last_turn <= period else None

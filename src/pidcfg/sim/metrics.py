@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.meters import NEVER, Meter, oscillation, time_in_control, watch_end
+from pidcfg.sim.meters import NEVER, Meter, time_in_control, watch_end
+from pidcfg.sim.swings import oscillation, watch_swings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,6 +69,8 @@ def measure_loop(k: int, m: Meter, sig: Sequence[float]) -> None:
             m.sp_low = sp
     if k >= m.watched:
         watch_end(k, m, pv, sp)
+    if k >= m.swung:
+        watch_swings(k, m, pv)
 
 
 def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:

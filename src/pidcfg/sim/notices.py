@@ -18,6 +18,10 @@ REASON_BITS = 9
 """A notice is a reason, and above these bits the requested mode (`Plc.request_code`; 0: nobody requested one)."""
 REQUEST_BITS = 3
 """Room for the requested mode: a bit for each of three modes, or a number up to 7."""
+GOAL_ENDS = (
+    "the configured mode had not been reached; it is not requested any more, and a configured set point is not written"
+)
+"""What a mode request of an event puts an end to (D643); the reason's number is the vendor's."""
 
 
 def noticed(notice: int, requested: int, reason: int) -> int:

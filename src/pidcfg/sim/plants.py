@@ -96,7 +96,7 @@ def step_plants(
             y = other_value(p, u)
         if y > p.high or y < p.low:
             y = p.high if y > p.high else p.low
-            if p.model == SECOND_ORDER:
+            if p.model == SECOND_ORDER:  # it rests there (D642)
                 p.x = 0.0
         p.y = y
         sig[p.slot] = y

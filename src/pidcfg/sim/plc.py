@@ -75,6 +75,8 @@ class Plc(LoopFacts):
     """The key of the set point in the vendor's configuration, for which ``setpoint`` is short in events."""
     out_name: str
     """What the vendor calls a loop's output: OUT, CV, CO, MV."""
+    output_unit = ""
+    """The unit of an output for which the configuration gives none."""
     modes: Mapping[str, int]
     """Every mode by the vendor's name, as a mask of ``status``."""
     word_of_flags = "{}"
@@ -256,7 +258,7 @@ class ScanOptions:
     """What a scenario chooses about a PLC that calculates with its scans; no register holds it."""
 
     scan_time: int = 0
-    """Length of a scan in ticks: the base step; samples come with the next scan."""
+    """Length of a scan in ticks: the base step; samples come with the next scan (D641)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,5 +73,5 @@ def uneven(loop: str, period: int, step: int, since: str = "") -> Problem:
     """A sample rate that the base step does not meet."""
     what = "is shorter than" if period < step else "is no multiple of"
     message = f"{since}the sample rate of {loop}, {period / TICKS:g} s, {what} the step, {step / TICKS:g} s"
-    cure = "its samples come at the next base step; give a 'step' that fits all loops"
+    cure = f"its samples come at the next base step; give 'step: {gcd(period, step) / TICKS:g}', which fits them all"
     return Problem(("step",), message, "rounded", "warning", cure, loop=loop)

@@ -25,6 +25,12 @@ ENOUGH = 0.10
 PATIENCE = 600.0
 """Seconds, or `PATIENT` samples if those are longer, after which a PV that does not move stops the auto-tune."""
 PATIENT = 256
+MOVING = 0.10
+"""Share of the answer's slope by which the PV may move before the step."""
+SURE = 4.0 / 340.0**0.5
+"""Four standard deviations of the slope a sample, of 16 samples with a noise of 1."""
+ROUNDING = 0.3
+"""Standard deviation of what rounding to whole counts adds."""
 GOES_ON, ANSWERED, TOO_SMALL, NO_ANSWER = 0, 1, 2, 3
 """Results of `judge_response`."""
 
@@ -94,6 +100,15 @@ def steepest_line(s: CurveState, first: int, aux: list[float], change: float) ->
     middle = (at + width / 2.0) * s.tune_stride + (s.tune_stride + 1) / 2.0
     dead = middle - mean(aux, first + at, width + 1) / steepest * s.tune_stride
     return steepest / (s.tune_stride * seconds), max(dead, 1.0) * seconds
+
+
+def was_moving(s: CurveState, slope: float, count: float) -> bool:
+    """Whether the PV moved before the step by a tenth of the ``slope`` a second, and surely (kernel).
+
+    Surely: by four standard deviations of the slope of 16 samples; ``count`` is the resolution of the PV.
+    """
+    drift = abs(s.tune_drift)
+    return drift > MOVING * slope * (s.period / TICKS) and drift > SURE * max(s.tune_noise, ROUNDING * count)
 
 
 def judge_response(

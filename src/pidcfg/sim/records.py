@@ -129,6 +129,8 @@ class CurveState(LoopState):
     """Estimated standard deviation of the PV."""
     tune_base: float = 0.0
     """PV at rest."""
+    tune_drift: float = 0.0
+    """How far the PV moved each sample before the step."""
     tune_out: float = 0.0
     """Output before the autotune."""
     tune_a: float = 0.0

@@ -17,6 +17,7 @@ from pidcfg.sim.events import Agenda
 from pidcfg.sim.expect import Outcome, Watch, alarms_off, verdict, watches_of
 from pidcfg.sim.faults import faults
 from pidcfg.sim.feedback import wrong_actions
+from pidcfg.sim.idle import idle_events
 from pidcfg.sim.influence import Influence
 from pidcfg.sim.journal import Journal
 from pidcfg.sim.meters import Onset, time_in_control
@@ -30,7 +31,7 @@ from pidcfg.sim.standing.evidence import Evidence
 from pidcfg.sim.standing.judge import standing, unused_allowances
 from pidcfg.sim.standing.lookout import Lookout
 from pidcfg.sim.standing.watch import meters_of
-from pidcfg.sim.steady import UnsteadyError, settle
+from pidcfg.sim.steady import UnsteadyError, refused, settle
 from pidcfg.sim.trace import Sink, Trend
 
 if TYPE_CHECKING:
@@ -69,12 +70,13 @@ def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Control
     ``new_plc`` makes the PLC at its program-to-run transition; it is called again when the network does not settle and
     the run starts without the pre-roll.
     """
-    run = _Run.of(scenario, new_plc(), controller, settings)
+    run = _Run.of(scenario, new_plc, controller, settings)
     if scenario.initial == "steady" and run.plc.running:
         try:
             run.zero = settle(run.machine, settings.max_loop_steps)
+            run.problems += refused(run.machine)
         except UnsteadyError as error:
-            run = _Run.of(scenario, new_plc(), controller, settings)
+            run = _Run.of(scenario, new_plc, controller, settings)
             run.problems.append(error.problem)
     return run.to_end()
 
@@ -102,8 +104,9 @@ class _Run:
     """Sample rates at the last look."""
 
     @classmethod
-    def of(cls, scenario: Scenario, plc: Plc, controller: Controller, settings: Settings) -> _Run:
+    def of(cls, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> _Run:
         """Everything in place, nothing run yet."""
+        plc = new_plc()
         net = prepare(scenario, plc)
         step = base_step(scenario, plc)
         last = int(scenario.duration * TICKS) // step
@@ -116,7 +119,7 @@ class _Run:
             notes += [Note(0.0, loop, f"initial output {value}: {idle}")] if idle else []
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
-        influence = Influence.of(scenario, net, plc)
+        influence = Influence.of(scenario, net, plc, idle_events(scenario, new_plc, net))
         meters = meters_of(scenario, plc, net, last)
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}

@@ -52,6 +52,25 @@ def settle(machine: Machine, max_loop_steps: int | None) -> int:
     raise UnsteadyError(_explain(machine, k, spans[moving], moving, steps))
 
 
+def refused(machine: Machine) -> list[Problem]:
+    """A warning for each loop that rests in another mode than it is meant for: what rests is not under control."""
+    plc = machine.plc
+    modes = [plc.mode(state.status) for state in plc.st[: len(plc.loops)]]
+    cure = "see the mode changes at 0 s for the reason"
+    return [
+        Problem(
+            ("initial",),
+            f"{loop} rests in {mode}, though {goal} is meant",
+            "no_steady_state",
+            "warning",
+            cure,
+            loop=loop,
+        )
+        for loop, mode, goal in zip(plc.loops, modes, plc.goals, strict=True)
+        if goal != "manual" and mode == "manual" and "manual" in plc.modes
+    ]
+
+
 def window_of(machine: Machine) -> int:
     """Base steps of a window: the longest time constant, in whole samples so that all loops sample at time 0."""
     periods = [config.period for config in machine.plc.cfg]

@@ -13,6 +13,8 @@ from pidcfg.tuning.rules import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGL
 
 OBSERVED = 16
 """Samples at rest from which the noise of a PV is estimated."""
+SPREAD = OBSERVED * (OBSERVED * OBSERVED - 1) / 12.0
+"""Sum of the squares of the samples' distances from the middle one."""
 SECOND_DIFFERENCE = 1.9544
 """Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise in standard deviations: sqrt(6) sqrt(2 / pi)."""
 FIRST_TURN, LAST_TURN = 4, 8
@@ -44,20 +46,26 @@ def begin_noise(s: CurveState) -> None:
     s.tune_count = 0
     s.tune_sum = 0.0
     s.tune_base = 0.0
+    s.tune_drift = 0.0
 
 
 def measure_noise(s: CurveState, p: float) -> bool:
-    """One more sample at rest; after the last one noise, from second differences, and mean are known (kernel)."""
+    """One more sample at rest (kernel).
+
+    After the last one the noise, from second differences, the mean and the slope of a regression line are known.
+    """
     if s.tune_count >= 2:
         s.tune_sum += abs(p - 2.0 * s.tune_a + s.tune_b)
     s.tune_b = s.tune_a
     s.tune_a = p
     s.tune_base += p
+    s.tune_drift += (s.tune_count - (OBSERVED - 1) / 2.0) * p
     s.tune_count += 1
     if s.tune_count < OBSERVED:
         return False
     s.tune_noise = s.tune_sum / (OBSERVED - 2.0) / SECOND_DIFFERENCE
     s.tune_base /= OBSERVED
+    s.tune_drift /= SPREAD
     return True
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
+from pidcfg.verification.bench import IN_CASCADE
+
 if TYPE_CHECKING:
     from pidcfg.verification.bench import Bench
 
@@ -56,12 +58,17 @@ class Stage:
 
 
 def at_rest(b: Bench) -> tuple[Act, ...]:
-    """In Manual, with the plant at rest at the set point."""
+    """In Manual, with the plant at rest at the set point.
+
+    The output is held until the inner loops are in Cascade: some masters take over what these have for a set point.
+    """
+    held = min(round(IN_CASCADE * b.slowest / b.sample), round(b.rest / b.sample) - 1)
     return (
         Act(0.0, mode="auto"),  # a block may keep its set point from a master in Manual, too
         Act(0.0, mode="manual"),
         Act(0.0, output=b.middle),
         Act(b.sample, setpoint=b.start),
+        *(Act(k * b.sample, output=b.middle) for k in range(1, held)),
         Act(b.rest - b.sample, output=b.middle),
     )
 

@@ -15,6 +15,7 @@ from pidcfg.verification.lines import Scene, reason
 from pidcfg.verification.names import companions
 from pidcfg.verification.neutral import ACTION, loops_of
 from pidcfg.verification.operated import refused
+from pidcfg.verification.signals import MEAN
 from pidcfg.verification.smoothing import FILTER, SMOOTHING, lets_through_the_same
 from pidcfg.verification.stages import stages_of
 from pidcfg.verification.trial import Side, finest, new_plc, resolution, run
@@ -118,6 +119,7 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
     smoothed = float(min(loop.tuning.derivative_filter, other.tuning.derivative_filter))
     kick = float(loop.tuning.derivative_time) / (bench.sample + smoothed)
     alone = fine_output + fine_pv / bench.span * share * (1 / passed + kick)
+    mean = fine_output + fine_pv / bench.span * share * (1 + 1 / passed + kick / MEAN)
     pv = pv / passed + output * abs(bench.gain)
     band = float(max(loop.deadband, other.deadband))
     switching = share * band / bench.span
@@ -130,6 +132,7 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
         band,
         switching,
         switching * float(loop.tuning.derivative_time) / bench.sample,
+        mean if kick else 0.0,
     )
 
 

@@ -30,6 +30,8 @@ MARGIN = 0.02
 """Share of the PV's range at its ends that the tests leave alone, where alarms that are not wanted are parked."""
 FORGOTTEN = 12
 """Time constants after which a filter has forgotten."""
+IN_CASCADE = 8
+"""Samples of the slowest loop of a cascade after which the inner ones are in Cascade."""
 FEWEST, MOST = 60, 800
 """Samples of a stage."""
 
@@ -108,7 +110,7 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
         room,
         samples * sample,
         min(max(ceil(5 / crossover / sample), 10), MOST // 2) * sample,
-        max(ceil(FORGOTTEN * _filters(loop, other) / sample), 6, ceil(8 * slowest / sample)) * sample,
+        max(ceil(FORGOTTEN * _filters(loop, other) / sample), 6, ceil(IN_CASCADE * slowest / sample)) * sample,
         max(slowest, sample),
         limits,
     )

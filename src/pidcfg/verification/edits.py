@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 NEAR = Decimal("1e-9")
 SHORT = Decimal("1e-6")
 """Of a time constant, what is as good as none."""
+CONDITION = "when"
+"""The key of it."""
 TRIES = 12
 """Steps of the secant method."""
 UNFIT = (ArithmeticError, ConvertError, DecodeError, EncodeError, LookupError, TypeError, ValueError)
@@ -82,7 +84,11 @@ class Builder:
     def reset(self, i: int, key: str) -> bool:
         """A key that the target does not have goes back to its default."""
         path = self.place(i, key)
-        default = None if path is None else _default(self.config, path)
+        default: Any = None
+        if path is not None and _is_conditional(self.config, path):  # a copy that is never made
+            path, default = (*path, CONDITION), False
+        elif path is not None:
+            default = _default(self.config, path)
         if path is None or default is _NONE:
             return False
         before = self.config
@@ -150,6 +156,13 @@ class _Nothing:
 
 
 _NONE = _Nothing()
+
+
+def _is_conditional(config: Any, path: Path) -> bool:
+    """Whether an entry of a list is carried out under a condition."""
+    entry = value_at(config, path)
+    listed = isinstance(path[-1], int) and isinstance(entry, BaseModel)
+    return listed and CONDITION in type(entry).model_fields
 
 
 def _default(config: Any, path: Path) -> Any:

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.operation.rules import PREFIX
-from pidcfg.verification.comparison import AT_END, SAMPLES, apart
+from pidcfg.verification.comparison import AT_END, SAMPLES
+from pidcfg.verification.signals import apart
+from pidcfg.verification.smoothing import SMOOTHING, further
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -27,6 +29,8 @@ AT_LIMIT = 0.02
 PV_ALARMS = {"low_low", "low", "high", "high_high"}
 BANDS = 4
 """Widths of a dead band within which a loop is led by its rule."""
+KICKS = 2.0
+"""Times what a filter lets more through of the largest change: both sides kick, and the loop answers."""
 SLOW = 0.02
 """Share of the range that the slowest integral of a PLC without its own switch moves a loop by in a stage."""
 VALUES = ("pv", "output")
@@ -57,6 +61,8 @@ def explains(line: Line, difference: Difference, k: int, scene: Scene) -> bool:
         return False  # no rule explains another limit
     if signal not in {*VALUES, "setpoint", "mode"} and not _pv_differs(k, scene):
         return False
+    if path == SMOOTHING:
+        return _smoothed(further(line.change, scene.loop), difference, k, scene)
     rule = RULES.get(path)
     return rule is not None and rule(difference, k, scene)
 
@@ -74,6 +80,11 @@ def _deviation(path: str) -> str:
 
 def _at_start(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001
     return scene.stage.name == "start"
+
+
+def _from_zero(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+    """Where one side goes on from its output in Manual, and the other from an integral of 0."""
+    return difference.signal in VALUES and scene.stage.name == "start" and scene.loop.mode != "manual"
 
 
 def _first_in_manual(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001
@@ -96,6 +107,32 @@ def _transfer(difference: Difference, k: int, scene: Scene) -> bool:
     return difference.signal not in {"setpoint", "mode"} and _since_auto(difference, k, scene)
 
 
+def _rate_anew(difference: Difference, k: int, scene: Scene) -> bool:
+    """From the change to Auto on, by what the derivative makes of the PV's rate at that time."""
+    if difference.signal not in VALUES or not _since_auto(difference, k, scene):
+        return False
+    bench, loop, sample = scene.bench, scene.loop, scene.bench.sample
+    ns = [round(act.at / sample) for act in scene.stage.acts if act.mode == "auto"]
+    rates = [abs(trial.pv[n] - trial.pv[n - 1]) / sample for trial in (scene.one, scene.two) for n in ns if n]
+    width = float(loop.output.range[1] - loop.output.range[0])
+    most = KICKS * abs(float(loop.tuning.gain * loop.tuning.derivative_time)) / width * max(rates, default=0.0)
+    return _within(most * (abs(bench.gain) if difference.signal == "pv" else 1.0), difference, k, scene)
+
+
+def _within(most: float, difference: Difference, k: int, scene: Scene) -> bool:
+    """Whether both sides are apart by no more than a line makes them, besides what is allowed."""
+    one, two = (getattr(trial, difference.signal)[k] for trial in (scene.one, scene.two))
+    return bool(abs(one - two) <= difference.allowed + most)
+
+
+def _within_a_sample(difference: Difference, k: int, scene: Scene) -> bool:
+    """Whether one side comes by less than a sample later."""
+    if difference.signal not in VALUES:
+        return False
+    one, two = (getattr(trial, difference.signal) for trial in (scene.one, scene.two))
+    return apart(one, two, k, 1) <= difference.allowed
+
+
 def _since_manual(difference: Difference, k: int, scene: Scene) -> bool:
     """From the change to Manual on."""
     changes = [act.at for act in scene.stage.acts if act.mode == "manual" and act.at >= scene.stage.begin]
@@ -105,6 +142,26 @@ def _since_manual(difference: Difference, k: int, scene: Scene) -> bool:
 def _kick(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001
     derives = bool(scene.loop.tuning.derivative_time)
     return derives and difference.signal in VALUES and scene.stage.name in SETPOINT_MOVES
+
+
+def _smoothed(share: float, difference: Difference, k: int, scene: Scene) -> bool:
+    """Whether a difference is no larger than what another filter of the derivative makes of the stage's changes."""
+    if difference.signal not in VALUES:
+        return False
+    bench, tuning = scene.bench, scene.loop.tuning
+    first = round(scene.stage.begin / bench.sample)
+    changes = range(max(first, 1), k + 1)
+    jumps = [_error(trial, n) - _error(trial, n - 1) for trial in (scene.one, scene.two) for n in changes]
+    width = float(scene.loop.output.range[1] - scene.loop.output.range[0])
+    rate = abs(float(tuning.gain)) * float(tuning.derivative_time) / bench.sample / width
+    most = KICKS * share * rate * max(map(abs, jumps), default=0.0)
+    if difference.signal == "pv":
+        most *= abs(bench.gain) * min(1.0, KICKS * bench.sample / bench.time)
+    return _within(most, difference, k, scene)
+
+
+def _error(trial: Trial, n: int) -> float:
+    return trial.setpoint[n] - trial.pv[n]
 
 
 def _since_limit(difference: Difference, k: int, scene: Scene) -> bool:
@@ -190,7 +247,10 @@ RULES: Mapping[str, Callable[[Difference, int, Scene], bool]] = {
     "anti_windup": _since_limit,
     "pv.filter": _later,
     "tuning.integral_time": _slow_integral,
+    f"{PREFIX}start": _from_zero,
     f"{PREFIX}transfer": _transfer,
+    f"{PREFIX}rate": _rate_anew,
+    f"{PREFIX}filter": _within_a_sample,
     f"{PREFIX}master": _at_start,
     "output.manual": _first_in_manual,
     f"{PREFIX}manual": _since_manual,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import expm1
+from math import ceil, expm1
 from typing import TYPE_CHECKING
 
 from pidcfg.verification.acts import ALL, Act, Stage, in_auto, later
@@ -18,7 +18,7 @@ FASTEST, SLOWEST = 0.0025, 0.001
 """Sweep of the PV through its alarms: share of the range a sample."""
 SHARE_OF_BAND = 0.1
 """Of the narrowest alarm, what the sweep covers in a sample."""
-BLIND = 0.01
+BLIND = 0.0025
 """Alarms nearer to the ends of the range are not reached."""
 SHARE_OF_HYSTERESIS = 0.06
 """What the sweep around an alarm covers in a sample: a quarter of the hysteresis is more than two samples."""
@@ -34,6 +34,8 @@ BANDS, FEWEST_BANDS = 6.0, 2.0
 """Widths of a dead band that the PV is moved by, where the output has room for it, and at least."""
 SHORTEST, LONGEST = 20, 200
 """Samples of which each step lasts."""
+SLOWER = 4.0
+"""Derivative times that a slow change of the PV takes."""
 FORGOTTEN = 6
 """Time constants after which a filter has forgotten, for what is to be seen."""
 
@@ -41,6 +43,8 @@ FORGOTTEN = 6
 def open_loop(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage]:
     """The stages of one loop; ``other`` is the same loop on the other side, ``count`` what the PV is counted in."""
     yield _answer(b, loop, other)
+    if loop.tuning.derivative_time:
+        yield _slow_answer(b, loop, other)
     yield from _alarms(b, loop, other)
     yield from _hysteresis(b, loop, count)
 
@@ -66,6 +70,22 @@ def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     hold = samples * b.sample
     acts = (Act(0.0, moved=by), Act(hold, moved=0.0))
     return _sweep(b, "answer", "a step of the PV and back", acts, 2 * hold, ALL)
+
+
+def _slow_answer(b: Bench, loop: Loop, other: Loop) -> Stage:
+    """The PV slowly to another value and back: gain and integral, where the derivative's kick leaves them no room."""
+    tuning, width = loop.tuning, float(loop.output.range[1] - loop.output.range[0])
+    share = abs(float(tuning.gain)) * b.span / width or 1.0
+    integral, filters = float(tuning.integral_time), max(float(one.pv.filter) for one in (loop, other))
+    ramp = ceil(max(FORGOTTEN * filters, SLOWER * float(tuning.derivative_time)) / b.sample)
+    hold = min(max(round(integral / 2 / b.sample), SHORTEST), LONGEST)
+    summed = (ramp / 2 + hold) * b.sample / integral if integral else 0.0
+    low, high = b.middle - b.limits[0], b.limits[1] - b.middle
+    size = min(ROOM * max(low, high) / (share * (1 + 1 / SLOWER + summed)), LARGEST_STEP) * b.span
+    rate = b.sign * size * (1.0 if high >= low else -1.0) / (ramp * b.sample)
+    times = [k * b.sample for k in (0, ramp, ramp + hold, 2 * ramp + hold)]
+    acts = tuple(Act(at, load=load) for at, load in zip(times, (-rate, 0.0, rate, 0.0), strict=True))
+    return _sweep(b, "slow answer", "the PV slowly to another value and back", acts, times[-1] + 10 * b.sample, ALL)
 
 
 def _alarms(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:

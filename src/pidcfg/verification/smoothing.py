@@ -36,3 +36,9 @@ def lets_through_the_same(line: Change, loop: Loop, other: Loop) -> bool:
         for rule, one in zip(rules_of(line), (loop, other), strict=True)
     ]
     return abs(float(shares[0] - shares[1])) <= NEAR
+
+
+def further(line: Change, loop: Loop) -> float:
+    """How much more of a change one of both rules lets through in a sample, with the time constant of a loop."""
+    one, two = (rule.share(loop.tuning.derivative_filter, loop.sample_time) for rule in rules_of(line))
+    return abs(float(one - two))

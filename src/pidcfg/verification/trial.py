@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from array import array
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.refs import Decision
 from pidcfg.sim.plc import COUNTS, TICKS, CountsPlc
 from pidcfg.sim.recording import Recording
 from pidcfg.sim.records import NEVER
@@ -23,13 +25,22 @@ if TYPE_CHECKING:
     from pidcfg.verification.acts import Stage
     from pidcfg.verification.bench import Bench
 
+D580 = Decision(
+    580,
+    "the battery works the operator's inputs, wired or not",
+    "In every stage but the start SP, ManualMV, Manual and CASC of a NextoPID loop are free of their wires, each at "
+    "the first value of its wire, on both sides. A copy that a line of the report says the target does not have is "
+    "never made by the twin.",
+    "A wire to one of them is the operator's switch or his panel; with it in force the battery cannot operate the "
+    "loop, and a conversion with its action reversed was called alike in the two stages that were left.",
+)
 TWELVE_BITS = 4095
 """Counts of an analog module where the PLC calculates with finer numbers."""
 SAME_ALARM = {"deviation_yellow": "deviation_high", "deviation_red": "deviation_high_high"}
 """Alarms that go by another name."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Side:
     """A configuration that runs: its vendor, its image, and its loops in the neutral form."""
 
@@ -44,6 +55,11 @@ class Side:
         if loop is None:
             raise ValueError(f"loop {i} has no neutral form")
         return loop
+
+    @cached_property
+    def operated(self) -> Any:
+        """The image with the operator's inputs in his own hand, whatever the program wires to them."""
+        return self.vendor.module("controller").load(self.image).operated(self.image)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,9 +101,9 @@ class EverySample(Recording):
         """The run is over."""
 
 
-def new_plc(side: Side, active: Collection[int]) -> Plc:
-    """The PLC of a side in which only some of the loops are calculated."""
-    plc: Plc = side.vendor.module("controller").load(side.image)
+def new_plc(side: Side, active: Collection[int], *, by_hand: bool = False) -> Plc:
+    """The PLC of a side in which only some of the loops are calculated; ``by_hand``: with nothing but its operator."""
+    plc: Plc = side.vendor.module("controller").load(side.operated if by_hand else side.image)
     for i in range(len(plc.loops)):
         if i not in active:
             plc.cfg[i].halt = 1
@@ -122,18 +138,19 @@ def run(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bool, li
     from pidcfg.sim.run import Settings, simulate
 
     others = companions(side.loops, i, with_master=stage.with_master)
-    plc = new_plc(side, (i, *others))
+    by_hand = stage.output is not None
+    plc = new_plc(side, (i, *others), by_hand=by_hand)
     name, c = plc.loops[i], plc.cfg[i]
     low, width = bench.low, bench.span
     shown = f"(Plant * (1 - lost) + ({low!r}) * lost)" if stage.loses_sensor else "Plant"
     shown = "(Plant + moved)" if stage.swept else shown
     measured = f"({low!r}) + ({shown} - ({low!r})) * ({shown} - ({low!r})) / {width!r}" if before_root else shown
-    names = names_of(plc, side.loops, i, measured, others, as_configured=stage.output is None)
+    names = names_of(plc, side.loops, i, measured, others, as_configured=not by_hand)
     scenario = Scenario.model_validate(scenario_data(stage, bench, names))
     signals = [plc.signals[slot] for slot in (c.sig_pv, c.sig_sp, c.sig_out)]
     recording = EverySample(frozenset(signals))
     settings = Settings("python", recording=recording, max_loop_steps=limit)
-    fresh: Callable[[], Plc] = lambda: new_plc(side, (i, *others))  # noqa: E731
+    fresh: Callable[[], Plc] = lambda: new_plc(side, (i, *others), by_hand=by_hand)  # noqa: E731
     report = simulate(scenario, fresh, side.vendor.module("controller"), settings)
     count = int(stage.end / bench.sample + 1e-9) + 1
     rows = [min(round(k * bench.sample / recording.dt), len(recording.columns[signals[0]]) - 1) for k in range(count)]

@@ -71,7 +71,7 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
     show_default=True,
     help="How the report is printed: text on stderr, JSON on stdout.",
 )
-@report_options.report_files("convert", flag="--report-output")
+@report_options.report_files("convert")
 @click.option(
     "--verify",
     type=click.Choice(["pass", "report"]),

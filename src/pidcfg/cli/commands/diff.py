@@ -29,7 +29,7 @@ EPILOG = options.examples(
     "pidcfg diff reactor.yaml upload.hex --exit-code",
     "pidcfg diff monday.hex friday.hex --like reactor.yaml",
     "pidcfg diff reactor.yaml reactor-click.yaml --format markdown",
-    "pidcfg diff main.yaml branch.yaml --output markdown=changes.md --output json=changes.json",
+    "pidcfg diff main.yaml branch.yaml --report-output markdown=changes.md",
     "pidcfg diff main.yaml branch.yaml --plot before-after.svg",
 )
 
@@ -51,7 +51,7 @@ EPILOG = options.examples(
     "--live", is_flag=True, help="Compare with a listing also what runs: PV, output, mode, set point, status, requests."
 )
 @report_options.report_format("diff")
-@report_options.report_files("diff")
+@report_options.report_files("diff", "--output")
 @plots.OVERLAY
 @options.FORCE
 @plots.VERIFY

@@ -30,7 +30,7 @@ NEEDS = {"page": ("jinja2", "matplotlib"), "xlsx": ("xlsxwriter",)}
 EPILOG = options.examples(
     "pidcfg report reactor.scenario.yaml",
     "pidcfg report loops/ scenarios/ -o handover.html --project 'Line 4' --document PID-0042 --revision B",
-    "pidcfg report reactor.yaml --csv tables --xlsx tables.xlsx",
+    "pidcfg report reactor.yaml --tables tables --xlsx tables.xlsx",
 )
 
 
@@ -59,9 +59,9 @@ def _field(name: str, what: str) -> options.Decorator:
     "out",
     metavar="FILE",
     callback=_ending(".html", ".htm"),
-    help=f"The page; {PAGE} unless --csv or --xlsx is given, - for standard output.",
+    help=f"The page; {PAGE} unless --tables or --xlsx is given, - for standard output.",
 )
-@click.option("--csv", "csv", metavar="FOLDER", help="Write the tables as CSV files into a folder.")
+@click.option("--tables", "--csv", "csv", metavar="FOLDER", help="Write the tables as CSV files into a folder.")
 @click.option(
     "--xlsx", "xlsx", metavar="FILE", callback=_ending(".xlsx"), help="Write the tables as an Excel workbook."
 )

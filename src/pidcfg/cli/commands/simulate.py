@@ -32,18 +32,24 @@ if TYPE_CHECKING:
 
 EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml",
-    "pidcfg simulate reactor.scenario.yaml --csv trend.csv --every 5",
+    "pidcfg simulate reactor.scenario.yaml --trend trend.csv --every 5",
     "pidcfg simulate reactor.scenario.yaml --plot trend.svg --plot -",
     "pidcfg simulate scenarios/ --format json",
-    "pidcfg simulate scenarios/ --output junit=simulation.xml",
+    "pidcfg simulate scenarios/ --report-output junit=simulation.xml",
 )
 
 
 @click.command("simulate", epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
 @report_options.report_format("simulate")
-@report_options.report_files("simulate")
-@click.option("--csv", "csv", type=click.Path(dir_okay=False), help="Write the trend: time and one column a signal.")
+@report_options.report_files("simulate", "--output")
+@click.option(
+    "--trend",
+    "--csv",
+    "csv",
+    type=click.Path(dir_okay=False),
+    help="Write the trend as CSV: time and one column a signal.",
+)
 @click.option(
     "--every", type=click.IntRange(1), default=1, show_default=True, help="Rows of the trend: one every N base steps."
 )
@@ -83,7 +89,7 @@ def command(
     """
     from pidcfg.api import simulate
     from pidcfg.cli.files.trend import trend_file
-    from pidcfg.cli.formats.simulation_text import in_a_line
+    from pidcfg.cli.formats.simulation_text import remarks
 
     if engine == "numba":
         need("numba", "fast")
@@ -91,7 +97,7 @@ def command(
     if not scenarios:
         raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
     if csv is not None and len(scenarios) != 1:
-        raise click.UsageError(f"--csv takes one scenario, not {len(scenarios)}")
+        raise click.UsageError(f"--trend takes one scenario, not {len(scenarios)}")
     report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")
     report_options.refuse_outputs((csv, *plot, *(report.path for report in reports)), files_of(scenarios))
     if fmt != "text" and plots.TERMINAL in plot:
@@ -117,9 +123,8 @@ def command(
         report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, fails))
         if plots.TERMINAL in plot:
             plots.show(charts)
-    if fmt == "github" and not quiet:
-        for outcome in outcomes:
-            note(in_a_line(outcome))
+    for text in () if quiet else remarks(outcomes, fmt, csv):
+        note(text)
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
 
 

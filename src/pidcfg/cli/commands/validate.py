@@ -27,14 +27,14 @@ EPILOG = options.examples(
     "pidcfg validate reactor.yaml",
     "pidcfg validate loops/ --severity warning --strict",
     "pidcfg validate *.yaml --format json --ignore DL220",
-    "pidcfg validate loops/ --output sarif=pidcfg.sarif --output junit=pidcfg.xml",
+    "pidcfg validate loops/ --report-output sarif=pidcfg.sarif",
 )
 
 
 @click.command("validate", epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.take)
 @report_options.report_format("validate")
-@report_options.report_files("validate")
+@report_options.report_files("validate", "--output")
 @click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
 @options.SELECT
 @options.IGNORE

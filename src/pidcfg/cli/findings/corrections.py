@@ -83,7 +83,7 @@ def _tally(fixed: Fixed) -> str:
 def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
     """Ends the command where an option would go unheard, or a report could not be written after the corrections."""
     named = [f"--{name}-baseline" for name in ("create", "shrink") if ctx.params[name]]
-    named += ["--output"] * bool(reports)
+    named += ["--report-output"] * bool(reports)
     named += ["--format"] * (ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE)
     if ctx.params["diff"] and named:
         raise click.UsageError(f"--diff prints a patch and nothing else, so it takes no {' or '.join(named)}", ctx)

@@ -36,7 +36,7 @@ KEYS = {
 REFUSED = {
     "limit": "limits on untrusted input are raised on the command line only (--limit)",
     "limits": "limits on untrusted input are raised on the command line only (--limit)",
-    "output": "files to write are named on the command line only (--output)",
+    "output": "files to write are named on the command line only (--report-output)",
     "fix": "files are changed only when the command line says so (--fix)",
 }
 """Keys that users may expect, and why they do not exist."""

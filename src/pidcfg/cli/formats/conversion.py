@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from decimal import Decimal
 from textwrap import fill
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from pidcfg.conversion.values import text_of
 from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from pidcfg.conversion.ledger import Change
     from pidcfg.conversion.pipeline import LoopReport
@@ -81,7 +82,19 @@ def _unneeded(changes: Sequence[Change]) -> list[str]:
 def _worth_reading(changes: Sequence[Change]) -> list[Change]:
     """Losses first, then by kind; without what came over exactly and needs no word, or is not needed."""
     noted = [row for row in changes if (row.kind != "exact" or row.note) and not _is_unneeded(row)]
-    return sorted(noted, key=lambda row: (not row.loss, -WORST.index(row.kind)))
+    return sorted(map(_apart(changes), noted), key=lambda row: (not row.loss, -WORST.index(row.kind)))
+
+
+def _apart(changes: Sequence[Change]) -> Callable[[Change], Change]:
+    """Names the key of the result, too, where one of the source goes to several."""
+    places: dict[str, set[str]] = {}
+    for row in changes:
+        places.setdefault(row.field, set()).add(row.target_field)
+    return lambda row: (
+        replace(row, field=f"{row.field} to {row.target_field}")
+        if row.target_field and len(places[row.field] - {""}) > 1
+        else row
+    )
 
 
 def as_markdown(result: ConvertResult) -> str:

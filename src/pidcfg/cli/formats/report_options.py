@@ -52,8 +52,8 @@ def report_format(command: str) -> Decorator:
     )
 
 
-def report_files(command: str, flag: str = "--output") -> Decorator:
-    """``--output FORMAT=PATH`` of a command, as often as wanted."""
+def report_files(command: str, *former: str) -> Decorator:
+    """``--report-output FORMAT=PATH`` of a command, as often as wanted; ``former``: what the option was called."""
     names = formats_of(command)
 
     def parsed(ctx: click.Context, param: click.Parameter, values: Sequence[str]) -> tuple[Report, ...]:
@@ -63,7 +63,8 @@ def report_files(command: str, flag: str = "--output") -> Decorator:
             raise click.BadParameter(str(error), ctx, param) from None
 
     return click.option(
-        flag,
+        "--report-output",
+        *former,
         "reports",
         multiple=True,
         metavar="FORMAT=PATH",

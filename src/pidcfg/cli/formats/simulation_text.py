@@ -13,7 +13,7 @@ from pidcfg.sim.report import Tally, in_short
 from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from pidcfg.scenario.outcome import Outcome
     from pidcfg.sim.report import Report
@@ -145,6 +145,16 @@ def _verdicts(outcome: Outcome, report: Report) -> str:
         + verdict_line(outcome, report)
         + "\n"
     )
+
+
+def remarks(outcomes: Sequence[Outcome], fmt: str, trend: str | None) -> Iterator[str]:
+    """What people are told beside the results: what a trend's signals are, and in a job of GitHub how each run went."""
+    from pidcfg.scenario.charts import signals_before_root
+
+    if trend is not None:
+        yield from (f"{trend}: {loop}: {text}" for loop, text in signals_before_root(outcomes[0]).items())
+    if fmt == "github":
+        yield from map(in_a_line, outcomes)
 
 
 def in_a_line(outcome: Outcome) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import ZERO
 from pidcfg.conversion.builder import TargetBuilder, target_file
-from pidcfg.conversion.operation.rules import Manual
+from pidcfg.conversion.operation.rules import Manual, Windup
 from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED, DEAD_BAND, HELD, MS
 from pidcfg.conversion.unmatched import ALARMS, unmatched
@@ -66,6 +66,8 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequ
         b = TargetBuilder(i, {"name": loop.name} | present({"description": loop.description}))
         take(b, loop, loop, FIELDS)
         _to_manual(b, operations[i].manual if operations else Manual.STAYS)
+        if operations and operations[i].windup is Windup.HELD_BEYOND:  # a DPIDE in mode 0, or one that tunes
+            b.data["PID_MODE"] = 0
         note = "" if i < len(devices) else "chosen; --device names another"
         b.put("device", devices[i] if i < len(devices) else f"D{i * BLOCK}", None, note)
         b.data = {key: b.data[key] for key in Instruction.model_fields if key in b.data}

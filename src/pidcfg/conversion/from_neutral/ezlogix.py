@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import ROUND_FLOOR, Decimal
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import ZERO, product, quotient, rescaled, width
@@ -13,7 +13,7 @@ from pidcfg.conversion.operation.rules import BOUNDED
 from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
 from pidcfg.conversion.unmatched import unmatched
-from pidcfg.encoders.maps.ezlogix import BLOCKS
+from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL
 from pidcfg.encoders.words import nearest
 from pidcfg.paths import is_given
 from pidcfg.refs import Decision
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from pidcfg.conversion.ledger import TargetFile
     from pidcfg.conversion.operation.rules import Operation
     from pidcfg.conversion.same import Table
-    from pidcfg.schemas.generic import GenericFile, Loop
+    from pidcfg.schemas.generic import GenericFile, Loop, Pulse
 
 D291 = Decision(
     291,
@@ -42,6 +42,8 @@ def _counts(text: str) -> tuple[int, int]:
     return parse_counts([int(low), int(high)])
 
 
+TENTH = Decimal("0.1")
+"""Of a second: the last digit of the pulse's times."""
 BANKS = {"registers": REGISTERS, "discretes": DISCRETES}
 ACTIONS = {raises: action for action, raises in RAISES.items()}
 BY_PROGRAM = {
@@ -149,6 +151,16 @@ def _pv_filter(b: TargetBuilder, e: EzlogixLoop) -> None:
         b.drop("pv.filter", f"filter {e.pv_tag} in the program with {time}; {register}")
 
 
+def _setpoint(b: TargetBuilder, e: EzlogixLoop) -> None:
+    """Within its limits, which every PLC of the set controls to: this one refuses nothing and overwrites it (EZ438)."""
+    value, limits = e.neutral.setpoint.value, e.neutral.setpoint.limits
+    if value is None:
+        return
+    held = value if limits is None else max(min(value, limits[1]), limits[0])
+    note = "" if held == value else "the limit is what the loop controls to"
+    b.put("setpoint.value", held, "setpoint.value", note, exact=value, clamped=held != value)
+
+
 def _cv_tag(b: TargetBuilder, e: EzlogixLoop) -> None:
     b.put("output.tag", e.cv_tag, None, "where the CV goes")
 
@@ -165,6 +177,20 @@ def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
             b.mark("output.tag", "output.manual", "a loop starts with 0 counts")
     if output.pulse is not None:
         b.put("output.pulse.tag", e.pulse_tag, None, "the discrete output")
+        _least_pulse(b, output.pulse)
+
+
+def _least_pulse(b: TargetBuilder, pulse: Pulse) -> None:
+    """The minimum on time; one of the whole cycle becomes the longest pulse, since full output is 4095 / 4096 of it."""
+    if not pulse.min_on:
+        return
+    longest = product(pulse.period, quotient(FULL, Decimal(DUTY_FULL)))
+    if longest < pulse.min_on.quantize(TENTH) and pulse.min_on <= pulse.period:
+        held = longest.quantize(TENTH, ROUND_FLOOR)
+        note = f"the longest pulse is {CV_FULL}/{DUTY_FULL} of the cycle: it would never switch on"
+        b.put("output.pulse.min_on", held, "output.pulse.min_on", note, exact=pulse.min_on, clamped=True)
+    else:
+        b.put("output.pulse.min_on", pulse.min_on, "output.pulse.min_on")
 
 
 # --- what the program does -------------------------------------------------------------------------------------------
@@ -252,14 +278,14 @@ FIELDS: Table[TargetBuilder, EzlogixLoop] = (
     _pv_counts_of_loop,
     Same("pv.square_root", if_on=True),
     _pv_filter,
-    Same("setpoint.value"),
+    _setpoint,
     Same("setpoint.limits", two=True),
     _cv_tag,
     *same("output.range", "output.unit"),
     Same("output.limits", two=True),
     _output,
     Same("output.pulse.period", "output.pulse.cycle_time"),
-    *same("output.pulse.min_on", "output.pulse.min_off", "deadband", if_on=True),
+    *same("output.pulse.min_off", "deadband", if_on=True),
     _alarms,
 )
 """Every field in the order of the file."""

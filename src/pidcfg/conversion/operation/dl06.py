@@ -13,6 +13,7 @@ from pidcfg.conversion.operation.rules import (
     Operation,
     Own,
     Start,
+    Stopped,
     Transfer,
     Windup,
     WithoutIntegral,
@@ -52,6 +53,7 @@ def operations(config: Dl06File) -> list[Operation]:
         rules.append(
             Operation(
                 start=Start.RETURNS,
+                stopped=Stopped.GOES_ON if loop.independent_of_cpu_mode else Stopped.STANDS,
                 transfer=Transfer.GOES_ON if velocity or loop.bumpless == "I" else Transfer.ON_TOP,
                 without_integral=WithoutIntegral.TAKEN_OVER,
                 windup=Windup.NONE if velocity else frozen,

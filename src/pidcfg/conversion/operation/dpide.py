@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.operation.rules import Deadband, Manual, Operation, Own, Windup
-from pidcfg.conversion.to_neutral.dpide import BACK_CALCULATED
+from pidcfg.conversion.to_neutral.dpide import AROUND, BACK_CALCULATED
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dpide import DpideFile, Loop
 
-OWN = Own(("device", "devices"))
-"""Its devices."""
+OWN = Own(("device", "devices"), dict.fromkeys(AROUND, ""))
+"""Its devices, and how the program calls it."""
 
 
 def operations(config: DpideFile) -> list[Operation]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.operation.rules import Operation, Own, Transfer, Windup
+from pidcfg.conversion.operation.rules import Operation, Own, Stopped, Transfer, Windup
 from pidcfg.schemas.ezlogix import CV_FULL
 
 if TYPE_CHECKING:
@@ -28,11 +28,14 @@ OWN = Own(
 
 def operations(config: EzlogixFile) -> list[Operation]:
     """Of each loop (D165, D167, D170); anti-windup looks at 0 and 4095 counts, not at the CV limits."""
+    asked = Stopped.GOES_ON if "process_when_stopped" in config.plc.model_fields_set else Stopped.AS_GIVEN
+    stopped = asked if config.plc.process_when_stopped else Stopped.STANDS
     return [
         Operation(
             transfer=Transfer.ON_TOP,
             windup=Windup.CONDITIONAL_AT_ENDS if loop.anti_windup else Windup.ENDLESS,
             smoothing=None,
+            stopped=stopped,
         )
         for loop in config.loops
     ]

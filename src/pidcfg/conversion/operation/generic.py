@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.operation.rules import Master, Operation, Own, Smoothing, Windup
+from pidcfg.conversion.operation.rules import Master, Operation, Own, Rate, Smoothing, Stopped, Windup
 
 if TYPE_CHECKING:
     from pidcfg.schemas.generic import GenericFile
@@ -19,7 +19,9 @@ def operations(config: GenericFile) -> list[Operation]:
         Operation(
             windup=Windup.CONDITIONAL if loop.anti_windup else Windup.ENDLESS,
             smoothing=Smoothing.EXACT,
+            rate=Rate.KEPT_UP,
             master=Master.FOLLOWS,
+            stopped=Stopped.UNSAID,
         )
         for loop in config.loops
     ]

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.operation.rules import Deadband, Manual, Master, Operation, Own, Smoothing, Windup
+from pidcfg.conversion.operation.rules import (
+    Deadband,
+    Filter,
+    Manual,
+    Master,
+    Operation,
+    Own,
+    Rate,
+    Smoothing,
+    Windup,
+)
 from pidcfg.encoders.nextopid.bumpless import bumpless_moves
 from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.schemas.iec import Wire
@@ -26,6 +36,8 @@ def operations(config: NextopidFile) -> list[Operation]:
             windup=Windup.PARTIAL,
             deadband=Deadband.HELD,
             smoothing=Smoothing.EXACT,
+            rate=Rate.KEPT_UP,
+            filter=Filter.SAMPLED if loop.sample_time in {None, config.plc.sample_time} else Filter.CYCLIC,
             master=Master.FOLLOWS if isinstance(getattr(loop, "TRK_IN", None), Wire) else Master.INTEGRATES,
         )
         for i, loop in enumerate(config.loops)

@@ -8,13 +8,12 @@ habits. Answers have a rank: a target that does worse than the source is a loss,
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import decayed, filter_share, filter_time, quotient, rounded
 from pidcfg.conversion.ledger import Change
-from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,33 +22,6 @@ if TYPE_CHECKING:
     from pidcfg.conversion.ledger import Kind
     from pidcfg.schemas.generic import Loop
 
-D341 = Decision(
-    341,
-    "a conversion compares what an operator sees",
-    "How a loop starts, what its output does on the way to Manual and to Auto, what its integral does at a limit, what "
-    "a deadband does, what refuses Auto, and what a master does while its slave has another set point. An output that "
-    "jumps where it stayed, a bias that is not taken over, an integral that runs further and a master that no longer "
-    "follows are losses; a start in another mode, a change to Auto with the error's action on top, and other rules "
-    "are named.",
-    "The first can move a valve to 0 or leave an offset for good; the others an operator sees and can wait for.",
-)
-D342 = Decision(
-    342,
-    "an integral that has an end gets anti-windup where it would have none",
-    "DL06 and CLICK keep their bias within the range or the limits of the output without their freeze, too; EZLogix "
-    "and the neutral form without anti-windup let it run without end. Their anti-windup is therefore switched on, and "
-    "the report says so.",
-    "An integral that runs without end holds the output at its limit for as long again as it was there.",
-)
-D343 = Decision(
-    343,
-    "the filter of a derivative keeps its time constant, and its first sample is named",
-    "Of a step NextoPID and the neutral form let 1 - e^(-Ts/Tf) through in a sample, DL06, CLICK and DPIDE "
-    "Ts/(Ts + Tf). The time constant is converted as it is; a line of the report names both shares, and the time "
-    "constant with which the target's would be the source's.",
-    "Both are first-order lags of the same time, and alike where Tf is many samples. With a Tf of one sample 63 % pass "
-    "instead of 50 %: a kick that is a quarter larger is to be seen on a valve, and nothing is lost.",
-)
 PREFIX = "operation."
 """Of the fields of the report's lines."""
 BOUNDED = "without it the integral would run without end, which the source's does not"
@@ -71,7 +43,11 @@ class Start(Answer):
         "it waits in Manual after the download, and later begins in the mode that it had",
         "request its mode once; switch it to Manual before the PLC stops where it has to wait for somebody",
     )
-    RUNS = 2, "it begins in its mode", "keep it in Manual in the program where it has to wait for somebody"
+    RUNS = (
+        2,
+        "it begins in its mode, with an integral of 0",
+        "keep it in Manual in the program where it has to wait for somebody",
+    )
 
 
 class Manual(Answer):
@@ -94,6 +70,32 @@ class WithoutIntegral(Answer):
 
     TAKEN_OVER = 0, "the bias becomes the output", "bring the output to the bias in Manual before going to Auto"
     CONSTANT = 1, "the output becomes gain x error + bias", "write the output that holds the set point into the bias"
+
+
+class Rate(Answer):
+    """What the derivative does in Manual."""
+
+    KEPT_UP = 0, "it is kept up in Manual", "bring the PV to rest in Manual before going to Auto"
+    ANEW = 0, "it begins anew with Auto", "bring the PV to rest in Manual before going to Auto"
+
+
+class Filter(Answer):
+    """How often the filter of the PV is worked out."""
+
+    SAMPLED = 0, "with each sample of the loop"
+    CYCLIC = 0, "in each cycle of the task, so that a PV on its way comes later by up to half a sample"
+
+
+ALONE = "switch that off where the process must stand still with the PLC"
+
+
+class Stopped(Answer):
+    """What a loop does while its PLC is stopped."""
+
+    UNSAID = 0, "nothing says whether it goes on", "see to it in the PLC"
+    STANDS = 0, "it stands still", "let the output module hold, or bring to a safe value, what the process needs"
+    GOES_ON = 1, "it goes on controlling", ALONE
+    AS_GIVEN = 1, "it goes on controlling, as a PLC of this family does", ALONE
 
 
 OVERSHOOT = "expect more overshoot after the output was at a limit"
@@ -178,8 +180,11 @@ class Operation:
     deadband: Deadband = Deadband.AS_ZERO
     smoothing: Smoothing | None = Smoothing.BACKWARD
     """None: the derivative has no filter."""
+    rate: Rate = Rate.ANEW
+    filter: Filter = Filter.SAMPLED
     interlock: Interlock = Interlock.GRANTED
     master: Master = Master.INTEGRATES
+    stopped: Stopped = Stopped.STANDS
 
     @property
     def bounds_integral(self) -> bool:
@@ -192,22 +197,46 @@ def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_maste
     integral = bool(loop.tuning.integral_time)
     if loop.mode != "manual":
         yield from _line("start", before.start, after.start)
+    if before.stopped.rank != after.stopped.rank:
+        yield from _line("stopped", before.stopped, after.stopped, loss=before.stopped is Stopped.GOES_ON)
     yield from _line("manual", before.manual, after.manual, loss=after.manual.rank > before.manual.rank)
     if integral:
         back = after.transfer is Transfer.AS_BEFORE
         yield from _line("transfer", before.transfer, after.transfer, loss=back)
         further = _rank(after.windup, loop) > _rank(before.windup, loop)
-        yield from _line("windup", before.windup, after.windup, loss=further, neutral="anti_windup")
+        yield from _windup(before.windup, after.windup, loop, loss=further)
     else:
         one, two = before.without_integral, after.without_integral
         yield from _line("transfer", one, two, loss=True, neutral="output.bias")
     if loop.deadband:
         yield from _line("deadband", before.deadband, after.deadband)
     yield from _smoothing(before.smoothing, after.smoothing, loop)
+    if loop.tuning.derivative_time:
+        yield from _line("rate", before.rate, after.rate)
+    if loop.pv.filter:
+        yield from _line("filter", before.filter, after.filter)
     yield from _line("interlock", before.interlock, after.interlock)
     if is_master:
         integrates = after.master is Master.INTEGRATES
         yield from _line("master", before.master, after.master, loss=integrates)
+
+
+KICK = (
+    "a kick of the derivative that a limit cuts off goes into the {side} integral: "
+    "after a step of the set point the PV goes another way"
+)
+
+
+def _windup(before: Windup, after: Windup, loop: Loop, *, loss: bool) -> Iterator[Change]:
+    """A line about the integral at a limit; with a derivative of the error, what becomes of its kick at a step."""
+    kicks = bool(loop.tuning.derivative_time) and loop.tuning.derivative_on == "error"
+    takes = [side is Windup.WORKED_OUT for side in (before, after)]
+    for change in _line("windup", before, after, loss=loss, neutral="anti_windup"):
+        if kicks and takes[0] != takes[1]:
+            note = KICK.format(side="source's" if takes[0] else "target's")
+            yield replace(change, note="; ".join(filter(None, (change.note, note))))
+        else:
+            yield change
 
 
 def _rank(windup: Windup, loop: Loop) -> int:

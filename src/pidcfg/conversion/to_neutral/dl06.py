@@ -38,7 +38,7 @@ D283 = Decision(
 
 NOTHING_LOST = {
     "algorithm": "position is the neutral form; velocity is reported",
-    "independent_of_cpu_mode": "reported when it is on",
+    "independent_of_cpu_mode": "see operation.stopped where the target does something else",
     "tuning.reset_unit": "times are seconds",
     "derivative_gain_limit_enabled": "a value that is switched off is reported",
     "pv.format": "values are engineering units",
@@ -115,9 +115,6 @@ def _anti_windup(b: NeutralBuilder, s: Dl06Loop) -> None:
     elif freeze and s.loop.output.limits is not None:
         note = "stops the bias only at the ends of the data range here"
     b.put("bias_freeze", s.loop.bias_freeze, "anti_windup", freeze, note)
-    if s.loop.independent_of_cpu_mode:
-        note = "the loop also runs while the CPU is in Program mode: see what the target does"
-        b.drop("independent_of_cpu_mode", s.loop.independent_of_cpu_mode, note)
 
 
 def _tuning(b: NeutralBuilder, s: Dl06Loop) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.conversion.arithmetic import ZERO, dependent
 from pidcfg.conversion.builder import NeutralBuilder
 from pidcfg.conversion.same import Same, same, take
+from pidcfg.paths import steps, value_at
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
@@ -29,6 +30,14 @@ MS = 1000
 DEAD_BAND = "inside the band DPIDE counts the error as 0 only after PV has crossed SV"
 HELD = "DPIDE always holds its integral at the limits of MV"
 BELOW_ZERO = "what is below 0 counts as 0"
+AROUND = {
+    "call.EN": "the program decides when this instruction is executed: do so there, too",
+    "call.function_block": "how this PLC's program is divided; the calculation is the same",
+    "call.timer": "CYCLE says how often it is called; call it as often there",
+    "call.GPWM.cycle": "MV is the time on in ms of each such cycle: let the output be pulsed there",
+    "call.GPWM.output": "the bit of the pulses; let the output be pulsed there",
+}
+"""What stands around the instruction, and what to do about it elsewhere."""
 TUNES = "start the auto-tuning as the target does it"
 NOTHING_LOST = {
     "PV": "the process's",
@@ -144,6 +153,13 @@ def _output(b: NeutralBuilder, d: Instruction) -> None:
         b.mark("BIAS", loop.BIAS, "output.bias")
 
 
+def _call(b: NeutralBuilder, d: Instruction) -> None:
+    for path, note in AROUND.items():
+        value = value_at(d.loop, steps(path))
+        if value is not None:
+            b.drop(path, value, note)
+
+
 FIELDS: Table[NeutralBuilder, Instruction] = (
     *same("name", "description"),
     Same("PID_DIR", "output_raises_pv"),
@@ -155,5 +171,6 @@ FIELDS: Table[NeutralBuilder, Instruction] = (
     _cycle,
     _equation,
     _output,
+    _call,
 )
 """Every field in the order of the report."""

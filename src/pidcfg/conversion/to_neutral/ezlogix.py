@@ -56,7 +56,7 @@ NOTHING_LOST = {
     "autotune.type": "as every loop has it: the default",
     "autotune.timeout": "as every loop has it: the default",
     "output.offset": "at the low end of the output it adds nothing",
-    "plc.process_when_stopped": "off: a loop of another PLC stands still as well while it is stopped",
+    "plc.process_when_stopped": "see operation.stopped where the target does something else",
     "plc.tag_names": "names in this PLC's project",
 }
 """Fields that may come without a line of their own, and why nothing is lost with them."""
@@ -120,10 +120,6 @@ def to_neutral(config: EzlogixFile) -> list[NeutralLoop]:
         outer = sources.get(f"{REGISTERS.prefix}{loop.registers + SETPOINT}")
         if outer is not None:
             _cascade(b, loop, outer)
-        if is_given(config, ("plc", "process_when_stopped")) and config.plc.process_when_stopped:
-            b.drop(
-                "plc.process_when_stopped", value=True, note="a loop of another PLC stands still while it is stopped"
-            )
         loops.append(b.loop)
     return outputs_in_inner_units(loops)
 

@@ -13,8 +13,7 @@ from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.mapping import defaults_of, file_data
 from pidcfg.encoders.maps.click import BANKS, BLOCKS, SPACE, UNUSED
 from pidcfg.encoders.settings import LoopOption, read_settings, settings_values, with_options
-from pidcfg.encoders.values import Data, present, quantity
-from pidcfg.encoders.words import DecodeError
+from pidcfg.encoders.values import Data, present
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.click import Loop, LoopSettings, PlcSettings
 
@@ -67,19 +66,7 @@ def _loop(settings: LoopSettings, blocks: Sequence[LoopBlock]) -> Data:
     for block in blocks:
         values |= block.values({})
         unset |= block.table.held(defaults_of(Loop, [block.table], UNUSED), {})
-    _check_range(settings, values, blocks[-1])
     if settings.output.pwm is None:
         values["output.pwm"] = None
     values["sample_rate"] = f"{decimal_text(values['sample_rate'].scaleb(3))} ms"
     return file_data(Loop, values, unset, ALWAYS | {"setpoint.value"} if settings.setpoint else ALWAYS)
-
-
-def _check_range(settings: LoopSettings, values: Data, floats: LoopBlock) -> None:
-    low, high = values["pv.range.0"], values["pv.range.1"]
-    if low >= high:
-        ends = {"pv_lower": low, "pv_upper": high}
-        shsettings = ", ".join(f"{floats.address(name)} = {quantity(end)}" for name, end in ends.items())
-        raise DecodeError(
-            f"{settings.loop}: the PV's lower limit is not below its upper one ({shsettings})",
-            floats.start + floats.table.offset("pv_lower"),
-        )

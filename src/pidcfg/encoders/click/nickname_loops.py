@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.click.nickname_csv import initial, parse
@@ -15,6 +16,10 @@ if TYPE_CHECKING:
     from pidcfg.encoders.click.nickname_csv import Row
 
 KEYS = {prefix: key for key, (prefix, _) in BLOCKS.items()}
+
+
+ALIKE = 3
+"""So many nicknames that agree on where a block begins are no chance."""
 
 
 class Claim(NamedTuple):
@@ -34,7 +39,9 @@ def read_nicknames(text: str) -> Listing:
         number, raw = SPACE.parse(row.address), initial(row)
         if number is not None and raw is not None:
             listing.add(number, raw, row.address, row.line)
-    listing.settings = tuple(_loops(list(_claims(rows))))
+    claims = list(_claims(rows))
+    listing.settings = tuple(_loops(claims))
+    listing.notes = tuple(_almost_loops(claims))
     return listing
 
 
@@ -49,6 +56,21 @@ def _claims(rows: Iterable[Row]) -> Iterator[Claim]:
             name = row.nickname.removesuffix(named.suffix)
             if named.bank == bank.prefix and name and name != row.nickname:
                 yield Claim(name, named.bank, n - named.offset, row)
+
+
+def _almost_loops(claims: list[Claim]) -> Iterator[str]:
+    """Names that look like loops and are none, as the nickname of the action's bit is missing (D107)."""
+    names = {claim.loop for claim in claims if claim.row.nickname == claim.loop + ACTION.suffix}
+    for name in dict.fromkeys(claim.loop for claim in claims if claim.loop not in names):
+        agreeing = Counter((claim.bank, claim.start) for claim in claims if claim.loop == name)
+        count = sum(number for number in agreeing.values() if number >= ALIKE)
+        if not count:
+            continue
+        place = next((f" at C{start + ACTION.offset}" for bank, start in agreeing if bank == ACTION.bank), "")
+        yield (
+            f"{name}: {count} nicknames are those of a loop, but {name}{ACTION.suffix} is missing{place}, so it is not "
+            "read as one (D107)"
+        )
 
 
 def _loops(claims: list[Claim]) -> Iterator[Mapping[str, Any]]:

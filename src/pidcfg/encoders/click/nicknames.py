@@ -44,7 +44,8 @@ D107 = Decision(
     107,
     "a loop is found by the nickname of its Cn+09",
     "In a nickname list a name is that of a loop when `<name>_SEL_DirectReverse` is one of its nicknames; the blocks "
-    "begin where all its other nicknames say, and where they disagree the list is refused.",
+    "begin where all its other nicknames say, and where they disagree the list is refused. A name without it, of which "
+    "three nicknames or more agree on where a block begins, is told and not read.",
     "Short suffixes (_P, _SP) are common in nicknames that have nothing to do with a loop.",
 )
 

@@ -1,5 +1,44 @@
 """The operands of DPIDE instructions back to a configuration."""
 
-from pidcfg.encoders.maps.dpide import LOOPS
+from __future__ import annotations
 
-decode = LOOPS.decode
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.dpide import LOOPS, NEEDED
+from pidcfg.encoders.parameters import Elsewhere
+from pidcfg.encoders.words import DecodeError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.encoders.image import Decoded
+    from pidcfg.encoders.parameters import Content
+    from pidcfg.schemas.iec import Wire
+
+
+def decode(
+    words: Mapping[str, Content | Wire],
+    settings: Sequence[Mapping[str, Any]] = (),
+    plc: Mapping[str, Any] | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> Decoded:
+    """The configuration of these operands; raises `DecodeError` with the name of what is no value.
+
+    An operand of which a program says only where it stands is FALSE or 0, and noted; it must be known where the
+    instruction cannot do without (D609).
+    """
+    places = {name: content.text[:40] for name, content in words.items() if isinstance(content, Elsewhere)}
+    for name, place in places.items():
+        if LOOPS.split(name)[1] in NEEDED:
+            cure = "name a symbol table beside the program, or declare its initial value"
+            raise DecodeError(f"{name} stands in {place}, and nothing says what it holds; {cure}", name)
+    decoded = LOOPS.decode({name: words[name] for name in words if name not in places}, settings, plc, options)
+    notes = [f"{name} stands in {at}; nothing says what it holds: {_default(name)}" for name, at in places.items()]
+    return replace(decoded, notes=(*notes, *decoded.notes))
+
+
+def _default(name: str) -> str:
+    """What a configuration has for an operand that it does not give."""
+    default = LOOPS.loop.model_fields[LOOPS.split(name)[1]].default
+    return f"it is taken for {str(default).upper() if isinstance(default, bool) else default}"

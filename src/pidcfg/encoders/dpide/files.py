@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, read_operands, write_operands
+from pidcfg.encoders.dpide.st_read import read_st
+from pidcfg.encoders.dpide.st_write import write_st
+from pidcfg.encoders.dpide.symbol_read import read_symbols
 from pidcfg.encoders.dpide.symbol_table import merge_symbols
-from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, read_symbols, write_symbols
+from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, write_symbols
 from pidcfg.encoders.files import FileKind
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.parameter_files import parameter_listings
@@ -15,13 +19,30 @@ from pidcfg.encoders.tables import columns
 from pidcfg.schemas.dpide_devices import place_of
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from pidcfg.schemas.dpide import DpideFile, Loop
+
+OPENING = re.compile(
+    r"(?:\s|\(\*.*?\*\)|/\*.*?\*/|//[^\n]*(?:\n|$)|\{[^}]*\}(?=\s*[A-Z(/{]))*+", re.DOTALL | re.IGNORECASE
+)
+UNIT = re.compile(r"(?:PROGRAM|FUNCTION_BLOCK|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
+CALL = re.compile(r"^[^,;#\"]*\bDPIDE\s*\(", re.IGNORECASE | re.MULTILINE)
+
+
+def looks_like_st(text: str) -> bool:
+    """Whether a text begins like a program behind its comments, or calls the instruction."""
+    text = text.lstrip("\ufeff")
+    match = OPENING.match(text)
+    return bool(UNIT.match(text, match.end() if match else 0)) or bool(CALL.search(text))
+
 
 PLAIN = parameter_listings("operand listing")
 FORMATS = {
     "text": PLAIN["text"],
     "csv": replace(PLAIN["csv"], read=read_csv_devices),
     "json": replace(PLAIN["json"], read=read_json_devices),
+    "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st),
     "operands": FileKind(
         "operands",
         "operand table (CSV)",
@@ -61,10 +82,25 @@ def checklist(config: DpideFile) -> tuple[str, ...]:
     if interval is not None:
         items.append(f"call the instructions in a timed interrupt task of {interval} ms; CYCLE has no effect there")
     else:
-        cycles = ", ".join(f"{loop.name} {loop.CYCLE} ms" for loop in config.loops)
-        items.append(f"call the instructions in every scan of a cyclic task; they wait for CYCLE themselves: {cycles}")
+        items += _calls(config.loops)
+    pulses = [f"{loop.name} {loop.call.GPWM.output}" for loop in config.loops if loop.call.GPWM is not None]
+    if pulses:
+        items.append(
+            f"MV is the time on in ms, and GPWM behind the instruction makes pulses of it: {', '.join(pulses)}"
+        )
     items.append("of a symbol table, compare the initial values of REAL after the import; known exports have 0 only")
     return tuple(items)
+
+
+def _calls(loops: Iterable[Loop]) -> Iterator[str]:
+    """How often the program calls the instructions."""
+    scanned = [f"{loop.name} {loop.CYCLE} ms" for loop in loops if loop.call.timer is None]
+    timed = [f"{loop.name} {loop.call.timer}, {loop.CYCLE} ms" for loop in loops if loop.call.timer is not None]
+    if scanned:
+        cycles = ", ".join(scanned)
+        yield f"call the instructions in every scan of a cyclic task; they wait for CYCLE themselves: {cycles}"
+    if timed:
+        yield f"these instructions are called by timers that run for CYCLE: {'; '.join(timed)}"
 
 
 def _direction(loop: Loop) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pidcfg.encoders.options import Option, listed
 
-FORMATS = ("text", "csv", "json", "operands", "symbols")
+FORMATS = ("text", "csv", "json", "st", "operands", "symbols")
 
 
 def _register(text: str) -> str:

@@ -126,7 +126,7 @@ def _spans(line: str) -> Iterator[tuple[int, int]]:
     yield start, len(line)
 
 
-def _registers(kind: str, address: str) -> range:
+def registers_of(kind: str, address: str) -> range:
     """The D registers of a symbol: none on other devices, and one where the type's length is not known."""
     found = REGISTER.fullmatch(address.split(".", maxsplit=1)[0])
     if found is None:
@@ -141,7 +141,7 @@ def _registers(kind: str, address: str) -> range:
 def merge_symbols(image: Program, text: str) -> tuple[str, tuple[str, ...]]:
     """The text of the user's table with the symbols of all loops, and what was done."""
     table = parse(text)
-    taken = [(row, _registers(row.cells[TYPE], row.address)) for row in table.rows if len(row.cells) > TYPE]
+    taken = [(row, registers_of(row.cells[TYPE], row.address)) for row in table.rows if len(row.cells) > TYPE]
     renewed: dict[int, str] = {}
     created: list[str] = []
     same: list[str] = []

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.dpide.operands import device_of, unit_of
 from pidcfg.encoders.files import UnwritableError
-from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE
 from pidcfg.encoders.parameters import shown
 from pidcfg.refs import Decision
@@ -140,12 +139,3 @@ def _plain(text: str) -> str:
     """A comment without commas and quotes, of characters that GBK has."""
     bare = text.replace(",", ";").replace('"', "'")
     return bare.encode(ENCODING, "replace").decode(ENCODING)
-
-
-def read_symbols(text: str) -> NoReturn:
-    """A symbol table does not hold what a configuration needs."""
-    del text
-    raise ListingError(
-        "a symbol table of ISPSoft holds neither units nor what its rows belong to; read the operand "
-        "table or a text, csv or json listing"
-    )

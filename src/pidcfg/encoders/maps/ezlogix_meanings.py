@@ -16,7 +16,8 @@ WORDS = {
                      "action, SP - PV with reverse.", "", (), LIMITS),
     "autotune_status": Meaning("Tells where the autotune is, or how the last one ended.", "", (), AUTOTUNE),
     "saturation": Meaning("The CV is at an end of its range, 0 or 4095: the actuator can do no more. With anti-windup "
-                          "(Base+1) the integral does not go on in that direction.",
+                          "(Base+1) the integral does not go on in that direction. A CV that stands at a limit in "
+                          "between (Base+8, Base+9) does not set this bit (D167).",
                           "Normal for a while after a change, and at 0 while a heating loop's PV is above its set point "
                           "(cooling: below). If it stays on the other side too, look whether the actuator is too small "
                           "or shut off. Never change the controller action before a small step of the CV in Manual has "

@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.nextopid.st_expression import st_real
 from pidcfg.encoders.parameters import store
+from pidcfg.encoders.st.text import st_real
 from pidcfg.encoders.values import plain
 from pidcfg.encoders.words import EncodeError
 from pidcfg.refs import NEXTOPID, Decision

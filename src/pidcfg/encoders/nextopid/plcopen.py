@@ -12,7 +12,8 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.nextopid.st_program import Unit, unused_name
-from pidcfg.encoders.nextopid.st_write import header, literal, statements
+from pidcfg.encoders.nextopid.st_write import header, statements
+from pidcfg.encoders.st.text import literal
 from pidcfg.schemas.base import decimal_text
 
 if TYPE_CHECKING:

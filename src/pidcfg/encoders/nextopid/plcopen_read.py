@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING
 from xml.parsers import expat
 
 from pidcfg.encoders.listing import Listing, ListingError
-from pidcfg.encoders.nextopid.st_lex import END, NAME, Comment, Token, tokens_of
-from pidcfg.encoders.nextopid.st_parse import Declaration, Member, Source, Statement, parse_body
 from pidcfg.encoders.nextopid.st_read import read_source
 from pidcfg.encoders.nextopid.st_scope import LIBRARY
+from pidcfg.encoders.st.lex import END, NAME, Comment, Token, tokens_of
+from pidcfg.encoders.st.parse import Declaration, Member, Source, Statement, parse_body
 from pidcfg.schemas.iec import time_seconds
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from pidcfg.encoders.nextopid.st_parse import Initial
+    from pidcfg.encoders.st.parse import Initial
 
 NAMESPACES = ("http://www.plcopen.org/xml/tc6_0201", "http://www.plcopen.org/xml/tc6_0200")
 CONFIGURATION = ("instances", "configurations", "configuration")

@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.nextopid.st_lex import END, NAME, Token
-from pidcfg.encoders.nextopid.st_parse import Cursor, chain, is_literal, statement
-from pidcfg.encoders.nextopid.st_values import number_of
 from pidcfg.encoders.nextopid.st_wiring import Wiring
+from pidcfg.encoders.st.lex import END, NAME, Token
+from pidcfg.encoders.st.parse import Cursor, chain, is_literal, statement
+from pidcfg.encoders.st.values import number_of
 from pidcfg.schemas.expressions import AND, AT_LEAST, AT_MOST, CONSTANT, EQUAL, NEGATE, NOT, OR, SIGNAL
 from pidcfg.schemas.iec import BOOL, REAL
 

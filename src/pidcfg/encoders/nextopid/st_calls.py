@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.nextopid.st_branches import BRANCHES, Branches, Guarded
 from pidcfg.encoders.nextopid.st_foreign import Foreign
-from pidcfg.encoders.nextopid.st_lex import END, NAME, Token
-from pidcfg.encoders.nextopid.st_parse import ENDS, Statement, arguments, chain
 from pidcfg.encoders.nextopid.st_scope import LIBRARY
-from pidcfg.encoders.nextopid.st_values import INTEGERS, number_of
+from pidcfg.encoders.st.lex import END, NAME, Token
+from pidcfg.encoders.st.parse import ENDS, Statement, arguments, chain
+from pidcfg.encoders.st.values import INTEGERS, number_of
 from pidcfg.schemas.base import parse_seconds, plain_number
 
 if TYPE_CHECKING:
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from decimal import Decimal
     from typing import Any
 
-    from pidcfg.encoders.nextopid.st_parse import Argument
     from pidcfg.encoders.nextopid.st_scope import Item, Scope
     from pidcfg.encoders.parameters import Parameter
+    from pidcfg.encoders.st.parse import Argument
 
 STRUCTURE = "AutoTuneParam"
 RESULTS = ("AutoTuneResult", "ErrBits", "WarnBits")

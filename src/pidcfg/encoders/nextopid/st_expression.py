@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+from pidcfg.encoders.st.text import st_real
 from pidcfg.schemas.base import LOOKS_BOOLEAN
 from pidcfg.schemas.conditions import COMPARISONS, EQUALITIES, JOINTS, TRUTHS
 from pidcfg.schemas.expressions import (
@@ -64,13 +65,6 @@ class Piece(NamedTuple):
     rank: int
     op: int = -1
     arguments: tuple[str, ...] = ()
-
-
-def st_real(value: float) -> str:
-    """A REAL literal: always with a point, so that no division is one of whole numbers."""
-    mantissa, _, exponent = repr(value + 0.0).partition("e")
-    whole = mantissa if "." in mantissa else f"{mantissa}.0"
-    return f"{whole}E{int(exponent)}" if exponent else whole
 
 
 def plain_real(value: float) -> str:

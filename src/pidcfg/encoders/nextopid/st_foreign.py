@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.nextopid.st_lex import END, NAME, Token
-from pidcfg.encoders.nextopid.st_parse import chain
 from pidcfg.encoders.nextopid.st_scope import LIBRARY
+from pidcfg.encoders.st.lex import END, NAME, Token
+from pidcfg.encoders.st.parse import chain
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -15,8 +15,8 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.st_branches import condition_of
 from pidcfg.encoders.nextopid.st_expression import wire_text
 from pidcfg.encoders.nextopid.st_scope import SIGNAL_TYPES
-from pidcfg.encoders.nextopid.st_values import content_of
 from pidcfg.encoders.nextopid.st_wiring import Wiring
+from pidcfg.encoders.st.values import content_of
 from pidcfg.schemas.expressions import MAX_LENGTH
 
 if TYPE_CHECKING:
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.nextopid.st_branches import Guarded
     from pidcfg.encoders.nextopid.st_calls import Calls
-    from pidcfg.encoders.nextopid.st_lex import Token
     from pidcfg.encoders.nextopid.st_scope import Item, Scope
+    from pidcfg.encoders.st.lex import Token
     from pidcfg.schemas.iec import IecType
 
 

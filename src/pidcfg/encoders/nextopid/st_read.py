@@ -9,11 +9,11 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.st_calls import Calls
 from pidcfg.encoders.nextopid.st_expression import wire_text
 from pidcfg.encoders.nextopid.st_moves import Moves
-from pidcfg.encoders.nextopid.st_parse import parse_st
 from pidcfg.encoders.nextopid.st_scope import SIGNAL_TYPES, Scope, can_wire, check_name
-from pidcfg.encoders.nextopid.st_values import content_of
 from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.nextopid.wiring import Layout
+from pidcfg.encoders.st.parse import parse_st
+from pidcfg.encoders.st.values import content_of
 from pidcfg.schemas.base import decimal_text, parse_seconds, plain_number
 from pidcfg.schemas.expressions import MAX_LENGTH, ExpressionError
 from pidcfg.schemas.iec import REAL, Wire
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from typing import Any
 
     from pidcfg.encoders.nextopid.st_calls import Assignment
-    from pidcfg.encoders.nextopid.st_lex import Token
-    from pidcfg.encoders.nextopid.st_parse import Declaration, Initial, Source
     from pidcfg.encoders.nextopid.st_scope import Item
     from pidcfg.encoders.nextopid.wiring import Wires
     from pidcfg.encoders.parameters import Content, Parameter
+    from pidcfg.encoders.st.lex import Token
+    from pidcfg.encoders.st.parse import Declaration, Initial, Source
 
 
 def read_st(text: str) -> Listing:

@@ -9,26 +9,26 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic_core import PydanticCustomError
 
-from pidcfg.encoders.listing import Listing, ListingError, load_json
+from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
-from pidcfg.encoders.nextopid.st_values import INTEGERS, REALS
+from pidcfg.encoders.st.text import settings_of
+from pidcfg.encoders.st.values import INTEGERS, REALS
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, Wire, parse_identifier
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
+    from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.encoders.nextopid.st_lex import Comment, Token
-    from pidcfg.encoders.nextopid.st_parse import Declaration, Source
     from pidcfg.encoders.parameters import Parameter
+    from pidcfg.encoders.st.lex import Comment, Token
+    from pidcfg.encoders.st.parse import Declaration, Source
     from pidcfg.schemas.iec import IecType
 
 LIBRARY = {name.upper(): kind for name, kind in BLOCK_TYPES.items()}
 SIGNAL_TYPES = {kind.name: kind for kind in (BOOL, REAL, INT, TIME)}
 """Types that a signal of a configuration has; other numbers become REAL."""
-SETTINGS = re.compile(r"(plc|loop):\s*(?=\{)")
-"""Beginning of a comment with settings that no parameter holds."""
 STANDS_FOR = re.compile(r"(\w+)\.(\w+)")
 
 
@@ -49,25 +49,6 @@ class Item:
     def called(self) -> bool:
         """Whether the program calls it."""
         return self.place is not None
-
-
-def settings_of(comments: Iterable[Comment], listing: Listing) -> list[Comment]:
-    """Reads the settings of the comments into the listing; returns the comments of blocks, in the order of entries."""
-    places: list[Comment] = []
-    for comment in comments:
-        head = SETTINGS.match(comment.text)
-        if head is None:
-            continue
-        try:
-            entry = load_json(comment.text[head.end() :])
-        except ListingError as error:
-            raise ListingError(f"the settings are {error}", comment.line, comment.column) from None
-        if head.group(1) == "plc":
-            listing.plc = entry
-        else:
-            listing.settings = (*listing.settings, entry)
-            places.append(comment)
-    return places
 
 
 def can_wire(model: Any, name: str) -> bool:

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.nextopid.st_expression import EQUALITY, OPERATORS, PRODUCT, SUM
-from pidcfg.encoders.nextopid.st_lex import END, NAME, Token
-from pidcfg.encoders.nextopid.st_parse import Cursor, chain, is_literal
-from pidcfg.encoders.nextopid.st_values import INTEGERS, TRUTHS, number_of
 from pidcfg.encoders.nextopid.st_write import DEEPEST
+from pidcfg.encoders.st.lex import END, NAME, Token
+from pidcfg.encoders.st.parse import Cursor, chain, is_literal
+from pidcfg.encoders.st.values import INTEGERS, TRUTHS, number_of
 from pidcfg.schemas.conditions import KINDS
 from pidcfg.schemas.expressions import (
     ABSOLUTE,

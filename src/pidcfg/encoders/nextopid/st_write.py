@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
-from pidcfg.control_characters import CONTROL
 from pidcfg.encoders.files import UnwritableError
-from pidcfg.encoders.nextopid.st_expression import ST, depth, is_number, printed, st_real
+from pidcfg.encoders.nextopid.st_expression import ST, depth, is_number, printed
 from pidcfg.encoders.nextopid.st_program import Unit
+from pidcfg.encoders.st.text import comment_text, literal, settings_text, wrapped
 from pidcfg.schemas.iec import BOOL, Wire
-from pidcfg.writer import json_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -22,15 +20,8 @@ if TYPE_CHECKING:
     from pidcfg.schemas.expressions import Expression
     from pidcfg.schemas.iec import IecType
 
-WIDTH = 110
-"""Beyond this a declaration or a call gets a line for each parameter."""
 DEEPEST = 100
 """Levels of parentheses that the reader takes."""
-BLANKS = re.compile(f"[\\x00-\\x20{CONTROL}]+")
-COMMENT_MARKS = re.compile(r"\((?=\*)|\*(?=\))")
-"""What would begin or end a comment."""
-NOT_IN_COMMENTS = re.compile(f"{COMMENT_MARKS.pattern}|[\\ud800-\\udfff\\ufffe\\uffff]")
-"""These, and what no file may hold."""
 
 
 def write_st(image: Program, checklist: tuple[str, ...] = ()) -> str:
@@ -48,26 +39,10 @@ def header(image: Program, checklist: tuple[str, ...]) -> Iterator[str]:
     """The comments above: the checklist for people, and what no parameter holds for the way back."""
     yield "NextoPID: declarations, and calls in the order of execution"
     for item in checklist:
-        yield f"check after the download: {COMMENT_MARKS.sub(lambda sign: f'{sign.group()} ', BLANKS.sub(' ', item))}"
-    yield f"plc: {_json({key: value for key, value in image.plc.items() if key != 'moves'})}"
+        yield f"check after the download: {comment_text(item)}"
+    yield f"plc: {settings_text({key: value for key, value in image.plc.items() if key != 'moves'})}"
     for entry in image.settings:
-        yield f"loop: {_json(entry)}"
-
-
-def _json(entry: Mapping[str, object]) -> str:
-    """JSON in which no comment ends or begins; such signs can stand in texts only, where there is another way."""
-    return NOT_IN_COMMENTS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", json_line(dict(entry)))
-
-
-def literal(kind: IecType, content: Content) -> str:
-    """A content as the language writes it."""
-    if kind.kind == "bool":
-        return "TRUE" if content else "FALSE"
-    if kind.kind == "word":
-        return f"{kind.name}.{content}"
-    if kind.kind == "time":
-        return str(content)
-    return st_real(float(content)) if kind.kind == "real" else str(int(content))
+        yield f"loop: {settings_text(entry)}"
 
 
 # --- declarations ----------------------------------------------------------------------------------------------------
@@ -91,14 +66,6 @@ def members(initial: Mapping[str, tuple[IecType, Content]]) -> list[str]:
         texts.setdefault(first, []).append(f"{rest} := {literal(kind, content)}" if rest else literal(kind, content))
     inside = {row.partition(".")[0] for row in initial if "." in row}
     return [f"{name} := ({', '.join(of)})" if name in inside else f"{name} := {of[0]}" for name, of in texts.items()]
-
-
-def wrapped(start: str, parts: list[str], end: str) -> list[str]:
-    """On one line, or a line for each part."""
-    line = f"{start}{', '.join(parts)}{end}"
-    if len(line) <= WIDTH:
-        return [line]
-    return [start, *(f"    {part}," for part in parts[:-1]), f"    {parts[-1]}", end]
 
 
 # --- calls -----------------------------------------------------------------------------------------------------------

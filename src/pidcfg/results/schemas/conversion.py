@@ -47,7 +47,8 @@ def change() -> Schema:
     """What became of a field."""
     return record(
         "What became of a field.",
-        field=text("Its key, in neutral terms."),
+        field=text("Its key; in the source where that has one, else in the result."),
+        target_field=or_null(text("Its key in the result.")),
         kind=text("From harmless to harmful.", *WORST),
         from_=anything("The value before."),
         to=anything("The value after."),

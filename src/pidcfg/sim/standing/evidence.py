@@ -55,6 +55,16 @@ class Found(NamedTuple):
     stands: Judgement
 
 
+class Swings(NamedTuple):
+    """An oscillation; times in base steps."""
+
+    period: float
+    amplitude: float
+    """Half peak to peak, in PV units."""
+    since: int
+    """Its first turning point."""
+
+
 def unjudged(why: str) -> Judgement:
     """Nothing is known of the loop, and why."""
     return Judgement(passed=True, text=why, judged=False)
@@ -77,10 +87,14 @@ class Evidence:
     """Why a loop changed or did not change its mode last, in words, by its number."""
     given: Mapping[int, float] = field(default_factory=dict)
     """The set points that the configuration gives, of loops that have none from another loop, by their number."""
+    effects: list[float] = field(default_factory=list)
+    """How far each loop's output can move its PV (an integrator: in 1 s), as at the start; 0: that is not known."""
     paces: list[Pace] = field(default_factory=list)
     """How fast the plants of each loop are."""
     looks: dict[int, list[Found]] = field(default_factory=dict)
     """What the looks at each loop have shown, by its number."""
+    swings: dict[int, Swings] = field(default_factory=dict)
+    """The first oscillation of each loop that no event stirs up and that reaches the last third, by its number."""
 
     @property
     def sig(self) -> Sequence[float]:

@@ -11,30 +11,30 @@ from __future__ import annotations
 from math import exp
 from typing import TYPE_CHECKING
 
-from pidcfg.schemas.expressions import MAXIMUM, MINIMUM
-from pidcfg.sim.expressions import evaluate
 from pidcfg.sim.feedback import answer
-from pidcfg.sim.influence import read_by
 from pidcfg.sim.standing.evidence import SHARE, Evidence, Found, Judgement, limits_reached, too_early, unjudged
 from pidcfg.sim.standing.looks import PATIENCE, SAMPLES
+from pidcfg.sim.standing.selectors import left_out
 
 if TYPE_CHECKING:
-    from pidcfg.sim.kernel import Channel
-    from pidcfg.sim.plants import Plant
+    from collections.abc import Iterator
+
     from pidcfg.sim.standing.looks import Look
 
 DEVIATION = 0.01
 """Of the span: an error that is too much, unless the inner deviation alarm is closer."""
 SWITCHED = 0.05
 """The same where the output is on or off, and the widest dead band that is left alone."""
-OFFSET = 0.2
-"""The same where an offset belongs to the loop, since it has no integral."""
+OFFSET, LEVEL_OFFSET = 0.05, 0.2
+"""The same where an offset belongs to the loop, since it has no integral; and one of a plant that integrates."""
 TURNED, SETTLED = 2, 3
 """Plant times after which an output at its limit has turned the PV round, and moved it about as far as it can."""
 SEEN = 3
 """Times what rounding does: an error that should have lost so much and did not stands still."""
 TOO_SHORT = 0.02
 """Of the plant time: in less between the halves of a window no PV moves enough to be seen."""
+WORKING = 0.05
+"""Of the way between an output's limits: with more of it a loop does something."""
 SAME_PV = 0.05
 """Of the span: two loops whose PVs are further apart do not share one."""
 
@@ -47,7 +47,11 @@ def look_at(e: Evidence, i: int, look: Look) -> Found | None:
     limit = _limit(e, i)
     if limit:
         return Found(look, _saturated(e, i, look, limit), Judgement(passed=True, text="its output is at a limit"))
-    return Found(look, Judgement(passed=True, text="its output is inside its limits"), _stands(e, i, look))
+    against = next((name for j, name in _opponents(e, i) if _works(e, i) and _works(e, j)), "")
+    inside = Judgement(passed=True, text="its output is inside its limits")
+    if against:
+        inside = unjudged(f"{against} works against it: both move one PV, with opposite effects")
+    return Found(look, inside, _stands(e, i, look))
 
 
 def saturated(e: Evidence, i: int) -> Judgement:
@@ -94,7 +98,7 @@ def _stands(e: Evidence, i: int, look: Look) -> Judgement:
         return passed
     if look.stage > look.start:
         return too_early(f"an error of {abs(late):.4g}: an event at {e.seconds(look.stage):g} s")
-    if e.plc.left_out(i, e.sig) or _selected_away(e, i):
+    if left_out(e, i):
         return unjudged("a selector leaves its output out")
     if e.meters[i].broken:
         return unjudged("an event has broken its sensor")
@@ -123,7 +127,8 @@ def _due(e: Evidence, i: int, look: Look, error: float) -> float:
 def allowed_error(e: Evidence, i: int) -> float:
     """The error with which a loop may end."""
     inner, span = e.plc.inner_deviation(i), e.span(i)
-    share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.sig) else OFFSET
+    offset = LEVEL_OFFSET if e.paces[i].integrates else OFFSET
+    share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.sig) else offset
     allowed = share * span if inner is None else min(share * span, inner)
     return max(allowed, min(e.plc.dead_band(i, e.sig), SWITCHED * span))
 
@@ -157,7 +162,7 @@ def _limit(e: Evidence, i: int) -> str:
 
 def _exempt(e: Evidence, i: int) -> Judgement | None:
     """Why a loop may stay at a limit; None: nothing says so."""
-    if e.plc.left_out(i, e.sig) or _selected_away(e, i):
+    if left_out(e, i):
         return unjudged("a selector leaves its output out")
     if e.meters[i].broken:
         return unjudged("an event has broken its sensor")
@@ -165,10 +170,23 @@ def _exempt(e: Evidence, i: int) -> Judgement | None:
         slaves = [j for j in e.slaves(i) if e.meters[j].control]
         if not slaves or any(_limit(e, j) and _error(e, j) > allowed_error(e, j) for j in slaves):
             return unjudged("its windup input is on")
-    for j, name in enumerate(e.plc.loops):
-        if j != i and e.meters[j].control and not limits_reached(e, j) and _has_the_pv(e, i, j):
-            return unjudged(f"{name} has the PV, with the opposite effect")
+    other = next((name for j, name in _opponents(e, i) if not limits_reached(e, j)), "")
+    if other and not any(limits_reached(e, j) == "upper" for j in (i, *e.slaves(i))):
+        return unjudged(f"{other} has the PV, with the opposite effect")
     return None
+
+
+def _opponents(e: Evidence, i: int) -> Iterator[tuple[int, str]]:
+    """The loops in control, with their names, that move what is this loop's PV, too, with the opposite effect."""
+    for j, name in enumerate(e.plc.loops):
+        if j != i and e.meters[j].control and _has_the_pv(e, i, j):
+            yield j, name
+
+
+def _works(e: Evidence, i: int) -> bool:
+    """Whether a loop's output is well above its lower limit, where it has the least effect."""
+    low, high = e.plc.output_limits(i, e.sig)
+    return bool(e.sig[e.plc.cfg[i].sig_out] - low > WORKING * abs(high - low))
 
 
 def _error(e: Evidence, i: int) -> float:
@@ -177,30 +195,9 @@ def _error(e: Evidence, i: int) -> float:
 
 
 def _has_the_pv(e: Evidence, i: int, j: int) -> bool:
-    """Whether a loop inside its limits controls what is this loop's PV, too, with the opposite effect."""
+    """Whether another loop controls what is this loop's PV, too, with the opposite effect."""
     own, other = answer(e.net, e.plc, i), answer(e.net, e.plc, j, i)
     if own * other >= 0 or other * answer(e.net, e.plc, j) <= 0:
         return False
     pvs = [e.sig[e.plc.cfg[loop].sig_pv] for loop in (i, j)]
     return bool(abs(pvs[0] - pvs[1]) <= SAME_PV * e.span(i))
-
-
-def _selected_away(e: Evidence, i: int) -> bool:
-    """Whether every plant or connection that reads a loop's output takes the smaller or larger of it and another."""
-    out = e.plc.cfg[i].sig_out
-    wired: list[Plant | Channel] = [*e.net.plants, *e.net.channels]
-    readers = [reader for reader in wired if out in read_by(e.net, reader)]
-    return bool(readers) and all(_leaves_out(e, reader, out) for reader in readers)
-
-
-def _leaves_out(e: Evidence, reader: Plant | Channel, out: int) -> bool:
-    pool = e.net.pool
-    code, constants, stack = pool.code, pool.constants, pool.stack()
-    if reader.source >= 0 or not {MINIMUM, MAXIMUM} & set(code[reader.first : reader.last : 2]):
-        return False
-    values = set()
-    for away in (-SHARE, 0.0, SHARE):
-        sig = list(e.sig)
-        sig[out] += away * (abs(sig[out]) + 1.0)
-        values.add(evaluate(code, constants, reader.first, reader.last, sig, stack))
-    return len(values) == 1

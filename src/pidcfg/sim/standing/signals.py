@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from pidcfg.sim.feedback import answer
-from pidcfg.sim.meters import oscillation, time_blind, time_in_alarm
-from pidcfg.sim.standing.evidence import Evidence, Judgement, unjudged
+from pidcfg.sim.feedback import answer, effect
+from pidcfg.sim.meters import time_blind, time_cut, time_in_alarm
+from pidcfg.sim.standing.evidence import SHARE, Evidence, Judgement, Swings, unjudged
 from pidcfg.sim.standing.looks import TENTH
 from pidcfg.sim.standing.watch import noise_of
+from pidcfg.sim.swings import oscillation
 
 LONG = 0.1
 """The share of a run for which an outermost alarm may stand."""
+COUNTS_SEEN = 4
+"""Counts of a PV: less of it is not moved."""
 RIPPLE = 4
 """Cycles of pulses that the period of their ripple takes at most: some are too short and left out."""
 SAME = 0.1
@@ -26,10 +29,17 @@ def pv_not_driven(e: Evidence, i: int) -> Judgement:
     """Judges one loop."""
     if not e.influence.driven[i]:
         return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
-    blind = time_blind(e.meters[i], e.last)
-    if blind <= LONG * e.last:
-        return Judgement(passed=True, text="its output moves its PV")
+    reach = max(e.effects[i], effect(e.net, e.plc, i)) * (e.seconds(e.last) if e.paces[i].integrates else 1)
+    if 0 < reach < max(COUNTS_SEEN * e.span(i) / e.plc.scales[i][2], SHARE * e.span(i)):
+        text = f"its whole output moves its PV by no more than {reach:.3g}, so nothing is controlled"
+        return Judgement(passed=False, text=text)
+    blind, cut = time_blind(e.meters[i], e.last), time_cut(e.meters[i], e.last)
+    if max(blind, cut) <= LONG * e.last:
+        moved_by = "its output" if e.influence.drives(i) else "a signal that the scenario sets"
+        return Judgement(passed=True, text=f"{moved_by} moves its PV")
     text = f"it is in control for {e.seconds(blind):g} s with a sensor that is broken for good"
+    if cut > LONG * e.last:
+        text = f"it is in control for {e.seconds(cut):g} s while a plant without gain keeps its output from its PV"
     said = any(
         wanted.loop == e.plc.loops[i] and (wanted.alarm or wanted.flag or wanted.mode) for wanted in e.scenario.expect
     )
@@ -59,36 +69,45 @@ def out_of_range(e: Evidence, i: int) -> Judgement:
 
 
 def oscillates(e: Evidence, i: int) -> Judgement:
-    """Judges one loop, by the swings of its PV in the last third of the run."""
-    m = e.meters[i]
-    swings = oscillation(m, e.last)
-    if swings is None:
+    """Judges one loop, by the swings of its PV in the last third of the run, and since the last event before it."""
+    found, by_itself = _swings(e, i), e.swings.get(i)
+    if found is None:
         return Judgement(passed=True, text="its PV does not oscillate in the last third of the run")
-    period = e.seconds(swings[0])
-    text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {swings[1]:.4g}"
-    why = _excuse(e, i, period, swings[1])
-    return unjudged(f"{text}: {why}") if why else Judgement(passed=False, text=text, at=e.seconds(m.first_turn))
+    period = e.seconds(found.period)
+    text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {found.amplitude:.4g}"
+    why = _excuse(e, i, found)
+    times = e.events_on(i, e.meters[i].late)
+    if not why and by_itself is None and len(times) >= REPEATED:
+        why = f"{len(times)} events move it in the last third"
+    return unjudged(f"{text}: {why}") if why else Judgement(passed=False, text=text, at=e.seconds(found.since))
 
 
-def _excuse(e: Evidence, i: int, period: float, amplitude: float) -> str:
+def _swings(e: Evidence, i: int) -> Swings | None:
+    """An oscillation of a loop's PV: one between two events, or one of the whole last third."""
+    m = e.meters[i]
+    whole = oscillation(m, e.last)
+    return e.swings.get(i) or (None if whole is None else Swings(*whole, m.first_turn))
+
+
+def _excuse(e: Evidence, i: int, found: Swings) -> str:
     """Why an oscillation need not be the loop's fault."""
-    m, plc = e.meters[i], e.plc
+    m, plc, period = e.meters[i], e.plc, e.seconds(found.period)
     if plc.only_switches(i):
         return "its output is on or off"
-    if period <= RIPPLE * plc.pulse_cycle(i) or amplitude <= pulse_ripple(e, i):
+    if period <= RIPPLE * plc.pulse_cycle(i) or found.amplitude <= pulse_ripple(e, i):
         return "it is the ripple of its pulses"
     for j, name in enumerate(plc.loops):
-        other = oscillation(e.meters[j], e.last)
+        other = _swings(e, j)
         drives = (plc.only_switches(j) or plc.pulse_cycle(j)) and plc.cfg[i].sig_pv in e.influence.of_output(j)
-        if j != i and drives and other and abs(e.seconds(other[0]) - period) <= SAME * period:
+        if j != i and drives and other and abs(e.seconds(other.period) - period) <= SAME * period:
             return f"{name} drives it, whose output is on or off"
     tuning = sum(plc.flag_bits[name] for name in plc.tuning_flags) | plc.modes.get("autotune", 0)
-    if m.late_status & tuning:
-        return "an auto-tune runs in the last third"
-    if plc.profile_step(m.late_aux):
-        return "a profile runs in the last third"
-    times = e.events_on(i, m.late)
-    return f"{len(times)} events move it in the last third" if len(times) >= REPEATED else ""
+    status, aux_status, when = m.late_status, m.late_aux, "in the last third"
+    if found.since < m.late:
+        status, aux_status, when = m.ever, m.ever_aux, "in the run"
+    if status & tuning:
+        return f"an auto-tune runs {when}"
+    return f"a profile runs {when}" if plc.profile_step(aux_status) else ""
 
 
 def pulse_ripple(e: Evidence, i: int) -> float:

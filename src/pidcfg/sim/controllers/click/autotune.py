@@ -11,12 +11,14 @@ from pidcfg.sim.controllers.click.tune_results import (
     OBSERVING,
     RESPONSE,
     SWITCHING,
+    TUNE_MOVING,
     TUNE_NO_RANGE,
     TUNE_NO_RESPONSE,
     fail,
     store,
     tunable,
 )
+from pidcfg.sim.notices import noticed
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.reaction_curve import (
     ANSWERED,
@@ -27,6 +29,7 @@ from pidcfg.sim.reaction_curve import (
     judge_response,
     record,
     steepest_line,
+    was_moving,
 )
 from pidcfg.sim.terms import single
 from pidcfg.sim.tuning_rules import (
@@ -81,6 +84,8 @@ def measure(c: Config, s: State, aux: list[float], change: float) -> None:
     if slope <= 0.0:
         fail(s, TUNE_NO_RESPONSE)
         return
+    if was_moving(s, slope, 0.0):
+        s.notice = noticed(s.notice, 0, TUNE_MOVING)
     gain, reset, rate, sample = curve_gains(c.tune_pi, STEP * (c.out_high - c.out_low) / (dead * slope), dead)
     store(c, s, gain, reset, rate, sample)
 

@@ -161,5 +161,29 @@ CONTROLLER = (
         "without such a range it is 0 to 100.",
         "The PV is a number in its own unit, made by scaling an input of up to 16 bits.",
     ),
+    Decision(
+        673,
+        "a mode request takes over from the start",
+        "An event that requests a mode ends what the start of the run still has to do: the configured mode is no "
+        "longer requested, and a set point that has not been written yet is not written. With the DL06 as well.",
+        "Who asks for a mode has the loop in hand; a set point that came after that would be a step nobody expects.",
+    ),
+    Decision(
+        674,
+        "what an event writes shows at once",
+        "Set point, output in Manual and a PID error show with the event; an alarm that is switched off "
+        "goes off with it. A derivative gain limit of 0 or 100 leaves the filter at the present change of the error.",
+        "The registers are the signals. A limit that is switched on later goes on from what it would have filtered.",
+    ),
 )
 """In the order of their numbers."""
+
+OPERATING = (
+    Decision(
+        655,
+        "an alarm group that is switched off",
+        "Its alarms go off at the event; those of a group that is switched on come with the next sample.",
+        "The bit enables the group, and without it nothing keeps an alarm on; alarms are looked for when the PV is.",
+    ),
+)
+"""What an operator's changes do."""

@@ -28,12 +28,13 @@ from pidcfg.sim.controllers.click.tune_results import (
     start_tune,
     tunable,
 )
-from pidcfg.sim.notices import tell_request
+from pidcfg.sim.notices import GOAL_ENDS, tell_request
 
 REFUSED_STOP = 1
 REFUSED_TUNING = 2
 OVERRIDE_STOP = 3
 CLEARED = 4
+GIVEN_UP = 5
 REFUSED_ERROR = 100
 OVERRIDE_ERROR = 200
 NOTED_ERROR = 300
@@ -44,6 +45,7 @@ REASONS = {
     REFUSED_TUNING: "refused: Auto is entered from Manual; clearing the autotune request ends an autotune",
     OVERRIDE_STOP: "to Manual: the PLC went to STOP mode",
     CLEARED: "no PID error any more",
+    GIVEN_UP: GOAL_ENDS,
 }
 ABOUT_MODE = {REFUSED_STOP, REFUSED_TUNING, OVERRIDE_STOP}
 """Reasons that concern the mode."""
@@ -135,7 +137,7 @@ def pursue(c: Config, s: State) -> None:
 
 
 def modes(c: Config, s: State) -> None:
-    """Everything that can change the mode at a sample: requests, of which Autotune's comes last, or the goal."""
+    """Everything that can change the mode at a sample: requests, of which Autotune's comes last, or the goal (D673)."""
     if s.busy & REQUEST:
         s.busy &= ~(REQUEST | GOAL)
         s.goal = 0

@@ -54,6 +54,7 @@ class Click(Plc):
     cfg: list[Config]
     st: list[State]
     out_name = "CO"
+    output_unit = "%"
     pulses = ("PWM",)
     modes: Mapping[str, int] = MODES
     options = tuple(f.name for f in fields(ScanOptions))
@@ -208,6 +209,8 @@ class Click(Plc):
         if s.busy & bits.STOPPED:
             tell_request(s, click_modes.REFUSED_STOP)
             return
+        if s.busy & bits.GOAL and not s.busy & bits.REQUEST:
+            tell_request(s, click_modes.GIVEN_UP)
         s.request = s.request | bit if bit == bits.TUNING else (s.request & bits.TUNING) | bit
         s.busy |= bits.REQUEST
 
@@ -247,7 +250,7 @@ class Click(Plc):
         return sample_ticks(raw - 0x10000 if raw > 0x7FFF else raw)
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
-        """Write a value to its registers; returns why it has no effect, as an output in Auto (D127)."""
+        """Write a value to its registers, which show at once (D674); why it has no effect, as in Auto (D127)."""
         registers, s = self._loops[loop], self.st[loop]
         written = settings_of(path, value, self._sample_rate(loop))
         if written[0][0].name == "output" and s.status & bits.MANUAL == 0:

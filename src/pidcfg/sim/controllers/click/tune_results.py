@@ -20,6 +20,7 @@ TUNE_NO_RESPONSE = 33
 TUNE_ABORTED = 34
 TUNE_CANCELLED = 35
 TUNE_IDLE = 36
+TUNE_MOVING = 37
 
 ASCENDING = "the PV limits (DFn+22, DFn+23) and the output limits (DFn+09, DFn+10) must ascend"
 REASONS = {
@@ -30,6 +31,7 @@ REASONS = {
     TUNE_ABORTED: "autotune stopped: the loop went to Manual",
     TUNE_CANCELLED: "autotune cancelled: its request was cleared",
     TUNE_IDLE: "no autotune to be cancelled",
+    TUNE_MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
 }
 
 LEAST_GAIN, MOST_GAIN = RANGES["proportional_gain"]

@@ -95,7 +95,7 @@ def configure(c: Config, n: Mapping[str, float]) -> None:
 
 
 def alarms_off(n: Mapping[str, float]) -> int:
-    """The alarms of the groups that are off."""
+    """The alarms of the groups that are off; they go off with the bit (D655)."""
     pv = 0 if n["pv_alarm_enable"] else PV_ALARMS
     deviation = 0 if n["deviation_alarm_enable"] else DEVIATION_ALARMS
     return pv | deviation | (0 if n["rate_alarm_enable"] else RATE_OF_CHANGE)

@@ -13,7 +13,7 @@ from pidcfg.sim.plc import TICKS
 
 
 def coefficients(c: Config, s: State) -> None:
-    """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts.
+    """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts (D677).
 
     A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts (D33). The derivative gain limit is a
     filter (D34).
@@ -59,7 +59,7 @@ def refresh(s: State, e: float, x: float, sp: float) -> None:
 def stepped_bias(c: Config, s: State, sp: float) -> None:
     """Step bias: a change of the set point changes the bias in proportion, inversely for reverse action (D38).
 
-    The velocity form has no bias to change.
+    The words are signed counts (D647). The velocity form has no bias to change.
     """
     if c.velocity == 0 and sp * s.last_sp > 0.0:
         s.bias *= s.last_sp / sp if c.reverse else sp / s.last_sp
@@ -67,7 +67,10 @@ def stepped_bias(c: Config, s: State, sp: float) -> None:
 
 
 def velocity(s: State, e: float, x: float) -> float:
-    """Change of output: Kc (e(n) - e(n-1)) + Ki e(n) + Kr (e(n) - 2 e(n-1) + e(n-2)), on top of the one before."""
+    """Change of output: Kc (e(n) - e(n-1)) + Ki e(n) + Kr (e(n) - 2 e(n-1) + e(n-2)), on top of the last output.
+
+    That is within its limits and has its fraction (D649).
+    """
     y = s.x1 + s.lag * (x - s.x1)
     m = s.m + s.kp * (e - s.e1) + s.ki * e + s.kd * (y - 2.0 * s.x1 + s.x2)
     s.x2 = s.x1

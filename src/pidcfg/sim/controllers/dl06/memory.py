@@ -47,7 +47,7 @@ class Options:
     auto_interlock: bool = True
     """A PV alarm refuses a request for Auto."""
     scan_time: int = 0
-    """Length of a scan in ticks; 0: every base step has time for all loops."""
+    """Length of a scan in ticks (D641); 0: every base step has time for all loops."""
     step_bias: bool = False
     """Set-point changes move the bias in proportion."""
     number_of_loops: int | None = None
@@ -98,6 +98,8 @@ class Memory(CountsPlc):
         s.goal = 0 if self.goals[i] == "manual" else MODES[self.goals[i]]
         s.goal_writes = int(self._loops[i].has_setpoint)
         s.busy |= bits.GOAL if s.goal else 0
+        if not (v["ramp_soak.enabled"] or v["ramp_soak.table"]):
+            self.signals[c.sig_step] = ""
         s.rs_command = COMMANDS.get(v["ramp_soak.request"], 0)
         s.busy |= bits.SOAK if s.rs_command else 0
         if v["autotune.start"]:

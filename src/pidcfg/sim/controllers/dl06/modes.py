@@ -42,6 +42,8 @@ OVERRIDE_MINOR = 12
 OVERRIDE_PROGRAM = 13
 RESTORED = 14
 OVERRIDE_NO_REMOTE = 15
+GIVEN_UP = 16
+"""The configured mode and set point (D643); it is not about the mode that is requested, and not in `REASONS`."""
 
 REASONS = {
     REFUSED_PROGRAM: "refused: the CPU is in Program mode and the loop is not independent of it",
@@ -85,7 +87,8 @@ def transfer(i: int, wanted: int, cfg: list[Config], st: list[State]) -> None:
     """Carry out a granted change of mode with its bumpless transfer.
 
     Type I: manual to auto makes the bias the output and SP the PV, auto to cascade makes the major loop's output this
-    loop's PV. Type II only makes the bias the output. The velocity form has no bias (D41).
+    loop's PV. Type II only makes the bias the output. The velocity form has no bias (D41). Cascade to auto changes
+    nothing but the source of the set point (D646).
     """
     c, s = cfg[i], st[i]
     now = s.status & MODES
@@ -140,7 +143,7 @@ def request_mode(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int
 
 
 def waits(i: int, cfg: list[Config], st: list[State]) -> bool:
-    """Whether a minor loop of this one is still on its way to Cascade, unrefused: the legal order is inside out."""
+    """Whether a minor loop of this one is still on its way to Cascade, unrefused: the order is inside out (D644)."""
     for j in range(len(cfg)):
         s = st[j]
         minor = cfg[j].major == i and cfg[j].halt == 0
@@ -150,7 +153,7 @@ def waits(i: int, cfg: list[Config], st: list[State]) -> bool:
 
 
 def pursue(i: int, cfg: list[Config], st: list[State]) -> None:
-    """Come one step closer to the goal; at the goal write its set point, as an operator would (D45)."""
+    """Come one step closer to the goal; at the goal write its set point, as an operator would (D45, D643)."""
     s = st[i]
     now = s.status & MODES
     if now == s.goal:

@@ -130,7 +130,7 @@ class Dl06(Memory):
         return dl06_timing.scan_time(without_loops, [period / TICKS for period in self.periods if period])
 
     def start(self, tick: int) -> None:
-        """The program-to-run transition: all words are read, loops return to their prior modes (D49)."""
+        """The program-to-run transition: all words are read, loops begin anew and return to their modes (D49, D648)."""
         self._setup = self._check()
         for i, loop in enumerate(self._loops):
             c, s = self.cfg[i], self.st[i]
@@ -167,9 +167,11 @@ class Dl06(Memory):
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
-        """A one-shot mode request; it takes the place of the configured one, granted or not (D68)."""
+        """A one-shot mode request; it takes the place of the configured one, granted or not (D68, D643)."""
         s = self.st[loop]
         s.requested = MODES[mode]
+        if s.busy & bits.GOAL and not self.cfg[loop].halt:
+            tell_request(s, dl06_modes.GIVEN_UP)
         s.goal = 0
         s.busy &= ~bits.GOAL
         if self._calculated(loop):
@@ -200,7 +202,7 @@ class Dl06(Memory):
         return {"done": bool(s.tune_done), "error": error, "status": status, "results": results}
 
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
-        """The output that a loop in Manual starts with."""
+        """The output that a loop in Manual starts with; it has no limits (D645)."""
         self.set(loop, ("state", "output"), value, sig)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:

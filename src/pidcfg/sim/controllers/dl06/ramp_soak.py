@@ -67,7 +67,7 @@ def begin(c: Config, s: State, aux: list[float], step: int) -> None:
 
 
 def start(c: Config, s: State, aux: list[float]) -> None:
-    """A rising start bit: the first ramp begins at the present set point."""
+    """A rising start bit: the first ramp begins at the present set point, and moves at the next sample (D652)."""
     s.rs_error = c.rs_fault
     s.rs_errors |= c.rs_fault
     if c.rs_fault or c.rs_table < 0:
@@ -80,7 +80,7 @@ def start(c: Config, s: State, aux: list[float]) -> None:
 
 
 def obey(c: Config, s: State, aux: list[float]) -> None:
-    """Read and clear the command bits; start works alone, hold comes before resume and jog (D56)."""
+    """Read and clear the command bits; start works alone, hold comes before resume and jog (D56, D653)."""
     command = s.rs_command
     s.rs_command = 0
     if s.busy & PROGRAM:
@@ -127,8 +127,14 @@ def watch(c: Config, s: State, aux: list[float]) -> None:
             s.aux_status |= RS_DEVIATION
 
 
-def ramp_soak(c: Config, s: State, aux: list[float]) -> None:
-    """Commands first, then the active step, then its deviation bit."""
+def ramp_soak(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
+    """Commands first, then the active step (D676), then its deviation bit; the step number is a signal."""
+    generate(c, s, aux)
+    sig[c.sig_step] = s.rs_step * 1.0
+
+
+def generate(c: Config, s: State, aux: list[float]) -> None:
+    """One sample of the generator."""
     if c.rs_enabled == 0:
         if s.rs_command:
             tell_request(s, REFUSED_RS_OFF)
@@ -137,8 +143,9 @@ def ramp_soak(c: Config, s: State, aux: list[float]) -> None:
         return
     active = s.rs_step
     if s.rs_command:
+        started = s.rs_command == RS_START
         obey(c, s, aux)
-        if active == 0 or s.rs_step != active:
+        if active == 0 or s.rs_step != active or started:
             active = 0
     if active and s.status & CASCADE and s.aux_status & RS_HELD == 0:
         s.aux_status |= RS_HELD

@@ -6,11 +6,19 @@ from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import ramp_soak as dl06_ramp_soak
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06 import tune_results as dl06_tune_results
+from pidcfg.sim.notices import GOAL_ENDS
 
 MODES = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
 COMMANDS = {"start": bits.RS_START, "hold": bits.RS_HOLD, "resume": bits.RS_RESUME, "jog": bits.RS_JOG}
-REASONS = dl06_modes.REASONS | dl06_ramp_soak.REASONS | dl06_tune_results.REASONS
-SIGNALS = {"sig_in": "", "sig_pv": "PV", "sig_sp": "SP", "sig_out": "OUT", "sig_bias": "BIAS"}
+REASONS = dl06_modes.REASONS | dl06_ramp_soak.REASONS | dl06_tune_results.REASONS | {dl06_modes.GIVEN_UP: GOAL_ENDS}
+SIGNALS = {
+    "sig_in": "",
+    "sig_pv": "PV",
+    "sig_sp": "SP",
+    "sig_out": "OUT",
+    "sig_bias": "BIAS",
+    "sig_step": "STEP",
+}
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 ALARM_BITS = {
     "pv_low_low": bits.LOW_LOW,

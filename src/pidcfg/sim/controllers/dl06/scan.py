@@ -6,8 +6,8 @@ rarely happens (`State.busy`: mode requests, ramp/soak, auto-tune), set point, a
 output word. Nothing here knows files, names or units: see `plc.load` for how words become `Config` and `State`.
 
 Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; ``sig_pv``, ``sig_sp``, ``sig_out`` and
-``sig_bias`` are written, as the words say in engineering units. With square-root extract ``sig_sp`` is the PV that
-satisfies the set point, so that both can be compared.
+``sig_bias`` are written, as the words say in engineering units, and ``sig_step``, the step of the profile. With
+square-root extract ``sig_sp`` is the PV that satisfies the set point, so that both can be compared.
 """
 
 from __future__ import annotations
@@ -90,11 +90,13 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
             if c.major >= 0:
                 show_output(cfg[c.major], st[c.major], sig)
         if busy & SOAK:
-            ramp_soak(c, s, aux)
+            ramp_soak(c, s, aux, sig)
         busy = s.busy
     status = s.status
 
-    sp = st[c.major].out if status & CASCADE else s.sp
+    if status & CASCADE:  # it is written to +02 (D675)
+        s.sp = st[c.major].out
+    sp = s.sp
     if sp < c.sp_min:
         sp = c.sp_min
     elif sp > c.sp_max:
@@ -135,11 +137,14 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
 
 
 def next_slow(tick: int, cfg: list[Config], st: list[State]) -> int:
-    """The slow loop that this scan calculates: the first due behind the last served (D52); -1: none."""
+    """The slow loop that this scan calculates: the first due behind the last served (D52); -1: none.
+
+    Loops that Program mode has stopped take no turn (D650).
+    """
     n = len(cfg)
     for k in range(1, n + 1):
         i = (st[0].turn + k) % n
-        if cfg[i].slow and tick >= st[i].due:
+        if cfg[i].slow and tick >= st[i].due and st[i].busy & STOPPED == 0:
             st[0].turn = i
             return i
     return -1

@@ -63,7 +63,10 @@ def parse_setting(path: tuple[str, ...], rows: list[Row], value: object) -> obje
 
 
 def encode_setting(row: Row, value: Any, values: Mapping[str, Any], scales: Scales) -> int:
-    """A parsed value to its word, or to its bits in place; `EncodeError` when the word cannot hold it."""
+    """A parsed value to its word, or to its bits in place; `EncodeError` when the word cannot hold it.
+
+    Raw counts are the content of the word, of a root loop's set point too (D651).
+    """
     if isinstance(value, Reset):
         if value.nines:
             return RESET[1].encode(RESET[1].high)

@@ -68,6 +68,8 @@ TRIP = 4096
 class Config(LoopConfig):
     """One loop's words, decoded."""
 
+    sig_step: int = 5
+    """The step of the ramp/soak profile, 1 to 16; 0: none is active."""
     period: int = 50_000
     slow: int = 0
     """Sample rate above 2 s and scans have a length: at most one such loop a scan."""

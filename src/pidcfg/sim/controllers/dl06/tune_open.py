@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 from pidcfg.sim.controllers.dl06.tune_results import (
     RESPONSE,
     TUNE_FULL_SCALE,
+    TUNE_MOVING,
     TUNE_NO_RESPONSE,
     end_tune,
     store,
 )
+from pidcfg.sim.notices import noticed
 from pidcfg.sim.reaction_curve import (
     ANSWERED,
     NO_ANSWER,
@@ -24,6 +26,7 @@ from pidcfg.sim.reaction_curve import (
     judge_response,
     record,
     steepest_line,
+    was_moving,
 )
 from pidcfg.sim.reaction_curve import POINTS as CURVE
 from pidcfg.sim.terms import NEAREST
@@ -56,6 +59,8 @@ def measure(c: Config, s: State, aux: list[float], change: float) -> None:
     if slope <= 0.0:
         end_tune(s, TUNE_NO_RESPONSE)
         return
+    if was_moving(s, slope, c.span / c.pv_span):
+        s.notice = noticed(s.notice, 0, TUNE_MOVING)
     gain, reset, derivative, sample = curve_gains(c.tune_pi, STEP / (dead * (slope / c.span)), dead)
     store(c, s, gain, reset, derivative, sample)
 

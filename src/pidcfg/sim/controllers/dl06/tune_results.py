@@ -18,6 +18,7 @@ TUNE_ABORTED = 34
 TUNE_AT_LIMITS = 35
 TUNE_NO_SWING = 36
 REFUSED_TUNE_APART = 37
+TUNE_MOVING = 38
 
 REASONS = {
     REFUSED_TUNE_MODE: "auto-tune refused: open loop needs Manual, closed loop needs Auto",
@@ -29,6 +30,7 @@ REASONS = {
     " the gains are written all the same, output limits inside the range avoid it",
     TUNE_NO_SWING: "auto-tune stopped: output limits leave nothing to switch between",
     REFUSED_TUNE_APART: "auto-tune refused: PV and SP are more than 5 % of full scale (205 of 4095 counts) apart",
+    TUNE_MOVING: "the PV was moving when the auto-tune began: do not trust its gains (D623)",
 }
 
 

@@ -176,4 +176,5 @@ def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
         sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
     sig[c.sig_out] = c.out_low + (out - c.out_min) * c.out_width / c.out_span
+    sig[c.sig_step] = float(s.rs_step)
     sig[c.sig_bias] = c.out_low + (nearest(s.bias) - c.out_min) * c.out_width / c.out_span

@@ -135,5 +135,42 @@ ENGINE = (
         "1,048,576 counts.",
         "PV is a single-precision number in its own unit.",
     ),
+    Decision(
+        685,
+        "a new CYCLE counts from the calculation that is due",
+        "Its multiples are counted from that calculation on, no longer from the time at which the PLC began to run.",
+        "The instruction waits until the sampling time has passed since its last calculation.",
+    ),
+    Decision(
+        686,
+        "Tf smooths the change, before the gain",
+        "The backward difference over Ts is smoothed, and then multiplied with the Kd, or Kc Td, of this calculation: "
+        "a new gain acts on D at once, and a Td_Kd of 0 does not stop the smoothing.",
+        "The block diagrams have Td_Kd and Tf in one box; with the gain inside, a gain that is set to 0 would go on "
+        "acting for some Tf.",
+    ),
+    Decision(
+        687,
+        "what a calculation of DPIDE remembers after a pause",
+        "After PID_RUN was FALSE, and after a stop, neither a crossing in the dead band nor the sign of the last error "
+        "is known; manual keeps both. A stop between manual and automatic hinders nothing: MV is taken over (D272).",
+        "As with the derivative (D267): what lies before a pause tells nothing of now. MV itself stays in its device.",
+    ),
+    Decision(
+        688,
+        "what is written to the MV of a loop that is off",
+        "Nothing comes of it where MOUT stands in MV's device: MV and MOUT stay 0, before the first calculation too, "
+        "and while the PLC is stopped.",
+        "The instruction resets MV in every scan; a value that stood for one scan would reach other loops by the order "
+        "of the program alone.",
+    ),
+    Decision(
+        689,
+        "sums beyond single precision",
+        "An infinite sum is beyond its limit, so MV is that limit. Where the sum is no number, P being infinite "
+        "against I_MV, D or BIAS, nothing is written: MV stands, within its limits, and the next calculation has no "
+        "past.",
+        "A comparison with infinity has a result, and one with no number has none.",
+    ),
 )
 """In the order of their numbers."""

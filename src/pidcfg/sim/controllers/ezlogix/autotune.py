@@ -13,7 +13,7 @@ from pidcfg.schemas.ezlogix import DERIVATIVE, GAIN, INTEGRAL
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
 from pidcfg.sim.controllers.ezlogix.state import HELD, TUNE, TUNE_ERROR, TUNING
 from pidcfg.sim.notices import noticed
-from pidcfg.sim.reaction_curve import begin_curve, mean, record, steepest_line
+from pidcfg.sim.reaction_curve import begin_curve, mean, record, steepest_line, was_moving
 from pidcfg.sim.terms import nearest
 from pidcfg.sim.tuning_rules import begin_noise, curve_gains, measure_noise
 
@@ -47,6 +47,10 @@ GAIN_MOST, RESET_MOST, RATE_MOST = highest(GAIN, HUNDREDTHS), highest(INTEGRAL, 
 """What the registers may hold by the manual."""
 REASON = 32
 """Base+12 as the reason of a notice: it is added to this."""
+FAR, MOVING = 7, 8
+"""Reasons of notices: an autotune that begins far from the set point (D622), or on a moving PV (D623)."""
+NEAR = 0.10
+"""Share of the PV's span."""
 
 
 def end_tune(c: Config, s: State, status: int) -> None:
@@ -89,6 +93,14 @@ def switch_tune(c: Config, s: State) -> None:
     s.tune_left = c.timeout
     s.tune_phase = OBSERVING
     begin_noise(s)
+    if abs(s.error) > NEAR * c.pv_span:
+        s.notice = noticed(s.notice, 0, FAR)
+
+
+def tell_moving(s: State, slope: float) -> None:
+    """Leave a notice when the PV was moving before the step."""
+    if was_moving(s, slope, 1.0):
+        s.notice = noticed(s.notice, 0, MOVING)
 
 
 def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
@@ -101,6 +113,7 @@ def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
 def compute(c: Config, s: State, aux: list[float]) -> None:
     """Slope and dead time of the recorded answer, the gains that they give, and their registers."""
     slope, dead = steepest_line(s, c.tune_buffer, aux, s.tune_change)
+    tell_moving(s, slope)
     if slope <= 0.0:
         end_tune(c, s, NO_DIVISOR)
         return
@@ -173,6 +186,7 @@ def respond(c: Config, s: State, aux: list[float], x: float) -> None:
         s.tune_status = CALCULATING
         s.tune_phase = COMPUTE
     elif how == 2:
+        tell_moving(s, 0.0)
         end_tune(c, s, NO_FIT)
 
 
@@ -187,6 +201,8 @@ def tune(c: Config, s: State, aux: list[float], x: float) -> None:
         return
     if s.tune_left <= 0:
         detected = s.tune_phase == RESPOND and abs(s.tune_change) > max(DETECTABLE, 6.0 * s.tune_noise)
+        if detected:
+            tell_moving(s, 0.0)
         end_tune(c, s, NO_FIT if detected else NO_DEAD_TIME)
         return
     s.tune_left -= s.period

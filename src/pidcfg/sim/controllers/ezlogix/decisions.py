@@ -60,10 +60,13 @@ ENGINE = (
     Decision(
         167,
         "saturation",
-        "The bit tells whether the CV before its limits, as a whole number, is 0 or 4095; in Manual and during an "
-        "autotune it is the CV itself. Anti-windup looks at the calculation before: no integration on the side on "
-        "which it was saturated.",
-        "The manual names both values of the CV; the CV of this sample is not known yet when its error is integrated.",
+        "The bit tells whether the CV in its tag, as its limits have left it, is 0 or 4095, in every mode: one that is "
+        "held at a limit in between does not set it. Anti-windup looks at the sample before and at the CV as it was "
+        "calculated, before its limits: no integration on the side on which that was 0 or 4095.",
+        "The manual defines the bit by the Control Variable being either 0 or 4095, and a Control Variable beyond a "
+        "limit is set to the limit. Of anti-windup it says that the output is saturated, not where it is looked at: "
+        "behind limits inside the range an integral would grow without end. The CV of this sample is not known yet "
+        "when its error is integrated.",
     ),
     Decision(
         168,
@@ -133,7 +136,9 @@ ENGINE = (
     Decision(
         177,
         "a CV tag that is a set point makes a cascade",
-        "Where the CV's R tag is the set point register of another loop, every calculation writes it there, in counts.",
+        "Where the CV's R tag is the set point register of another loop, every calculation writes it there, in "
+        "counts; the set point's limits change the outer loop's CV when they change the set point. In Manual whoever "
+        "writes the one writes the other. The trend shows both when they are written, whatever the sample rates are.",
         "They are one register.",
     ),
     Decision(
@@ -156,5 +161,45 @@ ENGINE = (
         "that is on when the PLC starts is no transition; `start` makes one even when the bit is still on.",
         "The table of states has no entry for the timeout; results outside their ranges are not written.",
     ),
+    Decision(
+        623,
+        "an autotune on a moving PV is told",
+        "The 16 samples before the step have a slope. Where it is surely there, and more than a tenth of the steepest "
+        "one of the answer, a note says that the PV was moving; gains are delivered all the same. The open-loop "
+        "auto-tunes of DL06 and CLICK are looked at alike.",
+        "The manual wants a process in a steady state before the start, and refuses nothing. The slope of before adds "
+        "to that of the answer, and its line meets the PV of before too early: dead times come out too short, and "
+        "gains too high.",
+    ),
+    Decision(
+        670,
+        "the PV stays within its counts",
+        "A measurement beyond the ends of `pv.range` is the count of that end.",
+        "An input module shows its end beyond the end of its signal; the manual says nothing of one.",
+    ),
+    Decision(
+        672,
+        "outputs that come back",
+        "After a stop a CV in an R register reaches its output with the loop's next calculation.",
+        "The ladder program copies it within a scan; a trend shows an output where it is calculated.",
+    ),
 )
 """In the order of their numbers."""
+
+SHOWN = (
+    Decision(
+        656,
+        "the EZLogix's set point is shown within its limits at once",
+        "The signal SP has a set point that an event writes within its limits from the event on; the register takes "
+        "the limit at the next calculation.",
+        "A trend shows what the loop works with, and no calculation ever sees another value.",
+    ),
+    Decision(
+        657,
+        "the EZLogix's BIAS is integral term and offset, wherever they are",
+        "The signal is not held within the CV limits or 0 to 4095; without anti-windup it runs on as far as a signed "
+        "32-bit number.",
+        "No register holds it, and the manual limits the control value alone.",
+    ),
+)
+"""What the signals tell that no register does."""

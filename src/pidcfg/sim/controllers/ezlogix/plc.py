@@ -74,6 +74,8 @@ class Ezlogix(CountsPlc):
         c.tune_buffer = i * POINTS
         number = tag_number(loop.dialog.output.tag)
         c.feeds = self._setpoint_at(number, i)
+        if c.feeds >= 0:
+            self.cfg[c.feeds].fed_by = i
         s.out = s.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
         s.sp = float(loop.word("setpoint"))
         self._apply(i)
@@ -114,11 +116,8 @@ class Ezlogix(CountsPlc):
             tell(self.st[i], WAITS_FOR_RUN, mode)
 
     def _show(self, i: int, sig: MutableSequence[float]) -> None:
-        """The signals that an operator's change affects at once: SP is limited, its register later."""
-        c, s = self.cfg[i], self.st[i]
-        written, s.sp = s.sp, clamp(s.sp, c.sp_low, c.sp_high)
-        show(c, s, sig)
-        s.sp = written
+        """The signals that an operator's change affects at once: SP is limited, its register later (D656)."""
+        show(self.cfg[i], self.st[i], sig)
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - nothing is refused
@@ -239,31 +238,45 @@ class Ezlogix(CountsPlc):
         self._apply(loop)
         if str(rows[0].path) == "autotune.timeout":
             s.tune_left = self.cfg[loop].timeout
-        self._show(loop, sig)
+        if str(rows[0].path).startswith("setpoint."):
+            self._show(loop, sig)
         if self.cfg[loop].halt:
             return "the loop is not calculated: its sample rate is below 0.05 s"
-        return self._overwritten(loop) if rows[0].path == "setpoint.value" else None
+        return self._write_outer(loop, sig) if rows[0].path == "setpoint.value" else None
 
-    def _overwritten(self, loop: int) -> str | None:
-        """Which loop writes this one's set point register (D177)."""
-        writers = (name for name, c in zip(self.loops, self.cfg, strict=True) if c.feeds == loop and not c.halt)
-        writer = next(writers, None)
-        return writer and f"the CV of {writer} stands in the same register and overwrites it"
+    def _write_outer(self, loop: int, sig: MutableSequence[float]) -> str | None:
+        """Writes the CV that stands in this loop's set point register (D177); returns what overwrites it."""
+        outer = self.cfg[loop].fed_by
+        if outer < 0:
+            return None
+        if self._keeps_cv(outer):
+            return f"the CV of {self.loops[outer]} stands in the same register and overwrites it"
+        self._set_cv(outer, int(self.st[loop].sp), sig)
+        return None
 
-    def _operate(self, loop: int, raw: int, sig: MutableSequence[float]) -> str | None:
-        """The operator writes the CV, which he can in Manual only (D172)."""
+    def _keeps_cv(self, loop: int) -> str | None:
+        """Why nobody else can write a loop's CV; None: he can."""
         s = self.st[loop]
         if s.busy & bits.HELD:
             return "the autotune holds the CV"
         if (s.wanted if s.busy & bits.REQUEST else s.status) & bits.AUTO and not self.cfg[loop].halt:
             return "the loop is in Auto and calculates the CV itself"
-        self._set_cv(loop, raw, sig)
         return None
 
+    def _operate(self, loop: int, raw: int, sig: MutableSequence[float]) -> str | None:
+        """The operator writes the CV, which he can in Manual only (D172)."""
+        why = self._keeps_cv(loop)
+        if why is None:
+            self._set_cv(loop, raw, sig)
+        return why
+
     def _set_cv(self, loop: int, raw: int, sig: MutableSequence[float]) -> None:
-        s = self.st[loop]
+        s, inner = self.st[loop], self.cfg[loop].feeds
         s.out = s.whole = float(raw)
         self._show(loop, sig)
+        if inner >= 0:
+            self.st[inner].sp = s.out
+            self._show(inner, sig)
 
 
 def load(image: Image, options: NoOptions | None = None) -> Ezlogix:  # noqa: ARG001 - there is nothing to choose

@@ -36,9 +36,8 @@ def begin_cycle(tick: int, c: Config, s: State) -> None:
 
 def pulse(tick: int, c: Config, s: State, sig: list[float]) -> None:
     """The output for the base step that begins now: what it is in the middle of that step."""
-    half = (tick - s.seen) / 2.0
+    middle = tick + (tick - s.seen) / 2.0
     s.seen = tick
-    if tick >= s.cycle_end:
+    if middle >= s.cycle_end:
         begin_cycle(tick, c, s)
-    passed = tick - s.cycle_start + half
-    sig[c.sig_pulse] = 1.0 if s.on > 0.0 and passed <= s.on else 0.0
+    sig[c.sig_pulse] = 1.0 if s.on > 0.0 and middle - s.cycle_start <= s.on else 0.0

@@ -16,6 +16,7 @@ SIGNALS = {
     "sig_error": "ERROR",
     "sig_status": "STATUS",
     "sig_pulse": "O",
+    "sig_countdown": "COUNTDOWN",
 }
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 FLAG_BITS = {
@@ -41,4 +42,6 @@ REASONS = {
     PV_IS_STALE: "the PLC is stopped: the loop goes on, but nothing renews its PV in an R register",
     OUTPUT_IS_CUT: "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output",
     TUNE_RUNS: "autotune is running already",
+    ezlogix_autotune.FAR: "the autotune begins with the PV more than 10 % of its span from the set point (D622)",
+    ezlogix_autotune.MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
 }

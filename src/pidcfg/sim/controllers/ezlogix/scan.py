@@ -6,8 +6,8 @@ whatever rarely happens (`State.busy`: a mode, an autotune), equation, saturatio
 names or units: see `plc.load` for how registers become `Config` and `State`.
 
 Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; PV, SP, CV and BIAS (integral term and
-offset) are written in engineering units, ERROR and STATUS as their registers hold them, O as 0 or 1. With the square
-root of the PV, SP is the PV that satisfies the set point, so that both can be compared.
+offset) are written in engineering units, ERROR, STATUS and COUNTDOWN as their registers hold them, O as 0 or 1. With
+the square root of the PV, SP is the PV that satisfies the set point, so that both can be compared.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pidcfg.sim.controllers.ezlogix.autotune import tune
 from pidcfg.sim.controllers.ezlogix.equation import FULL, calculate
 from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
 from pidcfg.sim.controllers.ezlogix.pulse import pulse
-from pidcfg.sim.controllers.ezlogix.signals import show
+from pidcfg.sim.controllers.ezlogix.signals import show, show_output, show_setpoint
 from pidcfg.sim.controllers.ezlogix.state import (
     AUTO,
     FRESH,
@@ -59,6 +59,20 @@ def switch(s: State) -> None:
     s.status = (s.status & ~MODES) | s.wanted
 
 
+def limit_setpoint(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None:
+    """Limits write the register of the set point (D164), which may be an outer loop's CV too (D177)."""
+    c = cfg[i]
+    s = st[i]
+    if s.sp > c.sp_high:
+        s.sp = c.sp_high
+    if s.sp < c.sp_low:
+        s.sp = c.sp_low
+    outer = c.fed_by
+    if outer >= 0 and st[outer].out != s.sp:
+        st[outer].out = s.sp
+        show_output(cfg[outer], st[outer], sig)
+
+
 def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
     """One calculation of loop ``i``."""
     c = cfg[i]
@@ -66,11 +80,8 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     busy = s.busy
     if busy & PV_STALE == 0:
         s.pv = converted(c, sig[c.sig_in])
-    # limits write the register (D164); a root is that of the register (D163)
-    if s.sp > c.sp_high:
-        s.sp = c.sp_high
-    if s.sp < c.sp_low:
-        s.sp = c.sp_low
+    limit_setpoint(i, cfg, st, sig)
+    # a root is that of the register (D163)
     x = s.pv
     if c.root:
         x = sqrt(x) if x > 0.0 else 0.0
@@ -101,12 +112,14 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
     else:
         s.whole = s.out
         s.x1 = x
-    if 0.0 < s.whole < FULL:
+    # the bit tells of the CV as it is (D167); anti-windup looks at what it would be without its limits
+    if 0.0 < s.out < FULL:
         s.status &= ~SATURATED
     else:
         s.status |= SATURATED
     if c.feeds >= 0:
         st[c.feeds].sp = s.out
+        show_setpoint(cfg[c.feeds], st[c.feeds], sig)
     show(c, s, sig)
 
 
@@ -123,5 +136,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
             pulse(tick, cfg[i], s, sig)
 
 
-INLINED = (scan, sample, calculate, converted, show, pulse)
+INLINED = (scan, sample, limit_setpoint, calculate, converted, show, show_setpoint, show_output, pulse)
 """The hot path of compiled code."""

@@ -17,7 +17,7 @@ UNBOUNDED = 1e18
 MANUAL, AUTO = 1, 2
 MODES = MANUAL | AUTO
 SATURATED = 4
-"""Discrete +3."""
+"""Discrete +3: the CV is 0 or 4095."""
 TUNING = 8
 """An autotune collects or calculates."""
 TUNE_ERROR = 16
@@ -52,9 +52,12 @@ class Config(LoopConfig):
     """The CV's tag is an output register, or the control output is enabled."""
     feeds: int = -1
     """The loop whose set point register is this one's CV tag (D177); -1: none."""
+    fed_by: int = -1
+    """The loop whose CV tag is this one's set point register (D177); -1: none."""
     sig_error: int = 5
     sig_status: int = 6
     sig_pulse: int = 7
+    sig_countdown: int = 8
     # ends of the ranges in engineering units
     pv_low: float = 0.0
     pv_width: float = 4095.0
@@ -112,7 +115,7 @@ class State(CurveState):
     x1: float = 0.0
     """What the derivative acts on, at n-1."""
     whole: float = 0.0
-    """The CV before its limits, which saturation is judged by."""
+    """The CV before its limits, which anti-windup looks at."""
     # control output
     seen: int = 0
     """Tick of the last look."""

@@ -94,7 +94,8 @@ BLOCKS = (
     Decision(
         247,
         "results of filters and lags beyond single precision",
-        "An output or a state that would be no number keeps the value that it had.",
+        "An output or a state that would be no number keeps the value that it had. An output with limits is limited "
+        "before: an infinite one is at its limit.",
         "What the PLC does then depends on its settings, and a number that is none would spread.",
     ),
 )

@@ -128,5 +128,46 @@ PID = (
         "The manual names the relay method and no rule. The values of its example fit Tyreus and Luyben's times with "
         "the gain of their PI controller.",
     ),
+    Decision(
+        690,
+        "what an operator asks for is written before the cycle",
+        "Manual, CASC and AutoTune have their new values before the moves and the wires of their base step, of a block "
+        "too that is called later; of several requests the last one counts. Results are accepted while they stand: "
+        "AutoTuneDone TRUE and AutoTuneError FALSE, until AutoTune is reset.",
+        "A panel writes variables between two cycles (D82). Figure 4-6 copies under this condition; results that "
+        "have been reset are gains of 0.",
+    ),
+    Decision(
+        691,
+        "what is limited when anti-windup cuts an increment",
+        "The bits of MV and both windup outputs look at the sum with the whole increment of I: MV is limited although "
+        "the increment is cut so that the sum is just at the limit. The reach of MaxVarMV is moved into MinMV to MaxMV "
+        "before increments are cut at its ends.",
+        "The controller wants to go further and may not, which is what a cascade master has to know.",
+    ),
+    Decision(
+        692,
+        "the auto-tuning between its checks",
+        "A PercAmpMV out of its range makes no step, so MV_TOO_HIGH and MV_TOO_LOW say nothing of it. The mean is that "
+        "of the samples before 3 s have passed; the call in which they have passed takes the first step, and judges "
+        "PEAK_TOO_HIGH, and PV_TOO_HIGH and PV_TOO_LOW by the MaxPV and MinPV of this call. After an end MV is that of "
+        "override at once, as it is in manual and tracking (D231).",
+        "M of a wrong percentage is no step that anybody wants. The figure has the first step at the end of the 3 s.",
+    ),
+    Decision(
+        693,
+        "expressions of wires, operation by operation",
+        "Every result is rounded to single precision; an INT counts as a REAL, a TIME as seconds. A division by zero "
+        "or the root of a negative number leaves the whole expression without a value, also where min, max, AND or OR "
+        "would not need it; a sum on the way may be infinite, as long as the whole has a value.",
+        "Structured Text may work out all operands, and a REAL holds no more.",
+    ),
+    Decision(
+        694,
+        "the PV of a loop that is called every n-th cycle",
+        "What the program around assigns is new in every cycle for whoever reads it there; the loop sees what it is in "
+        "its call.",
+        "The program around runs in every cycle of the task, and assigns before the calls.",
+    ),
 )
 """In the order of their numbers."""

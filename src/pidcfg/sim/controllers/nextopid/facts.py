@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.schemas.expressions import SIGNAL
+from pidcfg.schemas.expressions import CONSTANT, SIGNAL
 from pidcfg.sim.controllers.nextopid import slots
 from pidcfg.sim.controllers.nextopid import state as bits
 from pidcfg.sim.controllers.nextopid.actions import LEAST_TI
 from pidcfg.sim.controllers.nextopid.memory import Memory
 from pidcfg.sim.controllers.nextopid.report import ERRORS
 from pidcfg.sim.controllers.nextopid.wires import ROW, ROWS, value_of
+from pidcfg.sim.dependence import depends
 from pidcfg.sim.plc import TICKS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
 MODE_KEYS = ("Manual", "CASC", "TRK_IN", "AutoTune")
 """The inputs that choose the mode of a loop."""
@@ -45,7 +46,7 @@ class Facts(Memory):
                 yield from ((source, copy.target) for source in (part.signals if part else ()))
         for place, i in enumerate(self.listed):
             for target, sources in self.wires_of(place):
-                yield from ((source, target) for source in sources)
+                yield from ((source, target) for source in sources if self.follows(place, target, source, sources))
             rows = list(enumerate(self.layout.instances[i].kind.table.rows, self.layout.instances[i].base))
             outputs = [slot for slot, row in rows if row.access == "output"]
             for slot, row in rows:
@@ -53,6 +54,21 @@ class Facts(Memory):
                     yield from ((slot, output) for output in outputs)
                 if row.name in {"SP", "SP_CASC"} and self.items[i].loop is not None:
                     yield slot, self.cfg[place].sig_sp
+
+    def follows(self, place: int, target: int, source: int, sources: list[int]) -> bool:
+        """Whether a wire's value follows a signal that it reads."""
+        c, aux = self.cfg[place], self.aux
+        rows = range(ROWS + ROW * c.wires, ROWS + ROW * c.wires_end, ROW)
+        at = next(row for row in rows if int(aux[row]) == target)
+        first, last = int(aux[at + 2]), int(aux[at + 3])
+        if CONSTANT not in {int(op) for op in aux[first:last:2]}:
+            return True
+
+        def value(sig: Sequence[float]) -> float | None:
+            found = value_of(aux, first, last, sig)
+            return None if aux[int(aux[0])] else found
+
+        return depends(value, self.sig, sources, source)
 
     @property
     def masters(self) -> list[int]:
@@ -145,14 +161,14 @@ class Facts(Memory):
         base = self.cfg[loop].base
         return not self.only_switches(loop) and bool(sig[base + slots.WINDUP_H_IN] or sig[base + slots.WINDUP_L_IN])
 
-    def left_out(self, loop: int, sig: Sequence[float]) -> bool:
-        """Whether OVERR is on, or a selector that reads its MV takes the other one."""
-        if self.st[loop].status & bits.OVERRIDDEN:
-            return True
+    def left_out(self, loop: int, sig: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
+        """Whether a selector behind its MV takes a rival; where there is no selector, whether OVERR is on."""
+        behind = False
         for place, c in enumerate(self.cfg):
-            if c.kind in SELECTORS:
-                wired = dict(self.wires_of(place))
-                for value, out in SELECTED:
-                    if self.cfg[loop].sig_out in wired.get(c.base + value, ()) and sig[c.base + out]:
-                        return True
-        return False
+            wired = dict(self.wires_of(place)) if c.kind in SELECTORS else {}
+            inputs = [set(wired.get(c.base + value, ())) for value, _ in SELECTED]
+            for (_, out), lost, taken in zip(SELECTED, inputs, reversed(inputs), strict=True):
+                behind = behind or bool(lost & set(own))
+                if sig[c.base + out] and lost & set(own) and taken & set(rivals):
+                    return True
+        return not behind and bool(self.st[loop].status & bits.OVERRIDDEN)

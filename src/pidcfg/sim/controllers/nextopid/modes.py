@@ -1,4 +1,4 @@
-"""What an operator does to a loop's parameters at its next call, and what becomes of an auto-tuning (kernels)."""
+"""What an operator does to a loop's parameters, and what becomes of an auto-tuning (kernels)."""
 
 from __future__ import annotations
 
@@ -26,9 +26,15 @@ if TYPE_CHECKING:
 
 MANUAL_ON, MANUAL_OFF, CASC_ON, CASC_OFF, TUNE_ON, TUNE_OFF, ACCEPT = 1, 2, 4, 8, 16, 32, 64
 """Commands of the operator (`State.command`)."""
+MANUAL, CASCADE, TUNE = (MANUAL_ON, MANUAL_OFF), (CASC_ON, CASC_OFF), (TUNE_ON, TUNE_OFF)
 NO_RUN, RUNNING, DONE, FAILED, CANCELLED = range(5)
 """State of the last auto-tuning (`State.tune_end`)."""
 ON_OFF_MANUAL = slots.PLACES["ControlON_OFF"]["Manual"]
+
+
+def command(s: State, pair: tuple[int, int], *, on: bool) -> None:
+    """A switch is to be written; of several commands before the next cycle the last one counts (D82)."""
+    s.command = s.command & ~(pair[0] | pair[1]) | pair[not on]
 
 
 def operate(c: Config, s: State, sig: MutableSequence[float]) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.parameters import Parameter, shortest
 from pidcfg.schemas.iec import Wire
-from pidcfg.sim.controllers.nextopid import modes, report
+from pidcfg.sim.controllers.nextopid import modes, report, tune_results
 from pidcfg.sim.controllers.nextopid.facts import Facts
 from pidcfg.sim.controllers.nextopid.memory import SHOWN, number_of
 from pidcfg.sim.controllers.nextopid.report import AUX_BITS, FLAG_BITS, MODES, REASONS, RESULT_FLAGS, TUNE_STATUS
@@ -20,10 +21,12 @@ from pidcfg.sim.plc import COUNTS, NoOptions
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 
-    from pidcfg.encoders.parameters import Content, Program
+    from pidcfg.encoders.parameters import Content, Entry, Program
     from pidcfg.schemas.base import Quantity
 
 
+OPERATED = ("SP", "ManualMV", "Manual", "CASC")
+"""Inputs of a loop that are the operator's: a wire to one is his switch, or his panel."""
 LONG = ("Tc", "Tlag", "DelayTime")
 """Parameters of blocks that are times for something to settle."""
 
@@ -190,6 +193,19 @@ class Nextopid(Facts):
             return "the loop is not in manual mode"
         return None
 
+    def operated(self, image: Program) -> Program:
+        """The program with the operator's inputs unwired, each at the first value of its wire."""
+        names = {f"{loop}.{row}" for loop in self.loops for row in OPERATED}
+        cells = (self._unwired(cell) if cell.address in names else cell for cell in image.cells)
+        return replace(image, cells=tuple(cells))
+
+    def _unwired(self, cell: Entry) -> Entry:
+        if not isinstance(cell.raw, Wire):
+            return cell
+        loop, _, row = cell.address.partition(".")
+        value = self._value(loop, row)
+        return replace(cell, raw=value if cell.type.kind == "real" else int(value))
+
     def _of(self, loop: int, row: str, sig: Sequence[float]) -> float:
         number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")
         return 0.0 if number is None else sig[number]
@@ -209,9 +225,9 @@ class Nextopid(Facts):
         elif mode in {"tracking", "autotune"}:
             tell(s, report.COMES_ABOUT, code)
         else:
-            s.command |= modes.MANUAL_ON if mode == "manual" else modes.MANUAL_OFF
+            modes.command(s, modes.MANUAL, on=mode == "manual")
             if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
-                s.command |= modes.CASC_ON if mode == "cascade" else modes.CASC_OFF
+                modes.command(s, modes.CASCADE, on=mode == "cascade")
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` and ``cancel`` write AutoTune; ``accept`` copies the results over the gains and resets it."""
@@ -220,14 +236,11 @@ class Nextopid(Facts):
             tell(s, report.NO_TUNE)
         elif "AutoTune" in self._wired(name):
             tell(s, report.TUNE_IS_WIRED)
-        elif command == "start":
-            s.command |= modes.TUNE_ON
-        elif command == "cancel":
-            s.command |= modes.TUNE_OFF
-        elif s.tune_end == modes.DONE:
-            s.command |= modes.ACCEPT | modes.TUNE_OFF
-        else:
+        elif command == "accept" and s.tune_phase != tune_results.DONE:
             tell(s, report.NOTHING_TO_ACCEPT)
+        else:
+            s.command |= modes.ACCEPT if command == "accept" else 0
+            modes.command(s, modes.TUNE, on=command == "start")
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last auto-tuning of a loop went; None where there was none."""

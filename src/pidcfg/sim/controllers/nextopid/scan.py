@@ -63,8 +63,10 @@ def call_switch(c: Config, s: State, sig: list[float]) -> None:
 
 
 def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
-    """The task at ``tick``: what the program around assigns, moves, every block that is due in its turn, moves."""
+    """The task at ``tick``: the operator's commands, what the program around assigns, moves, calls in turn, moves."""
     for i in range(len(cfg)):
+        if st[i].command != 0:
+            operate(cfg[i], st[i], sig)
         if cfg[i].early > 0:
             wire_in(cfg[i], st[i], aux, sig, cfg[i].wires + cfg[i].early)
     if len(cfg) > 0:
@@ -75,8 +77,6 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
         s = st[i]
         if tick >= s.due:
             s.due = tick + s.period
-            if s.command != 0:
-                operate(c, s, sig)
             wire_in(c, s, aux, sig, c.wires_end)
             if s.fault != 0 and s.fault_at < 0:
                 s.fault_at = tick

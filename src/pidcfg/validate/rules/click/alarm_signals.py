@@ -172,8 +172,9 @@ def rate_of_change_never_reached(view: LoopView) -> Findings:
     Fix: write the unit of time: `15 /min` or `0.25 /s`.
     """
     limit = view.held("rate_of_change")
-    if view.rate_alarm and limit is not None and limit > view.span:
-        yield view.at("alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit), span=view.eu(view.span))
+    span = view.span
+    if view.rate_alarm and limit is not None and span is not None and limit > span:
+        yield view.at("alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit), span=view.eu(span))
 
 
 @per_loop

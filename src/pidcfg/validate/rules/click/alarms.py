@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
@@ -12,7 +13,6 @@ from pidcfg.validate.rules.click.setpoint import effective, written
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from decimal import Decimal
 
     from pidcfg.validate.rules.click.context import LoopView
 
@@ -33,6 +33,8 @@ D143 = Decision(
     "The range is that of the process, not of the sensor: alarms for a failed sensor stand outside it on purpose.",
 )
 DEVIATIONS = ("high", "high_high")
+EVERYWHERE = (Decimal("-Infinity"), Decimal("Infinity"))
+"""What a PV may be whose range is not known."""
 
 
 def has_pv_point(view: LoopView, point: str) -> bool:
@@ -119,7 +121,7 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
 
 def _consequence(view: LoopView, missing: list[str]) -> tuple[Severity, str]:
     """How bad it is that these points are 0, and why."""
-    low, high = view.loop.pv.range
+    low, high = view.process_range or EVERYWHERE
     if any(always(below) and {below, above} & set(missing) for below, above in wrong_pairs(view)):
         return Severity.ERROR, "every PV is in alarm"
     if high > 0 and any(point.startswith("high") for point in missing):
@@ -143,7 +145,9 @@ def pv_alarm_far_outside_range(view: LoopView) -> Findings:
 
     Fix: correct the alarm, or `pv.range`.
     """
-    low, high = view.loop.pv.range
+    if view.process_range is None or view.span is None:
+        return
+    low, high = view.process_range
     for point in PV_POINTS if view.pv_alarms else ():
         value = view.held(f"pv_{point}")
         if value is not None and has_pv_point(view, point) and not low - view.span <= value <= high + view.span:
@@ -237,5 +241,5 @@ def deviation_alarm_beyond_range(view: LoopView) -> Findings:
     Fix: write the distance from the set point.
     """
     for key, value in deviation_points(view).items():
-        if value > view.span:
+        if view.span is not None and value > view.span:
             yield view.at("alarms", "deviation", key, point=key, value=view.eu(value), span=view.eu(view.span))

@@ -18,7 +18,7 @@ from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.click import ClickFile, Loop
 from pidcfg.validate.ideas.blocks import Extent, extents_of
-from pidcfg.validate.views import Context, View, complete, with_unit
+from pidcfg.validate.views import Context, Pair, View, complete, with_unit
 
 PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""
@@ -162,10 +162,16 @@ class LoopView(View[Loop]):
         return self.loop.tuning.reset_time < NO_INTEGRAL
 
     @property
-    def span(self) -> Decimal:
-        """The width of the PV's range."""
+    def process_range(self) -> Pair | None:
+        """The ends of the PV's range; None where it does not ascend (which a rule reports)."""
         low, high = self.loop.pv.range
-        return high - low
+        return (low, high) if low < high else None
+
+    @property
+    def span(self) -> Decimal | None:
+        """The width of the PV's range; None where it does not ascend."""
+        ends = self.process_range
+        return None if ends is None else ends[1] - ends[0]
 
 
 @dataclass(frozen=True)

@@ -170,7 +170,7 @@ def setpoint_step_kicks_output(view: LoopView) -> Findings:
     Fix: change the set point in small steps, set `derivative_gain_limit`, or do without the derivative.
     """
     tuning, sample = view.loop.tuning, view.loop.sample_rate
-    if limit_in_use(view) is not None or view.squared or not view.sound("sample_rate", *GAINS):
+    if limit_in_use(view) is not None or view.squared or not view.sound("sample_rate", *GAINS) or view.span is None:
         return
     step = STEP * view.span
     kick = tuning.proportional_gain * tuning.derivative_gain / sample * step

@@ -118,7 +118,7 @@ def deadband_spans_range(view: LoopView) -> Findings:
     Fix: write the deadband in units of the PV, to one side of the set point.
     """
     width = half_width(view)
-    if width is not None and width >= view.span:
+    if width is not None and view.span is not None and width >= view.span:
         yield view.at("error", "deadband", width=approximate(view, width), span=view.eu(view.span))
 
 
@@ -138,7 +138,7 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
     Fix: make the deadband narrower than the deviation alarms and the distance to the low and high alarms.
     """
     width, setpoint = half_width(view), written(view)
-    if width is not None and width < view.span:
+    if width is not None and (view.span is None or width < view.span):
         setpoint = None if setpoint is None else effective(view, setpoint)
         alarm = alarms.alarm_within(view, width, setpoint, ("deviation", "deviation_high"))
         if alarm is not None:

@@ -36,21 +36,30 @@ def time_constant(view: LoopView) -> float | None:
 @error(
     "CK321",
     RANGE,
-    "the PV's range {low} to {high} is twice the same number in {registers}, which have single precision",
+    "the PV's range is {low} to {high}: {fault}",
 )
 def pv_range_without_width(view: LoopView) -> Findings:
-    """The two ends of the PV's range are the same number for the PLC.
+    """The PV's range does not ascend, or its two ends are the same number for the PLC.
 
-    Why: the registers are single-precision floats with about 7 digits. The range gives the process gain, from which the
-    autotune computes the proportional gain: without a width there is none.
+    Why: the range gives the process gain, from which the autotune computes the proportional gain: without a width there
+    is none, and with crossed ends it has the wrong sign. Registers that were never written hold 0 to 0. They are
+    single-precision floats, of about 7 digits, in which ends that are close together become one number.
 
-    Fix: move the ends apart, or use a unit in which they differ by more than a ten-millionth of their size.
+    Fix: write what the process reaches at 0 % and at 100 % of the output, the lower number first, in a unit in which
+    they differ by more than a ten-millionth of their size.
     """
+    low, high = view.loop.pv.range
     ends = view.holds("pv_lower", "pv_upper")
-    if ends and ends[0] == ends[1]:
-        registers = f"{view.register('pv_lower')} and {view.register('pv_upper')}"
-        low, high = map(decimal_text, view.loop.pv.range)
-        yield view.at("pv", "range", low=low, high=high, registers=registers)
+    registers = f"{view.register('pv_lower')} and {view.register('pv_upper')}"
+    if low > high:
+        fault = f"{registers} are crossed"
+    elif low == high:
+        fault = "it has no width" + (f", as in {registers} of a PLC into which nothing was written" if low == 0 else "")
+    elif ends and ends[0] == ends[1]:
+        fault = f"it is twice the same number in {registers}, which have single precision"
+    else:
+        return
+    yield view.at("pv", "range", low=decimal_text(low), high=decimal_text(high), fault=fault)
 
 
 @per_loop

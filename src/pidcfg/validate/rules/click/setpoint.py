@@ -175,7 +175,7 @@ def setpoint_outside_range(view: LoopView) -> Findings:
     value = written(view)
     kept = None if value is None else effective(view, value)
     yield from outside_limits(
-        view, "setpoint", "value", value=kept, limits=view.loop.pv.range, shown=view.eu, units=NUMBERS
+        view, "setpoint", "value", value=kept, limits=view.process_range, shown=view.eu, units=NUMBERS
     )
 
 
@@ -194,7 +194,7 @@ def setpoint_limit_outside_range(view: LoopView) -> Findings:
 
     Fix: bring the limit inside `pv.range`, or correct the range.
     """
-    limits = view.loop.pv.range
+    limits = view.process_range
     for end, value in limits_on(view).items():
         if view.value(f"setpoint_{end}") is not None:
             yield from outside_limits(

@@ -99,7 +99,7 @@ def gain_acts_like_a_switch(view: LoopView) -> Findings:
     Fix: divide a gain in % per % by the hundredth part of the range, or check the unit of the range.
     """
     error = saturating_error(view)
-    if error is not None and error * BAND < view.span and view.sound("proportional_gain"):
+    if error is not None and view.span is not None and error * BAND < view.span and view.sound("proportional_gain"):
         yield view.at(
             "tuning",
             "proportional_gain",
@@ -119,6 +119,8 @@ def gain_moves_nothing(view: LoopView) -> Findings:
     Fix: raise the gain, or check the unit of the range.
     """
     gain, width = view.loop.tuning.proportional_gain, view.span
+    if width is None:
+        return
     moves = gain * (width * width if view.squared else width)
     if moves < 1 and view.sound("proportional_gain"):
         yield view.at(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
+from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Findings, error, finding, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -93,3 +94,28 @@ def freeze_in_velocity_form(view: LoopView) -> Findings:
     """
     if view.loop.bias_freeze and view.loop.algorithm == "velocity":
         yield view.at("bias_freeze")
+
+
+@per_loop
+@info(
+    "DL521",
+    FREEZE,
+    "bias_freeze is off: while the output stands at {low} or {high} counts, the bias with reset {reset} s goes on to "
+    "the end of its range",
+)
+def windup_not_prevented(view: LoopView) -> Findings:
+    """A loop integrates while its output is at an end of the data range.
+
+    Why: as long as there is an error the bias goes on to its own limit, although the output cannot follow. After a
+    start-up or a lost signal it takes a long time to come back, and the PV overshoots meanwhile; the manual calls it
+    reset windup. Loops whose output limits are narrower than the data range are not reported: there the freeze does
+    not work.
+
+    Fix: write `bias_freeze: true`.
+    """
+    loop, reset, limits = view.loop, view.reset, view.holds("output_low", "output_high")
+    if loop.bias_freeze or loop.algorithm != "position" or not limits or reset is None or "reset" in view.misfits:
+        return
+    ends = view.scales["output"].format
+    if reset > 0 and (limits[0], limits[1]) == (ends.minimum, ends.maximum):
+        yield view.at("bias_freeze", low=limits[0], high=limits[1], reset=decimal_text(reset))

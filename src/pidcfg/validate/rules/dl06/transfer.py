@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dl06.encode import LOOP_SIZE
 from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE
-from pidcfg.refs import DL06
+from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.octal import v_name
 from pidcfg.validate.ideas.duplicates import at_both, in_words, sharing
 from pidcfg.validate.rule import Finding, Findings, checklist, error, info, per_loop, warning
@@ -24,12 +24,28 @@ FROM_MEMORY = DL06.at("PV Auto Transfer (Addr + 36) from V-memory Option")
 SOURCES = DL06.at("Data Sources")
 SELECT = DL06.at("Step 4: Select I/O Modules")
 
+D660 = Decision(
+    660,
+    "loops that read one channel",
+    "Two loops may fetch their PV from one channel or word: a heating and a cooling loop do. Two of the same action "
+    "are an info.",
+    "The manual forbids two sources of one variable, not two readers of one source.",
+)
+
 
 def channel_of(transfer: Transfer | None) -> tuple[int, int] | None:
     """Slot and channel of a transfer that goes to a module."""
     if transfer is None or transfer.slot is None or transfer.channel is None:
         return None
     return transfer.slot, transfer.channel
+
+
+def source_of(transfer: Transfer | None) -> str | None:
+    """Where a transfer fetches the PV, in words."""
+    if transfer is not None and transfer.address is not None:
+        return v_name(transfer.address)
+    place = channel_of(transfer)
+    return None if place is None else f"slot {place[0]}, channel {place[1]}"
 
 
 @warning(
@@ -111,6 +127,22 @@ def output_channel_written_twice(context: Dl06Context) -> Findings:
     rows = ((channel_of(view.loop.output.transfer), view) for view in context.loops)
     for (slot, channel), view, others in sharing((place, view) for place, view in rows if place is not None):
         finding = view.at_key("output", "transfer", slot=slot, channel=channel, others=in_words(others))
+        yield finding.shared_with(*others)
+
+
+@info("DL520", D660, "{place} is also the PV of {others}, and both are {action}-acting")
+def channel_read_twice(context: Dl06Context) -> Findings:
+    """Two loops read their PV from the same channel or word and act in the same direction.
+
+    Why: two integral terms on one PV share the work in any proportion, and drift against each other. Often the transfer
+    was copied with the rest of the loop, and one of them controls what it does not measure.
+
+    Fix: give each loop its own channel. A direct-acting and a reverse-acting loop on one PV are not reported.
+    """
+    rows = ((source_of(view.loop.pv.transfer), view) for view in context.loops)
+    keyed = (((place, view.loop.action), view) for place, view in rows if place is not None)
+    for (place, action), view, others in sharing(keyed):
+        finding = view.at_key("pv", "transfer", place=place, action=action, others=in_words(others))
         yield finding.shared_with(*others)
 
 

@@ -3,6 +3,7 @@
 from pidcfg.validate.rules import collect, common
 from pidcfg.validate.rules.dpide import (
     action,
+    call,
     cycle,
     deadband,
     derivative,
@@ -14,4 +15,4 @@ from pidcfg.validate.rules.dpide import (
     tuning,
 )
 
-RULES = collect(common, devices, operation, action, tuning, derivative, cycle, output, setpoint, deadband, names)
+RULES = collect(common, devices, operation, action, tuning, derivative, cycle, output, setpoint, deadband, names, call)

@@ -10,8 +10,9 @@ from pidcfg.validate.rules.ezlogix import (
     output,
     pulses,
     pv,
+    pv_tags,
     setpoint,
     tags,
 )
 
-RULES = collect(common, blocks, tags, names, action, equation, setpoint, pv, output, pulses, autotune)
+RULES = collect(common, blocks, tags, pv_tags, names, action, equation, setpoint, pv, output, pulses, autotune)

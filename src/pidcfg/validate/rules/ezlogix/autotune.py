@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Findings, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
+from pidcfg.validate.rules.ezlogix.context import shown
 from pidcfg.validate.rules.ezlogix.output import looks_like_percent
 
 if TYPE_CHECKING:
@@ -25,8 +26,43 @@ D190 = Decision(
     "answer to a step lasts longer than that.",
 )
 SAMPLES = 40
+NEAR = 0.1
+"""Share of the PV's span."""
+D622 = Decision(
+    622,
+    "within 10 % of the operating set point is a tenth of the PV's span",
+    "An autotune that begins further from the set point starts all the same and leaves a note in a run; where a file "
+    "speaks of an autotune, the checklist asks for it.",
+    "The manual wants it for best results, and refuses nothing. A tenth of the set point's own value would be another "
+    "distance with every zero of the scale.",
+)
 TENTH = 410
 """Counts of the step: 10 % of the CV."""
+
+
+def planned(view: LoopView) -> bool:
+    """Whether the file speaks of an autotune."""
+    return "autotune" in view.loop.model_fields_set
+
+
+@per_loop
+@checklist(
+    "EZ485",
+    D622,
+    "before the autotune bring the process to rest within {apart}, 10 % of the PV's span, of the set point",
+)
+def autotune_start_condition(view: LoopView) -> Findings:
+    """An autotune is planned, and it wants a process at rest near its working point.
+
+    Why: the gains come from one answer to a step of the CV. A PV that was moving already adds its own slope to that
+    answer, and far from the set point many processes answer differently. The PLC starts the autotune all the same.
+
+    Fix: in Manual, set the CV that holds the PV near the set point, wait until the PV stands still, then start.
+    """
+    if planned(view):
+        scale = view.scales["pv"]
+        apart = scale.span_value(round(NEAR * (scale.top - scale.zero)))
+        yield view.at_key("autotune", apart=shown(apart, view.loop.pv.unit))
 
 
 @per_loop
@@ -38,7 +74,7 @@ def autotune_timeout_zero(view: LoopView) -> Findings:
 
     Fix: give several times the time that the process needs to answer a step; the dialog's own value is 600 s.
     """
-    if view.loop.autotune.timeout == 0:
+    if planned(view) and view.loop.autotune.timeout == 0:
         yield view.at("autotune", "timeout")
 
 
@@ -58,7 +94,7 @@ def autotune_timeout_below_integral_time(view: LoopView) -> Findings:
     Fix: make `autotune.timeout` several integral times long.
     """
     timeout, times = view.loop.autotune.timeout, view.holds("integral_time", "sample_rate")
-    if times and SAMPLES * times[1] <= timeout < times[0]:
+    if planned(view) and times and SAMPLES * times[1] <= timeout < times[0]:
         yield view.at_key("tuning", timeout=timeout, integral=decimal_text(times[0]))
 
 
@@ -73,7 +109,7 @@ def autotune_timeout_few_samples(view: LoopView) -> Findings:
     Fix: lengthen `autotune.timeout`, or shorten the sample rate.
     """
     timeout, sample = view.loop.autotune.timeout, view.held("sample_rate")
-    if sample is not None and 0 < timeout < SAMPLES * sample:
+    if planned(view) and sample is not None and 0 < timeout < SAMPLES * sample:
         yield view.at("sample_rate", timeout=timeout, sample=decimal_text(sample))
 
 
@@ -88,7 +124,7 @@ def autotune_pi_drops_derivative(view: LoopView) -> Findings:
     Fix: `type: PID`, or switch the derivative off.
     """
     derivative = view.held("derivative_time")
-    if view.loop.autotune.type == "PI" and derivative:
+    if planned(view) and view.loop.autotune.type == "PI" and derivative:
         yield view.at("autotune", "type", derivative=decimal_text(derivative))
 
 
@@ -104,7 +140,7 @@ def autotune_step_impossible(view: LoopView) -> Findings:
     them back afterwards.
     """
     limits = view.cv_limits
-    if limits is not None and limits[0] + TENTH > limits[1] and not looks_like_percent(view):
+    if planned(view) and limits and limits[0] + TENTH > limits[1] and not looks_like_percent(view):
         yield view.at(
             "output",
             "limits",

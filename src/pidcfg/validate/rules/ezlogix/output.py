@@ -22,10 +22,11 @@ OFFSET = EZLOGIX.at("CV Offset")
 
 D188 = Decision(
     188,
-    "anti-windup looks at 0 and 4095, not at the CV limits",
-    "Limits narrower than these are a warning where there is an integral term and anti-windup is on.",
-    "The manual speaks of the saturated control value, and calls it saturated at 0 and at 4095. A CV that is held at a "
-    "limit in between is neither.",
+    "anti-windup acts at 0 and 4095, not at the CV limits",
+    "Limits narrower than these are a warning where there is an integral term and anti-windup is on: the integral goes "
+    "on until the CV before its limits is 0 or 4095, and the saturation bit does not come on meanwhile.",
+    "The manual calls the CV saturated at 0 and at 4095. A CV that is held at a limit in between is neither, and what "
+    "anti-windup looks at is the CV before that (D167).",
 )
 D189 = Decision(
     189,
@@ -73,8 +74,9 @@ def cv_limits_not_ascending(view: LoopView) -> Findings:
 def anti_windup_blind_to_limits(view: LoopView) -> Findings:
     """The CV limits are narrower than 0 to 4095, and anti-windup is to protect the integral.
 
-    Why: saturation is looked for before the limits are applied. While the CV is held at a limit in between, the
-    integral goes on until the unlimited value is 0 or 4095, and has to come back from there before the output moves.
+    Why: anti-windup looks at the CV before its limits. While the CV is held at a limit in between, the integral goes on
+    until the unlimited value is 0 or 4095, and has to come back from there before the output moves. The saturation bit
+    tells nothing of it: it looks at the CV itself.
 
     Fix: leave the limits at 0 and 4095 where they are not needed; otherwise expect the overshoot, or make the integral
     time longer.

@@ -81,7 +81,7 @@ def set_point_limits_equal(view: LoopView) -> Findings:
 
 
 @per_loop
-@warning("EZ438", LOW, "the set point {value} is {side} its {end} limit: {register} becomes {limit}")
+@error("EZ438", LOW, "the set point {value} is {side} its {end} limit: {register} becomes {limit}")
 def set_point_outside_limits(view: LoopView) -> Findings:
     """The set point lies outside its own limits.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import combinations, permutations
+from itertools import permutations
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.validate.ideas.duplicates import at_both
-from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
 from pidcfg.validate.rules.ezlogix.context import PLACES, EzlogixContext, LoopView, register_number
 
 if TYPE_CHECKING:
@@ -28,13 +28,6 @@ D180 = Decision(
     "and a warning when the CV's limits go beyond that set point's.",
     "Blocks hold what a loop runs by, and the manual lets any R register be a CV tag. Beyond the inner limits the set "
     "point stands still while the outer loop, whose CV is neither 0 nor 4095, goes on integrating.",
-)
-D181 = Decision(
-    181,
-    "loops with one PV",
-    "Two loops may read one tag: a heating and a cooling loop do. They are a warning when the heating set point is "
-    "above the cooling one, and an info when both act in the same direction.",
-    "The manual does not say. Between crossed set points both outputs are on and work against each other.",
 )
 CV = "CV tag"
 NAMES = {offset: name for name, offset in PLACES.items()}
@@ -136,53 +129,6 @@ def pv_is_own_cv(view: LoopView) -> Findings:
     """
     if view.loop.pv.tag == view.loop.output.tag:
         yield view.at("output", "tag", tag=view.loop.output.tag)
-
-
-def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
-    """Pairs of loops that read one tag."""
-    return (pair for pair in combinations(context.loops, 2) if pair[0].loop.pv.tag == pair[1].loop.pv.tag)
-
-
-@info("EZ408", D181, "{tag} is also the PV of {other}, which acts in the same direction: {action}")
-def pv_tag_shared(context: EzlogixContext) -> Findings:
-    """Two loops read the same measurement and act in the same direction.
-
-    Why: two integral terms on one PV share the work in any proportion, and drift against each other. Often the tag was
-    copied with the rest of the loop.
-
-    Fix: give each loop its own PV. Where two actuators are to serve one process, make one of the loops proportional
-    only. A heating and a cooling loop on one PV are not reported.
-    """
-    for first, second in same_pv(context):
-        if first.loop.action == second.loop.action:
-            at_first, at_second = first.at("pv", "tag", other=second.name), second.at("pv", "tag", other=first.name)
-            values = {"tag": second.loop.pv.tag, "action": second.loop.action}
-            yield from at_both(first, at_first, second, at_second, **values)
-
-
-@warning(
-    "EZ409", D181, "{heating} raises {tag} to {high} counts, {cooling} lowers it to {low}: between them both are on"
-)
-def set_points_crossed(context: EzlogixContext) -> Findings:
-    """A heating and a cooling loop on one PV have crossed set points.
-
-    Why: the reverse-acting loop raises the PV to its set point, the direct-acting one lowers it to its own. With the
-    first above the second, both run to their limits and work against each other.
-
-    Fix: put the set point of the direct-acting loop above that of the reverse-acting one, with a gap between them.
-    """
-    for first, second in same_pv(context):
-        pair = {view.loop.action: view for view in (first, second) if view.loop.setpoint.value is not None}
-        if len(pair) < 2:
-            continue
-        heating, cooling = pair["reverse"], pair["direct"]
-        same_scale = heating.loop.pv.square_root == cooling.loop.pv.square_root
-        if same_scale and heating.setpoint is not None and cooling.setpoint is not None:
-            high, low = heating.setpoint, cooling.setpoint
-            if high > low:
-                names = {"tag": second.loop.pv.tag, "heating": heating.name, "cooling": cooling.name}
-                at_first, at_second = (view.at("setpoint", "value", high=high, low=low) for view in (first, second))
-                yield from at_both(first, at_first, second, at_second, **names)
 
 
 def logical(context: EzlogixContext, tag: str) -> bool:

@@ -1,16 +1,16 @@
-"""Structured Text to declarations and statements; what they mean is found by `pidcfg.encoders.nextopid.st_read`."""
+"""Structured Text to declarations and statements; what they mean is found by the reader of each vendor."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.nextopid.st_lex import END, NAME, NUMBER, TYPED, Token, tokens_of
+from pidcfg.encoders.st.lex import END, NAME, NUMBER, TYPED, Token, tokens_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.encoders.nextopid.st_lex import Comment
+    from pidcfg.encoders.st.lex import Comment
 
 VARIABLES = frozenset(
     ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_GLOBAL", "VAR_TEMP", "VAR_EXTERNAL", "VAR_STAT", "VAR_CONFIG")
@@ -54,6 +54,10 @@ class Declaration(NamedTuple):
     type: tuple[Token, ...]
     initial: Initial | None = None
     note: str = ""
+    section: str = "VAR"
+    """The word that its block begins with, in capitals."""
+    address: tuple[Token, ...] = ()
+    """What stands behind AT."""
 
     @property
     def type_name(self) -> str:
@@ -174,8 +178,7 @@ def declarations(cursor: Cursor) -> Iterator[Declaration]:
         while cursor.here.text == ",":
             cursor.take()
             names.append(_name(cursor, "the comma"))
-        if cursor.here.upper == "AT":
-            cursor.until(frozenset((":", ";")))
+        address = cursor.until(frozenset((":", ";")))[1:] if cursor.here.upper == "AT" else ()
         cursor.expect(":", names[-1].text)
         kind = cursor.until(frozenset((":=", ";", "END_VAR")))
         initial = None
@@ -184,7 +187,7 @@ def declarations(cursor: Cursor) -> Iterator[Declaration]:
             initial = initial_value(cursor.until(frozenset((";", "END_VAR"))))
         end = cursor.expect(";", "the declaration")
         for name in names:
-            yield Declaration(name, kind, initial, end.note)
+            yield Declaration(name, kind, initial, end.note, head.upper, address)
     cursor.take()
 
 

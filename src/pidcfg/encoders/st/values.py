@@ -5,17 +5,17 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.nextopid.st_lex import NAME
-from pidcfg.encoders.nextopid.st_parse import is_literal
 from pidcfg.encoders.parameters import read, store
+from pidcfg.encoders.st.lex import NAME
+from pidcfg.encoders.st.parse import is_literal
 from pidcfg.schemas.base import MAX_DIGITS
 from pidcfg.schemas.iec import TYPED, Timed, time_seconds
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pidcfg.encoders.nextopid.st_lex import Token
     from pidcfg.encoders.parameters import Content
+    from pidcfg.encoders.st.lex import Token
     from pidcfg.schemas.iec import IecType
 
 TRUTHS = {"TRUE": True, "FALSE": False}

@@ -1,0 +1,91 @@
+"""What the virtual DL06 does around its equation where the manual says nothing of it: modes, set points, profiles."""
+
+from __future__ import annotations
+
+from pidcfg.refs import Decision
+
+OPERATING = (
+    Decision(
+        643,
+        "the configured set point is written once",
+        "When the loop has been in its configured mode for a sample. A set point that an event writes before takes its "
+        "place. A mode that an event requests before, granted or not, ends both requests: the loop keeps the set point "
+        "that it has, and the log says so. CLICK does the same.",
+        "It stands for an operator who puts the plant into operation; whoever asks for another mode meanwhile has "
+        "taken over from him.",
+    ),
+    Decision(
+        644,
+        "a major loop waits without a word",
+        "While a minor loop is on its way to Cascade and nothing has refused it, the configured mode of its major loop "
+        "is not requested, so that there is no refusal to log. When the minor loop is refused, the major loop asks, "
+        "and is refused with its own reason.",
+        "The legal order is inside out; an operator does not ask for what he knows to be refused.",
+    ),
+    Decision(
+        645,
+        "an output that is written in Manual has no limits",
+        "+05 takes what an event writes, within the data range, and acts at once; +30 and +31 hold from the first "
+        "calculation on.",
+        'The limits belong to the "final processing selections" of the calculation, and in Manual "the CPU stops '
+        'writing values to location addr+05".',
+    ),
+    Decision(
+        646,
+        "Cascade to Auto keeps the past",
+        "The set point changes over to +02 as it stands, like any other change of a set point: errors and bias of the "
+        "calculations before count on, and neither type of bumpless transfer does anything.",
+        "The equation goes on without a break; the manual's two types speak of Manual to Auto.",
+    ),
+    Decision(
+        647,
+        "step bias takes the set point words as they are",
+        "In a bipolar format the ratio is that of the signed counts, not of shares of the range: 1000 to 2000 counts "
+        "doubles the bias, -1000 to -2000 too.",
+        "The formula is a ratio of set points, and the words are all that the controller has of them.",
+    ),
+    Decision(
+        648,
+        "the change to Run begins anew",
+        "The CPU reads all words, those of alarms that are on included, as at the change to Program; the first sample "
+        "of a loop comes at once, fills its filter and has no rate of change, and its grid begins there.",
+        '"On a program-to-run mode transition, the CPU reads the loop setup parameters": the controllers start again.',
+    ),
+    Decision(
+        649,
+        "output limits bound the sum of the velocity form",
+        "Increments add up from the limited output with its fraction, not from what the sum would be without limits.",
+        "There is no bias that could wind up; the output that the formula starts from is Mn-1, the control output.",
+    ),
+    Decision(
+        650,
+        "slow loops take turns in Program mode, too",
+        "Those that are independent of the CPU mode; loops that stand still take no turn.",
+        'Independent loops are "like having two independent processors", and a loop that is not calculated costs no '
+        "time.",
+    ),
+    Decision(
+        651,
+        "a raw set point of a root loop is the content of +02",
+        "`2048 counts` is a word on the root's scale (0 to 64 counts for 12 bit), of the file as of an event.",
+        "Raw counts are what a register holds, whatever they mean.",
+    ),
+    Decision(
+        652,
+        "a profile moves from the sample after its start on",
+        "At the sample that reads the start bit the set point rests, and a segment that Jog enters rests likewise. "
+        "A soak lasts the number of whole samples that is nearest to its time.",
+        "The first ramp begins at the present set point; the generator counts in calculations of its loop.",
+    ),
+    Decision(
+        653,
+        "a set point that is written during a profile",
+        "It holds during a soak; the next ramp goes on from where the generator left off, with its fraction. After "
+        "Hold and Resume the ramp goes on from what has been written. Jog keeps the set point with its fraction. In "
+        "Cascade a start is refused.",
+        '"It is the responsibility of your ladder program to ensure only one source attempts to write the SP value"; '
+        'Hold freezes the set point, and "the SP values will resume from their previous value". The generator runs "in '
+        'Manual or Auto Mode".',
+    ),
+)
+"""In the order of their numbers."""

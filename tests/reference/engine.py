@@ -1,0 +1,73 @@
+"""What the engine makes of a scenario, base step by base step: what its controllers measured and what they show."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+from pidcfg.limits import DEFAULT
+from pidcfg.reader import Texts
+from pidcfg.scenario.load import load
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.run import Settings, simulate
+from pidcfg.source import read_document
+
+CONFIGURATION, SCENARIO = "case.yaml", "case.scenario.yaml"
+CONTROLLER = ("Options", "Config", "State", "load", "INLINED")
+"""What the runner wants of a controller beside its scan."""
+
+
+@dataclass
+class Inputs:
+    """What reaches the controllers: the same for the engine and for a reference.
+
+    ``rows``: of each base step the measurement of each loop as ``LOOP.PV`` in engineering units, before any rounding,
+    and every signal of the PLC's program that comes from outside, by its name. Base steps are ``step`` microseconds
+    apart.
+    """
+
+    step: int = 0
+    rows: list[dict[str, float]] = field(default_factory=list)
+
+    def due(self, scenario, row):
+        """The events of a scenario that take effect at a base step, in the order of the file (D82)."""
+        return [e for e in scenario.get("events", ()) if -(-round(e["at"] * TICKS) // self.step) == row]
+
+
+def texts_of(configuration, scenario):
+    """A case as the texts of two files; JSON is YAML, too."""
+    head = {"pidcfg": 1, "scenario": "case", "config": CONFIGURATION}
+    return {CONFIGURATION: json.dumps(configuration), SCENARIO: json.dumps(head | scenario)}
+
+
+def trace(configuration, scenario):
+    """Runs a scenario on the engine: its `Inputs`, and of each base step what the PLC shows.
+
+    That is every signal of the PLC by its name, ``LOOP.mode``, every alarm and flag as ``LOOP.pv_high``, and all of
+    them as the numbers ``LOOP.status`` and ``LOOP.aux_status``. Both arguments are plain data as `json` writes them;
+    times are seconds.
+    """
+    texts = texts_of(configuration, scenario)
+    loaded = load(read_document(texts[SCENARIO].encode(), SCENARIO, DEFAULT), DEFAULT, Texts(texts))
+    assert loaded.image is not None, [f"{d.code} {d.message}" for d in loaded.findings]
+    plc = loaded.plc()
+    inputs, samples = Inputs(), []
+    bits = [*plc.alarm_bits.items(), *plc.flag_bits.items()]
+
+    def scan(tick, cfg, st, aux, sig):
+        measured = {f"{loop}.PV": sig[c.sig_in] for loop, c in zip(plc.loops, cfg, strict=False)}
+        inputs.rows.append(measured | {name: sig[slot] for name, slot in plc.inputs.items()})
+        loaded.controller.scan(tick, cfg, st, aux, sig)
+        shown = {name: sig[slot] for slot, name in enumerate(plc.signals) if name}
+        for loop, s in zip(plc.loops, st, strict=False):
+            shown |= {f"{loop}.status": s.status, f"{loop}.aux_status": s.aux_status}
+            shown |= {f"{loop}.{name}": s.status & mask != 0 for name, mask in bits}
+            shown[f"{loop}.mode"] = plc.mode(s.status)
+        samples.append(shown)
+
+    controller = SimpleNamespace(**{name: getattr(loaded.controller, name) for name in CONTROLLER}, scan=scan)
+    report = simulate(loaded.scenario, loaded.plc, controller, Settings("python"))
+    inputs.step = round(report.step * TICKS)
+    assert len(samples) == report.steps, "a case has no pre-roll"
+    return inputs, samples

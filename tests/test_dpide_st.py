@@ -1,0 +1,503 @@
+"""DPIDE program text: what is written, what is read of it and of programs by hand, and what is refused."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from dpide_strategies import configurations
+from pidcfg.api import check, decode
+from pidcfg.encoders.dpide.encode import encode
+from pidcfg.encoders.dpide.files import FORMATS
+from pidcfg.encoders.dpide.st_read import read_st
+from pidcfg.encoders.dpide.st_write import write_st
+from pidcfg.encoders.files import UnwritableError, kind_of
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.maps.dpide import OUTSIDE, ROWS
+from pidcfg.listings import decode_listing
+from pidcfg.schemas.dpide import DpideFile
+from pidcfg.schemas.iec import BOOL, DINT, REAL
+from pidcfg.vendors import VENDORS
+from test_dpide_encoding import configuration
+
+DATA = Path(__file__).parent / "data" / "dpide"
+EXAMPLES = (1, 2, 3, 4, 5)
+SLOW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9]{0,4}(?:[ .\-/#][0-9]{1,3})?", fullmatch=True).map(str.upper)
+
+
+def written(config: DpideFile) -> str:
+    return write_st(encode(config).image)
+
+
+def found(text: str):
+    """What a program gives: data and notes."""
+    return decode_listing(read_st(text), VENDORS["dpide"], {})
+
+
+def again(text: str) -> DpideFile:
+    """The configuration of a program."""
+    return DpideFile.model_validate(found(text).data)
+
+
+def refused(text: str) -> ListingError:
+    """Why a program is refused."""
+    with pytest.raises(ListingError) as error:
+        again(text)
+    return error.value
+
+
+# --- both ways -------------------------------------------------------------------------------------------------------
+
+
+def one_timer_a_loop(config: DpideFile) -> DpideFile:
+    """The same with timers of their own; one timer cannot run for several times."""
+    data = config.model_dump()
+    for i, loop in enumerate(data["loops"]):
+        if loop["call"]["timer"]:
+            loop["call"]["timer"] = f"T{i}"
+    return DpideFile.model_validate(data)
+
+
+@SLOW
+@given(config=configurations(NAMES))
+def test_any_configuration_comes_back(config):
+    image = encode(one_timer_a_loop(config)).image
+    text = write_st(image, ("one *) (* two",))
+
+    assert kind_of(text, FORMATS) is FORMATS["st"]
+    assert read_st(text).notes == ()
+    assert encode(again(text)).image == image
+    assert write_st(encode(again(text)).image, ("one *) (* two",)) == text
+
+
+def example(number: int) -> DpideFile:
+    """The configuration of an example of the manual."""
+    result = check(DATA / f"manual-{number}.yaml")
+    assert result.ok
+    return DpideFile.model_validate(decode((DATA / f"manual-{number}.st").read_text(), "dpide").data)
+
+
+@pytest.mark.parametrize("number", EXAMPLES)
+def test_the_manuals_examples_are_read_and_written(number):
+    by_hand = decode((DATA / f"manual-{number}.hand.st").read_text(), "dpide")
+    assert by_hand.text == (DATA / f"manual-{number}.yaml").read_text()
+
+    text = (DATA / f"manual-{number}.st").read_text()
+    config = DpideFile.model_validate(by_hand.data)
+    checks = VENDORS["dpide"].load("checklist")(config)
+    assert [line for line in FORMATS["st"].write(encode(config).image, checks).splitlines() if "(DP" not in line] == [
+        line for line in text.splitlines() if "(DP" not in line
+    ]
+    assert decode(text, "dpide").data == by_hand.data
+
+
+def test_what_the_examples_have_around_the_instruction():
+    calls = {number: example(number).loops[0].call.model_dump(exclude_none=True) for number in EXAMPLES}
+
+    assert calls == {
+        1: {"EN": "M0"},
+        2: {},
+        3: {"GPWM": {"cycle": 4000, "output": "Y0.0"}},
+        4: {"function_block": "AS_DPIDE", "timer": "T0"},
+        5: {},
+    }
+    assert example(5).plc.interrupt_task == 1000
+
+
+def test_the_function_block_has_what_the_manual_lists_as_in_out():
+    text = (DATA / "manual-4.st").read_text()
+    in_out = re.search(r"VAR_IN_OUT\n(.*?)END_VAR", text, re.DOTALL)
+
+    assert re.findall(r"^ *(\w+) :", in_out[1], re.MULTILINE) == [
+        *("PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "MOUT", "I_MV")
+    ]
+
+
+# --- writing ---------------------------------------------------------------------------------------------------------
+
+
+def arguments(text: str) -> dict[str, str]:
+    """What stands at each operand of the last call."""
+    return dict(re.findall(r"^ +(\w+) (?::=|=>) ([^,\n]+),?$", text, re.MULTILINE))
+
+
+def test_numbers_stand_in_the_call_and_what_is_written_has_a_symbol():
+    shown = arguments(written(configuration(devices={"SV": "D100"}, PID_DIR=True)))
+
+    assert tuple(shown) == ("EN", *ROWS)
+    symbols = {name for name, value in shown.items() if value.startswith("OVEN_")}
+    assert symbols == {"SV", *OUTSIDE}
+    assert (shown["CYCLE"], shown["Kc_Kp"], shown["PID_DIR"], shown["EN"]) == ("1000", "12.0", "TRUE", "SM400")
+
+
+@pytest.mark.parametrize(
+    ("given", "more"),
+    [
+        ({"PID_MODE": 1}, {"PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf"}),
+        ({"devices": {"PID_MODE": "D10"}}, {"PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf"}),
+        ({"MOUT_AUTO": True}, {"MOUT"}),
+        ({"devices": {"MOUT_AUTO": "M1"}}, {"MOUT_AUTO", "MOUT"}),
+        ({"call": {"function_block": "FB1"}}, {"PID_MODE", "Kc_Kp", "Ti_Ki", "Td_Kd", "Tf", "MOUT"}),
+    ],
+)
+def test_what_the_instruction_may_write_is_a_symbol(given, more):
+    shown = arguments(written(configuration(**given)))
+
+    assert {name for name, value in shown.items() if value.startswith("OVEN_")} == {*OUTSIDE, *more}
+
+
+@pytest.mark.parametrize(
+    ("loops", "message"),
+    [
+        ([{"name": "7 UP"}], "no symbols can be made of the name"),
+        ([{"call": {"timer": "T1"}}, {"call": {"timer": "T1"}, "CYCLE": 500}], "T1 cannot run for 500 ms and 1000 ms"),
+        ([{"call": {"function_block": "DPIDE"}}], "a name that something else has"),
+        ([{"call": {"function_block": "L0_SV"}}], "a name that something else has"),
+        ([{"call": {"function_block": "A"}}, {"call": {"function_block": "a"}}], "a name that something else has"),
+    ],
+)
+def test_what_a_program_cannot_have_is_refused(loops, message):
+    plain = configuration().loops[0].model_dump(exclude_unset=True)
+    data = [{**plain, "name": f"L{i}", "device": f"D{30 * i}", **loop} for i, loop in enumerate(loops)]
+    with pytest.raises(UnwritableError, match=message):
+        written(DpideFile.model_validate({"pidcfg": 1, "vendor": "dpide", "loops": data}))
+
+
+def test_loops_of_one_timer_run_it_once_and_reset_it_once():
+    plain = configuration(call={"timer": "T7"}).loops[0].model_dump(exclude_unset=True)
+    data = [{**plain, "name": name, "device": f"D{at}"} for name, at in (("A", 0), ("B", 30), ("C", 60))]
+    config = DpideFile.model_validate({"pidcfg": 1, "vendor": "dpide", "loops": data})
+    text = written(config)
+
+    assert [text.count(part) for part in ("TMRH(SM400, T7, 1000)", "IF T7 THEN", "T7 := FALSE")] == [1, 3, 1]
+    assert text.index("TMRH") < text.index("(* A *)") + 10
+    assert text.index("T7 := FALSE") > text.index("C_MV\n")
+    assert encode(again(text)).image == encode(config).image
+
+
+# --- programs by hand ------------------------------------------------------------------------------------------------
+
+NAMED = {
+    "PID_RUN": "M10",
+    "SV": "80.0",
+    "PV": "D102",
+    "PID_MODE": "0",
+    "PID_MAN": "FALSE",
+    "MOUT_AUTO": "FALSE",
+    "CYCLE": "1000",
+    "Kc_Kp": "12.5",
+    "Ti_Ki": "180.0",
+    "Td_Kd": "20.0",
+    "Tf": "2.0",
+    "PID_EQ": "TRUE",
+    "PID_DE": "TRUE",
+    "PID_DIR": "TRUE",
+    "ERR_DBW": "0.5",
+    "MV_MAX": "100.0",
+    "MV_MIN": "0.0",
+    "MOUT": "10.0",
+    "BIAS": "5.0",
+    "I_MV": "D500",
+    "MV": "D104",
+}
+
+
+def by_name(**changes: str | None) -> str:
+    """A call with named operands; None leaves one out."""
+    shown = {name: value for name, value in {**NAMED, **changes}.items() if value is not None}
+    return "DPIDE(" + ", ".join(f"{n} {'=>' if n == 'MV' else ':='} {v}" for n, v in shown.items()) + ");"
+
+
+def by_position(values=None) -> str:
+    return f"DPIDE({', '.join(NAMED.values() if values is None else values)});"
+
+
+PLAIN = again(by_name())
+
+
+def test_a_call_by_hand():
+    loop = PLAIN.loops[0]
+    assert (loop.name, loop.device, loop.devices.given()) == (
+        "LOOP-1",
+        "D500",
+        {"PID_RUN": "M10", "PV": "D102", "MV": "D104"},
+    )
+    assert (loop.SV, loop.CYCLE, loop.Ti_Ki, loop.PID_DIR, loop.BIAS) == (80, 1000, 180, True, 5)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        by_position(),
+        by_position(["SM400", *NAMED.values()]),
+        by_position(["TRUE", *NAMED.values()]),
+        by_name().lower(),
+        by_name().replace(" ", ""),
+        by_name().replace(" ", "\r\n\t(* (* in *) *)"),
+        by_name().replace(",", ", // note: DPIDE(\n"),
+        by_name(EN="SM400"),
+        "PROGRAM P\n" + by_name() + "\nEND_PROGRAM",
+        "DPIDE(" + ", ".join(reversed(by_name()[6:-2].split(", "))) + ");",
+        by_name(CYCLE="K1000", SV="F80.0", BIAS="+5.0", MV_MIN="-0.0", Ti_Ki="1.8E2", PID_MODE="DINT#0"),
+        by_name(CYCLE="16#3E8", SV="REAL#80.0", PID_DIR="BOOL#1", Kc_Kp="1_2.5"),
+        "IF TRUE THEN " + by_name() + " END_IF;",
+        "\ufeff{pragma}\n" + by_name(),
+    ],
+)
+def test_the_same_call_written_otherwise(text):
+    assert again(text) == PLAIN
+    assert kind_of(text, FORMATS) is FORMATS["st"]
+
+
+def test_a_condition_that_is_one_bit_enables():
+    for text in (by_name(EN="M3"), f"IF m3 THEN {by_name()} END_IF;", by_position(["M3", *NAMED.values()])):
+        assert again(text).loops[0].call.EN == "M3"
+    assert again(f"VAR_GLOBAL Go AT X0.1 : BOOL; END_VAR {by_name(EN='go')}").loops[0].call.EN == "X0.1"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        (f"\nIF M1 AND M2 THEN {by_name()} END_IF;", "line 2, M1 AND M2"),
+        (f"IF M1 THEN ; ELSE\n{by_name()} END_IF;", "line 1, ELSE"),
+        (f"IF M1 THEN ; ELSIF M2 THEN\n{by_name()} END_IF;", "line 1, M2"),
+        (f"IF M1 THEN {by_name(EN='M2')} END_IF;", "line 1, M1"),
+        (by_name(EN="NOT M2"), "line 1, NOT M2"),
+        (by_name(EN="Go"), "line 1, Go"),
+        (f"IF T3 THEN {by_name()} END_IF;", "line 1, T3"),
+    ],
+)
+def test_another_condition_is_named(text, shown):
+    assert found(text).notes[0] == f"LOOP-1 is executed on a condition in {shown}, which is not carried over"
+
+
+def test_what_else_a_program_has_is_named_by_line():
+    text = f"""TYPE T : INT; END_TYPE
+X := 1;
+{by_name()}
+FOR i := 1 TO 3 DO Lamp := TRUE; END_FOR;
+IF M1 THEN D102 := 7; Other(1); END_IF;
+GPWM(M1, D7, 4000, Y0.0);
+TMRH(SM400, T9, 5);"""
+    assert found(text).notes == (
+        "LOOP-1.PV is assigned in line 5, which is not carried over",
+        "statements that are not about DPIDE are left out: lines 1, 2, 4, 5, 6, 7",
+        "LOOP-1.PID_RUN stands in M10; nothing says what it holds: it is taken for TRUE",
+    )
+
+
+def test_a_number_that_is_assigned_is_what_the_operand_holds():
+    call = by_name(SV="target", BIAS="D106")
+    text = f"VAR_GLOBAL Target AT D100 : REAL := 70; END_VAR Target := 85.0; D106 := -3.0; {call}"
+    loop = again(text).loops[0]
+    assert (loop.SV, loop.BIAS, loop.devices.SV) == (85, -3, "D100")
+    assert again(text.replace("Target := 85.0", "D100 := 0.0")).loops[0].SV == 0
+
+
+@pytest.mark.parametrize(
+    "other", ["Target := Other;", "IF M1 THEN Target := 85.0; END_IF;", "Target := 85.0; D100 := 90.0;"]
+)
+def test_another_assignment_is_named(other):
+    text = f"VAR_GLOBAL Target AT D100 : REAL := 70; END_VAR\n{other}\n{by_name(SV='target')}"
+    assert again(text).loops[0].SV == 70
+    assert found(text).notes[0] == "LOOP-1.SV is assigned in line 2, which is not carried over"
+
+
+def test_a_timer_with_another_time_is_named():
+    text = f"TMRH(SM400, T1, 500); IF T1 THEN {by_name()} T1 := FALSE; END_IF;"
+    assert again(text).loops[0].call.timer == "T1"
+    assert found(text).notes[0] == "LOOP-1: T1 runs for 500 in line 1, and CYCLE is 1000"
+    assert not any("T1" in note for note in found(text.replace("500", "1000")).notes)
+
+
+def test_a_block_that_has_an_input_where_the_manual_wants_in_out_is_named():
+    text = (DATA / "manual-4.hand.st").read_text()
+    wrong = text.replace("PID_MODE : DINT; KP, KI", "KP, KI").replace(
+        "PID_RUN : BOOL; SV", "PID_RUN : BOOL; PID_MODE : DINT; SV"
+    )
+    assert found(wrong).notes == ("AS_DPIDE: PID_MODE should be VAR_IN_OUT, as the manual says",)
+    assert found(text).notes == ()
+
+
+# --- refused ---------------------------------------------------------------------------------------------------------
+
+WRONG = {
+    BOOL: ("1", "0.0", "D100", "K1", "-TRUE", "M8192", "T#1s", "M1 OR M2"),
+    DINT: ("1000.0", "TRUE", "M1", "2147483648", "T#1s", "F1.0", "D100 + 1", "D30000"),
+    REAL: ("80", "TRUE", "M1", "K80", "T#1s", "1E39", "D1.5", "E0", "D100 * 2.0", "'x'"),
+}
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, wrong) for name, row in ROWS.items() for wrong in WRONG[row.type]])
+def test_an_operand_of_a_wrong_type_is_refused_at_its_place(name, value):
+    text = by_name(**{name: value})
+    error = refused("\n" + text)
+
+    assert (error.line, error.column) == (2, text.index(f" {value}", text.index(f"{name} ")) + 2)
+    assert name in str(error) or value in str(error)
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+def test_what_is_written_is_no_number(name):
+    assert "writes it, so that it cannot be 5.0; write a symbol or a device" in str(refused(by_name(**{name: "5.0"})))
+
+
+def spoils(text: str, name: str):
+    """A call with one operand spoiled in each way."""
+    place = re.search(rf"\b{name} (:=|=>) [^,)]+(, )?", text)
+    before, part, after = text[: place.start()], place.group(), text[place.end() :]
+    other = "=>" if place.group(1) == ":=" else ":="
+    yield "left out", (before.rstrip(", ") if not place.group(2) else before) + after
+    yield "again", before + part.rstrip(", ") + ", " + part + after
+    yield "misspelt", before + part.replace(name, f"{name}X") + after
+    yield "without a name", before + part.partition(f"{place.group(1)} ")[2] + after
+    yield "the other sign", before + part.replace(place.group(1), other) + after
+    yield "without a value", f"{before}{name} {place.group(1)} {place.group(2) or ''}{after}"
+    yield "without a comma", before + part.replace(",", "") + after if place.group(2) else before + part + ", )" + after
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_a_spoiled_operand_of_a_call_by_name_is_refused(name):
+    green = [how for how, text in spoils(by_name(), name) if not is_refused(text)]
+    assert green == []
+
+
+def is_refused(text: str) -> bool:
+    try:
+        again(text)
+    except ListingError as error:
+        return bool(str(error)) and error.line >= 1
+    return False
+
+
+@pytest.mark.parametrize("number", [1, 3, 4])
+@pytest.mark.parametrize("name", ROWS)
+def test_a_value_that_is_spoiled_is_seen(name, number):
+    """In what pidcfg writes: another number in the call, another initial value, another device."""
+    text = (DATA / f"manual-{number}.st").read_text()
+    given = example(number)
+    call = text.index("(* LOOP" if number != 4 else "(* U1 *)")
+    value = re.search(rf"\b{name} (?::=|=>) (\S+?),?\n", text[call:])[1]
+    if value.startswith(("LOOP_1_", "U1_")):
+        line = re.search(rf"{value}( AT (\w+))? : \w+( := (\S+);)?", text)
+        changed = [line.group().replace(line[2], spoiled(line[2]))] if line[2] else []
+        changed += [line.group().replace(f":= {line[4]}", f":= {spoiled(line[4])}")] if line[4] else []
+        texts = [text.replace(line.group(), change) for change in changed]
+        assert texts or name == "MV"
+    else:
+        at = re.search(rf"\b{name} := {re.escape(value)}", text[call:])
+        texts = [text[:call] + text[call:].replace(at.group(), f"{name} := {spoiled(value)}")]
+    for other in texts:
+        assert other != text
+        assert again(other) != given
+
+
+def spoiled(value: str) -> str:
+    if value in {"TRUE", "FALSE"}:
+        return "FALSE" if value == "TRUE" else "TRUE"
+    match = re.fullmatch(r"([DM]?)(\d+)(\.\d+)?", value)
+    return f"{match[1]}{int(match[2]) + 1}{match[3] or ''}"
+
+
+@pytest.mark.parametrize("number", range(len(NAMED)))
+def test_positions_are_counted(number):
+    values = [*NAMED.values()]
+    few, many = [*values[:number], *values[number + 1 :]], [*values, *values[: number + 2]]
+    assert "DPIDE has 21 operands, or 22 with EN before them; 20 stand here" in str(refused(by_position(few)))
+    assert f"{len(many)} stand here" in str(refused(by_position(many)))
+
+
+def test_neighbours_of_other_types_cannot_be_swapped_by_position():
+    """What can be swapped is what both operands take; by name nothing can."""
+    values, rows, seen = [*NAMED.values()], [*ROWS.values()], 0
+    for i in range(20):
+        swapped = [*values[:i], values[i + 1], values[i], *values[i + 2 :]]
+        if rows[i].type is not rows[i + 1].type:
+            assert is_refused(by_position(swapped)), i
+            seen += 1
+        elif not is_refused(by_position(swapped)) and values[i] != values[i + 1]:
+            assert again(by_position(swapped)) != PLAIN, i
+    assert seen == 7
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "place"),
+    [
+        ("X := 1;", "no call of DPIDE", (1, 1)),
+        (by_name() + "\n" + by_name(), "LOOP-2", None),
+        (by_name()[:-2] + ", ENO => M1, Q := 1);", "DPIDE has no operand Q", (1, 333)),
+        (f"FOR i := 1 TO 2 DO\n{by_name()} END_FOR;", "DPIDE stands inside FOR", (2, 1)),
+        (f"X := 1 +\nDPIDE({by_name()[6:]}", "DPIDE stands inside another statement", (2, 1)),
+        (by_name()[:-2], "has no end", (1, 1)),
+        (f"IF M1\n{by_name()} END_IF;", "", None),
+        (f"PROGRAM A\n{by_name()}", "PROGRAM A has no END_PROGRAM", (1, 1)),
+        (f"END_VAR {by_name()}", "END_VAR stands here without its beginning", (1, 1)),
+        ("(* open\n" + by_name(), "the comment that begins here with (* has no end", (1, 1)),
+        (f"VAR a AT %MD5 : REAL; END_VAR {by_name()}", "%MD5 is no device of the PLC; write it like D100", (1, 10)),
+        (f"VAR a, A : REAL; END_VAR {by_name()}", "A is declared again", (1, 8)),
+        (f"VAR a : INT; END_VAR\n{by_name(SV='a')}", "SV is REAL; a is declared as INT in line 1", (2, 29)),
+        (f"VAR a : REAL; END_VAR\n{by_name(CYCLE='a')}", "CYCLE is DINT or DWORD; a is declared as REAL", (2, 109)),
+        (
+            f"VAR a AT D0 : ARRAY [0..13] OF REAL; END_VAR\n{by_name(I_MV='a')}",
+            "I_MV takes 30 registers; a has 28 (line 1)",
+            None,
+        ),
+        (f"VAR a AT D0 : REAL := TRUE; END_VAR\n{by_name(SV='a')}", "SV is REAL, not TRUE", (1, 23)),
+        (f"VAR a AT D0 : REAL := b; END_VAR\n{by_name(SV='a')}", "a begins with something that is no number", (1, 23)),
+        (by_name(SV="D100"), "LOOP-1.SV stands in D100, and nothing says what it holds; name a symbol table", None),
+        ('(* loop: {"name": 1} *)' + by_name(), "the comment names no loop", (1, 1)),
+        ('(* loop: {"loop": } *)' + by_name(), "the settings are not JSON", (1, 1)),
+        ('(* loop: {"loop": "A"} *)(* loop: {"loop": "a"} *)' + by_name(), "a stands in a comment again", (1, 26)),
+    ],
+)
+def test_what_cannot_be_read_is_refused_with_its_place(text, message, place):
+    if "LOOP-2" in message:
+        assert [loop.name for loop in again(text).loops] == ["LOOP-1", "LOOP-2"]
+        return
+    error = refused(text)
+    assert message in str(error)
+    assert place is None or (error.line, error.column) == place
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("U1(PID_RUN := DPIDE_PID_RUN, ", "U1(", "the call of AS_DPIDE has no PID_RUN, which is PID_RUN of DPIDE"),
+        ("KP := DPIDE_KP, ", "", "the call of AS_DPIDE has no KP, which is Kc_Kp of DPIDE"),
+        ("ERR := DPIDE_ERR", "ERR := DPIDE_EQ", "ERR_DBW is REAL; DPIDE_EQ is declared as BOOL"),
+        ("MV => DPIDE_MV)", "MV := DPIDE_MV)", "MV is an output of AS_DPIDE; write MV => DPIDE_MV"),
+        ("KI := DPIDE_KI", "KX := DPIDE_KI", "AS_DPIDE has no operand KX; did you mean K"),
+        ("T0 := FALSE;", "U1(); T0 := FALSE;", "U1 is called again, after line"),
+        ("U1 : AS_DPIDE", "U1 : OTHER", "no call of DPIDE, and none of a function block"),
+        ("END_FUNCTION_BLOCK", "DPIDE(); END_FUNCTION_BLOCK", "DPIDE stands in AS_DPIDE again"),
+        (
+            ", ERR, MV_MAX, MV_MIN, MOUT, BIAS, I_MV, MV)",
+            ")",
+            "15 stand here",
+        ),
+        ("END_VAR\nDPIDE(SM400", "END_VAR\nIF M1 THEN END_IF; DPIDE(SM401 AND", None),
+    ],
+)
+def test_a_spoiled_function_block_is_refused(old, new, message):
+    text = (DATA / "manual-4.hand.st").read_text()
+    assert text.count(old) == 1
+    if message is None:
+        assert again(text.replace(old, new)) == example(4)
+    else:
+        assert message in str(refused(text.replace(old, new)))
+
+
+@SLOW
+@given(cut=st.integers(0, 3000), length=st.integers(1, 40))
+def test_a_text_with_a_hole_gives_a_configuration_or_an_error(cut, length):
+    for number in (3, 4):
+        text = (DATA / f"manual-{number}.hand.st").read_text()
+        at = cut % len(text)
+        spoilt = text[:at] + text[at + length :]
+        result = decode(spoilt, "dpide", format="st")
+        assert result.ok or result.findings[0].span.line >= 1

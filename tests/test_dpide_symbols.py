@@ -1,0 +1,179 @@
+"""A symbol table of ISPSoft is read back, alone or beside a program that says which symbols are operands."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from dpide_strategies import configurations
+from pidcfg.api import decode
+from pidcfg.encoders.dpide.encode import encode
+from pidcfg.encoders.dpide.files import FORMATS
+from pidcfg.encoders.files import kind_of
+from pidcfg.encoders.maps.dpide import OUTSIDE, ROWS
+from pidcfg.schemas.dpide import DpideFile
+from test_dpide_encoding import configuration
+from test_dpide_files import USERS, merged
+from test_dpide_st import DATA, NAMES, by_name
+
+SLOW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+HEAD = "Class,Identifiers,Address,Type,Initial Value,Comment\r\n"
+
+
+def table(config: DpideFile) -> str:
+    return FORMATS["symbols"].write(encode(config).image, ())
+
+
+def words(config: DpideFile) -> dict:
+    """What operands hold, by operand and number of the loop; PV is the process's."""
+    image = encode(config).image
+    order = {entry["loop"]: i for i, entry in enumerate(image.settings)}
+    return {(order[cell.loop], cell.field): cell.raw for cell in image.cells if cell.field != "PV"}
+
+
+@SLOW
+@given(config=configurations(NAMES))
+def test_every_operand_and_device_comes_back(config):
+    text = table(config)
+    assert kind_of(text, FORMATS) is FORMATS["symbols"]
+    result = decode(text.encode("gbk"), "dpide")
+    assert result.ok
+    found = DpideFile.model_validate(result.data)
+    assert words(found) == words(config)
+    assert [(loop.device, loop.devices) for loop in found.loops] == [
+        (loop.device, loop.devices) for loop in config.loops
+    ]
+    assert table(found).replace("; ", ",").count("\n") == text.count("\n")
+
+
+def test_symbols_that_were_added_to_a_table_of_the_users_are_read_out_of_it():
+    text, _ = merged(USERS)
+    result = decode(text.encode("gbk"), "dpide")
+
+    assert result.ok
+    assert (
+        result.data["loops"]
+        == decode(table(configuration(devices={"SV": "D100", "PID_RUN": "M10"})), "dpide").data["loops"]
+    )
+    assert not any("Door" in note for note in result.notes)
+
+
+def test_a_table_without_loops_says_what_is_wanted():
+    (finding,) = decode(USERS.encode("gbk"), "dpide").findings
+    assert "holds no operand of a DPIDE instruction" in finding.message
+
+
+@pytest.mark.parametrize("operand", [name for name in ROWS if name != "I_MV"])
+def test_a_missing_symbol_is_refused(operand):
+    lines = table(configuration()).splitlines(keepends=True)
+    (gone,) = [line for line in lines if f",{operand}: " in line]
+    (finding,) = decode("".join(line for line in lines if line != gone), "dpide").findings
+
+    assert f"OVEN has no symbol {gone.split(',')[1]}" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("operand", "value"), [(name, bad) for name in ROWS if name not in OUTSIDE for bad in ("x", "1.5.2", "T#1s", "5 5")]
+)
+def test_an_initial_value_that_is_none_is_refused_with_its_line(operand, value):
+    text = table(configuration())
+    number, line = next((i, line) for i, line in enumerate(text.splitlines(), 1) if f",{operand}: " in line)
+    cells = line.split(",")
+    cells[4] = value
+    (finding,) = decode(text.replace(line, ",".join(cells)), "dpide").findings
+    assert finding.span.line == number
+
+
+@pytest.mark.parametrize("operand", [name for name in ROWS if name not in OUTSIDE])
+def test_an_initial_value_that_is_spoiled_is_seen(operand):
+    config = configuration()
+    line = next(line for line in table(config).splitlines() if f",{operand}: " in line)
+    cells = line.split(",")
+    cells[4] = {"TRUE": "FALSE", "FALSE": "TRUE"}.get(cells[4]) or f"7{cells[4]}"
+    result = decode(table(config).replace(line, ",".join(cells)), "dpide")
+    assert words(DpideFile.model_validate(result.data)) != words(config)
+
+
+@pytest.mark.parametrize("operand", ["SV", "CYCLE", "MV_MAX"])
+def test_what_must_be_known_and_has_no_initial_value_is_refused(operand):
+    text = re.sub(rf"(OVEN_\w+,\w*,\w+),[^,]*,({operand}: )", r"\1,,\2", table(configuration()))
+    (finding,) = decode(text, "dpide").findings
+    assert f"OVEN.{operand} stands in OVEN_" in finding.message
+
+
+def test_bytes_that_are_neither_utf_8_nor_gbk_are_refused():
+    (finding,) = decode(HEAD.encode() + b"VAR,A,D0,REAL,0,\xff\xff\r\n", "dpide").findings
+    assert "is not UTF-8" in finding.message
+
+
+# --- beside a program ------------------------------------------------------------------------------------------------
+
+
+def without_values(text: str) -> str:
+    """A program that declares nothing but its variables, as ISPSoft has them in its tables."""
+    return re.sub(r"(?: AT \S+)?( : \w+)(?: := [^;]+)?;", r"\1;", text)
+
+
+@SLOW
+@given(config=configurations(NAMES), reverse=st.booleans())
+def test_a_program_and_its_symbols_give_the_whole(config, reverse):
+    config = DpideFile.model_validate({**config.model_dump(), "loops": config.model_dump()["loops"][:1]})
+    program = without_values(FORMATS["st"].write(encode(config).image, ()))
+    files = [program.encode(), table(config).encode("gbk")]
+    result = decode(files[::-1] if reverse else files, "dpide", name=["a", "b"])
+
+    assert result.ok
+    found = DpideFile.model_validate(result.data)
+    assert words(found) == words(config)
+    assert (found.loops[0].device, found.loops[0].devices, found.loops[0].call) == (
+        config.loops[0].device,
+        config.loops[0].devices,
+        config.loops[0].call,
+    )
+
+
+def test_symbols_of_any_name_are_those_that_the_program_calls():
+    program = by_name(SV="Target", BIAS="D106", MV="Valve", I_MV="Memory", PID_DIR="Heats")
+    rows = "VAR,target,D100,REAL,61.5,\r\nVAR,x,D106,REAL,-4,\r\nVAR,valve,D104,REAL,,\r\nVAR,memory,D500,REAL,,\r\n"
+    result = decode([program, f"{HEAD}{rows}VAR,HEATS,M5,BOOL,TRUE,\r\n"], "dpide", name=["p.st", "s.csv"])
+
+    (loop,) = DpideFile.model_validate(result.data).loops
+    assert (loop.SV, loop.BIAS, loop.device, loop.PID_DIR) == (61.5, -4, "D500", True)
+    assert loop.devices.given() == {
+        "SV": "D100",
+        "BIAS": "D106",
+        "MV": "D104",
+        "PV": "D102",
+        "PID_RUN": "M10",
+        "PID_DIR": "M5",
+    }
+
+
+def test_a_symbol_at_another_device_than_in_the_program_is_refused():
+    program = f"VAR_GLOBAL Target AT D100 : REAL; END_VAR\n{by_name(SV='Target')}"
+    files = [f"{HEAD}VAR,Target,D110,REAL,5,\r\n", program]
+    (finding,) = decode(files, "dpide", name=["s.csv", "p.st"]).findings
+
+    assert finding.message == "Target is D100 in the program, and has D110 in line 2 of the table"
+    assert (finding.file, finding.span.line) == ("p.st", 2)
+
+
+def test_what_the_program_says_counts_and_other_loops_are_named():
+    program = f"VAR_GLOBAL Target : REAL := 50.0; END_VAR {by_name(SV='Target')}"
+    result = decode([program, table(configuration()) + "VAR,Target,D100,REAL,5,\r\n"], "dpide", name=["a", "b"])
+
+    assert result.data["loops"][0]["SV"] == 50
+    assert "the symbol table has symbols of OVEN, which the program does not call" in result.notes
+
+
+def test_the_manuals_example_with_its_symbols_in_a_table():
+    text = (DATA / "manual-4.st").read_text()
+    config = DpideFile.model_validate(decode(text, "dpide").data)
+    result = decode([without_values(text), table(config)], "dpide", name=["a", "b"])
+    assert result.data == {
+        **decode(text, "dpide").data,
+        "loops": [{key: value for key, value in decode(text, "dpide").data["loops"][0].items() if key != "PV"}],
+    }
