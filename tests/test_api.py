@@ -407,10 +407,10 @@ def test_a_configuration_without_loops_is_no_crash():
 BOILER = ROOT / "examples" / "generic" / "boiler.yaml"
 
 
-@pytest.mark.parametrize("case", ["CK321", "DL276-3"])
-def test_words_that_cannot_be_read_back_are_a_finding_of_diff_with_another_vendor(case):
+@pytest.mark.parametrize(("case", "code"), [("CK321", "PID042"), ("DL276-3", "PID041")])
+def test_words_without_a_meaning_are_a_finding_of_diff_with_another_vendor(case, code):
     path = ROOT / "tests" / "cases" / f"{case}.yaml"
-    assert [d.code for d in pidcfg.diff(path, BOILER).findings] == ["PID041"]
+    assert {d.code for d in pidcfg.diff(path, BOILER).findings} == {code}
     assert pidcfg.diff(path, path).same, "within a vendor the words themselves are compared"
 
 

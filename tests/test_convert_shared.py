@@ -98,10 +98,10 @@ def test_a_field_that_goes_nowhere_is_dropped_and_one_that_comes_from_nowhere_as
     source = [SourceField("a", 1, ("x",)), SourceField("b", 2, ("y",)), SourceField("c", 3, note="by program")]
     target = [TargetField("p", "x"), TargetField("q", None, "chosen")]
     assert list(changes(source, target, {})) == [
-        Change("a", "exact", 1, None, neutral=("x",)),
+        Change("a", "exact", 1, None, neutral=("x",), target_field="p"),
         Change("b", "dropped", 2, None, note="the target has no such field", loss=True, neutral=("y",)),
         Change("c", "dropped", 3, None, note="by program", loss=True),
-        Change("q", "assumed", None, None, note="chosen"),
+        Change("q", "assumed", None, None, note="chosen", target_field="q"),
     ]
 
 

@@ -13,7 +13,7 @@ SOURCE = Path(dl06_decisions.__file__).parents[3]
 
 
 def test_numbers_go_on_without_a_gap():
-    assert [decision.number for decision in ENGINE] == [*range(30, 69), 675, 676, 677]
+    assert [decision.number for decision in ENGINE] == [*range(30, 69)]
 
 
 @pytest.mark.parametrize("decision", ENGINE, ids=lambda decision: f"D{decision.number}")

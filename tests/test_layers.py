@@ -262,7 +262,8 @@ TYPES_AND_TEXTS = (
         "explanation.render",
         "writer.json_text",
     ),
-    *("scenario.outcome.Outcome", "scenario.charts.signals_before_root", "sim.engine.EngineName", "tuning.rules"),
+    *("scenario.outcome.Outcome", "scenario.charts.signals_before_root", "sim.engine.EngineName"),
+    *("tuning.methods", "tuning.rules"),
     *("validate.catalog.unusable", "validate.engine.is_scenario"),
 )
 """What a command needs beside the call of its name: arguments, results, what prints them; nothing that does work."""

@@ -76,7 +76,7 @@ def test_the_decimal_column_may_say_that_a_float_is_no_number(content):
 @pytest.mark.parametrize(("address", "error"), [("DF101", 20), ("DF102", 21), ("DF103", 22), ("DF105", 25)])
 def test_errors_of_floats_that_are_no_numbers_can_be_loaded_and_seen(address, error):
     scenario = (
-        "pidcfg: 1\nscenario: nan\nconfig: c.txt\nduration: 10\n"
+        "pidcfg: 1\nscenario: nan\nconfig: c.txt\nduration: 60\n"
         "plants:\n  TANK1: {model: first_order, time_constant: 10, initial: 100}\n"
     )
     result = simulate(scenario, files={"c.txt": listing(TANK, {address: "7FC00000"})})
@@ -86,7 +86,7 @@ def test_errors_of_floats_that_are_no_numbers_can_be_loaded_and_seen(address, er
 
 def test_a_listing_of_the_dl06_with_such_words_runs_and_names_them():
     scenario = (
-        "pidcfg: 1\nscenario: words\nconfig: c.txt\nduration: 10\n"
+        "pidcfg: 1\nscenario: words\nconfig: c.txt\nduration: 60\n"
         "plants:\n  L1: {model: first_order, time_constant: 10}\n"
     )
     result = simulate(scenario, files={"c.txt": listing(PROFILE, {"V2010": "00AF", "V2012": "F0F0"})})

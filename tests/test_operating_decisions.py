@@ -144,7 +144,7 @@ def test_d643_a_request_after_the_set_point_has_been_written_ends_nothing():
 def test_d643_of_the_click(event):
     config = click("mode: auto, setpoint: {value: 50}, alarms: {hysteresis: 1}")
     events = "{at: 0, loop: L1, set: {reset_time: 0}}", f"{{at: 7, loop: L1, {event}}}"
-    _, report = run(config, "plants: {L1: {model: first_order, time_constant: 20}}\n", *events, duration=20)
+    _, report = run(config, "plants: {L1: {model: first_order, time_constant: 20}}\n", *events, duration=60)
     assert [note for note in notes(report) if note[1] == GOAL_ENDS] == [(7.0, GOAL_ENDS)]
 
 
@@ -211,7 +211,7 @@ def test_d648_the_change_to_run_reads_alarm_words_and_begins_filter_and_grid_ane
     config = dl06(loop(rest + f", independent_of_cpu_mode: {str(independent).lower()}", sample_rate=3))
     plants = "plants:\n  L1: {model: integrator, load: 100, initial: 0}\n"
     events = "{at: 4, loop: L1, set: {alarms.pv.high: 50}}", "{at: 7, plc: program}", "{at: 11, plc: run}"
-    columns, report = run(config, plants, *events, duration=20)
+    columns, report = run(config, plants, *events, duration=60)
     pv = columns["L1.PV"]
     sampled = [k for k in range(11, 20) if pv[k] != pv[k - 1]]
     assert sampled == [11, 14, 17]

@@ -103,9 +103,16 @@ def test_the_starter_comes_back_from_every_listing(vendor, name):
     again = api.encode(back.text, name)
     if there.kind.carries_comments:
         assert memory(again) == memory(there)
-        assert again.text == there.text
+        assert without_checks(again.text) == without_checks(there.text)
     else:
         assert again.image.words == there.image.words
+
+
+def without_checks(text):
+    """A listing without what is to be checked of the file that it was made of: more of it than of the words alone."""
+    if text.startswith("{"):
+        return {key: value for key, value in json.loads(text).items() if key != "checklist"}
+    return [line for line in text.splitlines() if not line.startswith("# check after")]
 
 
 @every_vendor

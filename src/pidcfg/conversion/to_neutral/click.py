@@ -69,7 +69,10 @@ def to_neutral(config: ClickFile) -> list[NeutralLoop]:
     loops = []
     for i, loop in enumerate(config.loops):
         b = NeutralBuilder(i)
-        take(b, loop, loop, FIELDS)
+        if loop.pv.range[0] < loop.pv.range[1]:
+            take(b, loop, loop, FIELDS)
+        else:
+            b.need("pv.range", "the range of the process has no width (CK321)")
         loops.append(b.loop)
     return loops
 

@@ -87,5 +87,25 @@ OPERATING = (
         'Hold freezes the set point, and "the SP values will resume from their previous value". The generator runs "in '
         'Manual or Auto Mode".',
     ),
+    Decision(
+        675,
+        "the set point word of a loop in Cascade",
+        "At each calculation in Cascade +02 becomes the major loop's output, so that a loop that goes on in Auto keeps "
+        "the set point that it had.",
+        "When cascading a loop, the PID controller automatically writes the set point to +02 (Data Sources).",
+    ),
+    Decision(
+        676,
+        "a segment that a command begins moves from the next sample on",
+        "Start and jog alike, and a start while the first ramp is running.",
+        "The first ramp begins at the present set point, which has to be in force for a sample.",
+    ),
+    Decision(
+        677,
+        "sums are in counts of the output",
+        "Gain, Ki and Kr are multiplied by the output's span before they are by errors in fractions of the PV's, and "
+        "bias and output are counts, in bipolar formats with their sign; so step bias scales the bias word.",
+        "D30 says fractions; the order of the operations decides how a result between two counts is rounded.",
+    ),
 )
 """In the order of their numbers."""

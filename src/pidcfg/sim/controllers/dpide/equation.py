@@ -62,7 +62,7 @@ def effective(c: Config, s: State, e: float) -> float:
 
 
 def derivative(c: Config, s: State, e: float) -> float:
-    """What the derivative's gain is multiplied with; the first one is 0 (D267)."""
+    """What the derivative's gain is multiplied with; the first one is 0 (D267), the gain comes last (D686)."""
     if s.busy & FRESH:
         s.y = 0.0
         s.e1 = e
@@ -92,7 +92,7 @@ def put_back(s: State, out: float, p: float, d: float) -> None:
 
 
 def calculate(c: Config, s: State, e: float) -> None:
-    """MV of the algorithm, and I_MV with its anti-windup; what is no number is not written (D265)."""
+    """MV of the algorithm, and I_MV with its anti-windup; what is no number is not written (D265, D689)."""
     was = s.out
     x = derivative(c, s, e)
     p = single(s.kp * e)

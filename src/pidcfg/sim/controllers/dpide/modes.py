@@ -36,7 +36,7 @@ def enter(c: Config, s: State, mode: int) -> None:
 
 
 def halt(c: Config, s: State) -> None:
-    """PID_RUN is FALSE: MV is 0, and nothing else is written (D273; kernel)."""
+    """PID_RUN is FALSE: MV is 0, and nothing else is written (D273, D688; kernel)."""
     if s.status & TUNING:
         abandon(s)
         s.mode = s.mode_before

@@ -175,7 +175,7 @@ class Dpide(NamedPlc):
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
     def start(self, tick: int) -> None:
-        """The PLC runs: instructions begin without a past, an autotune from its beginning (D278)."""
+        """The PLC runs: instructions begin without a past (D687), an autotune from its beginning (D278)."""
         for c, s in zip(self.cfg, self.st, strict=True):
             s.due = tick
             s.busy &= ~bits.STOPPED

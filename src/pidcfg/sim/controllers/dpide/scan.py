@@ -82,7 +82,7 @@ def sample(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None
 
 
 def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:  # noqa: ARG001
-    """The program at ``tick``: every instruction that is due, and those whose PID_RUN has become FALSE (D266)."""
+    """The program at ``tick``: instructions that are due (D685), and those whose PID_RUN has become FALSE (D266)."""
     for i in range(len(cfg)):
         s = st[i]
         if s.busy & (HALTING | STOPPED) == HALTING:

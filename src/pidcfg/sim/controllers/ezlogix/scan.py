@@ -42,7 +42,7 @@ ERROR_MOST = 32767.0
 
 
 def converted(c: Config, value: float) -> float:
-    """A measurement as whole counts; the converter saturates at the ends of its range."""
+    """A measurement as whole counts; the converter saturates at the ends of its range (D670)."""
     pv = (value - c.pv_low) * c.pv_span / c.pv_width + c.pv_min
     if pv >= c.pv_max:
         return c.pv_max

@@ -107,7 +107,7 @@ def begin(c: Config, s: State, sig: MutableSequence[float]) -> None:
 
 
 def average(c: Config, s: State, sig: MutableSequence[float]) -> None:
-    """One sample at rest; after three seconds the relay takes its first step (kernel, D230)."""
+    """One sample at rest; after three seconds the relay takes its first step (kernel, D230, D692)."""
     s.tune_count += 1
     away = single(s.pv - s.tune_base)
     if s.tune_count * c.period < REST:

@@ -42,7 +42,7 @@ def copy_mv(c: Config, s: State, sig: Sequence[float], mv: float) -> int:
 
 
 def limited(c: Config, s: State, sig: Sequence[float], x: float) -> int:
-    """MV as calculated, its variation limited first, then MV itself (kernel, D223): the bits that tell so."""
+    """MV as calculated, its variation limited first, then MV itself (kernel, D223, D691): the bits."""
     b = c.base
     variation = sig[b + MAX_VAR_MV]
     bits = 0

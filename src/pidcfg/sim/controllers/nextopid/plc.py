@@ -213,7 +213,7 @@ class Nextopid(Facts):
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
-        """Manual and CASC are written, unless the program wires them."""
+        """Manual and CASC are written (D690), unless the program wires them."""
         name, s, code = self.loops[loop], self.st[loop], self.request_code(mode)
         wired = self._wired(name)
         if mode == "cascade" and f"{name}.CASC" not in self.layout.numbers:

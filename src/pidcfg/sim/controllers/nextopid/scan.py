@@ -1,9 +1,9 @@
 """The virtual NextoPID: one cycle of the task.
 
 Design. `scan` is called at every base step; it calls the blocks that are due, in the order of execution, each after
-its wires have been renewed. What a block is stands in one module a family: `equation` (with `autotune`), `on_off`,
-`pwm`, `filters`, `delay`, `selectors`. Nothing here knows files or names: see `memory` for how a program becomes
-`Config` and `State`.
+its wires have been renewed; what the program around assigns is new in every cycle (D694). What a block is stands in
+one module a family: `equation` (with `autotune`), `on_off`, `pwm`, `filters`, `delay`, `selectors`. Nothing here knows
+files or names: see `memory` for how a program becomes `Config` and `State`.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 The shared vector ``aux`` begins with the place of the stack; then follow a row a wire (target, type, where its code
 begins and ends), the code in pairs as in `pidcfg.schemas.expressions`, and the delay lines. Constants stand in the code
-itself. A wire without a value (a division by zero) leaves its target as it was, and the block says so once (D206).
+itself. A wire without a value (a division by zero) leaves its target as it was, and the block says so once (D206; the
+operations: D693).
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.base import decimal_text
-from pidcfg.validate.rule import Findings, error, finding, info, per_loop, warning
+from pidcfg.validate.rule import Findings, checklist, error, finding, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
@@ -97,11 +97,11 @@ def freeze_in_velocity_form(view: LoopView) -> Findings:
 
 
 @per_loop
-@info(
+@checklist(
     "DL521",
     FREEZE,
-    "bias_freeze is off: while the output stands at {low} or {high} counts, the bias with reset {reset} s goes on to "
-    "the end of its range",
+    "with the reset of {reset} s and without bias_freeze the bias goes on to the end of its range while the output "
+    "stands at {low} or {high} counts",
 )
 def windup_not_prevented(view: LoopView) -> Findings:
     """A loop integrates while its output is at an end of the data range.
@@ -111,7 +111,7 @@ def windup_not_prevented(view: LoopView) -> Findings:
     reset windup. Loops whose output limits are narrower than the data range are not reported: there the freeze does
     not work.
 
-    Fix: write `bias_freeze: true`.
+    Fix: write `bias_freeze: true`, or see that the overshoot after a start-up does no harm.
     """
     loop, reset, limits = view.loop, view.reset, view.holds("output_low", "output_high")
     if loop.bias_freeze or loop.algorithm != "position" or not limits or reset is None or "reset" in view.misfits:

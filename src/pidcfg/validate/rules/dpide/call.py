@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.refs import DPIDE
 from pidcfg.schemas.dpide_call import D600
 from pidcfg.schemas.dpide_devices import place_of
+from pidcfg.validate.ideas.duplicates import at_both
 from pidcfg.validate.rule import Findings, error, per_loop, warning
 from pidcfg.validate.views import with_unit
 
@@ -64,7 +65,12 @@ def pulses_collide(context: DpideContext) -> Findings:
             given = {"I_MV": other.loop.device, **other.loop.devices.given(), **enable, **others}
             for name in [name for name, device in given.items() if place_of(name, device).overlaps(bit)]:
                 finding = view.at("call", "GPWM", "output", bit=bit, other=f"{other.name}.{name}")
-                yield finding if other is view else finding.shared_with(other.name)
+                if other is view:
+                    yield finding
+                elif name == "GPWM":  # the other loop says the same of this one
+                    yield finding.shared_with(other.name)
+                else:
+                    yield from at_both(view, finding, other, other.at("name", bit=bit, other=f"{other.name}.{name}"))
 
 
 @error("DP793", TIMER, "{timer} also calls {other} every {other_cycle} ms, and CYCLE is {cycle} ms here")
