@@ -83,13 +83,26 @@ def unspoken(config, i, rows):
     return [path for path in paths if not any(overlap(path, line) for line in lines)]
 
 
-def differs(key, one, two):
+POSITIONS = ("output.limits", "output.manual", "output.bias", "setpoint.limits", "setpoint.value")
+"""Fields that lie on a scale, and are exact as shares of its range."""
+
+
+def width_of(key, before):
+    """The range that a position lies on; None: the field is no position."""
+    if not key.startswith(POSITIONS):
+        return None
+    side = "output" if key.startswith("output") else "pv"
+    low, high = (before.get(f"{side}.range.{end}") for end in (0, 1))
+    return None if low is None or high is None else abs(high - low)
+
+
+def differs(key, one, two, width=None):
     """Whether two neutral values are not the same; a set point that stays needs no place."""
     if harmless(key, one):
         return two not in {one, None}
     if isinstance(one, bool) or isinstance(two, bool) or not isinstance(one, Decimal) or not isinstance(two, Decimal):
         return one != two
-    return abs(one - two) > TOLERANCE * max(abs(one), abs(two), Decimal("1e-9"))
+    return abs(one - two) > TOLERANCE * max(abs(one), abs(two), width or Decimal("1e-9"))
 
 
 def untrue(row, names, before, after):
@@ -100,7 +113,9 @@ def untrue(row, names, before, after):
     return [
         key
         for key in keys
-        if row.kind == "exact" and before[key] is not None and differs(key, before[key], after.get(key))
+        if row.kind == "exact"
+        and before[key] is not None
+        and differs(key, before[key], after.get(key), width_of(key, before))
     ]
 
 
