@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options
+from pidcfg.cli import options, watch
 from pidcfg.cli.extras import need
 from pidcfg.cli.files import plots
 from pidcfg.cli.files.inputs import FILES, read_inputs
@@ -18,6 +18,7 @@ from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.detail import Detail
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.diagnostics import Severity
 
@@ -39,7 +40,7 @@ EPILOG = options.examples(
 )
 
 
-@click.command("simulate", epilog=EPILOG)
+@click.command("simulate", cls=watch.WatchCommand, epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
 @report_options.report_format("simulate")
 @report_options.report_files("simulate", "--output")
@@ -65,6 +66,9 @@ EPILOG = options.examples(
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
 @options.FORCE
 @options.STRICT
+@options.STDIN_FILENAME
+@watch.OPTION
+@options.VERBOSE
 @options.QUIET
 @options.LIMITS
 def command(
@@ -79,6 +83,7 @@ def command(
     no_limit: bool,
     force: bool,
     strict: bool,
+    verbose: bool,
     quiet: bool,
     limits: Limits,
 ) -> None:
@@ -91,6 +96,7 @@ def command(
     from pidcfg.cli.files.trend import trend_file
     from pidcfg.cli.formats.simulation_text import remarks
 
+    detail = Detail(click.get_current_context(), wanted=verbose, quiet=quiet)
     if engine == "numba":
         need("numba", "fast")
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
@@ -115,7 +121,7 @@ def command(
             files=FILES,
             limits=replace(limits, loop_steps=sys.maxsize) if no_limit else limits,
         )
-        outcomes = [result.outcome for result in run_all(scenarios, call)]
+        outcomes = [result.outcome for result in run_all(scenarios, call, detail)]
         charts = plots.of_runs(outcomes, plot_loops) if plot else []
         files |= plots.drawn(plot, charts, *plots.heading(outcomes))
         # Told before trend and pictures are put in their places: a file there that differs costs no result.
@@ -125,10 +131,13 @@ def command(
             plots.show(charts)
     for text in () if quiet else remarks(outcomes, fmt, csv):
         note(text)
+    detail.end()
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
 
 
-def run_all(scenarios: Sequence[Document], call: Callable[..., SimulateResult]) -> Iterator[SimulateResult]:
+def run_all(
+    scenarios: Sequence[Document], call: Callable[..., SimulateResult], detail: Detail
+) -> Iterator[SimulateResult]:
     """Runs the scenarios one after another; the line on the terminal shows how many are done, in shares of a run."""
     for done, doc in enumerate(scenarios):
         label = f"simulating {Path(doc.file).name}"
@@ -137,7 +146,9 @@ def run_all(scenarios: Sequence[Document], call: Callable[..., SimulateResult]) 
             LINE.update(label, (done + share) / len(scenarios))
 
         LINE.update(label, done / len(scenarios) if done else None)
-        yield call(doc, progress=show)
+        result = call(doc, progress=show)
+        detail.ran(result.outcome)
+        yield result
 
 
 def scenarios_of(documents: list[Document], paths: Sequence[str]) -> list[Document]:

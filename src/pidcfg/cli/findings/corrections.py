@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 import click
 from click.core import ParameterSource
 
-from pidcfg.cli.files.inputs import FILES, document
+from pidcfg.cli.files.inputs import FILES, UNNAMED, document
 from pidcfg.cli.files.outputs import write_files
 from pidcfg.cli.findings import settings
-from pidcfg.cli.findings.policy import STDIN_NAME, count, read_baseline
+from pidcfg.cli.findings.policy import count, read_baseline
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import named
 from pidcfg.cli.terminal.console import echo, note
@@ -47,7 +47,7 @@ NO_NEWLINE = "\\ No newline at end of file"
 def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Context) -> list[Input]:
     """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
     diff, quiet = ctx.params["diff"], ctx.params["quiet"]
-    piped = [entry for entry in inputs if entry.name == STDIN_NAME]
+    piped = [entry for entry in inputs if entry.piped]
     if piped and not diff and (len(inputs) > 1 or ctx.params["fmt"] != "text"):
         raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
     work = progress((_corrected(entry, limits, rules, ctx) for entry in inputs), "correcting", len(inputs))
@@ -145,7 +145,7 @@ def difference(name: str, before: bytes, after: bytes) -> str:
 
 def _quoted(name: str) -> str:
     """A name as `patch` and git write it in a header: in quotes where it would end early, a tab behind blanks."""
-    if name == STDIN_NAME:
+    if name == UNNAMED:
         return "-"
     if any(c < " " or c in '"\\\x7f' or "\ud800" <= c <= "\udfff" for c in name):
         data = os.fsencode(name)
