@@ -58,6 +58,7 @@ def test_a_variable_is_called_as_the_option_is_not_as_the_code_calls_it():
     options = {option.name: option.envvar for option in load("simulate").params if isinstance(option, click.Option)}
     assert (options["fmt"], options["csv"]) == ("PIDCFG_SIMULATE_FORMAT", "PIDCFG_SIMULATE_TREND")
     assert [p.envvar for p in cli.params if p.name != "version"] == ["PIDCFG_COLOR"]
+    assert [p.envvar for p in load("rule").params if p.name == "color"] == [None], "one variable for --color"
 
 
 def test_no_variable_prints_the_version(oven):
@@ -117,6 +118,11 @@ def test_an_error_that_names_no_option_says_what_the_environment_sets(oven):
     assert "note: the environment sets PIDCFG_VALIDATE_BASELINE=none.json\n" in text
     assert "note: the environment sets PIDCFG_VALIDATE_STRICT=1\n" in text
     assert "cannot read none.json" in text
+
+
+def test_an_empty_variable_is_none(oven):
+    text = message("validate", "oven.yaml", "--baseline", "none.json", PIDCFG_VALIDATE_BASELINE="")
+    assert "environment" not in text
 
 
 def test_a_variable_that_is_none_of_the_command_is_reported_and_changes_nothing(oven):
