@@ -186,6 +186,9 @@ def test_a_listing_through_a_pipe_is_read_and_compared_under_its_name(project):
     compared = run("diff", "loops/reactor.yaml", "-", "--stdin-filename", "up.csv", stdin=listing)
     assert "the same: FIC-102, TIC-101, LIC-103" in compared.stdout
     assert run("diff", "loops/reactor.yaml", "-", stdin=listing).exit_code != 0, "without a name it is YAML"
+    for name in ((), ("--stdin-filename", "other.yaml")):
+        same = run("diff", "loops/reactor.yaml", "-", *name, stdin=REACTOR)
+        assert "the same: FIC-102, TIC-101, LIC-103" in same.stdout
 
 
 # --- Markdown --------------------------------------------------------------------------------------------------------

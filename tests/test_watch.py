@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from pidcfg.cli import watch
+from pidcfg.cli.findings import collect
 from pidcfg.cli.main import cli
 
 ROOT = Path(__file__).parents[1]
@@ -53,6 +54,14 @@ def watching(project, monkeypatch):
         return CliRunner().invoke(cli, [*words, "--watch"])
 
     return run
+
+
+@pytest.fixture
+def heeding_interrupts():
+    """A shell starts what it puts into the background deaf to Ctrl-C, and children inherit that."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def interrupt():
@@ -99,7 +108,7 @@ def test_without_a_change_there_is_one_run(watching):
     result = watching("validate", "reactor.yaml", doing=[nothing] * 5)
     assert len(runs(result)) == 1
     assert result.exit_code == 0
-    assert "watching 1 files; Ctrl-C ends\n" in result.stderr
+    assert "watching 1 file; Ctrl-C ends\n" in result.stderr
 
 
 def test_a_save_in_several_steps_is_one_change(watching):
@@ -126,6 +135,48 @@ def test_a_file_that_stays_away_is_reported_and_found_again(watching, monkeypatc
     assert "error PID040" in result.stdout
     assert len(runs(result)) == 3
     assert result.exit_code == 0
+
+
+def test_a_change_shows_in_time_size_or_file_alone(watching, project):
+    """The disk may keep times coarsely, and a new text may be as long as the old one."""
+
+    def same_time():
+        before = Path("reactor.yaml").stat()
+        Path("new").write_text(GOOD.replace("0.80", "0.90"), "utf-8")
+        os.utime("new", ns=(before.st_atime_ns, before.st_mtime_ns))
+        Path("new").replace("reactor.yaml")
+
+    assert len(runs(watching("validate", "reactor.yaml", doing=[same_time, nothing]))) == 2
+    assert len(runs(watching("validate", "reactor.yaml", doing=[write("reactor.yaml", GOOD), nothing]))) == 2
+
+
+def test_a_baseline_and_named_settings_are_watched(watching, project):
+    write("reactor.yaml", BAD)()
+    write("other.toml", "")()
+    CliRunner().invoke(cli, ["validate", "reactor.yaml", "--baseline", "known", "--create-baseline"])
+    text = (project / "known").read_text("utf-8")
+    doing = [write("known", text.replace("PID101", "PID102")), nothing]
+    doing += [write("other.toml", 'ignore = ["PID101"]\n'), nothing]
+    result = watching("validate", "reactor.yaml", "--baseline", "known", "--config", "other.toml", doing=doing)
+    assert [line[0] for line in runs(result)] == ["0", "1", "0"]
+
+
+def test_hidden_folders_are_left_alone(watching, project):
+    (project / ".cache").mkdir()
+    assert len(runs(watching("validate", ".", doing=[write(".cache/x.yaml", BAD), nothing]))) == 1
+
+
+def test_a_terminal_is_cleared_for_each_run_but_the_first(watching, monkeypatch):
+    cleared = []
+    monkeypatch.setattr(watch.click, "clear", lambda: cleared.append(1))
+    doing = [write("reactor.yaml", BAD), nothing]
+    watching("validate", "reactor.yaml", doing=doing)
+    assert not cleared
+    monkeypatch.setattr(watch.colour, "terminal", lambda _stream: True)
+    watching(
+        "validate", "reactor.yaml", doing=[write("reactor.yaml", GOOD), nothing, write("reactor.yaml", BAD), nothing]
+    )
+    assert cleared == [1, 1]
 
 
 def test_a_new_file_of_a_folder_is_checked(watching):
@@ -173,11 +224,27 @@ def test_ctrl_c_within_the_first_run_is_no_verdict(watching, monkeypatch):
 
 def test_a_run_knows_nothing_of_the_files_that_an_earlier_one_read(watching, project):
     """A file number that an editor has set free may become that of a report."""
-    doing = [write("reactor.yaml", BAD), nothing]
+
+    def reuse():
+        Path("reactor.yaml").replace("found.json")
+        write("reactor.yaml", BAD)()
+
+    doing = [reuse, nothing]
     result = watching("validate", "reactor.yaml", "--report-output", "json=found.json", doing=doing)
     assert "another name" not in result.stderr
     assert len(runs(result)) == 2
     assert '"PID101"' in (project / "found.json").read_text("utf-8")
+
+
+def test_a_change_while_a_run_lasts_is_not_lost(watching, monkeypatch):
+    save, check = write("reactor.yaml", BAD), collect.check_input
+
+    def slow(*arguments):
+        save()
+        return check(*arguments)
+
+    monkeypatch.setattr(collect, "check_input", slow)
+    assert [line[0] for line in runs(watching("validate", "reactor.yaml", doing=[nothing]))][:2] == ["0", "1"]
 
 
 @pytest.mark.parametrize("words", [["-"], ["reactor.yaml", "--fix"], ["reactor.yaml", "--diff"]])
@@ -188,7 +255,7 @@ def test_what_cannot_be_watched_is_refused(watching, words):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows sends no signal to one process")
-def test_ctrl_c_in_a_process_ends_with_a_clean_line(project):
+def test_ctrl_c_in_a_process_ends_with_a_clean_line(project, heeding_interrupts):
     command = [sys.executable, "-m", "pidcfg", "validate", "reactor.yaml", "--watch"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
     with subprocess.Popen(

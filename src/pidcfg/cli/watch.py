@@ -81,8 +81,9 @@ class WatchCommand(click.Command):
                 code = self._once(ctx)
                 names = sorted(watched(ctx))
                 seen = {**states(names), **seen}
+                there = sum(seen.get(name) is not None for name in names)
                 if not ctx.params["quiet"]:
-                    note(f"watching {len([name for name in names if seen.get(name)])} files; Ctrl-C ends")
+                    note(f"watching {there} file{'s' if there != 1 else ''}; Ctrl-C ends")
                 seen, changed = next_change(ctx, seen)
                 clear()
                 if not ctx.params["quiet"]:
