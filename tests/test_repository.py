@@ -121,6 +121,14 @@ def test_the_inputs_of_the_action_are_the_options_of_the_command(runner):
 
 
 @needs_bash
+def test_the_summary_never_shows_the_findings_of_an_earlier_step(runner):
+    first = runner("Validate", paths="oven.yaml")[2]
+    code, output, summary = runner("Validate", paths="")
+    assert (code, summary) == (2, first)
+    assert "Missing argument" in output
+
+
+@needs_bash
 def test_an_input_of_the_action_is_never_run_by_the_shell_nor_taken_for_an_option(runner):
     code, output, _ = runner("Validate", paths='$(touch made)\n"; touch made; "\n--fix')
     assert code == 2

@@ -214,9 +214,10 @@ def test_no_findings_are_no_table(project):
 
 def test_text_of_a_file_stays_in_its_cell(project):
     name = "a|b<img src=x>[c](d)"
-    text = MISTAKES.replace("TIC-101", name)
-    (project / "loops/oven.yaml").write_text(text.replace(f"name: {name}", f'name: "{name}"'), "utf-8")
-    rows = run("validate", "loops/oven.yaml", "--format", "markdown").stdout.splitlines()[4:]
+    text = MISTAKES.replace("TIC-101", name).replace(f"name: {name}", f'name: "{name}"')
+    rows = run(
+        "validate", "-", "--stdin-filename", f"{name}.yaml", "--format", "markdown", stdin=text
+    ).stdout.splitlines()[4:]
     assert rows
     for row in rows:
         assert len(re.findall(r"(?<!\\)\|", row)) == 5, row
