@@ -28,4 +28,5 @@ settings.load_profile("pidcfg")
 def plain_environment(monkeypatch):
     for name in SCRUBBED:
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("PIDCFG_NO_CACHE", "1")  # tests change rules while they run
     monkeypatch.setenv("PYTHONUTF8", "1")

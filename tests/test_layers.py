@@ -22,6 +22,7 @@ MAY_IMPORT = {
     "control_characters": "",
     "writer":       "control_characters",
     "reader":       "",
+    "store":        "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
     "unreadable":   "refs diagnostics",
@@ -38,7 +39,7 @@ MAY_IMPORT = {
     "validate":     "refs limits diagnostics document unreadable source comments aliases schemas encoders vendors "
                     "conversion tuning writer",
     "explanation":  "refs control_characters diagnostics schemas encoders vendors validate",
-    "sim":          "refs schemas encoders tuning",
+    "sim":          "refs store schemas encoders tuning",
     "pictures":     "",
     "report":       "refs control_characters limits diagnostics document schemas encoders vendors conversion "
                     "differences validate explanation sim pictures",

@@ -46,6 +46,7 @@ EPILOG = options.examples(
 @settings.CONFIG
 @settings.ISOLATED
 @settings.SHOW
+@click.option("--no-cache", is_flag=True, envvar="PIDCFG_NO_CACHE", help="Check every file anew.")
 @options.QUIET
 @options.LIMITS
 def command(
@@ -62,6 +63,7 @@ def command(
     fix: bool,
     diff: bool,
     show_settings: bool,
+    no_cache: bool,
     **baseline: Any,
 ) -> None:
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
@@ -85,7 +87,7 @@ def command(
 
         refuse_options(ctx, reports)
         inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
-    for doc, of_file in progress(check_all(inputs, limits), "checking", len(inputs)):
+    for doc, of_file in progress(check_all(inputs, limits, cached=not no_cache), "checking", len(inputs)):
         documents[doc.file] = doc
         findings += of_file
     left = triage(findings, documents, settings.of(ctx), Rules(select, ignore, **baseline))
