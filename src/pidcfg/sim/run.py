@@ -62,6 +62,8 @@ class Settings:
     recording: Recording | None = None
     """Takes the trend for a picture: every base step, whatever ``every`` says."""
     progress: Progress | None = None
+    judged: bool = True
+    """Whether standing expectations are judged; a run of a battery is compared and not judged."""
 
 
 def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Report:
@@ -119,7 +121,7 @@ class _Run:
             notes += [Note(0.0, loop, f"initial output {value}: {idle}")] if idle else []
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
-        influence = Influence.of(scenario, net, plc, idle_events(scenario, new_plc, net))
+        influence = Influence.of(scenario, net, plc, idle_events(scenario, new_plc, net) if settings.judged else [])
         meters = meters_of(scenario, plc, net, last)
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
@@ -238,7 +240,7 @@ class _Run:
         wanted = enumerate(self.scenario.expect)
         said = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
         evidence.reasons = {i: reason for i, reason in said if reason}
-        verdicts = standing(evidence)
+        verdicts = standing(evidence) if self.settings.judged else []
         self.problems += unused_allowances(evidence, verdicts)
         return Report(
             scenario=self.scenario.scenario,
