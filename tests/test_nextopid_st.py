@@ -402,6 +402,8 @@ def test_words_of_an_enumeration_and_structures():
     [
         ("PROGRAM a", True),
         ("\n(* x *) // y\nvar\n", True),
+        ("(* a (* b *) c *)\nPROGRAM a", True),
+        ("/* a (* b */ PROGRAM a", True),
         ("{attribute 'x'}\nVAR_GLOBAL\n", True),
         ('{"words": []}', False),
         ("name,type,value\n", False),

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.nextopid.st_scope import Scope
 
+STRUCTURE = "AutoTuneParam"
+"""The input that is a structure."""
 JUMPS = frozenset(("RETURN", "JMP"))
 
 
@@ -38,8 +40,25 @@ class Foreign:
             parts = chain(padded, at)
             follows = padded[at + 2 * len(parts) - 1].text
             self._refuse(token, parts, follows, depth)
-            if (follows == ":=" and depth == 0) or before == "=>":
+            refers = [part.upper for part in padded[at + 2 * len(parts) - 1 :][:2]] == ["REF", "="]
+            if (follows == ":=" and depth == 0) or before == "=>" or refers:
                 self.scope.assigned.setdefault(token.upper, token)
+
+    def is_held(self, name: Token) -> bool:
+        """Whether a variable stands for a parameter."""
+        return name.upper in self.scope.aliases or name.upper in self.scope.structures
+
+    def refuse_written_over(self) -> None:
+        """Variables that stand for inputs are not assigned besides; what is read of outputs is refused where it is."""
+        for upper, (item, row) in self.scope.aliases.items():
+            at = self.scope.assigned.get(upper)
+            if at is not None and row.access == "input":
+                raise at.error(f"{at.text} is assigned in line {at.line}, and is {row.name} of {item.name}: wire it")
+        for upper, (item, name) in self.scope.structures.items():
+            at = self.scope.assigned.get(upper)
+            if at is not None and name.upper == STRUCTURE.upper():
+                what = f"{at.text} is assigned in line {at.line}, and is {STRUCTURE} of {item.name} in line {name.line}"
+                raise at.error(f"{what}: assign {item.name}.{STRUCTURE} itself, member by member")
 
     def _refuse(self, token: Token, parts: tuple[Token, ...], follows: str, depth: int) -> None:
         """Refuses jumps, and other uses of a block inside a skipped statement."""

@@ -183,6 +183,7 @@ class Scope:
             return f"{item.name}.{row.name}", row.type
         if first.upper in self.structures and len(parts) > 1:
             item, prefix = self.structures[first.upper]
+            self._refuse_assigned(first)
             row = self.row(item, (prefix, *parts[1:]))
             return f"{item.name}.{row.name}", row.type
         declared = self.variables.get(first.upper)
