@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import ZERO, product, quotient, rescaled, width
 from pidcfg.conversion.builder import TargetBuilder, names, starts, target_file
+from pidcfg.conversion.from_neutral.ezlogix_stopped import stopped_section
 from pidcfg.conversion.ledger import ConvertError, Missing
-from pidcfg.conversion.operation.rules import BOUNDED, Stopped
+from pidcfg.conversion.operation.rules import BOUNDED
 from pidcfg.conversion.same import Same, same, take
 from pidcfg.conversion.to_neutral.ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
 from pidcfg.conversion.unmatched import unmatched
@@ -33,14 +34,6 @@ D291 = Decision(
     "a converted PV is 0 to 4095 counts",
     "`pv.counts` of a converted loop is [0, 4095], unless --pv-counts says otherwise; the gain is worked out with it.",
     "No other controller tells how many counts the new input module makes, and the gain is in counts per count.",
-)
-D760 = Decision(
-    760,
-    "an EZLogix that stands for another PLC goes on while it is stopped only where the source's does",
-    "`process_when_stopped` is written in a conversion: true where a loop of the source is independent of its CPU's "
-    "mode, else false. A file of the same vendor keeps what it has. The check box is one for all loops.",
-    "The dialog's default is to go on (manual, Process PID when PLC is Stopped). The other families' loops stand still "
-    "with their PLC, and a heater that goes on behind a STOP is what nobody looks for.",
 )
 PLACES = ("registers", "discretes", "pv_tag", "cv_tag", "output_tag")
 
@@ -97,18 +90,7 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequ
         builders.append(b)
     wired = len(options.get("cv_tag") or ())
     _cascades(builders, file.loops, [int(start) for start in blocks["registers"]], counts, wired)
-    return target_file("ezlogix", file, builders, plc=_plc(builders, operations))
-
-
-def _plc(builders: list[TargetBuilder], operations: Sequence[Operation]) -> dict[str, Any]:
-    """Whether the loops go on while the PLC is stopped (D760); nothing for loops that come from an EZLogix file."""
-    answers = {operation.stopped for operation in operations}
-    if not answers or Stopped.AS_GIVEN in answers:
-        return {}
-    goes_on = Stopped.GOES_ON in answers
-    note = "the dialog's check box" if goes_on else "clear the dialog's check box: its default is to go on"
-    builders[0].mark("/plc.process_when_stopped", None, note)
-    return {"process_when_stopped": goes_on}
+    return target_file("ezlogix", file, builders, plc=stopped_section(builders, operations))
 
 
 def _pv_counts(pairs: list[tuple[int, int]] | tuple[()], count: int) -> list[tuple[int, int]]:
