@@ -1,4 +1,7 @@
-"""Values that a program changes on the way: followed as moves, or refused, and never read as what they were before."""
+"""Programs by hand: values that they change on the way, and what stands beside the program.
+
+Followed as moves, or refused, and never read as if it were not there.
+"""
 
 import pytest
 
@@ -61,3 +64,47 @@ def test_to_set_and_to_reset_are_moves_on_a_condition(statement, value, when):
     found = read_st(body(f"{statement} A(Manual := Z);"))
     assert found.words["A.Manual"] == Wire("Z")
     assert found.plc["moves"] == [{"move": value, "to": "Z", "when": when, "at": "start"}]
+
+
+TYPED = "TYPE Recipe : STRUCT Low : REAL; END_STRUCT END_TYPE\nFUNCTION Twice : REAL VAR_INPUT V : REAL; END_VAR\n"
+TYPED += "Twice := V * 2.0; END_FUNCTION\n"
+LISTS = "VAR_GLOBAL L : PIDA_REAL; Target : REAL := 30.0; END_VAR\n"
+
+
+def test_types_and_functions_beside_the_program_are_named_by_line():
+    found = read_st(TYPED + body("A(PV := X);") + "\nTYPE T9 : INT; END_TYPE")
+    assert found.words["A.PV"] == Wire("X")
+    assert "lines 1, 2, 8" in " ".join(found.notes)
+
+
+def test_a_block_of_the_library_in_a_function_block_is_refused():
+    with pytest.raises(ListingError, match="PIDA_REAL stands in a FUNCTION_BLOCK") as error:
+        read_st("FUNCTION_BLOCK F VAR I : PIDA_REAL; END_VAR I(); END_FUNCTION_BLOCK\n" + body("A();"))
+    assert (error.value.line, error.value.column) == (1, 26)
+
+
+def test_names_of_lists_of_global_variables_may_stand_before_them():
+    found = read_st(LISTS + body("GVL.L(SP := gvl.Target, PV := X); GVL.L.Kp := 2.0;\nA(SP := GVL.L.MV);"))
+    assert (found.words["L.SP"], found.words["A.SP"]) == (Wire("Target"), Wire("L.MV"))
+    assert found.plc["moves"] == [{"move": 2.0, "to": "L.Kp"}]
+
+
+@pytest.mark.parametrize(
+    "statements", ["Line_1.L(PV := X);\nLine_2.L.Kp := 2.0;", "A(SP := G.Target, BIAS := H.Target);"]
+)
+def test_a_variable_of_two_lists_is_refused(statements):
+    with pytest.raises(ListingError, match=r"stands in \w+ in line \d and in \w+ here"):
+        read_st(LISTS + body(statements))
+
+
+@pytest.mark.parametrize("word", ["IF defined (Simulation)", "else", " End_If", "elsif x"])
+def test_what_is_compiled_on_a_condition_is_refused(word):
+    with pytest.raises(ListingError, match="compiled on a condition only"):
+        read_st(body(f"{{{word}}} A(PV := X);"))
+    assert read_st(body("{region 'if'} A(PV := X); {endregion}")).words["A.PV"] == Wire("X")
+
+
+@pytest.mark.parametrize("call", ["THIS^.A(PV := X);", "Other.A(PV := X);"])
+def test_a_block_that_is_called_by_another_name_is_refused(call):
+    with pytest.raises(ListingError, match="A is called here with another name before it"):
+        read_st(body(call))

@@ -18,7 +18,7 @@ from pidcfg.schemas.base import decimal_text
 if TYPE_CHECKING:
     from pidcfg.schemas.nextopid import NextopidFile
 
-BEGIN = re.compile(r"(?:PROGRAM|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
+BEGIN = re.compile(r"(?:PROGRAM|FUNCTION(?:_BLOCK)?|TYPE|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 
 
 def looks_like_st(text: str) -> bool:

@@ -35,7 +35,10 @@ class Foreign:
         for at, token in enumerate(tokens):
             before = tokens[at - 1].text if at else ""
             depth += (token.text == "(") - (token.text == ")")
-            if token.kind != NAME or before == ".":
+            if token.kind != NAME:
+                continue
+            if before == ".":
+                self._refuse_member(token, padded[at + 1].text)
                 continue
             parts = chain(padded, at)
             follows = padded[at + 2 * len(parts) - 1].text
@@ -59,6 +62,12 @@ class Foreign:
             if at is not None and name.upper == STRUCTURE.upper():
                 what = f"{at.text} is assigned in line {at.line}, and is {STRUCTURE} of {item.name} in line {name.line}"
                 raise at.error(f"{what}: assign {item.name}.{STRUCTURE} itself, member by member")
+
+    def _refuse_member(self, token: Token, follows: str) -> None:
+        """Refuses the call of a block by another name than it is declared with."""
+        item = self.scope.instance(token.upper)
+        if item is not None and follows == "(":
+            raise token.error(f"{item.name} is called here with another name before it; write {item.name}(…) alone")
 
     def _refuse(self, token: Token, parts: tuple[Token, ...], follows: str, depth: int) -> None:
         """Refuses jumps, and other uses of a block inside a skipped statement."""
