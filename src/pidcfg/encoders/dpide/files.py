@@ -37,7 +37,11 @@ PLAIN = parameter_listings("operand listing")
 FORMATS = {
     "text": PLAIN["text"],
     "csv": replace(PLAIN["csv"], read=read_csv_devices),
-    "json": replace(PLAIN["json"], read=read_json_devices),
+    "json": replace(
+        PLAIN["json"],
+        read=read_json_devices,
+        looks_like=lambda text: PLAIN["json"].looks_like(text) and not looks_like_st(text),
+    ),
     "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st),
     "operands": FileKind(
         "operands",
