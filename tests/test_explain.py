@@ -410,7 +410,12 @@ def test_contents_that_say_nothing_say_why(thing, problem):
 
 @pytest.mark.parametrize(
     ("thing", "says"),
-    [("+8=1000", "Min Duty Cycle 24.41 %"), ("+9=4095", "Max Duty Cycle 99.98 %"), ("+8=0", "Min Duty Cycle 0 %")],
+    [
+        ("+8=1000", "Min Duty Cycle 24.41 %"),
+        ("+9=4095", "Max Duty Cycle 99.98 %"),
+        ("+8=0", "Min Duty Cycle 0 %"),
+        ("+9=4096", "4096 counts (not within 0 to 4095, the range of the CV)"),
+    ],
 )
 def test_a_cv_limit_shows_the_duty_cycle_of_the_dialog(thing, says):
     """((CV_LowLimit/4096)*100), as the manual prints it."""
