@@ -31,7 +31,7 @@ from pidcfg.sim.standing.evidence import Evidence
 from pidcfg.sim.standing.judge import standing, unused_allowances
 from pidcfg.sim.standing.lookout import Lookout
 from pidcfg.sim.standing.watch import meters_of
-from pidcfg.sim.steady import UnsteadyError, refused, settle
+from pidcfg.sim.steady import UnsteadyError, refused, settle, swinging_loops
 from pidcfg.sim.trace import Sink, Trend
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Control
     run = _Run.of(scenario, new_plc, controller, settings)
     if scenario.initial == "steady" and run.plc.running:
         try:
-            run.zero = settle(run.machine, settings.max_loop_steps)
+            run.zero = settle(run.machine, settings.max_loop_steps, swinging_loops(scenario, run.net, run.plc))
             run.problems += refused(run.machine)
         except UnsteadyError as error:
             run = _Run.of(scenario, new_plc, controller, settings)

@@ -232,6 +232,7 @@ SETUP_WORDS = RegisterMap(
         Bits(2, (1,), None, OFF_ON, "The loop table starts outside the upper V-memory range", "status"),
         Bits(2, (2,), None, OFF_ON, "The number of loops is greater than 8", "status"),
         Bits(2, (3,), None, OFF_ON, "The loop table extends past V7577", "status"),
+        Bits(2, tuple(range(4, 16)), None, {0: None}, "Reserved", "reserved"),
     ),
 )
 # fmt: on
