@@ -357,6 +357,16 @@ def test_output_limits_are_read_at_a_change_of_the_cpu_mode():
     assert (machine.cfg[0].m_low, machine.cfg[0].m_high) == (410.0, 3686.0)
 
 
+def test_alarm_words_are_read_when_the_cpu_goes_to_run_not_when_it_goes_to_program():
+    machine = plc({**SCALED, "alarms": {"pv": {"low_low": 5, "low": 10, "high": 90, "high_high": 95}}})
+    change(machine, "alarms.pv.high", 50)
+    machine.program(machine.sig)
+    in_program = machine.cfg[0].high
+    machine.run(100_000)
+
+    assert (in_program, machine.cfg[0].high) == (3686.0, 2048.0)
+
+
 def test_alarms_in_the_wrong_order_force_the_loop_to_manual_when_they_are_read():
     machine = plc({**SCALED, "mode": "auto", "alarms": {"deviation": {"yellow": 5, "red": 10, "enabled": False}}})
     play(machine, 2, [40.0])

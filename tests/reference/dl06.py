@@ -1,4 +1,4 @@
-"""DL06: chapter 8 of its manual and the decisions D30 to D68, sample by sample, from the words of the loop table."""
+"""DL06: chapter 8 of its manual and decisions D30 to D68 and D643 to D679, sample by sample, from its loop table."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class Loop:
         self.shown_sp = self.limited(round(self.sp))
         self.remote, self.wanted, self.prior = None, None, None
         self.profile = Profile(self)
-        self.read_late_words()
-        self.shown_out = self.out
+        self.alarm = {}
+        self.read_all_words()
         self.e1 = self.e2 = self.y1 = self.y2 = 0.0
 
     def held(self, counts):
@@ -60,12 +60,15 @@ class Loop:
     # --- words that are not read on the fly --------------------------------------------------------------------------
 
     def read_late_words(self):
-        """All of them, at the change from Program to Run."""
+        """Those that are read at a change of the CPU's mode."""
         w = self.words
         self.limit, self.out_low, self.out_high = bcd(w[0o25]), w.out_word(0o30), w.out_word(0o31)
-        self.alarm = {}
-        self.read_alarm_words((0o13, 0o14, 0o15, 0o16, 0o17, 0o20, 0o21, 0o22))
         self.profile.read_pointer()
+
+    def read_all_words(self):
+        """At the change to Run those of the alarms, too (D648)."""
+        self.read_late_words()
+        self.read_alarm_words((0o13, 0o14, 0o15, 0o16, 0o17, 0o20, 0o21, 0o22))
 
     def read_alarm_words(self, offsets):
         for offset in offsets:
@@ -93,7 +96,8 @@ class Loop:
         before = self.pv
         low, high = self.words.pv_ends()
         if measured is not None:
-            self.measure(min(max(round(measured), low), high))
+            counts = (measured - low) * (high - low) / (high - low) + low  # D679
+            self.measure(min(max(round(counts), low), high))
         self.absolute_alarms()
         self.change_mode()
         self.profile.step()
@@ -209,7 +213,6 @@ class Loop:
             self.to_manual()
         elif mode == AUTO and self.mode == CASCADE:
             major = self.major()
-            self.sp = float(self.setpoint())
             self.set_mode(AUTO)
             self.leave_cascade(major)
         elif mode == AUTO:
@@ -296,11 +299,9 @@ class Loop:
             result = self.bias + sign * (gain * e + kr * (y - self.y1))
         self.e1, self.y2, self.y1 = e, self.y1, y
         m = self.held(result)
-        counts = round(m)
-        out = max(min(counts, self.out_high), self.out_low)
-        reached["output limit"] += out != counts
-        self.m = float(out) if out != counts else m
-        self.out = out
+        self.m = max(min(m, self.out_high), self.out_low)
+        self.out = round(self.m)
+        reached["output limit"] += self.m != m
         for name, happened in (
             ("reverse" if w.mode(4) else "direct", True), ("velocity" if w.mode(5) else "position", True),
             ("squared", w.mode(7)), ("square root", w.mode(6)), ("gain 0", not gain), ("reset off", not ki),
@@ -418,7 +419,7 @@ def run(configuration, scenario, inputs, reached):
             elif event.get("plc") == "run":
                 plc.program = False
                 for loop in plc.loops.values():
-                    loop.read_late_words()
+                    loop.read_all_words()
                     loop.due, loop.first = now, True
             elif "loop" in event:
                 plc.operate(event)

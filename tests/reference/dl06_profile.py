@@ -92,7 +92,7 @@ class Profile:
         if self.segment % 2 == 0:
             loop.reached["soak"] += 1
             self.left -= loop.period()
-            if self.left <= 0:
+            if 2 * self.left < loop.period():  # the nearest number of samples (D652)
                 self.advance()
             return
         loop.reached["ramp"] += 1

@@ -47,9 +47,13 @@ OPERATING = (
     Decision(
         648,
         "the change to Run begins anew",
-        "The CPU reads all words, those of alarms that are on included, as at the change to Program; the first sample "
-        "of a loop comes at once, fills its filter and has no rate of change, and its grid begins there.",
-        '"On a program-to-run mode transition, the CPU reads the loop setup parameters": the controllers start again.',
+        "At the change to Run the CPU reads all words, those of alarms that stay on included; at the change to Program "
+        "the alarms keep the limits that they have. The first sample of a loop comes at once, fills its filter and has "
+        "no rate of change, and its grid begins there.",
+        'Alarm words are read "only when alarm enable bit transitions 0 to 1", those of limits "only on PLC Mode '
+        'change". But "to make changes to any loop table parameter values, the PID loop must be in Manual Mode and the '
+        'PLC must be stopped": what is changed then holds afterwards. At the transition to Run "the CPU learns the '
+        'location of the loop table and the number of loops", so it knows of no enable bit of before.',
     ),
     Decision(
         649,
@@ -74,7 +78,7 @@ OPERATING = (
         652,
         "a profile moves from the sample after its start on",
         "At the sample that reads the start bit the set point rests, and a segment that Jog enters rests likewise. "
-        "A soak lasts the number of whole samples that is nearest to its time.",
+        "A soak lasts the number of whole samples that is nearest to its time; half a sample counts as one.",
         "The first ramp begins at the present set point; the generator counts in calculations of its loop.",
     ),
     Decision(
@@ -106,6 +110,20 @@ OPERATING = (
         "Gain, Ki and Kr are multiplied by the output's span before they are by errors in fractions of the PV's, and "
         "bias and output are counts, in bipolar formats with their sign; so step bias scales the bias word.",
         "D30 says fractions; the order of the operations decides how a result between two counts is rounded.",
+    ),
+    Decision(
+        678,
+        "the equation is added up as it is printed",
+        "Position: Kc e(n), then Kr (…), then Mx. Velocity: the three terms of the change in their order, then the "
+        "output of the calculation before. Without a limit of the derivative its signal is the error itself.",
+        "A result that lies half-way between two counts is rounded by its last digit, which depends on the order.",
+    ),
+    Decision(
+        679,
+        "a measurement becomes counts from the low end of its range",
+        "(x - low) times the counts of the span, divided by the width of the range, plus the count of the low end, "
+        "then rounded, half to even. EZLogix does the same.",
+        "So an analog input scales. Where a measurement lies half-way between two counts, the order decides.",
     ),
 )
 """In the order of their numbers."""

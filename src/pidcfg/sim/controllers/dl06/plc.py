@@ -135,7 +135,7 @@ class Dl06(Memory):
         for i, loop in enumerate(self._loops):
             c, s = self.cfg[i], self.st[i]
             loop.absorb(c, s)
-            loop.reread()
+            loop.reread(alarms=True)
             self._apply(i)
             s.due = NEVER if c.halt else tick
             if s.busy & bits.STOPPED and s.prior != bits.MANUAL:
@@ -150,7 +150,7 @@ class Dl06(Memory):
         """
         for i, (c, s) in enumerate(zip(self.cfg, self.st, strict=True)):
             self._loops[i].absorb(c, s)
-            self._loops[i].reread()
+            self._loops[i].reread(alarms=False)
             self._apply(i)
             if c.independent:
                 s.busy |= bits.PROGRAM | (0 if c.sees_pv else bits.PV_STALE) | (0 if c.drives else bits.OUTPUT_CUT)
