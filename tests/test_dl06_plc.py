@@ -719,6 +719,31 @@ def test_after_an_event_the_set_point_in_force_is_shown():
     assert sig[2] == pytest.approx(50.0, abs=0.02)
 
 
+def test_an_independent_major_loop_goes_to_manual_when_program_mode_takes_its_minor_out_of_cascade():
+    """ "For any reason", as the manual says; after Program mode it stays there (D680)."""
+    machine = plc({"mode": "cascade", "cascade_from": "L2"}, {"mode": "auto", "independent_of_cpu_mode": True})
+    play(machine, 4, [1000.0, 1000.0])
+    assert [mode(machine, i) for i in (0, 1)] == ["cascade", "auto"]
+    machine.program(machine.sig)
+    assert [mode(machine, i) for i in (0, 1)] == ["manual", "manual"]
+    machine.run(400_000)
+    play(machine, 2, [1000.0, 1000.0], start=4)
+
+    assert [mode(machine, i) for i in (0, 1)] == ["cascade", "manual"]
+
+
+def test_another_form_of_the_equation_begins_without_a_past():
+    """D681: the output that the velocity form goes on from is the last one, and the error of before counts as now's."""
+    machine = plc({"mode": "auto", "bumpless": "II", "tuning": {"gain": 1}, "setpoint": {"value": 1500}})
+    play(machine, 3, [1000.0])
+    change(machine, "algorithm", "velocity")
+    play(machine, 1, [900.0], start=3)
+    first = machine.st[0].out
+    play(machine, 1, [800.0], start=4)
+
+    assert (first, machine.st[0].out) == (500.0, 600.0)
+
+
 def test_program_mode_turns_outputs_off_at_once_but_for_independent_loops_with_transfer():
     transfer = {"pv": {"transfer": {"slot": 1, "channel": 1}}, "output": {"transfer": {"slot": 2, "channel": 1}}}
     held = {"state": {"output": "700 counts"}}

@@ -7,6 +7,7 @@ import math
 from reference.dl06_cases import random_case
 from reference.dl06_memory import Words, bcd
 from reference.dl06_profile import Profile
+from reference.dl06_tune import Tuning
 from reference.words import with_set, words, written
 
 __all__ = ["COUNT", "FEATURES", "TOLERANCE", "random_case", "run"]
@@ -16,7 +17,7 @@ TOLERANCE = {}
 MANUAL, AUTO, CASCADE = 1, 2, 4
 MODES = {"manual": MANUAL, "auto": AUTO, "cascade": CASCADE}
 PV_ALARMS = {8: (0o13, False), 16: (0o14, False), 32: (0o15, True), 64: (0o16, True)}
-YELLOW, RED, CHANGE, ALARM_ERROR = 128, 256, 512, 1024
+YELLOW, RED, CHANGE, ALARM_ERROR, OVERFLOW = 128, 256, 512, 1024, 2048
 FEATURES = (
     "direct", "reverse", "position", "velocity", "squared", "deadband", "square root", "gain 0", "reset off",
     "derivative", "derivative limited", "derivative of the PV", "freeze", "bias at an end", "output limit", "PV filter",
@@ -25,6 +26,7 @@ FEATURES = (
     "rate of change", "held by hysteresis", "alarm words read late", "output words read late", "program",
     "step bias", "12-bit unipolar", "12-bit bipolar", "15-bit unipolar", "15-bit bipolar", "16-bit unipolar",
     "output format", "reset in minutes", "ramp", "soak", "hold", "resume", "jog", "soak deviation", "profile complete",
+    "overflow", "form changed", "independent", "tuned", "tuning refused", "tuning stopped", "tuning at the ends",
 )  # fmt: skip
 NAMES = {8: "low-low", 16: "low", 32: "high", 64: "high-high", YELLOW: "yellow", RED: "red", CHANGE: "rate of change"}
 
@@ -35,7 +37,8 @@ class Loop:
     def __init__(self, plc, entry, table):
         self.plc, self.name, self.reached = plc, entry["name"], plc.reached
         self.words = Words(plc.memory, table)
-        self.independent = bool(self.words.mode(15))
+        self.independent, self.frozen = bool(self.words.mode(15)), False
+        self.sees_pv, self.drives = self.module(0o36), self.module(0o37)
         self.goal = MODES[entry.get("mode", "manual")]
         self.goal = None if self.goal == MANUAL else self.goal
         self.goal_setpoint = self.words.pv_word(2) if "value" in entry.get("setpoint", {}) else None
@@ -47,10 +50,14 @@ class Loop:
         self.m = float(self.out)
         self.shown_sp = self.limited(round(self.sp))
         self.remote, self.wanted, self.prior = None, None, None
-        self.profile = Profile(self)
+        self.profile, self.tuning = Profile(self), Tuning(self)
         self.alarm = {}
         self.read_all_words()
         self.e1 = self.e2 = self.y1 = self.y2 = 0.0
+
+    def module(self, offset):
+        """Whether a word of auto transfer names a module's channel."""
+        return self.words[offset] != 0 and not self.words[offset] & 0x8000
 
     def held(self, counts):
         """A number of counts within the data range of the output."""
@@ -85,9 +92,9 @@ class Loop:
     def written(self, old_mode):
         """Words were written: alarm words are read where their bit has gone from 0 to 1."""
         new = [bit for bit in (12, 13, 14) if self.words.mode(bit) and not old_mode >> bit & 1]
-        groups = {12: (0o13, 0o14, 0o15, 0o16), 13: (0o17, 0o20), 14: (0o21,)}
+        groups = {12: (0o13, 0o14, 0o15, 0o16, 0o22), 13: (0o17, 0o20, 0o22), 14: (0o21,)}  # D682
         for bit in new:
-            self.read_alarm_words((*groups[bit], 0o22))
+            self.read_alarm_words(groups[bit])
         self.check_alarms()
 
     # --- one sample --------------------------------------------------------------------------------------------------
@@ -103,7 +110,7 @@ class Loop:
         self.profile.step()
         self.other_alarms(before)
         self.shown_sp = self.setpoint()
-        if self.mode != MANUAL:
+        if not self.tuning.sample() and self.mode != MANUAL:
             self.calculate()
         self.reached[{MANUAL: "manual", AUTO: "auto", CASCADE: "cascade"}[self.mode]] += 1
         self.first = False
@@ -157,6 +164,8 @@ class Loop:
     def set_mode(self, mode):
         self.mode = mode
         self.status = self.status & ~7 | mode
+        if mode != AUTO:
+            self.tuning.stop()
 
     def change_mode(self):
         """Errors, the modes before Program mode, a request, or the configured mode."""
@@ -187,7 +196,6 @@ class Loop:
                 self.request(AUTO if self.mode == MANUAL else self.goal)
         if self.mode == CASCADE:
             self.remote = self.major().out
-            self.sp = float(self.remote)
 
     def major(self):
         return self.plc.by_output(self.words[0o32], self)
@@ -231,6 +239,7 @@ class Loop:
     def to_auto(self):
         w = self.words
         self.set_mode(AUTO)
+        self.status &= ~OVERFLOW
         if not w.mode(5):
             self.bias = float(self.out)
         self.m = float(self.out)
@@ -292,13 +301,17 @@ class Loop:
         self.step_bias()
         if w.mode(5):
             slope = y - 2 * self.y1 + self.y2
-            self.m += sign * (gain * (e - self.e1) + ki * e + kr * slope)
-            result = self.m
+            result = self.m + sign * (gain * (e - self.e1) + ki * e + kr * slope)
         else:
             self.integrate(sign * ki * e)
             result = self.bias + sign * (gain * e + kr * (y - self.y1))
         self.e1, self.y2, self.y1 = e, self.y1, y
         m = self.held(result)
+        if abs(result) > 2**31 - 1:
+            self.status |= OVERFLOW
+            reached["overflow"] += 1
+            self.to_manual()
+            return
         self.m = max(min(m, self.out_high), self.out_low)
         self.out = round(self.m)
         reached["output limit"] += self.m != m
@@ -336,7 +349,7 @@ class Loop:
         signals = {
             "PV": self.pv,
             "SP": sp * sp if w.mode(6) else sp,
-            "OUT": 0 if self.plc.program and not self.independent else self.out,
+            "OUT": 0 if self.plc.program and not (self.independent and self.drives) else self.out,
             "BIAS": round(self.bias),
             "status": self.status,
             "aux_status": self.profile.word(),
@@ -368,10 +381,12 @@ class Plc:
 
     def operate(self, event):
         loop = self.loops[event["loop"]]
-        if self.program and ("mode" in event or "ramp_soak" in event):
+        if self.program and not loop.independent and "set" not in event:
             loop.goal = None if "mode" in event else loop.goal
         elif "mode" in event:
             loop.wanted = MODES[event["mode"]]
+        elif "autotune" in event:
+            loop.tuning.request()
         elif "ramp_soak" in event:
             loop.profile.commands.add(event["ramp_soak"])
         elif "set" in event:
@@ -393,6 +408,9 @@ class Plc:
                 loop.sp = float(loop.words.pv_word(2))
                 loop.goal_setpoint = loop.words.pv_word(2)
             loop.written(old_mode)
+            if (loop.words[0] ^ old_mode) >> 5 & 1:  # another form of the equation (D681)
+                loop.past = None
+                self.reached["form changed"] += 1
             for offset in new:
                 late = offset - loop.words.table
                 self.reached["alarm words read late"] += 0o13 <= late <= 0o22 and loop.words[0] == old_mode
@@ -412,10 +430,14 @@ def run(configuration, scenario, inputs, reached):
             if event.get("plc") == "program":
                 plc.program = True
                 for loop in plc.loops.values():
-                    loop.prior = loop.mode if loop.mode != MANUAL else None
-                    loop.set_mode(MANUAL)
                     loop.read_late_words()
-                    reached["program"] += 1
+                    if not loop.independent:
+                        loop.prior = loop.mode if loop.mode != MANUAL else None
+                    reached["independent" if loop.independent else "program"] += 1
+                for loop in plc.loops.values():
+                    if not loop.independent:
+                        loop.to_manual()
+                        loop.shown_sp = loop.setpoint()
             elif event.get("plc") == "run":
                 plc.program = False
                 for loop in plc.loops.values():
@@ -424,8 +446,8 @@ def run(configuration, scenario, inputs, reached):
             elif "loop" in event:
                 plc.operate(event)
         for loop in plc.loops.values():
-            if now >= loop.due and not plc.program:
+            if now >= loop.due and (loop.independent or not plc.program):
                 loop.due = now + loop.period()
-                loop.sample(measured[f"{loop.name}.PV"])
+                loop.sample(None if plc.program and not loop.sees_pv else measured[f"{loop.name}.PV"])
         samples.append({name: value for loop in plc.loops.values() for name, value in loop.shown().items()})
     return samples

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 
 from reference.ezlogix_cases import FULL, SETPOINT, random_case
 from reference.words import with_set, words, written
@@ -86,8 +87,8 @@ class Loop:
         """Measures, computes, and writes the CV."""
         low, high = self.counts
         if measured is not None:
-            bottom, top = self.range
-            counts = (measured - bottom) * (high - low) / (top - bottom) + low
+            bottom, top = (Decimal(str(end)) for end in self.range)
+            counts = (measured - float(bottom)) * (high - low) / float(top - bottom) + low  # D679
             self.pv = min(max(round(counts), low), high)
         self.reached["SP limit"] += self.setpoint != self.r(SETPOINT)
         self.write_setpoint(self.setpoint)

@@ -32,7 +32,7 @@ ENABLES = {
     "alarms.deviation.enabled": ("alarms.deviation.", "alarms.hysteresis"),
     "alarms.rate_of_change_enabled": ("alarms.rate_of_change",),
 }
-"""Which words an alarm's enable bit makes the controller read when it goes from 0 to 1."""
+"""Which words an alarm's enable bit makes the controller read when it goes from 0 to 1 (D682)."""
 
 
 @dataclass(slots=True)

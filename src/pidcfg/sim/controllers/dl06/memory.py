@@ -112,7 +112,7 @@ class Memory(CountsPlc):
         v = words.values
         form = c.velocity
         configure(c, v, words.decimals, self._setup.count)
-        s.busy |= bits.FRESH if c.velocity != form else 0
+        s.busy |= bits.FRESH if c.velocity != form else 0  # another form has no past (D681)
         c.halt = int(c.halt or not self._setup.running or i >= self._setup.count)
         c.slow = int(self._options.scan_time > 0 and c.period > SLOW)
         self._follow_pointer(i)

@@ -94,9 +94,12 @@ OPERATING = (
     Decision(
         675,
         "the set point word of a loop in Cascade",
-        "At each calculation in Cascade +02 becomes the major loop's output, so that a loop that goes on in Auto keeps "
-        "the set point that it had.",
-        "When cascading a loop, the PID controller automatically writes the set point to +02 (Data Sources).",
+        "+02 stays as it is while the loop calculates with the major loop's output: going on in Auto, the loop takes "
+        "up the set point that its word holds.",
+        'The section on cascades is explicit: the minor loop "will ignore its local SP register", and "the minor '
+        "loop's normal SP location, addr+02, remains unchanged\"; those on loop modes and remote set points agree. "
+        'One sentence of "Data Sources" says of ramp/soak and cascades that the controller "automatically writes the '
+        'setpoint data in location addr+02 for you", to tell when no ladder program has to.',
     ),
     Decision(
         676,
@@ -124,6 +127,31 @@ OPERATING = (
         "(x - low) times the counts of the span, divided by the width of the range, plus the count of the low end, "
         "then rounded, half to even. EZLogix does the same.",
         "So an analog input scales. Where a measurement lies half-way between two counts, the order decides.",
+    ),
+    Decision(
+        680,
+        "Program mode takes a minor loop out of Cascade, and so its major loop to Manual",
+        "Also a major loop that is independent of the CPU mode, which then stays in Manual: it has no mode to be "
+        "restored. The log gives the minor loop as the reason.",
+        '"If the minor loop of a cascaded pair of loops leaves Cascade Mode for any reason, its major loop '
+        'automatically goes to Manual Mode."',
+    ),
+    Decision(
+        681,
+        "another form of the equation begins without a past",
+        "When bit 5 of +00 changes in Auto or Cascade, the errors of before count as the present one. The velocity "
+        "form goes on from the output; the position form from the bias that +04 holds, which the velocity form has "
+        "left as it was.",
+        'The selection "is normally never changed after the initial configuration", and a word stays what it is until '
+        "somebody writes it.",
+    ),
+    Decision(
+        682,
+        "the hysteresis is read with the alarms that have one",
+        "+22 is read when bit 12 or 13 of +00 goes from 0 to 1, not with bit 14.",
+        'The table says "only when alarm enable bit transitions 0 to 1", not which. The hysteresis "works in '
+        'conjunction with both the deviation and absolute value alarms" and "does not affect the Rate-of-Change '
+        'Alarm".',
     ),
 )
 """In the order of their numbers."""

@@ -94,9 +94,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
         busy = s.busy
     status = s.status
 
-    if status & CASCADE:  # it is written to +02 (D675)
-        s.sp = st[c.major].out
-    sp = s.sp
+    sp = st[c.major].out if status & CASCADE else s.sp  # in Cascade +02 is left alone (D675)
     if sp < c.sp_min:
         sp = c.sp_min
     elif sp > c.sp_max:
