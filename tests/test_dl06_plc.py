@@ -732,6 +732,21 @@ def test_an_independent_major_loop_goes_to_manual_when_program_mode_takes_its_mi
     assert [mode(machine, i) for i in (0, 1)] == ["cascade", "manual"]
 
 
+def test_a_second_start_of_an_auto_tune_is_only_logged():
+    """D683; begun anew, the relay would leave its output where it is for 16 samples."""
+    tuned = {"mode": "auto", "autotune": {"method": "closed"}, "output": {"limits": ["500 counts", "3000 counts"]}}
+    machine = plc(tuned)
+    play(machine, 2, [1000.0])
+    machine.autotune(0)
+    play(machine, 20, [1000.0], start=2)
+    assert machine.st[0].out == 3000.0
+    machine.autotune(0)
+    assert machine.describe(machine.st[0].notice)[1] == "auto-tune is running already (D683)"
+    play(machine, 1, [1001.0], start=22)
+
+    assert machine.st[0].out == 500.0, "the relay goes on"
+
+
 def test_another_form_of_the_equation_begins_without_a_past():
     """D681: the output that the velocity form goes on from is the last one, and the error of before counts as now's."""
     machine = plc({"mode": "auto", "bumpless": "II", "tuning": {"gain": 1}, "setpoint": {"value": 1500}})

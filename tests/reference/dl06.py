@@ -8,6 +8,7 @@ from reference.dl06_cases import random_case
 from reference.dl06_memory import Words, bcd
 from reference.dl06_profile import Profile
 from reference.dl06_tune import Tuning
+from reference.engine import first_outputs
 from reference.words import with_set, words, written
 
 __all__ = ["COUNT", "FEATURES", "TOLERANCE", "random_case", "run"]
@@ -372,7 +373,7 @@ class Plc:
         table = self.memory[0o7640]
         for i, entry in enumerate(configuration["loops"]):
             self.loops[entry["name"]] = Loop(self, entry, table + 0o40 * i)
-        for name, value in scenario.get("initial", {}).items():
+        for name, value in first_outputs(scenario).items():
             self.loops[name].out = value
 
     def by_output(self, pointer, loop):

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 LISTENING = 16
 SECOND_DIFFERENCE = 1.9544
 """Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise, in its standard deviations."""
 FIRST, LAST = 4, 8
 """Switches that begin the first cycle that counts and end the last one."""
-GAINS = {"PID": (0.45, 0.60, 0.10, 0.014), "PI": (0.30, 1.00, 0.0, 0.03)}
+GAINS = {"PID": (0.45, "0.60", "0.10", "0.014"), "PI": (0.30, "1.00", "0", "0.03")}
+"""Kc over Kpc; Ti, Td and Ts over Tpc, to be worked out without rounding."""
 TUNING, ERROR = 4096, 8192
 
 
@@ -20,8 +22,8 @@ class Tuning:
         self.loop, self.phase = loop, ""
 
     def request(self):
-        """Bit 7 of +01 goes on."""
-        self.phase = "requested"
+        """Bit 7 of +01 goes on; in an auto-tune it is on already (D683)."""
+        self.phase = self.phase or "requested"
 
     def end(self, *, error):
         """The loop is released."""
@@ -113,8 +115,9 @@ class Tuning:
         low, high = w.out_ends()
         swing = sum(self.swings) / len(self.swings) - self.band
         kpc = 4 * (loop.out_high - loop.out_low) / (high - low) / (math.pi * max(swing, 1) / scale)
-        tpc = (self.switches[-1] - self.switches[FIRST - 1]) / 2 * loop.period() / 100
-        gain, reset, rate, seconds = GAINS["PI" if w.mode2(6) else "PID"]
+        tpc = Fraction((self.switches[-1] - self.switches[FIRST - 1]) * loop.period(), 200)
+        gain, *times = GAINS["PI" if w.mode2(6) else "PID"]
+        reset, rate, seconds = (Fraction(time) for time in times)
         unit = 60 if w.mode2(4) else 1
         for offset, value, least, most in (
             (0o10, gain * kpc * 100, 1, 9999),

@@ -79,9 +79,9 @@ def share_devices(rng, loops):
         if rng.random() < 0.3:
             devices["SV"], loop["SV"] = "D200", 50.0
         elif i and rng.random() < 0.5:
-            devices[rng.choice(["SV", "BIAS"])] = f"D{100 + 2 * rng.randrange(i)}"
+            devices[rng.choice(["SV", "BIAS", "MOUT"])] = f"D{100 + 2 * rng.randrange(i)}"
         elif i + 1 < len(loops) and rng.random() < 0.3:
-            devices[rng.choice(["SV", "BIAS"])] = f"D{102 + 2 * i}"
+            devices[rng.choice(["SV", "BIAS", "MOUT"])] = f"D{102 + 2 * i}"
         loop["devices"] = devices
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from decimal import Decimal
 
+from reference.engine import first_outputs
 from reference.ezlogix_cases import FULL, SETPOINT, random_case
 from reference.words import with_set, words, written
 
@@ -196,7 +197,7 @@ def run(configuration, scenario, inputs, reached):
     for loop in loops.values():
         at = f"R{loop.registers + SETPOINT}"
         loop.outer = next((other for other in loops.values() if other.cv_tag == at), None)
-    for name, value in scenario.get("initial", {}).items():
+    for name, value in first_outputs(scenario).items():
         loops[name].write_cv(in_counts(loops[name], value))
     stopped, samples = False, []
     goes_on = configuration.get("plc", {}).get("process_when_stopped", True)

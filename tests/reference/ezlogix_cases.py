@@ -23,9 +23,10 @@ def random_case(rng):
     duration = round(base * rng.randint(60, 160), 4)
     loops, plants, events, initial = [], {}, [], {}
     cascade = count > 1 and chance(rng, 0.3)
+    outer, inner = (0, 1) if chance(rng, 0.5) else (1, 0)
     for i, rate in enumerate(sample_rates):
         name = "ABC"[i]
-        entry = loop_entry(rng, name, i, rate, raw=cascade and i == 1)
+        entry = loop_entry(rng, name, i, rate, raw=cascade and i == inner)
         loops.append(entry)
         pv = entry["pv"].get("range", Counts(entry["pv"].get("counts", [0, FULL])))
         out = entry["output"].get("range", Counts([0, FULL]))
@@ -36,7 +37,7 @@ def random_case(rng):
         events += loop_events(rng, entry, base, duration) + sensor_events(rng, name, pv, duration)
         events += stands_at(rng, name, edges(entry), base, duration)
     if cascade:
-        loops[0]["output"]["tag"] = f"R{int(loops[1]['registers'][1:]) + SETPOINT}"
+        loops[outer]["output"]["tag"] = f"R{int(loops[inner]['registers'][1:]) + SETPOINT}"
     if chance(rng, 0.25):
         at = moment(rng, base, duration)
         events += [{"at": at, "plc": "stop"}, {"at": number(rng, at, duration), "plc": "run"}]

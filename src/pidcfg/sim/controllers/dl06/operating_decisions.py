@@ -153,5 +153,11 @@ OPERATING = (
         'conjunction with both the deviation and absolute value alarms" and "does not affect the Rate-of-Change '
         'Alarm".',
     ),
+    Decision(
+        683,
+        "a second start of an auto-tune does nothing",
+        "While an auto-tune runs, bit 7 of +01 is on already; a start is only logged.",
+        'The bit is "autotune done" at 0 and "force start" at 1.',
+    ),
 )
 """In the order of their numbers."""

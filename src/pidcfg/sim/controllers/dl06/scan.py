@@ -62,7 +62,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
         sig[c.sig_out] = c.out_low + (0.0 - c.out_min) * c.out_width / c.out_span
         if busy & STOPPED:
             return
-    # the A/D converter saturates; the PV word is a whole number of counts
+    # the A/D converter saturates; the PV word is a whole number of counts (D679)
     low, least = c.pv_low, c.pv_min
     width, span = c.pv_width, c.pv_span
     pv = (sig[c.sig_in] - low) * span / width + least
