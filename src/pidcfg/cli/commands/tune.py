@@ -10,6 +10,7 @@ from click.core import ParameterSource
 
 from pidcfg.cli import options
 from pidcfg.cli.arguments import usage
+from pidcfg.cli.files import plots
 from pidcfg.cli.files.inputs import STDIN
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo_json, note, show
@@ -31,6 +32,7 @@ EPILOG = options.examples(
     "pidcfg tune --method simc --model integrating --gain 0.02 --dead-time 5 --for click",
     "pidcfg tune --method zn-open --from-csv step.csv --columns time=Date+Time,output=Valve,pv=3 --from 60",
     "pidcfg tune --method zn-closed --ultimate-gain 8 --ultimate-period 4 --for dl06 --pv-range 0 200",
+    "pidcfg tune --method simc --from-csv step.csv --write oven.yaml --loop TIC-101 --plot margins.svg",
 )
 
 
@@ -87,6 +89,8 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @click.option("--write", "into", metavar="FILE", help="Put the gains into a loop of this configuration.")
 @click.option("--loop", metavar="NAME", help="With --write: which loop; the only one when not given.")
 @click.option("--diff", is_flag=True, help="Show what --write would change; write nothing, exit 1 if anything.")
+@plots.MARGINS
+@options.FORCE
 @options.output_format("text", "json")
 @options.LIMITS
 def command(
@@ -95,6 +99,8 @@ def command(
     from_csv: str | None,
     into: str | None,
     diff: bool,
+    plot: tuple[str, ...],
+    force: bool,
     fmt: str,
     limits: Limits,
     **given: Any,
@@ -104,6 +110,8 @@ def command(
     Gains are output units per PV unit, times are seconds.
     """
     from pidcfg.api import tune
+    from pidcfg.cli.files.loop_plots import chart_of
+    from pidcfg.cli.files.outputs import write_files
     from pidcfg.cli.formats.tuning import as_text
 
     ctx = click.get_current_context()
@@ -129,13 +137,17 @@ def command(
     for value in () if result.vendor is None else result.vendor.values:
         if value.problem is not None:
             note(f"{value.key}: {value.problem}")
+    charts = [chart_of(result)] if plot else []
+    pictures = plots.drawn(plot, charts, f"{result.method.name}, {result.form}")
     changed = result.written is not None and save(result.written, diff=diff)
     if diff:
         ctx.exit(Exit.FINDINGS if changed else Exit.OK)
+    write_files(pictures, force=force)
     if fmt == "json":
         echo_json(json_text(result.to_json()))
     else:
         show(as_text(result))
+        plots.show(charts if plots.TERMINAL in plot else [])
     ctx.exit(Exit.OK if result.ok else Exit.FINDINGS)
 
 
@@ -145,6 +157,10 @@ def refuse_options(ctx: click.Context) -> None:
         raise click.UsageError("--write needs a file that it can replace, not standard input", ctx)
     if ctx.params["diff"] and ctx.params["into"] is None:
         raise click.UsageError("--diff needs --write FILE: it shows what would change there", ctx)
+    if ctx.params["diff"] and ctx.params["plot"]:
+        raise click.UsageError("--diff prints a patch and nothing else, so it takes no --plot", ctx)
+    if plots.TERMINAL in ctx.params["plot"] and ctx.params["fmt"] != "text":
+        raise click.UsageError("--plot - and --format json would both go to standard output; name a file", ctx)
     if ctx.params["diff"] and ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE:
         raise click.UsageError("--diff prints a patch and nothing else, so it takes no --format", ctx)
 
