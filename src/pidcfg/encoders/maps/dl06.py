@@ -116,7 +116,7 @@ LOOP_TABLE = RegisterMap(
         Word(0o06, "mode_and_alarm_status",  None,                    BITS,                "",       "Loop mode and alarm status",           "-",   TABLE, "status"),
         Word(0o07, "sample_rate",            "sample_rate",           SAMPLE_RATE,         "s",      "Sample rate",                          "yes", TABLE),
         Word(0o10, "gain",                   "tuning.gain",           GAIN,                "%/%",    "Gain (proportional)",                  "yes", TABLE),
-        Word(0o11, "reset",                  "tuning.reset",          RESET[1],            "s or min", "Reset (integral) time",              "yes", D01),
+        Word(0o11, "reset",                  "tuning.reset",          RESET[1],            "s, or min by reset_unit", "Reset (integral) time",              "yes", D01),
         Word(0o12, "rate",                   "tuning.rate",           Bcd(2, off=(0,)),    "s",      "Rate (derivative) time",               "yes", TABLE),
         Word(0o13, "pv_low_low",             "alarms.pv.low_low",     Position("pv"),      "pv",     "PV low-low alarm",                     "no*", TABLE),
         Word(0o14, "pv_low",                 "alarms.pv.low",         Position("pv"),      "pv",     "PV low alarm",                         "no*", TABLE),
