@@ -25,7 +25,8 @@ MAY_IMPORT = {
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
     "unreadable":   "refs diagnostics",
-    "source":       "refs limits diagnostics document unreadable",
+    "templates":    "limits diagnostics document",
+    "source":       "refs limits diagnostics document unreadable templates",
     "comments":     "refs limits diagnostics document source",
     "aliases":      "refs limits diagnostics document source",
     "schemas":      "refs",
@@ -35,7 +36,7 @@ MAY_IMPORT = {
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs diagnostics schemas encoders vendors listings conversion",
     "tuning":       "refs limits unreadable schemas encoders vendors listings",
-    "validate":     "refs limits diagnostics document unreadable source comments aliases schemas encoders vendors "
+    "validate":     "templates refs limits diagnostics document unreadable source comments aliases schemas encoders vendors "
                     "conversion tuning writer",
     "explanation":  "refs control_characters diagnostics schemas encoders vendors validate",
     "sim":          "refs schemas encoders tuning",
@@ -45,10 +46,11 @@ MAY_IMPORT = {
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
                     "validate sim pictures",
     "verification": "refs schemas encoders vendors conversion differences sim pictures",
+    "draft":        "refs limits diagnostics document source schemas scenario sim validate verification",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
                     "differences tuning validate explanation sim scenario verification",
     "cli":          "*",
-    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario results",
+    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario draft results",
     "__init__":     "api",
     "__main__":     "cli",
 }
@@ -68,7 +70,7 @@ ONLY_IN = {
     "xlsxwriter":    "report",
     "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
                      "verification cli.commands.schema",
-    "pydantic_core": "schemas encoders vendors validate sim verification",
+    "pydantic_core": "schemas encoders vendors validate sim verification draft",
     "importlib":     "vendors cli sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them
 }

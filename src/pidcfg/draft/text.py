@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 PLAIN = re.compile(r"[A-Za-z_][\w./-]*( [\w./*+-][\w./*+()-]*)*( %)?")
 """Texts that need no quotes, in braces either."""
+FILE = re.compile(r"[\w./][\w./-]*")
 RESERVED = frozenset(("true", "false", "null", "yes", "no", "on", "off", "y", "n", "none"))
 WIDEST = 100
 """Where a comment still stands behind its line, rather than above it."""
@@ -95,6 +96,8 @@ def scalar(value: Any) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(map(scalar, value)) + "]"
     text = str(value)
+    if text.endswith((".yaml", ".yml")) and FILE.fullmatch(text):
+        return text
     if (PLAIN.fullmatch(text) and text.lower() not in RESERVED) or re.fullmatch(r"\d+ %", text):
         return text
     return json.dumps(text, ensure_ascii=False)

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.draft.course import Line, Units, course_of, expectations, names_of
 from pidcfg.draft.loops import plans_of
 from pidcfg.draft.surroundings import surroundings_of
 from pidcfg.draft.text import text_of
-from pidcfg.scenario.load import Loaded
+from pidcfg.scenario.load import Loaded, read_scenario
 from pidcfg.scenario.outcome import Outcome, simulate_loaded
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.run import Settings
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
 from pidcfg.verification.neutral import loops_of
 
 if TYPE_CHECKING:
+    from pidcfg.document import Document
     from pidcfg.draft.course import Course
+    from pidcfg.limits import Limits
     from pidcfg.sim.report import Standing, Verdict
     from pidcfg.validate.engine import Checked
 
@@ -104,3 +109,21 @@ def _run(checked: Checked, course: Course, title: str, config: str) -> Outcome:
     encoding = checked.encoding
     loaded.vendor, loaded.image = checked.vendor, None if encoding is None else encoding.image
     return simulate_loaded(loaded, Settings("auto"))
+
+
+def simulate_draft(doc: Document, settings: Settings, limits: Limits, *, record: bool = False) -> Outcome:
+    """Runs a configuration with its drafted scenario; one with errors has its findings and no report."""
+    checked = check_document(doc, limits)
+    documents = {doc.file: doc}
+    try:
+        text = draft_of(checked, doc.file).text
+    except NoDraftError as error:
+        findings = checked.findings
+        if not checked.failed:
+            findings = (*findings, Diagnostic("PID058", Severity.ERROR, str(error), doc.file))
+        return Outcome(doc.file, doc.file, findings=findings, documents=documents)
+    scenario = read_document(text.encode(), f"{doc.file} (drafted scenario)", limits)
+    loaded = Loaded(scenario, [], *read_scenario(scenario)[:1], config=doc.file, documents=documents)
+    loaded.documents[scenario.file] = scenario
+    loaded.vendor, loaded.image = checked.vendor, checked.encoding.image if checked.encoding else None
+    return replace(simulate_loaded(loaded, settings, record=record), file=doc.file)

@@ -35,7 +35,11 @@ EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml --trend trend.csv --every 5",
     "pidcfg simulate reactor.scenario.yaml --plot trend.svg --plot -",
     "pidcfg simulate scenarios/ --format json",
+    "pidcfg simulate reactor.yaml",
     "pidcfg simulate scenarios/ --report-output junit=simulation.xml",
+)
+DRAFTED = (
+    "{file} is a configuration: it runs with a drafted scenario, which 'pidcfg init --scenario {file} -o {scenario}' writes"
 )
 
 
@@ -84,12 +88,15 @@ def command(
 ) -> None:
     """Run each SCENARIO against its plants and judge it, by its expectations and by what is expected of every run.
 
+    A configuration in its place runs with the scenario that 'pidcfg init --scenario' writes for it.
+
     Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
     scenario that cannot run.
     """
     from pidcfg.api import simulate
     from pidcfg.cli.files.trend import trend_file
     from pidcfg.cli.formats.simulation_text import remarks
+    from pidcfg.validate.engine import is_configuration
 
     if engine == "numba":
         need("numba", "fast")
@@ -104,6 +111,9 @@ def command(
         raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
     if plot_loops and not plot:
         raise click.UsageError("--plot-loop needs --plot")
+    for doc in () if quiet else scenarios:
+        if is_configuration(doc):
+            note(DRAFTED.format(file=doc.file, scenario=f"{doc.file.removesuffix('.yaml').removesuffix('.yml')}.scenario.yaml"))
     files: dict[str, str | bytes] = {}
     with trend_file(csv, force=force, others=files) as trend:
         call = partial(
