@@ -21,6 +21,7 @@ EPILOG = options.examples(
     "pidcfg init --vendor dl06 -o oven.yaml",
     "pidcfg init --vendor dl06 | pidcfg validate -",
     "pidcfg init --scenario oven.yaml -o oven.scenario.yaml",
+    "pidcfg init --from loops.csv --vendor dl06 -o reactor.yaml",
 )
 
 
@@ -32,23 +33,40 @@ EPILOG = options.examples(
     metavar="CONFIG",
     help="Write a scenario for this configuration: a plant for each loop, steps, disturbances and expectations.",
 )
+@click.option(
+    "--from",
+    "sheet",
+    metavar="SHEET",
+    help="Write a configuration from a sheet of loops, CSV or XLSX; --vendor unless the sheet names it.",
+)
 @options.OUT
 @options.FORCE
 @options.QUIET
 @options.LIMITS
 def command(
-    vendor: str | None, config: str | None, out: str | None, force: bool, quiet: bool, limits: Limits
+    vendor: str | None,
+    config: str | None,
+    sheet: str | None,
+    out: str | None,
+    force: bool,
+    quiet: bool,
+    limits: Limits,
 ) -> None:
     """Write a starter file that passes validate, with the usual keys explained.
 
     With --scenario, write a first scenario for a configuration. Its plants suit the loops' gains; it has been run, and
-    no verdict fails that it does not name.
+    no verdict fails that it does not name. With --from, write a configuration from a sheet of loops; its columns are
+    keys of the vendor, or common words such as tag, gain, reset, rate, range low, unit, Sollwert.
     """
     from pidcfg.cli.files.outputs import write_files
 
-    if (vendor is None) == (config is None):
-        raise click.UsageError("one of --vendor and --scenario is wanted: a starter file, or a scenario for a file")
-    if config is not None:
+    if config is not None and (vendor is not None or sheet is not None):
+        raise click.UsageError("--scenario goes with neither --vendor nor --from")
+    if (vendor, config, sheet) == (None, None, None):
+        raise click.UsageError("one of --vendor, --scenario and --from is wanted: what shall be written?")
+    if sheet is not None:
+        text, then = _from_sheet(sheet, vendor, limits, quiet=quiet), f"check it with 'pidcfg validate {out}'"
+    elif config is not None:
         text, then = _scenario(config, out, limits), f"run it with 'pidcfg simulate {out}'"
     else:
         starter = VENDORS[str(vendor)].starter
@@ -78,3 +96,24 @@ def _scenario(config: str, out: str | None, limits: Limits) -> str:
         return draft_of(checked, name).text
     except NoDraftError as error:
         raise click.ClickException(str(error)) from None
+
+
+def _from_sheet(sheet: str, vendor: str | None, limits: Limits, *, quiet: bool) -> str:
+    """The configuration of a sheet."""
+    from pidcfg.cli.arguments import refuse_all
+    from pidcfg.cli.extras import need
+    from pidcfg.cli.files.inputs import read_input
+    from pidcfg.sheets.read import SheetFaultsError, from_sheet
+
+    entry = read_input(sheet, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    if sheet.lower().endswith(".xlsx"):
+        need("openpyxl", "report")
+    try:
+        made = from_sheet(entry.data, sheet, vendor, limits)
+    except SheetFaultsError as error:
+        refuse_all(error.faults)
+    for remark in () if quiet else (*made.remarks, *(d.message for d in made.findings)):
+        note(f"note: {remark}")
+    return made.text
