@@ -47,7 +47,7 @@ def same_places(doc: Document, path: Path) -> Iterator[Path]:
     """The paths of all loops that have a value from the same place of the text."""
     yield path
     loops = (doc.data or {}).get("loops")
-    if len(path) < 3 or path[0] != "loops" or not isinstance(loops, list):  # noqa: PLR2004 - loops, number, key
+    if len(path) < 3 or path[0] != "loops" or not isinstance(loops, list):
         return
     span = doc.locate(path, key=True)
     for i in range(len(loops)):
@@ -85,7 +85,9 @@ class _Resolver:
             self._check(data[TEMPLATES])
         loops, entry = data.get("loops"), self.doc.root.child("loops")
         if not isinstance(loops, list) or entry is None:
-            self._refuse("PID016", (TEMPLATES,), "templates are for loops, and there are none", "add loops that use them")
+            self._refuse(
+                "PID016", (TEMPLATES,), "templates are for loops, and there are none", "add loops that use them"
+            )
             return []
         out = []
         for i, loop in enumerate(loops):
@@ -93,19 +95,37 @@ class _Resolver:
             out.append(self._loop(("loops", i), loop, node[1] if node else Node(None)))
         for name in self.templates:
             if name not in self.used and not self.problems:
-                self._tell("PID017", (TEMPLATES, name), f"no loop uses the template {name}", "delete it, or use it", Severity.WARNING)
+                self._tell(
+                    "PID017",
+                    (TEMPLATES, name),
+                    f"no loop uses the template {name}",
+                    "delete it, or use it",
+                    Severity.WARNING,
+                )
         return out
 
     def _check(self, templates: Any) -> None:
         """Templates are loops by name, and none of them has a loop's own name."""
         if not isinstance(templates, dict) or not templates:
-            self._refuse("PID016", (TEMPLATES,), "templates are loops by their names", "write 'templates:', below it 'ovens:', below that the keys of a loop")
+            self._refuse(
+                "PID016",
+                (TEMPLATES,),
+                "templates are loops by their names",
+                "write 'templates:', below it 'ovens:', below that the keys of a loop",
+            )
             return
         for name, loop in templates.items():
             if not isinstance(loop, dict):
-                self._refuse("PID016", (TEMPLATES, name), f"the template {name} is no loop", "write the keys of a loop below it")
+                self._refuse(
+                    "PID016", (TEMPLATES, name), f"the template {name} is no loop", "write the keys of a loop below it"
+                )
             elif OWN in loop:
-                self._refuse("PID016", (TEMPLATES, name, OWN), f"the template {name} has a {OWN}, which no two loops share", f"give each loop its {OWN}")
+                self._refuse(
+                    "PID016",
+                    (TEMPLATES, name, OWN),
+                    f"the template {name} has a {OWN}, which no two loops share",
+                    f"give each loop its {OWN}",
+                )
 
     def _loop(self, path: Path, loop: Any, node: Node) -> tuple[Any, Node]:
         """A loop with the values of its template."""
@@ -117,7 +137,12 @@ class _Resolver:
             return own, below
         self.nodes += base[1].size
         if self.nodes > self.limits.nodes:
-            self._refuse("PID013", (*path, USE), f"more than {self.limits.nodes} values with those of templates", "split the file, or raise the limit by option")
+            self._refuse(
+                "PID013",
+                (*path, USE),
+                f"more than {self.limits.nodes} values with those of templates",
+                "split the file, or raise the limit by option",
+            )
             return own, below
         return self._merged(base, (own, below), path)
 
@@ -129,7 +154,9 @@ class _Resolver:
         if name not in self.templates:
             near = get_close_matches(name, self.templates, 1, 0.5)
             known = ", ".join(self.templates) or "none: add 'templates:' above the loops"
-            cure = f"did you mean {near[0]}?" if near else f"there are {known}" if self.templates else f"there is {known}"
+            cure = (
+                f"did you mean {near[0]}?" if near else f"there are {known}" if self.templates else f"there is {known}"
+            )
             self._refuse("PID015", path, f"there is no template {name}", cure)
             return None
         if name in users:
@@ -160,14 +187,15 @@ class _Resolver:
         mine = below.children if isinstance(below.children, dict) else {}
         for key, value in more.items():
             if isinstance(value, dict) and isinstance(data.get(key), dict):
-                value, inner = self._merged((data[key], children[key][1]), (value, mine[key][1]), (*path, key))
+                pair = (data[key], children[key][1]), (value, mine[key][1])
+                keys[key], inner = self._merged(*pair, (*path, key))
                 children[key] = (mine[key][0], inner)
             else:
                 if isinstance(data.get(key), list) and not isinstance(value, list):
                     message = f"the template has a list at {key}, which is replaced as a whole"
                     self._refuse("PID016", (*path, key), message, "write the whole list")
                 children[key] = mine[key]
-            keys[key] = value
+                keys[key] = value
         merged = Node(below.event, children)
         merged.size = node.size + below.size
         return keys, merged
@@ -183,6 +211,8 @@ class _Resolver:
 
 
 def _without_use(data: dict[str, Any], node: Node) -> tuple[dict[str, Any], Node]:
-    own = Node(node.event, {k: v for k, v in node.children.items() if k != USE} if isinstance(node.children, dict) else {})
+    own = Node(
+        node.event, {k: v for k, v in node.children.items() if k != USE} if isinstance(node.children, dict) else {}
+    )
     own.size = node.size
     return {key: value for key, value in data.items() if key != USE}, own

@@ -6,13 +6,14 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.draft.numbers import digits, neat, round_up, time_text
 from pidcfg.draft.surroundings import step_of
 from pidcfg.sim.loop_facts import IN_CONTROL
 from pidcfg.sim.plc import TICKS
 from pidcfg.verification.names import is_whole, output_scale
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping
 
     from pidcfg.draft.loops import LoopPlan
     from pidcfg.draft.surroundings import Surroundings
@@ -22,12 +23,6 @@ MOST_STEPS = 200_000
 """Base steps times loops of a drafted run: some seconds."""
 LEAD = 0.1
 """Of each half of a run, what passes before the disturbances of the first; the steps begin the second."""
-NEAT = (1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10)
-"""What half a run may last, times a power of ten."""
-BETWEEN = 0.02
-"""Of the range of the PV: how near to its set point a loop shall end."""
-OVERSHOOT = 30
-"""In %: what a step may overshoot on a plant that suits the loop."""
 NO_WORD = re.compile(r"[^\w.-]")
 
 Row = dict[str, Any]
@@ -252,7 +247,9 @@ def _steps(units: Units, at: float, size: float) -> Iterator[Line]:
     for name, loops in readers.items() if size else ():
         step = step_of(units.plc, name)
         if step is not None:
-            yield Line({"at": at, "set": {name: step[1]}}, f"from {step[0]:g}; it moves the set point of {', '.join(loops)}")
+            yield Line(
+                {"at": at, "set": {name: step[1]}}, f"from {step[0]:g}; it moves the set point of {', '.join(loops)}"
+            )
 
 
 def _pushes(units: Units, at: float, size: float) -> Iterator[Line]:
@@ -267,58 +264,3 @@ def _pushes(units: Units, at: float, size: float) -> Iterator[Line]:
         whose = {"loop": name} if name == plan.name else {"plant": name}
         share = f"asks for {abs(plan.push * size):.0%} more output".replace("%", " %")
         yield Line({"at": at, **whose, "disturb": {"load": load}}, share)
-
-
-def expectations(units: Units, course: Course) -> list[Line]:
-    """What such a run should show."""
-    lines: list[Line] = []
-    stepped = {line.data["loop"]: line.data["set"]["setpoint"] for line in course.events if _is_setpoint(line)}
-    for plan in units.plans.values():
-        if plan.name in stepped and plan.integrates:
-            band = BETWEEN * units.span(plan) + 1.5 * units.plc.dead_band(plan.i, units.plc.sig)
-            signal = units.process(plan) if units.process(plan) != plan.name else f"{plan.name}.PV"
-            row = {"signal": signal, "final": stepped[plan.name], "tolerance": digits(band, 2)}
-            lines.append(Line(row))
-            if any(line.data.get("loop") == plan.name and line.data["at"] for line in course.events):
-                lines.append(Line({"loop": plan.name, "metric": "overshoot", "max": f"{OVERSHOOT} %"}))
-        for alarm in units.plc.outer_alarms:
-            if alarm.startswith("pv_") and units.plc.alarm_is_on(plan.i, alarm):
-                lines.append(Line({"loop": plan.name, "alarm": alarm, "never": True}))
-    lines += [Line({"loop": line.data["loop"], "mode": "auto"}) for line in course.events if "mode" in line.data]
-    return lines
-
-
-def _is_setpoint(line: Line) -> bool:
-    return "loop" in line.data and "setpoint" in line.data.get("set", {})
-
-
-# --- numbers as people write them ------------------------------------------------------------------------------------
-
-
-def digits(value: float, most: int = 4) -> float:
-    """A number of so many significant digits; a whole one as such."""
-    rounded = float(f"{value:.{most}g}")
-    return int(rounded) if rounded == int(rounded) and abs(rounded) < 1e15 else rounded
-
-
-def neat(value: float, span: float) -> float:
-    """A value to a ten-thousandth of its range."""
-    decimals = 4 - len(f"{abs(span):.0f}") if abs(span) >= 1 else 4 + max(0, -int(f"{span:e}".split("e")[1]))
-    rounded = round(value, max(decimals, 0))
-    return int(rounded) if rounded == int(rounded) else rounded
-
-
-def round_up(seconds: float) -> float:
-    """A neat time that is not shorter."""
-    power = 10.0 ** int(f"{seconds:e}".split("e")[1])
-    return digits(next(step * power for step in NEAT if step * power >= seconds * (1 - 1e-9)))
-
-
-def time_text(seconds: float) -> str:
-    """A time for a comment."""
-    return f"{seconds / 3600:.3g} h" if seconds >= 3600 else f"{seconds / 60:.3g} min" if seconds >= 120 else f"{seconds:.3g} s"
-
-
-def names_of(plans: Sequence[LoopPlan]) -> str:
-    """The names of loops in a sentence."""
-    return ", ".join(plan.name for plan in plans)

@@ -7,7 +7,7 @@ them into the units of the signals.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pidcfg.refs import Decision
 from pidcfg.sim.plc import TICKS
@@ -143,14 +143,15 @@ def _plan(plc: Plc, i: int, loop: Loop | None, around: Surroundings, inner: floa
         limits = output_limits(loop)
         output = middle_output(loop, limits)
         low, high = (float(end) for end in loop.pv.range)
-        quiet = tuple((end - low) / (high - low) for end in quiet_range(loop))
+        bottom, top = quiet_range(loop)
+        quiet = (bottom - low) / (high - low), (top - low) / (high - low)
         length = max(ANSWER / crossover, 2 * float(loop.tuning.integral_time), 10 * sample)
-    rest, is_set = _rest(plc, i, (quiet[0], quiet[1]), loop)
+    rest, is_set = _rest(plc, i, quiet, loop)
     plan = LoopPlan(
         i, name, sample, sign * gain, time, length, rest, output, limits, crossover=crossover, integrates=integrates,
         is_set=is_set, selector=selector, neutral=loop, push=PUSH if integrates else 0.0,
     )  # fmt: skip
-    return replace(plan, step=_step(plan, (quiet[0], quiet[1])))
+    return replace(plan, step=_step(plan, quiet))
 
 
 def _rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None = None) -> tuple[float, bool]:

@@ -6,15 +6,16 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.draft.course import time_text
+from pidcfg.draft.numbers import time_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pidcfg.draft.course import Course, Line
+    from pidcfg.draft.course import Course
 
 PLAIN = re.compile(r"[A-Za-z_][\w./-]*( [\w./*+-][\w./*+()-]*)*( %)?")
 """Texts that need no quotes, in braces either."""
+SHARE = re.compile(r"\d+ %")
 FILE = re.compile(r"[\w./][\w./-]*")
 RESERVED = frozenset(("true", "false", "null", "yes", "no", "on", "off", "y", "n", "none"))
 WIDEST = 100
@@ -38,7 +39,9 @@ def text_of(course: Course, title: str, config: str) -> str:
         rows += _plants(course)
     if course.connect:
         rows += ["connect:                         # what the PVs show"]
-        rows += _aligned([(f"  {scalar(line.key)}: {scalar(line.data['to'])}", line.comment) for line in course.connect])
+        rows += _aligned(
+            [(f"  {scalar(line.key)}: {scalar(line.data['to'])}", line.comment) for line in course.connect]
+        )
     for part, lines in (("events", course.events), ("expect", course.expect), ("allow", course.allow)):
         if lines:
             rows.append(f"{part}:")
@@ -62,9 +65,7 @@ def _plants(course: Course) -> list[str]:
     if course.connect:
         return _aligned([(f"  - {flow({'name': line.key, **line.data})}", line.comment) for line in course.plants])
     width = max(len(scalar(line.key)) for line in course.plants) + 1
-    return _aligned(
-        [(f"  {scalar(line.key) + ':':{width}} {flow(line.data)}", line.comment) for line in course.plants]
-    )
+    return _aligned([(f"  {scalar(line.key) + ':':{width}} {flow(line.data)}", line.comment) for line in course.plants])
 
 
 def _aligned(rows: Sequence[tuple[str, str]]) -> list[str]:
@@ -93,12 +94,9 @@ def scalar(value: Any) -> str:
         return number(value)
     if isinstance(value, dict):
         return flow(value)
-    if isinstance(value, list):
-        return "[" + ", ".join(map(scalar, value)) + "]"
     text = str(value)
-    if text.endswith((".yaml", ".yml")) and FILE.fullmatch(text):
-        return text
-    if (PLAIN.fullmatch(text) and text.lower() not in RESERVED) or re.fullmatch(r"\d+ %", text):
+    file = text.endswith((".yaml", ".yml")) and FILE.fullmatch(text)
+    if file or SHARE.fullmatch(text) or (PLAIN.fullmatch(text) and text.lower() not in RESERVED):
         return text
     return json.dumps(text, ensure_ascii=False)
 
@@ -106,8 +104,3 @@ def scalar(value: Any) -> str:
 def number(value: float) -> str:
     """A number as people write it."""
     return f"{value:.10g}"
-
-
-def comment_lines(lines: Sequence[Line]) -> list[str]:
-    """Entries as comments."""
-    return [f"# {flow(line.data)}" for line in lines]

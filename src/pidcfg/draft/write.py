@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Diagnostic, Severity
-from pidcfg.draft.course import Line, Units, course_of, expectations, names_of
+from pidcfg.draft.course import Line, Units, course_of
+from pidcfg.draft.expectations import expectations
 from pidcfg.draft.loops import plans_of
 from pidcfg.draft.surroundings import surroundings_of
 from pidcfg.draft.text import text_of
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 TRIES = ((1.0, True), (1.0, False), (0.4, True), (0.4, False), (0.0, True))
 """Share of the planned steps and disturbances, and whether the run begins settled; the first that passes is taken."""
+MOST_NAMES = 3
+"""Loops that a title names."""
 NOT_HELD = "{text} is not expected: on this plant it is {value}"
 
 
@@ -57,7 +60,8 @@ def draft_of(checked: Checked, config: str, title: str = "") -> Draft:
     if not plans:
         raise NoDraftError(f"{checked.document.file} has no loop that is calculated")
     units = Units(plc, {plan.i: plan for plan in plans}, around)
-    title = title or f"Steps and disturbances of {names_of(plans) if len(plans) <= 3 else f'{len(plans)} loops'}"
+    names = ", ".join(plan.name for plan in plans) if len(plans) <= MOST_NAMES else f"{len(plans)} loops"
+    title = title or f"Steps and disturbances of {names}"
     trials = []
     for size, steady in TRIES:
         trial = _try(checked, units, course_of(units, size, steady=steady), (title, config))
@@ -71,7 +75,11 @@ def draft_of(checked: Checked, config: str, title: str = "") -> Draft:
     course = best.course
     course.allow += [_allowance(v) for v in best.failing]
     course.expect = [line for line, verdict in best.verdicts if verdict.passed]
-    course.remarks += [NOT_HELD.format(text=verdict.text, value=_shown(verdict.value)) for _, verdict in best.verdicts if not verdict.passed]
+    course.remarks += [
+        NOT_HELD.format(text=verdict.text, value=_shown(verdict.value))
+        for _, verdict in best.verdicts
+        if not verdict.passed
+    ]
     return Draft(text_of(course, title, config), tuple(course.remarks))
 
 

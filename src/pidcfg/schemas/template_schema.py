@@ -8,11 +8,11 @@ from typing import Any
 PART = "Part"
 """Behind the name of a definition: the same with nothing required."""
 REFERENCE = "#/$defs/"
-TEXTS = (
+TEMPLATES_TEXT = (
     "What equal loops have in common, by a name of its own: a loop with `use: NAME` has all of it, and what it writes "
-    "itself wins. A template may use another one.",
-    "The template whose values the loop has; what the loop writes itself wins, and lists are replaced as a whole.",
+    "itself wins. A template may use another one."
 )
+USE_TEXT = "The template whose values the loop has; what the loop writes itself wins, lists as a whole."
 
 
 def with_templates(schema: dict[str, Any]) -> dict[str, Any]:
@@ -25,14 +25,14 @@ def with_templates(schema: dict[str, Any]) -> dict[str, Any]:
     used = {ref.removeprefix(REFERENCE) for ref in _references(whole)}
     definitions = {f"{name}{PART}": _part(deepcopy(definition)) for name, definition in schema["$defs"].items()}
     for name in used:
-        definitions[f"{name}{PART}"]["properties"]["use"] = {"type": "string", "description": TEXTS[1]}
+        definitions[f"{name}{PART}"]["properties"]["use"] = {"type": "string", "description": USE_TEXT}
     schema["$defs"] |= definitions
     loops["items"] = {
         "if": {"required": ["use"]},
         "then": {"allOf": [{"required": ["name"]}, part]},
         "else": whole,
     }
-    templates = {"type": "object", "description": TEXTS[0], "additionalProperties": part}
+    templates = {"type": "object", "description": TEMPLATES_TEXT, "additionalProperties": part}
     schema["properties"] = {"templates": templates, **schema["properties"]}
     return schema
 

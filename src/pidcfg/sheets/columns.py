@@ -20,35 +20,43 @@ ENDS = (" low", " high")
 """Behind the key of a pair: its two ends, each a column."""
 BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
 BETWEEN_WORDS = re.compile(r"[\s_\-/]+")
-# fmt: off
 WORDS: dict[str, tuple[str, ...]] = {
-    # common word, in English and German, by the keys that vendors have for it; the first that a vendor has counts
-    "name tag loop regler kreis messstelle":                       ("name",),
-    "description text service beschreibung bezeichnung":           ("description",),
-    "mode betriebsart":                                            ("mode",),
-    "range_low low pv_low lrv min von messbereich_von anfang":     ("pv.range low", "MinPV"),
-    "range_high high pv_high urv max bis messbereich_bis ende":    ("pv.range high", "MaxPV"),
-    "unit pv_unit einheit":                                        ("pv.unit",),
-    "gain kp p kr proportional_gain verstärkung verstaerkung":     ("tuning.gain", "tuning.proportional_gain", "Kp", "Kc_Kp"),
-    "reset ti i integral integral_time nachstellzeit tn":          ("tuning.reset", "tuning.reset_time", "tuning.integral_time", "Ti_Ki"),
-    "rate td d derivative derivative_time vorhaltezeit tv":        ("tuning.rate", "tuning.derivative_time", "tuning.derivative_gain", "Td_Kd"),
-    "action direction wirkrichtung wirksinn":                      ("action",),
-    "setpoint set_point sp sollwert":                              ("setpoint.value", "SP", "SV"),
-    "sp_low setpoint_low sollwert_min":                            ("setpoint.limits low", "setpoint.lower_limit"),
-    "sp_high setpoint_high sollwert_max":                          ("setpoint.limits high", "setpoint.upper_limit"),
-    "sample sample_time sample_rate abtastzeit":                   ("sample_rate", "sample_time", "CYCLE"),
-    "filter pv_filter filterzeit":                                 ("pv.filter",),
-    "out_low output_low stellgrösse_min stellgröße_min":           ("output.limits low", "MinMV", "MV_MIN"),
-    "out_high output_high stellgrösse_max stellgröße_max":         ("output.limits high", "MaxMV", "MV_MAX"),
-    "out_unit output_unit":                                        ("output.unit",),
-    "deadband totzone":                                            ("error.deadband", "deadband", "DeadBand", "ERR_DBW"),
-    "lolo low_low alarm_ll":                                       ("alarms.pv.low_low",),
-    "lo alarm_low alarm_l":                                        ("alarms.pv.low",),
-    "hi alarm_high alarm_h":                                       ("alarms.pv.high",),
-    "hihi high_high alarm_hh":                                     ("alarms.pv.high_high",),
-    "template vorlage":                                            ("use",),
+    "name tag loop regler kreis messstelle": ("name",),
+    "description text service beschreibung bezeichnung": ("description",),
+    "mode betriebsart": ("mode",),
+    "range_low low pv_low lrv min von messbereich_von anfang": ("pv.range low", "MinPV"),
+    "range_high high pv_high urv max bis messbereich_bis ende": ("pv.range high", "MaxPV"),
+    "unit pv_unit einheit": ("pv.unit",),
+    "gain kp p kr proportional_gain verstärkung": ("tuning.gain", "tuning.proportional_gain", "Kp", "Kc_Kp"),
+    "reset ti integral integral_time nachstellzeit": (
+        "tuning.reset",
+        "tuning.reset_time",
+        "tuning.integral_time",
+        "Ti_Ki",
+    ),
+    "rate td derivative derivative_time vorhaltezeit": (
+        "tuning.rate",
+        "tuning.derivative_time",
+        "tuning.derivative_gain",
+        "Td_Kd",
+    ),
+    "action direction wirkrichtung wirksinn": ("action",),
+    "setpoint set_point sp sollwert": ("setpoint.value", "SP", "SV"),
+    "sp_low setpoint_low sollwert_min": ("setpoint.limits low", "setpoint.lower_limit"),
+    "sp_high setpoint_high sollwert_max": ("setpoint.limits high", "setpoint.upper_limit"),
+    "sample sample_time sample_rate abtastzeit": ("sample_rate", "sample_time", "CYCLE"),
+    "filter pv_filter filterzeit": ("pv.filter",),
+    "out_low output_low stellgrösse_min stellgröße_min": ("output.limits low", "MinMV", "MV_MIN"),
+    "out_high output_high stellgrösse_max stellgröße_max": ("output.limits high", "MaxMV", "MV_MAX"),
+    "out_unit output_unit": ("output.unit",),
+    "deadband totzone": ("error.deadband", "deadband", "DeadBand", "ERR_DBW"),
+    "lolo low_low alarm_ll": ("alarms.pv.low_low",),
+    "lo alarm_low alarm_l": ("alarms.pv.low",),
+    "hi alarm_high alarm_h": ("alarms.pv.high",),
+    "hihi high_high alarm_hh": ("alarms.pv.high_high",),
+    "template vorlage": ("use",),
 }
-# fmt: on
+"""Common words, in English and German, and the keys that vendors have for them: the first that a vendor has."""
 
 
 class UnknownColumnError(ValueError):
@@ -67,7 +75,9 @@ def key_of(header: str, vendor: Vendor) -> str:
         return words[word]
     near = get_close_matches(text.lower(), [*folded, *words], 1, 0.5)
     known = folded.get(near[0], near[0]) if near else ""
-    cure = f"did you mean {known}?" if near else f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}"
+    cure = (
+        f"did you mean {known}?" if near else f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}"
+    )
     raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {cure}")
 
 
@@ -98,7 +108,7 @@ def order_of(vendor: Vendor) -> dict[str, int]:
 @cache
 def _words(vendor: Vendor) -> dict[str, str]:
     keys = _keys(vendor)
-    words = {}
+    words: dict[str, str] = {}
     for row, candidates in WORDS.items():
         key = next((candidate for candidate in candidates if candidate in keys), None)
         words |= dict.fromkeys(row.split(), key) if key else {}

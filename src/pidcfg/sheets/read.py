@@ -74,19 +74,25 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     errors = [d for d in checked.findings if d.severity is Severity.ERROR]
     if checked.config is None:
         raise SheetFaultsError([reader.told(d) for d in errors])
-    return FromSheet(text, vendor, len(loops), tuple(replace(d, message=reader.told(d)) for d in errors), tuple(remarks))
+    return FromSheet(
+        text, vendor, len(loops), tuple(replace(d, message=reader.told(d)) for d in errors), tuple(remarks)
+    )
 
 
 def _split(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence[Cell], list[Sequence[Cell]]]:
     """What stands above the header, the header, and the rows of loops."""
     for number, row in enumerate(sheet.rows):
         known = [cell for cell in row if any(is_known(cell.text, vendor) for vendor in VENDORS.values())]
-        if len(known) >= LEAST_KNOWN and not (row[0].text.partition(".")[0] in HEAD and len(row) <= LEAST_KNOWN and row[0].text != "name"):
+        if len(known) >= LEAST_KNOWN and not (
+            row[0].text.partition(".")[0] in HEAD and len(row) <= LEAST_KNOWN and row[0].text != "name"
+        ):
             rows = list(sheet.rows[number + 1 :])
             if not rows:
                 raise SheetError(f"{name} has a header and no loops below it")
             return list(sheet.rows[:number]), row, rows
-    raise SheetError(f"{name} has no header; one row names the columns, such as name, gain, reset, range low, range high")
+    raise SheetError(
+        f"{name} has no header; one row names the columns, such as name, gain, reset, range low, range high"
+    )
 
 
 def _vendor(head: Sequence[Sequence[Cell]], wanted: str | None, name: str) -> Vendor:
@@ -182,7 +188,9 @@ class _Reader:
         for row in rows:
             key = row[0].text
             if key.partition(".")[0] not in HEAD:
-                self.fault(row[0], f"{key!r} stands above the header and is no key of a file; there are {', '.join(HEAD)}")
+                self.fault(
+                    row[0], f"{key!r} stands above the header and is no key of a file; there are {', '.join(HEAD)}"
+                )
             elif len(row) != LEAST_KNOWN:
                 self.fault(row[0], f"{key} wants one value, in the cell behind it")
             elif key != "vendor":

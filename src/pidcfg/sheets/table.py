@@ -58,7 +58,9 @@ class Sheet:
         if not self.comma:
             return cell.text
         if GROUPED.fullmatch(cell.text) and "," not in cell.text:
-            raise SheetError(f"{cell.text} can be two numbers where others have a decimal comma; write it without the point")
+            raise SheetError(
+                f"{cell.text} can be two numbers where others have a decimal comma; write it without the point"
+            )
         if GROUPED.fullmatch(cell.text):
             return cell.text.replace(".", "").replace(",", ".")
         return cell.text.replace(",", ".") if COMMA.fullmatch(cell.text) else cell.text

@@ -53,7 +53,11 @@ EPILOG = options.examples(
     "R101; its first letters say of which kind it is.",
 )
 @click.option(
-    "--in", "--config", "config", metavar="FILE", help="A configuration: which loop and line set the register, and to what."
+    "--in",
+    "--config",
+    "config",
+    metavar="FILE",
+    help="A configuration: which loop and line set the register, and to what.",
 )
 @options.output_format("text", "json")
 @options.LIMITS

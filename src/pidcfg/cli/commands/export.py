@@ -10,6 +10,7 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.extras import need
 from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.next_step import next_step
 
 if TYPE_CHECKING:
     from pidcfg.document import Document
@@ -76,8 +77,9 @@ def command(
         echo(str(text))
         return
     write_files({out: text}, force=force)
-    if kind != "yaml" and not quiet:
-        note(f"{out}: 'pidcfg init --from {out}' makes a configuration of it")
+    if not quiet:
+        note(f"{out}: written")
+    next_step(*(("validate", out) if kind == "yaml" else ("init", "--from", out)), quiet=quiet)
 
 
 def _refuse(doc: Document, limits: Limits) -> NoReturn:

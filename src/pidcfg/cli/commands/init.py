@@ -11,6 +11,7 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -65,19 +66,19 @@ def command(
     if (vendor, config, sheet) == (None, None, None):
         raise click.UsageError("one of --vendor, --scenario and --from is wanted: what shall be written?")
     if sheet is not None:
-        text, then = _from_sheet(sheet, vendor, limits, quiet=quiet), f"check it with 'pidcfg validate {out}'"
+        text = _from_sheet(sheet, vendor, limits, quiet=quiet)
     elif config is not None:
-        text, then = _scenario(config, out, limits), f"run it with 'pidcfg simulate {out}'"
+        text = _scenario(config, out, limits)
     else:
         starter = VENDORS[str(vendor)].starter
         text = files("pidcfg").joinpath(starter).read_text(encoding="utf-8")
-        then = f"edit it, then run 'pidcfg validate {out}'"
     if out is None:
         echo(text)
         return
     write_files({out: text}, force=force)
     if not quiet:
-        note(f"{out}: {then}")
+        note(f"{out}: written")
+    next_step("validate" if config is None else "simulate", out, quiet=quiet)
 
 
 def _scenario(config: str, out: str | None, limits: Limits) -> str:
