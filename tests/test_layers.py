@@ -71,7 +71,7 @@ ONLY_IN = {
     "markupsafe":    "report",
     "xlsxwriter":    "report sheets.write",
     "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
-                     "verification cli.commands.schema",
+                     "verification sheets cli.commands.schema",
     "pydantic_core": "schemas encoders vendors validate sim verification draft",
     "importlib":     "vendors cli sheets sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them

@@ -157,22 +157,24 @@ def _plan(plc: Plc, i: int, loop: Loop | None, around: Surroundings, inner: floa
 def _rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None = None) -> tuple[float, bool]:
     """Where a loop rests, and whether it must be brought there: its set point is none it can rest at."""
     low, high, _ = plc.scales[i]
-    rooted = bool(plc.roots) and plc.roots[i] is not None
-    share = (plc.given_set_point(i, plc.sig) - low) / (high - low)
-    if rooted and loop is not None and loop.setpoint.value is not None:
+    if loop is not None and loop.setpoint.value is not None:
         bottom, top = loop.pv.range
         share = float((loop.setpoint.value - bottom) / (top - bottom))
-    elif rooted:
-        share = max(share, 0.0) ** 0.5
+    else:
+        share = (plc.given_set_point(i, plc.sig) - low) / (high - low)
+        share = max(share, 0.0) ** 0.5 if plc.roots and plc.roots[i] is not None else share
     return (share, False) if quiet[0] <= share <= quiet[1] else ((quiet[0] + quiet[1]) / 2, True)
 
 
 def _step(plan: LoopPlan, quiet: tuple[float, float]) -> float:
     """How far the set point goes: to the side that has more room, and no further than the output can follow."""
-    up, down = quiet[1] - plan.rest, plan.rest - quiet[0]
-    reach = REACH * abs(plan.gain) * min(plan.limits[1] - plan.output, plan.output - plan.limits[0])
-    size = min(STEP if plan.integrates else SMALL_STEP, ROOM * max(up, down), reach)
-    return 0.0 if size < LEAST_STEP else size if up >= down or ROOM * up >= size else -size
+    more, less = plan.limits[1] - plan.output, plan.output - plan.limits[0]
+    reach = REACH * abs(plan.gain)
+    up = min(ROOM * (quiet[1] - plan.rest), reach * (more if plan.sign > 0 else less))
+    down = min(ROOM * (plan.rest - quiet[0]), reach * (less if plan.sign > 0 else more))
+    most = STEP if plan.integrates else SMALL_STEP
+    size = min(most, max(up, down))
+    return 0.0 if size < LEAST_STEP else size if up >= size else -size
 
 
 def _settle(plans: dict[int, LoopPlan], around: Surroundings, plc: Plc, i: int) -> None:
@@ -198,6 +200,8 @@ def _settle(plans: dict[int, LoopPlan], around: Surroundings, plc: Plc, i: int) 
     if plan.selector is not None and plan.selector.first != i:
         first = plans[plan.selector.first]
         asks_more = -1.0 if plan.selector.takes_larger else 1.0
+        moved = abs(first.step / first.gain) + PUSH
+        plan = replace(plan, gain=plan.sign * min(abs(plan.gain), ASIDE / 2 / moved))
         plan = replace(
             plan, rest=plan.rest - asks_more * plan.sign * ASIDE, step=0.0, push=0.0, output=first.output, is_set=False
         )

@@ -30,6 +30,7 @@ TRIES = ((1.0, True), (1.0, False), (0.4, True), (0.4, False), (0.0, True))
 """Share of the planned steps and disturbances, and whether the run begins settled; the first that passes is taken."""
 MOST_NAMES = 3
 """Loops that a title names."""
+PROFILE = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
 NOT_HELD = "{text} is not expected: on this plant it is {value}"
 
 
@@ -80,7 +81,13 @@ def draft_of(checked: Checked, config: str, title: str = "") -> Draft:
         for _, verdict in best.verdicts
         if not verdict.passed
     ]
+    course.remarks += [PROFILE.format(name=plan.name) for plan in plans if _has_profile(checked.config.loops[plan.i])]
     return Draft(text_of(course, title, config), tuple(course.remarks))
+
+
+def _has_profile(loop: Any) -> bool:
+    """Whether a loop has a set-point profile to run."""
+    return bool(getattr(getattr(loop, "ramp_soak", None), "steps", ()))
 
 
 @dataclass(frozen=True, slots=True)

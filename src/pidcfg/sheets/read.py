@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.diagnostics import Severity
 from pidcfg.document import Plain
 from pidcfg.paths import put, steps, value_at
-from pidcfg.sheets.columns import ENDS, UnknownColumnError, is_known, key_of
+from pidcfg.sheets.columns import ENDS, UnknownColumnError, is_known, key_of, order_of
 from pidcfg.sheets.table import Cell, Sheet, SheetError, read_sheet
 from pidcfg.sheets.values import native
 from pidcfg.source import read_document
@@ -173,7 +173,14 @@ class _Reader:
                 put(loop, path, self.value(cell))
             self.places["loops", number, *path] = (cell, header)
         self._check_pairs(loop, row[0], ())
-        return loop
+        return self._in_order(loop)
+
+    def _in_order(self, loop: dict[str, Any]) -> dict[str, Any]:
+        """A loop with its sections as the schema has them, whatever the order of the columns."""
+        first: dict[str, int] = {}
+        for key, place in order_of(self.vendor).items():
+            first.setdefault(key.partition(".")[0].partition(" ")[0], place)
+        return dict(sorted(loop.items(), key=lambda item: first.get(item[0], len(first))))
 
     def _check_pairs(self, data: dict[str, Any], row: Cell, above: tuple[str, ...]) -> None:
         for key, value in data.items():
