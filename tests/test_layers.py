@@ -26,7 +26,8 @@ MAY_IMPORT = {
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
     "unreadable":   "refs diagnostics",
-    "source":       "refs limits diagnostics document unreadable",
+    "templates":    "limits diagnostics document",
+    "source":       "refs limits diagnostics document unreadable templates",
     "comments":     "refs limits diagnostics document source",
     "aliases":      "refs limits diagnostics document source",
     "schemas":      "refs",
@@ -36,8 +37,8 @@ MAY_IMPORT = {
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs diagnostics schemas encoders vendors listings conversion",
     "tuning":       "refs limits unreadable schemas encoders vendors listings",
-    "validate":     "refs limits diagnostics document unreadable source comments aliases schemas encoders vendors "
-                    "conversion tuning writer",
+    "validate":     "refs limits diagnostics document unreadable templates source comments aliases schemas encoders "
+                    "vendors conversion tuning writer",
     "explanation":  "refs control_characters diagnostics schemas encoders vendors validate",
     "sim":          "refs store schemas encoders tuning",
     "pictures":     "",
@@ -46,10 +47,12 @@ MAY_IMPORT = {
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
                     "validate sim pictures",
     "verification": "refs schemas encoders vendors conversion differences sim pictures",
+    "draft":        "refs limits diagnostics document source schemas scenario sim validate verification",
+    "sheets":       "limits diagnostics document paths source templates schemas vendors validate writer",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
                     "differences tuning validate explanation sim scenario verification",
     "cli":          "*",
-    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario results",
+    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario draft results",
     "__init__":     "api",
     "__main__":     "cli",
 }
@@ -60,17 +63,18 @@ ONLY_IN = {
     "rich":          "cli.terminal",
     "ruamel":        "source writer",
     "intelhex":      "encoders.ihex",
+    "openpyxl":      "sheets.table",
     "pyclickplc":    "encoders.click",
     "numpy":         "sim.compile",
     "numba":         "sim.compile",
     "matplotlib":    "pictures",
     "jinja2":        "pictures report",
     "markupsafe":    "report",
-    "xlsxwriter":    "report",
+    "xlsxwriter":    "report sheets.write",
     "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
-                     "verification cli.commands.schema",
-    "pydantic_core": "schemas encoders vendors validate sim verification",
-    "importlib":     "vendors cli sim.compile explanation.decisions results.schemas __init__",
+                     "verification sheets cli.commands.schema",
+    "pydantic_core": "schemas encoders vendors validate sim verification draft",
+    "importlib":     "vendors cli sheets sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them
 }
 

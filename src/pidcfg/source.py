@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from pidcfg.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.document import LINE_BREAK, Document, Node, Plain, span_of
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.templates import resolved
 from pidcfg.unreadable import SAVE_AS_UTF8, other_file, syntax_fault
 
 if TYPE_CHECKING:
@@ -198,7 +199,7 @@ def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     except _RefusedError as e:
         problem = Diagnostic(e.code, Severity.ERROR, e.message, file, e.span, help=e.cure)
         return Document(file, text, None, Node(None), (problem,))
-    return Document(file, text, root, node, tuple(duplicates))
+    return resolved(Document(file, text, root, node, tuple(duplicates)), limits)
 
 
 def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:

@@ -43,7 +43,8 @@ COMMANDS = {
     "rule": ("pidcfg.cli.commands.rule", "Explain a rule, or list all of them."),
     "explain": ("pidcfg.cli.commands.explain", "Say what a register, bit or error number means."),
     "schema": ("pidcfg.cli.commands.schema", "Print the JSON Schema of a file for editors."),
-    "init": ("pidcfg.cli.commands.init", "Write a commented starter file."),
+    "init": ("pidcfg.cli.commands.init", "Write a starter file, a first scenario, or loops from a sheet."),
+    "export": ("pidcfg.cli.commands.export", "Write the loops as a sheet, or templates written out."),
     "completion": ("pidcfg.cli.commands.completion", "Print the script that completes commands in a shell."),
 }
 """Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""
@@ -71,6 +72,9 @@ SYNONYMS = {
     "rules": "rule",
     "describe": "explain",
     "new": "init",
+    "import": "init",
+    "show": "export",
+    "config": "export",
 }
 """What other programs call a command, and its name here."""
 

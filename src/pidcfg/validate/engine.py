@@ -185,3 +185,8 @@ def span_in(doc: Document, finding: Finding) -> Span:
 def is_scenario(doc: Document) -> bool:
     """Whether a file is a scenario rather than a configuration."""
     return doc.data is not None and "scenario" in doc.data and "vendor" not in doc.data
+
+
+def is_configuration(doc: Document) -> bool:
+    """Whether a file names the vendor that it is for."""
+    return doc.data is not None and "vendor" in doc.data

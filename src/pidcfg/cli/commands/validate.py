@@ -14,6 +14,7 @@ from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.reporters import summary
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import Diagnostic, Severity
 
@@ -101,7 +102,17 @@ def command(
         note(remark)
     if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.reported) < len(left.kept)):
         note(summary(left.kept, len(documents), skipped) + left.counts + settings.of(ctx).mention)
+    _next_step(list(documents.values()), left.kept, quiet=quiet, fmt=fmt)
     ctx.exit(exit_code(left.kept, strict=strict))
+
+
+def _next_step(documents: Sequence[Document], findings: Sequence[Diagnostic], *, quiet: bool, fmt: str) -> None:
+    """After one file: what its first error means, or how it behaves."""
+    worst = next((d for d in findings if d.severity is Severity.ERROR), None)
+    if worst is not None:
+        next_step("rule", worst.code, quiet=quiet, fmt=fmt)
+    elif len(documents) == 1 and documents[0].file != STDIN:
+        next_step("simulate", documents[0].file, quiet=quiet, fmt=fmt)
 
 
 def exit_code(findings: Sequence[Diagnostic], *, strict: bool = False) -> Exit:
