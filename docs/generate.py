@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import sys
 from itertools import groupby
@@ -11,12 +10,14 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import click
 from coverage_pages import coverage_pages
+from man_pages import man_pages
 from rule_pages import decisions, rule_pages
 
 from pidcfg.cli.commands.schema import document_schema
 from pidcfg.cli.files.plots import heading
 from pidcfg.cli.formats import FORMATS, load
 from pidcfg.cli.main import COMMANDS, cli
+from pidcfg.cli.main import load as load_command
 from pidcfg.encoders.maps.dl06 import READ_LATE
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.limits import DEFAULT
@@ -84,6 +85,7 @@ def pages() -> dict[str, str]:
     found |= {f"schemas/{name}.schema.json": schema_text(name) for name in OUTPUTS}
     found["images/reactor.svg"] = reactor()
     found["output-formats.md"] = output_formats()
+    found |= man_pages()
     return found
 
 
@@ -112,7 +114,7 @@ def codes() -> str:
 def commands() -> str:
     """The help of every command."""
     parts = [COMMON_HELP, help_text(cli, "pidcfg")]
-    parts += [help_text(importlib.import_module(m).command, f"pidcfg {name}") for name, (m, _) in COMMANDS.items()]
+    parts += [help_text(load_command(name), f"pidcfg {name}") for name in COMMANDS]
     return NOTE + "\n".join(parts)
 
 

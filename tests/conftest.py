@@ -1,5 +1,7 @@
 """The same surroundings for every test, whatever terminal or CI runs them."""
 
+import os
+
 import pytest
 from hypothesis import settings
 
@@ -17,7 +19,7 @@ SCRUBBED = (
     "GITHUB_WORKSPACE",
     "CI_PROJECT_DIR",
 )
-"""Variables that change what a command prints."""
+"""Variables that change what a command prints, beside those of its own options."""
 
 # A slow machine is no failure; random tests are about values, not about time.
 settings.register_profile("pidcfg", deadline=None)
@@ -26,7 +28,7 @@ settings.load_profile("pidcfg")
 
 @pytest.fixture(autouse=True)
 def plain_environment(monkeypatch):
-    for name in SCRUBBED:
+    for name in (*SCRUBBED, *(name for name in os.environ if name.startswith("PIDCFG_"))):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("PIDCFG_NO_CACHE", "1")  # tests change rules while they run
     monkeypatch.setenv("PYTHONUTF8", "1")

@@ -17,7 +17,7 @@ import jsonschema
 import pytest
 from click.testing import CliRunner
 
-from pidcfg.cli import main
+from pidcfg.cli import errors, main
 from pidcfg.cli.files.outputs import write_files
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.vendors import VENDORS
@@ -314,13 +314,13 @@ def test_a_device_is_refused_in_words_of_the_command(reactor):
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere the working directory cannot be deleted")
 def test_what_the_system_refuses_has_a_name(reactor, tmp_path, monkeypatch):
     refused = PermissionError(13, "Permission denied", "loops/oven.yaml")
-    assert main._refused(refused) == "cannot write or read loops/oven.yaml: Permission denied"
-    assert main._refused(OSError(28, "No space left on device")) == "cannot write or read: No space left on device"
+    assert errors.refused(refused) == "cannot write or read loops/oven.yaml: Permission denied"
+    assert errors.refused(OSError(28, "No space left on device")) == "cannot write or read: No space left on device"
     gone = tmp_path / "gone"
     gone.mkdir()
     monkeypatch.chdir(gone)
     gone.rmdir()
-    assert main._refused(FileNotFoundError(2, "No such file")).startswith("the working directory is gone")
+    assert errors.refused(FileNotFoundError(2, "No such file")).startswith("the working directory is gone")
     monkeypatch.undo()
 
 

@@ -113,7 +113,7 @@ LOADS = {
     "encode src/pidcfg/starters/click.yaml --format nickname-csv":  "pydantic ruamel pyclickplc pymodbus",
 }
 
-STARTS = "cli cli.main cli.terminal cli.terminal.colour cli.terminal.glyphs cli.terminal.progress"
+STARTS = "cli cli.environment cli.main cli.terminal cli.terminal.colour cli.terminal.glyphs cli.terminal.progress"
 OPTIONS = f"{STARTS} cli.commands cli.options cli.terminal.console control_characters diagnostics limits"
 REPORTS = "cli.files cli.files.identity cli.formats cli.formats.format cli.formats.report_options"
 READS = "cli.files cli.files.folders cli.files.identity cli.files.inputs document reader source unreadable"
@@ -127,8 +127,9 @@ MODULES = {
     "completion --help": f"{STARTS} cli.commands cli.commands.completion cli.terminal.console "
                          "control_characters",
     "validate --help":   f"{OPTIONS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
-                         "cli.findings.settings_keys cli.formats.findings cli.formats.reporters results "
-                         "results.findings writer",
+                         "cli.findings.settings_keys cli.formats.findings cli.formats.reporters "
+                         "cli.formats.statistics cli.errors cli.terminal.detail cli.watch results results.findings "
+                         "writer",
     "convert --help":    f"{OPTIONS} {REPORTS} cli.commands.convert cli.extras cli.files.plots {OF_VENDORS}",
     "encode --help":     f"{OPTIONS} cli.commands.encode {OF_VENDORS}",
     "decode --help":     f"{OPTIONS} {READS} cli.commands.decode {OF_VENDORS}",

@@ -17,6 +17,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import pidcfg
+from pidcfg.cli.main import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -55,8 +56,16 @@ def metadata(wheel, name):
 def test_the_wheel_holds_the_whole_package_and_nothing_else(wheel):
     package = {path.relative_to("src").as_posix() for path in tracked_files() if path.parts[0] == "src"}
 
-    assert {name for name in wheel.namelist() if ".dist-info/" not in name} == package
+    assert {name for name in wheel.namelist() if not re.search(r"\.(dist-info|data)/", name)} == package
     assert "pidcfg/py.typed" in package
+
+
+def test_the_wheel_brings_the_manual_pages_to_where_man_looks(wheel):
+    pages = {path.name for path in tracked_files() if path.parent.as_posix() == "docs/man"}
+    folder = f"pidcfg-{pidcfg.__version__}.data/data/share/man/man1"
+
+    assert {name for name in wheel.namelist() if ".data/" in name} == {f"{folder}/{page}" for page in pages}
+    assert pages == {"pidcfg.1", *(f"pidcfg-{command}.1" for command in COMMANDS)}
 
 
 def test_the_wheel_asks_for_what_pyproject_says(wheel):

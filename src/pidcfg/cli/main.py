@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg import __version__
+from pidcfg.cli import environment
 from pidcfg.cli.terminal import colour, glyphs
 from pidcfg.cli.terminal.progress import LINE
 
@@ -88,6 +89,12 @@ NO_PLUGINS = ("PYDANTIC_DISABLE_PLUGINS", "__all__")
 """No package that happens to be installed beside this one has a say in how a file is read; nor is it searched for."""
 
 
+def load(name: str) -> click.Command:
+    """A command, whose module is imported only now, with what all commands have: ``--color``, and variables."""
+    command: click.Command = import_module(COMMANDS[name][0]).command
+    return environment.with_variables(colour.with_option(command), name)
+
+
 def nearest(word: str, words: Iterable[str]) -> str | None:
     """The one of the words that looks most like it, if any does."""
     from difflib import get_close_matches
@@ -108,6 +115,10 @@ class LazyGroup(click.Group):
         LINE.begin()
         try:
             return super().invoke(ctx)
+        except click.ClickException as error:
+            if not isinstance(error, click.BadParameter) or error.param is None:
+                self._name_variables(ctx)
+            raise
         except BrokenPipeError:  # while click prints help, or in the middle of a command, which then must not succeed
             _drop_stdout()
             return Exit.OK if {*ctx.help_option_names} & {*sys.argv} else Exit.FINDINGS
@@ -130,12 +141,22 @@ class LazyGroup(click.Group):
         if cmd_name not in COMMANDS:
             return None
         LINE.label = cmd_name
-        command = colour.with_option(import_module(COMMANDS[cmd_name][0]).command)
+        command = load(cmd_name)
         if COMPLETE in os.environ:
             from pidcfg.cli.completion.candidates import completed
 
             return completed(command)
+        for remark in environment.unknown(command, cmd_name):
+            click.echo(f"note: {remark}", err=True)
         return command
+
+    def _name_variables(self, ctx: click.Context) -> None:
+        """Says which variables may have had a part in an error that names no option."""
+        from pidcfg.cli.terminal.console import note
+
+        name = ctx.invoked_subcommand
+        for setting in environment.in_force(load(name)) if name in COMMANDS else ():
+            note(f"note: the environment sets {setting}")
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -173,6 +194,9 @@ def cli() -> None:
     """
 
 
+environment.with_variables(cli)
+
+
 def _open_streams() -> None:
     """Stands in for output streams that the caller has closed; a closed input takes its place, and stays closed."""
     for name in ("stdin", "stdout", "stderr"):
@@ -197,18 +221,6 @@ def _flush() -> None:
         _drop_stdout()
 
 
-def _refused(error: OSError) -> str:
-    """What the system refuses, by its name where there is one."""
-    from pathlib import Path
-
-    try:
-        Path.cwd()
-    except OSError:
-        return "the working directory is gone; change to one that is there"
-    what = f" {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
-    return f"cannot write or read{what}: {error.strerror or error}"
-
-
 def _run() -> object:
     """The command, or what a shell asks for."""
     if COMPLETE in os.environ:
@@ -216,27 +228,6 @@ def _run() -> object:
 
         register()
     return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
-
-
-def _say(error: click.ClickException) -> None:
-    """An error as click writes it, through what knows colours and code pages."""
-    from io import StringIO
-
-    from pidcfg.cli.terminal.console import note
-
-    text = StringIO()
-    error.show(text)
-    for parameter in _also_missing(error):
-        text.write(f"Also missing: {parameter.get_error_hint(error.ctx)}\n")  # type: ignore[attr-defined]
-    note(text.getvalue().rstrip("\n"))
-
-
-def _also_missing(error: click.ClickException) -> Iterable[click.Parameter]:
-    """Further required parameters that were not given: those that the command line has come before all others."""
-    if not isinstance(error, click.MissingParameter) or error.ctx is None:
-        return ()
-    known = error.ctx.params
-    return [p for p in error.ctx.command.params if p.required and p.name not in known and p is not error.param]
 
 
 def main() -> None:
@@ -250,14 +241,18 @@ def main() -> None:
         _flush()
         sys.exit(code if isinstance(code, int) else Exit.OK)
     except click.ClickException as e:
-        _say(e)
+        from pidcfg.cli.errors import say
+
+        say(e)
         sys.exit(Exit.UNUSABLE)
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         sys.exit(Exit.INTERRUPTED)
     except OSError as e:
+        from pidcfg.cli.errors import refused
+
         _drop_stdout()
-        click.echo(f"Error: {_refused(e)}", err=True)
+        click.echo(f"Error: {refused(e)}", err=True)
         sys.exit(Exit.UNUSABLE)
     except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
         import traceback

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import click
@@ -90,6 +91,28 @@ SEVERITY = click.option(
 )
 SELECT = click.option("--select", type=Words(), default="", help="Only rules whose code begins so: DL2,PID101.")
 IGNORE = click.option("--ignore", type=Words(), default="", help="Leave out rules whose code begins so.")
+VERBOSE = click.option(
+    "-v", "--verbose", is_flag=True, help="Say on standard error what is read, left out and set, and how long it took."
+)
+
+
+def _named(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+    """Keeps the name for whoever reads standard input."""
+    from pidcfg.cli.files.inputs import NAME_OF_STDIN
+
+    del param
+    if value:
+        ctx.meta[NAME_OF_STDIN] = Path(value).as_posix()
+
+
+STDIN_FILENAME = click.option(
+    "--stdin-filename",
+    metavar="FILE",
+    is_eager=True,
+    expose_value=False,
+    callback=_named,
+    help="What - is called: findings, settings, patterns, baselines and relative paths go by this name.",
+)
 OUT = click.option(
     "-o", "--output", "out", type=click.Path(dir_okay=False), help="Write to a file, never over one that differs."
 )

@@ -88,6 +88,7 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
 )
 @plots.VERIFIED
 @placement_options
+@options.STDIN_FILENAME
 @options.QUIET
 @options.LIMITS
 def command(

@@ -55,6 +55,7 @@ def vendor_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @vendor_options
 @options.OUT
 @options.FORCE
+@options.STDIN_FILENAME
 @options.QUIET
 @options.LIMITS
 def command(

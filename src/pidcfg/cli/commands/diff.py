@@ -56,6 +56,7 @@ EPILOG = options.examples(
 @options.FORCE
 @plots.VERIFY
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
+@options.STDIN_FILENAME
 @options.LIMITS
 def command(
     before: str,
@@ -126,10 +127,10 @@ def _configuration(name: str, limits: Limits) -> Document:
 
 def _source(name: str, limits: Limits) -> Document | Input:
     """A YAML file's document, or a memory listing as it was read."""
-    from pidcfg.cli.files.inputs import STDIN, read_input
+    from pidcfg.cli.files.inputs import UNNAMED, name_of, read_input
     from pidcfg.results.differences import is_listing
 
-    if name == STDIN or not is_listing(name):
+    if name_of(name) == UNNAMED or not is_listing(name_of(name)):
         return _configuration(name, limits)
     return read_input(name, limits)
 

@@ -48,6 +48,7 @@ EPILOG = options.examples(
     help="Write only what differs from this listing, such as an upload, without what the PLC or the process writes.",
 )
 @click.option("--live", is_flag=True, help="With --changed-from: also words that the PLC or the process writes.")
+@options.STDIN_FILENAME
 @options.QUIET
 @options.LIMITS
 def command(

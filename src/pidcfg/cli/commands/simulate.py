@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options
+from pidcfg.cli import options, watch
 from pidcfg.cli.extras import need
 from pidcfg.cli.files import plots
 from pidcfg.cli.files.inputs import FILES, read_inputs
@@ -18,6 +18,7 @@ from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.detail import Detail
 from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.diagnostics import Severity
@@ -45,7 +46,7 @@ DRAFTED = (
 )
 
 
-@click.command("simulate", epilog=EPILOG)
+@click.command("simulate", cls=watch.WatchCommand, epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
 @report_options.report_format("simulate")
 @report_options.report_files("simulate", "--output")
@@ -71,6 +72,9 @@ DRAFTED = (
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
 @options.FORCE
 @options.STRICT
+@options.STDIN_FILENAME
+@watch.OPTION
+@options.VERBOSE
 @options.QUIET
 @options.LIMITS
 def command(
@@ -85,6 +89,7 @@ def command(
     no_limit: bool,
     force: bool,
     strict: bool,
+    verbose: bool,
     quiet: bool,
     limits: Limits,
 ) -> None:
@@ -99,6 +104,7 @@ def command(
     from pidcfg.cli.files.trend import trend_file
     from pidcfg.cli.formats.simulation_text import remarks
 
+    detail = Detail(click.get_current_context(), wanted=verbose, quiet=quiet)
     if engine == "numba":
         need("numba", "fast")
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
@@ -124,7 +130,7 @@ def command(
             files=FILES,
             limits=replace(limits, loop_steps=sys.maxsize) if no_limit else limits,
         )
-        outcomes = [result.outcome for result in run_all(scenarios, call)]
+        outcomes = [result.outcome for result in run_all(scenarios, call, detail)]
         charts = plots.of_runs(outcomes, plot_loops) if plot else []
         files |= plots.drawn(plot, charts, *plots.heading(outcomes))
         # Told before trend and pictures are put in their places: a file there that differs costs no result.
@@ -134,6 +140,7 @@ def command(
             plots.show(charts)
     for text in () if quiet else remarks(outcomes, fmt, csv):
         note(text)
+    detail.end()
     if len(outcomes) == 1:
         _next_step(outcomes[0], quiet=quiet, fmt=fmt)
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
@@ -147,7 +154,9 @@ def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
         next_step("simulate", outcome.file, "--plot", "trend.html", quiet=quiet, fmt=fmt)
 
 
-def run_all(scenarios: Sequence[Document], call: Callable[..., SimulateResult]) -> Iterator[SimulateResult]:
+def run_all(
+    scenarios: Sequence[Document], call: Callable[..., SimulateResult], detail: Detail
+) -> Iterator[SimulateResult]:
     """Runs the scenarios one after another; the line on the terminal shows how many are done, in shares of a run."""
     for done, doc in enumerate(scenarios):
         label = f"simulating {Path(doc.file).name}"
@@ -156,7 +165,9 @@ def run_all(scenarios: Sequence[Document], call: Callable[..., SimulateResult]) 
             LINE.update(label, (done + share) / len(scenarios))
 
         LINE.update(label, done / len(scenarios) if done else None)
-        yield call(doc, progress=show)
+        result = call(doc, progress=show)
+        detail.ran(result.outcome)
+        yield result
 
 
 def tell_drafts(documents: Iterable[Document]) -> None:

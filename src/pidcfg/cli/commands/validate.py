@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options
+from pidcfg.cli import options, watch
 from pidcfg.cli.files.inputs import STDIN, gather
 from pidcfg.cli.findings import settings
-from pidcfg.cli.formats import render, report_options
+from pidcfg.cli.formats import render, report_options, statistics
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.reporters import summary
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.detail import Detail
 from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import Diagnostic, Severity
@@ -32,7 +33,7 @@ EPILOG = options.examples(
 )
 
 
-@click.command("validate", epilog=EPILOG)
+@click.command("validate", cls=watch.WatchCommand, epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.take)
 @report_options.report_format("validate")
 @report_options.report_files("validate", "--output")
@@ -48,6 +49,10 @@ EPILOG = options.examples(
 @settings.ISOLATED
 @settings.SHOW
 @click.option("--no-cache", is_flag=True, envvar="PIDCFG_NO_CACHE", help="Check every file anew.")
+@statistics.OPTION
+@options.STDIN_FILENAME
+@watch.OPTION
+@options.VERBOSE
 @options.QUIET
 @options.LIMITS
 def command(
@@ -59,30 +64,35 @@ def command(
     skip_foreign: bool,
     severity: str,
     strict: bool,
+    verbose: bool,
     quiet: bool,
     limits: Limits,
     fix: bool,
     diff: bool,
     show_settings: bool,
     no_cache: bool,
+    counted: bool,
     **baseline: Any,
 ) -> None:
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
     from pidcfg.cli.findings.collect import check_all
-    from pidcfg.cli.findings.policy import Rules, triage
+    from pidcfg.cli.findings.policy import Rules, count, triage
 
     ctx = click.get_current_context()
+    detail = Detail(ctx, wanted=verbose, quiet=quiet)
     if show_settings:
         echo(settings.report(ctx))
         return
+    detail.say(f"settings: {settings.of(ctx).file or 'none'}")
     documents: dict[str, Document] = {}
     findings: list[Diagnostic] = []
     gathered = list(gather(paths, limits, skip_foreign=skip_foreign))
     inputs = [entry for entry in gathered if not entry.foreign]
-    skipped = sum(entry.foreign and entry.remark is None for entry in gathered)
+    skipped = [entry.name for entry in gathered if entry.foreign and entry.remark is None]
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
     read = [name for name in (baseline["baseline"], settings.of(ctx).file) if name is not None]
     report_options.refuse_inputs(reports, read)
+    printed = statistics.fmt_of(ctx, fmt) if counted else fmt
     if fix or diff:
         from pidcfg.cli.findings.corrections import fixing, refuse_options
 
@@ -91,17 +101,25 @@ def command(
     for doc, of_file in progress(check_all(inputs, limits, cached=not no_cache), "checking", len(inputs)):
         documents[doc.file] = doc
         findings += of_file
+        detail.say(f"read {doc.file}: {count(len(of_file), 'finding')}")
     left = triage(findings, documents, settings.of(ctx), Rules(select, ignore, **baseline))
     fails = Severity.WARNING if strict else Severity.ERROR
     hidden = left.suppressed(Severity[severity.upper()])
     shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden)
     piped = fix and STDIN in paths  # standard output is the corrected text
-    report_options.deliver(fmt, reports, lambda name: render(name, shown), aside=piped)
+    if counted:
+        report_options.put(printed, statistics.render(printed, shown), aside=piped)
+        report_options.write_reports(reports, lambda name: render(name, shown))
+    else:
+        report_options.deliver(fmt, reports, lambda name: render(name, shown), aside=piped)
     remarks = [f"{entry.name}: {entry.remark}" for entry in gathered if entry.remark is not None]
     for remark in () if quiet else (*remarks, *left.remarks):
         note(remark)
+    detail.listed("left out, without a pidcfg key:", skipped)
+    detail.listed("not reported:", left.reasons)
+    detail.end()
     if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.reported) < len(left.kept)):
-        note(summary(left.kept, len(documents), skipped) + left.counts + settings.of(ctx).mention)
+        note(summary(left.kept, len(documents), len(skipped)) + left.counts + settings.of(ctx).mention)
     _next_step(list(documents.values()), left.kept, quiet=quiet, fmt=fmt)
     ctx.exit(exit_code(left.kept, strict=strict))
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 Identity: TypeAlias = "str | tuple[int, int]"
 READ = "pidcfg.files_read"
 """Where a command keeps the identities of its inputs."""
+NAMES = "pidcfg.names_read"
+"""Where it keeps their names, and those of files that it looked for."""
 
 
 def identity(name: str) -> Identity:
@@ -47,6 +49,13 @@ def remember(stream: IO[bytes]) -> None:
     except (OSError, ValueError):  # standard input that is no file
         return
     files_read(ctx).add((status.st_dev, status.st_ino))
+
+
+def mention(name: str) -> None:
+    """Notes the name of a file that the running command reads or looks for."""
+    ctx = click.get_current_context(silent=True)
+    if ctx is not None:
+        ctx.meta.setdefault(NAMES, set()).add(name)
 
 
 def was_read(name: str) -> bool:

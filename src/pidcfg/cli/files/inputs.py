@@ -9,8 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
+
 from pidcfg.cli.files.folders import is_for_pidcfg
-from pidcfg.cli.files.identity import remember
+from pidcfg.cli.files.identity import mention, remember
 from pidcfg.cli.terminal.progress import held
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.reader import SUFFIXES, Disk, refusal
@@ -24,6 +26,10 @@ if TYPE_CHECKING:
     from pidcfg.vendors import Vendor
 
 STDIN = "-"
+UNNAMED = "<stdin>"
+"""Standard input in findings, unless ``--stdin-filename`` names it."""
+NAME_OF_STDIN = "pidcfg.stdin"
+"""Where a command keeps that name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +39,8 @@ class Input:
     name: str
     data: bytes = b""
     problem: str | None = None
+    piped: bool = False
+    """Whether it is standard input, by whatever name."""
     foreign: bool = False
     """A YAML file without the ``pidcfg`` key, in a folder or where such files are to be skipped."""
     remark: str | None = None
@@ -55,12 +63,13 @@ def document(entry: Input, limits: Limits) -> Document:
 def gather(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = False) -> Iterator[Input]:
     """The inputs one by one; a folder stands for the files below it that carry a ``pidcfg`` key.
 
-    ``skip_foreign``: a YAML file without one counts as foreign even when it is named.
+    ``skip_foreign``: a YAML file without one counts as foreign even when it is named. Standard input comes first: it
+    stands for the file that ``--stdin-filename`` names, also in a folder.
     """
     taken = _Taken(limits)
-    for name in _expand(paths):
+    for name in sorted(expand(paths), key=lambda name: name != STDIN):
         folder = name != STDIN and Path(name).is_dir()
-        if not taken.adds(name, folder=folder):
+        if not taken.adds(name_of(name), folder=folder):
             continue
         if taken.full:
             yield taken.refusal(name)
@@ -105,7 +114,7 @@ def concerns_pidcfg(entry: Input, limits: Limits) -> bool:
     return entry.problem is not None or is_for_pidcfg(entry.name, entry.data, limits.file_bytes)
 
 
-def _expand(paths: Sequence[str]) -> Iterator[str]:
+def expand(paths: Sequence[str]) -> Iterator[str]:
     """Patterns that the shell has left alone."""
     for path in paths:
         if any(c in path for c in "*?[") and not Path(path).exists():
@@ -162,8 +171,23 @@ class RememberedFiles(Disk):
         """Notes the file as an input of the running command."""
         remember(stream)
 
+    def resolve(self, name: str, other: str) -> str:
+        """Notes the file that another one refers to, whether it is there or not."""
+        place = super().resolve(name, other)
+        mention(place)
+        return place
+
 
 FILES = RememberedFiles()
+
+
+def name_of(path: str) -> str:
+    """What findings call a path of the command line: standard input goes by the name that it was given."""
+    if path != STDIN:
+        return path
+    ctx = click.get_current_context(silent=True)
+    name: str = UNNAMED if ctx is None else ctx.meta.get(NAME_OF_STDIN, UNNAMED)
+    return name
 
 
 def read_input(name: str, limits: Limits) -> Input:
@@ -172,13 +196,13 @@ def read_input(name: str, limits: Limits) -> Input:
     try:
         if name == STDIN:
             if sys.stdin is None:
-                return Input("<stdin>", problem="cannot read standard input: it is closed")
+                return Input(name_of(name), problem="cannot read standard input: it is closed", piped=True)
             with held():
                 FILES.opened(sys.stdin.buffer)
-                return Input("<stdin>", sys.stdin.buffer.read(most))
+                return Input(name_of(name), sys.stdin.buffer.read(most), piped=True)
         return Input(name, FILES.read(name, most))
     except (OSError, ValueError) as error:
-        return Input(name, problem=refusal(name, error))
+        return Input(name_of(name), problem=refusal(name_of(name), error), piped=name == STDIN)
 
 
 def listing_fault(entry: Input, vendor: Vendor, limits: Limits, kind: str | None = None) -> str | None:

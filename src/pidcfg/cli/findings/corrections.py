@@ -13,9 +13,9 @@ import click
 from click.core import ParameterSource
 
 from pidcfg.cli.files.edited import difference, print_patch, replace_files
-from pidcfg.cli.files.inputs import FILES, STDIN, document
+from pidcfg.cli.files.inputs import FILES, STDIN, UNNAMED, document
 from pidcfg.cli.findings import settings
-from pidcfg.cli.findings.policy import STDIN_NAME, count, read_baseline
+from pidcfg.cli.findings.policy import count, read_baseline
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import named
 from pidcfg.cli.terminal.console import note
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Context) -> list[Input]:
     """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
     diff, quiet = ctx.params["diff"], ctx.params["quiet"]
-    piped = [entry for entry in inputs if entry.name == STDIN_NAME]
+    piped = [entry for entry in inputs if entry.piped]
     if piped and not diff and (len(inputs) > 1 or ctx.params["fmt"] != "text"):
         raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
     work = progress((_corrected(entry, limits, rules, ctx) for entry in inputs), "correcting", len(inputs))
@@ -67,7 +67,7 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
 
 def _shown(entry: Input) -> str:
     """A name in the header of a patch."""
-    return STDIN if entry.name == STDIN_NAME else entry.name
+    return STDIN if entry.name == UNNAMED else entry.name
 
 
 def _tally(fixed: Fixed) -> str:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
+from pidcfg.cli.files.inputs import UNNAMED
 from pidcfg.diagnostics import ordered
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.cli.findings.settings import Settings
     from pidcfg.diagnostics import Diagnostic, Severity
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 LARGEST = 64 << 20
 """Bytes of a baseline."""
-STDIN_NAME = "<stdin>"
-"""The name of an input that has none, so that no baseline can know it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +57,15 @@ class Triage:
         """What is not reported, with the reason that a comment gives; None: the baseline knows it."""
         by_comment = [(entry.finding, entry.reason) for entry in self.ignored]
         return [(d, reason) for d, reason in (*by_comment, *((d, None) for d in self.known)) if d.severity >= severity]
+
+    @property
+    def reasons(self) -> Iterator[str]:
+        """What is not reported, one by one, and why not."""
+        rows = [(one.finding, f"ignored, {one.reason or 'for no reason'}") for one in self.ignored]
+        for d, why in (*rows, *((d, "in the baseline") for d in self.known)):
+            yield f"{d.file}:{d.span.line}:{d.span.column}: {d.code}: {why}"
+        if self.set_aside:
+            yield f"{count(self.set_aside, 'finding')}, by the settings"
 
     @property
     def counts(self) -> str:
@@ -129,7 +137,7 @@ def _with_baseline(
         return relative(file, folder)
 
     if rules.create:
-        result.known = [d for d in result.kept if baseline.enters(d) and d.file != STDIN_NAME]
+        result.known = [d for d in result.kept if baseline.enters(d) and d.file != UNNAMED]
         new_ids = {id(d) for d in result.known}
         result.kept = [d for d in result.kept if id(d) not in new_ids]
         text = baseline.to_text(baseline.Baseline([baseline.entry(d, file_of) for d in result.known]))

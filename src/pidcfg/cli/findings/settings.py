@@ -75,7 +75,7 @@ def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> 
     config, isolated = ctx.meta.get(CONFIG_FILE), ctx.meta.get(IS_ISOLATED, False)
     if config is not None and isolated:
         raise click.UsageError("--config and --isolated exclude each other", ctx)
-    settings = Settings() if isolated or not paths else _settings(paths, config)
+    settings = Settings() if isolated or not paths else _settings([place_of(path) for path in paths], config)
     ctx.meta[SETTINGS] = settings
     options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in OPTIONS}
     ctx.default_map = {**(ctx.default_map or {}), **options}
@@ -110,6 +110,14 @@ def _first(places: Sequence[Path]) -> Path | None:
             if path.name == SETTINGS_FILE or (HAS_TABLE.search(data) and _has_table(_shown(path), data)):
                 return path
     return None
+
+
+def place_of(path: str) -> str:
+    """Where the search for settings begins: standard input is where its name is, else in the working directory."""
+    from pidcfg.cli.files.inputs import STDIN, UNNAMED, name_of
+
+    name = name_of(path)
+    return STDIN if name == UNNAMED else name
 
 
 def candidates(first: str) -> list[Path]:
@@ -184,7 +192,9 @@ def report(ctx: click.Context) -> str:
         name = PARAMETERS.get(key, key)
         value = ctx.params.get(name)
         source = ctx.get_parameter_source(name)
-        origin = {"COMMANDLINE": "command line", "DEFAULT_MAP": settings.file}.get(source.name if source else "")
+        variable = next((option.envvar for option in ctx.command.params if option.name == name), None)
+        origins = {"COMMANDLINE": "command line", "ENVIRONMENT": variable, "DEFAULT_MAP": settings.file}
+        origin = origins.get(source.name if source else "")
         lines.append(f"{key} = {_text(value)}" + (f"  # {origin}" if origin else ""))
     lines += [f"{PER_FILE}.{_text(glob)} = {_text(codes)}" for glob, codes in settings.per_file_ignores.items()]
     return "\n".join(lines) + "\n"

@@ -23,7 +23,7 @@ FORMATS = {
     "github":   ("validate", "simulate"),
     "gitlab":   ("validate", "simulate"),
     "junit":    ("validate", "simulate"),
-    "markdown": ("diff", "convert"),
+    "markdown": ("validate", "diff", "convert"),
 }
 # fmt: on
 """Every format by its name, in the order of the help; the first one is the default."""

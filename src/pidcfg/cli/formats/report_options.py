@@ -143,6 +143,11 @@ def _text(fmt: str, render: Callable[[str], str]) -> str:
     return printable(render(fmt)) if load(fmt).kind in {Kind.PLAIN, Kind.LINES} else render(fmt)
 
 
+def put(fmt: str, text: str, *, aside: bool = False) -> None:
+    """Prints a text that is in this format; ``aside``: on standard error, since standard output has something else."""
+    (note if aside else PRINTERS[load(fmt).kind])(text)
+
+
 def deliver(
     fmt: str,
     reports: Sequence[Report],
@@ -154,8 +159,7 @@ def deliver(
 ) -> None:
     """Prints one format and writes the others; what is printed is there even if a file cannot be written.
 
-    ``aside``: on standard error, since standard output has something else.
+    ``aside``: as `put` has it.
     """
-    put = note if aside else PRINTERS[load(fmt).kind]
-    put(_text(fmt, render))
+    put(fmt, _text(fmt, render), aside=aside)
     write_reports(reports, render, others, force=force)

@@ -1,0 +1,22 @@
+# pidcfg in a container: docker build -t pidcfg . && docker run --rm -v "$PWD:/work" pidcfg validate .
+FROM python:3.13-slim AS build
+WORKDIR /src
+COPY requirements/build.txt requirements/run.txt requirements/
+RUN python -m venv /opt/build \
+    && /opt/build/bin/pip install --no-cache-dir --require-hashes -r requirements/build.txt \
+    && python -m venv --without-pip /opt/pidcfg \
+    && /opt/build/bin/pip --python /opt/pidcfg install --no-cache-dir --require-hashes -r requirements/run.txt
+COPY LICENSE README.md pyproject.toml ./
+COPY docs/man docs/man
+COPY src src
+RUN /opt/build/bin/pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir /wheels . \
+    && /opt/build/bin/pip --python /opt/pidcfg install --no-cache-dir --no-deps --no-index --find-links /wheels pidcfg
+
+FROM python:3.13-slim
+COPY --from=build /opt/pidcfg /opt/pidcfg
+ENV PATH=/opt/pidcfg/bin:$PATH
+# Nobody in particular: name yourself with --user "$(id -u):$(id -g)" where the container has to write.
+USER 10001:10001
+WORKDIR /work
+ENTRYPOINT ["pidcfg"]
+CMD ["--help"]

@@ -1,0 +1,68 @@
+"""Environment variables: each option has one, ``PIDCFG_COMMAND_OPTION``, which the command line outranks."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+import click
+from click.core import ParameterSource
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+PREFIX = "PIDCFG"
+WITHOUT = {"version"}
+"""Options that have none: a variable of that name belongs to whoever builds or installs pidcfg."""
+
+
+def variable(command: str, option: str) -> str:
+    """The variable of an option: `PIDCFG_VALIDATE_REPORT_OUTPUT` of ``validate --report-output``."""
+    return "_".join((PREFIX, *command.split(), option.lstrip("-"))).upper().replace("-", "_")
+
+
+def with_variables(command: click.Command, name: str = "") -> click.Command:
+    """A command whose options may be given by variables too, and whose help names them."""
+    for option in options_of(command):
+        option.envvar = variable(name, spelling(option))
+        option.show_envvar = True
+    return command
+
+
+def options_of(command: click.Command) -> Iterator[click.Option]:
+    """The options that have a variable."""
+    for param in command.params:
+        if isinstance(param, click.Option) and not param.hidden and param.name not in WITHOUT:
+            yield param
+
+
+def spelling(option: click.Option) -> str:
+    """What an option is called: the first of its long names."""
+    return next(opt for opt in option.opts if opt.startswith("--"))
+
+
+def in_force(command: click.Command) -> Iterator[str]:
+    """The variables of a command that the environment has, as a shell sets them."""
+    names = (str(option.envvar) for option in options_of(command))
+    return (f"{name}={os.environ[name]}" for name in names if os.environ.get(name))
+
+
+def unknown(command: click.Command, name: str) -> Iterator[str]:
+    """What is wrong with variables that look like those of a command and are none."""
+    known = [str(option.envvar) for option in options_of(command)]
+    begin = variable(name, "")
+    for found in sorted(os.environ):
+        if found.startswith(begin) and found not in known:
+            from pidcfg.schemas.names import nearest
+
+            near = nearest(found, known)
+            yield f"{found} is no variable of pidcfg {name}" + (f"; did you mean {near}?" if near else "")
+
+
+def hint(param: click.Parameter, ctx: click.Context | None) -> str:
+    """How an error names a parameter: an option with its variable where the value came from there."""
+    if not isinstance(param, click.Option):
+        return param.get_error_hint(ctx)
+    names = " / ".join(f"'{opt}'" for opt in param.opts)
+    source = ctx.get_parameter_source(param.name or "") if ctx is not None else None
+    return f"{names} (from {param.envvar})" if source is ParameterSource.ENVIRONMENT else names

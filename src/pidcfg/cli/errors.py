@@ -1,0 +1,45 @@
+"""How a command that cannot go on says so, on standard error."""
+
+from __future__ import annotations
+
+import os
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli.environment import hint
+from pidcfg.cli.terminal.console import note
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+def say(error: click.ClickException) -> None:
+    """An error as click writes it, through what knows colours and code pages."""
+    text = StringIO()
+    if isinstance(error, click.BadParameter) and error.param is not None and error.param_hint is None:
+        error.param_hint = hint(error.param, error.ctx)
+    error.show(text)
+    for parameter in _also_missing(error):
+        text.write(f"Also missing: {hint(parameter, error.ctx)}\n")  # type: ignore[attr-defined]
+    note(text.getvalue().rstrip("\n"))
+
+
+def _also_missing(error: click.ClickException) -> Iterable[click.Parameter]:
+    """Further required parameters that were not given: those that the command line has come before all others."""
+    if not isinstance(error, click.MissingParameter) or error.ctx is None:
+        return ()
+    known = error.ctx.params
+    return [p for p in error.ctx.command.params if p.required and p.name not in known and p is not error.param]
+
+
+def refused(error: OSError) -> str:
+    """What the system refuses, by its name where there is one."""
+    try:
+        Path.cwd()
+    except OSError:
+        return "the working directory is gone; change to one that is there"
+    what = f" {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
+    return f"cannot write or read{what}: {error.strerror or error}"

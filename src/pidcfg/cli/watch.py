@@ -1,0 +1,194 @@
+"""``--watch``: the command again whenever a file changes that it has read, or could have.
+
+The disk is asked in short intervals. No notification of a system reaches a network drive, a container's mount and a
+laptop alike, and a few hundred files are asked for in a millisecond.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli.errors import refused, say
+from pidcfg.cli.files.identity import NAMES, READ
+from pidcfg.cli.files.inputs import STDIN, expand
+from pidcfg.cli.main import Exit
+from pidcfg.cli.terminal import colour
+from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.progress import LINE
+from pidcfg.reader import SUFFIXES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+INTERVAL = 0.25
+"""Seconds between two looks at the disk."""
+SETTLED = 0.1
+"""Seconds without a change after which an editor has done saving."""
+PATIENCE = 1.0
+"""Seconds in which a file that is gone may come back: editors save by renaming."""
+SHARE = 20
+"""A look that takes long is followed by so many times as long a pause."""
+ARGUMENTS, WANTED = "pidcfg.watch.arguments", "pidcfg.watch"
+EXCLUDED = {"fix": "--fix", "diff": "--diff", "create": "--create-baseline", "shrink": "--shrink-baseline"}
+"""Options that are no matter of looking again, by the names of their parameters."""
+
+State = tuple[int, int, int] | None
+"""What tells that a file has changed: its time, size and number; None: there is no such file."""
+
+
+def _wanted(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    """Keeps the option for `WatchCommand`."""
+    del param
+    ctx.meta[WANTED] = value
+
+
+OPTION = click.option(
+    "--watch",
+    is_flag=True,
+    expose_value=False,
+    callback=_wanted,
+    help="Run again whenever a file changes, until Ctrl-C; the exit code is that of the last run.",
+)
+
+
+class WatchCommand(click.Command):
+    """A command that ``--watch`` runs again and again with the same arguments, read anew each time."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """The options; the arguments are kept for the next run."""
+        ctx.meta[ARGUMENTS] = list(args)
+        return super().parse_args(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> object:
+        """One run, or one for each change."""
+        if not ctx.meta.get(WANTED):
+            return super().invoke(ctx)
+        refuse(ctx)
+        raise click.exceptions.Exit(self._repeated(ctx))
+
+    def _repeated(self, ctx: click.Context) -> int:
+        """Runs until somebody presses Ctrl-C; the exit code of the last run that came to its end."""
+        code: int = Exit.INTERRUPTED
+        try:
+            seen = states(watched(ctx))
+            while True:
+                code = self._once(ctx)
+                names = sorted(watched(ctx))
+                seen = {**states(names), **seen}
+                if not ctx.params["quiet"]:
+                    note(f"watching {len([name for name in names if seen.get(name)])} files; Ctrl-C ends")
+                seen, changed = next_change(ctx, seen)
+                clear()
+                if not ctx.params["quiet"]:
+                    note(f"changed: {', '.join(changed)}")
+        except KeyboardInterrupt:
+            if colour.terminal(sys.stderr):
+                click.echo(err=True)  # the terminal has written ^C
+            note("interrupted" if code == Exit.INTERRUPTED else f"stopped; the last run ended with exit code {code}")
+        return code
+
+    def _once(self, ctx: click.Context) -> int:
+        """One run in a context of its own: settings and variables are read anew; its exit code."""
+        for key in (READ, NAMES):
+            ctx.meta.pop(key, None)
+        LINE.begin()
+        try:
+            with self.make_context(ctx.info_name, list(ctx.meta[ARGUMENTS]), parent=ctx.parent) as run:
+                super().invoke(run)
+        except click.exceptions.Exit as end:
+            return end.exit_code
+        except click.ClickException as error:
+            say(error)
+            return Exit.UNUSABLE
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            note(f"Error: {refused(error)}")
+            return Exit.UNUSABLE
+        finally:
+            LINE.end()
+            sys.stdout.flush()
+        return Exit.OK
+
+
+def refuse(ctx: click.Context) -> None:
+    """Ends the command where there is nothing to watch, or something would be written again and again."""
+    if STDIN in ctx.params["paths"]:
+        raise click.UsageError("--watch needs files: standard input can be read only once", ctx)
+    for name, option in EXCLUDED.items():
+        if ctx.params.get(name):
+            raise click.UsageError(f"--watch and {option} exclude each other", ctx)
+
+
+def watched(ctx: click.Context) -> Iterator[str]:
+    """The files of a command: what its paths stand for, what it has read, and where settings may be."""
+    from pidcfg.cli.findings.settings import CONFIG_FILE, candidates
+
+    paths: Sequence[str] = ctx.params["paths"]
+    yield from ctx.meta.get(NAMES, ())
+    for name in expand(paths):
+        yield from _below(name) if Path(name).is_dir() else (name,)
+    for place in {place for name in paths for place in candidates(name)}:
+        yield os.path.relpath(place)
+    yield from filter(None, (ctx.params.get("baseline"), ctx.meta.get(CONFIG_FILE)))
+
+
+def _below(folder: str) -> Iterator[str]:
+    """The YAML files below a folder."""
+    for place, folders, files in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        yield from (Path(place, name).as_posix() for name in files if Path(name).suffix.lower() in SUFFIXES)
+
+
+def states(names: Iterator[str] | Sequence[str]) -> dict[str, State]:
+    """What the disk says of each file."""
+    return {name: state(name) for name in names}
+
+
+def state(name: str) -> State:
+    """What the disk says of a file."""
+    try:
+        found = Path(name).stat()
+    except (OSError, ValueError):
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def differing(before: Mapping[str, State], now: Mapping[str, State]) -> list[str]:
+    """The files that are others, new or gone."""
+    return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+
+
+def next_change(ctx: click.Context, seen: Mapping[str, State]) -> tuple[dict[str, State], list[str]]:
+    """Waits until files have changed and the change is complete; how they are now, and which ones changed."""
+    while True:
+        begin = time.monotonic()
+        now = states(watched(ctx))
+        if differing(seen, now):
+            now = settled(ctx, seen)
+            if changed := differing(seen, now):
+                return now, changed
+        time.sleep(max(INTERVAL, SHARE * (time.monotonic() - begin)))
+
+
+def settled(ctx: click.Context, seen: Mapping[str, State]) -> dict[str, State]:
+    """How the files are once nothing changes any more, and none is missing that an editor is about to put back."""
+    begin, now = time.monotonic(), states(watched(ctx))
+    while True:
+        time.sleep(SETTLED)
+        before, now = now, states(watched(ctx))
+        gone = any(seen[name] is not None and now.get(name) is None for name in seen)
+        if not differing(before, now) and not (gone and time.monotonic() - begin < PATIENCE):
+            return now
+
+
+def clear() -> None:
+    """An empty screen for the next run, where there is a screen."""
+    if colour.terminal(sys.stdout):
+        click.clear()

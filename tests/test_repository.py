@@ -1,0 +1,218 @@
+"""The action, the container and what a hosting site reads, by the programs that others wrote for them."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tomllib
+from pathlib import Path
+
+import pytest
+from ruamel.yaml import YAML
+from trove_classifiers import classifiers
+
+import pidcfg
+from pidcfg.vendors import VENDORS
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+ACTION = YAML(typ="safe").load((ROOT / "action.yml").read_text("utf-8"))
+DOCKERFILE = (ROOT / "Dockerfile").read_text("utf-8")
+FORMS = sorted((ROOT / ".github/ISSUE_TEMPLATE").glob("*.yml"))
+SCHEMAS = {
+    "action.yml": "vendor.github-actions",
+    "CITATION.cff": "vendor.citation-file-format",
+    ".github/ISSUE_TEMPLATE/config.yml": "vendor.github-issue-config",
+    **{path.relative_to(ROOT).as_posix(): "vendor.github-issue-forms" for path in FORMS if path.stem != "config"},
+}
+needs_bash = pytest.mark.skipif(os.name == "nt" or not shutil.which("bash"), reason="the action's steps are for bash")
+
+
+def program(name: str) -> str:
+    """A program of the development tools, or of the system."""
+    folders = os.pathsep.join((sysconfig.get_path("scripts"), os.environ["PATH"]))
+    found = shutil.which(name, path=folders)
+    if found is None:
+        pytest.skip(f"{name} is not installed; python tasks.py test installs it where there is one")
+    return found
+
+
+def said(*command: str | Path) -> str:
+    """What a program objects to; nothing when it is content."""
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    return "" if result.returncode == 0 else result.stdout + result.stderr
+
+
+@pytest.mark.parametrize("file", SCHEMAS)
+def test_a_file_meets_the_schema_of_the_site_that_reads_it(file):
+    check = (sys.executable, "-m", "check_jsonschema", "--force-filetype", "yaml", "--builtin-schema", SCHEMAS[file])
+    assert not said(*check, file)
+
+
+@pytest.mark.parametrize("file", ["action.yml", "docs/ci/github-workflow.yml"])
+def test_nothing_in_a_workflow_is_unsafe(file):
+    assert not said(program("zizmor"), "--offline", "--no-progress", "--config", ".github/zizmor.yml", file)
+
+
+def test_zizmor_sees_an_input_that_a_shell_would_run(tmp_path):
+    """The check above can fail."""
+    text = (ROOT / "action.yml").read_text("utf-8")
+    (tmp_path / "action.yml").write_text(text.replace("${PACKAGE:-$GITHUB_ACTION_PATH}", "${{ inputs.package }}"))
+    assert "template-injection" in said(program("zizmor"), "--offline", "--no-progress", tmp_path / "action.yml")
+
+
+# --- the action ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def runner(tmp_path):
+    """Runs a step of the action as GitHub would, with `pidcfg` where the first step has put it."""
+    temp, work = tmp_path / "temp", tmp_path / "work"
+    (temp / "pidcfg/bin").mkdir(parents=True)
+    work.mkdir()
+    command = temp / "pidcfg/bin/pidcfg"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m pidcfg "$@"\n', "utf-8")
+    command.chmod(0o755)
+    shutil.copyfile(ROOT / "examples/mistakes/oven.yaml", work / "oven.yaml")
+    shutil.copyfile(ROOT / "examples/dl06/reactor.yaml", work / "with blank.yaml")
+    defaults = {name: entry["default"] for name, entry in ACTION["inputs"].items()}
+
+    def run(step: str, **inputs: str) -> tuple[int, str, str]:
+        (found,) = (entry for entry in ACTION["runs"]["steps"] if entry["name"] == step)
+        values = {**defaults, **inputs}
+        variables = {key: re.sub(r"\$\{\{ inputs\.(\w+) \}\}", lambda m: values[m[1]], text)
+                     for key, text in found["env"].items()}  # fmt: skip
+        summary = temp / "summary.md"
+        surroundings = {"RUNNER_TEMP": temp, "GITHUB_STEP_SUMMARY": summary, "GITHUB_ACTIONS": "true"}
+        environment = {**os.environ, **variables, **{key: str(value) for key, value in surroundings.items()}}
+        environment |= {"PYTHONPATH": str(ROOT / "src"), "GITHUB_ACTION_PATH": str(ROOT)}
+        shell = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", found["run"]]
+        result = subprocess.run(shell, cwd=work, env=environment, capture_output=True, text=True, check=False)
+        return result.returncode, result.stdout + result.stderr, summary.read_text("utf-8") if summary.exists() else ""
+
+    run.work = work  # type: ignore[attr-defined]
+    run.temp = temp  # type: ignore[attr-defined]
+    return run
+
+
+@needs_bash
+def test_the_action_annotates_fails_and_writes_the_summary_of_the_job(runner):
+    code, output, summary = runner("Validate")
+    assert code == 1
+    assert "::error file=oven.yaml,line=5" in output
+    assert summary.startswith("**2 files checked: 2 errors, ")
+    assert "| error | oven.yaml:16:30 | DL242 | low is 15 degC" in summary
+
+
+@needs_bash
+def test_the_inputs_of_the_action_are_the_options_of_the_command(runner):
+    good = "with blank.yaml\n\n"
+    assert runner("Validate", paths=good)[0] == 0
+    assert runner("Validate", paths=good, strict="true")[0] == 1
+    assert runner("Validate", paths="oven.yaml\nwith blank.yaml", sarif="found.sarif")[0] == 1
+    assert '"DL242"' in (runner.work / "found.sarif").read_text("utf-8")
+    baseline = (sys.executable, "-m", "pidcfg", "validate", "oven.yaml", "--baseline", "known", "--create-baseline")
+    subprocess.run(baseline, cwd=runner.work, env={**os.environ, "PYTHONPATH": str(ROOT / "src")}, check=True)
+    assert runner("Validate", paths="oven.yaml", baseline="known")[0] == 0
+
+
+@needs_bash
+def test_an_input_of_the_action_is_never_run_by_the_shell_nor_taken_for_an_option(runner):
+    code, output, _ = runner("Validate", paths='$(touch made)\n"; touch made; "\n--fix')
+    assert code == 2
+    assert "cannot read --fix" in output
+    assert not (runner.work / "made").exists()
+
+
+@needs_bash
+def test_the_action_installs_itself_unless_another_package_is_named(runner):
+    shutil.rmtree(runner.temp / "pidcfg")
+    asked = runner.temp / "asked"
+    for name in ("python3", "python"):
+        tool = runner.temp / name
+        tool.write_text(
+            '#!/bin/sh\nif [ "$2" = venv ]; then mkdir -p "$3/bin"; cp "$0" "$3/bin/python"\n'
+            f'else echo "$@" > "{asked}"\nfi\n'
+        )
+        tool.chmod(0o755)
+    path = f"{runner.temp}{os.pathsep}{os.environ['PATH']}"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PATH", path)
+        assert runner("Install pidcfg")[0] == 0
+        assert asked.read_text().split()[-1] == str(ROOT)
+        assert runner("Install pidcfg", package="pidcfg==0.1.0")[0] == 0
+        assert asked.read_text().split()[-1] == "pidcfg==0.1.0"
+
+
+# --- the container ---------------------------------------------------------------------------------------------------
+
+
+def test_hadolint_finds_nothing_in_the_dockerfile():
+    assert not said(program("hadolint"), "Dockerfile")
+
+
+def test_the_dockerfile_copies_what_is_there_and_the_build_sees(tmp_path):
+    copied = [
+        word for line in re.findall(r"^COPY (?!--from)(.+) \S+$", DOCKERFILE, re.MULTILINE) for word in line.split()
+    ]
+    assert {"src", "docs/man", "pyproject.toml", "README.md"} <= set(copied)
+    seen = {line.removeprefix("!") for line in (ROOT / ".dockerignore").read_text("utf-8").splitlines()}
+    for name in copied:
+        assert (ROOT / name).exists()
+        assert {name, name.split("/")[0]} & seen, f"{name} is ignored"
+
+
+def test_the_container_runs_pidcfg_as_nobody_in_particular():
+    last = DOCKERFILE.rpartition("FROM ")[2]
+    assert re.match(r"python:3\.\d+-slim\n", last)
+    assert re.search(r"^USER (?!0\b|root)\d+:\d+$", last, re.MULTILINE)
+    assert '\nENTRYPOINT ["pidcfg"]\n' in last
+
+
+# --- what a hosting site and an index read ---------------------------------------------------------------------------
+
+
+def test_the_classifiers_are_those_of_the_index_and_agree_with_what_is_required():
+    named = PROJECT["classifiers"]
+    assert set(named) <= classifiers
+    oldest = PROJECT["requires-python"].removeprefix(">=")
+    assert min(found for text in named if (found := text.rpartition(" :: ")[2]).startswith("3.")) == oldest
+
+
+def test_no_address_claims_to_be_the_home_of_the_project():
+    assert "urls" not in PROJECT
+
+
+def test_the_citation_names_this_version():
+    citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text("utf-8"))
+    assert (citation["version"], citation["license"]) == (pidcfg.__version__, PROJECT["license"])
+
+
+def test_the_form_for_a_wrong_value_knows_every_vendor():
+    form = YAML(typ="safe").load((ROOT / ".github/ISSUE_TEMPLATE/wrong-value.yml").read_text("utf-8"))
+    (choice,) = (entry for entry in form["body"] if entry.get("id") == "vendor")
+    assert choice["attributes"]["options"] == list(VENDORS)
+
+
+@pytest.mark.parametrize("name", ["CONTRIBUTING.md", "SECURITY.md", "CODE_OF_CONDUCT.md"])
+def test_the_links_of_a_page_at_the_root_lead_somewhere(name):
+    text = (ROOT / name).read_text("utf-8")
+    for target in re.findall(r"\]\(([^)#]+)", text):
+        assert (ROOT / target).exists(), target
+
+
+@pytest.mark.skipif(not shutil.which("man") or not shutil.which("groff"), reason="no man or groff")
+def test_the_manual_pages_are_what_man_reads():
+    pages = sorted((ROOT / "docs/man").glob("*.1"))
+    command = ["man", "--warnings", "-E", "UTF-8", "-l", "-Tutf8", *pages]
+    environment = {**os.environ, "LC_ALL": "C.UTF-8", "MANWIDTH": "90", "MANPAGER": "cat"}
+    result = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    assert result.stderr == ""
+    text = re.sub(r"\x1b\[[\d;]*m|.\x08", "", result.stdout)
+    assert "PIDCFG_VALIDATE_REPORT_OUTPUT" in text
+    assert "--bits C,C…" in text
+    assert "pidcfg validate loops/ --severity warning --strict\n" in text
