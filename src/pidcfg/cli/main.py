@@ -140,6 +140,7 @@ class LazyGroup(click.Group):
         word = args[0]
         if word not in COMMANDS and word[:1].isalpha() and not ctx.resilient_parsing:
             near = SYNONYMS.get(word.lower()) or nearest(word, COMMANDS)
+            near = f"pidcfg validate {word}" if os.path.exists(word) else near  # noqa: PTH110 - pathlib costs start-up
             ctx.fail(
                 f"no such command: {word}; " + (f"did you mean {near}?" if near else f"there are {', '.join(COMMANDS)}")
             )
@@ -222,6 +223,8 @@ def _say(error: click.ClickException) -> None:
 
     text = StringIO()
     error.show(text)
+    if isinstance(error, click.NoSuchOption) and error.ctx is not None and error.ctx.parent is None:
+        text.write("Options of a command stand behind it: pidcfg validate --strict …\n")
     for parameter in _also_missing(error):
         text.write(f"Also missing: {parameter.get_error_hint(error.ctx)}\n")  # type: ignore[attr-defined]
     note(text.getvalue().rstrip("\n"))

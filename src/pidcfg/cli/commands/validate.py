@@ -98,7 +98,11 @@ def command(
     for remark in () if quiet else (*remarks, *left.remarks):
         note(remark)
     if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.reported) < len(left.kept)):
-        note(summary(left.kept, len(documents), skipped) + left.counts + settings.of(ctx).mention)
+        note(
+            summary(left.kept, sum(entry.problem is None for entry in inputs), skipped)
+            + left.counts
+            + settings.of(ctx).mention
+        )
     ctx.exit(exit_code(left.kept, strict=strict))
 
 
