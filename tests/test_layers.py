@@ -126,7 +126,7 @@ MODULES = {
                          "control_characters",
     "validate --help":   f"{OPTIONS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
                          "cli.findings.settings_keys cli.formats.findings cli.formats.reporters results "
-                         "results.findings writer",
+                         "results.findings display_width writer",
     "convert --help":    f"{OPTIONS} {REPORTS} cli.commands.convert cli.extras cli.files.plots {OF_VENDORS}",
     "encode --help":     f"{OPTIONS} cli.commands.encode {OF_VENDORS}",
     "decode --help":     f"{OPTIONS} {READS} cli.commands.decode {OF_VENDORS}",
