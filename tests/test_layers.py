@@ -25,23 +25,26 @@ MAY_IMPORT = {
     "store":        "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
-    "unreadable":   "refs diagnostics",
+    "odd_signs":    "",
+    "display_width": "",
+    "unreadable":   "",
+    "syntax_faults": "refs diagnostics odd_signs",
     "templates":    "limits diagnostics document",
-    "source":       "refs limits diagnostics document unreadable templates",
+    "source":       "refs limits diagnostics document unreadable syntax_faults templates",
     "comments":     "refs limits diagnostics document source",
     "aliases":      "refs limits diagnostics document source",
-    "schemas":      "refs",
-    "encoders":     "refs paths control_characters writer schemas",
+    "schemas":      "refs odd_signs",
+    "encoders":     "refs paths control_characters display_width writer schemas",
     "vendors":      "refs schemas encoders",
     "listings":     "limits unreadable encoders vendors writer",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs diagnostics schemas encoders vendors listings conversion",
     "tuning":       "refs limits unreadable schemas encoders vendors listings",
-    "validate":     "refs limits diagnostics document unreadable templates source comments aliases schemas encoders "
+    "validate":     "refs limits diagnostics document odd_signs templates source comments aliases schemas encoders "
                     "vendors conversion tuning writer",
-    "explanation":  "refs control_characters diagnostics schemas encoders vendors validate",
+    "explanation":  "refs control_characters display_width diagnostics schemas encoders vendors validate",
     "sim":          "refs store schemas encoders tuning",
-    "pictures":     "",
+    "pictures":     "display_width",
     "report":       "refs control_characters limits diagnostics document schemas encoders vendors conversion "
                     "differences validate explanation sim pictures",
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
@@ -129,7 +132,7 @@ MODULES = {
     "validate --help":   f"{OPTIONS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
                          "cli.findings.settings_keys cli.formats.findings cli.formats.reporters "
                          "cli.formats.statistics cli.errors cli.terminal.detail cli.watch results results.findings "
-                         "writer",
+                         "display_width writer",
     "convert --help":    f"{OPTIONS} {REPORTS} cli.commands.convert cli.extras cli.files.plots {OF_VENDORS}",
     "encode --help":     f"{OPTIONS} cli.commands.encode {OF_VENDORS}",
     "decode --help":     f"{OPTIONS} {READS} cli.commands.decode {OF_VENDORS}",

@@ -165,6 +165,7 @@ class LazyGroup(click.Group):
         word = args[0]
         if word not in COMMANDS and word[:1].isalpha() and not ctx.resilient_parsing:
             near = SYNONYMS.get(word.lower()) or nearest(word, COMMANDS)
+            near = f"pidcfg validate {word}" if os.path.exists(word) else near  # noqa: PTH110 - pathlib costs start-up
             ctx.fail(
                 f"no such command: {word}; " + (f"did you mean {near}?" if near else f"there are {', '.join(COMMANDS)}")
             )

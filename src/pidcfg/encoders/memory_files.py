@@ -10,6 +10,7 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.display_width import to_left, width_of
 from pidcfg.encoders.listing import (
     DECIMAL,
     Listing,
@@ -42,9 +43,10 @@ def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:
     lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *comments(image, checklist)]
     wide = max((c.kind.digits for c in image.cells), default=1)
     long = max((5, *(len(c.text) for c in image.cells)))
-    width = max((len(c.loop or "-") for c in image.cells), default=1)
+    width = max((width_of(c.loop or "-") for c in image.cells), default=1)
     lines += [
-        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {_bare(c.loop):<{width}}  {c.field}" for c in image.cells
+        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {to_left(_bare(c.loop), width)}  {c.field}"
+        for c in image.cells
     ]
     return "\n".join(lines) + "\n"
 

@@ -72,7 +72,8 @@ class Target:
             raise ArgumentError(f"{vendor.title} has gains in shares of the span: add `pv_range` LOW HIGH", "pv_range")
         for name, span in (("pv_range", self.pv_range), ("output_range", self.output_range)):
             if span is not None and not 0 < as_float(span[1]) - as_float(span[0]) < inf:
-                raise ArgumentError(f"`{name}` does not ascend", name)
+                ends = " to ".join(f"{as_float(end):g}" for end in span)
+                raise ArgumentError(f"`{name}` {ends} does not ascend; write the lower end first", name)
 
     def gains(self, gains: Gains, *, heating: bool | None) -> VendorGains | None:
         """The three numbers as the registers hold them."""

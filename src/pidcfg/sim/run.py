@@ -296,5 +296,6 @@ def _too_long(last: int, loops: int, settings: Settings) -> list[Problem]:
         message = f"{count} loop-steps; the limit is {limit}"
         return [Problem(("duration",), message, "limit", help="use a longer step, or the option --no-limit")]
     if last < 1:
-        return [Problem(("duration",), "the scenario is shorter than its base step", "value")]
+        cure = "lengthen the duration, or give a shorter 'step'"
+        return [Problem(("duration",), "the scenario is shorter than its base step", "value", help=cure)]
     return []

@@ -86,7 +86,7 @@ def command(
         )
     data, names = [entry.data for entry in entries], [entry.name for entry in entries]
     other = None if like is None else one_configuration(like, limits)
-    with usage():
+    with usage({"format": "--from"}):
         result = decode(
             data, vendor, format=kind, like=other, annotate=annotate, options=texts, name=names, limits=limits
         )

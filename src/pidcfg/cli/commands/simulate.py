@@ -108,8 +108,10 @@ def command(
     if engine == "numba":
         need("numba", "fast")
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
-    if not scenarios:
-        raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
+    if not scenarios and plot:
+        raise click.UsageError(f"{', '.join(paths)}: no scenario there to draw; one begins with 'scenario: …'")
+    if not scenarios and not quiet:  # folders of configurations: a project need not have any
+        note(f"{', '.join(paths)}: no scenario there, so nothing was run; one begins with 'scenario: …'")
     if csv is not None and len(scenarios) != 1:
         raise click.UsageError(f"--trend takes one scenario, not {len(scenarios)}")
     report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")

@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import usage
+from pidcfg.cli.arguments import NUMBER, usage
 from pidcfg.cli.files import plots
 from pidcfg.cli.files.inputs import STDIN
 from pidcfg.cli.main import Exit
@@ -44,7 +44,7 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
             return value
         raise click.BadParameter(f"{value:g}; write a number {'other than' if signed else 'above'} 0", ctx, param)
 
-    return click.option(f"--{name}", type=float, metavar="N", help=text, callback=check)
+    return click.option(f"--{name}", type=NUMBER, metavar="N", help=text, callback=check)
 
 
 @click.command("tune", epilog=EPILOG)
@@ -72,16 +72,16 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @click.option(
     "--columns", metavar="LIST", help="Its columns by name or number: time=…,output=…,pv=…; time=1+2 for date and time."
 )
-@click.option("--rest", type=float, metavar="VALUE", help="The output before the record, if it stepped at its start.")
+@click.option("--rest", type=NUMBER, metavar="VALUE", help="The output before the record, if it stepped at its start.")
 @click.option("--from", "start", metavar="TIME", help="The record counts from here: s, 2 min, or a stamp of its own.")
 @click.option("--until", metavar="TIME", help="The record counts until here.")
 @click.option("--for", "vendor", type=click.Choice(list(VENDORS)), help="Show the numbers as this PLC holds them.")
 @click.option(
-    "--pv-range", type=float, nargs=2, metavar="LOW HIGH", help="Engineering values of the PV at 0 and 100 %."
+    "--pv-range", type=NUMBER, nargs=2, metavar="LOW HIGH", help="Engineering values of the PV at 0 and 100 %."
 )
 @click.option(
     "--output-range",
-    type=float,
+    type=NUMBER,
     nargs=2,
     metavar="LOW HIGH",
     help="The output at 0 and 100 %; 0 and 100 when not given.",
