@@ -26,7 +26,8 @@ from pidcfg.refs import Ref
 from pidcfg.results.schemas import OUTPUTS
 from pidcfg.scenario.charts import charts_of
 from pidcfg.scenario.outcome import simulate_document
-from pidcfg.schemas.document import field_texts, models_of
+from pidcfg.schemas.document import models_of
+from pidcfg.schemas.texts import field_texts
 from pidcfg.sim.run import Settings
 from pidcfg.source import read_document
 from pidcfg.validate.catalog import rules

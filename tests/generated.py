@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import case_messages
 import golden
+import mistakes
 import test_pictures
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def messages() -> dict[Path, bytes]:
 PARTS: dict[str, Callable[[], Mapping[Path, bytes]]] = {
     "pages": pages,
     "messages": messages,
+    "typical": mistakes.golden_files,
     "reports": golden.report_files,
     "pictures": test_pictures.golden_files,
     "examples": golden.example_files,

@@ -341,7 +341,19 @@ def test_a_scenario_that_cannot_run():
     result = pidcfg.simulate("pidcfg: 1\nscenario: x\nconfig: none.yaml\nduration: 10 s\n", files={})
     assert (result.ok, result.report) == (False, None)
     assert "PID058" in {d.code for d in result.findings}
-    assert [d.code for d in pidcfg.simulate(REACTOR).findings] == ["PID032"]
+
+
+def test_a_configuration_runs_with_a_drafted_scenario():
+    result = pidcfg.simulate(REACTOR)
+    assert result.ok
+    assert result.to_json()["file"] == REACTOR.as_posix()
+    assert [v for v in result.report.standing if not v.judged] == []
+
+
+def test_a_configuration_with_errors_has_no_scenario():
+    result = pidcfg.simulate(EXAMPLES / "mistakes" / "oven.yaml")
+    assert (result.ok, result.report) == (False, None)
+    assert "DL242" in {d.code for d in result.findings}
 
 
 def test_gains_of_a_recorded_step():

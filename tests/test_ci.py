@@ -199,6 +199,19 @@ def test_the_workflow_passes_a_sound_project(project, shell):
     assert [name for name in names if "pv-not-driven" in name]
 
 
+@needs_bash
+def test_a_project_that_has_no_scenario_yet_passes(project, shell):
+    (project / "short.scenario.yaml").unlink()
+    for script in (
+        *(steps("check")[name] for name in ("Validate", "Simulate")),
+        *("\n".join(GITLAB[name]["script"]) for name in ("pidcfg validate", "pidcfg simulate")),
+    ):
+        job = shell(script, GITHUB_ACTIONS="true")
+        assert job.returncode == 0, job.stdout + job.stderr
+    assert "no scenario there, so nothing was run" in job.stdout + job.stderr
+    assert JUnitXml.fromfile(str(project / "pidcfg-simulate.xml")).tests == 0
+
+
 def git(*arguments: str) -> str:
     """git with a name and without the user's settings."""
     who = ["-c", "user.name=t", "-c", "user.email=t@example.com", "-c", "commit.gpgsign=false"]

@@ -592,6 +592,26 @@ def test_a_loop_that_goes_on_in_both_plcs_while_they_are_stopped_loses_nothing()
     assert (by_default.kind, by_default.loss) == ("assumed", False)
 
 
+@pytest.mark.parametrize("source", ["dl06", "click", "nextopid", "dpide", "generic"])
+def test_an_ezlogix_does_not_go_on_behind_a_stop_where_the_source_stands_still(source):
+    result = api.convert(SIDES[source].config, "ezlogix")
+    assert result.data["plc"]["process_when_stopped"] is False
+    line = lines_of(result)["/plc.process_when_stopped"]
+    assert (line.kind, line.loss, line.target) == ("assumed", False, False)
+    assert "operation.stopped" not in lines_of(result)
+    assert "clear 'Process PID when PLC is Stopped'" in api.encode(result.text).text
+
+
+def test_one_loop_that_is_independent_of_its_cpu_lets_all_go_on():
+    own = DL06_OWN % "II"
+    alone = own.partition("loops:\n")[2].replace("action: direct", "independent_of_cpu_mode: true\n    action: direct")
+    text = own + alone.replace("TANK", "PUMP").replace("V1400", "V1401").replace("channel: 2", "channel: 3")
+    result = api.convert(text, "ezlogix")
+    assert result.data["plc"]["process_when_stopped"] is True
+    lines = [lines_of(result, i).get("operation.stopped") for i in range(2)]
+    assert [line and (line.kind, line.target) for line in lines] == [("assumed", "it goes on controlling"), None]
+
+
 @pytest.mark.parametrize("vendor", ["click", "dpide"])
 def test_addresses_stay_within_a_vendor(vendor):
     text = SIDES[vendor].config.replace("C101", "C301").replace("DF101", "DF51").replace("D500", "D700")

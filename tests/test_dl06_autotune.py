@@ -12,13 +12,15 @@ time: swing X = K M (1 - exp(-L/T)) and period 2 T ln(2 exp(L/T) - 1) bracket th
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from fractions import Fraction
+from itertools import pairwise, product
 
 import pytest
 
 from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.state import MODES, TUNE, TUNE_ERROR, TUNING
+from pidcfg.sim.controllers.dl06.tune_results import digits, store
 from rig_plants import FirstOrder, Fixed, Moving
 
 
@@ -322,6 +324,21 @@ def test_results_are_whole_digits_of_their_words():
     assert s.reset / 60 * 100 == pytest.approx(round(s.reset / 60 * 100), abs=1e-9)
     assert s.reset == pytest.approx(8.0, abs=0.4)
     assert s.period % 10_000 == 0
+
+
+def test_digits_of_every_cycle_are_those_of_exact_fractions():
+    for half_samples, ticks in product(range(2, 200), (50_000, 250_000, 300_000, 750_000)):
+        seconds, exact = half_samples / 2 * ticks / 1e6, Fraction(half_samples * ticks, 2_000_000)
+        assert digits(0.6 * seconds / (60.0 * 0.01)) == round(exact * Fraction("0.6") / 60 * 100)
+
+
+@pytest.mark.parametrize(("period", "hundredths"), [(1.5, 2), (2.5, 2), (3.5, 4), (1.49999, 1)])
+def test_a_result_half_way_between_two_digits_is_rounded_to_the_even_one(period, hundredths):
+    """0.6 times 1.5 s are 0.9 s, 1.5 hundredths of a minute, which binary fractions come to a little above or below."""
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5, reset_unit=60.0, reset_step=0.01)
+    store(rig.cfg[0], s, 1.0, 0.6 * period, 0.0, 0.5)
+
+    assert s.reset == pytest.approx(hundredths * 0.6, rel=1e-12)
 
 
 def test_the_sample_rate_stays_above_the_least_of_its_number_of_loops():

@@ -137,6 +137,24 @@ def test_velocity_form_is_the_difference_of_the_position_form(action):
     assert c2.velocity == 1
 
 
+def test_terms_are_added_up_in_the_order_in_which_they_are_printed():
+    """0.2 + 0.3 + 0.1 is 0.6 (D678); 0.1 + 0.2 + 0.3 would be 0.6000000000000001."""
+    c, s = one()
+    s.kp, s.kd, s.bias = 2.0, 3.0, 0.1
+    assert position(c, s, 0.1, 0.1) == 0.6
+    _, v = one()
+    v.kp, v.ki, v.m = 2.0, 3.0, 0.1
+    assert velocity(v, 0.1, 0.1) == 0.6
+
+
+def test_without_a_limit_the_derivative_remembers_its_signal_as_it_is():
+    """-0.9 + (-0.3 + 0.9) would not be -0.3 (D678)."""
+    c, s = one()
+    s.kd, s.x1 = 1.0, -0.9
+    position(c, s, -0.3, -0.3)
+    assert s.x1 == -0.3
+
+
 def test_reverse_action_mirrors_direct_action_on_a_mirrored_plant():
     """Outputs M and M' = 2 M0 - M on plants of opposite gain give the same PV and the same error."""
     rows = {}

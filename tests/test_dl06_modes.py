@@ -133,18 +133,18 @@ def test_cascade_without_a_pointer_is_refused():
     assert "names no control output" in reasons(rig)[0]
 
 
-def test_in_cascade_the_set_point_word_is_the_majors_output_and_stays_so_in_auto():
-    """ "When cascading a loop, the PID controller automatically writes the setpoint data in location addr+02." """
+def test_in_cascade_the_set_point_is_the_majors_output_and_the_own_word_stays():
+    """ "The minor loop's normal SP location, addr+02, remains unchanged." (D675)"""
     rig = cascaded()
     rig.st[0].sp = 50.0
     rig.step()
     major_out = rig.st[1].out
 
-    assert rig.sig[2] == rig.st[0].sp == major_out != 50.0
-    rig.st[1].out = 0.0
+    assert rig.sig[2] == major_out != 50.0
+    assert rig.st[0].sp == 50.0
     rig.request("auto")
     rig.step()
-    assert (mode(rig), rig.st[0].sp) == ("auto", major_out)
+    assert (mode(rig), rig.sig[2]) == ("auto", 50.0)
 
 
 def test_goals_are_pursued_inside_out_and_write_their_set_point():

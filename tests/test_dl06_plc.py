@@ -357,6 +357,16 @@ def test_output_limits_are_read_at_a_change_of_the_cpu_mode():
     assert (machine.cfg[0].m_low, machine.cfg[0].m_high) == (410.0, 3686.0)
 
 
+def test_alarm_words_are_read_when_the_cpu_goes_to_run_not_when_it_goes_to_program():
+    machine = plc({**SCALED, "alarms": {"pv": {"low_low": 5, "low": 10, "high": 90, "high_high": 95}}})
+    change(machine, "alarms.pv.high", 50)
+    machine.program(machine.sig)
+    in_program = machine.cfg[0].high
+    machine.run(100_000)
+
+    assert (in_program, machine.cfg[0].high) == (3686.0, 2048.0)
+
+
 def test_alarms_in_the_wrong_order_force_the_loop_to_manual_when_they_are_read():
     machine = plc({**SCALED, "mode": "auto", "alarms": {"deviation": {"yellow": 5, "red": 10, "enabled": False}}})
     play(machine, 2, [40.0])
@@ -707,6 +717,46 @@ def test_after_an_event_the_set_point_in_force_is_shown():
     sig = list(limited.sig)
     change(limited, "setpoint", 90, sig=sig)
     assert sig[2] == pytest.approx(50.0, abs=0.02)
+
+
+def test_an_independent_major_loop_goes_to_manual_when_program_mode_takes_its_minor_out_of_cascade():
+    """ "For any reason", as the manual says; after Program mode it stays there (D680)."""
+    machine = plc({"mode": "cascade", "cascade_from": "L2"}, {"mode": "auto", "independent_of_cpu_mode": True})
+    play(machine, 4, [1000.0, 1000.0])
+    assert [mode(machine, i) for i in (0, 1)] == ["cascade", "auto"]
+    machine.program(machine.sig)
+    assert [mode(machine, i) for i in (0, 1)] == ["manual", "manual"]
+    machine.run(400_000)
+    play(machine, 2, [1000.0, 1000.0], start=4)
+
+    assert [mode(machine, i) for i in (0, 1)] == ["cascade", "manual"]
+
+
+def test_a_second_start_of_an_auto_tune_is_only_logged():
+    """D683; begun anew, the relay would leave its output where it is for 16 samples."""
+    tuned = {"mode": "auto", "autotune": {"method": "closed"}, "output": {"limits": ["500 counts", "3000 counts"]}}
+    machine = plc(tuned)
+    play(machine, 2, [1000.0])
+    machine.autotune(0)
+    play(machine, 20, [1000.0], start=2)
+    assert machine.st[0].out == 3000.0
+    machine.autotune(0)
+    assert machine.describe(machine.st[0].notice)[1] == "auto-tune is running already (D683)"
+    play(machine, 1, [1001.0], start=22)
+
+    assert machine.st[0].out == 500.0, "the relay goes on"
+
+
+def test_another_form_of_the_equation_begins_without_a_past():
+    """D681: the output that the velocity form goes on from is the last one, and the error of before counts as now's."""
+    machine = plc({"mode": "auto", "bumpless": "II", "tuning": {"gain": 1}, "setpoint": {"value": 1500}})
+    play(machine, 3, [1000.0])
+    change(machine, "algorithm", "velocity")
+    play(machine, 1, [900.0], start=3)
+    first = machine.st[0].out
+    play(machine, 1, [800.0], start=4)
+
+    assert (first, machine.st[0].out) == (500.0, 600.0)
 
 
 def test_program_mode_turns_outputs_off_at_once_but_for_independent_loops_with_transfer():

@@ -133,8 +133,22 @@ def test_a_soak_in_hold_keeps_its_remaining_time():
     rig.command(RS_RESUME)
     rig.step()
 
-    assert (left, s.rs_left) == (7.0, 6.0)
+    assert (left, s.rs_left) == (7e6, 6e6)
     assert step_of(s) == 2
+
+
+@pytest.mark.parametrize(("seconds", "samples"), [(5.4, 18), (5.7, 19), (5.69, 19), (5.55, 19), (5.54, 18)])
+def test_a_soak_lasts_the_nearest_number_of_samples(seconds, samples):
+    """Counted without rounding: 18.5 samples of 0.3 s are 19, however long the sum of fractions is."""
+    rig, s = oven((100, 10, seconds, 0), base=0.3)
+    rig.command(RS_START)
+    rig.step(2)
+    count = 0
+    while step_of(s) == 2:
+        rig.step()
+        count += 1
+
+    assert count == samples
 
 
 def test_jog_truncates_the_segment_and_the_set_point_stays():

@@ -155,7 +155,7 @@ def test_every_name_that_is_offered_is_explained_in_both_spellings(vendor):
         ("pv/s", "m3/h/s", "m3/h per s"),
         ("output/pv", "%/m3/h", "% per m3/h"),
         ("output per pv/s", "% per m3/h/s", "% per m3/h per s"),
-        ("s or min", "s or min", "s or min"),
+        ("s, or min by reset_unit", "s, or min by reset_unit", "s, or min by reset_unit"),
         ("", "", ""),
     ],
 )
@@ -363,8 +363,8 @@ def test_every_form_that_is_offered_works(vendor, example):
         ("V7641=0008", "8"),
         ("V7641=0009", "9 (not within 0 to 8)"),
         ("addr+07=0000", "0 s (not within 0.05 to 99.99)"),
-        ("addr+11=1500", "150 s or min (15 s or min if the word has two decimals: D01)"),
-        ("addr+11=9999", "999.9 s or min: switched off"),
+        ("addr+11=1500", "150 s, or min by reset_unit (15 if the word has two decimals: D01)"),
+        ("addr+11=9999", "999.9 s, or min by reset_unit: switched off"),
         ("ramp+01=0205", "2.05 counts of the data format a second"),
         ("ramp+01=0000", "0 counts of the data format a second: ends the profile"),
         ("integral_time=60001", "6000.1 s (not within 0 to 6000)"),
@@ -410,7 +410,12 @@ def test_contents_that_say_nothing_say_why(thing, problem):
 
 @pytest.mark.parametrize(
     ("thing", "says"),
-    [("+8=1000", "Min Duty Cycle 24.41 %"), ("+9=4095", "Max Duty Cycle 99.98 %"), ("+8=0", "Min Duty Cycle 0 %")],
+    [
+        ("+8=1000", "Min Duty Cycle 24.41 %"),
+        ("+9=4095", "Max Duty Cycle 99.98 %"),
+        ("+8=0", "Min Duty Cycle 0 %"),
+        ("+9=4096", "4096 counts (not within 0 to 4095, the range of the CV)"),
+    ],
 )
 def test_a_cv_limit_shows_the_duty_cycle_of_the_dialog(thing, says):
     """((CV_LowLimit/4096)*100), as the manual prints it."""
@@ -957,3 +962,22 @@ def test_the_how_to_shows_the_five_questions():
     asked = " ".join(line for line, _ in RUNS)
     for question in ("V7642=0008", "V2006=0x0402 --loop", "CK27", "addr+06.10", "--annotate", "--in"):
         assert question in asked
+
+
+@pytest.mark.parametrize(
+    ("question", "says"),
+    [
+        ("NumCycles=11", "11 (not within 1 to 10: AutoTuneResult.Bad_NumCycles)"),
+        ("NumCycles=10", "10"),
+        ("PercHystPV=0.01", "0.01 %"),
+        ("ControlSplitRange.Mode=5", "5 (not within 1 to 4: Error)"),
+        ("Td_Kd=-1", "-1 (not allowed: below 0: ErrBits.Td_Kd)"),
+    ],
+)
+def test_a_parameter_of_a_block_is_held_against_its_limits(question, says):
+    assert {page.value.text for page in pages(question, vendor="nextopid")} == {says}
+
+
+def test_a_bit_of_v7642_that_the_manual_does_not_list_is_named():
+    out = run("V7642=0010").output
+    assert "bits 4-15    Reserved: 0x0010 means nothing here" in out

@@ -164,6 +164,7 @@ def test_a_cv_tag_that_is_a_set_point_register_makes_a_cascade():
     assert (machine.st[0].out, machine.st[1].sp, machine.sig[COLUMNS + SP]) == (300.0, 300.0, 300.0)
     assert machine.st[1].out == 300.0
     assert change(machine, "setpoint", 900, loop=1) == "the CV of L1 stands in the same register and overwrites it"
+    assert (machine.st[0].out, machine.sig[CV], machine.sig[COLUMNS + SP]) == (900.0, 900.0, 900.0), "one register"
     assert change(machine, "setpoint", 900, loop=0) is None
     play(machine, 1, [1700.0, 0.0, 0.0], start=1)
     assert (machine.st[0].sp, machine.st[1].sp) == (900.0, 0.0)

@@ -22,33 +22,40 @@ MAY_IMPORT = {
     "control_characters": "",
     "writer":       "control_characters",
     "reader":       "",
+    "store":        "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
-    "unreadable":   "refs diagnostics",
-    "source":       "refs limits diagnostics document unreadable",
+    "odd_signs":    "",
+    "display_width": "",
+    "unreadable":   "",
+    "syntax_faults": "refs diagnostics odd_signs",
+    "templates":    "limits diagnostics document",
+    "source":       "refs limits diagnostics document unreadable syntax_faults templates",
     "comments":     "refs limits diagnostics document source",
     "aliases":      "refs limits diagnostics document source",
-    "schemas":      "refs",
-    "encoders":     "refs paths control_characters writer schemas",
+    "schemas":      "refs odd_signs",
+    "encoders":     "refs paths control_characters display_width writer schemas",
     "vendors":      "refs schemas encoders",
     "listings":     "limits unreadable encoders vendors writer",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs diagnostics schemas encoders vendors listings conversion",
     "tuning":       "refs limits unreadable schemas encoders vendors listings",
-    "validate":     "refs limits diagnostics document unreadable source comments aliases schemas encoders vendors "
-                    "conversion tuning writer",
-    "explanation":  "refs control_characters diagnostics schemas encoders vendors validate",
-    "sim":          "refs schemas encoders tuning",
-    "pictures":     "",
+    "validate":     "refs limits diagnostics document odd_signs templates source comments aliases schemas encoders "
+                    "vendors conversion tuning writer",
+    "explanation":  "refs control_characters display_width diagnostics schemas encoders vendors validate",
+    "sim":          "refs store schemas encoders tuning",
+    "pictures":     "display_width",
     "report":       "refs control_characters limits diagnostics document schemas encoders vendors conversion "
                     "differences validate explanation sim pictures",
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
                     "validate sim pictures",
     "verification": "refs schemas encoders vendors conversion differences sim pictures",
+    "draft":        "refs limits diagnostics document source schemas scenario sim validate verification",
+    "sheets":       "limits diagnostics document paths source templates schemas vendors validate writer",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
                     "differences tuning validate explanation sim scenario verification",
     "cli":          "*",
-    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario results",
+    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario draft results",
     "__init__":     "api",
     "__main__":     "cli",
 }
@@ -59,17 +66,18 @@ ONLY_IN = {
     "rich":          "cli.terminal",
     "ruamel":        "source writer",
     "intelhex":      "encoders.ihex",
+    "openpyxl":      "sheets.table",
     "pyclickplc":    "encoders.click",
     "numpy":         "sim.compile",
     "numba":         "sim.compile",
     "matplotlib":    "pictures",
     "jinja2":        "pictures report",
     "markupsafe":    "report",
-    "xlsxwriter":    "report",
+    "xlsxwriter":    "report sheets.write",
     "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
-                     "verification cli.commands.schema",
-    "pydantic_core": "schemas encoders vendors validate sim verification",
-    "importlib":     "vendors cli sim.compile explanation.decisions results.schemas __init__",
+                     "verification sheets cli.commands.schema",
+    "pydantic_core": "schemas encoders vendors validate sim verification draft",
+    "importlib":     "vendors cli sheets sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them
 }
 
@@ -124,7 +132,7 @@ MODULES = {
     "validate --help":   f"{OPTIONS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
                          "cli.findings.settings_keys cli.formats.findings cli.formats.reporters "
                          "cli.formats.statistics cli.errors cli.terminal.detail cli.watch results results.findings "
-                         "writer",
+                         "display_width writer",
     "convert --help":    f"{OPTIONS} {REPORTS} cli.commands.convert cli.extras cli.files.plots {OF_VENDORS}",
     "encode --help":     f"{OPTIONS} cli.commands.encode {OF_VENDORS}",
     "decode --help":     f"{OPTIONS} {READS} cli.commands.decode {OF_VENDORS}",

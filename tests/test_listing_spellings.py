@@ -135,9 +135,24 @@ def test_a_short_table_with_a_header_in_capitals():
         ("Address;Hex\nV2000,0000\n", "1 cells stand under a header of 2 columns"),
         ("Address,Hex\nV2000,0000,7\n", "3 cells stand under a header of 2 columns"),
         ("Address,Hex\nv2008,0000\n", "'v2008' is not an address of this vendor"),
+        ("Element,Value\nV2000,0050\n", "0050 looks hexadecimal and stands in a column of decimal values"),
         ("Address,Words\nV2000,0000\n", "the header has no column hex or value"),
     ],
 )
 def test_what_stays_refused(text, message):
     with pytest.raises(ListingError, match=message.replace("(", r"\(")):
         read("dl06", text)
+
+
+@pytest.mark.parametrize("head", ["Element,Hex", "ELEMENT,Decimal", "Address,Hex,Dec", "element;hex;decimal"])
+def test_columns_as_programming_software_names_them(head):
+    between = ";" if ";" in head else ","
+    rows = {"hex": "0100", "decimal": "256", "dec": "256"}
+    cells = [rows.get(name.lower(), "V2000") for name in head.split(between)]
+    assert read("dl06", f"{head}\n{between.join(cells)}\n").words == {0o2000: 256}
+
+
+@pytest.mark.parametrize("name", ["Decimal", "dec", "value"])
+def test_two_columns_that_differ_are_refused_whatever_they_are_called(name):
+    with pytest.raises(ListingError, match="hex 0100 is 256, but the value says 255"):
+        read("dl06", f"Address,Hex,{name}\nV2000,0100,255\n")

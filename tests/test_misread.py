@@ -5,22 +5,11 @@ from __future__ import annotations
 import pytest
 
 import pidcfg as api
+from one_loop import PLANT
 from pidcfg.schemas.misread import cure
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
 
-PLANT = """\
-pidcfg: 1
-vendor: dl06
-plc: {loop_table: V2000, reset_decimals: 1}
-loops:
-  - name: A
-    sample_rate: 2
-    action: direct
-    tuning: {gain: 2.5, reset: 100}
-    pv: {range: [0, 400], unit: degC}
-    setpoint: {value: 85}
-"""
 EVENT = """\
 pidcfg: 1
 scenario: step
@@ -71,7 +60,10 @@ def test_the_plant_is_a_good_one():
         ),
         ("abc", None),
         ("2.5.6", None),
-        ("12.345.678", None),
+        ("12.345.678", "write 12345678: nothing stands between thousands"),
+        ("1O0", "write 100: a letter stands where a digit belongs"),
+        ("\N{FULLWIDTH DIGIT TWO}", "write 2: U+FF12 is FULLWIDTH DIGIT TWO"),
+        ("1/3", None),
         ("1,2,3", None),
         ("5 - 6", None),
         ("5 counts", None),
@@ -96,12 +88,18 @@ def test_the_cure_of_a_text_that_is_no_number(text, says):
         ("sample_rate: 2", "sample_rate: 2,5", (6, 18), "sample_rate: '2,5' is not a number", "write 2.5"),
         ("sample_rate: 2", "sample_rate: 2,5 s", (6, 18), "sample_rate: '2,5 s' is not a time", "write 2.5"),
         ("sample_rate: 2", "sample_rate: 2 parsec", (6, 18), "'2 parsec' is not a time", "units are ms, s, min and h"),
-        ("400]", "400,5]", (9, 17), "a list of two values", "the decimal sign is a point"),
+        ("400]", "400,5]", (9, 17), "a list of two values, not of 3", "that is a point"),
         ("400]", "1e-320]", (9, 17), "range: 1e-320 is too small; the limit is 1e-300", "write 0 where that is meant"),
         ("400]", "1e301]", (9, 17), "range: 1e301 is too large; the limit is 1e300", "write a smaller number"),
         ("value: 85", "value: 85 °F", (10, 23), "value: '85 °F' is not a number", "the key is in degC, not in degF"),
         ("value: 85", "value: 1e-3 counts", (10, 23), "setpoint is 0.001 counts, but raw counts are whole", "round it"),
-        ("value: 85", "value: 1e300", (10, 23), "setpoint is 1e+300, but its word holds 0 to 400", "lower the value"),
+        (
+            "value: 85",
+            "value: 1e300",
+            (10, 23),
+            "setpoint is 1e+300 degC, but its word holds 0 to 400",
+            "lower the value",
+        ),
         (
             "  - name",
             "    name",

@@ -348,7 +348,8 @@ def test_names_that_read_like_truths_stay_names():
         ("A(PV := " + "+X" * 600 + ");", (4, 9), "the expression is longer than 1000 characters"),
         ("A(SP := " + "9" * 5000 + ");", (4, 9), "a number of more than 32 digits"),
         ("END_PROGRAM X := 1;", (4, 13), "stands behind END_PROGRAM"),
-        ("FUNCTION G : REAL", (4, 1), "a file holds one PROGRAM"),
+        ("FUNCTION G : REAL", (4, 1), "FUNCTION has no END_FUNCTION"),
+        ("ACTION G :", (4, 1), "a file holds one PROGRAM"),
         ('(* loop: {"loop": "C", "type": "PIDA_REAL"} *)', (4, 1), "C is not declared"),
         ('(* loop: {"loop": "A", "type": "PIDA_INT"} *)', (1, 18), "declared otherwise than the comment in line 4"),
         ('(* loop: {"block": "C", "type": "PID"} *)', (4, 1), "the comment names no block of the library"),
@@ -402,6 +403,8 @@ def test_words_of_an_enumeration_and_structures():
     [
         ("PROGRAM a", True),
         ("\n(* x *) // y\nvar\n", True),
+        ("(* a (* b *) c *)\nPROGRAM a", True),
+        ("/* a (* b */ PROGRAM a", True),
         ("{attribute 'x'}\nVAR_GLOBAL\n", True),
         ('{"words": []}', False),
         ("name,type,value\n", False),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from one_loop import PLANT
 from pidcfg.document import LINE_BREAK
 from pidcfg.schemas.base import NUMBER
 from pidcfg.source import read_document
@@ -76,18 +77,7 @@ def test_any_other_unit_is_refused_and_both_are_named(vendor):
     assert all(d.help.startswith("the key is in ") and ", not in furlong:" in d.help for d in refused)
 
 
-LOOP = """\
-pidcfg: 1
-vendor: dl06
-plc: {loop_table: V2000, reset_decimals: 1}
-loops:
-  - name: A
-    sample_rate: 2
-    action: direct
-    tuning: {gain: 2.5, reset: 100}
-    pv: {range: [0, 400], unit: UNIT}
-    setpoint: {value: 85 SAID}
-"""
+LOOP = PLANT.replace("degC", "UNIT").replace("value: 85", "value: 85 SAID")
 
 
 @pytest.mark.parametrize(

@@ -386,7 +386,7 @@ BAD = {
     "too few after": (
         table([r for r in samples(every=4) if r[0] < 60]),
         {},
-        r"changes with 5 samples before and 10 after",
+        r"changes after 5 and before 10 samples",
     ),
 }
 

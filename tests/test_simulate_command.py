@@ -321,10 +321,14 @@ def test_several_scenarios_and_folders_run_one_after_the_other(folder):
     assert (data["version"], data["passed"]) == (1, False)
 
 
-def test_a_configuration_is_no_scenario(folder):
-    result = pidcfg("simulate", "reactor.yaml", cwd=folder)
-    assert result.returncode == 2
-    assert "the file is no scenario" in result.stdout.decode()
+def test_a_configuration_runs_with_a_drafted_scenario(folder):
+    result = pidcfg("simulate", "reactor.yaml", "--format", "json", cwd=folder)
+    data = json.loads(result.stdout)
+    assert (result.returncode, data["file"], data["passed"]) == (0, "reactor.yaml", True)
+    assert result.stderr.decode() == (
+        "reactor.yaml is a configuration: it runs with a drafted scenario, which "
+        "'pidcfg init --scenario reactor.yaml -o reactor.scenario.yaml' writes\n"
+    )
 
 
 def test_a_scenario_may_come_from_standard_input(folder):

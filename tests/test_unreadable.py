@@ -5,26 +5,19 @@ from __future__ import annotations
 import re
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+import one_loop
+from pidcfg.document import LINE_BREAK
 from pidcfg.source import read_document
 from pidcfg.unreadable import MAGIC
 
-PLANT = """\
-pidcfg: 1
-vendor: dl06
-plc: {loop_table: V2000, reset_decimals: 1}
-loops:
-  - name: A
-    sample_rate: 2
-    # a comment
-    action: direct
-
-    tuning: {gain: 2.5, reset: 100}
-    pv:
-      range: [0, 400]
-      unit: degC
-    setpoint: {value: 85}
-"""
+PLANT = (
+    one_loop.PLANT.replace("    action", "    # a comment\n    action")
+    .replace("    tuning", "\n    tuning")
+    .replace("pv: {range: [0, 400], unit: degC}", "pv:\n      range: [0, 400]\n      unit: degC")
+)
 
 
 def problem(data):
@@ -148,6 +141,28 @@ def test_no_line_that_is_moved_is_told_to_stand_where_it_stood_wrong(line, space
     if problems and "column" in problems[0].message and problems[0].span.line == line:
         columns = [int(number) for number in re.findall(r"column (\d+)", problems[0].message)[1:]]
         assert len(text) - len(text.lstrip("- ")) + 1 in columns
+
+
+SIGNS = "{}[]:,;=-'\"#&*!%@ \n\t\N{NO-BREAK SPACE}\N{FULLWIDTH COLON}\N{LEFT DOUBLE QUOTATION MARK}x"
+
+
+@given(st.lists(st.tuples(st.integers(0, len(PLANT)), st.integers(0, 3), st.sampled_from([*SIGNS, ""])), max_size=3))
+def test_a_text_that_is_spoilt_anywhere_has_a_place_inside_of_it(places):
+    text = PLANT
+    for at, length, sign in places:
+        text = text[:at] + sign + text[at + length :]
+    lines = LINE_BREAK.split(text)
+    for d in read_document(text.encode(), "a.yaml").problems:
+        assert 1 <= d.span.line <= len(lines)
+        assert 1 <= d.span.column <= len(lines[d.span.line - 1]) + 1
+        assert d.message
+
+
+@pytest.mark.parametrize("text", ["pidcfg: [", "pidcfg: {", 'pidcfg: "', "pidcfg: [1, ", "- {a: 'b", "{"])
+def test_what_is_open_at_the_end_of_a_file_without_a_line_end(text):
+    d = problem(text)
+    assert d.code == "PID001"
+    assert d.help
 
 
 def test_a_key_with_an_odd_blank_is_named():

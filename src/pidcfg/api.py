@@ -218,6 +218,8 @@ def simulate(
 ) -> SimulateResult:
     """Runs a scenario: the encoded configuration that it names against its plants, judged by its expectations.
 
+    A configuration in its place runs with the scenario that `pidcfg init --scenario` writes for it.
+
     ``trend``: an open text stream for the trend as CSV, a row every ``every`` base steps. ``record``: keep the signals
     of the loops for pictures. ``engine``: numba (extra ``fast``) pays for long runs, with the same results.
     ``progress`` is called with the share that is done.
@@ -227,10 +229,15 @@ def simulate(
     from pidcfg.scenario.outcome import simulate_document
     from pidcfg.sim.engine import EngineName
     from pidcfg.sim.run import Settings
+    from pidcfg.validate.engine import is_configuration
 
     refuse_unknown("engine", engine, get_args(EngineName))
     if every < 1:
         raise ArgumentError(f"`every` is {every}; write a whole number above 0", "every")
     settings = Settings(engine, every, limits.loop_steps, trend, progress=progress)
     doc = document_of(source, name, files, limits)
+    if is_configuration(doc):
+        from pidcfg.draft.write import simulate_draft
+
+        return SimulateResult(simulate_draft(doc, settings, limits, record=record))
     return SimulateResult(simulate_document(doc, settings, limits, reader_of(files), record=record))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 NOTHING = {bool: False, int: 0, float: 0.0}
 """What stands for a content that is no value, by its type."""
+CONFIGURATION = re.compile(r"^pidcfg:", re.MULTILINE)
 HEAD = 1000
 """Characters in which a listing names its vendor."""
 
@@ -42,11 +44,20 @@ def read_listing(data: bytes, vendor: Vendor, limits: Limits, kind: str | None =
         named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD]), None)
         if named not in {None, vendor.key}:
             raise ListingError(f"this is a listing of vendor {named}, not {vendor.key}")
-        raise ListingError(f"this is no memory listing that pidcfg writes ({', '.join(kinds)})")
+        raise ListingError(_no_listing(text, [*kinds]))
     listing: Listing = chosen.read(text)
     if listing.vendor not in {None, vendor.key}:
         raise ListingError(f"the listing is of vendor {listing.vendor!r}, not {vendor.key}")
     return listing
+
+
+def _no_listing(text: str, kinds: list[str]) -> str:
+    """What a text is that is no listing, with the cure where there is one."""
+    if not text.strip():
+        return "the file is empty: export the listing again"
+    if CONFIGURATION.search(text):
+        return "this is a file of pidcfg and no listing; 'pidcfg encode' writes the words of a configuration"
+    return f"this is no memory listing that pidcfg reads ({', '.join(kinds)})"
 
 
 def _text_of(data: bytes, kinds: Iterable[FileKind]) -> str:

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from pidcfg.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.document import LINE_BREAK, Document, Node, Plain, span_of
 from pidcfg.limits import DEFAULT, Limits
-from pidcfg.unreadable import SAVE_AS_UTF8, other_file, syntax_fault
+from pidcfg.templates import resolved
+from pidcfg.unreadable import SAVE_AS_UTF8, other_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -83,7 +84,8 @@ class _Builder:
         if self.wants_key():
             raise _RefusedError("PID008", "an alias cannot be a key", span_of(event), "write the key itself")
         if event.anchor not in self.anchors:
-            raise _RefusedError("PID012", f"the anchor &{event.anchor} is not defined above", span_of(event))
+            cure = f"write the value out, or &{event.anchor} before the one above that is meant"
+            raise _RefusedError("PID012", f"the anchor &{event.anchor} is not defined above", span_of(event), cure)
         target = self.anchors[event.anchor]
         if target is None:
             message = f"the anchor &{event.anchor} contains itself"
@@ -191,6 +193,9 @@ class _Builder:
 
 def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     """The text of one file as a document; everything wrong with it is in ``problems``, nothing is raised."""
+    if other := other_file(data):  # a file that has no lines to show
+        problem = Diagnostic("PID002", Severity.ERROR, other[0], file, START, help=other[1])
+        return Document(file, "", None, Node(None), (problem,))
     text = data[: limits.file_bytes].decode("utf-8-sig", "replace")
     try:
         _refuse_bytes(data, text, limits)
@@ -198,7 +203,7 @@ def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     except _RefusedError as e:
         problem = Diagnostic(e.code, Severity.ERROR, e.message, file, e.span, help=e.cure)
         return Document(file, text, None, Node(None), (problem,))
-    return Document(file, text, root, node, tuple(duplicates))
+    return resolved(Document(file, text, root, node, tuple(duplicates)), limits)
 
 
 def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:
@@ -206,8 +211,6 @@ def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:
     if len(data) > limits.file_bytes:
         message = f"the file is larger than {limits.file_bytes} bytes"
         raise _RefusedError("PID013", message, START, "raise the limit by option")
-    if other := other_file(data):
-        raise _RefusedError("PID002", other[0], START, other[1])
     try:
         data.decode("utf-8")
     except UnicodeDecodeError as e:
@@ -232,10 +235,12 @@ def _build(text: str, file: str, limits: Limits) -> tuple[dict[str, Any], Node, 
     builder = _Builder(file, limits)
     _walk(text, builder)
     if builder.result is None or builder.result[0] is None:
-        raise _RefusedError("PID005", "the file is empty", START, "'pidcfg init' writes a starter file")
+        message = "the file holds comments alone" if text.strip() else "the file is empty"
+        raise _RefusedError("PID005", message, START, "'pidcfg init' writes a starter file")
     data, node = builder.result
     if not isinstance(data, dict):
-        cure = "begin with the line 'pidcfg: 1'"
+        is_xml = text.lstrip().startswith("<")
+        cure = "XML of PLCopen is read by 'pidcfg decode'" if is_xml else "begin with the line 'pidcfg: 1'"
         raise _RefusedError("PID006", "the file must be a mapping of keys to values", node.span, cure)
     return data, node, builder.duplicates
 
@@ -277,14 +282,14 @@ def parser() -> Any:
 
 def _refuse_syntax(text: str, error: Any) -> NoReturn:
     """The parser's complaint with a position and, where we know one, a cure."""
-    mark = error.problem_mark or error.context_mark
-    span = START if mark is None else Span(mark.line + 1, mark.column + 1, mark.line + 1, mark.column + 2)
-    problem = str(error.problem or error.context or "not YAML").strip()
+    from pidcfg.syntax_faults import place_of, syntax_fault
+
     lines = LINE_BREAK.split(text)
-    if span.line > len(lines):  # the parser counts a line more at the end of a file that does not end with one
-        span = Span(len(lines), len(lines[-1]) + 1, len(lines), len(lines[-1]) + 2)
+    mark = error.problem_mark or error.context_mark
+    span = START if mark is None else place_of(mark, lines)
+    problem = str(error.problem or error.context or "not YAML").strip()
     line = lines[span.line - 1]
     if "\t" in line[: len(line) - len(line.lstrip())] or line[span.column - 1 : span.column] == "\t":
         raise _RefusedError("PID014", "a tab is used for indentation", span, "indent with spaces") from None
-    fault = syntax_fault(lines, problem, span)
+    fault = syntax_fault(lines, problem, span, error.context_mark and place_of(error.context_mark, lines))
     raise _RefusedError("PID001", f"not YAML: {fault.message}", fault.span, fault.cure) from None

@@ -77,6 +77,7 @@ PARTS = {
     "controller": "sim.controllers.{key}.scan:load",
     "registers": "encoders.maps.{key}:TABLES",
     "tuned": "encoders.maps.{key}:TUNED",
+    "tuning_of": "encoders.{key}.tuning:tuning_of",
     "written": "encoders.maps.{key}:WRITTEN",
     "explainer": "explanation.{key}:EXPLAINER",
     "to_neutral": "conversion.to_neutral.{key}:to_neutral",

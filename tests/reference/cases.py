@@ -72,6 +72,34 @@ def sensor_events(rng, loop, pv_range, duration):
     return events
 
 
+def stands_at(rng, loop, values, base, duration, share=0.35):
+    """A sensor that in some cases stands at one of several values after the other, from base step to base step."""
+    if not chance(rng, share):
+        return []
+    events, step, last = [], rng.randint(0, 10), round(duration / base) - 1
+    while step < last:
+        length = rng.choice((1, 1, 2, 3, 6))
+        shown = {"at": round(step * base, 4), "loop": loop, "pv": rng.choice(values), "for": round(length * base, 4)}
+        events.append(shown)
+        step += length
+    return events
+
+
+def halves(value):
+    """Plain data with every fraction rounded to a half, so that sums and differences of them are exact."""
+    if isinstance(value, dict):
+        return {key: halves(part) for key, part in value.items()}
+    if isinstance(value, list):
+        return [halves(part) for part in value]
+    return round(2 * value) / 2 if isinstance(value, float) else value
+
+
+def moment(rng, base, duration):
+    """A time, as often as not that of a base step."""
+    at = rng.uniform(0, duration)
+    return round(at // base * base, 4) if chance(rng, 0.5) else round(at, 2)
+
+
 def in_order(events):
     """Events by their times; those of one time stay as they are."""
     return sorted(events, key=lambda event: event["at"])

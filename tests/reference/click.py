@@ -5,6 +5,7 @@ from __future__ import annotations
 from ctypes import c_float
 
 from reference.click_cases import random_case
+from reference.engine import first_outputs
 from reference.words import with_set, words, written
 
 __all__ = ["COUNT", "FEATURES", "TOLERANCE", "random_case", "run"]
@@ -254,7 +255,7 @@ def run(configuration, scenario, inputs, reached):
     """Every sample of a scenario."""
     memory = words(configuration)
     loops = {entry["name"]: Loop(entry, memory, reached) for entry in configuration["loops"]}
-    for name, value in scenario.get("initial", {}).items():
+    for name, value in first_outputs(scenario).items():
         loops[name].write(CO, f(value))
     stopped, samples = False, []
     for row, measured in enumerate(inputs.rows):

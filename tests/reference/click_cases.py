@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from reference.cases import chance, in_order, number, plant, rates, sensor_events, within
+from reference.cases import chance, halves, in_order, moment, number, plant, rates, sensor_events, stands_at, within
 
 BASES = (0.1, 0.2, 0.25, 0.5, 1.0)
 CO = [0, 100]
@@ -17,14 +17,17 @@ def random_case(rng):
     for i, rate in enumerate(sample_rates):
         name = "ABC"[i]
         entry = loop_entry(rng, name, i, rate)
+        if chance(rng, 0.4):
+            entry |= {key: halves(entry[key]) for key in ("pv", "setpoint", "output", "error", "alarms")}
         loops.append(entry)
         span = entry["pv"]["range"]
         plants[name] = plant(rng, span, CO, rate, rises=(entry["action"] == "direct") != chance(rng, 0.15))
         if chance(rng, 0.5):
-            initial[name] = within(rng, CO, -0.05, 1.05)
+            initial[name] = rng.choice((*entry["output"]["limits"], *[within(rng, CO, -0.05, 1.05)] * 4))
         events += loop_events(rng, entry, base, duration) + sensor_events(rng, name, span, duration)
+        events += stands_at(rng, name, edges(entry), base, duration)
     if chance(rng, 0.25):
-        at = number(rng, 0, duration)
+        at = moment(rng, base, duration)
         events += [{"at": at, "plc": "stop"}, {"at": number(rng, at, duration), "plc": "run"}]
     configuration = {"pidcfg": 1, "vendor": "click", "loops": loops}
     scenario = {"duration": duration, "plants": plants, "events": in_order(events), "seed": rng.randint(0, 9999)}
@@ -85,6 +88,19 @@ def loop_entry(rng, name, index, rate):
     return entry
 
 
+def edges(entry):
+    """PVs at which something begins or ends, and those beside them."""
+    alarms, band = entry["alarms"], entry["alarms"]["hysteresis"]
+    sp, dead = entry["setpoint"].get("value", 0), entry["error"]["deadband"]
+    points = [*entry["pv"]["range"], sp, sp + dead, sp - dead]
+    points += [x for x in alarms["pv"].values() if not isinstance(x, bool)]
+    points += [sp + side * alarms["deviation"][name] for side in (-1, 1) for name in ("high", "high_high")]
+    if dead > 0:
+        points += [sp + dead**0.5, sp - dead**0.5]
+    points += [sp + alarms["rate_of_change"], sp]
+    return [round(x + n, 4) for x in points for n in (0, band, -band)]
+
+
 def alarms(rng, span):
     """Alarms that a PV passes."""
     width = span[1] - span[0]
@@ -123,8 +139,8 @@ def loop_events(rng, entry, base, duration):
         lambda: {"set": {"pv": {"filter": rng.choice((5, 50, 100))}}},
         lambda: {"set": {"setpoint": {"lower_limit": within(rng, span, 0, 0.6)}}},
         lambda: {"set": {"setpoint": {"upper_limit": within(rng, span, 0.4, 1)}}},
-        lambda: {"set": {"output": within(rng, CO)}},
-        lambda: {"set": {"bias": within(rng, CO)}},
+        lambda: {"set": {"output": rng.choice((*entry["output"]["limits"], within(rng, CO), within(rng, CO)))}},
+        lambda: {"set": {"bias": rng.choice((*entry["output"]["limits"], within(rng, CO), within(rng, CO)))}},
         lambda: {"set": {"output": {"limits": [within(rng, CO, -0.05, 0.5), within(rng, CO, 0.5, 1)]}}},
         lambda: {"set": {"error": {"deadband": round(width * rng.uniform(0, 0.1), 3)}}},
         lambda: {"set": {"error": {"curve": rng.choice(("linear", "squared"))}}},
@@ -142,4 +158,4 @@ def loop_events(rng, entry, base, duration):
         lambda: {"set": {"error": {"deadband_enabled": chance(rng, 0.5)}}},
     ]
     made = [rng.choice(choices)() for _ in range(rng.choice((0, 1, 2, 3, 5, 8)))]
-    return [{"at": number(rng, 0, duration), "loop": entry["name"], **event} for event in made]
+    return [{"at": moment(rng, base, duration), "loop": entry["name"], **event} for event in made]

@@ -13,6 +13,8 @@ from importlib import import_module
 
 from reference.engine import trace
 
+STEADY = 0.08
+"""Share of the cases that begin steady."""
 SHOWN = 5
 """Differences that are printed of a vendor."""
 
@@ -24,6 +26,8 @@ class Outcome:
     cases: int = 0
     loop_samples: int = 0
     """Loops times base steps."""
+    steady: int = 0
+    """Cases that began with a pre-roll to a steady state."""
     reached: Counter = field(default_factory=Counter)
     """How often the cases came by each of the vendor's ``FEATURES``, as the reference counted."""
     differences: list[str] = field(default_factory=list)
@@ -52,8 +56,11 @@ def _module(vendor):
 
 
 def case_of(vendor, seed, number):
-    """The configuration and the scenario of a case."""
-    return _module(vendor).random_case(random.Random(f"{seed}/{vendor}/{number}"))
+    """The configuration and the scenario of a case; some begin steady."""
+    configuration, scenario = _module(vendor).random_case(random.Random(f"{seed}/{vendor}/{number}"))
+    if random.Random(f"{seed}/{vendor}/{number}/start").random() < STEADY:
+        scenario["initial"] = "steady"
+    return configuration, scenario
 
 
 def compare(vendor, numbers, seed=0):
@@ -76,13 +83,14 @@ def compare_case(vendor, configuration, scenario, outcome):
     inputs, shown = trace(configuration, scenario)
     expected = module.run(configuration, scenario, inputs, outcome.reached)
     outcome.cases += 1
+    outcome.steady += inputs.lead > 0
     outcome.loop_samples += len(configuration["loops"]) * len(shown)
     if len(expected) != len(shown):
         return f"{len(shown)} base steps, reference {len(expected)}"
     for row, (theirs, ours) in enumerate(zip(shown, expected, strict=True)):
         for name, value in ours.items():
             if not alike(theirs[name], value, module.TOLERANCE.get(name.rpartition(".")[2], 0)):
-                at = row * inputs.step / 1e6
+                at = (row - inputs.lead) * inputs.step / 1e6
                 return f"at {at:g} s (row {row}) {name} is {theirs[name]!r}, reference {value!r}"
     return ""
 
@@ -108,7 +116,7 @@ def show_case(vendor, seed, number):
         expected = module.run(configuration, scenario, inputs, Counter())
         row = int(text.partition("row ")[2].partition(")")[0])
         for k in range(max(0, row - 3), min(row + 2, len(shown))):
-            print(f"row {k}, {k * inputs.step / 1e6:g} s, measured {inputs.rows[k]}")
+            print(f"row {k}, {(k - inputs.lead) * inputs.step / 1e6:g} s, measured {inputs.rows[k]}")
             for name, value in expected[k].items():
                 print(f"  {name:20} {shown[k][name]!r:24} reference {value!r}")
 
@@ -131,7 +139,7 @@ def main(arguments=None):
         seconds = time.perf_counter() - begin
         print(
             f"{vendor}: {outcome.cases} configurations, {outcome.loop_samples} loop-samples, "
-            f"{len(outcome.differences)} differ, {seconds:.0f} s"
+            f"{outcome.steady} begin steady, {len(outcome.differences)} differ, {seconds:.0f} s"
         )
         missed = [name for name in _module(vendor).FEATURES if not outcome.reached[name]]
         print("  reached: " + ", ".join(f"{n} {outcome.reached[n]}" for n in _module(vendor).FEATURES))

@@ -38,10 +38,10 @@ class Profile:
         if not loop.words.mode(11):
             self.segment, self.held, self.deviating = 0, False, False
             return
-        begun = loop.mode != CASCADE and self.obey(commands)
+        begun = loop.mode != CASCADE and not loop.plc.program and self.obey(commands)
         if loop.mode == CASCADE and self.segment:
             self.held = True
-        if self.segment and not self.held and not begun:
+        if self.segment and not self.held and not begun and not loop.plc.program:
             self.move()
         soaking = self.segment and self.segment % 2 == 0
         allowed = self.entry(3) if soaking else 0
@@ -92,7 +92,7 @@ class Profile:
         if self.segment % 2 == 0:
             loop.reached["soak"] += 1
             self.left -= loop.period()
-            if self.left <= 0:
+            if 2 * self.left < loop.period():  # the nearest number of samples (D652)
                 self.advance()
             return
         loop.reached["ramp"] += 1

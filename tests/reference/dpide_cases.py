@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from reference.cases import stands_at
+
 GAINS = (0.0, 0.3, 0.5, 1.0, 2.5, 7.3, -1.0)
 BITS = ("PID_EQ", "PID_DE", "PID_DIR")
 
@@ -18,9 +20,18 @@ def random_case(rng):
         "duration": duration,
         "step": rng.choice([0.1, 0.05]),
         "plants": {loop["name"]: random_plant(rng, loop) for loop in loops},
-        "events": sorted((random_event(rng, loops, duration) for _ in range(rng.randrange(14))), key=at),
+        "events": [random_event(rng, loops, duration) for _ in range(rng.randrange(14))],
     }
+    for loop in loops:
+        scenario["events"] += stands_at(rng, loop["name"], edges(loop), scenario["step"], duration, 0.2)
+    scenario["events"].sort(key=at)
     return configuration, scenario
+
+
+def edges(loop):
+    """PVs at the set point and at the ends of the dead band, and beside them."""
+    sv, band = loop["SV"], loop["ERR_DBW"]
+    return [sv + n for n in (0, 0, band, -band, band / 2, -band / 2, band + 0.5, -band - 0.5, 0.5, -0.5, 20)]
 
 
 def at(event):
@@ -68,9 +79,9 @@ def share_devices(rng, loops):
         if rng.random() < 0.3:
             devices["SV"], loop["SV"] = "D200", 50.0
         elif i and rng.random() < 0.5:
-            devices[rng.choice(["SV", "BIAS"])] = f"D{100 + 2 * rng.randrange(i)}"
+            devices[rng.choice(["SV", "BIAS", "MOUT"])] = f"D{100 + 2 * rng.randrange(i)}"
         elif i + 1 < len(loops) and rng.random() < 0.3:
-            devices[rng.choice(["SV", "BIAS"])] = f"D{102 + 2 * i}"
+            devices[rng.choice(["SV", "BIAS", "MOUT"])] = f"D{102 + 2 * i}"
         loop["devices"] = devices
 
 
@@ -90,7 +101,7 @@ def random_plant(rng, loop):
 
 def random_event(rng, loops, duration):
     """One event."""
-    time = {"at": round(rng.uniform(0, duration), 2)}
+    time = {"at": round(rng.uniform(0, duration), rng.choice([1, 2]))}
     loop = rng.choice(loops)
     kind = rng.random()
     if kind < 0.04:

@@ -24,15 +24,22 @@ class Inputs:
 
     ``rows``: of each base step the measurement of each loop as ``LOOP.PV`` in engineering units, before any rounding,
     and every signal of the PLC's program that comes from outside, by its name. Base steps are ``step`` microseconds
-    apart.
+    apart; ``lead`` of them come before time 0, where a scenario begins steady.
     """
 
     step: int = 0
+    lead: int = 0
     rows: list[dict[str, float]] = field(default_factory=list)
 
     def due(self, scenario, row):
         """The events of a scenario that take effect at a base step, in the order of the file (D82)."""
-        return [e for e in scenario.get("events", ()) if -(-round(e["at"] * TICKS) // self.step) == row]
+        return [e for e in scenario.get("events", ()) if self.lead - (-round(e["at"] * TICKS) // self.step) == row]
+
+
+def first_outputs(scenario):
+    """The output that each loop starts with, where a scenario says so."""
+    initial = scenario.get("initial", {})
+    return initial if isinstance(initial, dict) else {}
 
 
 def texts_of(configuration, scenario):
@@ -56,6 +63,9 @@ def trace(configuration, scenario):
     bits = [*plc.alarm_bits.items(), *plc.flag_bits.items()]
 
     def scan(tick, cfg, st, aux, sig):
+        if tick == 0:  # once more, where a network has not settled
+            inputs.rows.clear()
+            samples.clear()
         measured = {f"{loop}.PV": sig[c.sig_in] for loop, c in zip(plc.loops, cfg, strict=False)}
         inputs.rows.append(measured | {name: sig[slot] for name, slot in plc.inputs.items()})
         loaded.controller.scan(tick, cfg, st, aux, sig)
@@ -69,5 +79,6 @@ def trace(configuration, scenario):
     controller = SimpleNamespace(**{name: getattr(loaded.controller, name) for name in CONTROLLER}, scan=scan)
     report = simulate(loaded.scenario, loaded.plc, controller, Settings("python"))
     inputs.step = round(report.step * TICKS)
-    assert len(samples) == report.steps, "a case has no pre-roll"
+    inputs.lead = len(samples) - report.steps
+    assert inputs.lead == 0 or scenario.get("initial") == "steady"
     return inputs, samples

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 
+from reference.engine import first_outputs
 from reference.ezlogix_cases import FULL, SETPOINT, random_case
 from reference.words import with_set, words, written
 
@@ -40,9 +42,11 @@ class Loop:
         self.pv = self.error = 0
         self.integral = self.last_error = self.last_value = 0.0
         self.at_low = self.at_high = False
-        self.cv = memory.get(self.cv_tag, 0)
+        self.tag = memory if self.cv_tag in memory else {}
+        """Where the CV stands: of a cascade in the inner loop's set point register (D177)."""
+        self.cut, self.outer = False, None
+        self.write_cv(self.tag.get(self.cv_tag, 0))
         self.bias = float(self.r(OFFSET))
-        self.setpoint, self.reaching = self.r(SETPOINT), self.cv
         self.cycle_start, self.on_time, self.pulse = None, 0, 0
 
     def begin(self):
@@ -55,8 +59,28 @@ class Loop:
     def s(self, offset):
         return self.memory[f"S{self.discretes + offset}"]
 
-    def write(self, offset, value):
-        self.memory[f"R{self.registers + offset}"] = value
+    def write_setpoint(self, value):
+        """Writes the register of the set point, which may be the outer loop's CV (D177)."""
+        if value != self.r(SETPOINT):
+            self.memory[f"R{self.registers + SETPOINT}"] = value
+            if self.outer is not None:
+                self.outer.write_cv(value)
+
+    @property
+    def cv(self):
+        """The control variable."""
+        return self.tag[self.cv_tag]
+
+    def write_cv(self, counts):
+        """Writes it, by whomever, and shows it unless nothing carries it on (D177, D672)."""
+        self.tag[self.cv_tag] = counts
+        if not self.cut:
+            self.reaching = counts
+
+    @property
+    def setpoint(self):
+        """The set point in force: the register within its limits (D656)."""
+        return max(min(self.r(SETPOINT), self.r(SP_HIGH)), self.r(SP_LOW))
 
     # --- one sample --------------------------------------------------------------------------------------------------
 
@@ -64,15 +88,11 @@ class Loop:
         """Measures, computes, and writes the CV."""
         low, high = self.counts
         if measured is not None:
-            share = (measured - self.range[0]) / (self.range[1] - self.range[0])
-            self.pv = min(max(round(low + share * (high - low)), low), high)
-        if self.r(SETPOINT) > self.r(SP_HIGH):
-            self.write(SETPOINT, self.r(SP_HIGH))
-            self.reached["SP limit"] += 1
-        if self.r(SETPOINT) < self.r(SP_LOW):
-            self.write(SETPOINT, self.r(SP_LOW))
-            self.reached["SP limit"] += 1
-        self.setpoint = self.r(SETPOINT)
+            bottom, top = (Decimal(str(end)) for end in self.range)
+            counts = (measured - float(bottom)) * (high - low) / float(top - bottom) + low  # D679
+            self.pv = min(max(round(counts), low), high)
+        self.reached["SP limit"] += self.setpoint != self.r(SETPOINT)
+        self.write_setpoint(self.setpoint)
         sign = 1 if self.direct else -1
         root = self.s(ROOT)
         value = math.sqrt(self.pv) if root else self.pv
@@ -89,6 +109,7 @@ class Loop:
             self.was_auto = False
             self.reached["manual"] += 1
             self.at_low, self.at_high = self.cv == 0, self.cv == FULL
+            self.write_cv(self.cv)
         self.saturated = self.cv in {0, FULL}
         self.bias = self.integral + self.r(OFFSET)
         for name, happened in (
@@ -125,7 +146,7 @@ class Loop:
         self.at_low, self.at_high = whole == 0, whole == FULL
         self.reached["saturated"] += whole in {0, FULL}
         high, low = min(self.r(CV_HIGH), FULL), min(self.r(CV_LOW), FULL)
-        self.cv = max(min(whole, high), low)
+        self.write_cv(max(min(whole, high), low))
         self.reached["CV limit"] += self.cv != whole
 
     # --- the control output ------------------------------------------------------------------------------------------
@@ -173,9 +194,11 @@ def run(configuration, scenario, inputs, reached):
     """Every sample of a scenario."""
     memory = words(configuration)
     loops = {entry["name"]: Loop(entry, memory, reached) for entry in configuration["loops"]}
-    setpoints = {f"R{loop.registers + SETPOINT}": loop for loop in loops.values()}
-    for name, value in scenario.get("initial", {}).items():
-        loops[name].cv = loops[name].reaching = in_counts(loops[name], value)
+    for loop in loops.values():
+        at = f"R{loop.registers + SETPOINT}"
+        loop.outer = next((other for other in loops.values() if other.cv_tag == at), None)
+    for name, value in first_outputs(scenario).items():
+        loops[name].write_cv(in_counts(loops[name], value))
     stopped, samples = False, []
     goes_on = configuration.get("plc", {}).get("process_when_stopped", True)
     ticks = inputs.step // 10_000
@@ -192,9 +215,9 @@ def run(configuration, scenario, inputs, reached):
                         loop.begin()
                         loop.due, loop.cycle_start = now, None
             elif "loop" in event:
-                loop = loops[event["loop"]]
-                cut = stopped and not (goes_on and loop.drives)
-                configuration = operate(configuration, loop, event, memory, cut=cut)
+                configuration = operate(configuration, loops[event["loop"]], event, memory)
+            for loop in loops.values():
+                loop.cut = stopped and not (goes_on and loop.drives)
         for loop in loops.values():
             if stopped and not goes_on:
                 continue
@@ -205,11 +228,7 @@ def run(configuration, scenario, inputs, reached):
                 loop.due = now + loop.r(SAMPLE_RATE)
                 still = stopped and loop.pv_tag.startswith("R")
                 loop.sample(None if still else measured[f"{loop.name}.PV"])
-                if not stopped or loop.drives:
-                    loop.reaching = loop.cv
-                if loop.cv_tag in setpoints:
-                    memory[loop.cv_tag] = loop.cv
-                    reached["cascade"] += 1
+                reached["cascade"] += loop.cv_tag in memory
             if loop.pulsed:
                 seconds = inputs.step / 1e6
                 loop.pulse = loop.control_output(row * seconds, (row + 0.5) * seconds if row else 0.0)
@@ -222,18 +241,20 @@ def in_counts(loop, value):
     return min(max(round((value - low) / (high - low) * FULL), 0), FULL)
 
 
-def operate(configuration, loop, event, memory, *, cut):
+def operate(configuration, loop, event, memory):
     """An event of the operator; the configuration as it is afterwards."""
     if "mode" in event:
         memory[f"S{loop.discretes + MODE}"] = int(event["mode"] == "auto")
     elif "output" in event.get("set", {}) and not isinstance(event["set"]["output"], dict):
         if not memory[f"S{loop.discretes + MODE}"]:
-            loop.cv = in_counts(loop, event["set"]["output"])
-            loop.reaching = loop.reaching if cut else loop.cv
+            loop.write_cv(in_counts(loop, event["set"]["output"]))
     elif "set" in event:
         changed = with_set(configuration, loop.name, event["set"])
-        memory.update(written(configuration, changed))
-        if "setpoint" in event["set"]:
-            loop.setpoint = max(min(loop.r(SETPOINT), loop.r(SP_HIGH)), loop.r(SP_LOW))
+        new = written(configuration, changed)
+        at = f"R{loop.registers + SETPOINT}"
+        new.pop(at, None)
+        memory.update(new)
+        if not isinstance(event["set"].get("setpoint", {}), dict):
+            loop.write_setpoint(words(changed)[at])
         return changed
     return configuration

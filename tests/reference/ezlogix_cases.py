@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from reference.cases import Counts, chance, in_order, number, plant, rates, sensor_events, within
+from reference.cases import Counts, chance, in_order, moment, number, plant, rates, sensor_events, stands_at, within
 
 SETPOINT = 1
 """The register of the set point in a loop's block."""
@@ -23,21 +23,23 @@ def random_case(rng):
     duration = round(base * rng.randint(60, 160), 4)
     loops, plants, events, initial = [], {}, [], {}
     cascade = count > 1 and chance(rng, 0.3)
+    outer, inner = (0, 1) if chance(rng, 0.5) else (1, 0)
     for i, rate in enumerate(sample_rates):
         name = "ABC"[i]
-        entry = loop_entry(rng, name, i, rate, raw=cascade and i == 1)
+        entry = loop_entry(rng, name, i, rate, raw=cascade and i == inner)
         loops.append(entry)
         pv = entry["pv"].get("range", Counts(entry["pv"].get("counts", [0, FULL])))
         out = entry["output"].get("range", Counts([0, FULL]))
         right = (entry["action"] == "reverse") != chance(rng, 0.15)
         plants[name] = plant(rng, pv, out, rate, rises=right)
         if chance(rng, 0.5):
-            initial[name] = within(rng, out)
+            initial[name] = rng.choice((*out, *entry["output"].get("limits", out), *[within(rng, out)] * 4))
         events += loop_events(rng, entry, base, duration) + sensor_events(rng, name, pv, duration)
+        events += stands_at(rng, name, edges(entry), base, duration)
     if cascade:
-        loops[0]["output"]["tag"] = f"R{int(loops[1]['registers'][1:]) + SETPOINT}"
+        loops[outer]["output"]["tag"] = f"R{int(loops[inner]['registers'][1:]) + SETPOINT}"
     if chance(rng, 0.25):
-        at = number(rng, 0, duration)
+        at = moment(rng, base, duration)
         events += [{"at": at, "plc": "stop"}, {"at": number(rng, at, duration), "plc": "run"}]
     configuration = {
         "pidcfg": 1,
@@ -112,6 +114,24 @@ def scale_of_setpoint(pv):
     return Counts([0, math.isqrt(high - low)] if pv.get("square_root") else [low, high])
 
 
+def edges(entry):
+    """PVs of whole counts at which something begins or ends, those half-way to the next count, and a count beside."""
+    low, high = entry["pv"].get("counts", [0, FULL])
+    ends, width = entry["pv"].get("range", [low, high]), high - low
+    scale = scale_of_setpoint(entry["pv"])
+    sp, dead = entry["setpoint"]["value"], entry.get("deadband", 0)
+    counts = [low, high, low + width / 2]
+    if entry["pv"]["square_root"]:
+        unit = math.isqrt(width) if isinstance(scale, Counts) else 1
+        roots = [round(x) if isinstance(scale, Counts) else x / (scale[1] - scale[0]) * width**0.5 for x in (sp, dead)]
+        counts += [(roots[0] + n * roots[1]) ** 2 for n in (-1, 0, 1)] + [unit]
+    else:
+        place = [round((x - n) / (scale[1] - scale[0]) * width) for x, n in ((sp, scale[0]), (dead, 0))]
+        counts += [low + place[0] + n * place[1] for n in (-1, 0, 1)]
+    counts += [count + n for count in tuple(counts) for n in (-1, -0.5, 0.5, 1)]
+    return [ends[0] + (count - low) * (ends[1] - ends[0]) / width for count in counts]
+
+
 def distance(ends, share):
     """A share of a scale."""
     width = share * (ends[1] - ends[0])
@@ -134,9 +154,9 @@ def loop_events(rng, entry, base, duration):
         lambda: {"set": {"deadband": distance(ends, rng.uniform(0, 0.2))}},
         lambda: {"set": {"output": {"limits": [within(rng, out, 0, 0.6), within(rng, out, 0.4, 1)]}}},
         lambda: {"set": {"output": {"offset": within(rng, out, 0, 0.5)}}},
-        lambda: {"set": {"output": within(rng, out)}},
+        lambda: {"set": {"output": rng.choice((*out, within(rng, out), within(rng, out)))}},
         lambda: {"set": {"anti_windup": chance(rng, 0.5)}},
         lambda: {"set": {"sample_rate": round(base * rng.randint(1, 4), 4)}},
     ]
     made = [rng.choice(choices)() for _ in range(rng.choice((0, 1, 2, 3, 5)))]
-    return [{"at": number(rng, 0, duration), "loop": entry["name"], **event} for event in made]
+    return [{"at": moment(rng, base, duration), "loop": entry["name"], **event} for event in made]

@@ -7,53 +7,18 @@ import math
 from reference.nextopid_tune import Tuning
 from reference.single import F, finite
 
-REALS = [
-    "SP",
-    "SP_CASC",
-    "PV",
-    "Kp",
-    "Td_Kd",
-    "Ti_Ki",
-    "Tfd",
-    "BIAS",
-    "ManualMV",
-    "TRK_VAL",
-    "MaxVarMV",
-    "MaxMV",
-    "MinMV",
-    "DeadBand",
-    "MaxPV",
-    "MinPV",
-]
-BOOLS = ["Indep", "DisableP", "DerivEr", "CASC", "TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR", "Manual", "Direct"]
-WHOLE = [
-    "SP",
-    "SP_CASC",
-    "PV",
-    "BIAS",
-    "ManualMV",
-    "TRK_VAL",
-    "MaxVarMV",
-    "MaxMV",
-    "MinMV",
-    "DeadBand",
-    "MaxPV",
-    "MinPV",
-]
+WHOLE = (
+    *("SP", "SP_CASC", "PV", "BIAS", "ManualMV", "TRK_VAL", "MaxVarMV", "MaxMV", "MinMV", "DeadBand"),
+    *("MaxPV", "MinPV"),
+)
 """What is INT in the INT blocks."""
-ERRORS = ["MaxMinMV", "MaxMinPV", "Kp", "Td_Kd", "Ti_Ki", "Tfd", "MaxVarMV", "DeadBand", "SampleTime"]
-WARNINGS = [
-    "PV_MaxPV",
-    "PV_MinPV",
-    "SP_MaxPV",
-    "SP_MinPV",
-    "SP_CASC_MaxPV",
-    "SP_CASC_MinPV",
-    "MV_MaxMV",
-    "MV_MinMV",
-    "MV_P_MaxVarMV",
-    "MV_N_MaxVarMV",
-]
+REALS = ("Kp", "Td_Kd", "Ti_Ki", "Tfd", *WHOLE)
+BOOLS = ("Indep", "DisableP", "DerivEr", "CASC", "TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR", "Manual", "Direct")
+ERRORS = ("MaxMinMV", "MaxMinPV", "Kp", "Td_Kd", "Ti_Ki", "Tfd", "MaxVarMV", "DeadBand", "SampleTime")
+WARNINGS = (
+    *(f"{value}_{end}" for value in ("PV", "SP", "SP_CASC") for end in ("MaxPV", "MinPV")),
+    *("MV_MaxMV", "MV_MinMV", "MV_P_MaxVarMV", "MV_N_MaxVarMV"),
+)
 SLOWEST = 60
 """Seconds; a longer SampleTime is an error."""
 LEAST_TI = F(0.001)

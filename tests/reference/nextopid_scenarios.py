@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from reference.cases import stands_at
 from reference.nextopid_blocks import KINDS
 from reference.nextopid_pid import ERRORS, WARNINGS
 from reference.nextopid_tune import FLAGS, GAINS
@@ -42,8 +43,19 @@ def random_scenario(case, duration):
     for loop in case.loops:
         if loop.get("AutoTune") is False:
             events += tune_events(case.rng, loop["name"], duration * (0.1 if few else 0.4), duration)
+    for loop in case.loops if not few else ():
+        if "PV" not in loop:
+            events += stands_at(case.rng, loop["name"], edges(loop), case.task, duration, 0.15)
     events = [event for event in events if event]
     return {"duration": duration, "plants": plants, "events": sorted(events, key=lambda event: event["at"])}
+
+
+def edges(loop):
+    """PVs at the set point, at the ends of the dead band and of the PV's limits, and beside them."""
+    plain = {key: value for key, value in loop.items() if isinstance(value, int | float) and value is not True}
+    sp, band = plain.get("SP", 50), plain.get("DeadBand", 0)
+    points = [sp, sp + band, sp - band, plain.get("MinPV", 0), plain.get("MaxPV", 100)]
+    return [*points, *(point + n for point in points for n in (-0.5, 0.5)), 20]
 
 
 def tune_events(rng, loop, latest, duration):

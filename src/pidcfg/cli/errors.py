@@ -22,6 +22,8 @@ def say(error: click.ClickException) -> None:
     if isinstance(error, click.BadParameter) and error.param is not None and error.param_hint is None:
         error.param_hint = hint(error.param, error.ctx)
     error.show(text)
+    if isinstance(error, click.NoSuchOption) and error.ctx is not None and error.ctx.parent is None:
+        text.write("Options of a command stand behind it: pidcfg validate --strict …\n")
     for parameter in _also_missing(error):
         text.write(f"Also missing: {hint(parameter, error.ctx)}\n")  # type: ignore[attr-defined]
     note(text.getvalue().rstrip("\n"))

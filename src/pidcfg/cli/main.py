@@ -44,7 +44,8 @@ COMMANDS = {
     "rule": ("pidcfg.cli.commands.rule", "Explain a rule, or list all of them."),
     "explain": ("pidcfg.cli.commands.explain", "Say what a register, bit or error number means."),
     "schema": ("pidcfg.cli.commands.schema", "Print the JSON Schema of a file for editors."),
-    "init": ("pidcfg.cli.commands.init", "Write a commented starter file."),
+    "init": ("pidcfg.cli.commands.init", "Write a starter file, a first scenario, or loops from a sheet."),
+    "export": ("pidcfg.cli.commands.export", "Write the loops as a sheet, or templates written out."),
     "completion": ("pidcfg.cli.commands.completion", "Print the script that completes commands in a shell."),
 }
 """Module (whose function ``command`` is the command) and short help; the module is imported when it is called."""
@@ -72,6 +73,9 @@ SYNONYMS = {
     "rules": "rule",
     "describe": "explain",
     "new": "init",
+    "import": "init",
+    "show": "export",
+    "config": "export",
 }
 """What other programs call a command, and its name here."""
 
@@ -161,6 +165,7 @@ class LazyGroup(click.Group):
         word = args[0]
         if word not in COMMANDS and word[:1].isalpha() and not ctx.resilient_parsing:
             near = SYNONYMS.get(word.lower()) or nearest(word, COMMANDS)
+            near = f"pidcfg validate {word}" if os.path.exists(word) else near  # noqa: PTH110 - pathlib costs start-up
             ctx.fail(
                 f"no such command: {word}; " + (f"did you mean {near}?" if near else f"there are {', '.join(COMMANDS)}")
             )

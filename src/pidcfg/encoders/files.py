@@ -51,6 +51,10 @@ class FileKind:
     """Whether it may hold some registers only, to be written over what the PLC has."""
 
 
+TABLES = ({"address"}, {"element"})
+"""Columns of which the table of a memory listing has one and no other."""
+
+
 def kind_of(text: str, kinds: dict[str, FileKind]) -> FileKind | None:
     """The format that a text is in, by its first characters; None when it looks like none."""
     return next((kind for kind in kinds.values() if kind.looks_like(text)), None)
@@ -73,7 +77,7 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
             f"{title} for spreadsheets",
             write_csv,
             partial(read_csv, space=space),
-            lambda text: {"address", "table", "tag", "nickname"} & set(columns(text)) == {"address"},
+            lambda text: {"address", "element", "table", "tag", "nickname"} & set(columns(text)) in TABLES,
             partial=True,
         ),
         FileKind(

@@ -27,6 +27,8 @@ PLC, LOOP = "# plc: ", "# loop: "
 """How the comment lines begin that carry what no register holds: one for the file, one a loop."""
 DECIMAL = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
 WHOLE = re.compile(r"-?[0-9]{1,10}")
+VERSION = 1
+"""Of JSON listings."""
 FEW = 12
 """Names that a note lists before it only counts."""
 
@@ -68,7 +70,8 @@ class Listing:
     def add(self, address: int | str, value: Any, shown: str, line: int = 1, column: int = 1) -> None:
         """Takes a word; the same address twice is refused."""
         if address in self.words:
-            raise ListingError(f"{shown} stands here again", line, column)
+            first = f"; first in line {self.lines[address]}" if address in self.lines else ""
+            raise ListingError(f"{shown} stands here again{first}", line, column)
         self.words[address] = value
         self.lines[address] = line
         self.shown[address] = shown
@@ -104,7 +107,7 @@ def csv_lines(rows: Iterable[Iterable[object]], end: str = "\n", delimiter: str 
 def json_listing(image: Image | Program, checklist: tuple[str, ...], words: list[dict[str, Any]]) -> str:
     """A JSON listing of words that are ready to be written."""
     document = {
-        "version": 1,
+        "version": VERSION,
         "vendor": image.vendor,
         "words": words,
         "settings": [dict(s) for s in image.settings],
@@ -117,6 +120,9 @@ def json_listing(image: Image | Program, checklist: tuple[str, ...], words: list
 def fill_from_json(listing: Listing, text: str, word: Callable[[Mapping[str, Any], str], tuple[Any, Any]]) -> Listing:
     """Puts a JSON document into a listing; ``word`` makes key and content of an entry and its place for messages."""
     document = load_json(text)
+    version = document.get("version", VERSION) if isinstance(document, dict) else VERSION
+    if version != VERSION:
+        raise ListingError(f"the JSON document has version {version}; this pidcfg reads version {VERSION}")
     words = document.get("words") if isinstance(document, dict) else None
     if not isinstance(words, list):
         raise ListingError("the JSON document has no list 'words'")

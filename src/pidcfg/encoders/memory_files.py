@@ -10,6 +10,7 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.display_width import to_left, width_of
 from pidcfg.encoders.listing import (
     DECIMAL,
     Listing,
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
     from pidcfg.encoders.spaces import Kind, Space
 
 COLUMNS = ("address", "hex", "value", "loop", "field")
+OTHER_NAMES = {"element": "address", "decimal": "value", "dec": "value"}
+"""What programming software calls these columns."""
+PADDED = re.compile(r"0[0-9]")
+"""Digits that nobody writes before a decimal number."""
 HEX = re.compile(r"[0-9A-Fa-f]{1,8}")
 
 
@@ -38,9 +43,10 @@ def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:
     lines = [f"# {image.vendor} memory listing: address, hex, decimal, loop, register", *comments(image, checklist)]
     wide = max((c.kind.digits for c in image.cells), default=1)
     long = max((5, *(len(c.text) for c in image.cells)))
-    width = max((len(c.loop or "-") for c in image.cells), default=1)
+    width = max((width_of(c.loop or "-") for c in image.cells), default=1)
     lines += [
-        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {_bare(c.loop):<{width}}  {c.field}" for c in image.cells
+        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {to_left(_bare(c.loop), width)}  {c.field}"
+        for c in image.cells
     ]
     return "\n".join(lines) + "\n"
 
@@ -76,7 +82,7 @@ def write_csv(image: Image, checklist: tuple[str, ...] = ()) -> str:
 def read_csv(text: str, space: Space) -> Listing:
     """Rows by their header, so that columns may be reordered, added or (but for address and content) left out."""
     listing = Listing()
-    for number, row in table_rows(text, listing, required=("address", "hex|value")):
+    for number, row in table_rows(text, listing, required=("address", "hex|value"), other_names=OTHER_NAMES):
         address = _address(row["address"], space, number, 1)
         listing.add(address, _content(row, space.kind(address), number), row["address"], number)
     return listing
@@ -88,6 +94,9 @@ def _content(row: Mapping[str, str], kind: Kind, number: int) -> int:
         raw = _raw(row["hex"], kind, number, 1)
         _agree(raw, row.get("value"), kind, row["address"], number)
         return raw
+    if PADDED.match(row.get("value", "")):
+        message = f"{row['address']}: {row['value']} looks hexadecimal and stands in a column of decimal values"
+        raise ListingError(f"{message}; call the column Hex, or write it without the zeros before it", number)
     content = decimal_content(row.get("value", ""), kind)
     if content is None:
         raise ListingError(f"{row['address']}: {row.get('value', '')!r} is not {kind.holds}", number)

@@ -10,6 +10,7 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.display_width import to_left, width_of
 from pidcfg.encoders.files import FileKind
 from pidcfg.encoders.listing import (
     Listing,
@@ -55,10 +56,10 @@ def _type_of(raw: Content | Wire) -> IecType:
 def write_text(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """One parameter a line: name, type, content."""
     lines = [f"# {image.vendor} parameters: name, type, value", *comments(image, checklist)]
-    wide = max((len(bare(c.address)) for c in image.cells), default=1)
+    wide = max((width_of(bare(c.address)) for c in image.cells), default=1)
     for cell in image.cells:
         content = f"{WIRED} {cell.raw.text}" if isinstance(cell.raw, Wire) else shown(cell.type, cell.raw)
-        lines.append(f"{bare(cell.address):<{wide}}  {cell.type.name:<5} {content}")
+        lines.append(f"{to_left(bare(cell.address), wide)}  {cell.type.name:<5} {content}")
     return "\n".join(lines) + "\n"
 
 

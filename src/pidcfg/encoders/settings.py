@@ -84,7 +84,8 @@ def with_options(
 
 
 def _missing(row: LoopOption, whose: str) -> DecodeError:
-    return DecodeError(f"the listing does not say {row.title}{whose}; give --{row.option.replace('_', '-')}")
+    what, comma, why = row.title.partition(", ")
+    return DecodeError(f"the listing does not say {what}{whose}{comma}{why}; give --{row.option.replace('_', '-')}")
 
 
 def settings_of(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.listing import Listing, ListingError, settings_line
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
 DELIMITERS = (",", ";", "\t")
 COMMENT = ("#", '"#')
@@ -38,10 +38,13 @@ def columns(text: str) -> list[str]:
         return []
 
 
-def table_rows(text: str, listing: Listing, required: tuple[str, ...]) -> Iterator[tuple[int, dict[str, str]]]:
+def table_rows(
+    text: str, listing: Listing, required: tuple[str, ...], other_names: Mapping[str, str] | None = None
+) -> Iterator[tuple[int, dict[str, str]]]:
     """The rows of a table with their line numbers; comment lines are read into ``listing``.
 
-    ``required``: the columns that must be there, ``hex|value`` for one of two. Raises `ListingError`.
+    ``required``: the columns that must be there, ``hex|value`` for one of two. ``other_names``: columns by names that
+    count as well. Raises `ListingError`.
     """
     between = delimiter(text)
     header: list[str] | None = None
@@ -53,7 +56,8 @@ def table_rows(text: str, listing: Listing, required: tuple[str, ...]) -> Iterat
         except csv.Error as error:
             raise ListingError(f"not CSV: {error}", number) from None
         if header is None:
-            header = _header(cells, required, number)
+            known = other_names or {}
+            header = _header([known.get(cell.lower(), cell) for cell in cells], required, number)
         elif any(cells):
             if len(cells) < len(header) or any(cells[len(header) :]):
                 raise ListingError(f"{len(cells)} cells stand under a header of {len(header)} columns", number)

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 GainUnit = Literal["span", "percent", "engineering"]
 """``span``: share of the output's span per share of the PV's span; ``percent``: % of the output per PV unit;
 ``engineering``: output units per PV unit."""
+FULL_OUTPUT = Decimal(100)
+"""The output's span where nothing is said: 0 to 100 %."""
 
 
 class Tuned(Protocol):
@@ -127,3 +129,33 @@ class TunedParameters:
         if part is None:
             raise KeyError(name)
         return limits_at(part, name)
+
+
+@dataclass(frozen=True, slots=True)
+class LoopTuning:
+    """How one loop of a file holds the three numbers, and what of it the gains of a rule depend on."""
+
+    words: Tuned
+    raises_pv: bool | None = None
+    """Whether the loop acts for a PV that rises with the output; None: a program decides."""
+    pv_span: Decimal | None = None
+    """PV units that the gain is a share of, where it is one; None: the file does not say."""
+    output_span: Decimal | None = None
+    """Output units from 0 to 100 %; None: the file does not say, so they are 0 to 100."""
+    independent: bool = False
+    """Integral and derivative gains (Ki in 1/s, Kd in s) stand in the place of the times."""
+    minutes: bool = False
+    """The integral time is held in minutes."""
+    now: tuple[Decimal | None, Decimal | None, Decimal | None] = (None, None, None)
+    """What the loop holds at present, each in the unit of its word; None: an expression."""
+    wrong: str = ""
+    """Why the gains of a rule would not act as they should."""
+    no_derivative: str = ""
+    """Why a derivative time would have no effect."""
+    off: tuple[str, str] = ("0", "0")
+    """How the file says that there is no integral term, and no derivative."""
+
+    def units(self) -> tuple[str, str, str]:
+        """Of the gain, the integral and the derivative number."""
+        gain, _, derivative = (self.words.unit(name) for name in self.words.names)
+        return gain, "1/s" if self.independent else "min" if self.minutes else "s", derivative

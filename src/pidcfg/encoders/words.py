@@ -78,7 +78,7 @@ class Bcd:
     def notation(self) -> str:
         """How the word is written, for reference pages."""
         off = f", {' and '.join(f'{digits:04d}' for digits in self.off)} {self.special}" if self.off else ""
-        return f"BCD, {self.decimals} decimals{off}" if self.decimals else f"BCD{off}"
+        return f"BCD, {self.decimals} decimal{'s' * (self.decimals > 1)}{off}" if self.decimals else f"BCD{off}"
 
     @property
     def step(self) -> Decimal:

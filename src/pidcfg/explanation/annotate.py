@@ -6,6 +6,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.control_characters import printable
+from pidcfg.display_width import to_left, to_right, width_of
 from pidcfg.encoders.words import DecodeError
 from pidcfg.explanation.values import Placement
 
@@ -87,12 +88,12 @@ def unclaimed(prefix: str, missing: Sequence[Start]) -> str:
 def as_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
     """The lines in columns, the meaning wrapped within its own."""
     rows = [(line.address, line.hex, line.value, line.loop, line.register) for line in lines]
-    widths = [max(len(cell) for cell in column) for column in zip(heads, *rows, strict=True)]
+    widths = [max(map(width_of, column)) for column in zip(heads, *rows, strict=True)]
     shown = [i for i in range(len(heads)) if any(row[i] for row in rows)]
     at = sum(widths[i] + 2 for i in shown)
     out = ["  ".join([*(f"{heads[i]:<{widths[i]}}" for i in shown), "meaning"])]
     for row, line in zip(rows, lines, strict=True):
-        cells = [f"{row[i]:>{widths[i]}}" if heads[i] in RIGHT else f"{row[i]:<{widths[i]}}" for i in shown]
+        cells = [(to_right if heads[i] in RIGHT else to_left)(row[i], widths[i]) for i in shown]
         first, *rest = wrap(line.meaning, max(WIDTH - at, NARROWEST), break_on_hyphens=False) or [""]
         out.append("  ".join([*cells, first]).rstrip())
         out += [" " * at + text for text in rest]

@@ -33,7 +33,7 @@ from pidcfg.explanation.annotate import Start
 from pidcfg.explanation.book import Direction
 from pidcfg.explanation.find_register import RegisterBook
 from pidcfg.explanation.registers import FILE, Block
-from pidcfg.explanation.values import UNKNOWN, Placement, Scaling, special_code, unit_of
+from pidcfg.explanation.values import UNKNOWN, Placement, Scaling, special_code
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
 from pidcfg.schemas.limits import limits_at
@@ -90,7 +90,7 @@ def remark(word: Word, raw: int, scaling: Scaling) -> str:
     if word.codec is FILTER and FILTER.decode(raw) > FILTER_FULL:
         return "above 1 the filter is switched off"
     if word.codec is RESET[1] and not special_code(RESET[1], raw) and RESET_DECIMALS not in scaling.stated:
-        other = f"{decimal_text(RESET[2].decode(raw))} {unit_of(word, scaling.units)}"
+        other = f"{decimal_text(RESET[2].decode(raw))} {scaling.units.get(RESET_UNIT, '')}".rstrip()
         return f"{other} if the word has two decimals: D{D01.number:02d}"
     return ""
 

@@ -66,9 +66,12 @@ DUTY = {"cv_low": "Min", "cv_high": "Max"}
 
 
 def duty_cycle(word: Word, raw: int, _scaling: Scaling) -> str:
-    """What the dialog shows for a CV limit: limit / 4096 x 100."""
-    shown = word.name in DUTY and raw <= CV_FULL
-    return f"{DUTY[word.name]} Duty Cycle {100 * raw / DUTY_FULL:.4g} %" if shown else ""
+    """What the dialog shows for a CV limit: limit / 4096 x 100; of one beyond the CV's range, that it is."""
+    if word.name not in DUTY:
+        return ""
+    if raw > CV_FULL:
+        return f"not within 0 to {CV_FULL}, the range of the CV"
+    return f"{DUTY[word.name]} Duty Cycle {100 * raw / DUTY_FULL:.4g} %"
 
 
 UNSTORED = {

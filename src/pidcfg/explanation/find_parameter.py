@@ -62,7 +62,7 @@ class ParameterBook(Parameters):
         content = raw if question.value is None else content_of(row, question.value)
         code = self.code(row.name, content)
         points = () if code else tuple(part.point(None) for part in record.parts)
-        value = None if content is None else self.value(row, content, units or {})
+        value = None if content is None else self.value(row, content, units or {}, record.table)
         return self.page(record, value, points, code)
 
     def _in_file(self, question: Question, config: Configured) -> Iterator[Page]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.explanation.direction import ACTION, find
+from pidcfg.explanation.mentions import mentions
 from pidcfg.explanation.page import Page
 from pidcfg.explanation.question import Question, QuestionError
 from pidcfg.explanation.registers import Registers
@@ -41,6 +42,8 @@ def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], 
                 problems.append(str(error))
     if not pages or len(vendors) == len(VENDORS):
         pages = _decision(question, decisions) + pages
+    if not pages and question.config is not None and question.value is None:
+        pages = mentions(question.config, question.name)
     if not pages:
         raise QuestionError(problems[0] if problems else _unknown(question, vendors))
     return pages

@@ -11,9 +11,10 @@ from pidcfg.encoders.regmap import Bits
 from pidcfg.explanation.annotate import Line
 from pidcfg.explanation.book import WRITERS, Book, Part, Record
 from pidcfg.explanation.page import Value
-from pidcfg.explanation.texts import first_sentence, key_text
+from pidcfg.explanation.texts import first_sentence, key_text, limits_text
 from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.units import SIDES, unit_text, units_of
 
 if TYPE_CHECKING:
@@ -66,6 +67,8 @@ class ParameterRecord(Record):
     """A parameter of blocks in which it is the same."""
 
     row: Parameter
+    table: str
+    """One of those in which it is the same."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,6 +127,7 @@ class Parameters(Book):
             meaning=self.bit_meaning(tables, row),
             parts=tuple(self._choices(row)),
             row=row,
+            table=tables[0],
         )
 
     def _choices(self, row: Parameter) -> Iterator[Part]:
@@ -155,14 +159,14 @@ class Parameters(Book):
             parts=tuple(Part.of(row, meaning) for row, meaning in zip(bits, meanings, strict=True)),
         )
 
-    def value(self, row: Parameter, raw: Content | Wire, units: Mapping[str, str]) -> Value:
+    def value(self, row: Parameter, raw: Content | Wire, units: Mapping[str, str], table: str) -> Value:
         """A content as the programming language writes it, and what it says."""
         if isinstance(raw, Wire):
             return Value(raw.text, f":= {raw.text}", "wired: it follows this expression")
-        return Value(raw, shown(row.type, raw), self.saying(row, raw, units))
+        return Value(raw, shown(row.type, raw), self.saying(row, raw, units, table))
 
-    def saying(self, row: Parameter, raw: Content, units: Mapping[str, str]) -> str:
-        """What a content says: a state, a mode, or a number with its unit."""
+    def saying(self, row: Parameter, raw: Content, units: Mapping[str, str], table: str) -> str:
+        """What a content says in a table: a state, a mode, or a number with its unit."""
         choice = self.choice(row, raw)
         if choice:
             return choice
@@ -170,9 +174,16 @@ class Parameters(Book):
             return "true" if raw else "false"
         if isinstance(raw, str):
             return raw
-        remark = self.remark(row, raw) if self.remark else ""
+        remark = (self.remark(row, raw) if self.remark else "") or self._beyond(row, raw, table)
         text = f"{decimal_text(Decimal(repr(raw)))} {known_unit(row.unit, units)}".rstrip()
         return f"{text} ({remark})" if remark else text
+
+    def _beyond(self, row: Parameter, raw: float, table: str) -> str:
+        """The limits that a number passes, and what the block reports then; empty: none."""
+        limits = limits_at(self.schemas[table], row.name) if table in self.schemas and row.access == "input" else None
+        if limits is None or limits.holds(Decimal(repr(raw))):
+            return ""
+        return limits_text(limits) + (f": {limits.effect}" if limits.effect else "")
 
     def choice(self, row: Parameter, raw: Content) -> str:
         """What a state or number chooses that has a meaning of its own."""
@@ -207,7 +218,7 @@ class Parameters(Book):
                 text = f"{title}: no value of {row.type.name}"
             else:
                 content = shown(row.type, raw)
-                text = self.choice(row, raw) or f"{title}: {self.saying(row, raw, units.get(loop, {}))}"
+                text = self.choice(row, raw) or f"{title}: {self.saying(row, raw, units.get(loop, {}), kind)}"
             yield Line(name, "", content, "", row.type.name, text)
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING
 
-from pidcfg.schemas.document import field_texts, models_in, models_of
+from pidcfg.schemas.document import models_in, models_of
 from pidcfg.schemas.limits import Limits, limits_at
+from pidcfg.schemas.texts import field_texts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

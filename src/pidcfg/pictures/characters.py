@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from pidcfg.display_width import to_right, width_of
 from pidcfg.pictures.layout import explained, numbered
 from pidcfg.pictures.style import HELD, drawable, plain, unit_of_time, with_unit
 
@@ -96,11 +97,15 @@ def _ascii(text: str) -> str:
 
 def _cut(text: str, width: int, signs: Signs) -> str:
     """A text that is not longer than its place."""
-    return text if len(text) <= width else text[: max(width - 1, 0)].rstrip() + signs.more
+    if width_of(text) <= width:
+        return text
+    while text and width_of(text) >= width:
+        text = text[:-1]
+    return text.rstrip() + signs.more
 
 
 def _gutter(text: str, signs: Signs) -> str:
-    return f"{_cut(plain(text), signs.gutter - 1, signs):>{signs.gutter}} "
+    return to_right(_cut(plain(text), signs.gutter - 1, signs), signs.gutter) + " "
 
 
 # --- panels ----------------------------------------------------------------------------------------------------------

@@ -71,6 +71,33 @@ class Mark:
 
 
 @dataclass(frozen=True, slots=True)
+class Locus:
+    """The open loop as a curve in the complex plane (Nyquist), and the points at which its margins are measured."""
+
+    points: Sequence[complex]
+    """From low frequencies to high ones."""
+    ms: float
+    """The curve stays outside of a circle around -1 with the radius 1/ms."""
+    nearest: complex
+    """Where it comes closest to -1."""
+    gain_margin: float
+    turn: complex | None
+    """Where it crosses the negative real axis, the farthest out; None: it does not."""
+    phase_margin: float
+    """In degrees."""
+    crossover: complex | None
+    """Where it comes into the unit circle, the closest to -1; None: it does not."""
+
+    @property
+    def said(self) -> str:
+        """The margins in words."""
+        words = [f"Ms {self.ms:.3g}"]
+        words += [] if self.turn is None else [f"gain margin {self.gain_margin:.3g}"]
+        words += [] if self.crossover is None else [f"phase margin {self.phase_margin:.3g}°"]
+        return ", ".join(words)
+
+
+@dataclass(frozen=True, slots=True)
 class Chart:
     """One loop's picture."""
 
@@ -84,6 +111,8 @@ class Chart:
     end: float | None = None
     sides: tuple[str, str] | None = None
     """What ``before`` and ``after`` are called, where a chart shows two runs."""
+    locus: Locus | None = None
+    """Above the panels: the loop's margins."""
     notes: tuple[str, ...] = ()
     """Lines of text below the picture: failed expectations that have no time, what is left out."""
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, key_rows, letters_in, numbered, sheet
+from pidcfg.pictures.locus import draw_locus
 from pidcfg.pictures.strips import draw_marks, draw_strips, label
 from pidcfg.pictures.style import (
     BEFORE,
@@ -66,18 +67,24 @@ def _axes(figure: Figure, plan: Sheet, box: Box, chart: Chart) -> Axes:
     """Empty axes over the chart's time, in the unit of its axis."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-    bottom = 1 - (box.top + box.height) / plan.height
-    axes = figure.add_axes((box.left / plan.width, bottom, box.width / plan.width, box.height / plan.height))
+    axes = _plane(figure, plan, box)
     (begin, end), (_, size) = chart.ends, unit_of_time(chart)
     axes.set_xlim(begin / size, (end if end > begin else begin + 1.0) / size)
+    axes.tick_params(axis="x", labelbottom=False)
+    axes.xaxis.set_major_locator(MaxNLocator(8 if plan.width > 6 else 5, steps=[1, 2, 3, 5, 6, 10]))
+    axes.xaxis.set_major_formatter(FuncFormatter(_number))
+    return axes
+
+
+def _plane(figure: Figure, plan: Sheet, box: Box) -> Axes:
+    """Empty axes."""
+    bottom = 1 - (box.top + box.height) / plan.height
+    axes = figure.add_axes((box.left / plan.width, bottom, box.width / plan.width, box.height / plan.height))
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     for side in ("bottom", "left"):
         axes.spines[side].set(color=GREY, linewidth=0.8)
     axes.tick_params(labelsize=SIZES["small"], color=GREY, labelcolor=INK, length=3, width=0.8)
-    axes.tick_params(axis="x", labelbottom=False)
-    axes.xaxis.set_major_locator(MaxNLocator(8 if plan.width > 6 else 5, steps=[1, 2, 3, 5, 6, 10]))
-    axes.xaxis.set_major_formatter(FuncFormatter(_number))
     return axes
 
 
@@ -88,6 +95,8 @@ def _draw(figure: Figure, plan: Sheet, place: Place) -> None:
     _text(figure, plan, MARGIN, place.top + TITLE / 2, title, size=size, weight="bold", gid="loop")
     if place.key is not None:
         _draw_key(figure, plan, place)
+    if chart.locus is not None and place.locus is not None:
+        draw_locus(_plane(figure, plan, place.locus), chart.locus, place.locus)
     panels = [_axes(figure, plan, box, chart) for box in place.panels]
     for target, panel, box in zip(panels, chart.panels, place.panels, strict=True):
         _draw_panel(target, panel, box, chart)

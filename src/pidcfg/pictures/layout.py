@@ -25,6 +25,8 @@ TITLE, KEY, ABOVE = 0.30, 0.22, 0.16
 """Heights of a chart's title, of the line that says what before and after are, and of the numbers of the marks."""
 FIRST, FURTHER, GAP = 1.85, 1.05, 0.13
 """Heights of the first panel and of the others, and what is between two."""
+LOCUS, LOCUS_TITLE = 3.3, 0.42
+"""Height of a curve in the complex plane, no more than its width; and of the title of its real axis."""
 STRIP, STRIP_GAP = 0.20, 0.045
 TIME = 0.46
 """The time axis: its numbers and its title."""
@@ -54,6 +56,7 @@ class Place:
     top: float
     key: float | None
     """Top of the line that names both sides, or of two lines in a narrow picture."""
+    locus: Box | None
     panels: tuple[Box, ...]
     strips: tuple[Box, ...]
     text_top: float
@@ -100,6 +103,8 @@ def _place(chart: Chart, begin: float, width: float, left: float) -> Place:
     key = top if chart.sides else None
     top += KEY * key_rows(width) if chart.sides else 0.0
     top += ABOVE if chart.marks else 0.05
+    locus = Box(left, top, wide, min(LOCUS, wide)) if chart.locus else None
+    top += locus.height + LOCUS_TITLE if locus else 0.0
     panels, strips = [], []
     for i in range(len(chart.panels)):
         height = FURTHER if i else FIRST
@@ -110,7 +115,7 @@ def _place(chart: Chart, begin: float, width: float, left: float) -> Place:
         top += STRIP + STRIP_GAP
     top += TIME - (STRIP_GAP if strips else GAP)
     texts = texts_of(chart, letters_in(width - 2 * MARGIN, SIZES["small"]))
-    return Place(chart, begin, key, tuple(panels), tuple(strips), top, texts, top + LINE * len(texts))
+    return Place(chart, begin, key, locus, tuple(panels), tuple(strips), top, texts, top + LINE * len(texts))
 
 
 def key_rows(width: float) -> int:

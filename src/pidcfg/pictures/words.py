@@ -25,6 +25,7 @@ def _chart(chart: Chart) -> str:
     sentences = [f"{plain(chart.title)}, from {moment(chart, begin)} to {moment(chart, end)}."]
     if chart.sides:
         sentences.append(f"Before is {plain(chart.sides[0])}, after is {plain(chart.sides[1])}.")
+    sentences += [] if chart.locus is None else [f"The open loop in the complex plane: {chart.locus.said}."]
     for panel in chart.panels:
         lines = "; ".join(_line(line) for line in panel.lines)
         sentences.append(f"{plain(with_unit(panel.title, panel.unit))}: {lines}.")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import inf, isinf
+from math import isinf
 from typing import TYPE_CHECKING
 
 from pidcfg.results.arguments import ArgumentError
-from pidcfg.results.processes import Known, as_float, model_of, process_of, reduced, refuse_missing
+from pidcfg.results.processes import Known, model_of, process_of, reduced, refuse_missing
+from pidcfg.results.targets import held_by
 from pidcfg.tuning.judgement import finite, judged, process_of_cycle, remarks
 from pidcfg.tuning.methods import METHODS, Method
 from pidcfg.tuning.rules import Cycle, Form, Gains, Model, Process, TuningError
@@ -18,41 +19,16 @@ if TYPE_CHECKING:
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.limits import Limits
     from pidcfg.results.findings import Data
-    from pidcfg.tuning.fit import Fitted
+    from pidcfg.results.retune import Written
+    from pidcfg.results.targets import Target, VendorGains
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.judgement import Judgement
     from pidcfg.tuning.samples import Record, Request
-    from pidcfg.vendors import Vendor
 
 IDENTIFIED = ("gain", "time_constant", "dead_time")
 """What a recorded step tells."""
 FORMS: tuple[Form, ...] = ("PID", "PI", "P")
 """The order in which they are tried where none is asked for."""
-
-
-@dataclass(frozen=True, slots=True)
-class VendorGains:
-    """The three numbers as the registers of a PLC hold them, and its word for the action."""
-
-    vendor: str
-    action: str | None
-    """None: the sign of the process's gain is not known."""
-    values: tuple[Fitted, ...]
-
-    def to_json(self) -> Data:
-        """Key, unit, value, what is stored of it, and the error that this makes."""
-        values = [
-            {
-                "key": v.key,
-                "unit": v.unit,
-                "value": float(v.wanted),
-                "stored": None if v.stored is None else float(v.stored),
-                "error_percent": round(v.error_percent, 4),
-                "problem": v.problem,
-            }
-            for v in self.values
-        ]
-        return {"vendor": self.vendor, "action": self.action, "values": values}
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,13 +50,18 @@ class TuneResult:
     """The process of the recorded step, where one was given."""
     record: Record | None = None
     vendor: VendorGains | None = None
-    findings: tuple[Diagnostic, ...] = ()
-    """Always empty: what is wrong with numbers or a record is a `ValueError`."""
+    written: Written | None = None
+    """The configuration with the gains in one of its loops, where one was given."""
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        """What the rules find at that loop with these gains; wrong numbers and records are a `ValueError`."""
+        return () if self.written is None else self.written.findings
 
     @property
     def ok(self) -> bool:
-        """Always; numbers that a register cannot hold say so in ``vendor.values``."""
-        return True
+        """Whether the configuration may be saved; always without one (what does not fit is in ``vendor.values``)."""
+        return self.written is None or self.written.ok
 
     @property
     def heating(self) -> bool | None:
@@ -106,7 +87,11 @@ class TuneResult:
             "warnings": list(self.warnings),
             "identified": None if self.identified is None else _identified(self.identified),
         }
-        return data if self.vendor is None else {**data, "for": self.vendor.to_json()}
+        if self.vendor is not None:
+            data["for"] = self.vendor.to_json()
+        if self.written is not None:
+            data["written"] = self.written.to_json()
+        return data
 
     def _process(self) -> Data:
         """The numbers of the process, with its kind."""
@@ -158,36 +143,6 @@ def _identified(fit: Identified) -> Data:
     }
 
 
-@dataclass(frozen=True, slots=True)
-class Target:
-    """The PLC that is to hold the gains, if any, and the engineering values of PV and output at 0 and 100 %."""
-
-    vendor: Vendor | None
-    pv_range: tuple[float, float] | None
-    output_range: tuple[float, float]
-
-    def refuse_ranges(self) -> None:
-        """Raises `ArgumentError` where the PV's range is needed and not given, or a range does not ascend."""
-        vendor = self.vendor
-        if vendor is not None and vendor.load("tuned").gain_unit == "span" and self.pv_range is None:
-            raise ArgumentError(f"{vendor.title} has gains in shares of the span: add `pv_range` LOW HIGH", "pv_range")
-        for name, span in (("pv_range", self.pv_range), ("output_range", self.output_range)):
-            if span is not None and not 0 < as_float(span[1]) - as_float(span[0]) < inf:
-                raise ArgumentError(f"`{name}` does not ascend", name)
-
-    def gains(self, result: TuneResult) -> VendorGains | None:
-        """The three numbers as the registers hold them."""
-        if self.vendor is None:
-            return None
-        from pidcfg.tuning.fit import fit
-
-        spans = (float(high) - float(low) for low, high in (self.pv_range or (0.0, 1.0), self.output_range))
-        values = tuple(fit(result.gains, self.vendor, *spans))
-        words = self.vendor.load("tuned")
-        action = None if result.heating is None else words.heating if result.heating else words.cooling
-        return VendorGains(self.vendor.key, action, values)
-
-
 def tuned(
     method: str,
     form: Form | None,
@@ -219,8 +174,13 @@ def tuned(
         numbers = {**{key: getattr(fit.process, key) for key in told}, **known.numbers}
         known = Known(numbers, "integrating" if fit.integrating else None)
     target.refuse_ranges()
-    result = computed(method, form, known)
-    return replace(result, identified=fit, record=record, vendor=target.gains(result))
+    result = replace(computed(method, form, known), identified=fit, record=record)
+    if target.into is None:
+        return replace(result, vendor=target.gains(result.gains, heating=result.heating))
+    from pidcfg.results.retune import retuned
+
+    written, values = retuned(result.gains, target, target.into, limits, heating=result.heating)
+    return replace(result, written=written, vendor=held_by(written.vendor, values, heating=result.heating))
 
 
 def computed(name: str, form: Form | None, known: Known) -> TuneResult:

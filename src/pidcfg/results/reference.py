@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, get_args
 
 from pidcfg.limits import DEFAULT, Limits
-from pidcfg.reader import Files, source_data
-from pidcfg.results.arguments import refuse_unknown, vendor_named
+from pidcfg.reader import Files, reader_of, source_data
+from pidcfg.results.arguments import ArgumentError, refuse_unknown, vendor_named
 from pidcfg.results.exact import exact
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pidcfg.results.explanations import ExplainResult
     from pidcfg.results.gains import TuneResult
     from pidcfg.results.sources import Source
+    from pidcfg.results.targets import Into
     from pidcfg.tuning.rules import Form, Model
 
 
@@ -41,7 +42,10 @@ def tune(
     until: str | None = None,
     vendor: str | None = None,
     pv_range: tuple[float, float] | None = None,
-    output_range: tuple[float, float] = (0, 100),
+    output_range: tuple[float, float] | None = None,
+    into: Path | str | bytes | None = None,
+    into_name: str | None = None,
+    loop: str | None = None,
     name: str | None = None,
     files: Files = None,
     limits: Limits = DEFAULT,
@@ -54,9 +58,11 @@ def tune(
     text in place of these numbers, reduced by the half rule. ``record``: a CSV file of a step test in place of them;
     ``columns`` says where it has which (``time=…,output=…,pv=…``), ``rest`` is the output before it, ``start`` and
     ``until`` take a part of it. ``vendor``: also as this PLC holds them; one whose gain is a share of the span needs
-    ``pv_range``. Raises `ValueError` for a record that no process fits, and beyond the range of a rule.
+    ``pv_range``; ``output_range`` is 0 to 100 when not given. ``into``: a configuration whose ``loop`` is to have the
+    gains (the only one when not given); ``written`` of the result is the file with them, in the loop's own units, form
+    and ranges; nothing is saved. Raises `ValueError` for a record that no process fits, and beyond the range of a rule.
     """
-    from pidcfg.results import gains, processes
+    from pidcfg.results import gains, processes, targets
     from pidcfg.tuning.methods import METHODS
     from pidcfg.tuning.rules import Form, Model
 
@@ -65,7 +71,9 @@ def tune(
         refuse_unknown("form", form, get_args(Form))
     if model is not None:
         refuse_unknown("model", model, get_args(Model))
-    target = gains.Target(None if vendor is None else vendor_named(vendor), pv_range, output_range)
+    family = None if vendor is None else vendor_named(vendor)
+    family = None if vendor is None else vendor_named(vendor)
+    target = targets.Target(family, pv_range, output_range, _into(into, into_name, loop, files, limits))
     numbers = {
         "gain": gain,
         "time_constant": time_constant,
@@ -81,6 +89,20 @@ def tune(
     step = None if record is None else (*source_data(record, name, files, limits.file_bytes + 1), request)
     known = processes.known_process(values, model, transfer, given=record is not None)
     return gains.tuned(method, form, known, step, target, limits)
+
+
+def _into(
+    source: Path | str | bytes | None, name: str | None, loop: str | None, files: Files, limits: Limits
+) -> Into | None:
+    """The configuration that gains are put into; raises `ArgumentError` for a loop without one."""
+    if source is None:
+        for argument, value in (("into_name", name), ("loop", loop)):
+            if value is not None:
+                raise ArgumentError(f"`{argument}` is for `into`", argument, "into")
+        return None
+    from pidcfg.results.targets import Into
+
+    return Into(*source_data(source, name, files, limits.file_bytes + 1), loop, reader_of(files))
 
 
 @exact

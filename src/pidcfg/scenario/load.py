@@ -168,12 +168,12 @@ def _use_configuration(loaded: Loaded, data: bytes, limits: Limits) -> None:
     if unreadable(checked.findings):
         first = next(d for d in checked.findings if unusable(d))
         cure = f"run 'pidcfg validate {loaded.config}'"
-        loaded.refuse(f"{loaded.config}: line {first.span.line}: {first.message}", cure)
+        loaded.refuse(f"{loaded.config}:{first.span.line}:{first.span.column}: {first.message}", cure)
         return
     if checked.encoding is None or not checked.encoding.whole:
         worst = next((d for d in checked.findings if d.severity is Severity.ERROR), None)
-        reason = f": line {worst.span.line}: {worst.message}" if worst else ""
-        loaded.refuse(f"{loaded.config} has no memory image{reason}", f"run 'pidcfg validate {loaded.config}'")
+        reason = f"{worst.span.line}:{worst.span.column}: {worst.message}" if worst else " it has no memory image"
+        loaded.refuse(f"{loaded.config}:{reason}", f"run 'pidcfg validate {loaded.config}'")
         return
     loaded.config_errors = [d for d in checked.findings if d.severity is Severity.ERROR]
     loaded.vendor, loaded.image = checked.vendor, checked.encoding.image

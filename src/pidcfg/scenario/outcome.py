@@ -94,6 +94,7 @@ def check_any(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diag
 
     if is_scenario(doc):
         from pidcfg.scenario.load import check_scenario
+        from pidcfg.validate.curly import curly_quotes
 
-        return check_scenario(doc, limits, reader)
+        return [*check_scenario(doc, limits, reader), *curly_quotes(doc)]
     return list(check_document(doc, limits).findings)

@@ -25,6 +25,7 @@ THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(?:_[0-9]{3})+")
 NOT_FINITE = re.compile(r"[-+]?\.?(?:inf|infinity|nan)", re.IGNORECASE)
 TRUTHS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 LOOKS_BOOLEAN = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "false", "n": "false"}
+LOOKS_OFF = frozenset(("none", "no", "never", "disabled", "inf", ".inf"))
 NAME = re.compile(r"\w(?:[\w .\-/#]*[\w#])?")
 CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 MAX_DIGITS = 32
@@ -33,6 +34,7 @@ EXACT = Context(prec=100, rounding=ROUND_HALF_EVEN)
 MAX_EXPONENT = 300
 """Of a number that a file may write; a computer can hold 308."""
 NAME_LENGTH = 64
+FINITE = "write a number that a register can hold"
 
 SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Decimal(3600)}
 DURATION = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?(ms|s|sec|second|seconds|min|minute|minutes|h|hour|hours)")
@@ -119,7 +121,7 @@ def number_text(text: str, *, alone: bool = False) -> Decimal:
             refuse("too_many_digits", f"a number of more than {MAX_DIGITS} digits")
         return _finite(Decimal(text), text)
     if NOT_FINITE.fullmatch(text):
-        refuse("not_finite", f"{text} is not a finite number")
+        refuse("not_finite", f"{text} is not a finite number", help=FINITE)
     if OTHER_NOTATION.fullmatch(text):
         refuse(
             "number_form",
@@ -127,15 +129,14 @@ def number_text(text: str, *, alone: bool = False) -> Decimal:
             help=_as_decimal(text),
             only=_only_decimal(text) if alone else None,
         )
-    return refuse("number_type", f"{text!r} is not a number", **_help(text))
+    return refuse("number_type", f"{text!r} is not a number", help=_help(text))
 
 
-def _help(text: str) -> dict[str, str]:
-    """The cure of a text that is no number, where there is one."""
-    from pidcfg.schemas.misread import cure
+def _help(text: str) -> str:
+    """The cure of a text that is no number."""
+    from pidcfg.schemas.misread import ANY, cure
 
-    help_text = cure(text)
-    return {"help": help_text} if help_text else {}
+    return cure(text) or ANY
 
 
 def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
@@ -181,7 +182,7 @@ def _as_decimal(text: str) -> str:
 
 def _finite(number: Decimal, text: str) -> Decimal:
     if not number.is_finite():
-        refuse("not_finite", f"{text} is not a finite number")
+        refuse("not_finite", f"{text} is not a finite number", help=FINITE)
     if number.adjusted() > MAX_EXPONENT:
         refuse("not_finite", f"{text} is too large; the limit is 1e{MAX_EXPONENT}", help="write a smaller number")
     if number.adjusted() < -MAX_EXPONENT:
@@ -243,14 +244,17 @@ def parse_text(value: object) -> str:
 def parse_name(value: object) -> str:
     """A tag: letters, digits and ``_ - . / #`` and single blanks inside, so that it is safe in every output."""
     text = parse_text(value)
+    if len(text) > NAME_LENGTH:
+        message = f"a name of {len(text)} characters; the limit is {NAME_LENGTH}"
+        refuse("name_form", message, help="shorten it; a long text can stand in description")
     if not NAME.fullmatch(text) or "  " in text:
+        from pidcfg.odd_signs import said_of
+
         refuse(
             "name_form",
-            f"{text!r} is not usable as a name",
+            f"{text!r} is not usable as a name{said_of(text)}",
             help="begin with a letter or digit; letters, digits, blanks and _ - . / # may follow",
         )
-    if len(text) > NAME_LENGTH:
-        refuse("name_form", f"a name of {len(text)} characters; at most {NAME_LENGTH} are allowed")
     return text
 
 
@@ -264,7 +268,7 @@ def parse_duration(value: object) -> Duration:
             unit = match.group(2)
             return Duration(number_text(match.group(1)), UNIT_WORDS.get(unit, unit))
         if not NUMBER.fullmatch(value) and value[:1].isdigit() and value[-1:].isalpha() and " " in value.strip():
-            help_text = _help(value).get("help", "") if value.split()[-1] in {*SECONDS, *UNIT_WORDS} else ""
+            help_text = _help(value) if value.split()[-1] in {*SECONDS, *UNIT_WORDS} else None
             help_text = help_text or "units are ms, s, min and h, as in 250 ms"
             refuse("duration_form", f"{value!r} is not a time", help=help_text)
     return Duration(parse_number(value))
@@ -277,6 +281,8 @@ def parse_seconds(value: object) -> Decimal:
 
 def parse_off_seconds(value: object) -> Decimal:
     """A time in seconds; ``off`` is 0, which removes the term."""
+    if isinstance(value, str) and value.casefold() in LOOKS_OFF:
+        refuse("number_type", f"{value!r} is not a time", help="write off, which removes the term, or a time")
     return Decimal(0) if value == "off" else parse_seconds(value)
 
 
@@ -302,19 +308,29 @@ def parse_pair(parse: Callable[[object], Any], what: str) -> Callable[[object], 
 
     def pair(value: object) -> tuple[Any, Any]:
         if not isinstance(value, list | tuple) or isinstance(value, Quantity) or len(value) != 2:
-            more = isinstance(value, list | tuple) and len(value) > 2
-            help_text = "write [low, high]" + ("; the decimal sign is a point" if more else "")
-            refuse("pair_type", f"{what} is wanted: a list of two values", help=help_text)
+            number = len(value) if isinstance(value, list | tuple) and not isinstance(value, Quantity) else 0
+            given = f", not of {number}" if number else ""
+            comma = "; if a comma was to be a decimal sign: that is a point" if number > 2 else ""
+            help_text = _range_help(value) or f"write [low, high]{comma}"
+            refuse("pair_type", f"{what} is wanted: a list of two values{given}", help=help_text)
         return parse(value[0]), parse(value[1])
 
     return pair
+
+
+def _range_help(value: object) -> str | None:
+    """How to write the range that a text seems to mean."""
+    from pidcfg.schemas.misread import range_of
+
+    return range_of(value) if isinstance(value, str) else None
 
 
 def parse_range(value: object) -> tuple[Decimal, Decimal]:
     """Engineering values at 0 % and 100 %, ascending."""
     low, high = parse_pair(parse_number, "a range")(value)
     if low >= high:
-        refuse("range_order", f"the range [{low}, {high}] does not ascend", help="write the lower end first")
+        help_text = "write the lower end first" if low > high else "the two ends must differ"
+        refuse("range_order", f"the range [{low}, {high}] does not ascend", help=help_text)
     return low, high
 
 

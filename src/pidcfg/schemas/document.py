@@ -5,13 +5,14 @@ The descriptions are read from the source when a schema is printed, so that load
 
 from __future__ import annotations
 
-import ast
-import inspect
 from decimal import Decimal
 from typing import Any
 
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
+
+from pidcfg.schemas.template_schema import with_templates
+from pidcfg.schemas.texts import field_texts
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -36,7 +37,7 @@ def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
     for name, definition in schema.get("$defs", {}).items():
         _describe(definition, models.get(name))
     _describe(schema, model)
-    return {"$schema": DIALECT, **schema, "title": title}
+    return with_templates({"$schema": DIALECT, **schema, "title": title})
 
 
 def models_of(model: type[BaseModel], seen: dict[type[BaseModel], None] | None = None) -> dict[type[BaseModel], None]:
@@ -87,26 +88,3 @@ def _plain_default(prop: dict[str, Any], default: object) -> None:
         prop["default"] = default
     elif isinstance(default, Decimal):
         prop["default"] = int(default) if default == int(default) else float(default)
-
-
-def field_texts(model: type[BaseModel]) -> dict[str, str]:
-    """The text below each field of a model, from its source; inherited fields keep theirs."""
-    texts: dict[str, str] = {}
-    for cls in reversed([c for c in model.__mro__ if issubclass(c, BaseModel) and c.__module__.startswith("pidcfg")]):
-        body = ast.parse(inspect.getsource(cls)).body[0]
-        if isinstance(body, ast.ClassDef):
-            texts |= _texts_in(body)
-    return texts
-
-
-def _texts_in(body: ast.ClassDef) -> dict[str, str]:
-    texts = {}
-    for field, text in zip(body.body, body.body[1:], strict=False):
-        if (
-            isinstance(field, ast.AnnAssign)
-            and isinstance(field.target, ast.Name)
-            and isinstance(text, ast.Expr)
-            and isinstance(text.value, ast.Constant)
-        ):
-            texts[field.target.id] = " ".join(str(text.value.value).split())
-    return texts

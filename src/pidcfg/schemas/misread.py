@@ -7,21 +7,23 @@ from __future__ import annotations
 
 import re
 
+from pidcfg.odd_signs import code, odd, plain, what
+
 GROUP = "[',.\N{RIGHT SINGLE QUOTATION MARK}\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}\N{THIN SPACE} ]"
 """Signs that people write between thousands."""
-BLANKS = {"\N{NO-BREAK SPACE}": "no-break space", "\N{NARROW NO-BREAK SPACE}": "narrow no-break space"}
-DASHES = "\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{FIGURE DASH}\N{EN DASH}\N{EM DASH}\N{MINUS SIGN}"
-QUOTES = (
-    "\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}\N{DOUBLE LOW-9 QUOTATION MARK}"
-    "\N{LEFT SINGLE QUOTATION MARK}\N{RIGHT SINGLE QUOTATION MARK}\N{SINGLE LOW-9 QUOTATION MARK}"
-)
-"""Quotes of word processors, which are letters to YAML."""
+ANY = "write one number in digits, with a point where it has decimals, as in 2.5"
+"""The cure of a text that is like no number."""
 DIGITS = r"[-+]?[0-9]+"
 COMMA = re.compile(rf"(?P<whole>{DIGITS}),(?P<part>[0-9]+)")
 GROUPED = re.compile(
     rf"(?P<whole>[-+]?[0-9]{{1,3}}(?P<group>{GROUP})[0-9]{{3}}(?:(?P=group)[0-9]{{3}})*)(?:[.,](?P<part>[0-9]+))?"
 )
-WITH_UNIT = re.compile(r"(?P<number>[-+]?[0-9][0-9.,']*) *(?P<unit>(?:[^\W\d_]|[%°℃℉/]).*)")
+WITH_UNIT = re.compile(r"(?P<number>[-+]?[0-9][0-9.,']*) *(?P<unit>(?:[^\W\d_]|[%°℃℉]|/(?=[^\W\d_])).*)")
+LIKE_DIGITS = str.maketrans("OoIl", "0011")
+"""Letters that are typed for digits."""
+NUMBER = re.compile(r"[-+]?[0-9]+(?:\.[0-9]+)?")
+BETWEEN = re.compile(r"(?P<low>[-+]?[0-9.]+) *(?:-|\.\.+|…|:|to|bis|;|~) *(?P<high>[-+]?[0-9.]+)")
+"""Two numbers as people write a range."""
 KEPT = frozenset(
     ("count", "counts", "ms", "s", "sec", "second", "seconds", "min", "minute", "minutes", "h", "hour", "hours")
 )
@@ -30,18 +32,30 @@ KEPT = frozenset(
 
 def cure(text: str) -> str | None:
     """How to write the number that a text seems to mean; None where nothing can be said."""
-    plain = "".join("-" if sign in DASHES else " " if sign in BLANKS else sign for sign in text).strip(QUOTES).strip()
-    if decimal := _decimal(plain):
+    bare = plain(text)
+    if decimal := _decimal(bare):
         return decimal
-    if plain != text and re.fullmatch(rf"{DIGITS}(?:\.[0-9]+)?", plain):
-        return f"write {plain}{_odd(text)}"
-    match = WITH_UNIT.fullmatch(plain)
+    if bare != text and NUMBER.fullmatch(bare):
+        sign = odd(text)
+        return f"write {bare}" + (f": {code(sign)} is {what(sign)}" if sign else "")
+    if NUMBER.fullmatch(bare.translate(LIKE_DIGITS)):
+        return f"write {bare.translate(LIKE_DIGITS)}: a letter stands where a digit belongs"
+    match = WITH_UNIT.fullmatch(bare)
     if match is None:
         return None
     inner, unit = _decimal(match["number"]), match["unit"]
     if unit in KEPT:
         return inner and f"{inner}; {unit} may stay"
     return f"{inner or 'write the number alone'}; it is taken in the key's own unit, which need not be {unit}"
+
+
+def alone(text: str) -> str:
+    """How to write a number where no unit may stand."""
+    bare = plain(text)
+    match = WITH_UNIT.fullmatch(bare)
+    if match and NUMBER.fullmatch(match["number"]):
+        return f"write {match['number']} alone, without {match['unit']}"
+    return cure(text) or ANY
 
 
 def _decimal(text: str) -> str | None:
@@ -51,17 +65,13 @@ def _decimal(text: str) -> str | None:
         return f"write {comma['whole']}.{comma['part']} or {comma['whole']}{comma['part']}: a comma says neither"
     if comma:
         return f"write {comma['whole']}.{comma['part']}: the decimal sign is a point"
-    if grouped is None or (grouped["group"] == "." and grouped["part"] is None):
+    if grouped is None or (grouped["group"] == "." and grouped["part"] is None and text.count(".") < 2):
         return None
     whole = grouped["whole"].replace(grouped["group"], "")
     return f"write {whole}{'.' + grouped['part'] if grouped['part'] else ''}: nothing stands between thousands"
 
 
-def _odd(text: str) -> str:
-    """Which sign of a text only looks like the right one."""
-    sign = next((sign for sign in text if sign in DASHES or sign in BLANKS or sign in QUOTES), None)
-    if sign is None:
-        return ""
-    kind = "dash" if sign in DASHES else BLANKS.get(sign, "quote")
-    looks = {"dash": "a minus", "quote": "a quote of YAML"}.get(kind, "a space")
-    return f": U+{ord(sign):04X} is a {kind}, not {looks}"
+def range_of(text: str) -> str | None:
+    """How to write the range that a text seems to mean; None where nothing can be said."""
+    match = BETWEEN.fullmatch(plain(text))
+    return f"write [{match['low']}, {match['high']}]" if match else None

@@ -38,7 +38,8 @@ MODEL_KEYS = {
 }
 """For each model the sets of keys of which it takes exactly one, besides the keys of every plant."""
 OWN_KEYS = ("time_constant", "time_constants", "damping", "lead", "lag", "stiction", "rate_limit")
-POSITIVE = ("time_constant", "lag", "rate_limit")
+TIMES = ("time_constant", "time_constants", "lag", "lead", "dead_time")
+POSITIVE = ("time_constant", "time_constants", "lag", "rate_limit")
 NOT_NEGATIVE = ("damping", "lead", "dead_time", "stiction", "noise")
 DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag", "stiction", "rate_limit")
 
@@ -111,7 +112,8 @@ def _check_times(scenario: Scenario) -> Iterator[Problem]:
             continue
         path = steps(key)
         if time <= 0:
-            yield Problem(path, f"{path[-1]} must be above 0 s", "value")
+            message = f"{path[-1]} is {time:f} s; it must be above 0 s"
+            yield Problem(path, message, "value", help="write a time, as in 10 or 10 min")
         elif key != "duration" and time * TICKS != int(time * TICKS):
             yield Problem(path, f"{path[-1]} is no whole number of microseconds", "value")
         elif time > LARGEST:
@@ -151,12 +153,16 @@ def _check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
         wanted = " or ".join(" and ".join(keys) for keys in allowed if keys)
         yield Problem((*path, "model"), f"{plant.model} needs {wanted}", help="add it, and nothing else of the two")
     for key, value in _numbers(plant):
+        unit = " s" if key in TIMES else ""
         if abs(value) > LARGEST:
             yield Problem((*path, key), f"{key} is beyond {LARGEST:g}", "value")
-        elif (key in POSITIVE or key == "time_constants") and value <= 0:
-            yield Problem((*path, key), f"{key} must be above 0", "value", help="a plant without a lag is dead_time")
+        elif key in POSITIVE and value <= 0:
+            message = f"{key} is {value:f}{unit}; it must be above 0{unit}"
+            yield Problem((*path, key), message, "value", help="a plant without a lag is dead_time")
         elif key in NOT_NEGATIVE and value < 0:
-            yield Problem((*path, key), f"{key} must not be negative", "value")
+            yield Problem(
+                (*path, key), f"{key} is {value:f}{unit}; it must not be negative", "value", help="write 0 or more"
+            )
 
 
 def _numbers(plant: Plant) -> Iterator[tuple[str, Decimal]]:
@@ -177,10 +183,11 @@ def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iter
         return
     action = actions[0]
     if event.at < 0:
-        yield Problem((*path, "at"), "an event before time 0", "value")
+        yield Problem((*path, "at"), f"the event is at {event.at:f} s, before time 0", "value", help="write 0 or more")
     elif event.at > scenario.duration:
         message = f"the event at {event.at:f} s comes after the end of the scenario ({scenario.duration:f} s)"
-        yield Problem((*path, "at"), message, "too_late", "warning")
+        cure = "lengthen the duration, or move the event"
+        yield Problem((*path, "at"), message, "too_late", "warning", help=cure)
     if event.duration is not None and (action != "pv" or event.duration <= 0):
         yield Problem((*path, "for"), "'for' is the time above 0 that a sensor stays broken (pv)", key=True)
     if event.loop is not None and event.loop not in plc.loops:

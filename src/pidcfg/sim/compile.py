@@ -16,14 +16,17 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
 from dataclasses import fields
 from functools import cache
-from pathlib import Path
 from types import FunctionType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 import numba
 import numpy as np
 
 from pidcfg.sim.terms import single
+from pidcfg.store import user_cache
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 Kernel = Callable[..., Any]
 TYPES = {"int": np.int64, "float": np.float64}
@@ -204,15 +207,6 @@ def kept(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> bool
     swap = with_native(replaced)
     folder = cache_folder(reachable(sorted(entries, key=identity), swap), swap)
     return folder is not None and all(any(folder.rglob(f"*.{f.__name__}-*.nbi")) for f in entries)
-
-
-def user_cache() -> Path:
-    """The user's cache folder as the platform has it."""
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Caches"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
 
 
 def fingerprint(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel]) -> str:

@@ -40,6 +40,14 @@ RUN = (
         "A loop that stays in Manual by a programming error would otherwise hide the very report that names the error.",
     ),
     Decision(
+        761,
+        "where an output is on or off, or pulses, steady is a cycle that comes back",
+        "The pre-roll has ended for such a loop, and for one whose PV it moves, when the highest and the lowest PV of "
+        "four windows differ from those of the four before by at most 2 % of the swing, or two counts. Time begins "
+        "anywhere in the cycle. Every other loop must be at rest.",
+        "A relay never rests: its steady state is its cycle, and the run could not begin there otherwise.",
+    ),
+    Decision(
         84,
         "an expression without a value keeps the last one",
         "Division by zero, the root of a negative number and a result beyond 1e15 leave the signal as it was "

@@ -14,7 +14,8 @@ from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import dotted
 from pidcfg.schemas.base import Quantity, parse_flag, parse_integer, parse_number, parse_seconds, refuse
-from pidcfg.schemas.names import nearest
+from pidcfg.schemas.names import nearest, spoken
+from pidcfg.sim.settings import FITS
 
 if TYPE_CHECKING:
     from decimal import Decimal
@@ -95,7 +96,7 @@ class NamedKeys:
             return store(row.type, cast("Decimal | Content", parsed))
         except EncodeError as error:
             between = "" if error.low is None else f": {error.low} to {error.high}"
-            return refuse("set_value", f"{value} does not fit a {row.type.name}: it {error}{between}")
+            return refuse("set_value", f"{value} does not fit a {row.type.name}: it {error}{between}", help=FITS)
 
     def check(self, path: tuple[str, ...], value: object) -> Content:
         """The content that a value makes of a key's parameter; a ``PydanticCustomError`` says what is wrong."""
@@ -106,5 +107,5 @@ class NamedKeys:
         alike = {name.lower(): name for name in known}
         if key.lower() in alike:
             return f"write {alike[key.lower()]}: upper and lower case count"
-        near = nearest(key, known) or alike.get(nearest(key.lower(), alike) or "")
+        near = spoken(key, known) or nearest(key, known) or alike.get(nearest(key.lower(), alike) or "")
         return f"did you mean {near}?" if near else "write the name of a parameter"

@@ -31,7 +31,7 @@ from pidcfg.sim.standing.evidence import Evidence
 from pidcfg.sim.standing.judge import standing, unused_allowances
 from pidcfg.sim.standing.lookout import Lookout
 from pidcfg.sim.standing.watch import meters_of
-from pidcfg.sim.steady import UnsteadyError, refused, settle
+from pidcfg.sim.steady import UnsteadyError, refused, settle, swinging_loops
 from pidcfg.sim.trace import Sink, Trend
 
 if TYPE_CHECKING:
@@ -62,6 +62,8 @@ class Settings:
     recording: Recording | None = None
     """Takes the trend for a picture: every base step, whatever ``every`` says."""
     progress: Progress | None = None
+    judged: bool = True
+    """Whether standing expectations are judged; a run of a battery is compared and not judged."""
 
 
 def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Report:
@@ -73,7 +75,7 @@ def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Control
     run = _Run.of(scenario, new_plc, controller, settings)
     if scenario.initial == "steady" and run.plc.running:
         try:
-            run.zero = settle(run.machine, settings.max_loop_steps)
+            run.zero = settle(run.machine, settings.max_loop_steps, swinging_loops(scenario, run.net, run.plc))
             run.problems += refused(run.machine)
         except UnsteadyError as error:
             run = _Run.of(scenario, new_plc, controller, settings)
@@ -119,7 +121,7 @@ class _Run:
             notes += [Note(0.0, loop, f"initial output {value}: {idle}")] if idle else []
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
-        influence = Influence.of(scenario, net, plc, idle_events(scenario, new_plc, net))
+        influence = Influence.of(scenario, net, plc, idle_events(scenario, new_plc, net) if settings.judged else [])
         meters = meters_of(scenario, plc, net, last)
         bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
         watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
@@ -238,7 +240,7 @@ class _Run:
         wanted = enumerate(self.scenario.expect)
         said = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
         evidence.reasons = {i: reason for i, reason in said if reason}
-        verdicts = standing(evidence)
+        verdicts = standing(evidence) if self.settings.judged else []
         self.problems += unused_allowances(evidence, verdicts)
         return Report(
             scenario=self.scenario.scenario,
@@ -294,5 +296,6 @@ def _too_long(last: int, loops: int, settings: Settings) -> list[Problem]:
         message = f"{count} loop-steps; the limit is {limit}"
         return [Problem(("duration",), message, "limit", help="use a longer step, or the option --no-limit")]
     if last < 1:
-        return [Problem(("duration",), "the scenario is shorter than its base step", "value")]
+        cure = "lengthen the duration, or give a shorter 'step'"
+        return [Problem(("duration",), "the scenario is shorter than its base step", "value", help=cure)]
     return []

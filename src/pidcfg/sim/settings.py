@@ -16,10 +16,12 @@ from pidcfg.encoders.regmap import Bits, RegisterMap, Word, encode_one
 from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import dotted
 from pidcfg.schemas.base import parse_flag, parse_number, refuse
+from pidcfg.schemas.names import spoken
 
 if TYPE_CHECKING:
     from pidcfg.encoders.scales import Scale
 
+FITS = "write a value inside the limits"
 Row = Word | Bits
 Parser = Callable[[object], object]
 
@@ -60,8 +62,9 @@ class Keys:
         same = [row for name, row in self.rows.items() if name.rpartition(".")[2] == key and name != setpoint]
         if len(same) == 1:
             return same
-        near = difflib.get_close_matches(key, [*self.short, *self.rows], 1, 0.5)
-        cure = f"did you mean {near[0]}?" if near else "write a key of the loop's configuration"
+        known = [*self.short, *self.rows]
+        near = spoken(key, known) or next(iter(difflib.get_close_matches(key, known, 1, 0.5)), None)
+        cure = f"did you mean {near}?" if near else "write a key of the loop's configuration"
         return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=cure)
 
     def check(self, path: tuple[str, ...], value: object, encode: Callable[[Row, Any], int]) -> object:
@@ -117,4 +120,5 @@ def check_fit(rows: list[Row], value: Any, encode: Callable[[Row, Any], int]) ->
             encode(row, item)
         except EncodeError as error:
             between = "" if error.low is None else f": {error.low} to {error.high}"
-            refuse("set_value", f"{item} does not fit its word: it {error}{between}")
+            message = f"{item} does not fit its word: it {error}{between}"
+            refuse("set_value", message, help=FITS)

@@ -1,7 +1,8 @@
 """The pre-roll of ``initial: steady``: controllers and plants run until every PV is at rest, then time starts.
 
 A PV is at rest when over one window, the longest time constant, it hardly moves or stays within two counts of its mean:
-a quantised loop on an integrator hunts for ever. Outputs do not count; noise and events are off.
+a quantised loop on an integrator hunts for ever. Where an output is on or off, or pulses, the PVs never rest: there the
+highest and the lowest PV must come back (D761). Outputs do not count; noise and events are off.
 """
 
 from __future__ import annotations
@@ -9,12 +10,18 @@ from __future__ import annotations
 from math import lcm
 from typing import TYPE_CHECKING
 
+from pidcfg.sim.influence import Influence
 from pidcfg.sim.kernel import Span
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.problems import Problem
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.engine import Machine
+    from pidcfg.sim.network import Network
+    from pidcfg.sim.plc import Plc
 
 WINDOWS = 100
 """Windows after which a network counts as one that never settles."""
@@ -25,6 +32,10 @@ ALIGNED = 10
 STEADY_SHARE = 1e-6
 STEADY_COUNTS = 2.0
 """A PV is steady when it moves less than this share of its range, or stays this close to its mean."""
+CYCLE_WINDOWS = 4
+"""Windows whose extremes are held against those of as many before: a cycle may be longer than the time constant."""
+CYCLE_SHARE = 0.02
+"""Of the swing, by which the extremes of a cycle may differ from those before."""
 
 
 class UnsteadyError(Exception):
@@ -35,17 +46,22 @@ class UnsteadyError(Exception):
         self.problem = problem
 
 
-def settle(machine: Machine, max_loop_steps: int | None) -> int:
-    """Runs the pre-roll and returns its base steps; raises `UnsteadyError`."""
+def settle(machine: Machine, max_loop_steps: int | None, swinging: Collection[int] = ()) -> int:
+    """Runs the pre-roll and returns its base steps; ``swinging``: loops that may swing. Raises `UnsteadyError`."""
     plc = machine.plc
     spans = [Span(config.sig_in) for config in plc.cfg[: len(plc.loops)]]
     steps = window_of(machine)
+    past: list[list[tuple[float, float]]] = []
     k, moving = 0, 0
     for _ in range(WINDOWS):
         if max_loop_steps is not None and (k + steps) * len(spans) > max_loop_steps:
             break
         k = machine.settle(k, k + steps, spans)
         unsteady = [i for i, span in enumerate(spans) if not is_steady(span, plc.scales[i], steps)]
+        if swinging:
+            past.append([(span.low, span.high) for span in spans])
+            ends = {i: [window[i] for window in past] for i in swinging}
+            unsteady = [i for i in unsteady if i not in ends or not comes_back(ends[i], plc.scales[i])]
         if not unsteady:
             return k
         moving = unsteady[0]
@@ -89,6 +105,33 @@ def is_steady(span: Span, scale: tuple[float, float, int], steps: int) -> bool:
         return True
     mean = span.total / steps
     return max(span.high - mean, mean - span.low) <= STEADY_COUNTS * abs(high - low) / counts
+
+
+def swinging_loops(scenario: Scenario, net: Network, plc: Plc) -> set[int]:
+    """The loops whose outputs are on or off, or pulses, and those whose PVs one of them moves."""
+    loops = range(len(plc.loops))
+    sources = [i for i in loops if plc.only_switches(i) or plc.pulse_cycle(i)]
+    if not sources:
+        return set()
+    influence = Influence.of(scenario, net, plc)
+    moved = set[int]().union(*(influence.of_output(i) for i in sources))
+    return {i for i in loops if i in sources or plc.cfg[i].sig_pv in moved}
+
+
+def comes_back(past: Sequence[tuple[float, float]], scale: tuple[float, float, int]) -> bool:
+    """Whether a PV swings between the same extremes: ``past`` has the lowest and highest of each window."""
+    if len(past) < 2 * CYCLE_WINDOWS:
+        return False
+    before, now = past[-2 * CYCLE_WINDOWS : -CYCLE_WINDOWS], past[-CYCLE_WINDOWS:]
+    (low_before, high_before), (low_now, high_now) = _extremes(before), _extremes(now)
+    low, high, counts = scale
+    least = max(STEADY_SHARE, STEADY_COUNTS / counts) * abs(high - low)
+    slack = max(CYCLE_SHARE * (high_now - low_now), least)
+    return abs(low_now - low_before) <= slack and abs(high_now - high_before) <= slack
+
+
+def _extremes(windows: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    return min(low for low, _ in windows), max(high for _, high in windows)
 
 
 def _explain(machine: Machine, k: int, span: Span, loop: int, steps: int) -> Problem:

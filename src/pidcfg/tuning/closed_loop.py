@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 FINEST, MOST_STEPS = 100, 60_000
 """Steps of the calculation in the fastest time, and in all."""
+SETTLED, SHOWN, MOST_SHOWN = 0.01, 1.15, 1500
+"""Part of the way within which a PV is at rest; how long, in times until then, and in points, is shown."""
 LONG = 12
 """Times the slowest of integral time, lags and dead time: how long is looked at."""
 
@@ -62,14 +64,46 @@ class _Plant:
         return value
 
 
-def answer(gains: Gains, transfer: Transfer) -> Answer:
-    """The figures of a stable loop."""
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """The PV after a unit step of the set point, and after one that is added to the output; times in s."""
+
+    times: tuple[float, ...]
+    setpoint: tuple[float, ...]
+    disturbance: tuple[float, ...]
+
+
+def curves(gains: Gains, transfer: Transfer) -> Curves:
+    """How a stable loop answers, until it is at rest."""
+    dt, duration = _grid(gains, transfer)
+    after_setpoint, _ = _run(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
+    after_load, _ = _run(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
+    moving = max(_moving(after_setpoint), _moving(after_load))
+    end = min(len(after_setpoint), round(SHOWN * moving) + 2)
+    every = max(1, end // MOST_SHOWN)
+    times = (0.0, *((i + 1) * dt for i in range(0, end, every)))
+    return Curves(times, (0.0, *after_setpoint[:end:every]), (0.0, *after_load[:end:every]))
+
+
+def _moving(pvs: list[float]) -> int:
+    """Steps until the PV stays within a small part of its way."""
+    band = SETTLED * (max(pvs) - min(pvs))
+    return next((i for i in range(len(pvs) - 1, -1, -1) if abs(pvs[i] - pvs[-1]) > band), 0)
+
+
+def _grid(gains: Gains, transfer: Transfer) -> tuple[float, float]:
+    """The step of the calculation and how long it goes on, in s."""
     times = [*transfer.poles, *map(abs, transfer.zeros), transfer.dead_time, gains.derivative_time]
     if not isinf(gains.integral_time):
         times.append(gains.integral_time)
     times = [time for time in times if time]
     duration = LONG * max(times)
-    dt = max(min(times) / FINEST, duration / MOST_STEPS)
+    return max(min(times) / FINEST, duration / MOST_STEPS), duration
+
+
+def answer(gains: Gains, transfer: Transfer) -> Answer:
+    """The figures of a stable loop."""
+    dt, duration = _grid(gains, transfer)
     pvs, setpoint_error = _run(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
     _, load_error = _run(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
     rest = isinf(gains.integral_time)

@@ -100,7 +100,7 @@ def identify(record: Record, rest: float | None = None) -> Identified:
     after = len(record.time) - k
     if after < LEAST_AFTER:
         raise RecordError(
-            f"the output first changes with {k} samples before and {after} after it",
+            f"the output first changes after {k} and before {after} samples",
             f"record at least {LEAST_BEFORE} before and {LEAST_AFTER} after",
         )
     noise = _noise(record.pv)

@@ -35,6 +35,8 @@ class Judgement:
     margins: Margins | None = None
     """None: the loop is unstable, or the process is not known."""
     answer: Answer | None = None
+    plant: Transfer | None = None
+    """What the margins are those of; None: the process is not known."""
     known: bool = True
     """Whether there was a process to judge the gains by."""
 
@@ -59,7 +61,7 @@ def judged(
     if transfer is not None:
         plant = replace(transfer, dead_time=transfer.dead_time + process.sample_time / 2)
     found = margins(gains, plant)
-    return Judgement(valid, reason, found, None if found is None else answer(gains, plant))
+    return Judgement(valid, reason, found, None if found is None else answer(gains, plant), plant)
 
 
 def process_of_cycle(gain: float, cycle: Cycle) -> Process | None:

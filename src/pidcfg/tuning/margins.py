@@ -52,6 +52,19 @@ class Margins:
 
 
 @dataclass(frozen=True, slots=True)
+class Trace:
+    """The open loop in the complex plane, from low frequencies to high ones, and where its margins are measured."""
+
+    points: tuple[complex, ...]
+    nearest: complex
+    """Closest to -1: there the sensitivity is Ms."""
+    turn: complex | None
+    """Farthest out on the negative real axis, of what is within the unit circle or not; None: it is not crossed."""
+    crossover: complex | None
+    """On the unit circle, closest to -1; None: the loop is never as loud."""
+
+
+@dataclass(frozen=True, slots=True)
 class Loop:
     """A controller on a process."""
 
@@ -101,6 +114,21 @@ def margins(gains: Gains, transfer: Transfer) -> Margins | None:
     phases = (pi + phase(loop(w)) for w in _crossings(loop, frequencies[:followed], lambda v: abs(v) - 1))
     phase_margin = min((degrees(min(angle, 2 * pi - angle)) for angle in phases), default=inf)
     return Margins(max(peak, 1 / (1 - loudest), 1.0), min(gain_margin, 1 / loudest if loudest else inf), phase_margin)
+
+
+def traced(gains: Gains, transfer: Transfer) -> Trace:
+    """The curve of a stable loop."""
+    loop = Loop(gains, transfer)
+    frequencies = _frequencies(loop)
+    if transfer.dead_time:
+        frequencies = frequencies[: bisect_left(frequencies, TURNS / transfer.dead_time)]
+    points = tuple(loop(w) for w in frequencies)
+    turns = [loop(w) for w in _crossings(loop, frequencies, lambda v: v.imag) if loop(w).real < 0]
+    circle = [loop(w) for w in _crossings(loop, frequencies, lambda v: abs(v) - 1)]
+    near = min(points, key=lambda v: abs(1 + v))
+    return Trace(
+        points, near, min(turns, key=lambda v: v.real, default=None), min(circle, key=lambda v: v.real, default=None)
+    )
 
 
 def _frequencies(loop: Loop) -> list[float]:

@@ -223,6 +223,8 @@ def _window(samples: list[Sample], request: Request, zero: Zero, said: list[str]
     part = [s for s in samples if (start is None or s.time >= start) and (until is None or s.time <= until)]
     if start is None and until is None:
         return samples
+    if start is not None and until is not None and start >= until:
+        raise TuningError(f"--from {start:g} s is not before --until {until:g} s; exchange them")
     if not part:
         raise TuningError(
             f"no sample lies between --from and --until; the record goes from {samples[0].time:g} to "

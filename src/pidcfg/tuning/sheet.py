@@ -209,7 +209,9 @@ def _body(rows: Sequence[Row], width: int, names: Sequence[str], name: str) -> l
         if len(cells) < width or any(cells[width:]):
             if not any(cells):
                 continue
-            raise TuningError(f"{name}:{row.line}: {len(cells)} cells where the others have {width}; correct the row")
+            comma = "; where a comma is the decimal sign, separate cells by semicolons" * (len(cells) > width)
+            message = f"{len(cells)} cells where the others have {width}; correct the row{comma}"
+            raise TuningError(f"{name}:{row.line}: {message}")
         body.append(Row(row.line, cells[:width]))
     return body
 

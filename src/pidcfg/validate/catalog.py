@@ -108,9 +108,10 @@ def _rules_of(group: str | None) -> Mapping[str, Rule]:
 
 def ignorable(finding: Diagnostic) -> bool:
     """Whether a user may ignore a finding: not where the file cannot be read or encoded."""
-    return rule_of(finding.code).ignorable or finding.severity is not Severity.ERROR
+    return finding.severity is not Severity.ERROR or rule_of(finding.code).ignorable
 
 
 def unusable(finding: Diagnostic) -> bool:
-    """Whether a finding says that a text could not be read as a document (exit code 2)."""
-    return rule_of(finding.code).unusable
+    """Whether a finding says that a text could not be read as a document (exit code 2); only file rules do."""
+    rule = FILE_RULES.get(finding.code)
+    return rule is not None and rule.unusable

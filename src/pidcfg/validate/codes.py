@@ -19,6 +19,15 @@ D05 = Decision(
     "YAML 1.1 and 1.2 disagree on 010, yes and 1_000, and PLC engineers read a leading zero as octal.",
 )
 
+D720 = Decision(
+    720,
+    "curly quotes are letters",
+    "A text that begins and ends with quotes of a word processor (“…”, „…“, «…» and single ones) is kept as it is written, with a "
+    "warning (PID018); around a number or a word of a choice they are an error, as any other letter is there. `--fix` "
+    "leaves them alone. Inside of YAML's own quotes they are meant.",
+    "YAML 1.2 knows two quotes, ' and \". Which of the two readings is meant in a text only its writer can say.",
+)
+
 D315 = Decision(
     315,
     "what may be ignored, and where that counts",
@@ -74,6 +83,10 @@ READING = (
     _unreadable("PID012", "bad-alias", "An alias names no anchor above it, or itself.", "It has no value.", "Define the anchor above its use, or write the value out."),
     _unreadable("PID013", "limit", "The file is larger, deeper or longer than the limits.", "Limits keep a hostile or broken file from taking the machine.", "Split the file, or raise the limit by an option of the command."),
     _unreadable("PID014", "tab", "A tab is used for indentation.", "YAML forbids it, since editors show tabs at different widths.", "Indent with spaces."),
+    _unreadable("PID015", "unknown-template", "A loop uses a template that is not there, or templates use each other in a ring.", "The loop would lack what the template gives it.", "Write the name of a template that stands under `templates`."),
+    _unreadable("PID016", "bad-template", "A template is no loop, has a name, or has a list where the loop that uses it has something else.", "A template holds what equal loops have in common; lists are replaced as a whole, never in part.", "Write the keys of a loop below the template's name, and what is a loop's own into the loop."),
+    _row("PID017", "unused-template", "No loop uses a template.", "Nothing in it is checked, and somebody may believe that it is in force.", "Use it, or delete it.", Severity.WARNING),
+    replace(_row("PID018", "curly-quotes", "A text stands in quotes of a word processor.", "They are letters to YAML, so that the unit or the name has them in it, also in the PLC's tables and in reports.", "Write straight quotes, or none.", Severity.WARNING), basis=D720),
     _unreadable("PID040", "unreadable", "A file cannot be opened.", "It is missing, a folder without configurations, or not permitted.", "Check the path."),
 )
 LISTING = (

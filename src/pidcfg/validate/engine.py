@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.odd_signs import plain
 from pidcfg.validate.checklist import is_to_check, lines
+from pidcfg.validate.curly import curly_quotes
 from pidcfg.validate.edits import of_quotes, of_value
 from pidcfg.validate.identity import key_of, loop_name, value_of
-from pidcfg.validate.lookalike import of_another_vendor
+from pidcfg.validate.lookalike import of_another_vendor, vendor_meant
 from pidcfg.validate.partial import readable
 from pidcfg.validate.quotes import Quotes
-from pidcfg.validate.schema import not_a_choice, read_model, same_word
+from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, read_model, same_word
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
@@ -73,14 +76,16 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
     config, errors = read_model(vendor.model, doc)
     if errors:
         doc, config, errors = _in_own_units(vendor, doc, errors)
+    if other := of_another_vendor(vendor, doc, errors):
+        return Checked(doc, tuple(ordered([*findings, *other])), vendor)
     findings += errors
-    findings += of_another_vendor(vendor, doc, errors)
     if config is None:
         findings += _of_readable_loops(vendor, doc, errors)
         return Checked(doc, tuple(ordered(findings)), vendor)
     encoding = vendor.encoder(config)
     of_rules = _of_rules(vendor, config, encoding, doc)
     findings += (d for d in of_rules if not is_to_check(d))
+    findings += curly_quotes(doc)
     to_check = tuple(ordered([d for d in of_rules if is_to_check(d)]))
     return Checked(doc, tuple(ordered(findings)), vendor, config, encoding, to_check)
 
@@ -116,14 +121,17 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
     """The vendor that a file names, or the finding that says why there is none."""
     data = doc.data or {}
     if "vendor" not in data:
-        span = doc.locate(())
-        cure = f"add 'vendor: …', one of {', '.join(VENDORS)}"
+        near = next((key for key in data if get_close_matches("vendor", plain(key).split(), cutoff=0.7)), None)
+        span = doc.locate((near,) if near else (), key=True)
+        cure = f"write 'vendor: …' for '{near}: …'" if near else f"add 'vendor: …', one of {', '.join(VENDORS)}"
         return None, [Diagnostic("PID032", Severity.ERROR, "the file names no vendor", doc.file, span, help=cure)]
     name = data["vendor"]
     vendor = VENDORS.get(name) if isinstance(name, str) else None
     if vendor is not None:
         return vendor, []
     message, suggestion = not_a_choice("vendor", name, list(VENDORS))
+    meant = vendor_meant(name) if isinstance(name, str) else None
+    suggestion = f"{DID_YOU_MEAN}{meant}?" if meant else "any other controller is written as generic"
     path = ("vendor",)
     same = same_word(name, VENDORS)
     edits = of_value(doc, path, same) if same else ()
@@ -185,3 +193,8 @@ def span_in(doc: Document, finding: Finding) -> Span:
 def is_scenario(doc: Document) -> bool:
     """Whether a file is a scenario rather than a configuration."""
     return doc.data is not None and "scenario" in doc.data and "vendor" not in doc.data
+
+
+def is_configuration(doc: Document) -> bool:
+    """Whether a file names the vendor that it is for."""
+    return doc.data is not None and "vendor" in doc.data

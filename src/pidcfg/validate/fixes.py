@@ -15,6 +15,7 @@ from pidcfg.diagnostics import Edit
 from pidcfg.document import LINE_BREAK, Plain
 from pidcfg.paths import value_at
 from pidcfg.refs import Decision
+from pidcfg.templates import same_places
 from pidcfg.validate.catalog import ignorable, unusable
 from pidcfg.validate.codes import READING, SCHEMA
 
@@ -198,12 +199,13 @@ def expected(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
     """The data of a file after its corrections, worked out without reading the new text."""
     data = deepcopy(doc.data)
     for d in fixed:
-        parent = value_at(data, d.path[:-1])
-        for edit in d.edits if d.path else ():
-            if edit.span == doc.locate(d.path):
-                parent[d.path[-1]] = Plain(edit.text)
-            elif edit.span == doc.locate(d.path, key=True) and d.path[-1] in parent:
-                parent[edit.text.strip("'\"")] = parent.pop(d.path[-1])
+        for path in same_places(doc, d.path):
+            parent = value_at(data, path[:-1])
+            for edit in d.edits if path else ():
+                if edit.span == doc.locate(path):
+                    parent[path[-1]] = Plain(edit.text)
+                elif edit.span == doc.locate(path, key=True) and path[-1] in parent:
+                    parent[edit.text.strip("'\"")] = parent.pop(path[-1])
     return data
 
 

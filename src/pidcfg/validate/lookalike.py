@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.odd_signs import plain
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
@@ -18,6 +20,34 @@ OF_KEYS = frozenset(("PID020", "PID021"))
 """Findings of keys that are unknown or missing."""
 FEWEST = 3
 """So many of them before the vendor itself is doubted."""
+
+
+MADE = (
+    ("directlogic", "dl06"),
+    ("koyo", "dl06"),
+    ("d0-06", "dl06"),
+    ("dl0", "dl06"),
+    ("click", "click"),
+    ("c0-", "click"),
+    ("c2-", "click"),
+    ("ez", "ezlogix"),
+    ("altus", "nextopid"),
+    ("nexto", "nextopid"),
+    ("codesys", "nextopid"),
+    ("delta", "dpide"),
+    ("isp", "dpide"),
+    ("as2", "dpide"),
+    ("as3", "dpide"),
+    ("neutral", "generic"),
+)
+"""How names begin that people give to a family: its maker, its program, its parts."""
+
+
+def vendor_meant(name: str) -> str | None:
+    """The family that a name seems to mean; None where nothing tells."""
+    word = plain(name).casefold().replace(" ", "").replace("_", "-")
+    near = next(iter(get_close_matches(word.replace("-", ""), VENDORS, 1, 0.7)), None)
+    return near or next((vendor for begins, vendor in MADE if word.startswith(begins)), None)
 
 
 def of_another_vendor(vendor: Vendor, doc: Document, errors: Sequence[Diagnostic]) -> list[Diagnostic]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.units import units_by_path
 from pidcfg.paths import value_at
 from pidcfg.schemas.base import NUMBER
-from pidcfg.schemas.misread import WITH_UNIT
+from pidcfg.schemas.misread import WITH_UNIT, range_of
 from pidcfg.schemas.units import unit_text, units_of
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iter
         value = value_at(doc.data, d.path)
         items = enumerate(value) if isinstance(value, list) else [(None, value)]
         for i, item in items:
-            match = WITH_UNIT.fullmatch(item) if isinstance(item, str) else None
+            match = WITH_UNIT.fullmatch(item) if isinstance(item, str) and range_of(item) is None else None
             path = d.path if i is None else (*d.path, i)
             own = match and _unit_of(vendor, value_at(doc.data, path[:2]), path[2:])
             if match and own and NUMBER.fullmatch(match["number"]):

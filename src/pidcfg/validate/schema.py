@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from pidcfg.diagnostics import Diagnostic, Edit, Severity
+from pidcfg.odd_signs import plain, said_of
 from pidcfg.paths import value_at
 from pidcfg.schemas import misread
-from pidcfg.unreadable import blank_in
+from pidcfg.schemas.texts import field_texts
 from pidcfg.validate.codes import BY_KIND, OTHER_KIND
 from pidcfg.validate.edits import MOST_KEYS, key_edits, of_value
 from pidcfg.validate.identity import loop_name
-from pidcfg.validate.spelling import clear_match, keys_of, models_in, spoken_of
+from pidcfg.validate.spelling import clear_match, keys_of, models_in, places_of, spoken_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from pidcfg.paths import Path
     from pidcfg.source import Document
@@ -38,6 +39,10 @@ UNION_KEY = "type"
 UNION_KINDS = {"union_tag_invalid": "literal_error", "union_tag_not_found": "missing"}
 """Errors of that key, by what they are to the reader."""
 CHOICE_KINDS = {"literal_error", "union_tag_invalid"}
+EITHER = "write true or false"
+"""The cure of a switch where no word is clearly meant."""
+LIKE, CLEARLY = 0.5, 0.05
+"""How like a word must be to one that is suggested, and how much more than to any other."""
 SHOWN = 60
 DID_YOU_MEAN = "did you mean "
 
@@ -85,7 +90,8 @@ def _no_value(doc: Document, path: Path) -> Diagnostic:
         message, help_text = f"item {key + 1} of {parent} has no value", "give a value, or remove the item"
     else:
         message, help_text = f"{key} has no value", _comma(doc, path) or "give a value, or remove the key"
-    return Diagnostic("PID037", Severity.ERROR, message, doc.file, doc.locate(path, key=True), path, help=help_text)
+    span, loop = doc.locate(path, key=True), loop_name(doc, path)
+    return Diagnostic("PID037", Severity.ERROR, message, doc.file, span, path, loop=loop, help=help_text)
 
 
 def _comma(doc: Document, path: Path) -> str | None:
@@ -93,6 +99,8 @@ def _comma(doc: Document, path: Path) -> str | None:
     parent = value_at(doc.data, path[:-1])
     before = "".join(f"{key}={parent[key]}" for key, following in pairwise(parent) if following == path[-1])
     number = before.partition("=")[2]
+    if not (number[-1:].isdigit() and str(path[-1])[:1].isdigit()):
+        return None
     help_text = misread.cure(f"{number},{path[-1]}")
     return help_text and f"{help_text}; {number},{path[-1]} inside braces is two keys"
 
@@ -152,23 +160,47 @@ def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str |
         problem = "is missing" if kind == "missing" else f"{shown(value)} is not one that this pidcfg reads"
         return f"the format version {problem}", "write 'pidcfg: 1'"
     if kind == "extra_forbidden":
-        below = model_at(model, error["loc"][:-1])
-        return unknown_key(key, keys_of(below) if below else [], spoken_of(key, below) if below else None)
+        return _unknown(key, model, model_at(model, error["loc"][:-1]))
     if "expected_tags" in context:
         return not_a_choice(key, context["tag"], _choices(context["expected_tags"]))
+    text = _text_of(model, error["loc"])
     if kind == "literal_error":
-        return not_a_choice(key, value, _choices(context["expected"]))
+        message, cure = not_a_choice(key, value, _choices(context["expected"]))
+        return message, cure or text
     if kind == "missing":
-        return f"{_below(path)}{key} is missing", f"add {key}"
+        one_too_many = len(path) > 1 and key == "name" and path[-2] != 0
+        dash = "; if the keys belong to what stands above, take the dash away" * one_too_many
+        return f"{_below(path)}{key} is missing", f"add {key}" + (f": {text}" if text else "") + dash
     message = _plain_wording(kind, context, key, value) or f"{key}: {error['msg'].lower()}"
-    return message, context.get("help") or _dashes(kind, key, value)
+    cure = context.get("help") or _shape(kind, key, value, model_at(model, error["loc"]))
+    return message, f"{cure}; {text}" if kind == "boolean_form" and text and cure == EITHER else cure
 
 
-def _dashes(kind: str, key: str, value: object) -> str | None:
-    """The cure of a mapping in the place of a list."""
-    if KINDS.get(kind) != "a list" or not isinstance(value, dict):
-        return None
-    return f"begin each item of {key} with a dash: '- {next(iter(value), 'name')}: …'"
+def _unknown(key: str, root: type[BaseModel], below: type[BaseModel] | None) -> tuple[str, str | None]:
+    """The message and cure for an unknown key at a place of a file."""
+    if below is None:
+        return unknown_key(key, [])
+    return unknown_key(key, keys_of(below), spoken_of(key, below), places_of(key, root))
+
+
+def _text_of(model: type[BaseModel], place: Path) -> str | None:
+    """What the key at a place is, as its documentation says."""
+    below = model_at(model, place[:-1])
+    names = {field.alias or name: name for name, field in below.model_fields.items()} if below else {}
+    text = field_texts(below).get(names.get(str(place[-1]), "")) if below else None
+    return text and text.rstrip(".")
+
+
+def _shape(kind: str, key: str, value: object, inner: type[BaseModel] | None) -> str | None:
+    """The cure of a mapping in the place of a list, or of anything else in the place of a mapping."""
+    if KINDS.get(kind) == "a list" and isinstance(value, dict):
+        first, content = next(iter(value.items()), ("name", None))
+        item = f"- name: {first}" if isinstance(content, dict) and key == "loops" else f"- {first}: …"
+        return f"begin each item of {key} with a dash: '{item}'"
+    if kind in KINDS and inner is not None:
+        known = keys_of(inner)
+        return f"write '{key}: {{{known[0]}: …}}'; known keys here: {', '.join(known)}"
+    return None
 
 
 def _plain_wording(kind: str, context: Any, key: str, value: object) -> str | None:
@@ -192,18 +224,28 @@ def _choices(expected: str) -> list[str]:
     return [part.strip().strip("'") for part in expected.replace(" or ", ", ").split(", ")]
 
 
-def unknown_key(key: str, known: list[str], meant: str | None = None) -> tuple[str, str | None]:
-    """The message and cure for a key that is not in the schema; ``meant``: what it is known to stand for."""
-    near = [meant] if meant else difflib.get_close_matches(key, known, n=1, cutoff=0.6)
+def unknown_key(
+    key: str, known: list[str], meant: str | None = None, places: Sequence[str] = ()
+) -> tuple[str, str | None]:
+    """The message and cure for a key that is not in the schema.
+
+    ``meant``: what it is known to stand for; ``places``: the keys below which it belongs.
+    """
+    near = [meant] if meant else difflib.get_close_matches(plain(key), known, n=1, cutoff=0.6)
     cure = f"{DID_YOU_MEAN}{near[0]}?" if near else f"known keys here: {', '.join(known)}"
-    return f"unknown key {key!r}{blank_in(key)}", cure
+    if places and not meant and (not near or key in places):
+        cure = f"it belongs below {places[0]}; {cure}"
+    return f"unknown key {key!r}{said_of(key)}", cure
 
 
 def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str | None]:
     """The message and cure for a word that is not in a list."""
-    near = difflib.get_close_matches(str(value).lower(), [c.lower() for c in choices], n=1, cutoff=0.5)
-    choice = next((c for c in choices if near and c.lower() == near[0]), None)
-    return f"{key} is {shown(value)}, not one of {', '.join(choices)}", f"{DID_YOU_MEAN}{choice}?" if choice else None
+    word = plain(str(value)).lower()
+    ranked = sorted(((difflib.SequenceMatcher(None, c.lower(), word).ratio(), c) for c in choices), reverse=True)
+    clear = ranked[0][0] >= LIKE and (len(ranked) == 1 or ranked[0][0] - ranked[1][0] > CLEARLY)
+    odd = said_of(value) if isinstance(value, str) else ""
+    message = f"{key} is {shown(value)}, not one of {', '.join(choices)}{odd}"
+    return message, f"{DID_YOU_MEAN}{ranked[0][1]}?" if clear else None
 
 
 def shown(value: object) -> str:

@@ -6,6 +6,8 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING, Any, get_args
 
+from pidcfg.schemas.names import folded, spoken
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
@@ -17,7 +19,6 @@ LETTERS = 5
 """A word has so many before and after its slip: in shorter ones (``MaxMV``, ``MinMV``) one letter is a meaning."""
 APART = 2
 """No other key of the place may be so near."""
-BETWEEN = str.maketrans("", "", "-_ ")
 
 
 def clear_match(key: str, known: Sequence[str]) -> str | None:
@@ -26,25 +27,17 @@ def clear_match(key: str, known: Sequence[str]) -> str | None:
     It differs from what is written in capitals, hyphens and underscores alone, or by one slip inside a long word with
     every other key of the place clearly further. A valid key of any vendor is never replaced.
     """
-    same = [name for name in known if _folded(name) == _folded(key)]
+    same = [name for name in known if folded(name) == folded(key)]
     if same:
         return same[0] if len(same) == 1 and key not in all_keys() else None
     near = [name for name in known if is_slip(key, name)]
     if len(near) != 1 or any(slips(key, name) <= APART for name in known if name != near[0]):
         return None
     others = (name for name in all_keys() if name != near[0])
-    return None if any(_folded(name) == _folded(key) or is_slip(key, name) for name in others) else near[0]
+    return None if any(folded(name) == folded(key) or is_slip(key, name) for name in others) else near[0]
 
 
-SPOKEN = (
-    ({"kp", "kc", "pgain", "gain"}, ("gain", "proportional_gain", "Kp", "Kc_Kp")),
-    ({"ti", "tn", "resettime", "integraltime"}, ("reset", "reset_time", "integral_time", "Ti_Ki")),
-    ({"td", "tv", "derivativetime"}, ("rate", "derivative_time", "Td_Kd")),
-    ({"sp", "sv", "setpoint"}, ("setpoint", "SP", "SV", "set: {setpoint: …}")),
-    ({"mv", "cv", "out", "output"}, ("output", "set: {output: …}")),
-)
-"""What engineers call a setting, and the keys that it has, of which a place knows one."""
-INSIDE = "set"
+INSIDE, SETTABLE = "set", ("setpoint", "output")
 """The key of an event that takes settings by their names."""
 
 
@@ -57,8 +50,32 @@ def spoken_of(key: str, model: type[BaseModel]) -> str | None:
     below = [f"{name}: {{{key}: …}}" for name, inner in _inner(model) if key in keys_of(inner)]
     if below:
         return " or ".join(dict.fromkeys(below))
-    names = next((names for words, names in SPOKEN if _folded(key) in words), ())
-    return next((n for n in names if n in known or (INSIDE in known and "at" in known and n.startswith("set:"))), None)
+    events = [f"{INSIDE}: {{{name}: …}}" for name in SETTABLE] if {INSIDE, "at"} <= {*known} else []
+    return spoken(key, [*known, *events]) or next((n for n in known if _words(n) == _words(key)), None)
+
+
+def _words(key: str) -> list[str]:
+    """The words of a key in an order of their own: people turn ``freeze_bias`` round."""
+    return sorted(key.casefold().split("_"))
+
+
+def places_of(key: str, root: type[BaseModel]) -> list[str]:
+    """The only keys of a file below which a key is known, in words; empty: none, or more than one."""
+    found = {name for name, inner in _below(root) if key in keys_of(inner)}
+    return sorted(found) if len(found) == 1 else []
+
+
+def _below(root: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
+    """The models inside of a model with the keys that they are the values of; at each place once."""
+    waiting = [root]
+    seen: set[type[BaseModel]] = set()
+    while waiting:
+        model = waiting.pop()
+        seen.add(model)
+        for name, field in model.model_fields.items():
+            for inner in models_in(field.annotation):
+                yield field.alias or name, inner
+                waiting += [inner] if inner not in seen else []
 
 
 def _inner(model: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
@@ -66,10 +83,6 @@ def _inner(model: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
     for name, field in model.model_fields.items():
         if "tuple" not in str(field.annotation):
             yield from ((field.alias or name, inner) for inner in models_in(field.annotation))
-
-
-def _folded(word: str) -> str:
-    return word.casefold().translate(BETWEEN)
 
 
 def is_slip(key: str, name: str) -> bool:

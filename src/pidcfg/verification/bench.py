@@ -91,10 +91,10 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
     low, high = (float(end) for end in loop.pv.range)
     sample = float(max(loop.sample_time, other.sample_time))
     crossover, gain, time = _dynamics(loop, other, sample)
-    limits = _output_limits(loop)
+    limits = output_limits(loop)
     bounds = loop.setpoint.limits or loop.pv.range
     room = float(bounds[1] - bounds[0])
-    quiet = _quiet(loop)
+    quiet = quiet_range(loop)
     integral = float(loop.tuning.integral_time)
     samples = min(max(ceil(max(10 / crossover, 2 * integral) / sample), FEWEST), MOST)
     return Bench(
@@ -104,7 +104,7 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
         (high - low) * gain * (1.0 if loop.output_raises_pv else -1.0),
         time,
         sample,
-        _middle(loop, limits),
+        middle_output(loop, limits),
         (quiet[0] + quiet[1]) / 2,
         quiet,
         room,
@@ -122,13 +122,21 @@ def _filters(loop: Loop, other: Loop) -> float:
 
 
 def _dynamics(loop: Loop, other: Loop, sample: float) -> tuple[float, float, float]:
-    """Crossover in rad/s, gain of the plant as a share of the span for the whole output, and its time constant."""
+    """What `dynamics` says, with the slower filter of both sides."""
+    filters = max(float(one.pv.filter) for one in (loop, other))
+    return dynamics(loop, sample, 2 * sample + filters, WANTED)
+
+
+def dynamics(loop: Loop, sample: float, delay: float, wanted: float) -> tuple[float, float, float]:
+    """Crossover in rad/s, gain of the plant as a share of the span for the whole output, and its time constant.
+
+    ``delay``: what the loop is late by, in s; ``wanted``: the gain of the plant where the loop's gain allows it.
+    """
     tuning = loop.tuning
     span, width = (float(pair[1] - pair[0]) for pair in (loop.pv.range, loop.output.range))
     share = abs(float(tuning.gain)) * span / width or 1.0
     integral, derivative = float(tuning.integral_time), float(tuning.derivative_time)
-    filters = max(float(one.pv.filter) for one in (loop, other))
-    crossover = PER_DELAY / (2 * sample + filters)
+    crossover = PER_DELAY / delay
     if derivative:
         crossover = min(crossover, PER_DERIVATIVE / derivative)
     if not tuning.proportional and integral:
@@ -136,19 +144,20 @@ def _dynamics(loop: Loop, other: Loop, sample: float) -> tuple[float, float, flo
         return crossover, min(crossover * integral / share, STRONGEST), sample
     if integral:
         crossover = min(crossover, PER_INTEGRAL / integral)
-    time = max(integral, 10 * sample, WANTED * share / crossover)
+    time = max(integral, 10 * sample, wanted * share / crossover)
     gain = min(crossover * time / share, STRONGEST)
     return gain * share / time, gain, time
 
 
-def _output_limits(loop: Loop) -> tuple[float, float]:
+def output_limits(loop: Loop) -> tuple[float, float]:
+    """Of the output, as shares of its range."""
     low, high = (float(end) for end in loop.output.range)
     ends = loop.output.limits or loop.output.range
     first, second = ((float(end) - low) / (high - low) for end in ends)
     return max(first, 0.0), min(second, 1.0)
 
 
-def _middle(loop: Loop, limits: tuple[float, float]) -> float:
+def middle_output(loop: Loop, limits: tuple[float, float]) -> float:
     """The output at rest: without an integral it is the bias, which is all that some PLCs can hold it with."""
     if loop.tuning.integral_time:
         return (limits[0] + limits[1]) / 2
@@ -156,7 +165,7 @@ def _middle(loop: Loop, limits: tuple[float, float]) -> float:
     return min(max((float(loop.output.bias) - low) / (high - low), limits[0]), limits[1])
 
 
-def _quiet(loop: Loop) -> tuple[float, float]:
+def quiet_range(loop: Loop) -> tuple[float, float]:
     """The PVs within the limits of the set point and between the inner alarms, where there is room between them."""
     low, high = (float(end) for end in loop.pv.range)
     margin = MARGIN * (high - low)

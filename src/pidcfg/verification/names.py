@@ -109,7 +109,7 @@ def names_of(
         measured,
         scale,
         plc.base / TICKS,
-        (_is_whole(plc, i, "output", scale[0]), _is_whole(plc, i, "setpoint", plc.scales[i][0])),
+        (is_whole(plc, i, "output", scale[0]), is_whole(plc, i, "setpoint", plc.scales[i][0])),
         plc.modes,
         {_inlet(plc, j): plc.signals[plc.cfg[j].sig_sp] for j in others},
         []
@@ -142,13 +142,13 @@ def _others_events(plc: Plc, j: int, turn: int, scale: tuple[float, float], *, i
         {
             "at": begin,
             "loop": name,
-            "set": {"output": round(middle) if _is_whole(plc, j, "output", bottom) else middle},
+            "set": {"output": round(middle) if is_whole(plc, j, "output", bottom) else middle},
         },
         {"at": begin + period, "loop": name, "mode": "auto"},
         {
             "at": begin + period,
             "loop": name,
-            "set": {"setpoint": round(centre) if _is_whole(plc, j, "setpoint", low) else centre},
+            "set": {"setpoint": round(centre) if is_whole(plc, j, "setpoint", low) else centre},
         },
     ]
     if "cascade" in plc.modes:
@@ -156,7 +156,7 @@ def _others_events(plc: Plc, j: int, turn: int, scale: tuple[float, float], *, i
     return events
 
 
-def _is_whole(plc: Plc, i: int, key: str, low: float) -> bool:
+def is_whole(plc: Plc, i: int, key: str, low: float) -> bool:
     """Whether a value is set in whole numbers only: counts, where there is no range, and the inputs of INT blocks."""
     try:
         plc.check_set(i, (key,), low + 0.5)

@@ -149,8 +149,9 @@ def run(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bool, li
     scenario = Scenario.model_validate(scenario_data(stage, bench, names))
     signals = [plc.signals[slot] for slot in (c.sig_pv, c.sig_sp, c.sig_out)]
     recording = EverySample(frozenset(signals))
-    settings = Settings("python", recording=recording, max_loop_steps=limit)
-    fresh: Callable[[], Plc] = lambda: new_plc(side, (i, *others), by_hand=by_hand)  # noqa: E731
+    settings = Settings("python", recording=recording, max_loop_steps=limit, judged=False)
+    unused = [plc]
+    fresh: Callable[[], Plc] = lambda: unused.pop() if unused else new_plc(side, (i, *others), by_hand=by_hand)  # noqa: E731
     report = simulate(scenario, fresh, side.vendor.module("controller"), settings)
     count = int(stage.end / bench.sample + 1e-9) + 1
     rows = [min(round(k * bench.sample / recording.dt), len(recording.columns[signals[0]]) - 1) for k in range(count)]

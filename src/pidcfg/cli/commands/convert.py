@@ -14,6 +14,7 @@ from pidcfg.cli.files import plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, echo_json, note
+from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.vendors import VENDORS
 
@@ -156,6 +157,8 @@ def command(
     files = {**({} if out is None else {out: result.text}), **pictures}
     report_options.write_reports(reports, lambda fmt: render(fmt, result), files, force=force)
     put(result.text, out, () if quiet else files)
+    if out is not None:
+        next_step("validate", out, quiet=quiet)
 
 
 def simulating(share: float) -> None:

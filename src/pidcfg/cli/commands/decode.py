@@ -11,6 +11,7 @@ from pidcfg.cli.arguments import refuse_all, usage
 from pidcfg.cli.files.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def command(
         )
     data, names = [entry.data for entry in entries], [entry.name for entry in entries]
     other = None if like is None else one_configuration(like, limits)
-    with usage():
+    with usage({"format": "--from"}):
         result = decode(
             data, vendor, format=kind, like=other, annotate=annotate, options=texts, name=names, limits=limits
         )
@@ -99,3 +100,5 @@ def command(
     if not quiet:
         for line in result.notes:
             note(f"note: {line}")
+    if out is not None and not annotate:
+        next_step("validate", out, quiet=quiet)

@@ -24,6 +24,7 @@ EPILOG = options.examples(
     "pidcfg explain CK27 AT5 ErrBits=0x0005",
     "pidcfg explain addr+06.10 --format json",
     "pidcfg explain V2013 TIC-101.gain --in reactor.yaml",
+    "pidcfg explain TIC-101 --in reactor.yaml",
     "pidcfg explain",
 )
 
@@ -52,7 +53,11 @@ EPILOG = options.examples(
     "R101; its first letters say of which kind it is.",
 )
 @click.option(
-    "--in", "config", metavar="FILE", help="A configuration: which loop and line set the register, and to what."
+    "--in",
+    "--config",
+    "config",
+    metavar="FILE",
+    help="A configuration: which loop and line set the register, and to what.",
 )
 @options.output_format("text", "json")
 @options.LIMITS
@@ -68,7 +73,7 @@ def command(
     """Explain each THING in plain words, with the manual's place.
 
     A THING is a word (V7642), its content (V7642=0008), a bit (addr+06.10), an error number (CK27), a register's name
-    (gain), a rule (DL242) or a decision (D46).
+    (gain), a rule (DL242) or a decision (D46); with --in also a loop, tag or signal that the configuration names.
 
     Without a THING, lists what can be asked for.
     """

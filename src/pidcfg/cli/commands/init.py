@@ -1,33 +1,120 @@
-"""``pidcfg init``: a commented starter file."""
+"""``pidcfg init``: a commented starter file, or a first scenario for a configuration."""
 
 from __future__ import annotations
 
+import os
 from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from pidcfg.cli import options
 from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from pidcfg.limits import Limits
 
 EPILOG = options.examples(
     "pidcfg init --vendor dl06",
     "pidcfg init --vendor dl06 -o oven.yaml",
     "pidcfg init --vendor dl06 | pidcfg validate -",
+    "pidcfg init --scenario oven.yaml -o oven.scenario.yaml",
+    "pidcfg init --from loops.csv --vendor dl06 -o reactor.yaml",
 )
 
 
 @click.command("init", epilog=EPILOG)
-@click.option("--vendor", type=click.Choice(list(VENDORS)), required=True, help="The PLC family to write for.")
+@click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family to write for.")
+@click.option(
+    "--scenario",
+    "config",
+    metavar="CONFIG",
+    help="Write a scenario for this configuration: a plant for each loop, steps, disturbances and expectations.",
+)
+@click.option(
+    "--from",
+    "sheet",
+    metavar="SHEET",
+    help="Write a configuration from a sheet of loops, CSV or XLSX; --vendor unless the sheet names it.",
+)
 @options.OUT
 @options.FORCE
-def command(vendor: str, out: str | None, force: bool) -> None:
-    """Write a starter file that passes validate, with the usual keys explained."""
+@options.QUIET
+@options.LIMITS
+def command(
+    vendor: str | None,
+    config: str | None,
+    sheet: str | None,
+    out: str | None,
+    force: bool,
+    quiet: bool,
+    limits: Limits,
+) -> None:
+    """Write a starter file that passes validate, with the usual keys explained.
+
+    With --scenario, write a first scenario for a configuration. Its plants suit the loops' gains; it has been run, and
+    no verdict fails that it does not name. With --from, write a configuration from a sheet of loops; its columns are
+    keys of the vendor, or common words such as tag, gain, reset, rate, range low, unit, Sollwert.
+    """
     from pidcfg.cli.files.outputs import write_files
 
-    text = files("pidcfg").joinpath(VENDORS[vendor].starter).read_text(encoding="utf-8")
+    if config is not None and (vendor is not None or sheet is not None):
+        raise click.UsageError("--scenario goes with neither --vendor nor --from")
+    if (vendor, config, sheet) == (None, None, None):
+        raise click.UsageError("one of --vendor, --scenario and --from is wanted: what shall be written?")
+    if sheet is not None:
+        text = _from_sheet(sheet, vendor, limits, quiet=quiet)
+    elif config is not None:
+        text = _scenario(config, out, limits)
+    else:
+        starter = VENDORS[str(vendor)].starter
+        text = files("pidcfg").joinpath(starter).read_text(encoding="utf-8")
     if out is None:
         echo(text)
         return
     write_files({out: text}, force=force)
-    note(f"{out}: edit it, then run 'pidcfg validate {out}'")
+    if not quiet:
+        note(f"{out}: written")
+    next_step("validate" if config is None else "simulate", out, quiet=quiet)
+
+
+def _scenario(config: str, out: str | None, limits: Limits) -> str:
+    """The scenario of a configuration, which it names as seen from the folder that it is written to."""
+    from pidcfg.cli.findings.collect import one_configuration, show_errors
+    from pidcfg.draft.write import NoDraftError, draft_of
+    from pidcfg.validate.engine import check_document
+
+    doc = one_configuration(config, limits)
+    checked = check_document(doc, limits)
+    if checked.failed:
+        show_errors(checked.findings, doc, "text")
+    folder = Path(out).parent if out is not None else Path()
+    name = config if config == "-" else Path(os.path.relpath(config, folder)).as_posix()
+    try:
+        return draft_of(checked, name).text
+    except NoDraftError as error:
+        raise click.ClickException(str(error)) from None
+
+
+def _from_sheet(sheet: str, vendor: str | None, limits: Limits, *, quiet: bool) -> str:
+    """The configuration of a sheet."""
+    from pidcfg.cli.arguments import refuse_all
+    from pidcfg.cli.extras import need
+    from pidcfg.cli.files.inputs import read_input
+    from pidcfg.sheets.read import SheetFaultsError, from_sheet
+
+    entry = read_input(sheet, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    if sheet.lower().endswith(".xlsx"):
+        need("openpyxl", "report")
+    try:
+        made = from_sheet(entry.data, sheet, vendor, limits)
+    except SheetFaultsError as error:
+        refuse_all(error.faults)
+    for remark in () if quiet else (*made.remarks, *(d.message for d in made.findings)):
+        note(f"note: {remark}")
+    return made.text

@@ -19,11 +19,12 @@ from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.detail import Detail
+from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.diagnostics import Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from pidcfg.limits import Limits
     from pidcfg.results.runs import SimulateResult
@@ -36,7 +37,12 @@ EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml --trend trend.csv --every 5",
     "pidcfg simulate reactor.scenario.yaml --plot trend.svg --plot -",
     "pidcfg simulate scenarios/ --format json",
+    "pidcfg simulate reactor.yaml",
     "pidcfg simulate scenarios/ --report-output junit=simulation.xml",
+)
+DRAFTED = (
+    "{file} is a configuration: it runs with a drafted scenario, which "
+    "'pidcfg init --scenario {file} -o {name}.scenario.yaml' writes"
 )
 
 
@@ -89,6 +95,8 @@ def command(
 ) -> None:
     """Run each SCENARIO against its plants and judge it, by its expectations and by what is expected of every run.
 
+    A configuration in its place runs with the scenario that 'pidcfg init --scenario' writes for it.
+
     Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
     scenario that cannot run.
     """
@@ -100,8 +108,10 @@ def command(
     if engine == "numba":
         need("numba", "fast")
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
-    if not scenarios:
-        raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
+    if not scenarios and plot:
+        raise click.UsageError(f"{', '.join(paths)}: no scenario there to draw; one begins with 'scenario: …'")
+    if not scenarios and not quiet:  # folders of configurations: a project need not have any
+        note(f"{', '.join(paths)}: no scenario there, so nothing was run; one begins with 'scenario: …'")
     if csv is not None and len(scenarios) != 1:
         raise click.UsageError(f"--trend takes one scenario, not {len(scenarios)}")
     report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")
@@ -110,6 +120,7 @@ def command(
         raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
     if plot_loops and not plot:
         raise click.UsageError("--plot-loop needs --plot")
+    tell_drafts(() if quiet else scenarios)
     files: dict[str, str | bytes] = {}
     with trend_file(csv, force=force, others=files) as trend:
         call = partial(
@@ -132,7 +143,17 @@ def command(
     for text in () if quiet else remarks(outcomes, fmt, csv):
         note(text)
     detail.end()
+    if len(outcomes) == 1:
+        _next_step(outcomes[0], quiet=quiet, fmt=fmt)
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
+
+
+def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
+    """After one run: the words for the PLC, or a look at what went wrong."""
+    if outcome.passed:
+        next_step("encode", outcome.config, quiet=quiet, fmt=fmt)
+    elif outcome.report is not None:
+        next_step("simulate", outcome.file, "--plot", "trend.html", quiet=quiet, fmt=fmt)
 
 
 def run_all(
@@ -149,6 +170,15 @@ def run_all(
         result = call(doc, progress=show)
         detail.ran(result.outcome)
         yield result
+
+
+def tell_drafts(documents: Iterable[Document]) -> None:
+    """Names the configurations that run without a scenario, and how to get it as a file."""
+    from pidcfg.validate.engine import is_configuration
+
+    for doc in documents:
+        if is_configuration(doc):
+            note(DRAFTED.format(file=doc.file, name=doc.file.removesuffix(".yaml").removesuffix(".yml")))
 
 
 def scenarios_of(documents: list[Document], paths: Sequence[str]) -> list[Document]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import usage
+from pidcfg.cli.arguments import NUMBER, usage
+from pidcfg.cli.files import plots
+from pidcfg.cli.files.inputs import STDIN
+from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo_json, note, show
 from pidcfg.tuning.methods import METHODS
 from pidcfg.tuning.rules import TuningError
@@ -19,8 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pidcfg.limits import Limits
-    from pidcfg.results.processes import Numbers
-    from pidcfg.tuning.rules import Form, Model
+    from pidcfg.results.retune import Written
+    from pidcfg.tuning.rules import Form
 
 EPILOG = options.examples(
     "pidcfg tune --method zn-open --gain 2 --time-constant 10 --dead-time 1 --for click",
@@ -28,6 +32,7 @@ EPILOG = options.examples(
     "pidcfg tune --method simc --model integrating --gain 0.02 --dead-time 5 --for click",
     "pidcfg tune --method zn-open --from-csv step.csv --columns time=Date+Time,output=Valve,pv=3 --from 60",
     "pidcfg tune --method zn-closed --ultimate-gain 8 --ultimate-period 4 --for dl06 --pv-range 0 200",
+    "pidcfg tune --method simc --from-csv step.csv --write oven.yaml --loop TIC-101 --plot margins.svg",
 )
 
 
@@ -39,7 +44,7 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
             return value
         raise click.BadParameter(f"{value:g}; write a number {'other than' if signed else 'above'} 0", ctx, param)
 
-    return click.option(f"--{name}", type=float, metavar="N", help=text, callback=check)
+    return click.option(f"--{name}", type=NUMBER, metavar="N", help=text, callback=check)
 
 
 @click.command("tune", epilog=EPILOG)
@@ -67,83 +72,116 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @click.option(
     "--columns", metavar="LIST", help="Its columns by name or number: time=…,output=…,pv=…; time=1+2 for date and time."
 )
-@click.option("--rest", type=float, metavar="VALUE", help="The output before the record, if it stepped at its start.")
+@click.option("--rest", type=NUMBER, metavar="VALUE", help="The output before the record, if it stepped at its start.")
 @click.option("--from", "start", metavar="TIME", help="The record counts from here: s, 2 min, or a stamp of its own.")
 @click.option("--until", metavar="TIME", help="The record counts until here.")
 @click.option("--for", "vendor", type=click.Choice(list(VENDORS)), help="Show the numbers as this PLC holds them.")
 @click.option(
-    "--pv-range", type=float, nargs=2, metavar="LOW HIGH", help="Engineering values of the PV at 0 and 100 %."
+    "--pv-range", type=NUMBER, nargs=2, metavar="LOW HIGH", help="Engineering values of the PV at 0 and 100 %."
 )
 @click.option(
     "--output-range",
-    type=float,
+    type=NUMBER,
     nargs=2,
     metavar="LOW HIGH",
-    default=(0, 100),
-    show_default=True,
-    help="The output at 0 and 100 %.",
+    help="The output at 0 and 100 %; 0 and 100 when not given.",
 )
+@click.option("--write", "into", metavar="FILE", help="Put the gains into a loop of this configuration.")
+@click.option("--loop", metavar="NAME", help="With --write: which loop; the only one when not given.")
+@click.option("--diff", is_flag=True, help="Show what --write would change; write nothing, exit 1 if anything.")
+@plots.MARGINS
+@options.FORCE
 @options.output_format("text", "json")
 @options.LIMITS
 def command(
     method: str,
     form: Form | None,
-    model: Model | None,
-    transfer: str | None,
     from_csv: str | None,
-    columns: str | None,
-    rest: float | None,
-    start: str | None,
-    until: str | None,
-    vendor: str | None,
+    into: str | None,
+    diff: bool,
+    plot: tuple[str, ...],
+    force: bool,
     fmt: str,
     limits: Limits,
-    pv_range: tuple[float, float] | None,
-    output_range: tuple[float, float],
-    **numbers: Unpack[Numbers],
+    **given: Any,
 ) -> None:
     """Work out gains from a process (or a recorded step of it), or from its ultimate cycle.
 
     Gains are output units per PV unit, times are seconds.
     """
     from pidcfg.api import tune
+    from pidcfg.cli.files.loop_plots import chart_of
+    from pidcfg.cli.files.outputs import write_files
     from pidcfg.cli.formats.tuning import as_text
 
-    record = None if from_csv is None else _record(from_csv, limits)
+    ctx = click.get_current_context()
+    refuse_options(ctx)
+    record = None if from_csv is None else _data(from_csv, limits)
+    configuration = None if into is None else _data(into, limits)
     try:
-        with usage({"record": "--from-csv", "vendor": "--for", "start": "--from"}):
+        with usage({"record": "--from-csv", "vendor": "--for", "start": "--from", "into": "--write"}):
             result = tune(
                 method,
                 form,
-                model=model,
-                transfer=transfer,
                 record=record,
-                columns=columns,
-                rest=rest,
-                start=start,
-                until=until,
-                vendor=vendor,
-                pv_range=pv_range,
-                output_range=output_range,
                 name=from_csv,
+                into=configuration,
+                into_name=into,
                 limits=limits,
-                **numbers,
+                **given,
             )
     except TuningError as error:
         raise click.ClickException(str(error)) from None
-    in_order = {name: result.numbers[name] for name in numbers if name in result.numbers}  # of the command line
+    in_order = {name: result.numbers[name] for name in given if name in result.numbers}  # of the command line
     result = replace(result, numbers=in_order)
     for value in () if result.vendor is None else result.vendor.values:
         if value.problem is not None:
             note(f"{value.key}: {value.problem}")
+    charts = [chart_of(result)] if plot else []
+    pictures = plots.drawn(plot, charts, f"{result.method.name}, {result.form}")
+    changed = result.written is not None and save(result.written, diff=diff)
+    if diff:
+        ctx.exit(Exit.FINDINGS if changed else Exit.OK)
+    write_files(pictures, force=force)
     if fmt == "json":
         echo_json(json_text(result.to_json()))
     else:
         show(as_text(result))
+        plots.show(charts if plots.TERMINAL in plot else [])
+    ctx.exit(Exit.OK if result.ok else Exit.FINDINGS)
 
 
-def _record(name: str, limits: Limits) -> bytes:
-    """The bytes of a recorded step."""
+def refuse_options(ctx: click.Context) -> None:
+    """Ends the command where an option would go unheard: a patch stands alone, and a file has to be replaced."""
+    if ctx.params["into"] == STDIN:
+        raise click.UsageError("--write needs a file that it can replace, not standard input", ctx)
+    if ctx.params["diff"] and ctx.params["into"] is None:
+        raise click.UsageError("--diff needs --write FILE: it shows what would change there", ctx)
+    if ctx.params["diff"] and ctx.params["plot"]:
+        raise click.UsageError("--diff prints a patch and nothing else, so it takes no --plot", ctx)
+    if plots.TERMINAL in ctx.params["plot"] and ctx.params["fmt"] != "text":
+        raise click.UsageError("--plot - and --format json would both go to standard output; name a file", ctx)
+    if ctx.params["diff"] and ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE:
+        raise click.UsageError("--diff prints a patch and nothing else, so it takes no --format", ctx)
+
+
+def save(written: Written, *, diff: bool) -> bool:
+    """Writes the file that a loop's new gains make, or shows the change; whether there is one.
+
+    Nothing is written where a rule finds an error at the loop.
+    """
+    from pidcfg.cli.files.edited import difference, print_patch, replace_files
+
+    changes = written.data != written.before
+    if diff:
+        print_patch(difference(written.file, written.before, written.data))
+    elif changes and written.ok:
+        replace_files({written.file: (written.before, written.data)})
+    return changes
+
+
+def _data(name: str, limits: Limits) -> bytes:
+    """The bytes of a file."""
     from pidcfg.cli.files.inputs import read_input
 
     entry = read_input(name, limits)

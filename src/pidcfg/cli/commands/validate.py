@@ -15,6 +15,7 @@ from pidcfg.cli.formats.reporters import summary
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
 from pidcfg.cli.terminal.detail import Detail
+from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import Diagnostic, Severity
 
@@ -47,6 +48,7 @@ EPILOG = options.examples(
 @settings.CONFIG
 @settings.ISOLATED
 @settings.SHOW
+@click.option("--no-cache", is_flag=True, envvar="PIDCFG_NO_CACHE", help="Check every file anew.")
 @statistics.OPTION
 @options.STDIN_FILENAME
 @watch.OPTION
@@ -68,6 +70,7 @@ def command(
     fix: bool,
     diff: bool,
     show_settings: bool,
+    no_cache: bool,
     counted: bool,
     **baseline: Any,
 ) -> None:
@@ -95,7 +98,7 @@ def command(
 
         refuse_options(ctx, reports)
         inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
-    for doc, of_file in progress(check_all(inputs, limits), "checking", len(inputs)):
+    for doc, of_file in progress(check_all(inputs, limits, cached=not no_cache), "checking", len(inputs)):
         documents[doc.file] = doc
         findings += of_file
         detail.say(f"read {doc.file}: {count(len(of_file), 'finding')}")
@@ -116,8 +119,22 @@ def command(
     detail.listed("not reported:", left.reasons)
     detail.end()
     if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.reported) < len(left.kept)):
-        note(summary(left.kept, len(documents), len(skipped)) + left.counts + settings.of(ctx).mention)
+        note(
+            summary(left.kept, sum(entry.problem is None for entry in inputs), len(skipped))
+            + left.counts
+            + settings.of(ctx).mention
+        )
+    _next_step(list(documents.values()), left.kept, quiet=quiet, fmt=fmt)
     ctx.exit(exit_code(left.kept, strict=strict))
+
+
+def _next_step(documents: Sequence[Document], findings: Sequence[Diagnostic], *, quiet: bool, fmt: str) -> None:
+    """After one file: what its first error means, or how it behaves."""
+    worst = next((d for d in findings if d.severity is Severity.ERROR), None)
+    if worst is not None:
+        next_step("rule", worst.code, quiet=quiet, fmt=fmt)
+    elif len(documents) == 1 and documents[0].file != STDIN:
+        next_step("simulate", documents[0].file, quiet=quiet, fmt=fmt)
 
 
 def exit_code(findings: Sequence[Diagnostic], *, strict: bool = False) -> Exit:

@@ -6,6 +6,8 @@ import glob
 import os
 import sys
 from dataclasses import dataclass, field
+from difflib import get_close_matches
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,6 +32,8 @@ UNNAMED = "<stdin>"
 """Standard input in findings, unless ``--stdin-filename`` names it."""
 NAME_OF_STDIN = "pidcfg.stdin"
 """Where a command keeps that name."""
+MOST_BESIDE = 1000
+"""Names of a folder that are compared with one that is not there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +60,19 @@ def document(entry: Input, limits: Limits) -> Document:
     """An input as a document; a file that could not be opened is one with that finding."""
     if entry.problem is None:
         return read_document(entry.data, entry.name, limits)
-    finding = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help="check the path")
+    cure = _beside(entry.name) or "check the path"
+    finding = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help=cure)
     return Document(entry.name, "", None, Node(None), (finding,))
+
+
+def _beside(name: str) -> str | None:
+    """The cure that names a file of the same folder whose name is like that of one that is not there."""
+    path = Path(name)
+    if path.exists() or not path.parent.is_dir():
+        return None
+    names = (entry.name for entry in islice(path.parent.iterdir(), MOST_BESIDE) if entry.suffix.lower() in SUFFIXES)
+    near = get_close_matches(path.name, names, 1, 0.7)
+    return f"did you mean {(path.parent / near[0]).as_posix()}?" if near else None
 
 
 def gather(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = False) -> Iterator[Input]:
@@ -70,6 +85,9 @@ def gather(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = False) 
     for name in sorted(expand(paths), key=lambda name: name != STDIN):
         folder = name != STDIN and Path(name).is_dir()
         if not taken.adds(name_of(name), folder=folder):
+            continue
+        if _is_pattern(name):
+            yield Input(name, problem=f"no file matches {name}")
             continue
         if taken.full:
             yield taken.refusal(name)
@@ -117,11 +135,16 @@ def concerns_pidcfg(entry: Input, limits: Limits) -> bool:
 def expand(paths: Sequence[str]) -> Iterator[str]:
     """Patterns that the shell has left alone."""
     for path in paths:
-        if any(c in path for c in "*?[") and not Path(path).exists():
+        if _is_pattern(path):
             matches = sorted(glob.glob(path, recursive=True))  # noqa: PTH207 - patterns may be absolute
             yield from (Path(m).as_posix() for m in matches) if matches else [path]
         else:
             yield path if path == STDIN else Path(path).as_posix()
+
+
+def _is_pattern(path: str) -> bool:
+    """Whether a path is a pattern and no file."""
+    return any(c in path for c in "*?[") and not Path(path).exists()
 
 
 def _folder(name: str, taken: _Taken) -> Iterator[Input]:

@@ -53,6 +53,9 @@ def only_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...
 
 _plot = partial(click.option, "--plot", multiple=True, metavar="FILE")
 PLOT = _plot(callback=named, help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.")
+MARGINS = _plot(
+    callback=named, help="Draw margins and answers of the loop: FILE.svg, .png or .html, or - in the terminal."
+)
 VERIFIED = _plot(
     callback=only_files,
     help="As --verify, and draw both sides over each other: FILE.svg, .png or .html; repeatable.",

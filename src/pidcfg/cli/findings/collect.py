@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.api import check
-from pidcfg.cli.files.inputs import FILES, document, read_inputs
-from pidcfg.cli.formats.reporters import json_v1, text
+from pidcfg.cli.files.inputs import document, read_inputs
+from pidcfg.cli.findings.cache import Cache, Reads
 from pidcfg.cli.terminal.progress import held
-from pidcfg.validate.engine import is_scenario
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,8 +24,30 @@ MANY, CHUNK = 200, 25
 """From so many files on a process per processor pays for its start; files are handed out so many at a time."""
 
 
-def check_all(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Document, list[Diagnostic]]]:
-    """Each input's text and findings, in order; many files are shared out among the processors."""
+def check_all(
+    inputs: Sequence[Input], limits: Limits, *, cached: bool = True
+) -> Iterator[tuple[Document, list[Diagnostic]]]:
+    """Each input's text and findings, in order; many files are shared out among the processors.
+
+    ``cached``: findings of files that have not changed are taken from the user's cache (`pidcfg.cli.findings.cache`).
+    """
+    cache = Cache.open(limits) if cached else None
+    if cache is None:
+        yield from ((document, findings) for document, findings, _ in _checked(inputs, limits))
+        return
+    kept = {i: found for i, entry in enumerate(inputs) if (found := cache.get(entry))}
+    rest = _checked([entry for i, entry in enumerate(inputs) if i not in kept], limits)
+    for i, entry in enumerate(inputs):
+        if i in kept:
+            yield kept[i]
+            continue
+        document, findings, reads = next(rest)
+        cache.put(entry, findings, reads)
+        yield document, findings
+
+
+def _checked(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Document, list[Diagnostic], Reads]]:
+    """Inputs that have to be checked, each with what was read for it."""
     processors = os.cpu_count() or 1
     if len(inputs) < MANY or processors == 1:
         yield from (check_input(entry, limits) for entry in inputs)
@@ -40,14 +60,19 @@ def check_all(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Documen
         yield from checked
 
 
-def check_input(entry: Input, limits: Limits) -> tuple[Document, list[Diagnostic]]:
+def check_input(entry: Input, limits: Limits) -> tuple[Document, list[Diagnostic], Reads]:
     """One input's text and findings; the data are let go, since a report needs the text only."""
-    result = check(document(entry, limits), files=FILES, comments=False, limits=limits)
-    return result.document.bare(), list(result.findings)
+    from pidcfg.api import check
+
+    reads = Reads(entry.name)
+    result = check(document(entry, limits), files=reads, comments=False, limits=limits)
+    return result.document.bare(), list(result.findings), reads
 
 
 def one_configuration(path: str, limits: Limits) -> Document:
     """The single configuration that a command works on; ends the command when the path names none or several."""
+    from pidcfg.validate.engine import is_scenario
+
     documents = list(read_inputs((path,), limits))
     if len(documents) != 1:
         raise click.ClickException(f"{path} stands for {len(documents)} files; name one configuration")
@@ -58,6 +83,7 @@ def one_configuration(path: str, limits: Limits) -> Document:
 
 def show_errors(findings: Sequence[Diagnostic], document: Document | None, fmt: str) -> None:
     """The errors of a configuration: in full on stderr, or as the result where JSON was asked for."""
+    from pidcfg.cli.formats.reporters import json_v1, text
     from pidcfg.cli.terminal.console import echo_json, note
     from pidcfg.results.findings import errors_in
 

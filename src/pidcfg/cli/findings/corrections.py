@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import os
-import stat
 import sys
 import tempfile
 from collections import Counter
 from dataclasses import replace
-from difflib import unified_diff
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 from click.core import ParameterSource
 
-from pidcfg.cli.files.inputs import FILES, UNNAMED, document
-from pidcfg.cli.files.outputs import write_files
+from pidcfg.cli.files.edited import difference, print_patch, replace_files
+from pidcfg.cli.files.inputs import FILES, STDIN, UNNAMED, document
 from pidcfg.cli.findings import settings
 from pidcfg.cli.findings.policy import count, read_baseline
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import named
-from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import number_of, ordered
 from pidcfg.scenario.outcome import check_any
@@ -39,10 +36,6 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.validate.fixes import Fixed
 
-PRINTED = frozenset(range(0x20, 0x7F)) - {ord('"'), ord("\\")}
-"""Bytes that stand for themselves in a quoted name."""
-NO_NEWLINE = "\\ No newline at end of file"
-
 
 def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Context) -> list[Input]:
     """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
@@ -56,7 +49,7 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
     corrected = [fixed for _, fixed in changed if fixed.fixed]
     total = f"{count(sum(len(f.fixed) for f in corrected), 'finding')} in {count(len(corrected), 'file')}"
     if diff:
-        _print_bytes("".join(difference(entry.name, entry.data, fixed.data) for entry, fixed in changed))
+        print_patch("".join(difference(_shown(entry), entry.data, fixed.data) for entry, fixed in changed))
         if not quiet:
             note(f"{total} would be corrected")
         unread = any(unusable(d) for _, fixed in done for d in fixed.left)
@@ -64,12 +57,17 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
     if piped:
         sys.stdout.buffer.write(done[0][1].data)
     else:
-        _write(changed)
+        replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changed})
     if not quiet:
         for entry, fixed in changed:
             note(f"{entry.name}: {_tally(fixed)}")
         note(f"{total} corrected")
     return [replace(entry, data=fixed.data) for entry, fixed in done]
+
+
+def _shown(entry: Input) -> str:
+    """A name in the header of a patch."""
+    return STDIN if entry.name == UNNAMED else entry.name
 
 
 def _tally(fixed: Fixed) -> str:
@@ -134,52 +132,3 @@ def _with_current_codes(fixed: Fixed, wanted: Callable[[str], bool], name: str, 
     edits = [edit for _, edit in former_codes(doc) if wanted(edit.text)]
     data = fixed.data.replace(doc.text.encode(), splice(doc.text, edits).encode())
     return replace(fixed, data=data) if edits and same(read_document(data, name, limits).data, doc.data) else fixed
-
-
-def difference(name: str, before: bytes, after: bytes) -> str:
-    """What changes, as `patch` reads it."""
-    shown = _quoted(name)
-    rows = unified_diff(_lines(before), _lines(after), shown, shown)
-    return "".join(row if row.endswith("\n") else f"{row}\n{NO_NEWLINE}\n" for row in rows)
-
-
-def _quoted(name: str) -> str:
-    """A name as `patch` and git write it in a header: in quotes where it would end early, a tab behind blanks."""
-    if name == UNNAMED:
-        return "-"
-    if any(c < " " or c in '"\\\x7f' or "\ud800" <= c <= "\udfff" for c in name):
-        data = os.fsencode(name)
-        return '"' + "".join(chr(b) if b in PRINTED else f"\\{b:03o}" for b in data) + '"'
-    return f"{name}\t" if " " in name else name
-
-
-def _print_bytes(text: str) -> None:
-    """Prints what another program may read: every byte as it is, unless a terminal shows it."""
-    if sys.stdout.isatty():
-        echo(text)
-    else:
-        sys.stdout.buffer.write(text.encode())
-
-
-def _lines(data: bytes) -> list[str]:
-    """Lines with their ends, split where `patch` splits them."""
-    parts = data.decode().split("\n")
-    return [f"{part}\n" for part in parts[:-1]] + ([parts[-1]] if parts[-1] else [])
-
-
-def _write(changed: Sequence[tuple[Input, Fixed]]) -> None:
-    """Puts corrected files in the place of the old ones, unless one is protected, or has changed since it was read."""
-    for entry, _ in changed:
-        try:
-            now, status = Path(entry.name).read_bytes(), Path(entry.name).stat()
-        except OSError as error:
-            reason = f"cannot read {entry.name} again: {error.strerror}"
-            raise click.ClickException(f"{reason}; nothing was written") from None
-        if now != entry.data:
-            raise click.ClickException(f"{entry.name} has changed since it was read; nothing was written")
-        if not status.st_mode & stat.S_IWUSR or not os.access(entry.name, os.W_OK):
-            raise click.ClickException(f"{entry.name} is read-only; nothing was written")
-        if status.st_nlink > 1:
-            links = "has more than one name (hard links), and the others would keep the old text"
-            raise click.ClickException(f"{entry.name} {links}; nothing was written")
-    write_files({entry.name: fixed.data for entry, fixed in changed}, force=True, over_inputs=True)

@@ -147,6 +147,17 @@ def _bytes(path: Path, name: str) -> bytes:
     return data
 
 
+TOML_CURES = (
+    ("Expected '='", "write key = value"),
+    ("Invalid value", "words stand in quotes, and a switch is true or false"),
+    ("Cannot overwrite", "the key stands twice: keep one"),
+    ("Unclosed array", "close it with ]"),
+    ("Invalid hex value", "write paths with / or between single quotes"),
+    ("Unescaped '\\' in a string", "write paths with / or between single quotes"),
+)
+"""What the parser says, and what helps."""
+
+
 def _parsed(name: str, data: bytes) -> dict[str, Any]:
     """The tables of a TOML file; a usage error with line and column where it is none."""
     import tomllib
@@ -159,7 +170,8 @@ def _parsed(name: str, data: bytes) -> dict[str, Any]:
         place = re.search(r" \(at line (\d+), column (\d+)\)$", str(error))
         at = f":{place[1]}:{place[2]}" if place else ""
         text = str(error)[: place.start()] if place else str(error)
-        raise click.ClickException(f"{name}{at}: not TOML: {text}") from None
+        cure = next((cure for words, cure in TOML_CURES if words in text), None)
+        raise click.ClickException(f"{name}{at}: not TOML: {text}" + (f"; {cure}" if cure else "")) from None
     except (RecursionError, ValueError) as error:
         raise click.ClickException(f"{name}: not usable as TOML: {type(error).__name__}") from None
 

@@ -65,7 +65,7 @@ def _codes(key: str, value: Any, file: _File) -> list[str]:
 
 def _switch(key: str, value: Any, file: _File) -> bool:
     if not isinstance(value, bool):
-        file.refuse(key, f"{key} must be true or false, not {value!r}")
+        file.refuse(key, f"{key} must be true or false, not {value!r}", f"write {key} = true, without quotes")
     return value
 
 

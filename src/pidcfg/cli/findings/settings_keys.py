@@ -34,6 +34,7 @@ KEYS = {
 }
 """All there is."""
 REFUSED = {
+    "tool": "in pidcfg.toml the keys stand at the top, without [tool.pidcfg]",
     "limit": "limits on untrusted input are raised on the command line only (--limit)",
     "limits": "limits on untrusted input are raised on the command line only (--limit)",
     "output": "files to write are named on the command line only (--report-output)",

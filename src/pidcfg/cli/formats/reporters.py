@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.control_characters import one_line, printable
 from pidcfg.diagnostics import Severity
+from pidcfg.display_width import width_of
 from pidcfg.results.findings import counts, findings_data
 from pidcfg.source import Document
 from pidcfg.writer import json_text
@@ -85,8 +86,8 @@ def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
     begin = max(0, start - MAX_LINE // 2) if len(row) > MAX_LINE else 0
     row = row[begin : begin + MAX_LINE]
     start, end = start - begin, min(end - begin, len(row))
-    indent = "".join("\t" if c == "\t" else " " for c in row[:start])
-    return [f" {d.span.line:>4} | {row.rstrip()}", f"      | {indent}{'^' * max(1, end - start)}"]
+    indent = "".join("\t" if c == "\t" else " " * width_of(c) for c in row[:start])
+    return [f" {d.span.line:>4} | {row.rstrip()}", f"      | {indent}{'^' * max(1, width_of(row[start:end]))}"]
 
 
 def summary(findings: Sequence[Diagnostic], files: int, skipped: int = 0) -> str:

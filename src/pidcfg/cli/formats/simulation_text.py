@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.cli.formats.reporters import text as findings_text
 from pidcfg.control_characters import one_line
 from pidcfg.diagnostics import Severity
+from pidcfg.display_width import to_left, to_right, width_of
 from pidcfg.results.runs import runs_data
 from pidcfg.sim.metrics import METRICS, OF_SWINGS
 from pidcfg.sim.report import Tally, in_short
@@ -196,11 +197,11 @@ def value_text(value: Any) -> str:
 def _table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
     """Aligned columns; the first ``right`` ones and all after ``left`` to the right."""
     rows = [[one_line(cell) for cell in row] for row in rows]
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    widths = [max(map(width_of, column)) for column in zip(*rows, strict=True)]
     lines = []
     for row in rows:
         cells = [
-            cell.rjust(width) if i < right or i >= left else cell.ljust(width)
+            (to_right if i < right or i >= left else to_left)(cell, width)
             for i, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  " + "  ".join(cells).rstrip())

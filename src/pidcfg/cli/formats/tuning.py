@@ -11,6 +11,7 @@ from pidcfg.cli.files.plots import in_characters
 if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart
     from pidcfg.results.gains import TuneResult
+    from pidcfg.results.retune import Written
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.judgement import Judgement
     from pidcfg.tuning.samples import Record
@@ -41,7 +42,27 @@ def as_text(tuned: TuneResult) -> str:
     if "for" in result:
         lines += ["", *_for_vendor(result["for"])]
     lines += [f"warning: {text}" for text in result["warnings"]]
-    return "\n".join(lines) + "\n"
+    text = "\n".join(lines) + "\n"
+    return text if tuned.written is None else text + "\n" + _written(tuned.written)
+
+
+def _written(written: Written) -> str:
+    """What changed in a file, and the findings of the loop."""
+    from pidcfg.cli.formats import reporters
+
+    is_new = written.data != written.before
+    state = "written" if written.ok else "NOT WRITTEN, for its errors"
+    lines = [f"{written.file}, {written.loop}: {state if is_new else 'has these gains already'}"]
+    for value in written.values:
+        if value.changes:
+            lines.append(f"  {value.key}: {value.old or 'not given'} → {value.new}")
+        else:
+            lines.append(f"  {value.key}: {value.old or 'not given'}, as before")
+    if written.action is None:
+        lines.append("  action not compared: the sign of the process's gain is not known; add --gain")
+    found = reporters.text(written.findings, {written.file: written.document})
+    title = f"findings of {written.loop} with these gains:" if found else f"no findings of {written.loop}"
+    return "\n".join(lines) + f"\n\n{title}\n" + found
 
 
 def _robustness(judgement: Judgement) -> list[str]:
@@ -72,7 +93,7 @@ def _for_vendor(gains: dict[str, Any]) -> list[str]:
         if value["stored"] is None:
             lines.append(f"  {value['key']}: {value['problem']}")
             continue
-        off = f"  ({value['error_percent']:+.3g} %)" if value["error_percent"] else ""
+        off = f"  ({value['error_percent']:+.3g} % of {value['value']:.6g})" if value["error_percent"] else ""
         unit = f" {value['unit']}" if value["unit"] else ""
         lines.append(f"  {value['key']}: {value['stored']:.9g}{unit}{off}")
     return lines

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.arithmetic import ZERO, product, quotient, rescaled, width
 from pidcfg.conversion.builder import TargetBuilder, names, starts, target_file
+from pidcfg.conversion.from_neutral.ezlogix_stopped import stopped_section
 from pidcfg.conversion.ledger import ConvertError, Missing
 from pidcfg.conversion.operation.rules import BOUNDED
 from pidcfg.conversion.same import Same, same, take
@@ -89,7 +90,7 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequ
         builders.append(b)
     wired = len(options.get("cv_tag") or ())
     _cascades(builders, file.loops, [int(start) for start in blocks["registers"]], counts, wired)
-    return target_file("ezlogix", file, builders)
+    return target_file("ezlogix", file, builders, plc=stopped_section(builders, operations))
 
 
 def _pv_counts(pairs: list[tuple[int, int]] | tuple[()], count: int) -> list[tuple[int, int]]:

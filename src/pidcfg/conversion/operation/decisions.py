@@ -41,5 +41,5 @@ D581 = Decision(
     "it is a loss where the source asks for it and the target stands still, else it is named.",
     "Each was found by running both sides: outputs differ by up to the whole range at the start, by gain x Td x the "
     "rate of the PV after Manual, and by what the PV does in half a sample. Only the EZLogix goes on by default, which "
-    "nobody asked for.",
+    "nobody asked for: from it a conversion names that, to it the check box is cleared (D760).",
 )

@@ -39,7 +39,12 @@ def decode(
     options = options or {}
     entries = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(settings)]
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
-    pointer = _option(options, "loop_table", words.get(TABLE_POINTER), f"{v_name(TABLE_POINTER)} (--loop-table)")
+    pointer = _option(
+        options,
+        "loop_table",
+        words.get(TABLE_POINTER),
+        v_name(TABLE_POINTER),
+    )
     count = _count(options, words, entries)
     decimals = int(options.get("reset_decimals") or plc_settings.reset_decimals)
     loops = [_reader(words, entries, pointer, i, decimals) for i in range(count)]
@@ -64,7 +69,7 @@ def decode(
 def _option(options: Mapping[str, Any], key: str, stored: int | None, title: str) -> int:
     value = stored if options.get(key) is None else options[key]
     if value is None:
-        raise DecodeError(f"the listing does not hold {title}")
+        raise DecodeError(f"the listing does not hold {title}; give it with --{key.replace('_', '-')}")
     return int(value)
 
 
@@ -79,7 +84,7 @@ def _count(options: Mapping[str, Any], words: Mapping[int, int], settings: Seque
         cure = "--number-of-loops says how many loops to read"
         raise DecodeError(f"{v_name(LOOP_COUNT)}: 0x{stored:04X} has a digit above 9; {cure}", LOOP_COUNT)
     digits = None if stored is None else bcd_digits(stored)
-    return _option(options, "number_of_loops", digits, f"{v_name(LOOP_COUNT)} (--number-of-loops)")
+    return _option(options, "number_of_loops", digits, v_name(LOOP_COUNT))
 
 
 def _is_no_count(stored: int | None) -> bool:

@@ -15,6 +15,7 @@ from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, write_symbols
 from pidcfg.encoders.files import FileKind
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.parameter_files import parameter_listings
+from pidcfg.encoders.st.lex import opening
 from pidcfg.encoders.tables import columns
 from pidcfg.schemas.dpide_devices import place_of
 
@@ -23,25 +24,24 @@ if TYPE_CHECKING:
 
     from pidcfg.schemas.dpide import DpideFile, Loop
 
-OPENING = re.compile(
-    r"(?:\s|\(\*.*?\*\)|/\*.*?\*/|//[^\n]*(?:\n|$)|\{[^}]*\}(?=\s*[A-Z(/{]))*+", re.DOTALL | re.IGNORECASE
-)
 UNIT = re.compile(r"(?:PROGRAM|FUNCTION_BLOCK|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 CALL = re.compile(r"^[^,;#\"]*\bDPIDE\s*\(", re.IGNORECASE | re.MULTILINE)
 
 
 def looks_like_st(text: str) -> bool:
     """Whether a text begins like a program behind its comments, or calls the instruction."""
-    text = text.lstrip("\ufeff")
-    match = OPENING.match(text)
-    return bool(UNIT.match(text, match.end() if match else 0)) or bool(CALL.search(text))
+    return bool(UNIT.match(text, opening(text))) or bool(CALL.search(text))
 
 
 PLAIN = parameter_listings("operand listing")
 FORMATS = {
     "text": PLAIN["text"],
     "csv": replace(PLAIN["csv"], read=read_csv_devices),
-    "json": replace(PLAIN["json"], read=read_json_devices),
+    "json": replace(
+        PLAIN["json"],
+        read=read_json_devices,
+        looks_like=lambda text: PLAIN["json"].looks_like(text) and not looks_like_st(text),
+    ),
     "st": FileKind("st", "program in Structured Text", write_st, read_st, looks_like_st),
     "operands": FileKind(
         "operands",

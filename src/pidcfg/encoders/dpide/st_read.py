@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.dpide.program import ALWAYS, IN_OUT, INSTANCE, INSTRUCTION, WITHOUT_NUMBER
 from pidcfg.encoders.dpide.st_calls import Calls, Instruction
+from pidcfg.encoders.dpide.st_left import notes_of
 from pidcfg.encoders.dpide.st_scope import Binding, Scope, constant, initial_value, is_constant, joined
 from pidcfg.encoders.dpide.st_units import Step, units_of
 from pidcfg.encoders.dpide.symbol_read import SymbolListing, device_in, value_in
@@ -273,12 +274,9 @@ class _Reader:
         for _, step in [*self.calls.others, *((None, step) for step, _ in (*self.calls.timers, *self.calls.pulses))]:
             if id(step) in self.used:
                 continue
-            sign = next((i for i, token in enumerate(step.tokens) if token.text == ":="), 0)
-            full = operands.get(joined(step.tokens[:sign]).upper()) if sign and not step.is_compound else None
-            if full is not None:
-                self.notes.append(f"{full} is assigned in line {step.first.line}, which is not carried over")
-            else:
-                left.append(step.first.line)
+            told = [*notes_of(step, operands)]
+            self.notes += told
+            left += [] if told else [step.first.line]
         for template in self.calls.templates.values():
             wrong = [
                 joined(value)

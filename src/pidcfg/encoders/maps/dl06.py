@@ -116,7 +116,7 @@ LOOP_TABLE = RegisterMap(
         Word(0o06, "mode_and_alarm_status",  None,                    BITS,                "",       "Loop mode and alarm status",           "-",   TABLE, "status"),
         Word(0o07, "sample_rate",            "sample_rate",           SAMPLE_RATE,         "s",      "Sample rate",                          "yes", TABLE),
         Word(0o10, "gain",                   "tuning.gain",           GAIN,                "%/%",    "Gain (proportional)",                  "yes", TABLE),
-        Word(0o11, "reset",                  "tuning.reset",          RESET[1],            "s or min", "Reset (integral) time",              "yes", D01),
+        Word(0o11, "reset",                  "tuning.reset",          RESET[1],            "s, or min by reset_unit", "Reset (integral) time",              "yes", D01),
         Word(0o12, "rate",                   "tuning.rate",           Bcd(2, off=(0,)),    "s",      "Rate (derivative) time",               "yes", TABLE),
         Word(0o13, "pv_low_low",             "alarms.pv.low_low",     Position("pv"),      "pv",     "PV low-low alarm",                     "no*", TABLE),
         Word(0o14, "pv_low",                 "alarms.pv.low",         Position("pv"),      "pv",     "PV low alarm",                         "no*", TABLE),
@@ -232,6 +232,7 @@ SETUP_WORDS = RegisterMap(
         Bits(2, (1,), None, OFF_ON, "The loop table starts outside the upper V-memory range", "status"),
         Bits(2, (2,), None, OFF_ON, "The number of loops is greater than 8", "status"),
         Bits(2, (3,), None, OFF_ON, "The loop table extends past V7577", "status"),
+        Bits(2, tuple(range(4, 16)), None, {0: None}, "Reserved", "reserved"),
     ),
 )
 # fmt: on

@@ -86,6 +86,8 @@ def decode(
     """
     plc_settings = read_settings(PlcSettings, plc or {}, "plc")
     time = (options or {}).get("sample_time") or plc_settings.sample_time
+    if not settings:
+        raise DecodeError(f"the program declares no block of the library ({', '.join(sorted(LOOP_TYPES))}, …)")
     if time is None:
         raise DecodeError("the listing does not say the interval of the task; give --sample-time")
     data: Data = {"pidcfg": 1, "vendor": "nextopid", **present({"name": plc_settings.name})}

@@ -12,21 +12,18 @@ from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_st
 from pidcfg.encoders.parameter_files import parameter_listings
+from pidcfg.encoders.st.lex import opening
 from pidcfg.schemas.base import decimal_text
 
 if TYPE_CHECKING:
     from pidcfg.schemas.nextopid import NextopidFile
 
-COMMENT = re.compile(
-    r"(?:\s|\(\*.*?\*\)|/\*.*?\*/|//[^\n]*(?:\n|$)|\{[^}]*\}(?=\s*[A-Z(/{]))*+", re.DOTALL | re.IGNORECASE
-)
-BEGIN = re.compile(r"(?:PROGRAM|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
+BEGIN = re.compile(r"(?:PROGRAM|FUNCTION(?:_BLOCK)?|TYPE|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 
 
 def looks_like_st(text: str) -> bool:
     """Whether a text begins like a program, behind its comments and pragmas."""
-    match = COMMENT.match(text.lstrip("\ufeff"))
-    return bool(BEGIN.match(text.lstrip("\ufeff"), match.end() if match else 0))
+    return bool(BEGIN.match(text, opening(text)))
 
 
 def looks_like_xml(text: str) -> bool:

@@ -17,12 +17,13 @@ from xml.parsers import expat
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.nextopid.st_read import read_source
 from pidcfg.encoders.nextopid.st_scope import LIBRARY
+from pidcfg.encoders.nextopid.st_source import Source, parse_body, unqualified
 from pidcfg.encoders.st.lex import END, NAME, Comment, Token, tokens_of
-from pidcfg.encoders.st.parse import Declaration, Member, Source, Statement, parse_body
+from pidcfg.encoders.st.parse import Declaration, Member
 from pidcfg.schemas.iec import time_seconds
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from pidcfg.encoders.st.parse import Initial
 
@@ -150,7 +151,7 @@ def read_plcopen(text: str) -> Listing:
             parse_body(inner.words, inner.text_line or inner.line, source)
         elif body.name not in {"addData", "documentation"}:
             left.append(body)
-    source.statements = [_unqualified(statement, owners) for statement in source.statements]
+    source.statements = [unqualified(statement, owners) for statement in source.statements]
     listing = read_source(source, _interval(resources, source.program))
     notes = (f"the {node.name} of line {node.line} is left out: only Structured Text is read" for node in left)
     listing.notes = (*listing.notes, *notes)
@@ -206,19 +207,6 @@ def _globals(source: Source, lists: list[Node]) -> dict[str, set[str]]:
             owners.setdefault(name, set()).add(declaration.name.upper)
     source.declarations = [*kept, *source.declarations]
     return owners
-
-
-def _unqualified(statement: Statement, owners: Mapping[str, set[str]]) -> Statement:
-    """A statement without the names of lists before their variables, ``GVL.TIC_1``."""
-    tokens, kept, at = statement.tokens, [], 0
-    while at < len(tokens):
-        behind = tokens[at + 2].upper if at + 2 < len(tokens) and tokens[at + 1].text == "." else ""
-        is_member = at > 0 and tokens[at - 1].text == "."
-        if not is_member and tokens[at].kind == NAME and behind in owners.get(tokens[at].upper, ()):
-            at += 2
-        kept.append(tokens[at])
-        at += 1
-    return Statement(tuple(kept))
 
 
 def _interval(resources: list[Node], program: Token) -> tuple[Decimal, Token] | None:

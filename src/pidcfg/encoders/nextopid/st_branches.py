@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from pidcfg.schemas.iec import IecType
 
 BRANCHES = frozenset(("IF", "CASE"))
+LATCHES = {"S": "TRUE", "R": "FALSE"}
+"""What ``x S= y`` and ``x R= y`` make of x when y is TRUE."""
 THEN, OF = frozenset(("THEN",)), frozenset(("OF",))
 
 
@@ -88,9 +90,15 @@ class Branches:
         parts = chain(tokens)
         behind = tokens[2 * len(parts) - 1 :] if parts else tokens
         if parts and behind[0].text == ":=" and len(behind) > 2:
-            self.found.append(Guarded(parts, tuple(behind[1:-1]), guards, len(self.found), self.turn()))
+            self._assign(parts, tuple(behind[1:-1]), guards)
+        elif is_latch(behind):
+            truth = behind[0]._replace(text=LATCHES[behind[0].upper])
+            self._assign(parts, (truth,), (*guards, Guard(tuple(behind[2:-1]), len(self.found))))
         else:
             self.other(tokens)
+
+    def _assign(self, target: tuple[Token, ...], value: tuple[Token, ...], guards: tuple[Guard, ...]) -> None:
+        self.found.append(Guarded(target, value, guards, len(self.found), self.turn()))
 
     def _if(self, cursor: Cursor, guards: tuple[Guard, ...]) -> None:
         opened, before = len(self.found), guards
@@ -124,6 +132,11 @@ class Branches:
                 raise cursor.here.error(f"{ends[-1]} is missing")
             for inner in statement(cursor):
                 self.take(inner.tokens, guards)
+
+
+def is_latch(behind: Sequence[Token]) -> bool:
+    """Whether what stands behind a name is ``S=`` or ``R=`` with a condition (CODESYS)."""
+    return behind[0].kind == NAME and behind[0].upper in LATCHES and behind[1].text == "=" and len(behind) > 3
 
 
 def _wanted(cursor: Cursor, word: frozenset[str], after: str) -> tuple[Token, ...]:

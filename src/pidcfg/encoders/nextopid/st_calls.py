@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.nextopid.st_branches import BRANCHES, Branches, Guarded
-from pidcfg.encoders.nextopid.st_foreign import Foreign
+from pidcfg.encoders.nextopid.st_branches import BRANCHES, Branches, Guarded, is_latch
+from pidcfg.encoders.nextopid.st_foreign import STRUCTURE, Foreign
 from pidcfg.encoders.nextopid.st_scope import LIBRARY
 from pidcfg.encoders.st.lex import END, NAME, Token
 from pidcfg.encoders.st.parse import ENDS, Statement, arguments, chain
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from pidcfg.encoders.parameters import Parameter
     from pidcfg.encoders.st.parse import Argument
 
-STRUCTURE = "AutoTuneParam"
 RESULTS = ("AutoTuneResult", "ErrBits", "WarnBits")
 """Outputs that are structures."""
 
@@ -80,6 +79,8 @@ class Calls:
             self._assign(parts, behind[1:-1], tokens)
         elif parts and behind[0].text == "(":
             self._call(parts, behind[:-1], tokens)
+        elif parts and is_latch(behind):
+            self.branches.take(tokens)
         else:
             self.left.pass_over(tokens)
 
@@ -229,6 +230,10 @@ class Calls:
 
     def settle_inputs(self) -> None:
         """Inputs that are assigned more than once: all of that are moves; refuses what a call writes over."""
+        for guarded in [one for one in self.branches.found if self.left.is_held(one.target[0])]:
+            self.branches.found.remove(guarded)
+            self.pass_over(guarded)
+        self.left.refuse_written_over()
         for guarded in [*self.branches.found]:
             item = self.scope.instance(guarded.target[0].upper)
             if item is None or len(guarded.target) < 2:
@@ -245,7 +250,8 @@ class Calls:
 
     def pass_over(self, guarded: Guarded) -> None:
         """An assignment that does not concern the blocks."""
-        end = guarded.value[-1]
+        first, end = guarded.target[0], guarded.value[-1]
+        self.scope.assigned.setdefault(first.upper, first)
         inside = (Token("sign", ":=", guarded.line, end.column), *guarded.value)
         self.left.pass_over((*guarded.target, *inside, Token(END, "", end.line, end.column)))
 

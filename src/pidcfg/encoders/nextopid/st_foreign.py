@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.nextopid.st_scope import Scope
 
+STRUCTURE = "AutoTuneParam"
+"""The input that is a structure."""
 JUMPS = frozenset(("RETURN", "JMP"))
 
 
@@ -33,13 +35,39 @@ class Foreign:
         for at, token in enumerate(tokens):
             before = tokens[at - 1].text if at else ""
             depth += (token.text == "(") - (token.text == ")")
-            if token.kind != NAME or before == ".":
+            if token.kind != NAME:
+                continue
+            if before == ".":
+                self._refuse_member(token, padded[at + 1].text)
                 continue
             parts = chain(padded, at)
             follows = padded[at + 2 * len(parts) - 1].text
             self._refuse(token, parts, follows, depth)
-            if (follows == ":=" and depth == 0) or before == "=>":
+            refers = [part.upper for part in padded[at + 2 * len(parts) - 1 :][:2]] == ["REF", "="]
+            if (follows == ":=" and depth == 0) or before == "=>" or refers:
                 self.scope.assigned.setdefault(token.upper, token)
+
+    def is_held(self, name: Token) -> bool:
+        """Whether a variable stands for a parameter."""
+        return name.upper in self.scope.aliases or name.upper in self.scope.structures
+
+    def refuse_written_over(self) -> None:
+        """Variables that stand for inputs are not assigned besides; what is read of outputs is refused where it is."""
+        for upper, (item, row) in self.scope.aliases.items():
+            at = self.scope.assigned.get(upper)
+            if at is not None and row.access == "input":
+                raise at.error(f"{at.text} is assigned in line {at.line}, and is {row.name} of {item.name}: wire it")
+        for upper, (item, name) in self.scope.structures.items():
+            at = self.scope.assigned.get(upper)
+            if at is not None and name.upper == STRUCTURE.upper():
+                what = f"{at.text} is assigned in line {at.line}, and is {STRUCTURE} of {item.name} in line {name.line}"
+                raise at.error(f"{what}: assign {item.name}.{STRUCTURE} itself, member by member")
+
+    def _refuse_member(self, token: Token, follows: str) -> None:
+        """Refuses the call of a block by another name than it is declared with."""
+        item = self.scope.instance(token.upper)
+        if item is not None and follows == "(":
+            raise token.error(f"{item.name} is called here with another name before it; write {item.name}(…) alone")
 
     def _refuse(self, token: Token, parts: tuple[Token, ...], follows: str, depth: int) -> None:
         """Refuses jumps, and other uses of a block inside a skipped statement."""

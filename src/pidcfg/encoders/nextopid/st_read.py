@@ -10,9 +10,9 @@ from pidcfg.encoders.nextopid.st_calls import Calls
 from pidcfg.encoders.nextopid.st_expression import wire_text
 from pidcfg.encoders.nextopid.st_moves import Moves
 from pidcfg.encoders.nextopid.st_scope import SIGNAL_TYPES, Scope, can_wire, check_name
+from pidcfg.encoders.nextopid.st_source import parse_st
 from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.nextopid.wiring import Layout
-from pidcfg.encoders.st.parse import parse_st
 from pidcfg.encoders.st.values import content_of
 from pidcfg.schemas.base import decimal_text, parse_seconds, plain_number
 from pidcfg.schemas.expressions import MAX_LENGTH, ExpressionError
@@ -26,10 +26,11 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.nextopid.st_calls import Assignment
     from pidcfg.encoders.nextopid.st_scope import Item
+    from pidcfg.encoders.nextopid.st_source import Source
     from pidcfg.encoders.nextopid.wiring import Wires
     from pidcfg.encoders.parameters import Content, Parameter
     from pidcfg.encoders.st.lex import Token
-    from pidcfg.encoders.st.parse import Declaration, Initial, Source
+    from pidcfg.encoders.st.parse import Declaration, Initial
 
 
 def read_st(text: str) -> Listing:
@@ -45,6 +46,7 @@ def read_source(source: Source, task: tuple[Decimal, Token] | None = None) -> Li
     if task is not None:
         listing.plc = _with_task(listing.plc, *task)
     calls = Calls(scope)
+    calls.left.lines += source.skipped
     for statement in source.statements:
         calls.take(statement)
     calls.settle_inputs()

@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.maps.nextopid import BlockType
+    from pidcfg.encoders.nextopid.st_source import Source
     from pidcfg.encoders.parameters import Parameter
     from pidcfg.encoders.st.lex import Comment, Token
-    from pidcfg.encoders.st.parse import Declaration, Source
+    from pidcfg.encoders.st.parse import Declaration
     from pidcfg.schemas.iec import IecType
 
 LIBRARY = {name.upper(): kind for name, kind in BLOCK_TYPES.items()}
@@ -183,6 +184,7 @@ class Scope:
             return f"{item.name}.{row.name}", row.type
         if first.upper in self.structures and len(parts) > 1:
             item, prefix = self.structures[first.upper]
+            self._refuse_assigned(first)
             row = self.row(item, (prefix, *parts[1:]))
             return f"{item.name}.{row.name}", row.type
         declared = self.variables.get(first.upper)

@@ -54,6 +54,23 @@ PATTERN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in PARTS), re
 ENDS = {"(*": re.compile(r"\(\*|\*\)"), "/*": re.compile(r"\*/")}
 """Comments in parentheses may stand in each other."""
 
+CONDITIONAL = re.compile(r"\{\s*(IF|ELSIF|ELSE|END_IF)\b", re.IGNORECASE)
+OPENING = re.compile(r"[\s\ufeff]+|(?P<line>//[^\n]*)|(?P<block>\(\*|/\*)|\{[^}]*\}(?=\s*[A-Z(/{])", re.IGNORECASE)
+"""What may stand before a program; a pragma has a word behind it, which JSON has not."""
+
+
+def opening(text: str) -> int:
+    """Where the first word of a text begins, behind comments and pragmas; the end, where a comment has none."""
+    at = 0
+    while match := OPENING.match(text, at):
+        at = match.end()
+        if match.lastgroup == "block":
+            try:
+                at = _comment_end(text, match.group(), at, 1, 1)
+            except ListingError:
+                return len(text)
+    return at
+
 
 def tokens_of(text: str, line: int = 1) -> tuple[list[Token], list[Comment]]:
     """All tokens, the last of which is the end, and all comments; raises `ListingError`."""
@@ -71,6 +88,10 @@ def tokens_of(text: str, line: int = 1) -> tuple[list[Token], list[Comment]]:
             comments.append(Comment(inner, line, column))
             if tokens and tokens[-1].line == line and not tokens[-1].note:
                 tokens[-1] = tokens[-1]._replace(note=inner)
+        elif kind == "pragma" and (condition := CONDITIONAL.match(match.group())):
+            word = condition.group(1)
+            message = f"{{{word} …}}: what stands behind is compiled on a condition only; write down what is compiled"
+            raise ListingError(message, line, column)
         elif kind not in {"skip", "pragma"}:
             tokens.append(Token(kind, match.group(), line, column))
         breaks = text.count("\n", at, end)

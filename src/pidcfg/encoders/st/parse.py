@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.st.lex import END, NAME, NUMBER, TYPED, Token, tokens_of
+from pidcfg.encoders.st.lex import END, NAME, NUMBER, TYPED, Token
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
-
-    from pidcfg.encoders.st.lex import Comment
 
 VARIABLES = frozenset(
     ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_GLOBAL", "VAR_TEMP", "VAR_EXTERNAL", "VAR_STAT", "VAR_CONFIG")
@@ -18,21 +16,6 @@ VARIABLES = frozenset(
 QUALIFIERS = frozenset(("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"))
 ENDS = {"IF": "END_IF", "CASE": "END_CASE", "FOR": "END_FOR", "WHILE": "END_WHILE", "REPEAT": "END_REPEAT"}
 """Statements that have others inside."""
-FOREIGN = frozenset(
-    (
-        "FUNCTION",
-        "FUNCTION_BLOCK",
-        "TYPE",
-        "CONFIGURATION",
-        "RESOURCE",
-        "CLASS",
-        "INTERFACE",
-        "METHOD",
-        "PROPERTY",
-        "ACTION",
-        "NAMESPACE",
-    )
-)
 DEEPEST = 8
 """Structures in each other."""
 
@@ -77,16 +60,6 @@ class Statement(NamedTuple):
 
 
 @dataclass(slots=True)
-class Source:
-    """A program as written."""
-
-    program: Token | None = None
-    declarations: list[Declaration] = field(default_factory=list)
-    statements: list[Statement] = field(default_factory=list)
-    comments: list[Comment] = field(default_factory=list)
-
-
-@dataclass(slots=True)
 class Cursor:
     """Tokens, and where reading has come to."""
 
@@ -125,38 +98,8 @@ class Cursor:
 SEMICOLON = frozenset(";")
 
 
-def parse_st(text: str) -> Source:
-    """A program; raises `ListingError` at what cannot be read."""
-    tokens, comments = tokens_of(text)
-    source, cursor, ended = Source(comments=comments), Cursor(tokens), False
-    while cursor.here.kind != END:
-        word = cursor.here.upper
-        if word in VARIABLES:
-            source.declarations += declarations(cursor)
-        elif word == "PROGRAM" or word in FOREIGN:
-            token = cursor.take()
-            if word != "PROGRAM" or source.program is not None:
-                raise token.error(f"{word}: a file holds one PROGRAM, with its variables and statements")
-            source.program = _name(cursor, "PROGRAM")
-        elif word == "END_PROGRAM" and not ended:
-            ended = bool(cursor.take())
-        elif ended:
-            raise cursor.here.error(f"{cursor.here.text!r} stands behind END_PROGRAM")
-        else:
-            source.statements += statement(cursor)
-    return source
-
-
-def parse_body(text: str, line: int, source: Source) -> None:
-    """Statements alone, which begin in this line of a file."""
-    tokens, comments = tokens_of(text, line)
-    source.comments += comments
-    cursor = Cursor(tokens)
-    while cursor.here.kind != END:
-        source.statements += statement(cursor)
-
-
-def _name(cursor: Cursor, after: str) -> Token:
+def name_of(cursor: Cursor, after: str) -> Token:
+    """A name that must come next."""
     token = cursor.take()
     if token.kind != NAME:
         raise token.error(f"a name is missing after {after}, before {token.text!r}")
@@ -174,10 +117,10 @@ def declarations(cursor: Cursor) -> Iterator[Declaration]:
     while cursor.here.upper != "END_VAR":
         if cursor.here.kind == END:
             raise head.error(f"{head.text} has no END_VAR")
-        names = [_name(cursor, "the declarations before")]
+        names = [name_of(cursor, "the declarations before")]
         while cursor.here.text == ",":
             cursor.take()
-            names.append(_name(cursor, "the comma"))
+            names.append(name_of(cursor, "the comma"))
         address = cursor.until(frozenset((":", ";")))[1:] if cursor.here.upper == "AT" else ()
         cursor.expect(":", names[-1].text)
         kind = cursor.until(frozenset((":=", ";", "END_VAR")))
@@ -202,7 +145,7 @@ def initial_value(tokens: tuple[Token, ...], depth: int = 0) -> Initial:
     cursor = Cursor((*tokens[1:-1], tokens[-1]._replace(kind=END)))
     members: dict[str, Member] = {}
     while True:
-        name = _name(cursor, "the parenthesis or comma")
+        name = name_of(cursor, "the parenthesis or comma")
         cursor.expect(":=", name.text)
         value = cursor.until(frozenset(","))
         if name.upper in members:

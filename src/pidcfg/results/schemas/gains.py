@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pidcfg.results.schemas.findings import finding
 from pidcfg.results.schemas.parts import (
     VERSION,
     Schema,
@@ -33,7 +34,7 @@ def schema() -> Schema:
     """What a rule made of a process."""
     return record(
         "Gains in engineering units and seconds.",
-        ("for",),
+        ("for", "written"),
         version=VERSION,
         method=text("The rule.", *METHODS),
         title=text("The rule in words."),
@@ -62,6 +63,7 @@ def schema() -> Schema:
         warnings=listing("What the rule's authors warn of.", text("A warning.")),
         identified=identified(),
         for_=for_vendor(),
+        written=written(),
     )
 
 
@@ -105,8 +107,29 @@ def identified() -> Schema:
     return or_null(found)
 
 
+def written() -> Schema:
+    """What --write changes in a configuration."""
+    value = record(
+        "One of the three numbers.",
+        key=text("Its key, seen from the loop."),
+        unit=text("Its unit, where the file writes none."),
+        old=or_null(text("As it was written; null: it was not given.")),
+        new=or_null(text("As it is written now; null: it need not be given.")),
+        changes=switch("Whether the text is another one."),
+    )
+    return record(
+        "With --write.",
+        file=text("The configuration."),
+        loop=text("The name of the loop."),
+        ok=switch("Whether no rule finds an error at the loop; else nothing was written."),
+        action_compared=switch("Whether the loop's action was compared with the sign of the process's gain."),
+        values=listing("Gain, integral and derivative.", value),
+        findings=listing("Of the loop with these gains, and what is new elsewhere.", finding()),
+    )
+
+
 def for_vendor() -> Schema:
-    """The gains as a PLC holds them."""
+    """The gains as a PLC holds them, with --for, and with --write."""
     value = record(
         "A parameter.",
         key=text("Its key in the file."),
@@ -117,7 +140,7 @@ def for_vendor() -> Schema:
         problem=or_null(text("Why it cannot.")),
     )
     return record(
-        "With --for.",
+        "With --for, and with --write.",
         vendor=text("The PLC family.", *VENDORS),
         action=or_null(text("The loop's action; null where the process's gain is not known.")),
         values=listing("One a parameter.", value),

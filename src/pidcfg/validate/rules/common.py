@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 from pydantic import BaseModel
 
+from pidcfg.paths import value_at
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import MAX_DIGITS, decimal_text
 from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.units import SIDES, unit_text, units_of
 from pidcfg.validate.ideas.duplicates import in_words
 from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning
 
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from pidcfg.encoders.image import Encoding
-    from pidcfg.encoders.regmap import Misfit
+    from pidcfg.encoders.regmap import Misfit, Rounded
     from pidcfg.paths import Path
     from pidcfg.validate.views import Context
 
@@ -50,8 +52,6 @@ D09 = Decision(
 )
 
 ROUNDING_WARNING = Decimal("0.01")
-USERS_UNITS = ("pv", "output")
-"""How the unit of a scaled register begins: its values are in units of the user's."""
 AnyContext: TypeAlias = "Context[Any, Encoding]"
 
 
@@ -138,10 +138,12 @@ def _misfits(context: AnyContext, fault: str) -> Iterator[tuple[Path, Misfit]]:
     yield from ((path, misfit) for path, misfit in misfits if path not in reported)
 
 
-def unit_of(misfit: Misfit) -> str:
-    """The unit of a register for a message, with a blank before it; scaled registers are in the user's own."""
-    unit = misfit.word.unit
-    return f" {unit}" if unit and not unit.startswith(USERS_UNITS) and "counts" not in str(misfit.value) else ""
+def unit_of(context: AnyContext, path: Path, found: Misfit | Rounded) -> str:
+    """The unit of a register in the loop's own words, with a blank before it; empty where the loop does not say it."""
+    unit, units = found.word.unit, units_of(value_at(context.config, path[:2]))
+    if not unit or "counts" in str(found.value) or any(side in unit and side not in units for side in SIDES):
+        return ""
+    return f" {unit_text(unit, units)}"
 
 
 @error("PID102", D09, "{field} is {value}{unit}, but its word holds {allowed}")
@@ -154,8 +156,9 @@ def value_exceeds_word(context: AnyContext) -> Findings:
     """
     for path, misfit in _misfits(context, "range"):
         low, high = misfit.error.low, misfit.error.high
-        allowed = str(misfit.error) if high is None else _between(low, high, unit_of(misfit).strip())
-        yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit_of(misfit), allowed=allowed)
+        unit = unit_of(context, path, misfit)
+        allowed = str(misfit.error) if high is None else _between(low, high, unit.strip())
+        yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit, allowed=allowed)
 
 
 @error("PID103", D06, "{field} is {value}{unit}, which {effect}")
@@ -167,9 +170,8 @@ def rounds_onto_off_code(context: AnyContext) -> Findings:
     Fix: choose a value that the register can hold, or write the off value on purpose.
     """
     for path, misfit in _misfits(context, "off"):
-        yield finding(
-            *path, field=misfit.word.name, value=_text(misfit.value), unit=unit_of(misfit), effect=str(misfit.error)
-        )
+        unit = unit_of(context, path, misfit)
+        yield finding(*path, field=misfit.word.name, value=_text(misfit.value), unit=unit, effect=str(misfit.error))
 
 
 @error("PID104", D07, "{field} is {value}, but raw counts are whole numbers")
@@ -199,7 +201,7 @@ def rounded_value(context: AnyContext) -> Findings:
         far = abs(rounded.stored - rounded.value) > tolerance * abs(rounded.value)
         if rounded.value and (far or path in into_limits):
             percent = abs(rounded.stored / rounded.value - 1) * 100
-            unit = "" if rounded.word.unit.startswith(USERS_UNITS) else f" {rounded.word.unit}".rstrip()
+            unit = unit_of(context, path, rounded)
             yield finding(
                 *path,
                 field=rounded.word.name,

@@ -118,7 +118,7 @@ def relay(c: Config, s: State) -> None:
         s.out = c.out_high if (side > 0) == (c.reverse == 0) else c.out_low
     if s.tune_turns == LAST_TURN:
         ultimate = ultimate_gain(s, c.out_high - c.out_low, band, LEAST_SWING * span * (LEAST_SWING * span))
-        gain, reset, rate, sample = cycle_gains(c.tune_pi, ultimate, cycle_length(s) * (s.period / TICKS))
+        gain, reset, rate, sample = cycle_gains(c.tune_pi, ultimate, cycle_length(s) * s.period / TICKS)
         store(c, s, gain, reset, rate, sample)
     elif stalled(s, RELAY_PATIENT, RELAY_PATIENCE):
         fail(s, TUNE_NO_RESPONSE)

@@ -211,7 +211,8 @@ ENGINE = (
         58,
         "auto-tune listens first",
         "For 16 samples nothing moves; they give the PV at rest and its noise, which widens the relay's switching "
-        "band (3 standard deviations) and the regression.",
+        "band (3 standard deviations) and the regression. The noise is the mean of |y(n) − 2 y(n−1) + y(n−2)| / 1.9544 "
+        "(of white noise, its standard deviation); up to one count it is none.",
         "Without it, noise switches the relay at every crossing.",
     ),
     Decision(
@@ -227,7 +228,8 @@ ENGINE = (
         60,
         "the relay's cycle",
         "Three cycles from the first change of sign, the first one left out; T and X are means of the other two. "
-        "Kpc = 4 M/(π X). Afterwards the loop goes on from its old bias.",
+        "Kpc = 4 M/(π X). Afterwards the loop goes on from its old bias, "
+        "the velocity form from the output that it had.",
         '"Proceeds through three full cycles"; the first one still contains the way to the set point.',
     ),
     Decision(
@@ -252,7 +254,7 @@ ENGINE = (
     Decision(
         64,
         "a change of mode stops auto-tune",
-        "With bit 13; the words keep their old values.",
+        "With bit 13; the words keep their old values. Program mode is such a change.",
         "Both methods say which mode they need.",
     ),
     Decision(

@@ -66,17 +66,22 @@ def stepped_bias(c: Config, s: State, sp: float) -> None:
     s.last_sp = sp
 
 
+def filtered(s: State, x: float) -> float:
+    """Y(n) = Y(n-1) + lag (x - Y(n-1)), the signal that the derivative acts on; itself without a limit (D34)."""
+    return x if s.lag == 1.0 else s.x1 + s.lag * (x - s.x1)
+
+
 def velocity(s: State, e: float, x: float) -> float:
     """Change of output: Kc (e(n) - e(n-1)) + Ki e(n) + Kr (e(n) - 2 e(n-1) + e(n-2)), on top of the last output.
 
-    That is within its limits and has its fraction (D649).
+    That is within its limits and has its fraction (D649). The change is added up before it is added (D678).
     """
-    y = s.x1 + s.lag * (x - s.x1)
-    m = s.m + s.kp * (e - s.e1) + s.ki * e + s.kd * (y - 2.0 * s.x1 + s.x2)
+    y = filtered(s, x)
+    change = s.kp * (e - s.e1) + s.ki * e + s.kd * (y - 2.0 * s.x1 + s.x2)
     s.x2 = s.x1
     s.x1 = y
     s.e1 = e
-    return m
+    return s.m + change
 
 
 def position(c: Config, s: State, e: float, x: float) -> float:
@@ -96,14 +101,13 @@ def position(c: Config, s: State, e: float, x: float) -> float:
     elif bias < c.out_min:
         bias = c.out_min
     s.bias = bias
-    m = s.kp * e + bias
-    if s.kd != 0.0:
-        change = s.lag * (x - s.x1)
-        s.x1 += change
-        m += s.kd * change
-    else:
+    if s.kd == 0.0:
         s.x1 = x
-    return m
+        return s.kp * e + bias
+    y = filtered(s, x)
+    slope = y - s.x1
+    s.x1 = y
+    return s.kp * e + s.kd * slope + bias
 
 
 def calculate(c: Config, s: State, sp: float, pv: float) -> float:

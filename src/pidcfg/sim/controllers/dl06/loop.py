@@ -24,12 +24,15 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.dl06.state import Config, State
     from pidcfg.sim.settings import Row
 
+ALARM_WORD = "no*"
+"""The manual's mark of a word that is read only when its alarm's enable bit goes from 0 to 1."""
+
 ENABLES = {
     "alarms.pv.enabled": ("alarms.pv.", "alarms.hysteresis"),
     "alarms.deviation.enabled": ("alarms.deviation.", "alarms.hysteresis"),
     "alarms.rate_of_change_enabled": ("alarms.rate_of_change",),
 }
-"""Which words an alarm's enable bit makes the controller read when it goes from 0 to 1."""
+"""Which words an alarm's enable bit makes the controller read when it goes from 0 to 1 (D682)."""
 
 
 @dataclass(slots=True)
@@ -64,9 +67,13 @@ class Loop:
             "output": Scale(output, self.out_range),
         }
 
-    def reread(self) -> None:
-        """Read every word, as the controller does when the CPU changes its mode."""
+    def reread(self, *, alarms: bool) -> None:
+        """Read the words at a change of the CPU's mode; those of the alarms at the change to Run only (D648)."""
+        old = self.read[:]
         self.read[:] = self.memory
+        for word in () if alarms else LOOP_TABLE.words:
+            if word.read == ALARM_WORD:
+                self.read[word.offset] = old[word.offset]
         self.decode()
 
     def decode(self) -> None:

@@ -19,7 +19,7 @@ from pidcfg.sim.controllers.dl06.loop import Loop, loop_of
 from pidcfg.sim.controllers.dl06.report import COMMANDS, MODES, SIGNALS
 from pidcfg.sim.controllers.dl06.state import Config, State
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
-from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
+from pidcfg.sim.controllers.dl06.tune_results import REQUESTED, TUNE_RUNS
 from pidcfg.sim.controllers.dl06.words import (
     SLOW,
     alarm_error,
@@ -112,7 +112,7 @@ class Memory(CountsPlc):
         v = words.values
         form = c.velocity
         configure(c, v, words.decimals, self._setup.count)
-        s.busy |= bits.FRESH if c.velocity != form else 0
+        s.busy |= bits.FRESH if c.velocity != form else 0  # another form has no past (D681)
         c.halt = int(c.halt or not self._setup.running or i >= self._setup.count)
         c.slow = int(self._options.scan_time > 0 and c.period > SLOW)
         self._follow_pointer(i)
@@ -140,7 +140,9 @@ class Memory(CountsPlc):
         """Bit 7 of +01 goes on."""
         words, s = self._loops[i], self.st[i]
         s.requested = 0
-        if self._calculated(i):
+        if s.status & bits.TUNING:
+            tell_request(s, TUNE_RUNS)
+        elif self._calculated(i):
             words.absorb(self.cfg[i], s)
             words.absorbed = False
             s.tune_done = 0

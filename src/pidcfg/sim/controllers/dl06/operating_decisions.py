@@ -47,9 +47,13 @@ OPERATING = (
     Decision(
         648,
         "the change to Run begins anew",
-        "The CPU reads all words, those of alarms that are on included, as at the change to Program; the first sample "
-        "of a loop comes at once, fills its filter and has no rate of change, and its grid begins there.",
-        '"On a program-to-run mode transition, the CPU reads the loop setup parameters": the controllers start again.',
+        "At the change to Run the CPU reads all words, those of alarms that stay on included; at the change to Program "
+        "the alarms keep the limits that they have. The first sample of a loop comes at once, fills its filter and has "
+        "no rate of change, and its grid begins there.",
+        'Alarm words are read "only when alarm enable bit transitions 0 to 1", those of limits "only on PLC Mode '
+        'change". But "to make changes to any loop table parameter values, the PID loop must be in Manual Mode and the '
+        'PLC must be stopped": what is changed then holds afterwards. At the transition to Run "the CPU learns the '
+        'location of the loop table and the number of loops", so it knows of no enable bit of before.',
     ),
     Decision(
         649,
@@ -74,7 +78,7 @@ OPERATING = (
         652,
         "a profile moves from the sample after its start on",
         "At the sample that reads the start bit the set point rests, and a segment that Jog enters rests likewise. "
-        "A soak lasts the number of whole samples that is nearest to its time.",
+        "A soak lasts the number of whole samples that is nearest to its time; half a sample counts as one.",
         "The first ramp begins at the present set point; the generator counts in calculations of its loop.",
     ),
     Decision(
@@ -90,9 +94,12 @@ OPERATING = (
     Decision(
         675,
         "the set point word of a loop in Cascade",
-        "At each calculation in Cascade +02 becomes the major loop's output, so that a loop that goes on in Auto keeps "
-        "the set point that it had.",
-        "When cascading a loop, the PID controller automatically writes the set point to +02 (Data Sources).",
+        "+02 stays as it is while the loop calculates with the major loop's output: going on in Auto, the loop takes "
+        "up the set point that its word holds.",
+        'The section on cascades is explicit: the minor loop "will ignore its local SP register", and "the minor '
+        "loop's normal SP location, addr+02, remains unchanged\"; those on loop modes and remote set points agree. "
+        'One sentence of "Data Sources" says of ramp/soak and cascades that the controller "automatically writes the '
+        'setpoint data in location addr+02 for you", to tell when no ladder program has to.',
     ),
     Decision(
         676,
@@ -106,6 +113,51 @@ OPERATING = (
         "Gain, Ki and Kr are multiplied by the output's span before they are by errors in fractions of the PV's, and "
         "bias and output are counts, in bipolar formats with their sign; so step bias scales the bias word.",
         "D30 says fractions; the order of the operations decides how a result between two counts is rounded.",
+    ),
+    Decision(
+        678,
+        "the equation is added up as it is printed",
+        "Position: Kc e(n), then Kr (…), then Mx. Velocity: the three terms of the change in their order, then the "
+        "output of the calculation before. Without a limit of the derivative its signal is the error itself.",
+        "A result that lies half-way between two counts is rounded by its last digit, which depends on the order.",
+    ),
+    Decision(
+        679,
+        "a measurement becomes counts from the low end of its range",
+        "(x - low) times the counts of the span, divided by the width of the range, plus the count of the low end, "
+        "then rounded, half to even. EZLogix does the same.",
+        "So an analog input scales. Where a measurement lies half-way between two counts, the order decides.",
+    ),
+    Decision(
+        680,
+        "Program mode takes a minor loop out of Cascade, and so its major loop to Manual",
+        "Also a major loop that is independent of the CPU mode, which then stays in Manual: it has no mode to be "
+        "restored. The log gives the minor loop as the reason.",
+        '"If the minor loop of a cascaded pair of loops leaves Cascade Mode for any reason, its major loop '
+        'automatically goes to Manual Mode."',
+    ),
+    Decision(
+        681,
+        "another form of the equation begins without a past",
+        "When bit 5 of +00 changes in Auto or Cascade, the errors of before count as the present one. The velocity "
+        "form goes on from the output; the position form from the bias that +04 holds, which the velocity form has "
+        "left as it was.",
+        'The selection "is normally never changed after the initial configuration", and a word stays what it is until '
+        "somebody writes it.",
+    ),
+    Decision(
+        682,
+        "the hysteresis is read with the alarms that have one",
+        "+22 is read when bit 12 or 13 of +00 goes from 0 to 1, not with bit 14.",
+        'The table says "only when alarm enable bit transitions 0 to 1", not which. The hysteresis "works in '
+        'conjunction with both the deviation and absolute value alarms" and "does not affect the Rate-of-Change '
+        'Alarm".',
+    ),
+    Decision(
+        683,
+        "a second start of an auto-tune does nothing",
+        "While an auto-tune runs, bit 7 of +01 is on already; a start is only logged.",
+        'The bit is "autotune done" at 0 and "force start" at 1.',
     ),
 )
 """In the order of their numbers."""

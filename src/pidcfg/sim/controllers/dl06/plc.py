@@ -26,6 +26,7 @@ from pidcfg.sim.controllers.dl06.report import (
     REASONS,
 )
 from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
+from pidcfg.sim.controllers.dl06.tune_results import TUNE_ABORTED, end_tune
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
 from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import TICKS
@@ -135,7 +136,7 @@ class Dl06(Memory):
         for i, loop in enumerate(self._loops):
             c, s = self.cfg[i], self.st[i]
             loop.absorb(c, s)
-            loop.reread()
+            loop.reread(alarms=True)
             self._apply(i)
             s.due = NEVER if c.halt else tick
             if s.busy & bits.STOPPED and s.prior != bits.MANUAL:
@@ -150,18 +151,25 @@ class Dl06(Memory):
         """
         for i, (c, s) in enumerate(zip(self.cfg, self.st, strict=True)):
             self._loops[i].absorb(c, s)
-            self._loops[i].reread()
+            self._loops[i].reread(alarms=False)
             self._apply(i)
             if c.independent:
                 s.busy |= bits.PROGRAM | (0 if c.sees_pv else bits.PV_STALE) | (0 if c.drives else bits.OUTPUT_CUT)
             else:
                 s.prior = s.status & bits.MODES
                 s.busy |= bits.STOPPED
-        for i, s in enumerate(self.st):
-            if s.busy & bits.STOPPED and s.prior != bits.MANUAL:
+                if s.status & bits.TUNING:  # a change of mode, too (D64)
+                    end_tune(s, TUNE_ABORTED)
+        stopped = [(c, s) for c, s in zip(self.cfg, self.st, strict=True) if s.busy & bits.STOPPED]
+        for _, s in stopped:
+            if s.prior != bits.MANUAL:
                 s.requested = 0
                 s.status = (s.status & ~bits.MODES) | bits.MANUAL
                 tell_request(s, dl06_modes.OVERRIDE_PROGRAM)
+        for c, s in stopped:
+            if s.prior & bits.CASCADE:  # an independent major loop does not go on alone (D680)
+                dl06_modes.to_manual(c.major, self.cfg, self.st, dl06_modes.OVERRIDE_MINOR)
+        for i in range(len(self.st)):
             self._show(i, sig)
 
     # --- the operator ------------------------------------------------------------------------------------------------

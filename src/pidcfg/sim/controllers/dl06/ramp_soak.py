@@ -62,7 +62,7 @@ def begin(c: Config, s: State, aux: list[float], step: int) -> None:
         return
     s.rs_step = step
     if step % 2 == 0:
-        s.rs_left = aux[c.rs_table + (step - 1) // 2 * FIELDS + 2]
+        s.rs_left = aux[c.rs_table + (step - 1) // 2 * FIELDS + 2] * TICKS
     s.aux_status = (s.aux_status & RS_HELD) | step * RS_STEP
 
 
@@ -104,17 +104,16 @@ def obey(c: Config, s: State, aux: list[float]) -> None:
 
 def run(c: Config, s: State, aux: list[float]) -> None:
     """One sample of the step that is active."""
-    seconds = s.period / TICKS
     pair = c.rs_table + (s.rs_step - 1) // 2 * FIELDS
     if s.rs_step % 2 == 1:
         target = aux[pair]
-        s.rs_sp = step_to(s.rs_sp, target, aux[pair + 1] * seconds)
+        s.rs_sp = step_to(s.rs_sp, target, aux[pair + 1] * (s.period / TICKS))
         s.sp = s.rs_sp + NEAREST - NEAREST
         if s.rs_sp == target:
             begin(c, s, aux, s.rs_step + 1)
         return
-    s.rs_left -= seconds
-    if s.rs_left < 0.5 * seconds:
+    s.rs_left -= s.period
+    if s.rs_left < 0.5 * s.period:
         begin(c, s, aux, s.rs_step + 1)
 
 

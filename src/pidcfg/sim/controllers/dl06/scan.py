@@ -62,7 +62,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
         sig[c.sig_out] = c.out_low + (0.0 - c.out_min) * c.out_width / c.out_span
         if busy & STOPPED:
             return
-    # the A/D converter saturates; the PV word is a whole number of counts
+    # the A/D converter saturates; the PV word is a whole number of counts (D679)
     low, least = c.pv_low, c.pv_min
     width, span = c.pv_width, c.pv_span
     pv = (sig[c.sig_in] - low) * span / width + least
@@ -94,9 +94,7 @@ def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: li
         busy = s.busy
     status = s.status
 
-    if status & CASCADE:  # it is written to +02 (D675)
-        s.sp = st[c.major].out
-    sp = s.sp
+    sp = st[c.major].out if status & CASCADE else s.sp  # in Cascade +02 is left alone (D675)
     if sp < c.sp_min:
         sp = c.sp_min
     elif sp > c.sp_max:

@@ -186,7 +186,7 @@ class State(RequestState):
     rs_command: int = 0
     rs_step: int = 0
     rs_left: float = 0.0
-    """Seconds of the soak that are left."""
+    """Ticks of the soak that are left."""
     rs_sp: float = 0.0
     """Set point with its fraction."""
     rs_error: int = 0

@@ -36,9 +36,10 @@ def begin_relay(c: Config, s: State) -> None:
         tell_request(s, TUNE_AT_LIMITS)
 
 
-def restore_bias(s: State) -> None:
-    """The controller continues from the bias before the auto-tune."""
-    s.bias = s.tune_out
+def restore_bias(c: Config, s: State) -> None:
+    """The controller continues from the bias before the auto-tune, the velocity form from the output (D60)."""
+    if c.velocity == 0:
+        s.bias = s.tune_out
     s.m = s.tune_out
     s.busy |= FRESH
 
@@ -51,11 +52,11 @@ def switching(c: Config, s: State, p: float, sp: float) -> None:
         up = side > 0 if c.reverse == 0 else side < 0
         s.out = c.m_high if up else c.m_low
     if s.tune_turns == LAST_TURN:
-        restore_bias(s)
+        restore_bias(c, s)
         swing = s.tune_swing / 2.0 - band
         ultimate = 4.0 * (c.m_high - c.m_low) / c.out_span / (PI * max(swing, 1.0) / c.span)
-        gain, reset, derivative, sample = cycle_gains(c.tune_pi, ultimate, cycle_length(s) * (s.period / TICKS))
+        gain, reset, derivative, sample = cycle_gains(c.tune_pi, ultimate, cycle_length(s) * s.period / TICKS)
         store(c, s, gain, reset, derivative, sample)
     elif stalled(s, RELAY_PATIENT, RELAY_PATIENCE):
-        restore_bias(s)
+        restore_bias(c, s)
         end_tune(s, TUNE_NO_RESPONSE)

@@ -19,6 +19,7 @@ TUNE_AT_LIMITS = 35
 TUNE_NO_SWING = 36
 REFUSED_TUNE_APART = 37
 TUNE_MOVING = 38
+TUNE_RUNS = 39
 
 REASONS = {
     REFUSED_TUNE_MODE: "auto-tune refused: open loop needs Manual, closed loop needs Auto",
@@ -30,6 +31,7 @@ REASONS = {
     " the gains are written all the same, output limits inside the range avoid it",
     TUNE_NO_SWING: "auto-tune stopped: output limits leave nothing to switch between",
     REFUSED_TUNE_APART: "auto-tune refused: PV and SP are more than 5 % of full scale (205 of 4095 counts) apart",
+    TUNE_RUNS: "auto-tune is running already (D683)",
     TUNE_MOVING: "the PV was moving when the auto-tune began: do not trust its gains (D623)",
 }
 
@@ -47,12 +49,17 @@ def end_tune(s: State, error: int) -> None:
         s.tune_done = 1
 
 
+def digits(x: float) -> float:
+    """The nearest whole number, half to even; what only a rounding error keeps from a half is one."""
+    return nearest(nearest(x * 1e6) / 1e6)
+
+
 def store(c: Config, s: State, gain: float, reset: float, rate: float, seconds: float) -> None:
     """Write the results to their words: rounded to the last digit, within what the words hold (D65)."""
-    s.gain = clamp(nearest(gain * 100.0), 1.0, 9999.0) / 100.0
-    digits = clamp(nearest(reset / (c.reset_unit * c.reset_step)), 1.0, 9998.0)
-    s.reset = digits * c.reset_step * c.reset_unit
-    s.rate = clamp(nearest(rate * 100.0), 0.0, 9999.0) / 100.0
-    s.period = int(clamp(nearest(seconds * 100.0) * 10000.0, c.least_period * 1.0, 99990000.0))
+    s.gain = clamp(digits(gain * 100.0), 1.0, 9999.0) / 100.0
+    steps = clamp(digits(reset / (c.reset_unit * c.reset_step)), 1.0, 9998.0)
+    s.reset = steps * c.reset_step * c.reset_unit
+    s.rate = clamp(digits(rate * 100.0), 0.0, 9999.0) / 100.0
+    s.period = int(clamp(digits(seconds * 100.0) * 10000.0, c.least_period * 1.0, 99990000.0))
     coefficients(c, s)
     end_tune(s, 0)

@@ -143,7 +143,7 @@ def profile(words: Sequence[int], v: Values) -> list[float]:
     """A ramp/soak table as the kernels want it: target, slope a second, seconds to soak, deviation for each pair."""
     table: list[float] = []
     for pair, _ in decode_profile(words, v):
-        table += [counts(pair["ramp_to"]), counts(pair["slope"]), float(pair["soak"]) * 60.0, counts(pair["deviation"])]
+        table += [counts(pair["ramp_to"]), counts(pair["slope"]), float(pair["soak"] * 60), counts(pair["deviation"])]
     return table
 
 

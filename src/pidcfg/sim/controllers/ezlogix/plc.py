@@ -249,9 +249,10 @@ class Ezlogix(CountsPlc):
         outer = self.cfg[loop].fed_by
         if outer < 0:
             return None
+        if not self.st[outer].busy & bits.HELD:
+            self._set_cv(outer, int(self.st[loop].sp), sig)
         if self._keeps_cv(outer):
             return f"the CV of {self.loops[outer]} stands in the same register and overwrites it"
-        self._set_cv(outer, int(self.st[loop].sp), sig)
         return None
 
     def _keeps_cv(self, loop: int) -> str | None:
@@ -272,7 +273,7 @@ class Ezlogix(CountsPlc):
 
     def _set_cv(self, loop: int, raw: int, sig: MutableSequence[float]) -> None:
         s, inner = self.st[loop], self.cfg[loop].feeds
-        s.out = s.whole = float(raw)
+        s.out = float(raw)
         self._show(loop, sig)
         if inner >= 0:
             self.st[inner].sp = s.out

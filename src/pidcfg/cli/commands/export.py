@@ -1,0 +1,91 @@
+"""``pidcfg export``: a configuration as a sheet of loops, or with its templates written out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.extras import need
+from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.next_step import next_step
+
+if TYPE_CHECKING:
+    from pidcfg.document import Document
+    from pidcfg.limits import Limits
+
+EPILOG = options.examples(
+    "pidcfg export reactor.yaml -o loops.csv",
+    "pidcfg export reactor.yaml -o loops.xlsx",
+    "pidcfg export reactor.yaml --format csv --decimal-comma",
+    "pidcfg export ovens.yaml",
+)
+FORMATS = ("yaml", "csv", "xlsx")
+
+
+@click.command("export", epilog=EPILOG)
+@click.argument("file")
+@click.option(
+    "--format",
+    "fmt",
+    type=click.Choice(FORMATS),
+    help="yaml: with every template written out; csv, xlsx: a sheet with a row for each loop.  "
+    "[default: by the name of the output, else yaml]",
+)
+@click.option("--decimal-comma", is_flag=True, help="CSV with semicolons and decimal commas.")
+@options.OUT
+@options.FORCE
+@options.QUIET
+@options.LIMITS
+def command(
+    file: str, fmt: str | None, decimal_comma: bool, out: str | None, force: bool, quiet: bool, limits: Limits
+) -> None:
+    """Write a configuration as a sheet of loops, or with its templates written out.
+
+    'pidcfg init --from' reads such a sheet, or anybody's, back.
+    """
+    from pidcfg.cli.files.outputs import write_files
+    from pidcfg.cli.findings.collect import one_configuration
+    from pidcfg.validate.engine import vendor_of
+
+    doc = one_configuration(file, limits)
+    suffix = Path(out or "").suffix.lower().lstrip(".").replace("yml", "yaml")
+    kind = fmt or (suffix if suffix in FORMATS else "yaml")
+    if decimal_comma and kind != "csv":
+        raise click.UsageError("--decimal-comma is for CSV")
+    if kind == "xlsx":
+        need("xlsxwriter", "report")
+        if out is None:
+            raise click.UsageError("a workbook is no text; name it with -o")
+    vendor, _ = vendor_of(doc)
+    if vendor is None or not isinstance((doc.data or {}).get("loops"), list):
+        _refuse(doc, limits)
+    from pidcfg.sheets import write
+
+    text: str | bytes
+    if kind == "xlsx":
+        text = write.as_workbook(doc, vendor)
+    elif kind == "csv":
+        text = write.as_csv(doc, vendor, comma=decimal_comma)
+    else:
+        from pidcfg.sheets.values import plain_text
+
+        text = plain_text(doc)
+    if out is None:
+        echo(str(text))
+        return
+    write_files({out: text}, force=force)
+    if not quiet:
+        note(f"{out}: written")
+    next_step(*(("validate", out) if kind == "yaml" else ("init", "--from", out)), quiet=quiet)
+
+
+def _refuse(doc: Document, limits: Limits) -> NoReturn:
+    """Ends the command with what is wrong with the file."""
+    from pidcfg.cli.findings.collect import show_errors
+    from pidcfg.validate.engine import check_document
+
+    show_errors(check_document(doc, limits).findings, doc, "text")
+    raise click.ClickException(f"{doc.file} could not be read")

@@ -1,0 +1,192 @@
+"""The findings of files that have not changed since they were last checked.
+
+Kept are the findings as the rules give them, before comments, settings and baselines take any away, and without the
+names of files, which are put in where the entry is used. The key is a hash of everything that they follow from: the
+file's bytes, the limits, pidcfg's own sources, Python and the libraries that read and check. A scenario's entry also
+says which other files were read with it, and holds only as long as these are the same. Nothing is kept of a file that
+could not be read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from dataclasses import astuple, dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.cli.files.inputs import FILES
+from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
+from pidcfg.document import Document, Node
+from pidcfg.store import Store
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from pidcfg.cli.files.inputs import Input
+    from pidcfg.limits import Limits
+    from pidcfg.reader import Reader
+
+FORMAT = 1
+"""Of an entry; a new one makes all former entries misses."""
+LIBRARIES = ("pydantic", "pydantic_core", "ruamel")
+PACKAGE = Path(__file__).parents[2]
+
+
+@dataclass(slots=True)
+class Reads:
+    """What a check reads besides its input: by the name that the input calls a file, a hash of its bytes."""
+
+    name: str
+    """Of the input."""
+    reader: Reader = FILES
+    called: dict[str, str] = field(default_factory=dict)
+    """What the input calls a file, by the name under which it was read."""
+    hashes: dict[str, str] = field(default_factory=dict)
+    known: bool = True
+    """Whether all that was read is known by what the input calls it, and could be read."""
+
+    def resolve(self, name: str, other: str) -> str:
+        """As the reader does it."""
+        resolved = self.reader.resolve(name, other)
+        if name == self.name:
+            self.called[resolved] = other
+        return resolved
+
+    def read(self, name: str, most: int) -> bytes:
+        """As the reader does it."""
+        try:
+            data = self.reader.read(name, most)
+        except (OSError, ValueError):
+            self.known = False
+            raise
+        if name in self.called:
+            self.hashes[self.called[name]] = _hash(data)
+        else:
+            self.known = False
+        return data
+
+
+@dataclass(frozen=True, slots=True)
+class Cache:
+    """Kept findings under given limits."""
+
+    store: Store
+    limits: Limits
+    ground: bytes
+    """What all keys begin with."""
+
+    @classmethod
+    def open(cls, limits: Limits) -> Cache | None:
+        """The user's cache; None where there is none."""
+        store = Store.open("findings")
+        return None if store is None else cls(store, limits, _ground(limits))
+
+    def get(self, entry: Input) -> tuple[Document, list[Diagnostic]] | None:
+        """An input's text and kept findings; None where it has to be checked."""
+        if entry.problem is not None or len(entry.data) > self.limits.file_bytes:
+            return None
+        kept = self.store.get(self._key(entry))
+        if kept is None:
+            return None
+        try:
+            reads, rows = kept
+            files = [entry.name, *(FILES.resolve(entry.name, other) for other in reads)]
+            if not self._same(files[1:], reads.values()):
+                return None
+            findings = [_finding(row, files) for row in rows]
+        except (OSError, ValueError, TypeError, AttributeError, IndexError):
+            return None
+        text = entry.data.decode("utf-8-sig", "replace")
+        return Document(entry.name, text, None, Node(None)), findings
+
+    def put(self, entry: Input, findings: Sequence[Diagnostic], reads: Reads) -> None:
+        """Keeps an input's findings, unless they say more than the key can know."""
+        from pidcfg.validate.catalog import unusable
+
+        if entry.problem is not None or not reads.known or any(map(unusable, findings)):
+            return
+        others = {other: name for name, other in reads.called.items() if other in reads.hashes}
+        files = [entry.name, *(others[other] for other in reads.hashes)]
+        if any(d.file not in files for d in findings) or _names_one(findings, files):
+            return
+        rows = [[files.index(d.file), *astuple(replace(d, file=""))] for d in findings]
+        self.store.put(self._key(entry), [reads.hashes, rows])
+
+    def _key(self, entry: Input) -> str:
+        return hashlib.sha256(self.ground + entry.data).hexdigest()
+
+    def _same(self, names: Iterable[str], hashes: Iterable[str]) -> bool:
+        """Whether other files are what they were."""
+        most = self.limits.file_bytes + 1
+        return all(_hash(FILES.read(name, most)) == kept for name, kept in zip(names, hashes, strict=True))
+
+
+def _hash(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _names_one(findings: Iterable[Diagnostic], files: Iterable[str]) -> bool:
+    """Whether findings say the name of a file in words."""
+    return any(name in text for d in findings for text in _texts(d) for name in files)
+
+
+def _texts(d: Diagnostic) -> Iterator[str]:
+    """What a finding says in words."""
+    yield from filter(None, (d.message, d.help, d.plc_effect, d.value, d.quotes))
+    yield from (edit.text for edit in d.edits)
+
+
+def _finding(row: list[Any], files: Sequence[str]) -> Diagnostic:
+    """A kept finding with the name of its file."""
+    at, code, severity, message, _, span, path, loop, others, effect, reference, cure, edits, *rest = row
+    return Diagnostic(
+        code,
+        Severity(severity),
+        message,
+        files[at],
+        Span(*span),
+        tuple(path),
+        loop,
+        tuple(others),
+        effect,
+        reference,
+        cure,
+        tuple(Edit(Span(*place), text) for place, text in edits),
+        *rest,
+    )
+
+
+def _ground(limits: Limits) -> bytes:
+    """A hash of what all findings follow from, whatever the file."""
+    machine = os.uname().machine if hasattr(os, "uname") else os.environ.get("PROCESSOR_ARCHITECTURE", "")
+    facts = (FORMAT, sys.version, sys.platform, machine, astuple(limits), _libraries(), _sources())
+    return hashlib.sha256(repr(facts).encode()).digest()
+
+
+def _libraries() -> list[str]:
+    """The libraries that read and check, with their versions, as the folders of installed packages name them."""
+    found: list[str] = []
+    for folder in dict.fromkeys(sys.path):
+        try:
+            names = os.listdir(folder or ".")  # noqa: PTH208 - names alone
+        except OSError:
+            continue
+        found += sorted(n for n in names if n.endswith(".dist-info") and n.lower().startswith(LIBRARIES))
+    return found
+
+
+def _sources() -> object:
+    """Pidcfg itself: its record where it is installed, the size and time of each source in a working copy."""
+    records = sorted(PACKAGE.parent.glob("pidcfg-*.dist-info/RECORD"))
+    if records:
+        return [_hash(path.read_bytes()) for path in records]
+    found = []
+    for folder, folders, names in os.walk(PACKAGE):
+        folders.sort()
+        for name in sorted(names):
+            if not name.endswith(".pyc"):
+                facts = os.stat(os.path.join(folder, name))  # noqa: PTH116, PTH118 - a thousand of them
+                found.append((folder, name, facts.st_size, facts.st_mtime_ns))
+    return found

@@ -1,0 +1,125 @@
+"""What a column of a sheet is: a key of the vendor's loops as the file format writes it, or a common word for one."""
+
+from __future__ import annotations
+
+import re
+from difflib import get_close_matches
+from functools import cache
+from typing import TYPE_CHECKING
+
+from pidcfg.schemas.document import models_in
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pydantic import BaseModel
+
+    from pidcfg.vendors import Vendor
+
+ENDS = (" low", " high")
+"""Behind the key of a pair: its two ends, each a column."""
+BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
+BETWEEN_WORDS = re.compile(r"[\s_\-/]+")
+WORDS: dict[str, tuple[str, ...]] = {
+    "name tag loop regler kreis messstelle": ("name",),
+    "description text service beschreibung bezeichnung": ("description",),
+    "mode betriebsart": ("mode",),
+    "range_low low pv_low lrv min von messbereich_von anfang": ("pv.range low", "MinPV"),
+    "range_high high pv_high urv max bis messbereich_bis ende": ("pv.range high", "MaxPV"),
+    "unit pv_unit einheit": ("pv.unit",),
+    "gain kp p kr proportional_gain verstärkung": ("tuning.gain", "tuning.proportional_gain", "Kp", "Kc_Kp"),
+    "reset ti integral integral_time nachstellzeit": (
+        "tuning.reset",
+        "tuning.reset_time",
+        "tuning.integral_time",
+        "Ti_Ki",
+    ),
+    "rate td derivative derivative_time vorhaltezeit": (
+        "tuning.rate",
+        "tuning.derivative_time",
+        "tuning.derivative_gain",
+        "Td_Kd",
+    ),
+    "action direction wirkrichtung wirksinn": ("action",),
+    "setpoint set_point sp sollwert": ("setpoint.value", "SP", "SV"),
+    "sp_low setpoint_low sollwert_min": ("setpoint.limits low", "setpoint.lower_limit"),
+    "sp_high setpoint_high sollwert_max": ("setpoint.limits high", "setpoint.upper_limit"),
+    "sample sample_time sample_rate abtastzeit": ("sample_rate", "sample_time", "CYCLE"),
+    "filter pv_filter filterzeit": ("pv.filter",),
+    "out_low output_low stellgrösse_min stellgröße_min": ("output.limits low", "MinMV", "MV_MIN"),
+    "out_high output_high stellgrösse_max stellgröße_max": ("output.limits high", "MaxMV", "MV_MAX"),
+    "out_unit output_unit": ("output.unit",),
+    "deadband totzone": ("error.deadband", "deadband", "DeadBand", "ERR_DBW"),
+    "lolo low_low alarm_ll": ("alarms.pv.low_low",),
+    "lo alarm_low alarm_l": ("alarms.pv.low",),
+    "hi alarm_high alarm_h": ("alarms.pv.high",),
+    "hihi high_high alarm_hh": ("alarms.pv.high_high",),
+    "template vorlage": ("use",),
+}
+"""Common words, in English and German, and the keys that vendors have for them: the first that a vendor has."""
+
+
+class UnknownColumnError(ValueError):
+    """A header that is no key, with the nearest."""
+
+
+def key_of(header: str, vendor: Vendor) -> str:
+    """The key of a column, with ``low`` or ``high`` behind that of a pair; raises `UnknownColumnError`."""
+    keys, words = _keys(vendor), _words(vendor)
+    text = BRACKETS.sub("", header.strip()).strip()
+    folded = {key.lower(): key for key in keys}
+    if text.lower() in folded:
+        return folded[text.lower()]
+    word = BETWEEN_WORDS.sub("_", text.lower())
+    if word in words:
+        return words[word]
+    near = get_close_matches(text.lower(), [*folded, *words], 1, 0.5)
+    known = folded.get(near[0], near[0]) if near else ""
+    cure = (
+        f"did you mean {known}?" if near else f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}"
+    )
+    raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {cure}")
+
+
+def is_known(header: str, vendor: Vendor) -> bool:
+    """Whether a header is a column."""
+    try:
+        key_of(header, vendor)
+    except UnknownColumnError:
+        return False
+    return True
+
+
+@cache
+def _keys(vendor: Vendor) -> tuple[str, ...]:
+    """All keys of a vendor's loops, and the two ends of each."""
+    names: dict[str, None] = {"name": None}
+    for model in models_in(vendor.model.model_fields["loops"].annotation):
+        names |= dict.fromkeys(_leaves(model))
+    keys = [*names, "use"]
+    return tuple(keys + [f"{key}{end}" for key in keys for end in ENDS])
+
+
+def order_of(vendor: Vendor) -> dict[str, int]:
+    """The place of every key in the schema."""
+    return {key: i for i, key in enumerate(_keys(vendor))}
+
+
+@cache
+def _words(vendor: Vendor) -> dict[str, str]:
+    keys = _keys(vendor)
+    words: dict[str, str] = {}
+    for row, candidates in WORDS.items():
+        key = next((candidate for candidate in candidates if candidate in keys), None)
+        words |= dict.fromkeys(row.split(), key) if key else {}
+    return words
+
+
+def _leaves(model: type[BaseModel], above: str = "") -> Iterator[str]:
+    for name, field in model.model_fields.items():
+        inner = models_in(field.annotation)
+        key = f"{above}{field.alias or name}"
+        if len(inner) == 1 and "tuple" not in str(field.annotation).lower():
+            yield from _leaves(inner[0], f"{key}.")
+        else:
+            yield key

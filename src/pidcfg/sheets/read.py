@@ -1,0 +1,232 @@
+"""A sheet of loops to a configuration: one loop a row, and above the header what concerns the whole file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.diagnostics import Severity
+from pidcfg.document import Plain
+from pidcfg.paths import put, steps, value_at
+from pidcfg.sheets.columns import ENDS, UnknownColumnError, is_known, key_of, order_of
+from pidcfg.sheets.table import Cell, Sheet, SheetError, read_sheet
+from pidcfg.sheets.values import native
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.vendors import VENDORS
+from pidcfg.writer import yaml_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.limits import Limits
+    from pidcfg.paths import Path
+    from pidcfg.vendors import Vendor
+
+HEAD = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "templates")
+"""Keys of the whole file, each with its value in the cell behind it, above the header."""
+LEAST_KNOWN = 2
+"""Known columns by which a row is the header."""
+
+
+@dataclass(frozen=True, slots=True)
+class FromSheet:
+    """A configuration's text, and what there is to say about it."""
+
+    text: str
+    vendor: Vendor
+    loops: int
+    findings: tuple[Diagnostic, ...]
+    remarks: tuple[str, ...]
+
+
+class SheetFaultsError(ValueError):
+    """Everything that is wrong with a sheet, each with its place."""
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        super().__init__(faults[0])
+        self.faults = tuple(faults)
+
+
+def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -> FromSheet:
+    """The configuration of a sheet; raises `SheetFaultsError`."""
+    try:
+        sheet = read_sheet(data, name, limits)
+        head, header, rows = _split(sheet, name)
+        vendor = _vendor(head, vendor_key, name)
+    except SheetError as error:
+        raise SheetFaultsError([str(error)]) from None
+    reader = _Reader(sheet, name, vendor, limits)
+    columns = reader.columns(header)
+    loops = [reader.loop(row, columns, i) for i, row in enumerate(rows)]
+    content = reader.head(head)
+    remarks = []
+    if "plc" not in content and _needs_plc(vendor):
+        content["plc"] = _starter_plc(vendor, limits)
+        remarks.append(f"plc is as in the starter file of {vendor.key}; look at it")
+    if reader.faults:
+        raise SheetFaultsError(reader.faults)
+    whole = {"pidcfg": 1, "vendor": vendor.key, **content, "loops": loops}
+    text = yaml_text(native(whole))
+    checked = check_document(read_document(text.encode(), name, limits), limits)
+    errors = [d for d in checked.findings if d.severity is Severity.ERROR]
+    if checked.config is None:
+        raise SheetFaultsError([reader.told(d) for d in errors])
+    return FromSheet(
+        text, vendor, len(loops), tuple(replace(d, message=reader.told(d)) for d in errors), tuple(remarks)
+    )
+
+
+def _split(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence[Cell], list[Sequence[Cell]]]:
+    """What stands above the header, the header, and the rows of loops."""
+    for number, row in enumerate(sheet.rows):
+        known = [cell for cell in row if any(is_known(cell.text, vendor) for vendor in VENDORS.values())]
+        if len(known) >= LEAST_KNOWN and not (
+            row[0].text.partition(".")[0] in HEAD and len(row) <= LEAST_KNOWN and row[0].text != "name"
+        ):
+            rows = list(sheet.rows[number + 1 :])
+            if not rows:
+                raise SheetError(f"{name} has a header and no loops below it")
+            return list(sheet.rows[:number]), row, rows
+    raise SheetError(
+        f"{name} has no header; one row names the columns, such as name, gain, reset, range low, range high"
+    )
+
+
+def _vendor(head: Sequence[Sequence[Cell]], wanted: str | None, name: str) -> Vendor:
+    said = next((row[1].text for row in head if row[0].text == "vendor" and len(row) > 1), None)
+    if said is not None and wanted is not None and said != wanted:
+        raise SheetError(f"{name} is for {said}, and --vendor says {wanted}")
+    key = wanted or said
+    if key is None:
+        raise SheetError(f"{name} does not say for which vendor it is; add --vendor, one of {', '.join(VENDORS)}")
+    if key not in VENDORS:
+        raise SheetError(f"there is no vendor {key}; there are {', '.join(VENDORS)}")
+    return VENDORS[key]
+
+
+def _needs_plc(vendor: Vendor) -> bool:
+    field = vendor.model.model_fields.get("plc")
+    return field is not None and field.is_required()
+
+
+def _starter_plc(vendor: Vendor, limits: Limits) -> Any:
+    text = files("pidcfg").joinpath(vendor.starter).read_bytes()
+    return (read_document(text, vendor.starter, limits).data or {})["plc"]
+
+
+class _Reader:
+    """Cells to values, with what is wrong with them."""
+
+    def __init__(self, sheet: Sheet, name: str, vendor: Vendor, limits: Limits) -> None:
+        self.sheet, self.name, self.vendor, self.limits = sheet, name, vendor, limits
+        self.faults: list[str] = []
+        self.places: dict[Path, tuple[Cell, str]] = {}
+        """The cell of each value, and the header of its column."""
+        self.rows: list[Cell] = []
+        self.unknown: set[int] = set()
+        """Columns whose header is no key."""
+
+    def fault(self, cell: Cell, message: str) -> None:
+        """Something wrong with a cell."""
+        self.faults.append(f"{self.name}, row {cell.row}, cell {cell.place}: {message}")
+
+    def columns(self, header: Sequence[Cell]) -> dict[int, tuple[str, str]]:
+        """Key and header by the number of a column."""
+        columns: dict[int, tuple[str, str]] = {}
+        taken: dict[str, str] = {}
+        for cell in header:
+            try:
+                key = key_of(cell.text, self.vendor)
+            except UnknownColumnError as error:
+                self.fault(cell, str(error))
+                self.unknown.add(cell.column)
+                continue
+            if key in taken:
+                self.fault(cell, f"{cell.text} and {taken[key]} are both {key}; keep one of the two")
+            taken[key] = cell.text
+            columns[cell.column] = (key, cell.text)
+        return columns
+
+    def loop(self, row: Sequence[Cell], columns: dict[int, tuple[str, str]], number: int) -> dict[str, Any]:
+        """The loop of a row."""
+        loop: dict[str, Any] = {}
+        self.rows.append(row[0])
+        for cell in row:
+            if cell.column in self.unknown:
+                continue
+            if cell.column not in columns:
+                self.fault(cell, f"{cell.text!r} has no header above it")
+                continue
+            key, header = columns[cell.column]
+            end = next((i for i, word in enumerate(ENDS) if key.endswith(word)), None)
+            path = steps(key if end is None else key.removesuffix(ENDS[end]))
+            if end is not None:
+                pair = value_at(loop, path)
+                if pair is None:
+                    put(loop, path, pair := [None, None])
+                pair[end] = self.value(cell)
+                path = (*path, end)
+            else:
+                put(loop, path, self.value(cell))
+            self.places["loops", number, *path] = (cell, header)
+        self._check_pairs(loop, row[0], ())
+        return self._in_order(loop)
+
+    def _in_order(self, loop: dict[str, Any]) -> dict[str, Any]:
+        """A loop with its sections as the schema has them, whatever the order of the columns."""
+        first: dict[str, int] = {}
+        for key, place in order_of(self.vendor).items():
+            first.setdefault(key.partition(".")[0].partition(" ")[0], place)
+        return dict(sorted(loop.items(), key=lambda item: first.get(item[0], len(first))))
+
+    def _check_pairs(self, data: dict[str, Any], row: Cell, above: tuple[str, ...]) -> None:
+        for key, value in data.items():
+            if isinstance(value, dict):
+                self._check_pairs(value, row, (*above, key))
+            elif isinstance(value, list) and None in value:
+                self.fault(row, f"{'.'.join((*above, key))} has one end only; give low and high")
+
+    def head(self, rows: Sequence[Sequence[Cell]]) -> dict[str, Any]:
+        """What concerns the whole file."""
+        content: dict[str, Any] = {}
+        for row in rows:
+            key = row[0].text
+            if key.partition(".")[0] not in HEAD:
+                self.fault(
+                    row[0], f"{key!r} stands above the header and is no key of a file; there are {', '.join(HEAD)}"
+                )
+            elif len(row) != LEAST_KNOWN:
+                self.fault(row[0], f"{key} wants one value, in the cell behind it")
+            elif key != "vendor":
+                put(content, steps(key), self.value(row[1]))
+                self.places[steps(key)] = (row[1], key)
+        return content
+
+    def value(self, cell: Cell) -> Any:
+        """A cell as the file format would read it: plain text, or a list or mapping in brackets."""
+        if cell.text[0] in "[{":
+            doc = read_document(f"value: {cell.text}".encode(), self.name, self.limits)
+            if doc.data is not None:
+                return doc.data["value"]
+            self.fault(cell, doc.problems[0].message)
+            return None
+        try:
+            return Plain(self.sheet.plain(cell))
+        except SheetError as error:
+            self.fault(cell, str(error))
+            return None
+
+    def told(self, d: Diagnostic) -> str:
+        """A finding with the row and the cell that it is about."""
+        path: Path = d.path
+        text = d.message + (f"; {d.help}" if d.help else "")
+        while path and path not in self.places:
+            path = path[:-1]
+        if path:
+            cell, header = self.places[path]
+            return f"{self.name}, row {cell.row}, cell {cell.place} ({header}): {text}"
+        row = f", row {self.rows[int(d.path[1])].row}" if len(d.path) > 1 and d.path[0] == "loops" else ""
+        return f"{self.name}{row}: {text}"

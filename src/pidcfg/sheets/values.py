@@ -1,0 +1,39 @@
+"""Plain texts of a file as the numbers, switches and words that YAML writes without quotes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.document import Plain
+from pidcfg.writer import yaml_text
+
+if TYPE_CHECKING:
+    from pidcfg.document import Document
+
+
+def plain_text(doc: Document) -> str:
+    """The file as YAML in which each loop has all of its values; comments stay behind."""
+    return yaml_text(native(doc.data or {}))
+
+
+def native(value: Any) -> Any:
+    """Data with its plain texts as what YAML writes without quotes: numbers, switches, words."""
+    if isinstance(value, dict):
+        return {key: native(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [native(inner) for inner in value]
+    return number_or_text(value) if isinstance(value, Plain) else value
+
+
+def number_or_text(text: str) -> Any:
+    """A plain text as a number or a switch where it is written back the same way."""
+    if text.lower() in {"true", "false"}:
+        return text.lower() == "true"
+    for kind in (int, float):
+        try:
+            number = kind(text)
+        except ValueError:
+            continue
+        if str(number) == text or (kind is float and text.rstrip("0").rstrip(".") == f"{number:.15g}"):
+            return number
+    return str(text)

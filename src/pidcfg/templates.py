@@ -1,0 +1,218 @@
+"""Equal loops: ``templates`` at the top of a file, and ``use: NAME`` in loops that add to one or differ from it.
+
+A document is resolved once it is read: each loop gets the values of its template, key by key, and what the loop writes
+itself wins. Every value keeps the node of the place where it is written, so that findings, edits and comments are about
+that place, be it in the template or in the loop. Nothing behind the reader knows of templates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.document import Document, Node
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.limits import Limits
+    from pidcfg.paths import Path
+
+TEMPLATES, USE = "templates", "use"
+OWN = "name"
+"""What each loop has for itself."""
+
+
+def resolved(doc: Document, limits: Limits) -> Document:
+    """The document with every loop written out; one whose templates cannot be used has problems and no data."""
+    data = doc.data
+    if data is None or "vendor" not in data or not (TEMPLATES in data or any(_uses(data))):
+        return doc
+    resolver = _Resolver(doc, limits)
+    loops = resolver.loops()
+    if any(d.severity is Severity.ERROR for d in resolver.problems):
+        return replace(doc, data=None, problems=(*doc.problems, *resolver.problems))
+    data = {key: value for key, value in data.items() if key != TEMPLATES} | {"loops": [value for value, _ in loops]}
+    children = doc.root.children
+    if not isinstance(children, dict):
+        return doc
+    key, node = children["loops"]
+    root = Node(doc.root.event, {**children, "loops": (key, Node(node.event, [below for _, below in loops]))})
+    return replace(doc, data=data, root=root, problems=(*doc.problems, *resolver.problems))
+
+
+def same_places(doc: Document, path: Path) -> Iterator[Path]:
+    """The paths of all loops that have a value from the same place of the text."""
+    yield path
+    loops = (doc.data or {}).get("loops")
+    if len(path) < 3 or path[0] != "loops" or not isinstance(loops, list):
+        return
+    span = doc.locate(path, key=True)
+    for i in range(len(loops)):
+        other = ("loops", i, *path[2:])
+        if other != path and doc.locate(other, key=True) == span:
+            yield other
+
+
+def _uses(data: dict[str, Any]) -> Iterator[bool]:
+    loops = data.get("loops")
+    for loop in loops if isinstance(loops, list) else ():
+        yield isinstance(loop, dict) and USE in loop
+
+
+@dataclass(slots=True)
+class _Resolver:
+    doc: Document
+    limits: Limits
+    problems: list[Diagnostic] = field(default_factory=list)
+    whole: dict[str, tuple[dict[str, Any], Node]] = field(default_factory=dict)
+    """Templates with what they use themselves."""
+    used: set[str] = field(default_factory=set)
+    nodes: int = 0
+
+    @property
+    def templates(self) -> dict[str, Any]:
+        """As the file has them."""
+        templates = (self.doc.data or {}).get(TEMPLATES)
+        return templates if isinstance(templates, dict) else {}
+
+    def loops(self) -> list[tuple[Any, Node]]:
+        """All loops written out."""
+        data = self.doc.data or {}
+        if TEMPLATES in data:
+            self._check(data[TEMPLATES])
+        loops, entry = data.get("loops"), self.doc.root.child("loops")
+        if not isinstance(loops, list) or entry is None:
+            self._refuse(
+                "PID016", (TEMPLATES,), "templates are for loops, and there are none", "add loops that use them"
+            )
+            return []
+        out = []
+        for i, loop in enumerate(loops):
+            node = entry[1].child(i)
+            out.append(self._loop(("loops", i), loop, node[1] if node else Node(None)))
+        for name in self.templates:
+            if name not in self.used and not self.problems:
+                self._tell(
+                    "PID017",
+                    (TEMPLATES, name),
+                    f"no loop uses the template {name}",
+                    "delete it, or use it",
+                    Severity.WARNING,
+                )
+        return out
+
+    def _check(self, templates: Any) -> None:
+        """Templates are loops by name, and none of them has a loop's own name."""
+        if not isinstance(templates, dict) or not templates:
+            self._refuse(
+                "PID016",
+                (TEMPLATES,),
+                "templates are loops by their names",
+                "write 'templates:', below it 'ovens:', below that the keys of a loop",
+            )
+            return
+        for name, loop in templates.items():
+            if not isinstance(loop, dict):
+                self._refuse(
+                    "PID016", (TEMPLATES, name), f"the template {name} is no loop", "write the keys of a loop below it"
+                )
+            elif OWN in loop:
+                self._refuse(
+                    "PID016",
+                    (TEMPLATES, name, OWN),
+                    f"the template {name} has a {OWN}, which no two loops share",
+                    f"give each loop its {OWN}",
+                )
+
+    def _loop(self, path: Path, loop: Any, node: Node) -> tuple[Any, Node]:
+        """A loop with the values of its template."""
+        if not isinstance(loop, dict) or USE not in loop:
+            return loop, node
+        base = self._template(loop[USE], (*path, USE), ())
+        own, below = _without_use(loop, node)
+        if base is None:
+            return own, below
+        self.nodes += base[1].size
+        if self.nodes > self.limits.nodes:
+            self._refuse(
+                "PID013",
+                (*path, USE),
+                f"more than {self.limits.nodes} values with those of templates",
+                "split the file, or raise the limit by option",
+            )
+            return own, below
+        return self._merged(base, (own, below), path)
+
+    def _template(self, name: Any, path: Path, users: tuple[str, ...]) -> tuple[dict[str, Any], Node] | None:
+        """A template with what it uses itself; None for one that cannot be used."""
+        if not isinstance(name, str):
+            self._refuse("PID015", path, "use names one template", "write 'use: ovens'")
+            return None
+        if name not in self.templates:
+            near = get_close_matches(name, self.templates, 1, 0.5)
+            known = ", ".join(self.templates) or "none: add 'templates:' above the loops"
+            cure = (
+                f"did you mean {near[0]}?" if near else f"there are {known}" if self.templates else f"there is {known}"
+            )
+            self._refuse("PID015", path, f"there is no template {name}", cure)
+            return None
+        if name in users:
+            ring = " uses ".join([*users[users.index(name) :], name])
+            self._refuse("PID015", path, f"a template uses itself: {ring}", "write the values out in one of them")
+            return None
+        self.used.add(name)
+        if name not in self.whole:
+            entry = self.doc.root.child(TEMPLATES)
+            child = entry[1].child(name) if entry else None
+            data = self.templates[name]
+            if child is None or not isinstance(data, dict):
+                return None
+            own = _without_use(data, child[1])
+            if USE in data:
+                below = self._template(data[USE], (TEMPLATES, name, USE), (*users, name))
+                if below is None:
+                    return None
+                own = self._merged(below, own, (TEMPLATES, name))
+            self.whole[name] = own
+        return self.whole[name]
+
+    def _merged(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
+        """Two mappings as one; of a key that both have, mappings are joined and anything else is the own one."""
+        (data, node), (more, below) = base, own
+        keys: dict[str, Any] = dict(data)
+        children = dict(node.children) if isinstance(node.children, dict) else {}
+        mine = below.children if isinstance(below.children, dict) else {}
+        for key, value in more.items():
+            if isinstance(value, dict) and isinstance(data.get(key), dict):
+                pair = (data[key], children[key][1]), (value, mine[key][1])
+                keys[key], inner = self._merged(*pair, (*path, key))
+                children[key] = (mine[key][0], inner)
+            else:
+                if isinstance(data.get(key), list) and not isinstance(value, list):
+                    message = f"the template has a list at {key}, which is replaced as a whole"
+                    self._refuse("PID016", (*path, key), message, "write the whole list")
+                children[key] = mine[key]
+                keys[key] = value
+        merged = Node(below.event, children)
+        merged.size = node.size + below.size
+        return keys, merged
+
+    def _refuse(self, code: str, path: Path, message: str, cure: str) -> None:
+        self._tell(code, path, message, cure, Severity.ERROR)
+
+    def _tell(self, code: str, path: Path, message: str, cure: str, severity: Severity) -> None:
+        span = self.doc.locate(path, key=path[-1] != USE)
+        problem = Diagnostic(code, severity, message, self.doc.file, span, path, help=cure)
+        if problem not in self.problems:
+            self.problems.append(problem)
+
+
+def _without_use(data: dict[str, Any], node: Node) -> tuple[dict[str, Any], Node]:
+    own = Node(
+        node.event, {k: v for k, v in node.children.items() if k != USE} if isinstance(node.children, dict) else {}
+    )
+    own.size = node.size
+    return {key: value for key, value in data.items() if key != USE}, own

@@ -1,0 +1,425 @@
+"""`tune --write`: gains into a loop of a configuration, in its own terms, and not another byte."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+import sys
+from decimal import Decimal
+from importlib import resources
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+import pidcfg
+from pidcfg.vendors import VENDORS
+
+KEYS = {
+    "dl06": ("gain", "reset", "rate"),
+    "click": ("proportional_gain", "reset_time", "derivative_gain"),
+    "ezlogix": ("proportional_gain", "integral_time", "derivative_time"),
+    "nextopid": ("Kp", "Ti_Ki", "Td_Kd"),
+    "dpide": ("Kc_Kp", "Ti_Ki", "Td_Kd"),
+    "generic": ("gain", "integral_time", "derivative_time"),
+}
+OPTIONAL = {"dl06": (1, 2), "click": (2,), "ezlogix": (1, 2), "nextopid": (), "dpide": (), "generic": (1, 2)}
+"""Which of the three a file may leave out."""
+OFF = {
+    "dl06": ("off", "0"),
+    "click": ("6000", "0"),
+    "ezlogix": ("off", "off"),
+    "nextopid": ("0", "0"),
+    "dpide": ("0", "0"),
+    "generic": ("off", "off"),
+}
+STEPS = {"dl06": (0.01, 0.1, 0.01), "ezlogix": (0.01, 0.1, 0.1)}
+"""The last digits of the registers; the others hold floating point numbers."""
+
+
+def starter(vendor):
+    """The file that `pidcfg init` writes, with one loop; action for a PV that rises with the output."""
+    text = (resources.files("pidcfg") / VENDORS[vendor].starter).read_text("utf-8")
+    return "".join(line for line in text.splitlines(keepends=True) if not line.lstrip().startswith("#"))
+
+
+def render(vendor, texts, style="block", added=()):
+    """The starter with other texts of the three numbers; None: the key is missing; ``added``: lines without comment."""
+    keys, text = KEYS[vendor], starter(vendor)
+    rows = {key: re.search(rf"(?m)^( +){key}: ([^#\n]*?)( +#.*)?\n", text) for key in keys}
+    if style == "block":
+        for i, key in enumerate(keys):
+            row = rows[key]
+            comment = row[3] or ""
+            new = "" if texts[i] is None else f"{row[1]}{key}: {texts[i]}{'' if i in added else comment}\n"
+            text = text.replace(row[0], new)
+        return _moved(text, [keys[i] for i in added], keys)
+    quote = '"' if style == "json" else ""
+    for key in keys[1:]:
+        text = text.replace(rows[key][0], "")
+    pairs = [f"{quote}{key}{quote}: {value}" for key, value in zip(keys, texts, strict=True) if value is not None]
+    if vendor in {"nextopid", "dpide"}:
+        raise AssertionError("these have no section")
+    head = re.search(rf"(?m)^( +)tuning:\n +{keys[0]}: .*\n((?: {{6}}\w+: .*\n)*)", text)
+    rest = [re.sub(r" *#.*", "", line).strip() for line in head[2].splitlines()]
+    pairs += [f"{quote}{line.partition(':')[0]}{quote}:{line.partition(':')[2]}" for line in rest]
+    return text.replace(head[0], f"{head[1]}tuning: {{{', '.join(pairs)}}}   # by hand\n")
+
+
+def _moved(text, added, keys):
+    """A line that is added stands below that of the key before it, or of the one before that."""
+    lines = text.split("\n")
+    for key in added:
+        (line,) = [row for row in lines if re.match(rf" +{key}: ", row)]
+        lines.remove(line)
+        above = [
+            i for before in keys[: keys.index(key)] for i, row in enumerate(lines) if re.match(rf" +{before}: ", row)
+        ]
+        lines.insert(above[-1] + 1, line)
+    return "\n".join(lines)
+
+
+numbers = st.floats(0.02, 60)
+times = st.one_of(st.just(math.inf), st.floats(0.5, 900))
+rates = st.one_of(st.just(0.0), st.floats(0.2, 90))
+
+
+@st.composite
+def files(draw):
+    """A vendor, the style and the old texts of a file, and the gains of a rule."""
+    vendor = draw(st.sampled_from(sorted(KEYS)))
+    style = "block" if vendor in {"nextopid", "dpide"} else draw(st.sampled_from(["block", "flow", "json"]))
+    old = [draw(st.sampled_from(["1.5", "2", "+3.25", "12.50"]))]
+    with_unit = [] if vendor in {"nextopid", "dpide"} else ["2.5 min", "45 s", "30000 ms"]
+    for i, off in enumerate(OFF[vendor]):
+        choices = ["12.5", "7", *with_unit, off, *([None] if i + 1 in OPTIONAL[vendor] else [])]
+        if i == 1:
+            choices = [text for text in choices if text != "2.5 min"]  # a rate that no register holds
+        old.append(draw(st.sampled_from(choices)))
+    gains = (draw(numbers), draw(times), draw(rates))
+    ends = draw(st.sampled_from(["\n", "\r\n"]))
+    return vendor, style, old, gains, ends, draw(st.booleans()), draw(st.booleans())
+
+
+def process_for(gains):
+    """A rule and a process that lead to a P, PI or PID controller; the gains are set afterwards."""
+    form = "PID" if gains[2] else "PI" if math.isfinite(gains[1]) else "P"
+    return {"method": "zn-closed", "form": form, "gain": 1, "ultimate_gain": 1, "ultimate_period": 1}
+
+
+def written(data, gains, **more):
+    """The result of `tune` with these gains in place of a rule's."""
+    from pidcfg.results import gains as results
+    from pidcfg.tuning.rules import Gains
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(results, "_gains", lambda *_: ("PID", Gains(*gains)))
+        return pidcfg.tune(**process_for(gains), into=data, into_name="f.yaml", **more).written
+
+
+@settings(max_examples=100, deadline=None)
+@given(files())
+def test_only_the_three_places_change_and_they_hold_the_gains(case):
+    vendor, style, old, gains, ends, mark, closed = case
+    before = render(vendor, old, style).replace("\n", ends)
+    before = before if closed else before.rstrip("\r\n")
+    data = (b"\xef\xbb\xbf" if mark else b"") + before.encode()
+    try:
+        result = written(data, gains)
+    except ValueError as error:
+        assume("nothing was written" not in str(error))
+        raise
+    texts = [value.new for value in result.values]
+    added = [i for i, value in enumerate(result.values) if value.old is None and value.new is not None]
+    after = render(vendor, texts, style, added).replace("\n", ends)
+    after = after if closed else after.rstrip("\r\n")
+    assert result.data == (b"\xef\xbb\xbf" if mark else b"") + after.encode()
+    holds(vendor, result.data, gains)
+
+
+def holds(vendor, data, gains):
+    """By another way back: the neutral loop of the new file has the gains, within the last digit of the registers."""
+    loaded = pidcfg.load(data)
+    assert loaded.ok, loaded.findings
+    neutral = VENDORS[vendor].load("to_neutral")(loaded.model)[0].data
+    tuning = neutral["tuning"]
+    steps = STEPS.get(vendor, (0, 0, 0))
+    spans = {"dl06": 4, "ezlogix": 4}.get(vendor, 1)  # a PV of 0 to 400 on an output of 0 to 100
+    wanted = (gains[0], 0 if math.isinf(gains[1]) else gains[1], gains[2])
+    found = (tuning["gain"], tuning.get("integral_time", 0), tuning.get("derivative_time", 0))
+    for i, (a, b) in enumerate(zip(found, wanted, strict=True)):
+        step = steps[i] / (spans if i == 0 else 1)
+        assert float(a) == pytest.approx(b, rel=2e-7, abs=step / 2 * 1.0001), (i, found, wanted)
+
+
+def test_every_vendor_gets_its_own_word_for_off():
+    for vendor, (integral, derivative) in OFF.items():
+        texts = ["1.5", "12.5", "3"]
+        result = written(render(vendor, texts).encode(), (2.0, math.inf, 0.0))
+        assert [value.new for value in result.values][1:] == [integral, derivative]
+
+
+@pytest.mark.parametrize(("vendor", "switch"), [("nextopid", "Indep: false"), ("dpide", "PID_EQ: true")])
+def test_independent_gains_are_ki_and_kd(vendor, switch):
+    key, state = switch.split(": ")
+    text = render(vendor, ["1", "2", "3"]).replace(switch, f"{key}: {'true' if state == 'false' else 'false'}")
+    result = written(text.encode(), (4.0, 8.0, 0.5))
+    assert [value.new for value in result.values] == ["4", "0.5", "2"]
+    assert [value.unit for value in result.values][1] == "1/s"
+    holds(vendor, result.data, (4.0, 8.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("unit", "old", "new"),
+    [
+        ("seconds", "120.0", "900"),
+        ("seconds", "2 min", "15 min"),
+        ("seconds", '"2 min"', '"15 min"'),
+        ("minutes", "2.5", "15"),
+        ("minutes", "150 s", "900 s"),
+        ("minutes", "2.5 min", "15 min"),
+    ],
+)
+def test_the_reset_of_a_dl06_is_in_its_own_unit(unit, old, new):
+    text = (
+        starter("dl06").replace("reset_unit: seconds ", f"reset_unit: {unit} ").replace("reset: 120.0", f"reset: {old}")
+    )
+    result = written(text.encode(), (1.0, 900.0, 0.0))
+    assert result.data.decode() == text.replace(f"reset: {old}", f"reset: {new}").replace("gain: 2.00", "gain: 4")
+    holds("dl06", result.data, (1.0, 900.0, 0.0))
+
+
+def test_the_decimals_of_a_dl06_reset_count():
+    text = starter("dl06").replace("  loop_table: V2000", "  reset_decimals: 2\n  loop_table: V2000")
+    result = written(text.encode(), (1.0, 12.345, 0.0))
+    assert result.values[1].new == "12.34"
+    with pytest.raises(ValueError, match=r"tuning\.reset: 120 is outside the word's range; nothing was written"):
+        written(text.encode(), (1.0, 120.0, 0.0))
+
+
+def test_9999_stays_where_the_integral_is_off():
+    text = starter("dl06").replace("reset: 120.0", "reset: off 9999")
+    assert b"reset: off 9999 " in written(text.encode(), (1.0, math.inf, 0.0)).data
+
+
+def test_a_loop_that_has_the_gains_stays_as_it_is_written():
+    text = starter("dl06")
+    result = written(text.encode(), (0.5, 120.0, 0.0))  # 2.00 as a share of the spans
+    assert result.data == text.encode()
+    assert not any(value.changes for value in result.values)
+
+
+def test_counts_below_the_whole_scale_of_an_ezlogix_count():
+    """The PV's range on 820 to 4095 counts is less than what one count of gain is of."""
+    text = starter("ezlogix").replace("unit: degC", "counts: [820, 4095]\n      unit: degC", 1)
+    result = written(text.encode(), (1.0, 100.0, 0.0))
+    assert result.values[0].new == "5"  # 400 degC on 3275 counts are 500.2 degC on 4095
+    loaded = VENDORS["ezlogix"].load("to_neutral")(pidcfg.load(result.data).model)[0].data
+    assert float(loaded["tuning"]["gain"]) == pytest.approx(1, abs=0.002)
+
+
+# --- what is refused --------------------------------------------------------------------------------------------------
+
+
+LIVELY = (1.0, 100.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("vendor", "change", "gains", "says"),
+    [
+        ("dl06", ("direct  ", "reverse "), LIVELY, "needs action direct, and the loop has the other one"),
+        ("ezlogix", ("action: reverse", "action: direct "), LIVELY, "needs action reverse"),
+        ("dpide", ("PID_DIR: true", "PID_DIR: false"), LIVELY, "needs action PID_DIR TRUE"),
+        ("nextopid", ("Direct: false", "Direct: true"), LIVELY, "needs action Direct FALSE"),
+        (
+            "generic",
+            ("output_raises_pv: true", "output_raises_pv: false"),
+            LIVELY,
+            "needs action output_raises_pv: true",
+        ),
+        ("click", ("action: direct", "action: reverse"), LIVELY, "needs action direct"),
+        ("dl06", ("", ""), (0.0001, 100, 0), "tuning.gain: 0.0004 rounds to 0"),
+        ("dl06", ("", ""), (30, 100, 0), "tuning.gain: 120 is outside"),
+        ("dl06", ("", ""), (1, 5000, 0), "tuning.reset: 5000 is outside"),
+        ("dl06", ("", ""), (1, 100, 0.001), "tuning.rate: 0.001 rounds to 0"),
+        ("click", ("", ""), (1, 7000, 0), "tuning.reset_time: 7000 is outside 0.01 to 6000"),
+        ("ezlogix", ("", ""), (1, 100, 700), "tuning.derivative_time: 700 is outside 0 to 600"),
+        ("nextopid", ("", ""), (1e-60, 100, 0), "Kp: 0 rounds to 0"),
+        ("dl06", ("    pv:\n", "    error: {curve: squared}\n    pv:\n"), LIVELY, "it squares its error"),
+        ("click", ("    pv:\n", "    error: {curve: squared}\n    pv:\n"), LIVELY, "it squares its error"),
+        (
+            "dl06",
+            ("    pv:\n", "    derivative_gain_limit_enabled: true\n    pv:\n"),
+            (1, 9, 2),
+            "removes the derivative",
+        ),
+        ("click", ("    pv:\n", "    derivative_gain_limit: 0\n    pv:\n"), (1, 9, 2), "removes the derivative"),
+        ("nextopid", ("DerivEr: false", "DisableP: true "), LIVELY, "without its proportional term"),
+        ("generic", ("proportional: true", "proportional: false"), LIVELY, "without its proportional term"),
+        ("nextopid", ("Kp: 0.8", "Kp: FT_101"), LIVELY, "Kp is the expression FT_101"),
+        ("nextopid", ("Indep: false", "Indep: Manual_1"), LIVELY, "Indep is wired"),
+        ("dl06", ("      range: [0, 400]", "      square_root: false"), LIVELY, "has no pv.range"),
+        ("dl06", ("gain: 2.00", "gain: two"), LIVELY, "'two' is not a number (PID022); correct the file first"),
+    ],
+)
+def test_what_would_not_act_as_the_rule_means_is_refused(vendor, change, gains, says):
+    text = starter(vendor)
+    assert change[0] in text
+    with pytest.raises(ValueError, match=r"(?s).*") as error:
+        written(text.replace(*change, 1).encode(), gains)
+    assert says in str(error.value)
+
+
+def test_an_action_that_nobody_can_compare_is_said():
+    text = starter("dl06").encode()
+    result = pidcfg.tune("zn-closed", ultimate_gain=2, ultimate_period=60, into=text).written
+    assert (result.action, result.to_json()["action_compared"]) == (None, False)
+    result = pidcfg.tune("zn-closed", ultimate_gain=2, ultimate_period=60, gain=3, into=text).written
+    assert result.action == "direct"
+
+
+def test_a_missing_range_may_be_given_and_another_one_may_not():
+    text = starter("dl06").replace("      range: [0, 400]", "      square_root: false").encode()
+    given_range = written(text, LIVELY, pv_range=(0, 400))
+    assert given_range.values[0].new == "4"
+    with pytest.raises(ValueError, match=r"`pv_range` is 300 wide, and that of f\.yaml: TIC-101 400"):
+        written(starter("dl06").encode(), LIVELY, pv_range=(0, 300))
+    with pytest.raises(ValueError, match="`output_range` is 50 wide"):
+        written(starter("dl06").encode(), LIVELY, output_range=(0, 50))
+    assert written(starter("click").encode(), LIVELY, output_range=(0, 50)).values[0].new == "2.0"
+    assert written(starter("click").encode(), LIVELY, output_range=(0, 25)).values[0].new == "4"
+
+
+LOOPS = """\
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: A, mode: auto, output_raises_pv: true, sample_time: 1 s, pv: {range: [0, 100]}, output: {range: [0, 100]},
+     anti_windup: true, setpoint: {value: 5}, tuning: &slow {gain: &g 2, integral_time: 100}}
+  - {name: B, mode: auto, output_raises_pv: true, sample_time: 1 s, pv: {range: [0, 100]}, output: {range: [0, 100]},
+     anti_windup: true, setpoint: {value: 5}, tuning: *slow}
+  - {name: C, mode: auto, output_raises_pv: true, sample_time: 1 s, pv: {range: [0, 100]}, output: {range: [0, 100]},
+     anti_windup: true, setpoint: {value: 5}, tuning: {gain: *g, integral_time: &t 50}}
+"""
+
+
+def test_what_an_anchor_shares_is_changed_at_one_place_or_not_at_all():
+    for loop in ("A", "B"):
+        with pytest.raises(ValueError, match=rf"{loop}: the file shares what stands there by an anchor .* by hand"):
+            written(LOOPS.encode(), LIVELY, loop=loop)
+    alone = written(LOOPS.encode(), (3.0, 70.0, 0.0), loop="C").data.decode()
+    assert alone == LOOPS.replace("gain: *g, integral_time: &t 50", "gain: 3, integral_time: &t 70")
+
+
+def test_loops_that_are_not_there_are_listed():
+    with pytest.raises(ValueError, match=r"`loop` 'c': f\.yaml has A, B, C$"):
+        written(LOOPS.encode(), LIVELY, loop="c")
+    with pytest.raises(ValueError, match=r"several loops, say which with `loop`: A, B, C"):
+        written(LOOPS.encode(), LIVELY)
+    with pytest.raises(ValueError, match="`loop` is for `into`"):
+        pidcfg.tune("zn-closed", ultimate_gain=2, ultimate_period=3, loop="A")
+    with pytest.raises(ValueError, match=r"`vendor` is click, and f\.yaml is for generic"):
+        written(LOOPS.encode(), LIVELY, loop="A", vendor="click")
+
+
+def test_findings_are_of_the_loop_and_what_is_new():
+    """A second loop's own warnings are not told; an ignored finding stays ignored."""
+    text = LOOPS.replace("integral_time: &t 50}", "integral_time: &t 50, derivative_time: 0}")
+    result = written(text.encode(), (3.0, 70.0, 2.0), loop="C")
+    assert [(d.code, d.loop) for d in result.findings] == [("GN822", "C")]
+    assert result.ok
+
+
+# --- the command ------------------------------------------------------------------------------------------------------
+
+
+RULE = ["--method", "simc", "--gain", "1.3", "--time-constant", "200", "--dead-time", "20"]
+
+
+def run(*args, cwd):
+    return subprocess.run(
+        [sys.executable, "-m", "pidcfg", "tune", *args], cwd=cwd, capture_output=True, check=False, encoding="utf-8"
+    )
+
+
+@pytest.fixture
+def oven(tmp_path):
+    path = tmp_path / "oven.yaml"
+    path.write_bytes(starter("dl06").encode())
+    return path
+
+
+def test_the_command_writes_and_tells_old_and_new(oven):
+    before = oven.read_text("utf-8")
+    result = run(*RULE, "--write", "oven.yaml", "--loop", "TIC-101", cwd=oven.parent)
+    assert result.returncode == 0, result.stderr
+    assert "oven.yaml, TIC-101: written\n  tuning.gain: 2.00 → 15.38\n  tuning.reset: 120.0 → 160\n" in result.stdout
+    assert "tuning.gain: 15.38 %/%  (-0.03 % of 15.3846)" in result.stdout
+    assert "findings of TIC-101 with these gains:" in result.stdout
+    assert oven.read_text("utf-8") == before.replace("2.00 ", "15.38 ").replace("120.0", "160")
+    again = run(*RULE, "--write", "oven.yaml", cwd=oven.parent)
+    assert "oven.yaml, TIC-101: has these gains already" in again.stdout
+
+
+def test_diff_shows_a_patch_and_writes_nothing(oven):
+    before = oven.read_bytes()
+    result = run(*RULE, "--write", "oven.yaml", "--diff", cwd=oven.parent)
+    assert result.returncode == 1
+    assert oven.read_bytes() == before
+    patched = subprocess.run(["patch", "-p0"], cwd=oven.parent, input=result.stdout, text=True, check=True)
+    assert patched.returncode == 0
+    assert b"gain: 15.38 " in oven.read_bytes()
+    assert run(*RULE, "--write", "oven.yaml", "--diff", cwd=oven.parent).returncode == 0
+
+
+def test_the_json_has_what_was_written(oven):
+    found = json.loads(run(*RULE, "--write", "oven.yaml", "--format", "json", cwd=oven.parent).stdout)["written"]
+    assert (found["file"], found["loop"], found["ok"], found["action_compared"]) == ("oven.yaml", "TIC-101", True, True)
+    assert found["values"][0] == {"key": "tuning.gain", "unit": "%/%", "old": "2.00", "new": "15.38", "changes": True}
+    assert {d["loop"] for d in found["findings"]} == {"TIC-101"}
+
+
+def test_an_error_of_the_loop_keeps_the_file_as_it_is(oven):
+    text = oven.read_text("utf-8").replace("limits: [20, 300]", "limits: [300, 20]")
+    oven.write_text(text, "utf-8", newline="")
+    result = run(*RULE, "--write", "oven.yaml", cwd=oven.parent)
+    assert result.returncode == 1
+    assert "oven.yaml, TIC-101: NOT WRITTEN, for its errors" in result.stdout
+    assert oven.read_text("utf-8") == text
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [
+        (["--diff"], "--diff needs --write FILE"),
+        (["--write", "oven.yaml", "--diff", "--format", "json"], "it takes no --format"),
+        (["--write", "-"], "not standard input"),
+        (["--loop", "TIC-101"], "--loop is for --write"),
+        (["--write", "none.yaml"], "none.yaml"),
+        (["--write", "oven.yaml", "--for", "click"], "--for is click, and oven.yaml is for dl06"),
+        (["--write", "oven.yaml", "--loop", "TIC-1"], "--loop 'TIC-1': oven.yaml has TIC-101; did you mean TIC-101?"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(oven, args, says):
+    result = run(*RULE, *args, cwd=oven.parent)
+    assert result.returncode == 2
+    assert says in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_a_protected_file_is_not_replaced(oven):
+    (oven.parent / "other.yaml").hardlink_to(oven)
+    before = oven.read_bytes()
+    result = run(*RULE, "--write", "oven.yaml", cwd=oven.parent)
+    assert result.returncode == 2
+    assert "hard links" in result.stderr
+    assert oven.read_bytes() == before
+
+
+def test_decimals_of_a_float_are_those_of_its_register():
+    """A single-precision register holds what is written: the shortest decimal of its number."""
+    result = written(starter("click").encode(), (1 / 3, 100 / 3, 0.0))
+    assert [value.new for value in result.values[:2]] == ["0.33333334", "33.333332"]
+    assert Decimal(result.values[0].new) != Decimal(1) / 3
