@@ -5,6 +5,7 @@ from __future__ import annotations
 from ctypes import c_float
 
 from reference.click_cases import random_case
+from reference.click_tune import Tuning
 from reference.engine import first_outputs
 from reference.words import with_set, words, written
 
@@ -17,6 +18,7 @@ FEATURES = (
     "derivative limit 100", "freeze", "bias at a limit", "CO limit", "PV filter", "SP limit", "bumpless 1",
     "bumpless 2", "manual", "auto", "error 23", "error 30", "pv_low_low", "pv_low", "pv_high",
     "pv_high_high", "deviation_high", "deviation_high_high", "rate_of_change", "held by hysteresis", "pulses", "stop",
+    "tuned", "tuning refused", "tuning stopped", "tuning cancelled",
 )  # fmt: skip
 
 SP_LOW_ON, SP_HIGH_ON, SQUARED, BAND_ON, LIMIT_ON, FREEZE, BUMPLESS_2, REVERSE = 0, 1, 2, 3, 4, 5, 8, 9
@@ -46,13 +48,24 @@ class Loop:
         self.setpoint = self.df(SP)
         self.period_start, self.on_time, self.pulse = None, 0.0, 0
         self.alarms = dict.fromkeys(ALARMS, False)
-        self.wanted = None
+        self.wanted, self.tune = None, False
+        self.tuning = Tuning(self)
 
     def begin(self, now):
         """The change from STOP to RUN."""
         self.due, self.auto, self.first, self.reached_goal = now, False, True, False
         self.period_start = None
         self.error = self.slope = 0.0
+        self.fresh = False
+
+    def co(self):
+        return self.df(CO)
+
+    def write_co(self, value):
+        self.write(CO, value)
+
+    def reverse(self):
+        return bool(self.c(REVERSE))
 
     def c(self, offset):
         return self.memory[f"C{self.places['C'] + offset}"]
@@ -99,9 +112,12 @@ class Loop:
         error_number = self.number()
         if error_number:
             self.reached[f"error {error_number}"] += 1
+            self.tuning.stop()
             self.auto = False
         self.requests(error_number)
         self.limit_setpoint()
+        if self.tuning.on:
+            self.tuning.sample(self.df(SP), self.df(PV))
         if self.auto:
             self.calculate()
         self.reached["auto" if self.auto else "manual"] += 1
@@ -119,7 +135,10 @@ class Loop:
         """A mode that was requested, and the configured one until it was reached."""
         wanted, self.wanted = self.wanted or self.goal, None
         if wanted == "manual":
+            self.tuning.stop()
             self.auto = False
+        elif wanted == "auto" and self.tuning.on:
+            pass
         elif wanted == "auto" and error_number:
             self.reached["auto refused"] += 1
             return
@@ -133,6 +152,9 @@ class Loop:
             self.error, self.slope = self.counted_error(), 0.0
         if wanted is not None and wanted == self.goal:
             self.goal, self.reached_goal = None, True
+        if self.tune:
+            self.tuning.begin()
+        self.tune = False
 
     def limit_setpoint(self):
         """An enabled limit overwrites the set point; of crossed limits the low one wins (D126)."""
@@ -154,6 +176,8 @@ class Loop:
         kp = -self.df(P) if self.c(REVERSE) else self.df(P)
         low, high = self.df(CO_LOW), self.df(CO_HIGH)
         error = self.counted_error()
+        if self.fresh:
+            self.fresh, self.error, self.slope = False, error, 0.0
         change, self.error = f(error - self.error), error
         if self.c(BAND_ON) and self.df(BAND) > 0 and abs(error) <= self.df(BAND):
             self.reached["deadband"] += 1
@@ -201,12 +225,12 @@ class Loop:
         for name, (offset, rises) in PV_ALARMS.items():
             limit = self.df(offset)
             beyond = pv > limit if rises else pv < limit
-            back = pv <= f(limit - band) if rises else pv >= f(limit + band)
+            back = f(limit - pv if rises else pv - limit) >= band
             self.switch(name, ALARMS_ON, beyond=beyond, back=back)
         away = abs(f(self.df(SP) - pv))
         for name, offset in DEVIATIONS.items():
             limit = self.df(offset)
-            self.switch(name, DEVIATION_ON, beyond=away > limit, back=away <= f(limit - band))
+            self.switch(name, DEVIATION_ON, beyond=away > limit, back=f(limit - away) >= band)
         fast = not self.first and abs(f(pv - before)) > self.df(CHANGE)
         self.switch("rate_of_change", RATE_ON, beyond=fast, back=not fast)
 
@@ -236,7 +260,7 @@ class Loop:
             "CO": 0.0 if stopped else self.df(CO),
             "BIAS": self.df(BIAS),
             "ERROR": self.number(),
-            "mode": "auto" if self.auto else "manual",
+            "mode": "autotune" if self.tuning.on else "auto" if self.auto else "manual",
             **self.alarms,
         }
         if self.pulsed:
@@ -265,11 +289,17 @@ def run(configuration, scenario, inputs, reached):
                 stopped = True
                 reached["stop"] += 1
                 for loop in loops.values():
+                    loop.tuning.stop()
                     loop.auto, loop.goal, loop.wanted, loop.reached_goal = False, None, None, False
             elif event.get("plc") == "run" and stopped:
                 stopped = False
                 for loop in loops.values():
                     loop.begin(now)
+            elif event.get("autotune") == "start":
+                loops[event["loop"]].tune = not stopped
+            elif event.get("autotune") == "cancel":
+                loops[event["loop"]].tune = False
+                loops[event["loop"]].tuning.cancel()
             elif "loop" in event and ("mode" not in event or not stopped):
                 configuration = operate(configuration, loops[event["loop"]], event, memory)
         for loop in loops.values():

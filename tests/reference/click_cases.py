@@ -21,6 +21,10 @@ def random_case(rng):
             entry |= {key: halves(entry[key]) for key in ("pv", "setpoint", "output", "error", "alarms")}
         loops.append(entry)
         span = entry["pv"]["range"]
+        if chance(rng, 0.15):
+            plants[name], initial[name] = tuning(rng, entry, rate)
+            events += tuning_events(rng, name, base, duration)
+            continue
         plants[name] = plant(rng, span, CO, rate, rises=(entry["action"] == "direct") != chance(rng, 0.15))
         if chance(rng, 0.5):
             initial[name] = rng.choice((*entry["output"]["limits"], *[within(rng, CO, -0.05, 1.05)] * 4))
@@ -86,6 +90,28 @@ def loop_entry(rng, name, index, rate):
     if chance(rng, 0.3):
         entry["state"] = {"output": within(rng, CO), "bias": within(rng, CO)}
     return entry
+
+
+def tuning(rng, entry, rate):
+    """A loop that tunes itself by a relay: the PV begins at the set point, and answers to the output."""
+    low, high = entry["pv"]["range"]
+    entry["autotune"] = {"method": "closed", "type": rng.choice(("PID", "PI")), "hysteresis": rng.choice((1, 2, 10))}
+    entry |= {"mode": "auto", "bumpless": 1, "state": {}, "error": entry["error"] | {"curve": "linear"}}
+    entry["setpoint"] |= {"lower_limit_enabled": False, "upper_limit_enabled": chance(rng, 0.1)}
+    entry["setpoint"].pop("value", None)
+    start, middle = within(rng, CO, 0.4, 0.6), within(rng, (low, high), 0.35, 0.65)
+    gain = rng.uniform(0.3, 1.2) * (high - low) / 100 * (1 if entry["action"] == "direct" else -1)
+    plant = {"model": "first_order", "gain": gain, "load": round(middle - gain * start, 4), "initial": middle}
+    plant |= {"time_constant": round(rate * rng.uniform(2, 12), 3), "dead_time": round(rate * rng.randint(0, 3), 4)}
+    plant["noise"] = round((high - low) * rng.choice((0, 0, 0.0003, 0.003)), 4)
+    return plant, start
+
+
+def tuning_events(rng, name, base, duration):
+    """The start of an autotune, and what may come between."""
+    made = [{"at": moment(rng, base, duration / 8), "loop": name, "autotune": "start"}]
+    more = rng.choice(((), (), (), ({"mode": "manual"}, {"mode": "auto"}), ({"autotune": "cancel"},)))
+    return made + [{"at": moment(rng, base, duration), "loop": name, **event} for event in more]
 
 
 def edges(entry):

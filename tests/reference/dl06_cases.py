@@ -256,5 +256,7 @@ def loop_events(rng, entry, base, duration):
     made = [rng.choice(choices)() for _ in range(rng.choice((0, 1, 2, 3, 5, 8)))]
     if "ramp_soak" in entry:
         made += [{"ramp_soak": "start"}]
+        if chance(rng, 0.2):
+            made += [{"set": {"ramp_soak": {"enabled": on}}} for on in (False, True)]
         made += [{"ramp_soak": rng.choice(("start", "hold", "resume", "jog"))} for _ in range(rng.randrange(6))]
     return [{"at": moment(rng, base, duration), "loop": entry["name"], **event} for event in made]

@@ -131,7 +131,7 @@ def of_parameter(case, loop):
     if isinstance(loop[key], bool):
         value = case.chance(0.5)
     elif "INT" in loop["type"] or case.chance(0.7):
-        value = case.rng.choice([0, 1, 5, 30, 45, 60, 90])
+        value = case.rng.choice([0, 1, 5, 30, 45, 60, 90, -1])
     else:
         value = case.rng.choice([0.3, 0.001, 2.5, 12.25])
     return {"loop": loop["name"], "set": {key: value}}

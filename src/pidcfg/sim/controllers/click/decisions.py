@@ -109,7 +109,7 @@ CONTROLLER = (
         "the CLICK's alarms",
         "On when the filtered PV is beyond the limit, off when it is back by the hysteresis; deviation "
         "counts from the set point in both directions, rate of change is a difference of two samples. "
-        "They work in every mode and refuse none.",
+        "How far the PV is back is one result in single precision. They work in every mode and refuse none.",
         "The help has an alarm come when the limit is exceeded and go when the PV is back by the hysteresis.",
     ),
     Decision(
