@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.nextopid.st_scope import LIBRARY
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.st.lex import END, NAME, Comment, Token, tokens_of
 from pidcfg.encoders.st.parse import VARIABLES, Cursor, Declaration, Statement, declarations, name_of, statement
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
+BLOCKS = frozenset(name.upper() for name in BLOCK_TYPES)
+"""Types of the library, in capitals."""
 SKIPPED = frozenset(("FUNCTION", "FUNCTION_BLOCK", "TYPE"))
 """What may stand beside the program, and is left out up to its end."""
 FOREIGN = frozenset(
@@ -74,7 +76,7 @@ def _skip(cursor: Cursor) -> None:
         token = cursor.take()
         if token.kind == END:
             raise head.error(f"{head.text} has no END_{head.upper}")
-        if token.kind == NAME and token.upper in LIBRARY:
+        if token.kind == NAME and token.upper in BLOCKS:
             raise token.error(f"{token.text} stands in a {head.text}; blocks of the library are read in a program only")
     cursor.take()
 
