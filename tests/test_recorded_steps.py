@@ -13,6 +13,7 @@ from itertools import pairwise
 import pytest
 
 from pidcfg.limits import DEFAULT
+from pidcfg.tuning.identify import Record, RecordError, identify
 from pidcfg.tuning.record import Request, UnreadableRecordError, identified
 from pidcfg.tuning.response import Segment, response
 from pidcfg.tuning.stamps import seconds_of
@@ -497,3 +498,57 @@ def test_a_set_point_is_no_output():
 
 def test_an_integrator_follows_a_ramp():
     assert response([10.0], [Segment(0.0, 0.0, 1.0)], 0.0, math.inf) == [50.0]
+
+
+# --- what no process does ---------------------------------------------------------------------------------------------
+
+
+def lagged(t, gain=20.0, constant=30.0):
+    """A lag's answer to a step at 40 s with 5 s of dead time."""
+    return 50 + gain * (1 - math.exp(-(t - 45) / constant)) if t > 45 else 50.0
+
+
+def recorded(pv):
+    times = [float(i) for i in range(300)]
+    return Record(times, [20.0 + 10 * (t >= 40) for t in times], [pv(t) for t in times])
+
+
+def test_spikes_are_named_with_their_place_and_not_taken_for_a_swing():
+    rng = random.Random(20)
+    spiky = recorded(lambda t: lagged(t) + rng.gauss(0, 0.1) + 25 * (t in {100, 180, 250}))
+    with pytest.raises(RecordError, match=r"for one sample at 100 s and back \(spike, and 2 more\)") as error:
+        identify(spiky)
+    assert (error.value.row, error.value.cure) == (100, "remove the rows")
+    with pytest.raises(RecordError, match=r"at 20 s and back \(spike\)"):
+        identify(recorded(lambda t: lagged(t) - 5 * (t == 20)))
+
+
+def test_a_sensor_at_its_end_is_named():
+    for end in (62.0, 68.0):
+        with pytest.raises(RecordError, match=f"stops at once at {end:g} and stands still"):
+            identify(recorded(lambda t, end=end: min(lagged(t), end)))
+
+
+@pytest.mark.parametrize("quantum", [0.01, 0.1, 0.5, 1.0, 2.0])
+def test_a_coarse_pv_that_comes_to_rest_is_no_sensor_at_its_end(quantum):
+    found = identify(recorded(lambda t: round(lagged(t) / quantum) * quantum))
+    assert found.process.gain == pytest.approx(2, rel=0.06)
+
+
+@pytest.mark.parametrize("constant", [0.2, 1.0, 3.0])
+def test_a_fast_process_has_no_spike_and_no_stop(constant):
+    assert identify(recorded(lambda t: lagged(t, constant=constant))).process.gain == pytest.approx(2, rel=0.01)
+
+
+def test_most_numbers_lie_within_their_confidence():
+    """24 records with other noise, ± 95 %: by chance fewer than 19 within would be one case in three thousand."""
+    hits, most = [0, 0, 0], [0.0, 0.0, 0.0]
+    for seed in range(24):
+        rng = random.Random(seed)
+        found = identify(recorded(lambda t, rng=rng: lagged(t) + rng.gauss(0, 0.3)))
+        numbers = (found.process.gain, found.process.time_constant, found.process.dead_time)
+        for i, (number, true, wide) in enumerate(zip(numbers, (2, 30, 5), found.confidence, strict=True)):
+            hits[i] += abs(number - true) <= wide
+            most[i] = max(most[i], abs(number - true) / wide)
+    assert min(hits) >= 19
+    assert min(most) > 0.35, "as wide as they need to be, and not wider"

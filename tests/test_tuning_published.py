@@ -6,17 +6,19 @@ import cmath
 import math
 import os
 import random
-from itertools import pairwise
+from itertools import cycle, pairwise
 
 import pytest
 
 import pidcfg
+from pidcfg.cli.formats.tuning import as_text
 from pidcfg.tuning.closed_loop import answer
 from pidcfg.tuning.factors import read_transfer
 from pidcfg.tuning.margins import Loop, margins
 from pidcfg.tuning.methods import METHODS
 from pidcfg.tuning.rules import Cycle, Gains, Process, TuningError
 from pidcfg.tuning.transfer import Transfer, reduced, transfer_of
+from pidcfg.vendors import VENDORS
 
 LAG = Process(1, 1, 1)
 SLOPE = Process(1, 1, 1, integrating=True)
@@ -545,6 +547,43 @@ def test_overshoot_without_an_integral_is_beyond_the_end():
     times = answer(Gains(1.5, math.inf, 0), Transfer(1, (), (1.0,), 0, 0.5))
     assert times.iae_setpoint is None
     assert 20 < times.overshoot < 60
+
+
+def test_the_derivative_damps_the_run_in_time():
+    """On the PV and with its sign: without it the same loop overshoots more, and a step of the set point kicks not."""
+    plant = transfer_of(Process(1, 1, 0.5))
+    without, damped = (answer(Gains(1.6, 1.2, rate), plant) for rate in (0, 0.2))
+    assert damped.overshoot < without.overshoot - 5
+    assert damped.iae_setpoint < without.iae_setpoint
+
+
+def test_a_set_point_step_of_simc_overshoots_by_four_percent():
+    """Skogestad 2003, 4.1: a smooth response with an overshoot of about 4 %."""
+    assert answer(Gains(0.5, 1, 0), transfer_of(LAG)).overshoot == pytest.approx(4, abs=0.3)
+
+
+@pytest.mark.parametrize(("gain", "said"), [(4.0, False), (4.6, True)])
+def test_ms_above_two_and_a_half_is_warned_of(gain, said):
+    """Two loops next to the limit."""
+    from pidcfg.tuning.judgement import Judgement
+
+    loop = margins(Gains(gain, 5, 0), Transfer(1, (), (5.0,), 0, 1.0))
+    assert 2 < loop.ms < 3
+    assert any(text.startswith("Ms is") for text in Judgement(valid=True, reason="", margins=loop).warnings()) is said
+
+
+@pytest.mark.parametrize(("name", "vendor"), list(zip(METHODS, cycle(VENDORS))))
+def test_every_rule_says_how_good_its_gains_are_for_every_vendor(name, vendor):
+    swing = {"gain": 2, "ultimate_gain": 8, "ultimate_period": 4}
+    process = {"gain": 2, "time_constant": 20, "dead_time": 6, "closed_loop": 10}
+    numbers = swing if METHODS[name].of_ultimate else process
+    for form in METHODS[name].forms:
+        more = {"second_time_constant": 5} if (name, form) == ("simc", "PID") else {}
+        result = pidcfg.tune(name, form, **numbers, **more, vendor=vendor, pv_range=(0, 100))
+        data, text = result.to_json(), as_text(result)
+        assert None not in {data[key] for key in ("ms", "gain_margin", "overshoot_percent", "valid_reason")}
+        for word in ("rule  ", "Ms ", "gain margin", "phase margin", "overshoot", f"for {vendor}: action"):
+            assert word in text, (form, word)
 
 
 def test_the_dead_time_turns_the_loop():

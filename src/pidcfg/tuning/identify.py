@@ -2,7 +2,8 @@
 
 Design. The output may step, step several times or ramp; the fit follows it. The PV must be at rest before the first
 change, or drift evenly. What a first-order process does not do is looked for and named: a PV that first goes the
-wrong way, one that swings, one that has not settled, one that is lost in noise. The rest is fitted by least squares.
+wrong way, one that swings, one that has not settled, one that is lost in noise, spikes, a sensor at its end. The rest
+is fitted by least squares.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from pidcfg.tuning.output import Path, output_path
 from pidcfg.tuning.response import Fit, Samples, Segment, least_squares
 from pidcfg.tuning.rules import Process
 from pidcfg.tuning.samples import Record, RecordError
-from pidcfg.tuning.shape import refuse_shape
+from pidcfg.tuning.shape import refuse_shape, refuse_spikes, refuse_stop
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -104,6 +105,7 @@ def identify(record: Record, rest: float | None = None) -> Identified:
             f"record at least {LEAST_BEFORE} before and {LEAST_AFTER} after",
         )
     noise = _noise(record.pv)
+    refuse_spikes(record, noise)
     remarks = []
     if k < LEAST_BEFORE:
         remarks.append(f"{k} samples before the change: that the PV was at rest is not shown")
@@ -111,6 +113,7 @@ def identify(record: Record, rest: float | None = None) -> Identified:
     slope = rest_slope if _drifts(record, rest_slope, error) else 0.0
     _refuse_small(record, k, slope, noise)
     if len(segments) == 1:
+        refuse_stop(record, k, _quantum(record.pv))
         refuse_shape(record, k, slope, noise)
     best = _best(record, path, (rest_slope, error), noise, remarks)
     _refuse_unsure(best, record, segments, noise)

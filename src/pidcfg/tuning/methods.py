@@ -95,137 +95,71 @@ DELAYED = ("gain", "time_constant", "delay")
 ALL: tuple[Form, ...] = ("P", "PI", "PID")
 PI_PID: tuple[Form, ...] = ("PI", "PID")
 ANY_LAG: tuple[Model, ...] = ("first-order", "integrating")
-METHODS = {
-    method.name: method
-    for method in (
-        Method(
-            "synthesis",
-            "a closed-loop time constant that you choose",
-            NEXTOPID.at("Synthesis Method"),
-            PI_PID,
-            rules.synthesis,
-            needs=("gain", "time_constant", "closed_loop"),
-            aims=True,
-        ),
-        Method(
-            "iae-disturbance",
-            "least absolute error after disturbances",
-            NEXTOPID.at("Minimization of Integral of Absolute Error"),
-            ALL,
-            rules.least_error_after_disturbances(rules.DISTURBANCE),
-            needs=DELAYED,
-            ratio=FITTED,
-        ),
-        Method(
-            "iae-setpoint",
-            "least absolute error after set-point changes",
-            D92,
-            PI_PID,
-            rules.least_error_after_setpoint_steps(rules.SETPOINT),
-            needs=DELAYED,
-            ratio=FITTED,
-        ),
-        Method(
-            "itae-disturbance",
-            "least absolute error times time after disturbances",
-            published.D705,
-            ALL,
-            rules.least_error_after_disturbances(published.ITAE_DISTURBANCE),
-            needs=DELAYED,
-            ratio=FITTED,
-        ),
-        Method(
-            "itae-setpoint",
-            "least absolute error times time after set-point changes",
-            published.D705,
-            PI_PID,
-            rules.least_error_after_setpoint_steps(published.ITAE_SETPOINT),
-            needs=DELAYED,
-            ratio=FITTED,
-        ),
-        Method(
-            "simc",
-            "Skogestad's SIMC",
-            published.D700,
-            PI_PID,
-            published.simc,
-            needs=DELAYED,
-            models=("first-order", "second-order", "integrating"),
-            aims=True,
-        ),
-        Method(
-            "simc-improved",
-            "Skogestad's SIMC, improved for dead time",
-            published.D700,
-            PI_PID,
-            published.simc_improved,
-            needs=DELAYED,
-            models=ANY_LAG,
-            aims=True,
-        ),
-        Method(
-            "lambda",
-            "lambda tuning",
-            published.D701,
-            PI_PID,
-            published.lambda_rule,
-            needs=DELAYED,
-            models=ANY_LAG,
-            aims=True,
-        ),
-        Method("amigo", "Åström and Hägglund's AMIGO", published.D702, PI_PID, published.amigo, None, DELAYED, ANY_LAG),
-        Method("cohen-coon", "Cohen and Coon", published.D703, ALL, published.cohen_coon, needs=DELAYED, ratio=FITTED),
-        *(
-            Method(
-                name,
-                f"Chien, Hrones and Reswick, {aim}",
-                published.D704,
-                ALL,
-                published.chien_hrones_reswick(name),
-                needs=DELAYED,
-                ratio=(0.11, 1.0),
-            )
-            for name, aim in (
-                ("chr", "set points without overshoot"),
-                ("chr-20", "set points with 20 % overshoot"),
-                ("chr-disturbance", "disturbances without overshoot"),
-                ("chr-disturbance-20", "disturbances with 20 % overshoot"),
-            )
-        ),
-        Method(
-            "zn-open",
-            "Ziegler-Nichols, reaction curve",
-            D90,
-            ALL,
-            rules.reaction_curve,
-            needs=PROCESS,
-            models=ANY_LAG,
-            ratio=FITTED,
-        ),
-        Method(
-            "zn-closed",
-            "Ziegler-Nichols, ultimate cycle",
-            D91,
-            ALL,
-            of_ultimate=of_cycle(rules.ZIEGLER_NICHOLS_CLOSED),
-        ),
-        Method("tyreus-luyben", "Tyreus-Luyben, ultimate cycle", D93, ALL, of_ultimate=of_cycle(rules.TYREUS_LUYBEN)),
-        Method(
-            "nextopid-autotune",
-            "what NextoPID's auto-tune makes of its relay test",
-            D93,
-            ALL,
-            of_ultimate=of_cycle(rules.NEXTOPID_CLOSED),
-        ),
-        Method(
-            "dl06-autotune",
-            "what the virtual DL06 makes of its closed-loop auto-tune",
-            D91,
-            ALL,
-            of_ultimate=of_cycle(rules.GENTLE_CLOSED),
-        ),
-    )
-}
+ANY: tuple[Model, ...] = ("first-order", "second-order", "integrating")
+IAE = NEXTOPID.at("Minimization of Integral of Absolute Error")
+
+
+def _fitted(
+    name: str,
+    title: str,
+    basis: Basis,
+    forms: tuple[Form, ...],
+    rule: Callable[[Form, Process], Gains],
+    ratio: tuple[float, float] = FITTED,
+) -> Method:
+    """A rule that was fitted to lags with a dead time of some share."""
+    return Method(name, title, basis, forms, rule, needs=DELAYED, ratio=ratio)
+
+
+def _aiming(
+    name: str, title: str, basis: Basis, rule: Callable[[Form, Process], Gains], models: tuple[Model, ...]
+) -> Method:
+    """A rule that makes the closed loop as fast as is asked for."""
+    return Method(name, title, basis, PI_PID, rule, needs=DELAYED, models=models, aims=True)
+
+
+def _cycle(name: str, title: str, basis: Basis, table: dict[Form, rules.Row]) -> Method:
+    """A rule of multiples of the ultimate cycle."""
+    return Method(name, title, basis, ALL, of_ultimate=of_cycle(table))
+
+
+after_disturbances, after_steps = rules.least_error_after_disturbances, rules.least_error_after_setpoint_steps
+CHIEN, CHR_RANGE = "Chien, Hrones and Reswick, ", (0.11, 1.0)
+# fmt: off
+ROWS = (
+    Method("synthesis", "a closed-loop time constant that you choose", NEXTOPID.at("Synthesis Method"), PI_PID,
+           rules.synthesis, needs=("gain", "time_constant", "closed_loop"), aims=True),
+    _fitted("iae-disturbance", "least absolute error after disturbances", IAE, ALL,
+            after_disturbances(rules.DISTURBANCE)),
+    _fitted("iae-setpoint", "least absolute error after set-point changes", D92, PI_PID, after_steps(rules.SETPOINT)),
+    _fitted("itae-disturbance", "least absolute error times time after disturbances", published.D705, ALL,
+            after_disturbances(published.ITAE_DISTURBANCE)),
+    _fitted("itae-setpoint", "least absolute error times time after set-point changes", published.D705, PI_PID,
+            after_steps(published.ITAE_SETPOINT)),
+    _aiming("simc", "Skogestad's SIMC", published.D700, published.simc, ANY),
+    _aiming("simc-improved", "Skogestad's SIMC, improved for dead time", published.D700, published.simc_improved,
+            ANY_LAG),
+    _aiming("lambda", "lambda tuning", published.D701, published.lambda_rule, ANY_LAG),
+    Method("amigo", "Åström and Hägglund's AMIGO", published.D702, PI_PID, published.amigo, None, DELAYED, ANY_LAG),
+    _fitted("cohen-coon", "Cohen and Coon", published.D703, ALL, published.cohen_coon),
+    *(
+        _fitted(name, CHIEN + aim, published.D704, ALL, published.chien_hrones_reswick(name), CHR_RANGE)
+        for name, aim in (
+            ("chr", "set points without overshoot"),
+            ("chr-20", "set points with 20 % overshoot"),
+            ("chr-disturbance", "disturbances without overshoot"),
+            ("chr-disturbance-20", "disturbances with 20 % overshoot"),
+        )
+    ),
+    Method("zn-open", "Ziegler-Nichols, reaction curve", D90, ALL, rules.reaction_curve, needs=PROCESS, models=ANY_LAG,
+           ratio=FITTED),
+    _cycle("zn-closed", "Ziegler-Nichols, ultimate cycle", D91, rules.ZIEGLER_NICHOLS_CLOSED),
+    _cycle("tyreus-luyben", "Tyreus-Luyben, ultimate cycle", D93, rules.TYREUS_LUYBEN),
+    _cycle("nextopid-autotune", "what NextoPID's auto-tune makes of its relay test", D93, rules.NEXTOPID_CLOSED),
+    _cycle("dl06-autotune", "what the virtual DL06 makes of its closed-loop auto-tune", D91, rules.GENTLE_CLOSED),
+)
+# fmt: on
+METHODS = {method.name: method for method in ROWS}
 """By name, in the order in which they are listed."""
 
 

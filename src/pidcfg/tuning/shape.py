@@ -1,4 +1,4 @@
-"""What an answer to a step looks like that no first-order process gives: the wrong way first, overshoot, swings."""
+"""What no first-order process does (the wrong way first, overshoot, swings), and what none does (spikes, a stop)."""
 
 from __future__ import annotations
 
@@ -22,6 +22,51 @@ ABOVE_NOISE = 5.0
 """How many standard deviations of a mean a shape must have."""
 BACK = 0.3
 """Part of the overshoot by which the PV must come back."""
+
+SPIKE = 12.0
+"""How many standard deviations of noise a sample must lie beyond both of its neighbours."""
+SPIKE_SHARE = 0.05
+"""The same as a part of the PV's range."""
+STANDS, STOPS = 10, 0.08
+"""Samples for which a PV at its end must stand still; how fast it came there, in the fastest way it went."""
+WINDOW = 40
+"""The part of the answer over which its speed is measured."""
+
+
+def refuse_spikes(record: Record, noise: float) -> None:
+    """Refuses single samples that stand alone, far from both neighbours, which agree: no process is that fast."""
+    pv = record.pv
+    far = max(SPIKE * noise, SPIKE_SHARE * (max(pv) - min(pv)))
+    spikes = [
+        i
+        for i in range(1, len(pv) - 1)
+        if min(abs(pv[i] - pv[i - 1]), abs(pv[i] - pv[i + 1])) > far
+        and abs(pv[i + 1] - pv[i - 1]) < far / 2
+        and (pv[i] - pv[i - 1]) * (pv[i] - pv[i + 1]) > 0
+    ]
+    if spikes:
+        first, more = spikes[0], f", and {len(spikes) - 1} more" if len(spikes) > 1 else ""
+        raise RecordError(
+            f"the PV jumps to {pv[first]:.4g} for one sample at {record.time[first]:g} s and back (spike{more})",
+            "remove the row" + ("s" if more else ""),
+            first,
+        )
+
+
+def refuse_stop(record: Record, k: int, quantum: float) -> None:
+    """Refuses an answer that stops at once and stands still: the end of a sensor's range."""
+    pv = record.pv[k:]
+    stands = next((i for i in range(len(pv) - 1, -1, -1) if pv[i] != pv[-1]), -1) + 1
+    width = max(2, len(pv) // WINDOW)
+    if len(pv) - stands < STANDS or stands <= width:
+        return
+    ways = [abs(b - a) for a, b in zip(pv[: stands + 1], pv[width : stands + 1], strict=False)]
+    if ways[-1] > max(STOPS * max(ways), 4 * quantum):
+        raise RecordError(
+            f"the PV stops at once at {pv[-1]:.6g} and stands still, as at the end of a sensor's range",
+            "take a smaller step, or widen the range of the measurement",
+            k + stands,
+        )
 
 
 def refuse_shape(record: Record, k: int, drift: float, noise: float) -> None:
