@@ -153,7 +153,9 @@ def setpoints(data):
     return [float(e["set"]["setpoint"]) for e in data["events"] if "set" in e]
 
 
-@pytest.mark.parametrize("sp, limits", [("40", "[0, 100]"), ("95", "[0, 100]"), ("2", "[0, 100]"), ("50", "[45, 55]")])
+@pytest.mark.parametrize(
+    ("sp", "limits"), [("40", "[0, 100]"), ("95", "[0, 100]"), ("2", "[0, 100]"), ("50", "[45, 55]")]
+)
 def test_steps_stay_inside_the_limits_of_the_set_point(sp, limits):
     _, data, result = of_loop(sp=sp, limits=limits)
     low, high = json.loads(limits)
@@ -235,7 +237,7 @@ def test_names_of_any_kind(name):
 
 
 @pytest.mark.parametrize(
-    "value, text",
+    ("value", "text"),
     [("TIC-1", "TIC-1"), ("true", '"true"'), ("a, b", '"a, b"'), ("30 %", "30 %"), (True, "true"), (1.5, "1.5")],
 )
 def test_scalars(value, text):
