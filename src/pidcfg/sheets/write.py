@@ -62,8 +62,10 @@ def _cells(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
 
 def _value(value: Any) -> Value:
     if isinstance(value, Plain):
-        return number_or_text(value)
-    return flow(value) if str(value).startswith(BRACKETS) else str(value)
+        number: Value = number_or_text(value)
+        return number
+    text = str(value)
+    return flow(text) if text.startswith(BRACKETS) else text
 
 
 def flow(value: Any) -> str:

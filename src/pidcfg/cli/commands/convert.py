@@ -18,7 +18,7 @@ from pidcfg.cli.terminal.progress import LINE
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
     from pidcfg.limits import Limits
     from pidcfg.results.conversion import ConvertResult
