@@ -13,7 +13,7 @@ from coverage_pages import coverage_pages
 from man_pages import man_pages
 from rule_pages import decisions, rule_pages
 
-from pidcfg.cli.commands.schema import document_schema
+from pidcfg.cli.commands.schema import document_schema, plain_schema
 from pidcfg.cli.files.plots import heading
 from pidcfg.cli.formats import FORMATS, load
 from pidcfg.cli.main import COMMANDS, cli
@@ -230,7 +230,7 @@ def schema_text(name: str) -> str:
 
 def keys(name: str, title: str) -> str:
     """All keys of a kind of file with their meaning, from its JSON Schema."""
-    schema = document_schema(name)
+    schema = plain_schema(name)
     lines = [
         f"# {title}\n",
         COMMON_KEYS.format(name=name),

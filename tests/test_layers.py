@@ -119,7 +119,7 @@ LOADS = {
 STARTS = "cli cli.environment cli.main cli.terminal cli.terminal.colour cli.terminal.glyphs cli.terminal.progress"
 OPTIONS = f"{STARTS} cli.commands cli.options cli.terminal.console control_characters diagnostics limits"
 REPORTS = "cli.files cli.files.identity cli.formats cli.formats.format cli.formats.report_options"
-READS = "cli.files cli.files.folders cli.files.identity cli.files.inputs document reader source unreadable"
+READS = "cli.files cli.files.folders cli.files.identity cli.files.inputs document reader source templates unreadable"
 OF_VENDORS = "cli.arguments vendors encoders encoders.options " + " ".join(
     f"encoders.{vendor} encoders.{vendor}.options" for vendor in VENDORS
 )

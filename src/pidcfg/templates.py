@@ -135,8 +135,9 @@ class _Resolver:
         own, below = _without_use(loop, node)
         if base is None:
             return own, below
+        fitted = self.nodes <= self.limits.nodes
         self.nodes += base[1].size
-        if self.nodes > self.limits.nodes:
+        if fitted and self.nodes > self.limits.nodes:
             self._refuse(
                 "PID013",
                 (*path, USE),

@@ -11,7 +11,6 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema
 
-from pidcfg.schemas.template_schema import with_templates
 from pidcfg.schemas.texts import field_texts
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -37,7 +36,7 @@ def json_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
     for name, definition in schema.get("$defs", {}).items():
         _describe(definition, models.get(name))
     _describe(schema, model)
-    return with_templates({"$schema": DIALECT, **schema, "title": title})
+    return {"$schema": DIALECT, **schema, "title": title}
 
 
 def models_of(model: type[BaseModel], seen: dict[type[BaseModel], None] | None = None) -> dict[type[BaseModel], None]:

@@ -17,9 +17,7 @@ USE_TEXT = "The template whose values the loop has; what the loop writes itself 
 
 def with_templates(schema: dict[str, Any]) -> dict[str, Any]:
     """The schema of a configuration file whose loops may use templates."""
-    loops = schema.get("properties", {}).get("loops")
-    if loops is None:
-        return schema
+    loops = schema["properties"]["loops"]
     whole = loops["items"]
     part = _part(deepcopy(whole))
     used = {ref.removeprefix(REFERENCE) for ref in _references(whole)}

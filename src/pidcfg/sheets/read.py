@@ -206,8 +206,8 @@ class _Reader:
         return content
 
     def value(self, cell: Cell) -> Any:
-        """A cell as the file format would read it: plain text, or a list or mapping in brackets."""
-        if cell.text[0] in "[{":
+        """A cell as the file format would read it: plain text, or YAML in brackets or quotes."""
+        if cell.text[0] in '[{"':
             doc = read_document(f"value: {cell.text}".encode(), self.name, self.limits)
             if doc.data is not None:
                 return doc.data["value"]

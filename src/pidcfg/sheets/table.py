@@ -86,7 +86,7 @@ def _csv(data: bytes, name: str) -> Iterator[list[Cell]]:
     if "\0" in text:
         raise SheetError(f"{name} is no text; save it as CSV or XLSX")
     lines = text.splitlines()
-    separator = max(SEPARATORS, key=lambda sign: max((line.count(sign) for line in lines), default=0))
+    separator = max(SEPARATORS, key=lambda sign: (sum(sign in line for line in lines), sign != ","))
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     try:
         before = 0

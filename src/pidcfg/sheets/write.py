@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.document import Plain
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "'")
 """What makes a spreadsheet calculate a text, or drop its first character, where it begins so."""
 MARK = "\ufeff"
+IN_BRACKETS = re.compile(r"[,\[\]{}]|: |:$| #")
+"""What ends a plain text within brackets."""
+BRACKETS = ("[", "{", '"')
+"""What a cell begins with that is read as YAML."""
 PAIR = 2
 
 Value = str | int | float | bool
@@ -56,7 +61,11 @@ def _cells(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
 
 
 def _value(value: Any) -> Value:
-    return number_or_text(value) if isinstance(value, Plain) else str(value)
+    if isinstance(value, Plain):
+        number: Value = number_or_text(value)
+        return number
+    text = str(value)
+    return flow(text) if text.startswith(BRACKETS) else text
 
 
 def flow(value: Any) -> str:
@@ -65,7 +74,7 @@ def flow(value: Any) -> str:
         return "{" + ", ".join(f"{key}: {flow(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(map(flow, value)) + "]"
-    if isinstance(value, Plain):
+    if isinstance(value, Plain) and not IN_BRACKETS.search(value):
         return str(value)
     text = str(value).replace("\\", "\\\\").replace('"', '\\"')
     return f'"{text}"'

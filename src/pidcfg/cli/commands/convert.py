@@ -14,12 +14,11 @@ from pidcfg.cli.files import plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, echo_json, note
-from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Collection
 
     from pidcfg.limits import Limits
     from pidcfg.results.conversion import ConvertResult
@@ -157,8 +156,6 @@ def command(
     files = {**({} if out is None else {out: result.text}), **pictures}
     report_options.write_reports(reports, lambda fmt: render(fmt, result), files, force=force)
     put(result.text, out, () if quiet else files)
-    if out is not None:
-        next_step("validate", out, quiet=quiet)
 
 
 def simulating(share: float) -> None:
@@ -175,12 +172,16 @@ def named(result: ConvertResult, out: str | None) -> ConvertResult:
     return replace(result, verified=tuple(replace(v, chart=replace(v.chart, sides=sides)) for v in result.verified))
 
 
-def put(text: str, out: str | None, written: Iterable[str]) -> None:
+def put(text: str, out: str | None, written: Collection[str]) -> None:
     """Prints the result that goes to no file, and names the files."""
+    from pidcfg.cli.terminal.next_step import next_step
+
     if out is None:
         echo(text)
     for name in written:
         note(f"{name}: written")
+    if out is not None and written:
+        next_step("validate", out)
 
 
 def refuse(result: ConvertResult, lossy: bool, unlike: bool, max_deviation: float | None) -> NoReturn:

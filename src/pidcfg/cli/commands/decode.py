@@ -11,7 +11,6 @@ from pidcfg.cli.arguments import refuse_all, usage
 from pidcfg.cli.files.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
-from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
@@ -101,4 +100,6 @@ def command(
         for line in result.notes:
             note(f"note: {line}")
     if out is not None and not annotate:
+        from pidcfg.cli.terminal.next_step import next_step
+
         next_step("validate", out, quiet=quiet)

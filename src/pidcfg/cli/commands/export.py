@@ -10,7 +10,6 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.extras import need
 from pidcfg.cli.terminal.console import echo, note
-from pidcfg.cli.terminal.next_step import next_step
 
 if TYPE_CHECKING:
     from pidcfg.document import Document
@@ -48,6 +47,7 @@ def command(
     """
     from pidcfg.cli.files.outputs import write_files
     from pidcfg.cli.findings.collect import one_configuration
+    from pidcfg.cli.terminal.next_step import next_step
     from pidcfg.validate.engine import vendor_of
 
     doc = one_configuration(file, limits)

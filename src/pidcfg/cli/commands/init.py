@@ -11,7 +11,6 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.terminal.console import echo, note
-from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -60,6 +59,7 @@ def command(
     keys of the vendor, or common words such as tag, gain, reset, rate, range low, unit, Sollwert.
     """
     from pidcfg.cli.files.outputs import write_files
+    from pidcfg.cli.terminal.next_step import next_step
 
     if config is not None and (vendor is not None or sheet is not None):
         raise click.UsageError("--scenario goes with neither --vendor nor --from")

@@ -50,7 +50,15 @@ def command(name: str | None, out: str | None, force: bool) -> None:
 
 
 def document_schema(name: str) -> dict[str, Any]:
-    """The JSON Schema of a vendor's files, of scenarios, of settings, or of an output."""
+    """The JSON Schema of a vendor's files, with templates, of scenarios, of settings, or of an output."""
+    from pidcfg.schemas.template_schema import with_templates
+
+    schema = plain_schema(name)
+    return with_templates(schema) if name in VENDORS else schema
+
+
+def plain_schema(name: str) -> dict[str, Any]:
+    """The same without templates."""
     if name in OUTPUTS:
         return output_schema(name)
     if name == SETTINGS:

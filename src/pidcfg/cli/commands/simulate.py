@@ -19,7 +19,6 @@ from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.detail import Detail
-from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.diagnostics import Severity
 
@@ -150,6 +149,8 @@ def command(
 
 def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
     """After one run: the words for the PLC, or a look at what went wrong."""
+    from pidcfg.cli.terminal.next_step import next_step
+
     if outcome.passed:
         next_step("encode", outcome.config, quiet=quiet, fmt=fmt)
     elif outcome.report is not None:
@@ -174,10 +175,8 @@ def run_all(
 
 def tell_drafts(documents: Iterable[Document]) -> None:
     """Names the configurations that run without a scenario, and how to get it as a file."""
-    from pidcfg.validate.engine import is_configuration
-
     for doc in documents:
-        if is_configuration(doc):
+        if doc.data is not None and "vendor" in doc.data:
             note(DRAFTED.format(file=doc.file, name=doc.file.removesuffix(".yaml").removesuffix(".yml")))
 
 

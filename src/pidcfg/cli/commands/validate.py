@@ -15,7 +15,6 @@ from pidcfg.cli.formats.reporters import summary
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
 from pidcfg.cli.terminal.detail import Detail
-from pidcfg.cli.terminal.next_step import next_step
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import Diagnostic, Severity
 
@@ -130,6 +129,8 @@ def command(
 
 def _next_step(documents: Sequence[Document], findings: Sequence[Diagnostic], *, quiet: bool, fmt: str) -> None:
     """After one file: what its first error means, or how it behaves."""
+    from pidcfg.cli.terminal.next_step import next_step
+
     worst = next((d for d in findings if d.severity is Severity.ERROR), None)
     if worst is not None:
         next_step("rule", worst.code, quiet=quiet, fmt=fmt)

@@ -1,0 +1,261 @@
+"""Loops as sheets: what is written is read back the same, and what is wrong is told by row and cell."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import openpyxl
+import pytest
+from click.testing import CliRunner
+
+import pidcfg
+from pidcfg.cli.main import cli
+from pidcfg.limits import DEFAULT, Limits
+from pidcfg.results.sources import checked_of
+from pidcfg.sheets.read import SheetFaultsError, from_sheet
+from pidcfg.sheets.write import as_csv, as_workbook
+from pidcfg.source import read_document
+from pidcfg.vendors import VENDORS
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+CONFIGURATIONS = sorted(
+    path for path in EXAMPLES.glob("*/*.yaml") if ".scenario" not in path.name and path.parent.name != "mistakes"
+)
+HEAD = "tag,description,action,sample rate,gain,reset,range low,range high,unit,setpoint\n"
+ROW = "TIC-1,Oven,direct,2,2.5,180,0,200,degC,85\n"
+
+
+def sheets(path):
+    doc = read_document(path.read_bytes(), path.name)
+    vendor = VENDORS[path.parent.name]
+    return as_csv(doc, vendor).encode(), as_csv(doc, vendor, comma=True).encode(), as_workbook(doc, vendor)
+
+
+def made(text, vendor="dl06", limits=DEFAULT):
+    return from_sheet(text.encode() if isinstance(text, str) else text, "loops.csv", vendor, limits)
+
+
+def config(text):
+    return checked_of(text, "x.yaml", None, DEFAULT).config
+
+
+def faults(text, vendor="dl06", limits=DEFAULT):
+    with pytest.raises(SheetFaultsError) as error:
+        made(text, vendor, limits)
+    return error.value.faults
+
+
+@pytest.mark.parametrize("path", CONFIGURATIONS, ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_there_and_back_is_the_same(path):
+    wanted = checked_of(path, None, None, DEFAULT).config
+    for data in sheets(path):
+        back = from_sheet(data, "loops", None, DEFAULT)
+        assert config(back.text) == wanted
+        assert (back.vendor.key, back.loops) == (path.parent.name, len(wanted.loops))
+
+
+def test_common_words_and_units_in_brackets():
+    header = "Tag,Text,Action,Sample rate [s],Gain,Reset (s),Range low,Range high,Unit,Setpoint\n"
+    assert config(made(header + ROW).text) == config(made(HEAD + ROW).text)
+    loop = config(made(HEAD + ROW).text).loops[0]
+    assert (loop.name, loop.description, str(loop.tuning.gain), loop.pv.unit) == ("TIC-1", "Oven", "2.5", "degC")
+    assert [float(end) for end in loop.pv.range] == [0, 200]
+
+
+def test_german_words_semicolons_and_decimal_commas():
+    text = (
+        "Messstelle;Beschreibung;Wirkrichtung;Abtastzeit;Verstärkung;Nachstellzeit;"
+        "Messbereich von;Messbereich bis;Einheit;Sollwert\n"
+        "TIC-1;Oven;direct;2;2,5;180;0;200;degC;85\n"
+        "TIC-2;Big;direct;0,5;1;180;-20;1.200,5;degC;85\n"
+    )
+    one, two = config(made("\ufeff" + text).text).loops
+    assert one == config(made(HEAD + ROW).text).loops[0]
+    assert [float(end) for end in two.pv.range] == [-20, 1200.5]
+    assert float(two.sample_rate) == 0.5
+
+
+def test_a_number_of_two_readings_is_refused():
+    text = HEAD.replace(",", ";") + "A;x;direct;2;2,5;1.800;0;200;degC;85\n"
+    (fault,) = faults(text)
+    assert fault.startswith("loops.csv, row 2, cell F2: 1.800 can be two numbers")
+
+
+def test_the_same_point_is_a_decimal_one_where_there_is_no_comma():
+    text = HEAD.replace(",", ";") + "A;x;direct;2;2.5;1.800;0;200;degC;85\n"
+    assert read_document(made(text).text.encode(), "x").data["loops"][0]["tuning"]["reset"] == "1.8"
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_every_vendor_knows_the_common_words(vendor):
+    from pidcfg.sheets.columns import key_of
+
+    family = VENDORS[vendor]
+    assert key_of("Tag", family) == "name"
+    for word in ("gain", "reset", "rate", "setpoint", "unit", "range low"):
+        if (vendor, word) == ("dpide", "range low"):
+            continue
+        key = key_of(word, family)
+        assert key
+        assert key_of(key.upper(), family) == key
+
+
+def test_an_unknown_column_is_named_with_the_nearest_key_and_its_cells_are_left_alone():
+    (fault,) = faults(HEAD.replace("setpoint", "tuning.gian") + ROW)
+    assert fault == (
+        "loops.csv, row 1, cell J1: 'tuning.gian' is no key of a loop of AutomationDirect DirectLOGIC DL06; "
+        "did you mean tuning.gain?"
+    )
+
+
+def test_two_columns_of_one_key():
+    assert faults(HEAD.replace("setpoint", "kp") + ROW)[0].endswith(
+        "kp and gain are both tuning.gain; keep one of the two"
+    )
+
+
+def test_errors_are_told_by_row_and_cell():
+    bad = faults(HEAD + ROW + ROW.replace("2.5", "abc").replace("direct", "up").replace("TIC-1", "TIC-2"))
+    assert [fault.partition(": ")[0] for fault in bad] == [
+        "loops.csv, row 3, cell C3 (action)",
+        "loops.csv, row 3, cell E3 (gain)",
+    ]
+    assert "action is 'up', not one of direct, reverse" in bad[0]
+    assert "'abc' is not a number" in bad[1]
+
+
+def test_what_a_row_lacks_is_told_with_its_row():
+    (fault,) = faults(HEAD + ROW + ROW.replace("direct", ""))
+    assert "row 3" in fault
+    assert "action" in fault
+
+
+def test_a_cell_beside_the_columns_and_half_a_range():
+    assert "cell K2: 'more' has no header above it" in faults(HEAD + ROW.replace("85\n", "85,more\n"))[0]
+    assert (
+        "pv.range has one end only"
+        in faults(HEAD.replace(",range high", ",pv.filter") + ROW.replace(",200", ",0.5"))[0]
+    )
+
+
+def test_findings_of_rules_are_remarks_with_their_cells():
+    result = made(HEAD + ROW.replace("2.5", "100"))
+    assert config(result.text).loops[0].tuning.gain == 100
+    assert any(d.message.startswith("loops.csv, row 2, cell E2 (gain): gain is 100") for d in result.findings)
+
+
+@pytest.mark.parametrize(
+    ("text", "vendor", "message"),
+    [
+        ("a,b\n1,2\n", "dl06", "has no header"),
+        ("", "dl06", "has no header"),
+        (HEAD, "dl06", "a header and no loops"),
+        (HEAD + ROW, None, "does not say for which vendor"),
+        ("vendor,click\n" + HEAD + ROW, "dl06", "is for click, and --vendor says dl06"),
+        ("vendor,siemens\n" + HEAD + ROW, None, "there is no vendor siemens"),
+        ("plc.loop_table\n" + HEAD + ROW, "dl06", "wants one value"),
+        ("colour,red\n" + HEAD + ROW, "dl06", "'colour' stands above the header"),
+        (HEAD.encode("utf-8") + "Ofen-ä".encode("latin-1"), "dl06", "is not UTF-8"),
+        (b"\0\0\0", "dl06", "is no text"),
+        (b"PK\x03\x04nonsense", "dl06", "is no workbook"),
+    ],
+)
+def test_what_is_no_sheet_of_loops(text, vendor, message):
+    assert message in faults(text, vendor)[0]
+
+
+def test_limits():
+    assert "is larger than 50 bytes" in faults(HEAD + ROW, limits=Limits(file_bytes=50))[0]
+    assert "more than 10 cells" in faults(HEAD + ROW, limits=Limits(nodes=10))[0]
+
+
+def test_a_workbook_that_unpacks_to_too_much():
+    doc = read_document((EXAMPLES / "dl06/reactor.yaml").read_bytes(), "x.yaml")
+    data = as_workbook(doc, VENDORS["dl06"])
+    limits = Limits(file_bytes=len(data), nodes=10**6)
+    assert from_sheet(data, "x", None, limits).loops == 3
+    book = openpyxl.Workbook()
+    book.active.append(["x" * 30000] * 60)
+    stream = io.BytesIO()
+    book.save(stream)
+    assert "when it is unpacked" in faults(stream.getvalue(), limits=Limits(file_bytes=30000))[0]
+
+
+def test_names_that_are_formulas_are_texts_in_the_sheet_and_the_same_when_read():
+    text = (EXAMPLES / "dl06/reactor.yaml").read_text("utf-8")
+    text = text.replace("Jacket flow, inner loop", '"=HYPERLINK(\\"x\\")"').replace("Reactor 2", '"@SUM(A1)"')
+    doc = read_document(text.encode(), "x.yaml")
+    csv, book = as_csv(doc, VENDORS["dl06"]), as_workbook(doc, VENDORS["dl06"])
+    assert "\nname,'@SUM(A1)\n" in csv
+    assert "\"'=HYPERLINK(" in csv
+    cells = [cell for row in openpyxl.load_workbook(io.BytesIO(book)).active.iter_rows() for cell in row]
+    assert "f" not in {cell.data_type for cell in cells}
+    assert {'=HYPERLINK("x")', "@SUM(A1)"} <= {cell.value for cell in cells}
+    for data in (csv.encode(), book):
+        assert config(from_sheet(data, "x", None, DEFAULT).text) == config(text)
+
+
+def test_numbers_are_numbers_in_a_workbook():
+    doc = read_document((EXAMPLES / "dl06/reactor.yaml").read_bytes(), "x.yaml")
+    rows = list(
+        openpyxl.load_workbook(io.BytesIO(as_workbook(doc, VENDORS["dl06"]))).active.iter_rows(values_only=True)
+    )
+    header = next(row for row in rows if "tuning.gain" in row)
+    assert [row[header.index("tuning.gain")] for row in rows[rows.index(header) + 1 :]] == [0.8, 2.5, 1.2]
+
+
+def test_columns_stand_in_the_order_of_the_schema():
+    loop = read_document(
+        made(
+            "gain,setpoint,unit,tag,range high,range low,action,sample,reset\n2,50,degC,A,100,0,direct,1,60\n"
+        ).text.encode(),
+        "x",
+    ).data["loops"][0]
+    assert list(loop) == ["name", "sample_rate", "action", "tuning", "pv", "setpoint"]
+
+
+def test_what_a_sheet_does_not_say_of_the_plc_is_told():
+    assert made(HEAD + ROW).remarks == ("plc is as in the starter file of dl06; look at it",)
+    assert made("plc.loop_table,V3000\n" + HEAD + ROW).remarks == ()
+    assert config(made("plc.loop_table,V3000\n" + HEAD + ROW).text).plc.loop_table is not None
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "reactor.yaml").write_bytes((EXAMPLES / "dl06" / "reactor.yaml").read_bytes())
+    return tmp_path
+
+
+def call(*words):
+    return CliRunner().invoke(cli, list(words))
+
+
+@pytest.mark.parametrize(
+    ("name", "options"), [("l.csv", []), ("l.xlsx", []), ("l.csv", ["--decimal-comma"]), ("l.yml", [])]
+)
+def test_export_and_init(folder, name, options):
+    assert call("export", "reactor.yaml", "-o", name, *options).exit_code == 0
+    if not name.endswith("yml"):
+        assert call("init", "--from", name, "-o", "back.yaml").exit_code == 0
+    assert pidcfg.diff(folder / "reactor.yaml", folder / ("back.yaml" if name != "l.yml" else name)).same
+
+
+def test_export_refuses(folder):
+    assert call("export", "reactor.yaml", "--format", "xlsx").exit_code != 0
+    assert call("export", "reactor.yaml", "--decimal-comma").exit_code != 0
+    (folder / "x.csv").write_text("mine", "utf-8")
+    assert call("export", "reactor.yaml", "-o", "x.csv").exit_code != 0
+    assert (folder / "x.csv").read_text("utf-8") == "mine"
+    (folder / "no.yaml").write_text("pidcfg: 1\nvendor: dl06\n", "utf-8")
+    assert "no.yaml could not be read" in call("export", "no.yaml").stderr
+
+
+def test_init_from_tells_every_fault_and_writes_nothing(folder):
+    (folder / "l.csv").write_text(HEAD + ROW.replace("2.5", "abc"), "utf-8")
+    result = call("init", "--from", "l.csv", "--vendor", "dl06", "-o", "x.yaml")
+    assert result.exit_code != 0
+    assert "cell E2 (gain)" in result.stderr
+    assert not (folder / "x.yaml").exists()
+    assert "cannot read none.csv" in call("init", "--from", "none.csv", "--vendor", "dl06").stderr
