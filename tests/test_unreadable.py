@@ -30,10 +30,18 @@ def test_the_plant_is_read():
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
-@pytest.mark.parametrize("text", [PLANT, PLANT.replace("degC", "\N{CYRILLIC SMALL LETTER GHE}" * 30), "pidcfg: 1"])
+@pytest.mark.parametrize(
+    "text",
+    [PLANT, PLANT.replace("degC", "\N{CYRILLIC SMALL LETTER GHE}" * 30), "# Печь\n" + PLANT, "Печь: 1\n" + PLANT],
+)
 def test_utf_16_is_named_with_and_without_its_mark(encoding, text):
     d = problem(text.encode(encoding))
     assert (d.code, d.message, d.help) == ("PID002", "the file is UTF-16, not UTF-8", "save the file as UTF-8")
+
+
+def test_zero_bytes_in_every_place_are_no_utf_16():
+    d = problem(b"\0" * 40)
+    assert (d.code, d.message) == ("PID003", "control character U+0000")
 
 
 def test_a_zero_byte_alone_is_a_control_character():

@@ -17,6 +17,7 @@ from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import dotted
 from pidcfg.schemas.base import parse_flag, parse_number, refuse
 from pidcfg.schemas.names import spoken
+from pidcfg.schemas.units import SIDES
 
 if TYPE_CHECKING:
     from pidcfg.encoders.scales import Scale
@@ -119,6 +120,13 @@ def check_fit(rows: list[Row], value: Any, encode: Callable[[Row, Any], int]) ->
         try:
             encode(row, item)
         except EncodeError as error:
-            between = "" if error.low is None else f": {error.low} to {error.high}"
-            message = f"{item} does not fit its word: it {error}{between}"
+            unit = _unit(row, item)
+            between = "" if error.low is None else f": {error.low} to {error.high}{unit}"
+            message = f"{item}{unit} does not fit its word: it {error}{between}"
             refuse("set_value", message, help=FITS)
+
+
+def _unit(row: Row, item: object) -> str:
+    """The unit of a register with a blank before it; empty where it is the loop's own, or the value says it."""
+    unit = row.unit if isinstance(row, Word) else ""
+    return f" {unit}" if unit and "counts" not in str(item) and not any(side in unit for side in SIDES) else ""

@@ -9,7 +9,7 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.arguments import refuse_all, usage
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, echo_json, note
+from pidcfg.cli.terminal.console import echo, echo_json, echo_xml, note
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
@@ -27,6 +27,10 @@ EPILOG = options.examples(
     "pidcfg encode tank.yaml --format nickname-csv --into project.csv -o merged.csv",
     "pidcfg encode reactor.yaml --format modbus --changed-from upload.csv -o changes.csv",
 )
+
+
+PRINTERS = {"json": echo_json, "plcopen": echo_xml}
+"""Formats that say in which encoding they are, and how they are printed on another one."""
 
 
 @click.command("encode", epilog=EPILOG)
@@ -163,7 +167,7 @@ def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bo
         return []
     if len(parts) > 1 or kind.encoding != "utf-8":
         raise click.UsageError(f"{kind.name} is not for a terminal; name its file with -o")
-    (echo_json if kind.name == "json" else echo)(next(iter(parts.values())))
+    PRINTERS.get(kind.name, echo)(next(iter(parts.values())))
     return []
 
 
