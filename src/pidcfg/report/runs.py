@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.report.content import Expectation, Happening, RunSheet, StandingRow
+from pidcfg.report.run_content import Expectation, Happening, OpenAlarm, RunSheet, StandingRow, Units
 from pidcfg.report.texts import measured, number, text
 from pidcfg.sim.metrics import OF_SWINGS
+from pidcfg.sim.names import in_words
 from pidcfg.sim.report import Tally
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class Run:
     """Whether a configuration with errors ran and nothing was expected of it."""
     title: str = ""
     charts: Sequence[Chart] = ()
+    units: Mapping[str, Units] = field(default_factory=dict)
     before_root: Mapping[str, str] = field(default_factory=dict)
     """What the signals are of each loop that takes the root of its PV."""
 
@@ -63,6 +65,8 @@ def run_sheet(run: Run, number: int) -> RunSheet:
         verdict=verdict_of(run, report),
         facts=tuple(facts(report)),
         happenings=tuple(happenings(report)),
+        units=run.units,
+        open_alarms=tuple(open_alarms(report)),
         unlisted=sum(loop.unlisted for loop in report.loops.values()),
         metrics={name: loop.metrics for name, loop in report.loops.items()},
         metric_titles=titles(report),
@@ -122,7 +126,7 @@ def happenings(report: Report) -> list[Happening]:
             asked = "" if change.requested in {None, change.mode} else f" (requested {change.requested})"
             reason = f": {change.reason}" if change.reason else ""
             rows.append(Happening(change.at, name, "mode", f"{change.mode}{asked}{reason}"))
-        rows += [Happening(alarm.at, name, "alarm", alarm.alarm, alarm.cleared) for alarm in loop.alarms]
+        rows += [Happening(alarm.at, name, "alarm", in_words(alarm.alarm), alarm.cleared) for alarm in loop.alarms]
     rows += [
         Happening(note.at, note.loop or "", "error" if note.error else "note", note.text, error=note.error)
         for note in report.notes
@@ -130,9 +134,15 @@ def happenings(report: Report) -> list[Happening]:
     return sorted(rows, key=lambda row: row.at)
 
 
+def open_alarms(report: Report) -> Iterator[OpenAlarm]:
+    """The alarms that are on at the end."""
+    for name, loop in report.loops.items():
+        yield from (OpenAlarm(name, in_words(one.alarm), one.at) for one in loop.alarms if one.cleared is None)
+
+
 def flags_on(loop: LoopReport) -> str:
     """The flags that were on at any time."""
-    return ", ".join(flag for flag, seen in loop.flags.items() if seen)
+    return ", ".join(in_words(flag) for flag, seen in loop.flags.items() if seen)
 
 
 def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float], ...]]]:

@@ -14,6 +14,7 @@ from pidcfg.document import Document, Node
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
 from pidcfg.report.content import SourceFile
+from pidcfg.report.run_content import Units
 from pidcfg.report.runs import Run
 from pidcfg.validate.engine import Checked, check_document, is_scenario
 
@@ -80,8 +81,19 @@ class Gathered:
         self.outcomes.append(outcome)
         self.findings += [d for d in outcome.findings if d.file == doc.file or d.file not in loaded.documents]
         title = str((doc.data or {}).get("scenario") or "")
+        units = {loop: Units(axes.pv_unit, axes.output_unit) for loop, axes in outcome.axes.items()}
         self.runs.append(
-            Run(outcome.file, outcome.config, outcome.report, outcome.passed, outcome.unjudged, title, charts, roots)
+            Run(
+                outcome.file,
+                outcome.config,
+                outcome.report,
+                passed=outcome.passed,
+                unjudged=outcome.unjudged,
+                title=title,
+                charts=charts,
+                units=units,
+                before_root=roots,
+            )
         )
 
     def _named(self, loaded: Any) -> None:
