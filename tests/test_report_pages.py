@@ -17,10 +17,12 @@ from browser import IN_CI
 from pidcfg.cli.main import cli
 from pidcfg.report.compose import compose
 from pidcfg.report.content import Title, contents_of
-from pidcfg.report.page import clause, compared, door_sheet, grouped, metric_unit, page
+from pidcfg.report.page import clause, compared, door_sheet, grouped, page
 from pidcfg.report.pdf import VARIABLE, PdfError, browser, pdf
 from pidcfg.report.run_content import Units
+from pidcfg.report.runs import found, metric_unit
 from pidcfg.report.texts import measured
+from pidcfg.sim.report import Verdict
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
 
@@ -115,6 +117,8 @@ def test_a_value_stands_with_its_unit_place_and_first_clause():
         ("Gain Kc, fraction of output span.", "Gain Kc"),
         ("High alarm: on while the PV is above.", "High alarm"),
         ("Lower limit (DFn+01).", "Lower limit"),
+        ("High alarm (DFn+15, status Cn+33).", "High alarm"),
+        ("Integral (reset) time Ti in s; 0 removes it.", "Integral (reset) time Ti in s"),
         ("Wait 0.5 s", "Wait 0.5 s"),
     ],
 )
@@ -217,12 +221,39 @@ def test_a_metric_has_the_unit_of_its_loop(metric, unit):
     assert metric_unit(metric, Units()) == metric_unit(metric, None) == ""
 
 
+@pytest.mark.parametrize(
+    ("text", "value", "shown"),
+    [
+        ("TIC-1 overshoot at most 5 %", 3.2, "3.2 %"),
+        ("TIC-1 settling_time (band 5 %) at most 60 s", 41.0, "41 s"),
+        ("TIC-1 iae at most 900", 812.5, "812.5 degC·s"),
+        ("TIC-1.PV 85 ± 1 at the end", 85.25, "85.25 degC"),
+        ("TIC-1.OUT at least 0 and at most 90", [3.0, 80.5], "3 to 80.5 %"),
+        ("TIC-1 mode is auto at the end", "manual", "manual"),
+        ("TIC-1 alarm pv_high never", None, "none"),
+        ("TIC-1 flag overflow is false", True, "true"),
+    ],
+)
+def test_what_was_found_has_its_unit(text, value, shown):
+    units = {"TIC-1": Units("degC", "%", {"TIC-1.PV": "degC", "TIC-1.OUT": "%"})}
+    assert found(Verdict(text, passed=True, value=value, loop="TIC-1"), units) == shown
+
+
 def test_the_metrics_of_a_run_have_units(tmp_path):
     run(EXAMPLES / "dl06/reactor.scenario.yaml", "-o", tmp_path / "r.html", "-q")
     text = (tmp_path / "r.html").read_text("utf-8")
     assert "degC·s²" in text
     cells = [cell for rows in Page(text).rows.values() for row in rows for cell in row]
     assert not [cell for cell in cells if re.search(r"\d{7,}|\d[.]\d{6,}", cell)], "numbers that nobody can read"
+
+
+def test_full_shows_every_signal_with_its_unit(tmp_path):
+    run(EXAMPLES / "click/tank.scenario.yaml", "-o", tmp_path / "short.html", "-q")
+    run(EXAMPLES / "click/tank.scenario.yaml", "--full", "-o", tmp_path / "full.html", "-q")
+    short, full = (Page((tmp_path / f"{name}.html").read_text("utf-8")).rows for name in ("short", "full"))
+    rows = {row[0]: row[-1] for rows in full.values() for row in rows if len(row) == 5}
+    assert (rows["TANK1.PV"], rows["TANK1.SP"], rows["TANK1.CO"]) == ("degF", "degF", "%")
+    assert "TANK1.PV" not in {row[0] for rows in short.values() for row in rows if row}
 
 
 # --- the cover -------------------------------------------------------------------------------------------------------

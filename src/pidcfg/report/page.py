@@ -13,6 +13,7 @@ from pidcfg.control_characters import printable
 from pidcfg.diagnostics import Severity
 from pidcfg.report.content import contents_of
 from pidcfg.report.facts import FIRST
+from pidcfg.report.runs import metric_unit
 from pidcfg.report.texts import measured, text
 
 if TYPE_CHECKING:
@@ -23,27 +24,19 @@ if TYPE_CHECKING:
 
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.report.content import Block, Content, Fact, LoopSheet, Setting, Sheet, Title
-    from pidcfg.report.run_content import Units
 
 TEMPLATES = Path(__file__).parent / "templates"
 CODE = re.compile("`([^`]+)`")
 PARTS = re.compile("[^._]*[._]|[^._]+")
-CLAUSE = re.compile(r"[.;:,](?= |$)| \(| or `")
+CLAUSE = re.compile(r"[.;:,](?= |$)| or `")
 """Where the first clause of a meaning ends."""
+OFFSETS = re.compile(r" \([^)]*n\+\d[^)]*\)")
+"""A register by its offset, whose address stands beside the meaning."""
 SIGN_OFF = ("Prepared", "Checked", "Commissioned", "Accepted")
 GENERAL = {*(title for title, *_ in FIRST), "Direction", "Form", "Pulses", "Duty cycle"}
 """Facts that are not the terms of the equation."""
 MANY = 4
 """Words of zeros that stand as one."""
-METRIC_UNITS = {
-    "iae": "{pv}·s",
-    "ise": "{pv}²·s",
-    "itae": "{pv}·s²",
-    "final_error": "{pv}",
-    "oscillation_amplitude": "{pv}",
-    "total_variation": "{output}",
-}
-"""Units of metrics whose title has none, by those of the loop."""
 
 
 def page(content: Content, *, full: bool = False) -> str:
@@ -179,13 +172,6 @@ def fact_pair(fact: Fact) -> tuple[str, str]:
     return fact.title, fact.text
 
 
-def metric_unit(metric: str, units: Units | None) -> str:
-    """The unit of a metric that its title does not say; empty where the loop has none."""
-    pattern = METRIC_UNITS.get(metric, "")
-    side = "" if units is None else units.output if "{output}" in pattern else units.pv
-    return pattern.format(pv=side, output=side) if side else ""
-
-
 # --- how it is shown -------------------------------------------------------------------------------------------------
 
 
@@ -201,7 +187,7 @@ def prose(sentence: str) -> Markup:
 
 def clause(sentence: str) -> str:
     """The first clause of a meaning, for a line of its own."""
-    return CLAUSE.split(sentence, maxsplit=1)[0]
+    return CLAUSE.split(OFFSETS.sub("", sentence), maxsplit=1)[0]
 
 
 def soft(name: str) -> Markup:

@@ -39,6 +39,8 @@ class Units:
 
     pv: str = ""
     output: str = ""
+    signals: Mapping[str, str] = field(default_factory=dict)
+    """Of the loop's signals, by their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +101,11 @@ class RunSheet:
     duration: float = 0.0
     """In s."""
     charts: Sequence[Chart] = ()
+
+    @property
+    def signal_units(self) -> dict[str, str]:
+        """The units of the loops' signals, by their names."""
+        return {name: unit for units in self.units.values() for name, unit in units.signals.items()}
 
     def count(self, verdict: str) -> int:
         """How many standing expectations have this verdict."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.report.run_content import Expectation, Happening, OpenAlarm, RunSheet, StandingRow, Units
 from pidcfg.report.texts import measured, number, text
+from pidcfg.sim.expect import UNITS as METRICS
 from pidcfg.sim.metrics import OF_SWINGS
 from pidcfg.sim.names import in_words
 from pidcfg.sim.report import Tally
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.pictures.chart import Chart
-    from pidcfg.sim.report import LoopReport, Report
+    from pidcfg.sim.report import LoopReport, Report, Verdict
 
 METRIC_TITLES = {
     "overshoot": "Overshoot, %",
@@ -30,6 +31,16 @@ METRIC_TITLES = {
     "oscillation_amplitude": "Oscillation amplitude",
 }
 """Integrals and errors are in the PV's unit, the total variation in the output's."""
+
+METRIC_UNITS = {
+    "iae": "{pv}·s",
+    "ise": "{pv}²·s",
+    "itae": "{pv}·s²",
+    "final_error": "{pv}",
+    "oscillation_amplitude": "{pv}",
+    "total_variation": "{output}",
+}
+"""Units of metrics whose title has none, by those of the loop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +84,7 @@ def run_sheet(run: Run, number: int) -> RunSheet:
         signals=tuple((name, seen.low, seen.high, seen.final) for name, seen in report.signals.items()),
         flags=tuple((name, on) for name, loop in report.loops.items() if (on := flags_on(loop))),
         autotunes=tuple(autotunes(report)),
-        expectations=tuple(Expectation(v.text, v.passed, measured_text(v.value)) for v in report.expectations),
+        expectations=tuple(Expectation(v.text, v.passed, found(v, run.units)) for v in report.expectations),
         standing=tuple(StandingRow(v.loop, v.kind, v.word, v.at, v.why) for v in report.standing),
         in_control={name: loop.time_in_control for name, loop in report.loops.items()},
         duration=report.duration,
@@ -150,6 +161,24 @@ def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float
     for name, loop in report.loops.items():
         if loop.autotune is not None:
             yield name, str(loop.autotune["status"]), tuple(loop.autotune["results"].items())
+
+
+def found(verdict: Verdict, units: Mapping[str, Units]) -> str:
+    """What was measured for an expectation, with the unit of the metric or of the signal that it is about."""
+    of_loop = units.get(verdict.loop or "")
+    about = verdict.text.removeprefix(f"{verdict.loop} ").partition(" ")[0]
+    unit = METRICS.get(about, "").strip() or metric_unit(about, of_loop)
+    if of_loop is not None and not unit:
+        unit = next((unit for name, unit in of_loop.signals.items() if verdict.text.startswith(f"{name} ")), "")
+    number = isinstance(verdict.value, int | float | list | tuple) and not isinstance(verdict.value, bool)
+    return f"{measured_text(verdict.value)} {unit if number else ''}".rstrip()
+
+
+def metric_unit(metric: str, units: Units | None) -> str:
+    """The unit of a metric that its title does not say; empty where the loop has none."""
+    pattern = METRIC_UNITS.get(metric, "")
+    side = "" if units is None else units.output if "{output}" in pattern else units.pv
+    return pattern.format(pv=side, output=side) if side else ""
 
 
 def measured_text(value: Any) -> str:
