@@ -47,7 +47,7 @@ NOT_RUN = {
     "python -m venv": "installs",
     "python tasks.py": "tests/test_setup.py has the tasks",
     "python tests/pages.py": "runs the pages",
-    "chromium": "another program; the tests print the pages with it",
+    "pidcfg report reactor.scenario.yaml -o reactor.pdf": "needs a browser; the tests of the report print with it",
     "check-jsonschema": "another program; the tests hold the examples to the schemas",
 }
 """Commands that a page may show and the tests do not run, and why."""

@@ -83,7 +83,7 @@ def test_a_run_is_drawn_with_units_modes_alarms_steps_events_and_failures(folder
     assert (code, err) == (1, "")
     texts = said("a.svg")
     assert {"A short profile", "PV, SP (degC)", "OUT (%)", "time (min)", "mode", "auto", "ramp/soak"} <= {*texts}
-    assert {"2 soak", "pv_high_high", "deviation_red"} <= {*texts}
+    assert {"2 soak", "PV high-high", "deviation red"} <= {*texts}
     assert "1 at 1 min: ramp/soak start" in texts
     assert "4 at 19.33 min: failed: TIC-201 mode is auto at 1160 s (manual)" in texts
     assert any(text.startswith("failed: TIC-201.PV at most 500") for text in texts)
@@ -101,7 +101,7 @@ def test_the_strips_tell_the_times(folder):
     assert turn == same == pytest.approx(begin + 175, abs=2)
     assert end == pytest.approx(turn + 300, abs=2)
     assert bars["ramp/soak"][-1][2] == chart.end == 1200
-    ((_, on, off),) = bars["pv_high_high"]
+    ((_, on, off),) = bars["PV high-high"]
     assert 1100 <= on <= 1105
     assert 1140 <= off <= 1146
 
@@ -110,7 +110,7 @@ def test_what_is_on_at_the_end_lasts_to_the_end(folder):
     scenario = Path("oven.scenario.yaml")
     scenario.write_text(OVEN.replace("for: 40", "for: 400"), "utf-8")
     (chart,) = charts_of(outcome())
-    assert next(strip for strip in chart.strips if strip.title == "pv_high_high").bars[-1].end == 1200
+    assert next(strip for strip in chart.strips if strip.title == "PV high-high").bars[-1].end == 1200
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_autotune_is_a_strip(folder):
     config = Path("oven.yaml")
     config.write_text(config.read_text("utf-8").replace("method: open", "method: closed"), "utf-8")
     (chart,) = charts_of(outcome())
-    (bar,) = next(strip for strip in chart.strips if strip.title == "autotune_running").bars
+    (bar,) = next(strip for strip in chart.strips if strip.title == "auto-tune running").bars
     assert 60 <= bar.begin < bar.end
 
 

@@ -49,7 +49,7 @@ ASCII = Signs(
     "|",
     "+",
     "-",
-    {"setpoint": "-", "pv": "o", "output": "*", "other": ".", "before": "o", "after": "x"},
+    {"setpoint": "-", "pv": "o", "output": "*", "level": "_", "other": ".", "before": "o", "after": "x"},
     "@",
     ":",
     ("[", "=", "]"),
@@ -59,7 +59,7 @@ FINE = Signs(
     "│",
     "└",
     "─",
-    {"setpoint": "╌", "pv": "●", "output": "■", "other": "·", "before": "○", "after": "×"},
+    {"setpoint": "╌", "pv": "●", "output": "■", "level": "╴", "other": "·", "before": "○", "after": "×"},
     "◉",
     "┊",
     ("▕", "━", "▏"),
@@ -115,7 +115,7 @@ def _panel(chart: Chart, panel: Panel, columns: int, height: int, signs: Signs) 
     """What the panel shows, then its rows."""
     layered = sorted(panel.lines, key=_layer)
     spans = [(line, spans_of(line, *chart.ends, columns)) for line in layered]
-    values = [v for _, cells in spans for cell in cells if cell for v in cell]
+    values = [v for line, cells in spans if line.role != "level" for cell in cells if cell for v in cell]
     low, high = min(values, default=0.0), max(values, default=0.0)
     grid = [[" "] * columns for _ in range(height)]
     for mark in chart.marks:
@@ -123,7 +123,7 @@ def _panel(chart: Chart, panel: Panel, columns: int, height: int, signs: Signs) 
     for line, cells in spans:
         sign = signs.lines[line.side or line.role]
         for column, cell in enumerate(cells):
-            if cell is None:
+            if cell is None or (line.role == "level" and not low <= cell[0] <= cell[1] <= high):
                 continue
             top, bottom = (_row(value, low, high, height) for value in (cell[1], cell[0]))
             for row in range(top, bottom + 1):
@@ -146,9 +146,11 @@ def _head(chart: Chart, panel: Panel, columns: int, signs: Signs) -> list[str]:
 
 def _legend(layered: Sequence[Line], chart: Chart, signs: Signs) -> str:
     """The signs of the lines; in an overlay of both sides by name."""
-    names = {
-        signs.lines[line.side or line.role]: plain(line.name if line.side is None else line.side) for line in layered
-    }
+    names: dict[str, str] = {}
+    for line in layered:
+        sign, name = signs.lines[line.side or line.role], plain(line.side or line.name)
+        if name not in names.get(sign, "").split(", "):
+            names[sign] = f"{names[sign]}, {name}" if line.role == "level" and sign in names else name
     if chart.sides and any(line.side for line in layered):
         names |= {
             signs.lines["before"]: _cut(plain(chart.sides[0]), SIDE, signs),
@@ -158,9 +160,9 @@ def _legend(layered: Sequence[Line], chart: Chart, signs: Signs) -> str:
     return "   ".join(f"{sign} {name}" for sign, name in names.items())
 
 
-def _layer(line: Line) -> tuple[bool, bool]:
-    """The set point lies below all, before below after."""
-    return line.role != "setpoint", line.side != "before"
+def _layer(line: Line) -> tuple[bool, bool, bool]:
+    """Levels lie below all, then the set point, before below after."""
+    return line.role != "level", line.role != "setpoint", line.side != "before"
 
 
 def _row(value: float, low: float, high: float, height: int) -> int:

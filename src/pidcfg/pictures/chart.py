@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Role = Literal["setpoint", "pv", "output", "other"]
-"""Set point and output hold their value until the next one; a PV moves between its values."""
+Role = Literal["setpoint", "pv", "output", "level", "other"]
+"""Set point, output and level (of an alarm, of a limit) hold their value until the next one; a PV moves between its
+values. A level has no value (NaN) where its alarm is off."""
 Side = Literal["before", "after"]
 StripKind = Literal["mode", "alarm", "step", "condition"]
 MarkKind = Literal["event", "failure"]

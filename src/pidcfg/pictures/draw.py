@@ -32,17 +32,17 @@ DPI = 144
 """Of a PNG: 1382 pixels across."""
 
 
-def svg(charts: Sequence[Chart], *, title: str, narrow: bool = False) -> str:
+def svg(charts: Sequence[Chart], *, title: str) -> str:
     """All charts below each other as one SVG, without an XML declaration: a file, or a part of a page.
 
-    Its identifiers are its own, so that a page can hold several. ``narrow``: for the width of a telephone.
+    Its identifiers are its own, so that a page can hold several.
     """
     from pidcfg.pictures.figure import figure_of
     from pidcfg.pictures.svg import finished
 
     with _drawing():
         sink = io.StringIO()
-        figure_of(charts, title, narrow=narrow).savefig(sink, format="svg", metadata={"Date": None})
+        figure_of(charts, title).savefig(sink, format="svg", metadata={"Date": None})
     return finished(sink.getvalue(), title, described(charts))
 
 
@@ -53,7 +53,7 @@ def png(charts: Sequence[Chart], *, title: str) -> bytes:
     with _drawing():
         sink = io.BytesIO()
         metadata = {"Software": None, "Description": described(charts)}
-        figure_of(charts, title, narrow=False).savefig(sink, format="png", dpi=DPI, metadata=metadata)
+        figure_of(charts, title).savefig(sink, format="png", dpi=DPI, metadata=metadata)
     return sink.getvalue()
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, key_rows, letters_in, numbered, sheet
+from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
 from pidcfg.pictures.locus import draw_locus
+from pidcfg.pictures.scale import layer_of, level_names, limits, spread, tick_text
 from pidcfg.pictures.strips import draw_marks, draw_strips, label
 from pidcfg.pictures.style import (
     BEFORE,
@@ -19,6 +20,7 @@ from pidcfg.pictures.style import (
     WARNING,
     drawable,
     pen_of,
+    plain,
     shortened,
     stroke,
     unit_of_time,
@@ -31,22 +33,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pidcfg.pictures.chart import Chart, Line, Panel
+    from pidcfg.pictures.chart import Chart, Panel
     from pidcfg.pictures.layout import Box, Place, Sheet
 
-ROOM = 0.06
-"""What is left free above and below the lines, as a share of what they cover."""
-FLAT = 1e-9
-"""Values that differ by less than this share of their size are one value."""
 APART = 10.0
 """Points between the names of two lines."""
 
 
-def figure_of(charts: Sequence[Chart], title: str, *, narrow: bool) -> Figure:
+def figure_of(charts: Sequence[Chart], title: str) -> Figure:
     """The figure of a picture."""
     from matplotlib.figure import Figure
 
-    plan = sheet(charts, title, narrow=narrow)
+    plan = sheet(charts, title)
     figure = Figure(figsize=(plan.width, plan.height))
     if plan.title:
         size = SIZES["title"] + 2
@@ -119,11 +117,9 @@ def _draw_key(figure: Figure, plan: Sheet, place: Place) -> None:
     """What before and after are, beside a piece of their lines."""
     from matplotlib.lines import Line2D
 
-    rows = key_rows(plan.width)
-    wide = (plan.width - 2 * MARGIN) * rows / 2
+    wide = (plan.width - 2 * MARGIN) / 2
     for i, (side, name) in enumerate(zip(("before", "after"), place.chart.sides or (), strict=True)):
-        left, top = (MARGIN, i * KEY) if rows > 1 else (MARGIN + i * wide, 0.0)
-        top += (place.key or 0.0) + KEY / 2
+        left, top = MARGIN + i * wide, (place.key or 0.0) + KEY / 2
         pen = BEFORE if side == "before" else PENS["pv", "after"]
         ends, height = [left / plan.width, (left + 0.35) / plan.width], 1 - top / plan.height
         figure.add_artist(Line2D(ends, [height, height], gid=f"key {side}", **stroke(pen)))
@@ -139,7 +135,7 @@ def _label_time(axes: Axes, chart: Chart) -> None:
 
 
 def _number(value: float, _place: int | None = None) -> str:
-    return f"{value:.10g}"
+    return tick_text(value)
 
 
 # --- panels ----------------------------------------------------------------------------------------------------------
@@ -152,14 +148,14 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
     _, size = unit_of_time(chart)
     axes.grid(visible=True, color=PALE, linewidth=0.6)
     axes.set_axisbelow(True)
-    axes.set_ylim(*_limits(panel))
+    axes.set_ylim(*limits(panel))
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2))
     axes.yaxis.set_major_formatter(FuncFormatter(_number))
     title = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
     axes.set_ylabel(title, size=SIZES["label"], color=INK, gid="axis value")
     axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
     names: dict[str, tuple[float, str]] = {}
-    for layer, line in enumerate(sorted(panel.lines, key=_layer), start=3):
+    for layer, line in enumerate(sorted(panel.lines, key=layer_of), start=3):
         times, values = drawable(line)
         if not times:
             continue
@@ -174,23 +170,10 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
             markersize=4,
             zorder=layer,
         )
-        names.setdefault(line.name, (values[-1], pen.colour))
+        if line.role != "level":
+            names.setdefault(line.name, (values[-1], pen.colour))
     _name_lines(axes, names, box.height * POINTS)
-
-
-def _layer(line: Line) -> tuple[bool, bool]:
-    """Thin lines lie on thick ones."""
-    return line.role == "setpoint", line.side == "before"
-
-
-def _limits(panel: Panel) -> tuple[float, float]:
-    """The ends of a value axis: all lines with some room, and around a flat line something to see it in."""
-    values = [v for line in panel.lines for v in drawable(line)[1]] + list(panel.least or ())
-    low, high = min(values, default=0.0), max(values, default=1.0)
-    if high - low <= FLAT * max(abs(low), abs(high)):
-        low, high = low - 0.05 * (abs(low) or 10.0), high + 0.05 * (abs(high) or 10.0)
-    room = ROOM * (high - low)
-    return low - room, high + room
+    _name_levels(axes, panel, box.height * POINTS)
 
 
 def _name_lines(axes: Axes, names: dict[str, tuple[float, str]], points: float) -> None:
@@ -198,17 +181,16 @@ def _name_lines(axes: Axes, names: dict[str, tuple[float, str]], points: float) 
     low, high = axes.get_ylim()
     names_at = sorted(((value - low) / (high - low) * points, name, colour) for name, (value, colour) in names.items())
     letters = letters_in(RIGHT - 0.06, SIZES["small"])
-    for at, (_, name, colour) in zip(spread([place for place, *_ in names_at], points), names_at, strict=True):
+    for at, (_, name, colour) in zip(spread([place for place, *_ in names_at], points, APART), names_at, strict=True):
         look = {"xycoords": "axes fraction", "color": colour, "weight": "bold"}
         label(axes, shortened(name, letters), (1.0, at / points), (4, 0), gid="name", **look)
 
 
-def spread(places: Sequence[float], room: float) -> list[float]:
-    """Ascending places, moved as little as needed to be apart, and within the room as far as it allows."""
-    moved: list[float] = []
-    for place in places:
-        moved.append(max(place, moved[-1] + APART if moved else place))
-    for i in range(len(moved) - 1, -1, -1):
-        ceiling = room if i == len(moved) - 1 else moved[i + 1] - APART
-        moved[i] = min(moved[i], ceiling)
-    return moved
+def _name_levels(axes: Axes, panel: Panel, points: float) -> None:
+    """The names of the levels above their ends, pushed apart."""
+    low, high = axes.get_ylim()
+    levels = level_names(panel)
+    places = spread([(value - low) / (high - low) * points for value, _ in levels], points, APART)
+    for at, (_, name) in zip(places, levels, strict=True):
+        look = {"xycoords": "axes fraction", "color": PENS["level", None].colour, "ha": "right"}
+        label(axes, plain(name), (1.0, at / points), (-3, 5), gid="level", **look)

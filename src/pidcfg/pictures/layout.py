@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 POINTS = 72
 """In an inch."""
-WIDE, NARROW = (9.6, 1.55), (4.1, 1.0)
+WIDTH, LEFT = 9.6, 1.55
 """Width of a picture, and of it what is left of the axes: titles and numbers."""
 RIGHT = 0.5
 """What is right of them: names of lines."""
@@ -55,7 +55,7 @@ class Place:
     chart: Chart
     top: float
     key: float | None
-    """Top of the line that names both sides, or of two lines in a narrow picture."""
+    """Top of the line that names both sides."""
     locus: Box | None
     panels: tuple[Box, ...]
     strips: tuple[Box, ...]
@@ -77,19 +77,18 @@ class Sheet:
     places: tuple[Place, ...]
 
 
-def sheet(charts: Sequence[Chart], title: str, *, narrow: bool) -> Sheet:
+def sheet(charts: Sequence[Chart], title: str) -> Sheet:
     """The places of all charts; the title stands above them unless the only one has it."""
-    width, left = NARROW if narrow else WIDE
     top = MARGIN
     heading = "" if [title] == [chart.title for chart in charts] else plain(title)
     if heading:
         top += TITLE + 0.08
     places = []
     for chart in charts:
-        place = _place(chart, top, width, left)
+        place = _place(chart, top)
         places.append(place)
         top = place.bottom + BELOW
-    return Sheet(width, left, (places[-1].bottom if places else top) + MARGIN, heading, tuple(places))
+    return Sheet(WIDTH, LEFT, (places[-1].bottom if places else top) + MARGIN, heading, tuple(places))
 
 
 def letters_in(width: float, size: float) -> int:
@@ -97,30 +96,25 @@ def letters_in(width: float, size: float) -> int:
     return max(int(width * POINTS / (size * LETTER)), 1)
 
 
-def _place(chart: Chart, begin: float, width: float, left: float) -> Place:
-    wide = width - left - RIGHT
+def _place(chart: Chart, begin: float) -> Place:
+    wide = WIDTH - LEFT - RIGHT
     top = begin + TITLE
     key = top if chart.sides else None
-    top += KEY * key_rows(width) if chart.sides else 0.0
+    top += KEY if chart.sides else 0.0
     top += ABOVE if chart.marks else 0.05
-    locus = Box(left, top, wide, min(LOCUS, wide)) if chart.locus else None
+    locus = Box(LEFT, top, wide, min(LOCUS, wide)) if chart.locus else None
     top += locus.height + LOCUS_TITLE if locus else 0.0
     panels, strips = [], []
     for i in range(len(chart.panels)):
         height = FURTHER if i else FIRST
-        panels.append(Box(left, top, wide, height))
+        panels.append(Box(LEFT, top, wide, height))
         top += height + GAP
     for _ in chart.strips:
-        strips.append(Box(left, top, wide, STRIP))
+        strips.append(Box(LEFT, top, wide, STRIP))
         top += STRIP + STRIP_GAP
     top += TIME - (STRIP_GAP if strips else GAP)
-    texts = texts_of(chart, letters_in(width - 2 * MARGIN, SIZES["small"]))
+    texts = texts_of(chart, letters_in(WIDTH - 2 * MARGIN, SIZES["small"]))
     return Place(chart, begin, key, locus, tuple(panels), tuple(strips), top, texts, top + LINE * len(texts))
-
-
-def key_rows(width: float) -> int:
-    """Lines that the names of both sides take."""
-    return 2 if width == NARROW[0] else 1
 
 
 def numbered(chart: Chart) -> list[tuple[str, Mark]]:

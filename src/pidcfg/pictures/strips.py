@@ -76,6 +76,8 @@ def _draw_strip(axes: Axes, strip: Strip, box: Box, top: float, chart: Chart) ->
         axes.add_patch(Rectangle(corner, width / size, height, gid=f"bar {strip.kind}", **look))
         following = strip.bars[i + 1].begin if i + 1 < len(strip.bars) else end
         inside, beside = ((stop - start) * scale - 0.08 for start, stop in ((bar.begin, bar.end), (bar.end, following)))
+        if bar.label == strip.title:
+            continue
         place = bar.begin if len(bar.label) <= letters_in(inside, SIZES["small"]) else bar.end
         if place == bar.begin or len(bar.label) <= letters_in(beside, SIZES["small"]):
             label(axes, plain(bar.label), (place / size, middle), (3, -0.5), gid=f"label {strip.kind}", color=BLACK)

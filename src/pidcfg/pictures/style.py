@@ -36,6 +36,7 @@ PENS = {
     ("setpoint", None): Pen(INK, 1.2, (5, 2.5)),
     ("pv", None): Pen(BLUE, 1.9),
     ("output", None): Pen(GREEN, 1.6),
+    ("level", None): Pen(WARNING, 1.0, (1.5, 2.5)),
     ("other", None): Pen(PURPLE, 1.3, (7, 2, 1.5, 2)),
     ("pv", "after"): Pen(BLUE, 2.4),
     ("output", "after"): Pen(GREEN, 2.2),
@@ -65,7 +66,7 @@ def stroke(pen: Pen) -> Look:
     return {"color": pen.colour, "linewidth": pen.width, "linestyle": pattern(pen)}
 
 
-HELD = {"setpoint", "output"}
+HELD = {"setpoint", "output", "level"}
 """Roles of signals that keep their value until the next one."""
 
 MODES = {"manual": ("#ececec", GREY), "auto": ("#cfe3f1", BLUE), "cascade": ("#cfeadf", GREEN)}

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from pidcfg.diagnostics import Diagnostic
-    from pidcfg.pictures.chart import Chart
+    from pidcfg.report.run_content import RunSheet
 
 Value = str | int | float | Decimal | bool | None
 """What a cell holds: numbers stay numbers until they are written."""
 Owner = Literal["setting", "request", "status", "reserved"]
 """Who owns a word or bit: the engineer, a momentary request, the controller, nobody."""
+COMPARED = {"setting", "request"}
+"""Whose contents are those of the configuration as long as nobody changes them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +96,8 @@ class Register:
     bits: tuple[Bit, ...] = ()
     by: str = ""
     """Who writes it, where it is no setting."""
+    counted: bool = True
+    """Whether its decimal number says something: not of BCD digits, bits and addresses."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +106,13 @@ class Block:
 
     title: str
     registers: tuple[Register, ...]
+
+
+def contents_of(blocks: Sequence[Block]) -> dict[str, str]:
+    """What an engineer compares with the PLC, by address: four digits where words are BCD, numbers elsewhere."""
+    rows = [register for block in blocks for register in block.registers]
+    digits = not all(row.counted for row in rows)
+    return {row.address: row.hex if digits else f"{row.decimal:g}" for row in rows if row.owner in COMPARED}
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,12 +141,21 @@ class Sheet:
     """What no register holds."""
 
 
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """Something that a reader looks for first; ``place``: where the PLC holds it, with what stands there."""
+
+    title: str
+    text: str
+    place: str = ""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopSheet(Sheet):
     """Everything about one loop of a configuration."""
 
-    facts: tuple[tuple[str, str], ...]
-    """What a reader wants to see first: mode, action, set point, the three terms."""
+    facts: tuple[Fact, ...]
+    """Mode, ranges, direction, set point, the three terms, pulses."""
     findings: tuple[Diagnostic, ...]
 
 
@@ -147,108 +167,6 @@ class PlcSheet(Sheet):
     vendor: str
     checklist: tuple[str, ...] = ()
     loops: tuple[LoopSheet, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Happening:
-    """Something of a run: an event, an alarm, a mode, a remark."""
-
-    at: float
-    loop: str
-    kind: str
-    text: str
-    until: float | None = None
-    error: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Expectation:
-    """What was expected of a run, and what came."""
-
-    text: str
-    passed: bool
-    value: str
-
-
-@dataclass(frozen=True, slots=True)
-class StandingRow:
-    """A standing expectation of a run: what is expected of every loop, whether the scenario says so or not."""
-
-    loop: str
-    """Empty: the PLC."""
-    kind: str
-    verdict: str
-    """``passed``, ``FAILED``, ``allowed``, or ``not judged``."""
-    at: float | None
-    """Since when, in s."""
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class RunSheet:
-    """One scenario's run; without facts it could not run, and the findings say why."""
-
-    file: str
-    config: str
-    anchor: str
-    title: str
-    ran: bool
-    passed: bool
-    verdict: str
-    facts: tuple[tuple[str, str], ...] = ()
-    happenings: tuple[Happening, ...] = ()
-    unlisted: int = 0
-    """Changes of modes and alarms that the run has counted only."""
-    metrics: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
-    metric_titles: Mapping[str, str] = field(default_factory=dict)
-    """The columns of the metrics; those of swings only where a loop swings."""
-    before_root: tuple[tuple[str, str], ...] = ()
-    """Loops that take the root of their PV, and what their signals are."""
-    signals: tuple[tuple[str, float, float, float], ...] = ()
-    flags: tuple[tuple[str, str], ...] = ()
-    """Loops and the flags that were on at any time."""
-    autotunes: tuple[tuple[str, str, tuple[tuple[str, float], ...]], ...] = ()
-    """Loop, status and the gains found."""
-    expectations: tuple[Expectation, ...] = ()
-    standing: tuple[StandingRow, ...] = ()
-    in_control: Mapping[str, float] = field(default_factory=dict)
-    """How long each loop was in Auto or Cascade, in s."""
-    duration: float = 0.0
-    """In s."""
-    charts: Sequence[Chart] = ()
-
-    def count(self, verdict: str) -> int:
-        """How many standing expectations have this verdict."""
-        return sum(row.verdict == verdict for row in self.standing)
-
-    @property
-    def judged(self) -> int:
-        """How many standing expectations are judged."""
-        return len(self.standing) - self.count("not judged")
-
-    @property
-    def remarkable(self) -> tuple[tuple[str, str, tuple[str, ...], float | None, str], ...]:
-        """What does not simply hold: verdict, loop, kinds for the same reason, since when, why."""
-        rows: dict[tuple[str, str, float | None, str], list[str]] = {}
-        for row in self.standing:
-            if row.verdict != "passed":
-                rows.setdefault((row.verdict, row.loop, row.at, row.text), []).append(row.kind)
-        return tuple(
-            (verdict, loop, self._in_short(kinds), at, why) for (verdict, loop, at, why), kinds in rows.items()
-        )
-
-    @property
-    def left_out(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """Loops with standing expectations that are not judged, and which."""
-        rows: dict[str, list[str]] = {}
-        for row in self.standing:
-            if row.verdict == "not judged":
-                rows.setdefault(row.loop, []).append(row.kind)
-        return tuple((loop, self._in_short(kinds)) for loop, kinds in rows.items())
-
-    def _in_short(self, kinds: Sequence[str]) -> tuple[str, ...]:
-        """Kinds of a loop; all of them are the loop as a whole."""
-        return tuple(kinds) if len(kinds) < len({row.kind for row in self.standing}) else ("as a whole",)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.report.content import Expectation, Happening, RunSheet, StandingRow
+from pidcfg.report.run_content import Expectation, Happening, OpenAlarm, RunSheet, StandingRow, Units
 from pidcfg.report.texts import measured, number, text
+from pidcfg.sim.expect import UNITS as METRICS
 from pidcfg.sim.metrics import OF_SWINGS
+from pidcfg.sim.names import in_words
 from pidcfg.sim.report import Tally
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.pictures.chart import Chart
-    from pidcfg.sim.report import LoopReport, Report
+    from pidcfg.sim.report import LoopReport, Report, Verdict
 
 METRIC_TITLES = {
     "overshoot": "Overshoot, %",
@@ -30,6 +32,16 @@ METRIC_TITLES = {
 }
 """Integrals and errors are in the PV's unit, the total variation in the output's."""
 
+METRIC_UNITS = {
+    "iae": "{pv}·s",
+    "ise": "{pv}²·s",
+    "itae": "{pv}·s²",
+    "final_error": "{pv}",
+    "oscillation_amplitude": "{pv}",
+    "total_variation": "{output}",
+}
+"""Units of metrics whose title has none, by those of the loop."""
+
 
 @dataclass(frozen=True, slots=True)
 class Run:
@@ -43,6 +55,7 @@ class Run:
     """Whether a configuration with errors ran and nothing was expected of it."""
     title: str = ""
     charts: Sequence[Chart] = ()
+    units: Mapping[str, Units] = field(default_factory=dict)
     before_root: Mapping[str, str] = field(default_factory=dict)
     """What the signals are of each loop that takes the root of its PV."""
 
@@ -63,13 +76,15 @@ def run_sheet(run: Run, number: int) -> RunSheet:
         verdict=verdict_of(run, report),
         facts=tuple(facts(report)),
         happenings=tuple(happenings(report)),
+        units=run.units,
+        open_alarms=tuple(open_alarms(report)),
         unlisted=sum(loop.unlisted for loop in report.loops.values()),
         metrics={name: loop.metrics for name, loop in report.loops.items()},
         metric_titles=titles(report),
         signals=tuple((name, seen.low, seen.high, seen.final) for name, seen in report.signals.items()),
         flags=tuple((name, on) for name, loop in report.loops.items() if (on := flags_on(loop))),
         autotunes=tuple(autotunes(report)),
-        expectations=tuple(Expectation(v.text, v.passed, measured_text(v.value)) for v in report.expectations),
+        expectations=tuple(Expectation(v.text, v.passed, found(v, run.units)) for v in report.expectations),
         standing=tuple(StandingRow(v.loop, v.kind, v.word, v.at, v.why) for v in report.standing),
         in_control={name: loop.time_in_control for name, loop in report.loops.items()},
         duration=report.duration,
@@ -122,7 +137,7 @@ def happenings(report: Report) -> list[Happening]:
             asked = "" if change.requested in {None, change.mode} else f" (requested {change.requested})"
             reason = f": {change.reason}" if change.reason else ""
             rows.append(Happening(change.at, name, "mode", f"{change.mode}{asked}{reason}"))
-        rows += [Happening(alarm.at, name, "alarm", alarm.alarm, alarm.cleared) for alarm in loop.alarms]
+        rows += [Happening(alarm.at, name, "alarm", in_words(alarm.alarm), alarm.cleared) for alarm in loop.alarms]
     rows += [
         Happening(note.at, note.loop or "", "error" if note.error else "note", note.text, error=note.error)
         for note in report.notes
@@ -130,9 +145,15 @@ def happenings(report: Report) -> list[Happening]:
     return sorted(rows, key=lambda row: row.at)
 
 
+def open_alarms(report: Report) -> Iterator[OpenAlarm]:
+    """The alarms that are on at the end."""
+    for name, loop in report.loops.items():
+        yield from (OpenAlarm(name, in_words(one.alarm), one.at) for one in loop.alarms if one.cleared is None)
+
+
 def flags_on(loop: LoopReport) -> str:
     """The flags that were on at any time."""
-    return ", ".join(flag for flag, seen in loop.flags.items() if seen)
+    return ", ".join(in_words(flag) for flag, seen in loop.flags.items() if seen)
 
 
 def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float], ...]]]:
@@ -140,6 +161,24 @@ def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float
     for name, loop in report.loops.items():
         if loop.autotune is not None:
             yield name, str(loop.autotune["status"]), tuple(loop.autotune["results"].items())
+
+
+def found(verdict: Verdict, units: Mapping[str, Units]) -> str:
+    """What was measured for an expectation, with the unit of the metric or of the signal that it is about."""
+    of_loop = units.get(verdict.loop or "")
+    about = verdict.text.removeprefix(f"{verdict.loop} ").partition(" ")[0]
+    unit = METRICS.get(about, "").strip() or metric_unit(about, of_loop)
+    if of_loop is not None and not unit:
+        unit = next((unit for name, unit in of_loop.signals.items() if verdict.text.startswith(f"{name} ")), "")
+    number = isinstance(verdict.value, int | float | list | tuple) and not isinstance(verdict.value, bool)
+    return f"{measured_text(verdict.value)} {unit if number else ''}".rstrip()
+
+
+def metric_unit(metric: str, units: Units | None) -> str:
+    """The unit of a metric that its title does not say; empty where the loop has none."""
+    pattern = METRIC_UNITS.get(metric, "")
+    side = "" if units is None else units.output if "{output}" in pattern else units.pv
+    return pattern.format(pv=side, output=side) if side else ""
 
 
 def measured_text(value: Any) -> str:

@@ -12,7 +12,7 @@ from pidcfg.report.facts import facts, stored_setpoint
 from pidcfg.report.roots import settings_before_root, with_shares
 from pidcfg.report.settings import NOWHERE, groups_of, sides, table_units
 from pidcfg.report.texts import text
-from pidcfg.report.words import Words, parameters_of, places_of
+from pidcfg.report.words import Words, parameters_of, places_of, with_words
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -84,13 +84,14 @@ def _loop_sheet(
     pv_unit = sides(loop)["pv"]
     stored = {} if named else stored_setpoint(encoding, i, pv_unit)
     shares = {} if named else settings_before_root(encoding, i)
+    blocks = () if named else Words(encoding, sides(loop), setting_units, book_of(vendor).writers).blocks(i)
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
         anchor=anchor,
-        facts=tuple(facts(vendor, loop, neutral_loop, groups, stored)),
+        facts=tuple(with_words(facts(vendor, loop, neutral_loop, groups, stored), blocks)),
         groups=with_shares(groups, shares, pv_unit),
-        blocks=() if named else Words(encoding, sides(loop), setting_units, book_of(vendor).writers).blocks(i),
+        blocks=blocks,
         parameters=parameters_of(image, loop.name, book_of(vendor), units) if named else (),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
         findings=tuple(d for d in findings if loop.name == d.loop and d.file == checked.document.file),

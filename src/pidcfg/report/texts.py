@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from math import floor, isfinite, log10
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.schemas.base import Duration, Quantity, decimal_text
@@ -13,7 +14,8 @@ if TYPE_CHECKING:
 
 SIDES = {"pv": "PV unit", "output": "output unit"}
 """What stands for the unit of a side that has none."""
-TINY, MILLION, HUGE = 1e-15, 1e6, 1e15
+TINY, THOUSANDTH, THOUSAND, HUNDRED_THOUSAND, MILLION, HUGE = 1e-15, 1e-3, 1e3, 1e5, 1e6, 1e15
+RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 def cell(value: Any) -> Value:
@@ -54,5 +56,14 @@ def number(value: float) -> str:
 
 
 def measured(value: float) -> str:
-    """A number that was measured: six digits, and all that stand before the point."""
-    return number(float(f"{value:.6g}" if abs(value) < MILLION else f"{value:.0f}"))
+    """A number that was measured, in engineering digits: five of them, or all before the point up to a million.
+
+    Beyond, and below a thousandth, with a power of ten whose exponent is a multiple of three: 4.1471×10⁹.
+    """
+    if value and isfinite(value) and not THOUSANDTH <= abs(value) < MILLION:
+        exponent = 3 * (floor(log10(abs(value))) // 3)
+        mantissa = float(f"{Decimal(value).scaleb(-exponent):.5g}")
+        if abs(mantissa) >= THOUSAND:
+            exponent, mantissa = exponent + 3, mantissa / THOUSAND
+        return f"{mantissa:g}×10{str(exponent).translate(RAISED)}"
+    return number(float(f"{value:.5g}" if abs(value) < HUNDRED_THOUSAND else f"{value:.0f}"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -12,14 +12,14 @@ from pidcfg.encoders.regmap import Bits
 from pidcfg.encoders.words import DecodeError
 from pidcfg.report import content
 from pidcfg.report.roots import word_before_root
-from pidcfg.report.settings import CHOICE
+from pidcfg.report.settings import CHOICE, NOWHERE
 from pidcfg.report.texts import cell as cell_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.units import unit_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.image import Block, Cell, Encoding
     from pidcfg.encoders.parameters import Entry, Program
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from pidcfg.explanation.find_parameter import ParameterBook
 
 THE_PLC = "the PLC"
+BCD = "BCD"
+"""How the notation of a codec of decimal digits begins."""
 AS_PV = "as the PV"
 """A choice that stands for none of its own: the output takes the PV's format."""
 
@@ -110,6 +112,7 @@ class Words:
             owner=word.access,
             bits=tuple(bit for bit in every if bit.owner == "setting" or set(bit.state) != {"0"}),
             by=self.writers.get(word.name, THE_PLC) if word.access == "status" else "",
+            counted=not every and is_counted(word),
         )
 
     def _value(self, word: Word, block: Block, raw: int) -> tuple[content.Value, str]:
@@ -130,6 +133,20 @@ class Words:
         if isinstance(value, bool):
             return "on" if value else "off", ""
         return (None if word.access == "reserved" else cell_of(value)), ""
+
+
+def is_counted(word: Word) -> bool:
+    """Whether the decimal number of a register says something."""
+    notation = str(getattr(word.codec, "notation", ""))
+    return not notation.startswith(BCD) and not hasattr(word.codec, "spelled")
+
+
+def with_words(facts: Iterable[content.Fact], blocks: Sequence[content.Block]) -> Iterator[content.Fact]:
+    """The facts with what stands in their registers, beside the addresses."""
+    shown = content.contents_of(blocks)
+    for fact in facts:
+        places = [f"{place} {shown[place]}" if place in shown else place for place in fact.place.split(", ")]
+        yield replace(fact, place="" if fact.place == NOWHERE else ", ".join(places))
 
 
 def _bits(row: Bits, raw: int) -> content.Bit:

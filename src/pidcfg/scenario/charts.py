@@ -5,6 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
+from pidcfg.scenario.levels import alarm_lines, limit_lines
+from pidcfg.sim.names import in_words
+from pidcfg.sim.report import Alarm
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -54,7 +57,7 @@ def _chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, recor
     return Chart(
         title=f"{loop}: {axes.description}" if axes.description else loop,
         loop=loop,
-        panels=panels(axes, recording),
+        panels=panels(axes, recording, loop, loop_report, report.duration),
         strips=strips(loop_report, report.duration),
         marks=(*events, *marks),
         begin=0.0,
@@ -73,17 +76,19 @@ def before_root(axes: Axes, recording: Recording) -> tuple[str, ...]:
     return (axes.root.remark(axes.setpoint.rpartition(".")[2], float(values[-1]), axes.pv_unit),)
 
 
-def panels(axes: Axes, recording: Recording) -> tuple[Panel, ...]:
-    """PV and set point on one axis, the output on its own."""
+def panels(axes: Axes, recording: Recording, loop: str, report: LoopReport, end: float) -> tuple[Panel, ...]:
+    """PV and set point on one axis, the output on its own, each with the levels that bars below refer to."""
     wanted: tuple[tuple[str, Role], ...] = ((axes.setpoint, "setpoint"), (axes.pv, "pv"))
     lines = [line(recording, name, role) for name, role in wanted if name]
     title = ", ".join(reversed([one.name for one in lines]))
+    lines += alarm_lines(recording, loop, names_of(report.alarms), axes.setpoint, end)
     rows = [Panel(title, axes.pv_unit, tuple(lines))]
     if axes.root is not None:
         rows = [Panel(f"{title} before the root", "", tuple(lines))]
     if axes.output:
         output = line(recording, axes.output, "output")
-        rows.append(Panel(output.name, axes.output_unit, (output,), axes.output_range))
+        limits = limit_lines(recording, loop, names_of(report.conditions), end)
+        rows.append(Panel(output.name, axes.output_unit, (output, *limits), axes.output_range))
     return tuple(rows)
 
 
@@ -95,12 +100,17 @@ def line(recording: Recording, signal: str, role: Role, side: Side | None = None
 
 def strips(report: LoopReport, end: float) -> tuple[Strip, ...]:
     """Modes, then each alarm and flag that was on, then the steps of a profile."""
-    spans = [(one.alarm, one.at, one.cleared) for one in report.alarms]
+    spans = [(in_words(one.alarm), one.at, one.cleared) for one in report.alarms]
     rows = [Strip("mode", modes(report, end), "mode"), *_rows(spans, end, "alarm")]
     if report.steps:
         rows.append(Strip("ramp/soak", tuple(_bar(step, end) for step in report.steps), "step"))
-    rows += _rows([(one.name, one.at, one.until) for one in report.conditions], end, "condition")
+    rows += _rows([(in_words(one.name), one.at, one.until) for one in report.conditions], end, "condition")
     return tuple(rows)
+
+
+def names_of(spans: Sequence[Alarm] | Sequence[Period]) -> list[str]:
+    """The alarms or flags that have a row."""
+    return list(dict.fromkeys(one.alarm if isinstance(one, Alarm) else one.name for one in spans))[:ROWS]
 
 
 def modes(report: LoopReport, end: float) -> tuple[Bar, ...]:

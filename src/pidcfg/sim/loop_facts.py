@@ -80,6 +80,14 @@ class LoopFacts(ABC):
         limit = self.alarm_limits.get(alarm)
         return limit is None or bool(abs(getattr(self.cfg[loop], limit)) < self.unreached)
 
+    def alarm_level(self, loop: int, alarm: str) -> float | None:
+        """Where an alarm comes on, in the unit of the PV's signal: a PV, or a distance from the set point.
+
+        None: the alarm is off, or is about no level.
+        """
+        limit = self.alarm_limits.get(alarm)
+        return float(getattr(self.cfg[loop], limit)) if limit is not None and self.alarm_is_on(loop, alarm) else None
+
     def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
         """At the start: the set point that the configuration gives a loop, before the PLC limits it."""
         return float(sig[self.cfg[loop].sig_sp])

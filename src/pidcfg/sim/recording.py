@@ -8,15 +8,20 @@ from __future__ import annotations
 
 from array import array
 from dataclasses import dataclass, field
+from math import nan
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from pidcfg.sim.plc import Plc
+
 POINTS = 2_000
 """What a signal keeps at most."""
 KEPT = 4
 """Values of a group: first, lowest, highest, last."""
+LOW, HIGH = "output low", "output high"
+"""What stands for an output's limits among the levels of alarms."""
 
 
 @dataclass(slots=True)
@@ -32,6 +37,9 @@ class Recording:
     steps: dict[str, array[int]] = field(default_factory=dict)
     """The base steps of the points that are kept, by signal."""
     values: dict[str, array[float]] = field(default_factory=dict)
+    levels: dict[tuple[str, str], list[tuple[float, float]]] = field(default_factory=dict)
+    """By loop and alarm: where the alarm comes on, from which time in s on; NaN where it is off. The limits of the
+    output, as `LOW` and `HIGH`, likewise."""
     _columns: list[tuple[int, str]] = field(default_factory=list)
     _rows: int = 0
     _width: int = 0
@@ -46,7 +54,18 @@ class Recording:
         self.group = 1 if steps <= POINTS else -(-steps * KEPT // POINTS)
         self.steps = {name: array("q") for name in self.names}
         self.values = {name: array("d") for name in self.names}
-        self._open = {}
+        self.levels, self._open = {}, {}
+
+    def look(self, plc: Plc, sig: Sequence[float], time: float) -> None:
+        """Notes the levels of all alarms and the limits of all outputs where they have changed."""
+        for i, loop in enumerate(plc.loops):
+            levels = {alarm: plc.alarm_level(i, alarm) for alarm in plc.alarm_limits}
+            low, high = plc.output_limits(i, sig)
+            for name, level in {**levels, LOW: low, HIGH: high}.items():
+                value = nan if level is None else level
+                rows = self.levels.setdefault((loop, name), [])
+                if not rows or repr(rows[-1][1]) != repr(value):
+                    rows.append((time, value))
 
     def take(self, rows_of_values: Sequence[float], rows: int) -> None:
         """Rows of values, one a base step, one after the other."""

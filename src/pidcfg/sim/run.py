@@ -152,6 +152,7 @@ class _Run:
         if self.settings.recording is not None:
             self.settings.recording.begin(list(self.net.names), self.last + 1, self.dt)
         self.periods = list(self.plc.periods)
+        self._look_at_settings(0)
         k = self.agenda.zero = self.zero
         lookout = Lookout(self._evidence())
         for stop, action in self.agenda.stops(self.last, lookout.stops()):
@@ -160,7 +161,7 @@ class _Run:
             note = action(stop)
             if note is not None:
                 self.notes.append(note)
-            self._look_at_rates(stop)
+            self._look_at_settings(stop)
         self._advance(k, self.zero + self.last + 1)
         if self.settings.recording is not None:
             self.settings.recording.end()
@@ -178,7 +179,7 @@ class _Run:
             final = k == self.zero + self.last
             held = [(m.iae, m.ise, m.itae) for m in self.machine.meters] if final else []
             self._chunk(k, stop)
-            self._look_at_rates(stop - self.zero)
+            self._look_at_settings(stop - self.zero)
             if k == self.zero:
                 for meter in self.machine.meters:
                     begin(meter, self.net.sig)
@@ -204,13 +205,14 @@ class _Run:
             machine.counts[:2] = [0, 0]
         self._report_progress(k - self.zero)
 
-    def _look_at_rates(self, k: int) -> None:
-        """Reports a sample rate that the base step does not meet since an event or an auto-tune changed it."""
-        periods = list(self.plc.periods)
-        for name, old, new in zip(self.plc.loops, self.periods, periods, strict=True):
+    def _look_at_settings(self, k: int) -> None:
+        """Reports a sample rate that the base step no longer meets, and records changed levels of alarms."""
+        periods, self.periods = self.periods, list(self.plc.periods)
+        for name, old, new in zip(self.plc.loops, periods, self.periods, strict=True):
             if new and new != old and misses(new, self.step, self.scenario):
                 self.problems.append(uneven(name, new, self.step, f"by {rounded(k * self.dt):g} s: "))
-        self.periods = periods
+        if self.settings.recording is not None:
+            self.settings.recording.look(self.plc, self.net.sig, rounded(k * self.dt))
 
     def _noise(self, rows: int) -> list[float]:
         """Standard normal numbers, a row a base step; a source for each plant, so that none depends on others."""

@@ -24,12 +24,14 @@ if TYPE_CHECKING:
     from pidcfg.report.content import Content
     from pidcfg.scenario.outcome import Outcome
 
-STDOUT, PAGE = "-", "report.html"
-NEEDS = {"page": ("jinja2", "matplotlib"), "xlsx": ("xlsxwriter",)}
+STDOUT, PAGE, PDF = "-", "report.html", ".pdf"
+NEEDS = {"page": ("jinja2",), "xlsx": ("xlsxwriter",)}
 """Packages of the extra ``report`` by what needs them."""
 EPILOG = options.examples(
     "pidcfg report reactor.scenario.yaml",
     "pidcfg report loops/ scenarios/ -o handover.html --project 'Line 4' --document PID-0042 --revision B",
+    "pidcfg report reactor.scenario.yaml -o reactor.pdf",
+    "pidcfg report reactor.yaml --sheet -o door.pdf",
     "pidcfg report reactor.yaml --tables tables --xlsx tables.xlsx",
 )
 
@@ -39,8 +41,8 @@ def _ending(*suffixes: str) -> Callable[[click.Context, click.Parameter, str | N
 
     def checked(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
         if name not in {None, STDOUT} and Path(name or "").suffix.lower() not in suffixes:
-            cure = "; a browser prints the page to PDF" if Path(name or "").suffix.lower() == ".pdf" else ""
-            raise click.BadParameter(f"{name!r}; write a name that ends in {' or '.join(suffixes)}{cure}", ctx, param)
+            ends = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}" if suffixes[1:] else suffixes[0]
+            raise click.BadParameter(f"{name!r}; write a name that ends in {ends}", ctx, param)
         return name
 
     return checked
@@ -58,9 +60,12 @@ def _field(name: str, what: str) -> options.Decorator:
     "--output",
     "out",
     metavar="FILE",
-    callback=_ending(".html", ".htm"),
-    help=f"The page; {PAGE} unless --tables or --xlsx is given, - for standard output.",
+    callback=_ending(".html", ".htm", ".pdf"),
+    help=f"The page, or the PDF where the name ends so; {PAGE} unless --tables or --xlsx is given, - for standard "
+    "output.",
 )
+@click.option("--full", is_flag=True, help="Print what is at its default, too, every word, and every signal.")
+@click.option("--sheet", is_flag=True, help="Instead of the report one sheet with all loops, for the cabinet's door.")
 @click.option("--tables", "--csv", "csv", metavar="FOLDER", help="Write the tables as CSV files into a folder.")
 @click.option(
     "--xlsx", "xlsx", metavar="FILE", callback=_ending(".xlsx"), help="Write the tables as an Excel workbook."
@@ -83,6 +88,8 @@ def command(
     out: str | None,
     csv: str | None,
     xlsx: str | None,
+    full: bool,
+    sheet: bool,
     title: str,
     project: str | None,
     customer: str | None,
@@ -99,9 +106,9 @@ def command(
 ) -> None:
     """Write a commissioning report on every FILE: scenarios, configurations, and folders of them.
 
-    A scenario brings its configuration along. The report has a sheet for each loop, with settings, words and a column
-    for the as-left values, the findings, the trends and verdicts of the runs, and the SHA-256 of every file. Nothing
-    in it comes from the clock or the user's account: the same files give the same bytes.
+    A scenario brings its configuration along. The report has a page for each loop, with what the file says, the words,
+    and a column for the as-left values, the findings, the trends and verdicts of the runs, and the SHA-256 of every
+    file. Nothing in it comes from the clock or the user's account: the same files give the same bytes.
 
     Exit codes: 0 no error and no failed expectation, 1 some (they are in the report), 2 unusable input.
     """
@@ -111,14 +118,20 @@ def command(
 
     if out is None and csv is None and xlsx is None:
         out = PAGE
+    if sheet and full:
+        raise click.UsageError("--sheet and --full: a sheet for the door has no more than the main values")
+    printed = _browser() if out is not None and Path(out).suffix.lower() == PDF else None
     _have("page" if out is not None else None, "xlsx" if xlsx is not None else None)
-    inputs = gathered(paths, limits, _progress, pictures=out is not None)
+    inputs = gathered(paths, limits, _progress, pictures=out is not None and not sheet)
     block = Title(title, project, customer, plant, document, revision, author, date, __version__)
     complete = compose(
         block, list(inputs.files.values()), list(inputs.configurations.values()), inputs.runs, inputs.findings
     )
     content = renamed(complete, shortener([file.name for file in complete.files]))
-    _write(content, out, csv, xlsx, force=force)
+    page: str | bytes | None = None if out is None else _page(content, sheet=sheet, full=full)
+    if printed is not None and isinstance(page, str):
+        page = _printed(page, printed)
+    _write(content, page, (out, csv, xlsx), force=force)
     if not quiet:
         note(summary(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
     for outcome in inputs.outcomes:
@@ -152,11 +165,39 @@ def shortener(names: Sequence[str]) -> Callable[[str], str]:
     return lambda name: Path(os.path.relpath(name, base)).as_posix() if Path(name).is_absolute() else name
 
 
-def _write(content: Content, out: str | None, csv: str | None, xlsx: str | None, *, force: bool) -> None:
-    """All files or none; the page goes to standard output last."""
+def _browser() -> str:
+    """The browser that prints; ends the command, before anything runs, where there is none."""
+    from pidcfg.report.pdf import PdfError, browser
+
+    try:
+        return browser()
+    except PdfError as error:
+        raise click.ClickException(str(error)) from None
+
+
+def _page(content: Content, *, sheet: bool, full: bool) -> str:
+    from pidcfg.report.page import door_sheet, page
+
+    return door_sheet(content) if sheet else page(content, full=full)
+
+
+def _printed(html: str, path: str) -> bytes:
+    from pidcfg.report.pdf import PdfError, pdf
+
+    try:
+        return pdf(html, path)
+    except PdfError as error:
+        raise click.ClickException(str(error)) from None
+
+
+def _write(
+    content: Content, page: str | bytes | None, names: tuple[str | None, str | None, str | None], *, force: bool
+) -> None:
+    """All files or none; the page goes to standard output last. ``names``: of the page, the folder, the workbook."""
     from pidcfg.cli.files.outputs import write_files
     from pidcfg.report.tables import tables_of
 
+    out, csv, xlsx = names
     files: dict[str, str | bytes] = {}
     if csv is not None:
         from pidcfg.report.csv_files import csv_files
@@ -166,17 +207,12 @@ def _write(content: Content, out: str | None, csv: str | None, xlsx: str | None,
         from pidcfg.report.workbook import workbook
 
         files[xlsx] = workbook([table for table in tables_of(content) if table.rows], content.title)
-    html = None
-    if out is not None:
-        from pidcfg.report.page import page
-
-        html = page(content)
-        if out != STDOUT:
-            files[out] = html
+    if out not in {None, STDOUT} and page is not None:
+        files[str(out)] = page
     with _folder(csv):
         write_files(files, force=force)
-    if html is not None and out == STDOUT:
-        echo_xml(html)
+    if isinstance(page, str) and out == STDOUT:
+        echo_xml(page)
 
 
 @contextmanager

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 TERMINAL = "-"
 SUFFIXES = (".svg", ".png", ".html")
+DRAWN = (".svg", ".png")
+"""Those that the plotting library draws."""
 MOST = 40
 """Charts in one file: what a page of pictures can hold and a person look through."""
 NARROWEST, WIDEST, HEIGHT = 40, 160, 12
@@ -39,7 +41,7 @@ def named(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) ->
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise click.BadParameter(f"{twice!r} stands there twice", ctx, param)
-    if any(name != TERMINAL for name in names):
+    if any(Path(name).suffix.lower() in DRAWN for name in names):
         need("matplotlib", "report")
     return names
 

@@ -14,6 +14,7 @@ from pidcfg.document import Document, Node
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
 from pidcfg.report.content import SourceFile
+from pidcfg.report.run_content import Units
 from pidcfg.report.runs import Run
 from pidcfg.validate.engine import Checked, check_document, is_scenario
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from pidcfg.cli.files.inputs import Input
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.limits import Limits
+    from pidcfg.scenario.axes import Axes
     from pidcfg.scenario.outcome import Outcome
 
 
@@ -80,8 +82,19 @@ class Gathered:
         self.outcomes.append(outcome)
         self.findings += [d for d in outcome.findings if d.file == doc.file or d.file not in loaded.documents]
         title = str((doc.data or {}).get("scenario") or "")
+        units = {loop: units_of(axes) for loop, axes in outcome.axes.items()}
         self.runs.append(
-            Run(outcome.file, outcome.config, outcome.report, outcome.passed, outcome.unjudged, title, charts, roots)
+            Run(
+                outcome.file,
+                outcome.config,
+                outcome.report,
+                passed=outcome.passed,
+                unjudged=outcome.unjudged,
+                title=title,
+                charts=charts,
+                units=units,
+                before_root=roots,
+            )
         )
 
     def _named(self, loaded: Any) -> None:
@@ -94,6 +107,13 @@ class Gathered:
         elif loaded.vendor is not None:
             self._note(entry, "memory listing")
             self.configurations[Path(entry.name).resolve()] = decoded(entry.name, loaded)
+
+
+def units_of(axes: Axes) -> Units:
+    """The units of a loop and its signals; before a root a PV has none."""
+    pv = "" if axes.root is not None else axes.pv_unit
+    signals = {axes.pv: pv, axes.setpoint: pv, axes.output: axes.output_unit}
+    return Units(pv, axes.output_unit, {name: unit for name, unit in signals.items() if name})
 
 
 def decoded(name: str, loaded: Any) -> Checked:

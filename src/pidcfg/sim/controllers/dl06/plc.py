@@ -100,6 +100,14 @@ class Dl06(Memory):
         share = c.out_width / c.out_span
         return c.out_low + (c.m_low - c.out_min) * share, c.out_low + (c.m_high - c.out_min) * share
 
+    def alarm_level(self, loop: int, alarm: str) -> float | None:
+        """The counts of a limit on the scale of the PV, which the signal before a root has, too."""
+        counts, c = super().alarm_level(loop, alarm), self.cfg[loop]
+        if counts is None:
+            return None
+        share = c.pv_width / c.pv_span
+        return c.pv_low + (counts - c.pv_min) * share if alarm.startswith("pv_") else counts * share
+
     def inner_deviation(self, loop: int) -> float | None:
         """The yellow deviation alarm; of a root it has another scale than the PV."""
         c = self.cfg[loop]

@@ -1,0 +1,385 @@
+"""What the report prints and what it leaves out: a page a loop, nothing at its default, numbers that people read."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import stat
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from pypdf import PdfReader
+
+from browser import IN_CI
+from pidcfg.cli.main import cli
+from pidcfg.report.compose import compose
+from pidcfg.report.content import Title, contents_of
+from pidcfg.report.page import clause, compared, door_sheet, grouped, page
+from pidcfg.report.pdf import VARIABLE, PdfError, browser, pdf
+from pidcfg.report.run_content import Units
+from pidcfg.report.runs import found, metric_unit
+from pidcfg.report.texts import measured
+from pidcfg.sim.report import Verdict
+from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+EIGHT = EXAMPLES / "dl06/extruder.scenario.yaml"
+HOSTILE = "<script>window.pwned=1</script>\"'</td>"
+
+
+def run(*args):
+    """The command's result; a traceback is a failure of the test."""
+    result = CliRunner().invoke(cli, ["report", *map(str, args)])
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    return result
+
+
+def content(name, change=("", "")):
+    """The content of a report on an example's configuration."""
+    text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
+    text = text.replace(*change) if change[0] else text
+    checked = check_document(read_document(text.encode(), f"{name}.yaml"))
+    return compose(Title("T", version="1"), [], [checked], [], checked.findings)
+
+
+class Page(HTMLParser):
+    """Rows of tables by the class of their table, and all elements."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.rows, self.table, self.cells = [], {}, "", None
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        names = dict(attrs).get("class") or ""
+        self.elements.append((tag, dict(attrs)))
+        if tag == "table":
+            self.table = names
+        elif tag == "tr":
+            self.cells = []
+            self.rows.setdefault(self.table, []).append(self.cells)
+        elif tag in {"td", "th"} and self.cells is not None:
+            self.cells.append("")
+
+    def handle_endtag(self, tag):
+        if tag == "tr":
+            self.cells = None
+
+    def handle_data(self, data):
+        if self.cells:
+            self.cells[-1] += data
+
+
+def settings_of(text):
+    """The rows of all tables of settings by their paths."""
+    rows = Page(text).rows
+    return {row[0]: row[1:] for name in rows if "settings" in name for row in rows[name] if len(row) > 3}
+
+
+@pytest.fixture
+def printer():
+    """The browser that prints; without one the test is skipped, in CI it fails."""
+    try:
+        return browser()
+    except PdfError as error:
+        (pytest.fail if IN_CI else pytest.skip)(str(error))
+
+
+# --- what is printed -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["dl06/extruder", "click/tank", "ezlogix/oven", "nextopid/cascade", "dpide/oven"])
+def test_a_default_is_printed_with_full_only(name):
+    report = content(name)
+    given = {s.path for _, loop in report.loops for g in loop.groups for s in g.settings if s.given}
+    default = {s.path for _, loop in report.loops for g in loop.groups for s in g.settings} - given
+    assert default
+    short, full = settings_of(page(report)), settings_of(page(report, full=True))
+    units = {path for path in given if path.endswith(".unit")}
+    assert given - units <= short.keys()
+    assert not (default | units) & short.keys()
+    assert given | default <= full.keys()
+
+
+def test_a_value_stands_with_its_unit_place_and_first_clause():
+    row = settings_of(page(content("dl06/reactor")))["tuning.gain"]
+    assert row[:3] == ["Gain Kc", "2.5 %/%", "V2050"]
+
+
+@pytest.mark.parametrize(
+    ("meaning", "first"),
+    [
+        ("Gain Kc, fraction of output span.", "Gain Kc"),
+        ("High alarm: on while the PV is above.", "High alarm"),
+        ("Lower limit (DFn+01).", "Lower limit"),
+        ("High alarm (DFn+15, status Cn+33).", "High alarm"),
+        ("Integral (reset) time Ti in s; 0 removes it.", "Integral (reset) time Ti in s"),
+        ("Wait 0.5 s", "Wait 0.5 s"),
+    ],
+)
+def test_a_meaning_is_cut_after_its_first_clause(meaning, first):
+    assert clause(meaning) == first
+
+
+def test_words_are_compared_as_the_plc_shows_them():
+    words = contents_of(content("dl06/reactor").loops[0][1].blocks)
+    assert words["V2010"] == "0080", "BCD digits of a gain of 0.80"
+    assert words["V2002"] == "0666", "1638 counts"
+    assert "V2003" not in words, "the PLC writes the PV"
+    assert contents_of(content("ezlogix/oven").loops[0][1].blocks)["R102"] == "1843"
+    assert contents_of(content("click/tank").loops[0][1].blocks)["DF101"] == "140"
+
+
+def test_many_zeros_stand_as_one():
+    rows = dict(compared(content("dl06/extruder").loops[4][1].blocks))
+    assert rows["V17350 to V17377"] == "0000"
+    assert "V17351" not in rows
+    assert rows["V17610"] == "0250"
+
+
+def test_digits_and_bits_have_no_decimal_number():
+    rows = {row[0]: row for row in Page(page(content("dl06/reactor"), full=True)).rows["words"] if len(row) == 6}
+    assert rows["V2010"][2:5] == ["0080", "", "0.8 %/%"]
+    assert rows["V2000"][3] == ""
+    assert rows["V2002"][2:4] == ["0666", "1638"]
+    assert rows["V2032"][3] == "", "an address"
+
+
+def test_cascade_from_has_its_register():
+    assert settings_of(page(content("dl06/reactor")))["cascade_from"][2] == "V2032"
+
+
+def test_findings_that_are_explained_alike_are_explained_once():
+    report = content("dl06/extruder")
+    groups = grouped(report.findings)
+    assert sum(len(group.findings) for group in groups) == len(report.findings) == 19
+    assert len(groups) < 10
+    text = page(report)
+    assert text.count(groups[0].first.help.split("`")[0]) == 1
+    assert all(f'id="finding-{i}"' in text for i in range(1, 20))
+
+
+@pytest.mark.parametrize(
+    ("name", "pulses", "duty"),
+    [
+        ("ezlogix/oven", "every 10 s, on O1, on at least 0.5 s, off at least 0.5 s", "0 to 100 %"),
+        ("click/tank", "every 5 s, on Y001", "0 to 100 %"),
+        ("dpide/oven", "every 4000 ms, on Y0.0", "0 to 100 %"),
+    ],
+)
+def test_pulses_and_their_duty_cycle_are_told(name, pulses, duty):
+    facts = {fact.title: fact.text for fact in content(name).loops[0][1].facts}
+    assert (facts["Pulses"], facts["Duty cycle"]) == (pulses, duty)
+
+
+def test_a_duty_cycle_is_that_of_the_limits():
+    report = content("click/tank", ("limits: [0, 100]", "limits: [20, 90]"))
+    assert {fact.title: fact.text for fact in report.loops[0][1].facts}["Duty cycle"] == "20 to 90 %"
+
+
+@pytest.mark.parametrize("name", ["dl06/reactor", "click/brewery"])
+def test_an_analog_output_has_no_pulses(name):
+    assert not {"Pulses", "Duty cycle"} & {fact.title for _, loop in content(name).loops for fact in loop.facts}
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (4147102619, "4.1471×10⁹"),
+        (-0.0001234, "-123.4×10⁻⁶"),
+        (999_999_900.0, "1×10⁹"),
+        (179.99432, "179.99"),
+        (123456.7, "123457"),
+        (999999.9, "1000000"),
+        (0.0, "0"),
+        (5e-324, "4.9407×10⁻³²⁴"),
+        (float("inf"), "inf"),
+    ],
+)
+def test_a_measured_number_has_engineering_digits(value, text):
+    assert measured(value) == text
+
+
+@pytest.mark.parametrize(
+    ("metric", "unit"),
+    [
+        ("iae", "degC·s"),
+        ("ise", "degC²·s"),
+        ("itae", "degC·s²"),
+        ("final_error", "degC"),
+        ("total_variation", "%"),
+        ("overshoot", ""),
+    ],
+)
+def test_a_metric_has_the_unit_of_its_loop(metric, unit):
+    assert metric_unit(metric, Units("degC", "%")) == unit
+    assert metric_unit(metric, Units()) == metric_unit(metric, None) == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "shown"),
+    [
+        ("TIC-1 overshoot at most 5 %", 3.2, "3.2 %"),
+        ("TIC-1 settling_time (band 5 %) at most 60 s", 41.0, "41 s"),
+        ("TIC-1 iae at most 900", 812.5, "812.5 degC·s"),
+        ("TIC-1.PV 85 ± 1 at the end", 85.25, "85.25 degC"),
+        ("TIC-1.OUT at least 0 and at most 90", [3.0, 80.5], "3 to 80.5 %"),
+        ("TIC-1 mode is auto at the end", "manual", "manual"),
+        ("TIC-1 alarm pv_high never", None, "none"),
+        ("TIC-1 flag overflow is false", True, "true"),
+    ],
+)
+def test_what_was_found_has_its_unit(text, value, shown):
+    units = {"TIC-1": Units("degC", "%", {"TIC-1.PV": "degC", "TIC-1.OUT": "%"})}
+    assert found(Verdict(text, passed=True, value=value, loop="TIC-1"), units) == shown
+
+
+def test_the_metrics_of_a_run_have_units(tmp_path):
+    run(EXAMPLES / "dl06/reactor.scenario.yaml", "-o", tmp_path / "r.html", "-q")
+    text = (tmp_path / "r.html").read_text("utf-8")
+    assert "degC·s²" in text
+    cells = [cell for rows in Page(text).rows.values() for row in rows for cell in row]
+    assert not [cell for cell in cells if re.search(r"\d{7,}|\d[.]\d{6,}", cell)], "numbers that nobody can read"
+
+
+def test_full_shows_every_signal_with_its_unit(tmp_path):
+    run(EXAMPLES / "click/tank.scenario.yaml", "-o", tmp_path / "short.html", "-q")
+    run(EXAMPLES / "click/tank.scenario.yaml", "--full", "-o", tmp_path / "full.html", "-q")
+    short, full = (Page((tmp_path / f"{name}.html").read_text("utf-8")).rows for name in ("short", "full"))
+    rows = {row[0]: row[-1] for rows in full.values() for row in rows if len(row) == 5}
+    assert (rows["TANK1.PV"], rows["TANK1.SP"], rows["TANK1.CO"]) == ("degF", "degF", "%")
+    assert "TANK1.PV" not in {row[0] for rows in short.values() for row in rows if row}
+
+
+# --- the cover -------------------------------------------------------------------------------------------------------
+
+
+def test_the_cover_shows_the_alarms_that_stand_beside_the_verdict(tmp_path):
+    for name in ("tank.yaml", "tank.scenario.yaml"):
+        text = (EXAMPLES / "click" / name).read_text("utf-8")
+        (tmp_path / name).write_text(text.replace("for: 60", "for: 3000"), "utf-8")
+    run(tmp_path / "tank.scenario.yaml", "-o", tmp_path / "r.html", "-q", "--exit-zero")
+    (row,) = Page((tmp_path / "r.html").read_text("utf-8")).rows["runs"][1:]
+    assert "passed" in row[1]
+    assert "TANK1 PV low-low since 2100.5 s" in " ".join(row[2].split())
+    assert "TANK1 deviation high-high since" in row[2]
+
+
+def test_a_run_without_standing_alarms_says_so(tmp_path):
+    run(EXAMPLES / "dl06/reactor.scenario.yaml", "-o", tmp_path / "r.html", "-q")
+    (row,) = Page((tmp_path / "r.html").read_text("utf-8")).rows["runs"][1:]
+    assert row[2] == "none"
+
+
+def test_alarms_have_names_in_words_where_a_run_tells_them(tmp_path):
+    run(EXAMPLES / "click/tank.scenario.yaml", "-o", tmp_path / "r.html", "-q")
+    rows = [row for rows in Page((tmp_path / "r.html").read_text("utf-8")).rows.values() for row in rows]
+    alarms = [row for row in rows if len(row) == 5 and row[3] == "alarm"]
+    assert {row[4] for row in alarms} >= {"PV low", "PV low-low", "deviation high"}
+
+
+# --- the sheet for the door ------------------------------------------------------------------------------------------
+
+
+def test_the_sheet_has_every_loop_with_its_main_words():
+    rows = [" ".join(" ".join(row).split()) for row in Page(door_sheet(content("dl06/extruder"))).rows["door"][1:]]
+    assert len(rows) == 8
+    for part in ("TIC-Z1 Barrel zone 1", "PV rises V17400 bit 4", "170 degC V17402 06CC", "Gain 4 %/% V17410 0400"):
+        assert part in rows[0]
+    for part in ("Reset 150 s V17411 1500", "Rate 20 s V17412 2000", "high-high 350 degC", "0 to 400 degC"):
+        assert part in rows[0]
+    assert "PV falls" in rows[6]
+
+
+def test_the_sheet_tells_pulses_and_errors():
+    assert "pulses every 10 s, on O1" in door_sheet(content("ezlogix/oven"))
+    assert "Not for the door" not in door_sheet(content("ezlogix/oven"))
+    assert "Not for the door: 2 errors" in door_sheet(content("mistakes/oven"))
+
+
+def test_no_name_escapes_from_the_sheet_or_the_page():
+    report = content("click/tank", ("description: ", f"description: {json.dumps(HOSTILE)} # "))
+    assert report.loops[0][1].description == HOSTILE
+    for text, scripts in ((door_sheet(report), 0), (page(report), 1), (page(report, full=True), 1)):
+        found = Page(text)
+        assert [tag for tag, _ in found.elements].count("script") == scripts
+        assert "&lt;script&gt;window.pwned" in text
+
+
+def test_a_sheet_runs_nothing_and_has_no_trend(tmp_path):
+    result = run(EIGHT, "--sheet", "-o", tmp_path / "door.html", "-q")
+    text = (tmp_path / "door.html").read_text("utf-8")
+    assert result.exit_code == 0
+    assert "<script" not in text
+    assert "<figure" not in text
+
+
+def test_a_sheet_is_never_full():
+    result = run(EXAMPLES / "dl06/reactor.yaml", "--sheet", "--full")
+    assert result.exit_code == 2
+    assert "--sheet and --full" in result.stderr
+
+
+# --- PDF -------------------------------------------------------------------------------------------------------------
+
+
+def pages_of(path):
+    """The texts of a PDF's pages."""
+    return [re.sub(r"\s+", " ", one.extract_text()) for one in PdfReader(path).pages]
+
+
+def test_eight_loops_take_a_page_each_and_full_takes_more(tmp_path, printer):
+    assert run(EIGHT, "-o", tmp_path / "short.pdf", "-q").exit_code == 0
+    texts = pages_of(tmp_path / "short.pdf")
+    assert len(texts) <= 16
+    assert "Contents" not in texts[0]
+    assert "TIC-Z1 Barrel zone 1, feed" in texts[0]
+    for loop in ("TIC-Z1", "TIC-Z4", "TIC-DIE", "PIC-MELT", "TIC-WTR", "SIC-HAUL"):
+        (sheet,) = [text for text in texts if f"Loop {loop} " in text]
+        assert f"Commissioning of {loop} " in sheet
+    assert all(f"Page {i} of {len(texts)}" in text for i, text in enumerate(texts, start=1))
+    assert run(EXAMPLES / "dl06/extruder.yaml", "--full", "-o", tmp_path / "full.pdf", "-q").exit_code == 0
+    assert len(pages_of(tmp_path / "full.pdf")) > 30
+
+
+def test_the_sheet_of_eight_loops_is_one_page(tmp_path, printer):
+    assert run(EIGHT, "--sheet", "-o", tmp_path / "door.pdf", "-q").exit_code == 0
+    pdf_file = PdfReader(tmp_path / "door.pdf")
+    assert len(pdf_file.pages) == 1
+    assert float(pdf_file.pages[0].mediabox.width) > float(pdf_file.pages[0].mediabox.height)
+
+
+def test_the_same_page_gives_the_same_pdf(printer):
+    html = page(content("dl06/flow"))
+    first = pdf(html, printer)
+    assert first == pdf(html, printer)
+    assert PdfReader(io.BytesIO(first)).metadata.creation_date.year == 2000
+
+
+def test_without_a_browser_there_is_one_clear_error_before_anything_runs(tmp_path, monkeypatch):
+    monkeypatch.setattr("pidcfg.report.pdf.shutil.which", lambda _: None)
+    result = run(EIGHT, "-o", tmp_path / "r.pdf")
+    assert result.exit_code != 0
+    assert "a PDF is printed by Chromium, Chrome or Edge, and none of them is here; install one" in result.stderr
+    assert VARIABLE in result.stderr
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setenv(VARIABLE, "no-such-browser")
+    assert "PIDCFG_BROWSER names 'no-such-browser', which is no program here" in run(EIGHT, "-o", "r.pdf").stderr
+
+
+def test_what_a_browser_says_when_it_fails_is_told(tmp_path, monkeypatch):
+    fake = tmp_path / "browser"
+    fake.write_text("#!/bin/sh\necho first >&2\necho the disk is full >&2\nexit 3\n", "utf-8")
+    fake.chmod(fake.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv(VARIABLE, str(fake))
+    result = run(EXAMPLES / "dl06/flow.yaml", "-o", tmp_path / "r.pdf")
+    assert result.exit_code != 0
+    assert f"{fake} has printed nothing: the disk is full" in result.stderr
+    assert not (tmp_path / "r.pdf").exists()
+    fake.write_text("not a program", "utf-8")
+    assert "cannot be started" in run(EXAMPLES / "dl06/flow.yaml", "-o", tmp_path / "r.pdf").stderr
