@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.pictures.chart import Line
 from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, key_rows, letters_in, numbered, sheet
 from pidcfg.pictures.strips import draw_marks, draw_strips, label
 from pidcfg.pictures.style import (
@@ -30,13 +31,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pidcfg.pictures.chart import Chart, Line, Panel
+    from pidcfg.pictures.chart import Chart, Panel
     from pidcfg.pictures.layout import Box, Place, Sheet
 
 ROOM = 0.06
 """What is left free above and below the lines, as a share of what they cover."""
 FLAT = 1e-9
 """Values that differ by less than this share of their size are one value."""
+FAINT = 0.18
+"""How dense a band is; where two lie over each other they are denser."""
 APART = 10.0
 """Points between the names of two lines."""
 
@@ -149,6 +152,11 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
     title = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
     axes.set_ylabel(title, size=SIZES["label"], color=INK, gid="axis value")
     axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
+    for band in panel.bands:
+        colour = pen_of(Line("", band.role, (), ()), overlaid=False).colour
+        times = [t / size for t in band.times]
+        look: dict[str, Any] = {"color": colour, "alpha": FAINT, "linewidth": 0, "gid": "band"}
+        axes.fill_between(times, band.low, band.high, step="post" if band.role in HELD else None, **look)
     names: dict[str, tuple[float, str]] = {}
     for layer, line in enumerate(sorted(panel.lines, key=_layer), start=3):
         times, values = drawable(line)
@@ -177,6 +185,7 @@ def _layer(line: Line) -> tuple[bool, bool]:
 def _limits(panel: Panel) -> tuple[float, float]:
     """The ends of a value axis: all lines with some room, and around a flat line something to see it in."""
     values = [v for line in panel.lines for v in drawable(line)[1]] + list(panel.least or ())
+    values += [v for band in panel.bands for side in (band.low, band.high) for v in side]
     low, high = min(values, default=0.0), max(values, default=1.0)
     if high - low <= FLAT * max(abs(low), abs(high)):
         low, high = low - 0.05 * (abs(low) or 10.0), high + 0.05 * (abs(high) or 10.0)

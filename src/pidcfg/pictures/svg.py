@@ -12,7 +12,22 @@ SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
 FONTS = "'DejaVu Sans', Verdana, 'Segoe UI', Arial, sans-serif"
 """The font that the places are made for, and wide ones that most systems have."""
 REFERENCE = re.compile(r"url\(#([^)]*)\)")
-CLASSES = {"title", "loop", "note", "key", "side", "axis", "line", "name", "strip", "bar", "label", "mark", "number"}
+CLASSES = {
+    "title",
+    "loop",
+    "note",
+    "key",
+    "side",
+    "axis",
+    "line",
+    "name",
+    "strip",
+    "bar",
+    "label",
+    "mark",
+    "number",
+    "band",
+}
 """First words of what `figure` calls the parts; they become classes."""
 
 
