@@ -33,6 +33,7 @@ ORDER = {
     "How-to guides": [
         "converting",
         "tuning",
+        "certify",
         "ci",
         "living-with-findings",
         "pictures",

@@ -31,6 +31,9 @@ REACTOR = EXAMPLES / "dl06" / "reactor.yaml"
 TANK = EXAMPLES / "click" / "tank.yaml"
 TANK_SCENARIO = EXAMPLES / "click" / "tank.scenario.yaml"
 FILES = {"line/tank.yaml": TANK.read_bytes(), "line/tank.scenario.yaml": TANK_SCENARIO.read_text("utf-8")}
+CHILLER = EXAMPLES / "dpide" / "chiller.scenario.yaml"
+FILES["line/chiller.yaml"] = CHILLER.with_name("chiller.yaml").read_bytes()
+FILES["line/chiller.scenario.yaml"] = CHILLER.read_text("utf-8").replace(", share: 90 %", "")
 CALLS = {
     "load": lambda: pidcfg.load(Path("line/tank.yaml"), files=FILES),
     "check": lambda: pidcfg.check(Path("line/tank.scenario.yaml"), files=FILES),
@@ -39,6 +42,7 @@ CALLS = {
     "convert": lambda: pidcfg.convert(Path("line/tank.yaml"), "dpide", verify=True, files=FILES),
     "diff": lambda: pidcfg.diff(Path("line/tank.yaml"), Path("line/./tank.yaml"), files=FILES),
     "simulate": lambda: pidcfg.simulate(Path("line/tank.scenario.yaml"), engine="python", record=True, files=FILES),
+    "certify": lambda: pidcfg.certify(Path("line/chiller.scenario.yaml"), samples=1, record=True, files=FILES),
     "tune": lambda: pidcfg.tune("zn-closed", ultimate_gain=8, ultimate_period=4, vendor="click", files={}),
     "explain": lambda: pidcfg.explain("DF101", config=Path("line/tank.yaml"), files=FILES),
 }

@@ -18,7 +18,7 @@ from pidcfg.tuning.methods import METHODS
 from pidcfg.vendors import VENDORS
 from test_vendors import scenario, starter
 
-CALLS = ("load", "check", "encode", "decode", "convert", "diff", "simulate", "tune", "explain")
+CALLS = ("load", "check", "encode", "decode", "convert", "diff", "simulate", "certify", "tune", "explain")
 FIRST = next(iter(VENDORS.values()))
 TEXT = starter(FIRST)
 GOOD = {
@@ -29,6 +29,15 @@ GOOD = {
     "convert": {"source": TEXT, "to": FIRST.key},
     "diff": {"before": TEXT, "after": TEXT},
     "simulate": {"source": scenario(FIRST), "name": "x.yaml", "files": {"starter.yaml": TEXT}},
+    "certify": {
+        "source": scenario(FIRST),
+        "samples": 1,
+        "jobs": 1,
+        "keep_worst": 1,
+        "record": False,
+        "name": "x.yaml",
+        "files": {"starter.yaml": TEXT},
+    },
     "tune": {"method": "zn-open", "gain": 2, "time_constant": 60, "dead_time": 5},
     "explain": {},
 }

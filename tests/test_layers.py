@@ -49,13 +49,15 @@ MAY_IMPORT = {
                     "differences validate explanation sim pictures",
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
                     "validate sim pictures",
+    "certification": "refs limits reader writer diagnostics document source schemas scenario sim pictures __init__",
     "verification": "refs schemas encoders vendors conversion differences sim pictures",
     "draft":        "refs limits diagnostics document source schemas scenario sim validate verification",
     "sheets":       "limits diagnostics document paths source templates schemas vendors validate writer",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
-                    "differences tuning validate explanation sim scenario verification",
+                    "differences tuning validate explanation sim scenario certification verification",
     "cli":          "*",
-    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario draft results",
+    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario certification draft "
+                    "results",
     "__init__":     "api",
     "__main__":     "cli",
 }
@@ -76,7 +78,7 @@ ONLY_IN = {
     "xlsxwriter":    "report sheets.write",
     "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
                      "verification sheets cli.commands.schema",
-    "pydantic_core": "schemas encoders vendors validate sim verification draft",
+    "pydantic_core": "schemas encoders vendors validate sim scenario verification draft",
     "importlib":     "vendors cli sheets sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them
 }
@@ -88,6 +90,7 @@ LOADS = {
     "validate --help":                                "",
     "convert --help":                                 "",
     "decode --help":                                  "",
+    "certify --help":                                 "",
     "encode --help":                                  "",
     "rule PID101":                                    "pydantic",
     "explain V7642=0008":                             "pydantic",
@@ -261,7 +264,7 @@ def test_packages_from_outside_are_known_to_the_modules_that_need_them():
     assert not breaches, report(breaches)
 
 
-CALLS = ("check", "encode", "decode", "convert", "diff", "simulate", "tune", "explain")
+CALLS = ("check", "encode", "decode", "convert", "diff", "simulate", "certify", "tune", "explain")
 TYPES_AND_TEXTS = (
     *("cli", "api", "results", "limits", "diagnostics", "document", "vendors", "source.Document"),
     *(
@@ -271,6 +274,7 @@ TYPES_AND_TEXTS = (
         "explanation.render",
         "writer.json_text",
     ),
+    *("certification.charts", "certification.outcome", "pictures.chart.Chart"),
     *("scenario.outcome.Outcome", "scenario.charts.signals_before_root", "sim.engine.EngineName"),
     *("tuning.methods", "tuning.rules"),
     *("validate.catalog.unusable", "validate.engine.is_scenario"),

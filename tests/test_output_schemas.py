@@ -91,7 +91,7 @@ def renamed(document, path):
     return changed
 
 
-OPEN = {"plc_flags", "loops", "signals", "flags", "results"}
+OPEN = {"plc_flags", "loops", "signals", "flags", "results", "values"}
 """Objects of a run whose keys are names of the user's or the PLC's."""
 
 
@@ -99,6 +99,7 @@ DL06 = EXAMPLES / "dl06"
 FULL = {
     "validate": (EXAMPLES / "mistakes" / "oven.yaml",),
     "simulate": (EXAMPLES / "nextopid" / "autotune.scenario.yaml",),
+    "certify": (EXAMPLES / "dpide" / "chiller.scenario.yaml", "--samples", 40, "--jobs", 1),
     "convert": (DL06 / "oven.yaml", "--to", "click", "-o", "o.yaml", "--verify", "--allow-loss"),
     "diff": (DL06 / "oven.yaml", DL06 / "reactor.yaml"),
     "tune": ("--method", "zn-open", "--gain", 2, "--time-constant", 10, "--dead-time", 1, "--for", "click"),
@@ -113,6 +114,8 @@ def test_a_key_that_is_called_otherwise_is_noticed(name, folder):
     document = run(f"output-{name}", *FULL[name], code=int(name == "validate"))
     for path in leaves(document):
         if {"settings", "plc"} & set(path[:-1]) or (len(path) > 1 and path[-2] in OPEN and isinstance(path[-1], str)):
+            continue
+        if name == "certify" and path[:-1] == ("metrics",):  # by the names of loops
             continue
         assert not SCHEMAS[f"output-{name}"].is_valid(renamed(document, path)), path
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pidcfg.api import (
+        certify,
         check,
         check_file,
         check_text,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 __all__ = [
     "__version__",
+    "certify",
     "check",
     "check_file",
     "check_text",

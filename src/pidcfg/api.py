@@ -19,6 +19,7 @@ from pidcfg.results.reference import explain, tune
 from pidcfg.vendors import format_names
 
 __all__ = [
+    "certify",
     "check",
     "check_file",
     "check_text",
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
+    from pidcfg.results.certification import CertifyResult
     from pidcfg.results.conversion import ConvertResult
     from pidcfg.results.differences import DiffResult
     from pidcfg.results.findings import CheckResult, LoadResult
@@ -241,3 +243,46 @@ def simulate(
 
         return SimulateResult(simulate_draft(doc, settings, limits, record=record))
     return SimulateResult(simulate_document(doc, settings, limits, reader_of(files), record=record))
+
+
+@exact
+def certify(
+    source: Source,
+    *,
+    samples: int = 2000,
+    seed: int | None = None,
+    jobs: int = 1,
+    keep_worst: int = 3,
+    record: bool = False,
+    state: bytes | None = None,
+    keep: Callable[[bytes], None] | None = None,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+    progress: Callable[[float], None] | None = None,
+) -> CertifyResult:
+    """Runs samples of a scenario, in which what its ``vary`` names is drawn anew, and bounds how often it passes.
+
+    ``seed``: of the row of samples; not given: the scenario's. ``jobs``: processes, with the same results however many
+    (a script that starts some needs ``if __name__ == "__main__"``). ``keep_worst``: how many samples the result has as
+    scenarios. ``record``: how the signals spread, for a picture. ``keep`` is called with a state now and then, and
+    ``state`` continues there; one of another batch is an `ArgumentError`. ``progress`` is called with the share that is
+    done.
+    """
+    from pidcfg.certification.certify import Plan, certify_document
+    from pidcfg.certification.state import StateError
+    from pidcfg.certification.tally import MOST_WORST
+    from pidcfg.results.certification import CertifyResult
+    from pidcfg.results.sources import document_of
+
+    for argument, value, least in (("samples", samples, 1), ("jobs", jobs, 1), ("keep_worst", keep_worst, 0)):
+        if value < least:
+            raise ArgumentError(f"`{argument}` is {value}; write a whole number from {least} on", argument)
+    if keep_worst > MOST_WORST:
+        raise ArgumentError(f"`keep_worst` is {keep_worst}; at most {MOST_WORST} are kept", "keep_worst")
+    doc = document_of(source, name, files, limits)
+    plan = Plan(samples, seed, jobs, keep_worst, record, state, keep, progress)
+    try:
+        return CertifyResult(certify_document(doc, plan, limits, reader_of(files)))
+    except StateError as error:
+        raise ArgumentError(f"`state` cannot be continued: {error}", "state") from None

@@ -34,6 +34,17 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
+class Band:
+    """A surface between two values at each time: how far a signal spreads."""
+
+    role: Role
+    times: Sequence[float]
+    """In s."""
+    low: Sequence[float]
+    high: Sequence[float]
+
+
+@dataclass(frozen=True, slots=True)
 class Panel:
     """Lines on one axis, whose title and unit label it."""
 
@@ -42,6 +53,8 @@ class Panel:
     lines: tuple[Line, ...]
     least: tuple[float, float] | None = None
     """What the axis shows at least: an output's range."""
+    bands: tuple[Band, ...] = ()
+    """Behind the lines."""
 
 
 @dataclass(frozen=True, slots=True)

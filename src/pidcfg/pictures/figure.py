@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.pictures.chart import Line
 from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
 from pidcfg.pictures.locus import draw_locus
 from pidcfg.pictures.scale import layer_of, level_names, limits, spread, tick_text
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart, Panel
     from pidcfg.pictures.layout import Box, Place, Sheet
 
+FAINT = 0.18
+"""How dense a band is; where two lie over each other they are denser."""
 APART = 10.0
 """Points between the names of two lines."""
 
@@ -154,6 +157,11 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
     title = shortened(with_unit(panel.title, panel.unit), letters_in(box.height, SIZES["label"]))
     axes.set_ylabel(title, size=SIZES["label"], color=INK, gid="axis value")
     axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
+    for band in panel.bands:
+        colour = pen_of(Line("", band.role, (), ()), overlaid=False).colour
+        times = [t / size for t in band.times]
+        look: dict[str, Any] = {"color": colour, "alpha": FAINT, "linewidth": 0, "gid": "band"}
+        axes.fill_between(times, band.low, band.high, step="post" if band.role in HELD else None, **look)
     names: dict[str, tuple[float, str]] = {}
     for layer, line in enumerate(sorted(panel.lines, key=layer_of), start=3):
         times, values = drawable(line)

@@ -30,6 +30,7 @@ def limits(panel: Panel) -> tuple[float, float]:
     A level widens it only where it is near: an alarm that is far away would make a line of the signal.
     """
     values = [v for line in panel.lines if line.role != "level" for v in drawable(line)[1]] + list(panel.least or ())
+    values += [v for band in panel.bands for side in (band.low, band.high) for v in side]
     low, high = min(values, default=0.0), max(values, default=1.0)
     if high - low <= FLAT * max(abs(low), abs(high)):
         low, high = low - 0.05 * (abs(low) or 10.0), high + 0.05 * (abs(high) or 10.0)

@@ -27,6 +27,7 @@ CLASSES = {
     "mark",
     "number",
     "level",
+    "band",
 }
 """First words of what `figure` calls the parts; they become classes."""
 

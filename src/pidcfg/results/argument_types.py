@@ -35,6 +35,11 @@ def is_text(value: object) -> bool:
     return isinstance(value, str)
 
 
+def is_bytes(value: object) -> bool:
+    """What a file holds."""
+    return isinstance(value, bytes)
+
+
 def is_data(value: object) -> bool:
     """A file by its path, or its content."""
     return isinstance(value, Path | str | bytes | bytearray | memoryview)
@@ -134,6 +139,8 @@ KINDS: Mapping[str, tuple[Kind, str]] = {
     "Limits":                        (is_limits,                   "a pidcfg.limits.Limits"),
     "Sink":                          (is_sink,                     "an open text stream"),
     "Callable[[float], None]":       (callable,                    "a function"),
+    "Callable[[bytes], None]":       (callable,                    "a function"),
+    "bytes":                         (is_bytes,                    "bytes"),
 }
 # fmt: on
 """Whether a value is one, and what is wanted, by the annotation."""

@@ -11,6 +11,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
 from pidcfg.listings import check_settings, read_listing
 from pidcfg.reader import DISK, SUFFIXES, Reader, refusal
+from pidcfg.scenario.vary import uncertainties
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
 from pidcfg.sim.feedback import wrong_actions
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.listing import Listing
     from pidcfg.limits import Limits
+    from pidcfg.scenario.vary import Uncertainty
     from pidcfg.sim.plc import Controller, Plc
     from pidcfg.sim.problems import Problem
     from pidcfg.source import Document
@@ -70,6 +72,12 @@ class Loaded:
         controller = self.controller
         return controller.load(self.image, options(self.scenario, controller))
 
+    def uncertainties(self, plc: Plc) -> tuple[list[Uncertainty], list[Problem]]:
+        """What varies, and what is wrong with it."""
+        if self.scenario is None:
+            return [], []
+        return uncertainties(self.scenario, plc, self.documents.get(self.config))
+
     def refuse(self, message: str, cure: str | None = None) -> None:
         """A configuration that cannot be used."""
         path = ("config",)
@@ -110,7 +118,7 @@ def check_scenario(doc: Document, limits: Limits, reader: Reader = DISK) -> list
     if loaded.scenario is not None and loaded.image is not None:
         plc = loaded.plc()
         net = prepare(loaded.scenario, plc)
-        loaded.add(net.problems)
+        loaded.add([*net.problems, *loaded.uncertainties(plc)[1]])
         if not any(problem.severity == "error" for problem in net.problems):
             rest(net, initial_values(net))
             loaded.add(wrong_actions(net, plc))

@@ -70,7 +70,12 @@ def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False)
     outcome = Outcome(loaded.document.file, loaded.config, documents=loaded.documents)
     if loaded.scenario is None or loaded.image is None:
         return replace(outcome, findings=loaded.findings)
-    axes = axes_of(loaded.plc(), loaded.image.settings)
+    plc = loaded.plc()
+    _, problems = loaded.uncertainties(plc)
+    if problems:
+        loaded.add(problems)
+        return replace(outcome, findings=loaded.findings)
+    axes = axes_of(plc, loaded.image.settings)
     recording = Recording(signals_of(axes)) if record else None
     try:
         report = simulate(loaded.scenario, loaded.plc, loaded.controller, replace(settings, recording=recording))

@@ -29,6 +29,7 @@ from pidcfg.schemas.scenario_fields import (
     by_key,
     whole,
 )
+from pidcfg.schemas.scenario_vary import Vary
 
 
 class Plant(Model):
@@ -149,6 +150,8 @@ class Expectation(Model):
     """Of a flag: what it must be; true when not given."""
     autotune: Text | None = None
     """A result of auto-tune, by the vendor's name, with ``min`` and ``max``; or ``done``, ``error``."""
+    share: Percent | None = None
+    """Of ``pidcfg certify``: the share of samples of which it must hold (not given: all); others judge it once."""
 
 
 class Allowance(Model):
@@ -187,6 +190,8 @@ class Scenario(Model):
     """Values from outside; events may change them."""
     seed: Integer = 0
     """Seed of the noise."""
+    vary: Vary | None = None
+    """What is uncertain: what ``pidcfg certify`` varies."""
     plc: Options = Options()
     """Set-up words and options of the virtual PLC."""
     events: tuple[Event, ...] = ()

@@ -43,11 +43,14 @@ def check_expectation(path: Path, wanted: Expectation, scenario: Scenario, plc: 
         yield Problem(path, what, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
         return
     subject = subjects[0]
-    for key in sorted(present - SUBJECTS[subject]):
+    for key in sorted(present - SUBJECTS[subject] - {"share"}):
         keys = ", ".join(sorted(SUBJECTS[subject]))
         yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
     yield from _check_names(path, subject, wanted, plc, scenario)
     yield from _check_bounds(path, subject, wanted, present)
+    if wanted.share is not None and not 0 < wanted.share < 100:
+        cure = "without share no sample may fail" if wanted.share >= 100 else "write it like 99 %"
+        yield Problem((*path, "share"), f"samples cannot show a share of {wanted.share:f} %", "value", help=cure)
     times = {
         "at": wanted.at,
         "before": wanted.before,

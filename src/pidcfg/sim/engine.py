@@ -6,6 +6,7 @@ The data stay lists; a compiled run copies them into arrays and back for each ca
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -139,8 +140,9 @@ HOT = (step_plants, measure_loop)
 ENTRIES = (kernel.advance, kernel.settle)
 
 
+@cache
 def numba_kernels(controller: Controller) -> Kernels:
-    """The same two, compiled, each call between copies of its data into arrays and back."""
+    """The same two, compiled, each call between copies of its data into arrays and back; kept for the process."""
     from pidcfg.sim import compile as compiler
 
     built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))

@@ -226,6 +226,7 @@ def _read(path: Path) -> Mapping[str, Any]:
 SOURCES: dict[tuple[str, str], Source] = {
     ("validate", "paths"): yaml_file,
     ("simulate", "paths"): yaml_file,
+    ("certify", "paths"): scenario_file,
     ("encode", "file"): configuration_file,
     ("convert", "file"): configuration_file,
     ("rule", "code"): codes,
@@ -238,7 +239,7 @@ SOURCES: dict[tuple[str, str], Source] = {
     ("explain", "things"): explained,
     ("encode", "fmt"): formats,
     ("*", "config"): configuration_file,
-    **{("*", name): any_file for name in ("into", "from_csv", "baseline", "plot", "csv", "xlsx", "out")},
+    **{("*", name): any_file for name in ("into", "from_csv", "resume", "baseline", "plot", "csv", "xlsx", "out")},
 }
 """Command (or any) and parameter, and what completes it; an argument without a row and a choice takes any file."""
 

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 # fmt: off
 FORMATS = {
     # module    commands that report in it
-    "text":     ("validate", "simulate", "diff", "convert"),
+    "text":     ("validate", "simulate", "certify", "diff", "convert"),
     "concise":  ("validate",),
-    "json":     ("validate", "simulate", "diff", "convert"),
+    "json":     ("validate", "simulate", "certify", "diff", "convert"),
     "sarif":    ("validate", "simulate"),
     "github":   ("validate", "simulate"),
     "gitlab":   ("validate", "simulate"),
-    "junit":    ("validate", "simulate"),
+    "junit":    ("validate", "simulate", "certify"),
     "markdown": ("validate", "diff", "convert"),
 }
 # fmt: on

@@ -46,7 +46,7 @@ def findings_junit(findings: Findings) -> str:
     for file in findings.files:
         reported = [d for d in findings.reported if d.file == file]
         suites[display_name(file)] = list(_rule_cases(reported, findings.fails)) or [Case("no findings")]
-    return _document("pidcfg validate", suites)
+    return document("pidcfg validate", suites)
 
 
 def _rule_cases(reported: Sequence[Diagnostic], fails: Severity) -> Iterator[Case]:
@@ -61,7 +61,7 @@ def _rule_cases(reported: Sequence[Diagnostic], fails: Severity) -> Iterator[Cas
 def runs_junit(outcomes: Sequence[Outcome], fails: Severity) -> str:
     """A suite a scenario: whether the run is sound, then each expectation, the standing ones last."""
     suites = {display_name(o.file): [_soundness(o, fails), *_expectations(o), *_standing(o)] for o in outcomes}
-    return _document("pidcfg simulate", suites)
+    return document("pidcfg simulate", suites)
 
 
 def _soundness(outcome: Outcome, fails: Severity) -> Case:
@@ -88,7 +88,7 @@ def _expectations(outcome: Outcome) -> Iterator[Case]:
         if verdict.passed:
             yield Case(name, output=f"measured: {value_text(verdict.value)}")
         else:
-            yield Case(name, (_entry(failed_expectation(outcome, i, verdict)),))
+            yield Case(name, (entry(failed_expectation(outcome, i, verdict)),))
 
 
 def _standing(outcome: Outcome) -> Iterator[Case]:
@@ -98,7 +98,7 @@ def _standing(outcome: Outcome) -> Iterator[Case]:
     for v in () if outcome.report is None else outcome.report.standing:
         name = f"{v.loop} {v.kind}".strip()
         if v.fails:
-            yield Case(name, (_entry(failed_standing(outcome, v)),))
+            yield Case(name, (entry(failed_standing(outcome, v)),))
         elif v.allowed is not None:
             yield Case(name, skipped=f"failed, and allowed: {v.allowed}", output=v.text)
         elif not v.judged:
@@ -109,12 +109,12 @@ def _standing(outcome: Outcome) -> Iterator[Case]:
 
 def _case(name: str, diagnostics: Sequence[Diagnostic], failing: Sequence[Diagnostic], *, unusable: bool) -> Case:
     """What fails a case is its failure, or its error where nothing could be judged; the rest is its output."""
-    entries = tuple(_entry(d) for d in failing)
+    entries = tuple(entry(d) for d in failing)
     output = "\n\n".join(_block(d) for d in diagnostics if d not in failing)
     return Case(name, errors=entries, output=output) if unusable else Case(name, entries, output=output)
 
 
-def _entry(d: Diagnostic) -> tuple[str, str, str]:
+def entry(d: Diagnostic) -> tuple[str, str, str]:
     """A finding as kind, message and text of a failure."""
     return (f"{d.severity.label} {d.code}", f"{d.span.line}:{d.span.column}: {d.message}", _block(d))
 
@@ -126,7 +126,7 @@ def _block(d: Diagnostic) -> str:
     return "\n".join([f"{place}: {d.severity.label} {d.code}: {first}", *(f"  {line}" for line in rest)])
 
 
-def _document(name: str, suites: Mapping[str, Sequence[Case]]) -> str:
+def document(name: str, suites: Mapping[str, Sequence[Case]]) -> str:
     """The whole file; suites by name, whose name is also the class of their cases."""
     root = ET.Element("testsuites", {"name": name, **_totals([case for cases in suites.values() for case in cases])})
     for title, cases in suites.items():

@@ -84,7 +84,7 @@ def _happenings(report: Report) -> str:
     rows.sort(key=lambda row: row[0])
     lines = [(f"{at:g} s", name, what) for at, name, what in rows[:SHOWN]]
     more = f"  … and {len(rows) - SHOWN} more; --format json lists all\n" if len(rows) > SHOWN else ""
-    return "What happened\n" + _table(lines, right=1) + more if rows else ""
+    return "What happened\n" + table(lines, right=1) + more if rows else ""
 
 
 def _tables(report: Report) -> str:
@@ -101,7 +101,7 @@ def _tables(report: Report) -> str:
     ]
     signals = [("", "min", "max", "final")]
     signals += [(name, f"{s.low:g}", f"{s.high:g}", f"{s.final:g}") for name, s in report.signals.items()]
-    return "Metrics\n" + _table(metrics, left=1) + "".join(parts) + "\nSignals\n" + _table(signals, left=1)
+    return "Metrics\n" + table(metrics, left=1) + "".join(parts) + "\nSignals\n" + table(signals, left=1)
 
 
 def _measured(columns: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
@@ -122,14 +122,14 @@ def _flags(report: Report) -> str:
         if loop.autotune is not None:
             results = ", ".join(f"{key} {value:g}" for key, value in loop.autotune["results"].items())
             rows.append((name, f"autotune {loop.autotune['status']}{': ' if results else ''}{results}"))
-    return "Flags\n" + _table(rows) if rows else ""
+    return "Flags\n" + table(rows) if rows else ""
 
 
 def failures(report: Report) -> str:
     """The expectations that failed, as the text of a run has them; nothing where all hold."""
     rows = [row for row in _expected(report) if row[0] == FAILED]
     standing = [row for row in in_short(report.standing) if row[0] == FAILED]
-    return (_table(rows) if rows else "") + (_table(standing) if standing else "")
+    return (table(rows) if rows else "") + (table(standing) if standing else "")
 
 
 def _expected(report: Report) -> list[tuple[str, str]]:
@@ -141,8 +141,8 @@ def _verdicts(outcome: Outcome, report: Report) -> str:
     rows = _expected(report)
     standing = in_short(report.standing)
     return (
-        ("Expectations\n" + _table(rows) if rows else "")
-        + ("Standing expectations\n" + _table(standing) if standing else "")
+        ("Expectations\n" + table(rows) if rows else "")
+        + ("Standing expectations\n" + table(standing) if standing else "")
         + verdict_line(outcome, report)
         + "\n"
     )
@@ -194,7 +194,7 @@ def value_text(value: Any) -> str:
     return "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
+def table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
     """Aligned columns; the first ``right`` ones and all after ``left`` to the right."""
     rows = [[one_line(cell) for cell in row] for row in rows]
     widths = [max(map(width_of, column)) for column in zip(*rows, strict=True)]

@@ -9,6 +9,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 OUTPUTS = {
     "output-validate": ("findings", "validate --format json"),
     "output-simulate": ("runs", "simulate --format json"),
+    "output-certify": ("batches", "certify --format json"),
     "output-convert": ("conversion", "convert --report json"),
     "output-diff": ("differences", "diff --format json"),
     "output-tune": ("gains", "tune --format json"),

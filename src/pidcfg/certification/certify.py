@@ -1,0 +1,142 @@
+"""A batch from a scenario file to its result."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from pidcfg.certification.bound import samples_needed
+from pidcfg.certification.outcome import WHOLE, Names, Outcome, certification
+from pidcfg.certification.sample import Batch
+from pidcfg.certification.state import key_of, read, written
+from pidcfg.certification.tally import Tally
+from pidcfg.certification.workers import Job, recordings, results
+from pidcfg.diagnostics import Severity
+from pidcfg.reader import DISK, Reader
+from pidcfg.scenario.axes import axes_of
+from pidcfg.scenario.load import load
+from pidcfg.sim.engine import choose
+from pidcfg.sim.plc import TICKS
+from pidcfg.sim.prepare import base_step, prepare
+from pidcfg.sim.problems import Problem
+from pidcfg.sim.run import Settings, UnusableError, simulate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from pidcfg.document import Document
+    from pidcfg.limits import Limits
+    from pidcfg.scenario.vary import Uncertainty
+    from pidcfg.schemas.scenario import Scenario
+    from pidcfg.sim.report import Report
+
+KEPT_EVERY = 64
+"""Samples between two states that are kept."""
+NOTHING_MEASURED = " (nothing was measured"
+"""What follows an expectation in a run that measured nothing for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How many samples, of which row, by whom."""
+
+    samples: int = 2_000
+    seed: int | None = None
+    """None: that of the scenario's ``vary``, else its own."""
+    jobs: int = 1
+    keep_worst: int = 3
+    record: bool = False
+    """Also record how the signals of the loops spread."""
+    state: bytes | None = None
+    """Of an earlier batch, which is continued; raises `StateError` where it cannot be."""
+    keep: Callable[[bytes], None] | None = None
+    """Called with the state now and then, and at the end."""
+    progress: Callable[[float], None] | None = None
+
+
+def certify_document(doc: Document, plan: Plan, limits: Limits, reader: Reader = DISK) -> Outcome:
+    """Runs the samples of one scenario file."""
+    loaded = load(doc, limits, reader)
+    outcome = Outcome(doc.file, loaded.config, documents=loaded.documents)
+    scenario = loaded.scenario
+    if scenario is None or loaded.image is None:
+        return replace(outcome, findings=loaded.findings)
+    plc = loaded.plc()
+    net = prepare(scenario, plc)
+    varies, problems = loaded.uncertainties(plc)
+    problems += _not_shown(scenario, plan.samples)
+    if not varies and not net.noisy:
+        problems.append(Problem((), "nothing varies: there is no vary and no noise", help="write what is uncertain"))
+    loaded.add([*net.problems, *problems])
+    if any(finding.severity is Severity.ERROR for finding in loaded.findings):
+        return replace(outcome, findings=loaded.findings)
+    batch = Batch(doc, varies, seed_of(scenario, plan.seed))
+    steps = int(scenario.duration * TICKS) // base_step(scenario, plc) + 1
+    engine = choose("auto", steps * len(plc.loops) * plan.samples, loaded.controller)
+    try:
+        report = simulate(scenario, loaded.plc, loaded.controller, Settings(engine, max_loop_steps=limits.loop_steps))
+    except UnusableError as error:
+        loaded.add(error.problems)
+        return replace(outcome, findings=loaded.findings)
+    names = names_of(scenario, report)
+    config = reader.read(loaded.config, limits.file_bytes + 1)
+    job = Job(doc.file, doc.text, loaded.config, config, batch.seed, engine, limits)
+    tally = run_all(job, names, varies, plan)
+    return replace(
+        outcome,
+        certification=certification(names, batch, tally, plan.keep_worst),
+        findings=[*loaded.findings, *loaded.config_errors],
+        fan=recordings(job, plan.samples, plan.jobs) if plan.record else None,
+        axes=axes_of(plc, loaded.image.settings),
+        duration=report.duration,
+        unjudged=bool(loaded.config_errors) and not scenario.expect,
+    )
+
+
+def seed_of(scenario: Scenario, wanted: int | None) -> int:
+    """The seed of the row of samples."""
+    if wanted is not None:
+        return wanted
+    varied = None if scenario.vary is None else scenario.vary.seed
+    return scenario.seed if varied is None else varied
+
+
+def _not_shown(scenario: Scenario, samples: int) -> list[Problem]:
+    """Shares that so many samples cannot show, even if none fails."""
+    problems = []
+    for i, wanted in enumerate(scenario.expect):
+        if wanted.share is None or not 0 < wanted.share < WHOLE:
+            continue
+        needed = samples_needed(float(wanted.share) / WHOLE)
+        if needed > samples:
+            message = f"{samples:,} samples cannot show {wanted.share:f} % even if none fails; {needed:,} are needed"
+            problems.append(Problem(("expect", i, "share"), message, "value", help=f"give --samples {needed}"))
+    return problems
+
+
+def run_all(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -> Tally:
+    """All samples, or those that the state lacks; raises `StateError`."""
+    key = key_of(job) if plan.state is not None or plan.keep is not None else ""
+    tally = Tally.empty(len(names.expectations), len(names.standing), len(names.loops), len(varies))
+    if plan.state is not None:
+        tally = read(plan.state, key, plan.samples)
+    for seen in results(job, tally.samples, plan.samples, plan.jobs):
+        tally.add(seen, varies)
+        if plan.progress is not None:
+            plan.progress(tally.samples / plan.samples)
+        if plan.keep is not None and (tally.samples % KEPT_EVERY == 0 or tally.samples == plan.samples):
+            plan.keep(written(tally, key))
+    return tally
+
+
+def names_of(scenario: Scenario, report: Report) -> Names:
+    """What the samples are counted by, in the words of a run."""
+    return Names(
+        scenario.scenario,
+        [
+            (verdict.text.partition(NOTHING_MEASURED)[0], None if wanted.share is None else float(wanted.share))
+            for verdict, wanted in zip(report.expectations, scenario.expect, strict=True)
+        ],
+        [(verdict.kind, verdict.loop) for verdict in report.standing],
+        list(report.loops),
+    )

@@ -1,0 +1,197 @@
+"""``pidcfg certify``: samples of a scenario whose plants are not known exactly, and how sure one may be."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli import options
+from pidcfg.cli.commands.simulate import files_of, scenarios_of
+from pidcfg.cli.files import plots
+from pidcfg.cli.files.inputs import FILES, read_inputs
+from pidcfg.cli.formats import report_options
+from pidcfg.cli.formats.certification import render_batches
+from pidcfg.cli.main import Exit
+from pidcfg.cli.terminal.progress import LINE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.certification.outcome import Outcome
+    from pidcfg.document import Document
+    from pidcfg.limits import Limits
+    from pidcfg.pictures.chart import Chart
+
+EPILOG = options.examples(
+    "pidcfg certify heatexchanger.scenario.yaml",
+    "pidcfg certify heatexchanger.scenario.yaml --samples 10000 --resume heatexchanger.state",
+    "pidcfg certify heatexchanger.scenario.yaml --keep-worst 3 --plot fan.svg",
+    "pidcfg certify scenarios/ --report-output junit=certify.xml",
+)
+LISTED = 3
+"""Worst samples that are listed where none is to be kept."""
+MOST_KEPT = 100
+DEFAULT_SAMPLES = 2_000
+
+
+def cores() -> int:
+    """How many processes this one may keep busy."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@click.command("certify", epilog=EPILOG)
+@click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
+@report_options.report_format("certify")
+@report_options.report_files("certify", "--output")
+@click.option("--samples", type=click.IntRange(1), default=DEFAULT_SAMPLES, show_default=True, help="How many to run.")
+@click.option("--seed", type=int, help="Of the row of samples.  [default: seed of vary, else of the scenario]")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    help="Processes; the results are the same with any number.  [default: the cores of this machine]",
+)
+@click.option(
+    "--resume",
+    type=click.Path(dir_okay=False),
+    help="Keep in this file how far the samples have come, and continue there.",
+)
+@click.option(
+    "--keep-worst",
+    type=click.IntRange(0, MOST_KEPT),
+    help="Write the N worst samples as scenarios beside theirs: NAME.sample-I.scenario.yaml.",
+    metavar="N",
+)
+@plots.PLOT
+@plots.LOOPS
+@options.FORCE
+@options.QUIET
+@options.LIMITS
+def command(
+    paths: tuple[str, ...],
+    fmt: str,
+    reports: tuple[report_options.Report, ...],
+    samples: int,
+    seed: int | None,
+    jobs: int | None,
+    resume: str | None,
+    keep_worst: int | None,
+    plot: tuple[str, ...],
+    plot_loops: tuple[str, ...],
+    force: bool,
+    quiet: bool,
+    limits: Limits,
+) -> None:
+    """Run samples of each SCENARIO, with what its `vary` names drawn anew, and bound how often its expectations hold.
+
+    Exit codes: 0 every bound reaches its share, 1 one does not, 2 a scenario that cannot run or samples that could not
+    show a share.
+    """
+    del quiet
+    scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
+    if not scenarios:
+        raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
+    if resume is not None and len(scenarios) != 1:
+        raise click.UsageError(f"--resume takes one scenario, not {len(scenarios)}")
+    report_options.refuse_outputs((resume, *plot, *(report.path for report in reports)), files_of(scenarios))
+    if fmt != "text" and plots.TERMINAL in plot:
+        raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
+    if plot_loops and not plot:
+        raise click.UsageError("--plot-loop needs --plot")
+    listed = LISTED if keep_worst is None else keep_worst
+    outcomes = list(run_all(scenarios, samples, seed, jobs or cores(), resume, listed, limits, record=bool(plot)))
+    files: dict[str, str | bytes] = {}
+    written = {} if not keep_worst else worst_files(outcomes, files)
+    charts = fan_charts(outcomes, plot_loops) if plot else []
+    files |= plots.drawn(plot, charts, *heading(outcomes))
+    report_options.deliver(fmt, reports, lambda name: render_batches(name, outcomes, written), files, force=force)
+    if plots.TERMINAL in plot:
+        plots.show(charts)
+    click.get_current_context().exit(exit_code(outcomes))
+
+
+def run_all(
+    scenarios: Sequence[Document],
+    samples: int,
+    seed: int | None,
+    jobs: int,
+    resume: str | None,
+    listed: int,
+    limits: Limits,
+    *,
+    record: bool,
+) -> Iterator[Outcome]:
+    """The batches one after the other; the line on the terminal shows how many samples are done."""
+    from pidcfg.api import certify
+    from pidcfg.cli.files.kept import keeper, kept
+    from pidcfg.results.arguments import ArgumentError
+
+    for doc in scenarios:
+        label = f"certifying {Path(doc.file).name}"
+        LINE.update(label)
+        try:
+            yield certify(
+                doc,
+                samples=samples,
+                seed=seed,
+                jobs=jobs,
+                keep_worst=listed,
+                record=record,
+                state=None if resume is None else kept(resume),
+                keep=None if resume is None else keeper(resume),
+                files=FILES,
+                limits=limits,
+                progress=partial(LINE.update, label),
+            ).outcome
+        except ArgumentError as error:
+            raise click.ClickException(f"--resume {resume}: {error.spelled(lambda _: 'it')}") from None
+
+
+def worst_files(outcomes: Sequence[Outcome], files: dict[str, str | bytes]) -> dict[tuple[str, int], str]:
+    """Adds the worst samples to the files that are to be written; their names by scenario and number."""
+    names = {}
+    for outcome in outcomes:
+        for one in outcome.certification.worst if outcome.certification is not None else ():
+            if one.text:
+                name = sample_name(outcome.file, one.sample)
+                names[outcome.file, one.sample] = name
+                files[name] = one.text
+    return names
+
+
+def sample_name(file: str, sample: int) -> str:
+    """The file of a sample, beside its scenario, so that it finds the configuration."""
+    path = Path(file)
+    first, *rest = path.name.split(".")
+    return path.with_name(".".join([first, f"sample-{sample}", *rest])).as_posix()
+
+
+def fan_charts(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
+    """The fan charts of all batches."""
+    from pidcfg.certification.charts import charts_of
+
+    known = list(dict.fromkeys(loop for outcome in outcomes for loop in outcome.axes))
+    wrong = next((loop for loop in loops if loop not in known), None)
+    if wrong is not None and known:
+        raise click.UsageError(f"--plot-loop {wrong}: no such loop; there are {', '.join(known)}")
+    return [chart for outcome in outcomes for chart in charts_of(outcome, loops)]
+
+
+def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:
+    """The title of a picture of batches, and what ran."""
+    found = [outcome for outcome in outcomes if outcome.certification is not None]
+    titles = [one.certification.scenario for one in found if one.certification is not None]
+    return (
+        titles[0] if len(titles) == 1 else f"{len(titles)} scenarios",
+        [f"{Path(one.file).name} runs {Path(one.config).name}" for one in found],
+    )
+
+
+def exit_code(outcomes: Sequence[Outcome]) -> Exit:
+    """A scenario that cannot run outweighs one that fails."""
+    if any(outcome.certification is None for outcome in outcomes):
+        return Exit.UNUSABLE
+    return Exit.OK if all(outcome.passed for outcome in outcomes) else Exit.FINDINGS

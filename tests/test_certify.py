@@ -1,0 +1,481 @@
+"""``pidcfg certify``: what it counts, what a sample is, how it ends, and that nobody can tell who ran the samples."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+import pidcfg
+from certify_rig import CONFIG, GAIN, PASSES, files, loaded_of, scenario
+from pidcfg.certification.draw import drawn, seed_of
+from pidcfg.certification.run import run_sample
+from pidcfg.certification.sample import Batch
+from pidcfg.certification.state import sources
+from pidcfg.limits import DEFAULT
+from pidcfg.results.arguments import ArgumentError
+from pidcfg.sim.run import Settings
+from pidcfg.source import read_document
+from pidcfg.vendors import VENDORS
+from test_vendors import scenario as vendor_scenario
+from test_vendors import starter
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples"
+
+
+def certify(text, samples=60, **settings):
+    """The result of a scenario's text."""
+    return pidcfg.certify(Path("run.scenario.yaml"), samples=samples, files=files(text), **settings)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with the scenario and its configuration."""
+    for name, text in files(scenario()).items():
+        (tmp_path / name).write_text(text, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def command(*words, **settings):
+    """The command in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "pidcfg", "certify", "run.scenario.yaml", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=dict(os.environ),
+        **settings,
+    )
+
+
+# --- a sample is a scenario ------------------------------------------------------------------------------------------
+
+VARIED = {
+    "dl06": ("tuning.gain", "±20 %"),
+    "click": ("tuning.proportional_gain", "±20 %"),
+    "ezlogix": ("tuning.proportional_gain", "{uniform: [1.5, 2.5]}"),
+    "nextopid": ("Kp", "{normal: [0.8, 0.2], limits: [0.4, 1.2]}"),
+    "dpide": ("Kc_Kp", "±20 %"),
+    "generic": ("tuning.integral_time", "±20 %"),
+}
+
+
+def assert_samples_are_scenarios(name, text, others, samples):
+    """Each sample is, bit for bit, the run of its written-out scenario; and they differ."""
+    reader = {name: text, **others}
+    document = read_document(text.encode(), name, DEFAULT)
+    from pidcfg.reader import Texts
+    from pidcfg.scenario.load import load
+
+    loaded = load(document, DEFAULT, Texts(reader))
+    varies, problems = loaded.uncertainties(loaded.plc())
+    assert problems == []
+    batch = Batch(document, varies, 11)
+    reports = []
+    for i in range(samples):
+        seen, report = run_sample(loaded, batch, i, Settings("python"))
+        written = batch.text(i, seen.numbers)
+        alone = pidcfg.simulate(written, name=name, files=reader, engine="python").report
+        assert alone is not None
+        assert report == alone
+        assert seen.passed == alone.passed
+        reports.append(report)
+    finals = [[signal.final for signal in report.signals.values()] for report in reports]
+    assert all(one != finals[0] for one in finals[1:])
+
+
+@pytest.mark.parametrize("vendor", VENDORS.values(), ids=list(VENDORS))
+def test_a_sample_is_the_run_of_its_written_out_scenario(vendor):
+    text = vendor_scenario(vendor)
+    loop = re.search(r"loop: ([\w-]+)", text).group(1)
+    key, spread = VARIED[vendor.key]
+    plants = "    plant: {gain: ±10 %, time_constant: ±25 %}"
+    text += f"vary:\n  plants:\n{plants}\n  loops:\n    {loop}:\n      {key}: {spread}\n"
+    assert_samples_are_scenarios("run.scenario.yaml", text, {"starter.yaml": starter(vendor)}, 3)
+
+
+@pytest.mark.parametrize(
+    ("example", "plant", "loop"),
+    [
+        ("nextopid/cascade", "TIC_2: {gain: ±5 %, dead_time: {uniform: [1, 3]}}", "TIC_1: {Kp: ±10 %}"),
+        ("nextopid/override", "", "TIC_1: {Kp: ±10 %}"),
+        ("dl06/feedpump", "", "FIC-402: {tuning.gain: ±10 %, tuning.reset: ±10 %}"),
+    ],
+)
+def test_a_sample_of_a_network_or_a_cascade_is_the_run_of_its_scenario(example, plant, loop):
+    name = f"{example}.scenario.yaml"
+    text = (EXAMPLES / name).read_text("utf-8")
+    text = re.sub(r"^duration: .*$", "duration: 120", text, flags=re.MULTILINE)
+    text = re.sub(r"(?ms)^(events|expect):.*", "", text)
+    plants = f"  plants:\n    {plant}\n" if plant else ""
+    text += f"\nvary:\n{plants}  loops:\n    {loop}\n"
+    others = {f"{example}.yaml": (EXAMPLES / f"{example}.yaml").read_text("utf-8")}
+    assert_samples_are_scenarios(name, text, others, 2)
+
+
+def test_a_written_out_scenario_has_the_drawn_numbers_and_no_vary():
+    vary = "  seed: 9\n  plants:\n    TIC-1: {gain: ±30 %, dead_time: {uniform: [0 s, 3 s]}}\n"
+    vary += "  loops:\n    TIC-1: {tuning.integral_time: ±10 %}"
+    loaded = loaded_of(scenario(vary))
+    varies, problems = loaded.uncertainties(loaded.plc())
+    assert problems == []
+    batch = Batch(loaded.document, varies, 9)
+    data = read_document(batch.text(4, batch.numbers(4)).encode(), "x.yaml", DEFAULT).data
+    gain, dead_time, integral = (drawn(what, 9, 4) for what in varies)
+    assert 1.4 <= gain <= 2.6
+    assert data["plants"]["TIC-1"] == {"model": "dead_time", "gain": f"{gain:.10g}", "dead_time": f"{dead_time:.10g}"}
+    assert data["events"] == [{"at": "0", "loop": "TIC-1", "set": {"tuning.integral_time": f"{integral:.10g} min"}}]
+    assert 1.8 <= integral <= 2.2
+    assert data["seed"] == str(seed_of(9, 4))
+    assert data["scenario"] == "An output that stands (sample 4)"
+    assert "vary" not in data
+    assert data["expect"] == [{"signal": "TIC-1.PV", "max": "129.9"}]
+
+
+def test_plants_as_a_list_and_the_text_of_the_file_stay_as_they_are():
+    text = """\
+pidcfg: 1
+scenario: "A title: with a colon # and more"
+config: loop.yaml
+duration: 10 s
+plants:
+  - {name: tank, model: second_order, time_constants: [3, 4], input: "TIC-1.OUT", gain: 2}
+connect: {TIC-1.PV: max(tank, 1) * 1}
+vary: {plants: {tank: {time_constants.1: ±50 %, noise: {uniform: [1, 2]}}}}
+events:
+  - {at: 5, loop: TIC-1, set: {tuning: {gain: 3}}}
+"""
+    loaded = loaded_of(text)
+    batch = Batch(loaded.document, loaded.uncertainties(loaded.plc())[0], 1)
+    numbers = batch.numbers(0)
+    data = read_document(batch.text(0, numbers).encode(), "x.yaml", DEFAULT).data
+    assert data["scenario"] == "A title: with a colon # and more (sample 0)"
+    assert data["plants"][0]["time_constants"] == ["3", f"{numbers[0]:.10g}"]
+    assert data["plants"][0]["noise"] == f"{numbers[1]:.10g}"
+    assert data["connect"] == {"TIC-1.PV": "max(tank, 1) * 1"}
+    assert data["events"][-1] == {"at": "5", "loop": "TIC-1", "set": {"tuning": {"gain": "3"}}}
+    assert batch.scenario(0, numbers) == loaded_of(batch.text(0, numbers)).scenario
+    assert loaded.document.data["plants"][0]["time_constants"] == ["3", "4"]
+
+
+# --- what is counted -------------------------------------------------------------------------------------------------
+
+
+def test_counts_are_those_of_the_closed_form():
+    found = certify(scenario(), samples=80).certification
+    loaded = loaded_of(scenario())
+    (what,) = loaded.uncertainties(loaded.plc())[0]
+    gains = [float(what.written(drawn(what, 3, i))) for i in range(80)]
+    held = sum(50 * gain <= 129.9 for gain in gains)
+    assert 70 < held < 80
+    (expectation,) = found.expectations
+    assert (expectation.held, expectation.samples, expectation.wanted) == (held, 80, 90)
+    assert (found.samples, found.seed, found.all_passed, found.failed_to_run) == (80, 3, held, 0)
+    worst = max(gains)
+    assert found.worst[0].sample == gains.index(worst)
+    assert found.worst[0].margin == pytest.approx((129.9 - 50 * worst) / 129.9, rel=1e-6)
+    assert [one.margin for one in found.worst] == sorted(one.margin for one in found.worst)
+    (effect,) = found.effects
+    assert (effect.label, effect.text, effect.lowest) == ("TIC-1 gain", "±30 %", 100)
+    highest = [gain for gain in gains if gain >= 1.4 + 0.8 * 1.2]
+    assert effect.highest == pytest.approx(100 * sum(50 * g <= 129.9 for g in highest) / len(highest))
+
+
+def test_an_expectation_without_share_may_never_fail():
+    expect = "  - {signal: TIC-1.PV, max: 129.9}\n  - {signal: TIC-1.PV, min: 60}"
+    result = certify(scenario(expect=expect), samples=80)
+    first, second = result.certification.expectations
+    assert (first.wanted, first.passed, second.passed) == (None, False, True)
+    assert first.share > 90
+    assert not result.ok
+
+
+def test_a_bound_below_its_share_fails_though_the_share_is_reached():
+    expect = "  - {signal: TIC-1.PV, max: 124, share: 90 %}"
+    result = certify(scenario(expect=expect), samples=60)
+    (one,) = result.certification.expectations
+    assert one.bound < 90 <= one.share
+    assert not one.passed
+    assert not result.ok
+    assert certify(scenario(expect=expect.replace("90 %", "75 %")), samples=60).ok
+
+
+def test_a_failed_standing_expectation_fails_the_batch():
+    config = CONFIG.replace("mode: manual", "mode: auto")
+    text = scenario("  plants:\n    TIC-1: {gain: {uniform: [0.2, 2]}}", "  - {signal: TIC-1.PV, min: -1}")
+    text = text.replace("duration: 10", "duration: 300")
+    text = text.replace("dead_time, gain", "first_order, time_constant: 5, gain")
+    result = pidcfg.certify(text, samples=12, name="run.scenario.yaml", files={"loop.yaml": config})
+    failing = [one for one in result.certification.standing if not one.passed]
+    assert {one.kind for one in failing} == {"saturated", "error-stands"}
+    assert 0 < failing[0].held < 12
+    assert not result.ok
+    assert result.certification.expectations[0].passed
+    single = [
+        pidcfg.simulate(one.text, name="x.yaml", files={"loop.yaml": config}).report
+        for one in result.certification.worst
+    ]
+    assert not any(report.passed for report in single)
+
+
+def test_a_sample_that_cannot_run_counts_as_failed_everywhere():
+    vary = (
+        "  plants:\n    TIC-1: {gain: {normal: [2, 0.1], limits: [2.15, 9]}, load: {normal: [0, 1], limits: [2.4, 9]}}"
+    )
+    result = certify(scenario(vary=vary, expect="  - {signal: TIC-1.PV, min: 0, share: 5 %}"), samples=60)
+    found = result.certification
+    assert 0 < found.failed_to_run < 60
+    assert "100 numbers, none within 2.4 to 9" in found.reasons[0]
+    assert found.expectations[0].held == 60 - found.failed_to_run == found.all_passed
+    assert all(one.held == 60 - found.failed_to_run for one in found.standing)
+    assert found.worst[0].margin is None
+    assert found.worst[0].failed
+    assert found.expectations[0].passed
+    assert not result.ok
+
+
+def test_an_error_in_a_run_counts_as_a_sample_that_cannot_run():
+    text = scenario("  plants:\n    x: {load: {uniform: [-60, 60]}}", "  - {signal: TIC-1.OUT, min: 0}")
+    wired = "  - {name: x, model: dead_time, input: TIC-1.OUT}\nconnect:\n  TIC-1.PV: sqrt(x)"
+    text = text.replace("  TIC-1: {model: dead_time, gain: 2}", wired)
+    result = certify(text, samples=40)
+    found = result.certification
+    assert 0 < found.failed_to_run < 20
+    assert not result.ok
+
+
+# --- nobody can tell who ran them ------------------------------------------------------------------------------------
+
+
+def test_jobs_give_the_same_bytes(folder):
+    outputs = {command("--samples", "45", "--format", "json", "--jobs", str(jobs)).stdout for jobs in (1, 2, 3)}
+    assert len(outputs) == 1
+    assert json.loads(outputs.pop())["samples"] == 45
+
+
+def test_a_state_continues_with_the_same_result():
+    whole = certify(scenario(), samples=150).to_json()
+    for first in (1, 64, 100):
+        states = []
+        certify(scenario(expect="  - {signal: TIC-1.PV, max: 129.9, share: 4 %}"), samples=first)
+        text = scenario(expect=PASSES.replace("90", "4"))
+        certify(text, samples=first, keep=states.append)
+        assert certify(text, samples=150, state=states[-1]).to_json() == certify(text, samples=150).to_json()
+    assert whole["samples"] == 150
+
+
+def test_a_state_that_continues_runs_only_new_samples(monkeypatch):
+    text, states, ran = scenario(expect=PASSES.replace("90", "4")), [], []
+    certify(text, samples=70, keep=states.append)
+    assert len(states) == 2
+    from pidcfg.certification import workers
+
+    original = workers.run_sample
+    monkeypatch.setattr(workers, "run_sample", lambda *words: ran.append(words[2]) or original(*words))
+    certify(text, samples=75, state=states[-1])
+    assert ran == list(range(70, 75))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda state: state[:-40], "damaged"),
+        (lambda state: state.replace(b'"samples":64', b'"samples":65'), "damaged"),
+        (lambda _: b"", "damaged"),
+        (lambda _: b"\xff\xfe", "no file of --resume"),
+        (lambda state: state, "it has 64 samples already, more than 60"),
+    ],
+)
+def test_a_state_that_does_not_fit_is_refused(change, message):
+    states = []
+    certify(scenario(), samples=64, keep=states.append)
+    with pytest.raises(ArgumentError, match=message):
+        certify(scenario(), samples=60, state=change(states[-1]))
+
+
+@pytest.mark.parametrize("what", ["seed", "scenario", "configuration", "program"])
+def test_a_state_of_something_else_is_refused(what, monkeypatch):
+    states = []
+    certify(scenario(), samples=64, keep=states.append)
+    text, config, seed = scenario(), CONFIG, None
+    if what == "seed":
+        seed = 4
+    elif what == "scenario":
+        text = scenario().replace("gain: 2}", "gain: 2.0}")
+    elif what == "configuration":
+        config = CONFIG.replace("gain: 2.5", "gain: 2.6")
+    else:
+        monkeypatch.setattr("pidcfg.certification.state.sources", lambda: "another")
+    with pytest.raises(ArgumentError, match="belongs to another scenario"):
+        pidcfg.certify(
+            text, name="run.scenario.yaml", samples=70, seed=seed, files={"loop.yaml": config}, state=states[0]
+        )
+
+
+def test_sources_are_a_hash_of_the_package():
+    assert re.fullmatch("[0-9a-f]{64}", sources())
+
+
+def test_a_killed_batch_resumes_to_the_same_bytes(folder):
+    words = ["--samples", "400", "--format", "json", "--jobs", "2"]
+    whole = command(*words)
+    assert whole.returncode == 0, whole.stderr
+    state = folder / "kept.state"
+    line = [sys.executable, "-m", "pidcfg", "certify", "run.scenario.yaml", *words, "--resume", state.name]
+    running = subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=dict(os.environ))
+    while not state.exists() and running.poll() is None:
+        time.sleep(0.005)
+    running.send_signal(signal.SIGKILL)
+    running.wait()
+    assert 0 < json.loads(state.read_text().splitlines()[1])["tally"]["samples"] < 400
+    resumed = command(*words, "--resume", state.name)
+    assert resumed.stdout == whole.stdout
+    again = command(*words, "--resume", state.name)
+    assert again.stdout == whole.stdout
+    refused = command("--samples", "390", "--resume", state.name)
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert "--resume kept.state: it cannot be continued: it has 400 samples already" in refused.stderr
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+
+def test_text_says_shares_bounds_and_what_matters(folder):
+    result = command("--samples", "200", "--jobs", "1")
+    assert result.returncode == 0, result.stderr
+    assert "200 samples of seed 3; each bound holds by itself, at 95 % confidence" in result.stdout
+    assert re.search(r"passed  TIC-1\.PV at most 129\.9 +\d+(\.\d+)? % +9\d\.\d+ % +90 % +\d+ of 200", result.stdout)
+    assert re.search(r"TIC-1 gain +±30 % +100 % +\d+", result.stdout)
+    assert "passed: 1 of 1 expectations shown" in result.stdout
+    assert len(result.stdout.splitlines()) <= 40
+
+
+def test_a_missed_share_ends_with_1(folder):
+    (folder / "run.scenario.yaml").write_text(scenario(expect=PASSES.replace("129.9", "100")), "utf-8")
+    result = command("--samples", "40", "--jobs", "1")
+    assert result.returncode == 1
+    assert "FAILED: 1 of 1 expectations not shown" in result.stdout
+    text = command("--samples", "40", "--jobs", "1", "--format", "junit").stdout
+    xml = ET.fromstring(text)  # noqa: S314 - our own
+    assert xml.get("failures") == "1"
+    (failure,) = xml.iter("failure")
+    assert "90 % are wanted" in failure.get("message")
+
+
+def test_too_few_samples_are_refused_before_they_run_with_the_number_needed(folder):
+    (folder / "run.scenario.yaml").write_text(scenario(expect=PASSES.replace("90 %", "99.9 %")), "utf-8")
+    result = command("--format", "json")
+    assert result.returncode == 2
+    (finding,) = json.loads(result.stdout)["findings"]
+    assert finding["message"] == "2,000 samples cannot show 99.9 % even if none fails; 2,995 are needed"
+    assert (finding["code"], finding["path"], finding["line"]) == ("PID053", "expect[0].share", 12)
+    assert finding["help"] == "give --samples 2995"
+
+
+def test_a_scenario_in_which_nothing_varies_is_refused():
+    text = scenario().replace(f"vary:\n{GAIN}\n", "")
+    result = certify(text)
+    assert [d.message for d in result.findings] == ["nothing varies: there is no vary and no noise"]
+    assert not result.ok
+    noisy = certify(text.replace("gain: 2}", "gain: 2, noise: 1}"))
+    assert noisy.certification.samples == 60
+    assert noisy.certification.worst[0].margin != noisy.certification.worst[1].margin
+
+
+def test_a_seed_is_that_of_the_call_of_vary_or_of_the_scenario():
+    vary = f"  seed: 8\n{GAIN}"
+    assert certify(scenario()).certification.seed == 3
+    assert certify(scenario(vary=vary)).certification.seed == 8
+    assert certify(scenario(vary=vary), seed=5).certification.seed == 5
+    found = [certify(scenario(), seed=seed).certification.worst[0].numbers for seed in (5, 6)]
+    assert found[0] != found[1]
+
+
+def test_the_worst_samples_are_written_beside_their_scenario(folder):
+    result = command("--samples", "40", "--jobs", "1", "--keep-worst", "2", "--format", "json")
+    worst = json.loads(result.stdout)["worst"]
+    assert len(worst) == 2
+    for one in worst:
+        text = (folder / one["file"]).read_text("utf-8")
+        assert one["file"] == f"run.sample-{one['sample']}.scenario.yaml"
+        report = pidcfg.simulate(Path(one["file"])).report
+        assert report is not None
+        assert text.startswith(f"# Sample {one['sample']} of pidcfg certify with seed 3, from run.scenario.yaml.\n")
+    (folder / worst[0]["file"]).write_text("other", "utf-8")
+    again = command("--samples", "40", "--jobs", "1", "--keep-worst", "2")
+    assert again.returncode == 2
+    assert f"{worst[0]['file']} exists and differs; use --force" in again.stderr
+    assert not list(folder.glob("*.scenario.yaml.*"))
+    listed = json.loads(command("--samples", "40", "--jobs", "1", "--format", "json").stdout)["worst"]
+    assert [one["file"] for one in listed] == [None] * 3
+
+
+def test_the_fan_is_drawn_of_the_same_samples_on_any_number_of_processes(folder):
+    for jobs in ("1", "2"):
+        result = command("--samples", "40", "--jobs", jobs, "--plot", f"fan{jobs}.svg")
+        assert result.returncode == 0, result.stderr
+    drawings = [(folder / f"fan{jobs}.svg").read_bytes() for jobs in (1, 2)]
+    assert drawings[0] == drawings[1]
+    assert b'class="band"' in drawings[0]
+    fan = certify(scenario(), samples=40, record=True).fan
+    assert fan.samples == 40
+    assert fan.times == [float(i) for i in range(11)]
+    finals = [levels[-1] for levels in fan.quantiles["TIC-1.PV"]]
+    assert finals == sorted(finals)
+    loaded = loaded_of(scenario())
+    (what,) = loaded.uncertainties(loaded.plc())[0]
+    values = sorted(50 * float(what.written(drawn(what, 3, i))) for i in range(40))
+    assert finals == pytest.approx([values[1], values[9], values[19], values[29], values[37]])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--samples", "0"), "x>=1"),
+        (("--resume", "run.scenario.yaml"), "run.scenario.yaml is a file that is read"),
+        (("--resume", "none/x.state"), "does not exist"),
+        (("--plot-loop", "TIC-1"), "--plot-loop needs --plot"),
+        (("--plot", "-", "--format", "json"), "would both go to standard output"),
+        (("run2.scenario.yaml", "--resume", "x.state"), "--resume takes one scenario, not 2"),
+    ],
+)
+def test_a_wrong_command_line_is_refused(folder, words, message):
+    (folder / "run2.scenario.yaml").write_text(scenario(), "utf-8")
+    result = command("--jobs", "1", *words)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert message in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("argument", "message"),
+    [({"samples": 0}, "`samples` is 0"), ({"jobs": 0}, "`jobs` is 0"), ({"keep_worst": 101}, "at most 100 are kept")],
+)
+def test_a_wrong_argument_is_refused(argument, message):
+    with pytest.raises(ArgumentError, match=message):
+        pidcfg.certify(scenario(), **argument)
+
+
+def test_progress_goes_from_0_to_1():
+    shares = []
+    certify(scenario(), samples=40, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+
+
+def test_a_configuration_with_errors_of_which_nothing_is_expected_fails():
+    config = CONFIG.replace("gain: 2.5", "gain: -2.5")
+    text = scenario(expect="").replace("expect:\n", "")
+    result = pidcfg.certify(text, name="run.scenario.yaml", samples=5, files={"loop.yaml": config})
+    assert any(d.file == "loop.yaml" for d in result.findings)
+    assert result.certification.passed
+    assert not result.ok
