@@ -32,7 +32,13 @@ def test_the_plant_is_read():
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
 @pytest.mark.parametrize(
     "text",
-    [PLANT, PLANT.replace("degC", "\N{CYRILLIC SMALL LETTER GHE}" * 30), "# Печь\n" + PLANT, "Печь: 1\n" + PLANT],
+    [
+        PLANT,
+        PLANT.replace("degC", "\N{CYRILLIC SMALL LETTER GHE}" * 30),
+        "# Печь\n" + PLANT,
+        "Печь: 1\n" + PLANT,
+        "pidcfg: 1",
+    ],
 )
 def test_utf_16_is_named_with_and_without_its_mark(encoding, text):
     d = problem(text.encode(encoding))
