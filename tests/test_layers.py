@@ -56,8 +56,8 @@ MAY_IMPORT = {
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
                     "differences tuning validate explanation sim scenario certification verification",
     "cli":          "*",
-    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario certification draft "
-                    "results",
+    "api":          "limits reader document encoders vendors explanation tuning validate sim scenario certification "
+                    "draft results",
     "__init__":     "api",
     "__main__":     "cli",
 }

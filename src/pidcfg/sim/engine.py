@@ -140,11 +140,17 @@ HOT = (step_plants, measure_loop)
 ENTRIES = (kernel.advance, kernel.settle)
 
 
-@cache
 def numba_kernels(controller: Controller) -> Kernels:
     """The same two, compiled, each call between copies of its data into arrays and back; kept for the process."""
+    return _compiled(controller.scan, controller.Config, controller.State, controller.INLINED)
+
+
+@cache
+def _compiled(
+    scan: Callable[..., Any], config: type[Any], state: type[Any], inlined: tuple[Callable[..., Any], ...]
+) -> Kernels:
     from pidcfg.sim import compile as compiler
 
-    built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
-    vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
+    built = compiler.compiled(ENTRIES, {kernel.scan: scan}, (*inlined, *HOT))
+    vendor = {kernel.Config: config, kernel.State: state}
     return Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))
