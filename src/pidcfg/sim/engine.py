@@ -6,7 +6,6 @@ The data stay lists; a compiled run copies them into arrays and back for each ca
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -140,17 +139,17 @@ HOT = (step_plants, measure_loop)
 ENTRIES = (kernel.advance, kernel.settle)
 
 
+KEPT: dict[Callable[..., Any], Kernels] = {}
+"""Compiled kernels by the vendor's ``scan``: building them anew for every run would cost more than many a run."""
+
+
 def numba_kernels(controller: Controller) -> Kernels:
     """The same two, compiled, each call between copies of its data into arrays and back; kept for the process."""
-    return _compiled(controller.scan, controller.Config, controller.State, controller.INLINED)
-
-
-@cache
-def _compiled(
-    scan: Callable[..., Any], config: type[Any], state: type[Any], inlined: tuple[Callable[..., Any], ...]
-) -> Kernels:
     from pidcfg.sim import compile as compiler
 
-    built = compiler.compiled(ENTRIES, {kernel.scan: scan}, (*inlined, *HOT))
-    vendor = {kernel.Config: config, kernel.State: state}
-    return Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))
+    scan: Callable[..., Any] = controller.scan
+    if scan not in KEPT:
+        built = compiler.compiled(ENTRIES, {kernel.scan: scan}, (*controller.INLINED, *HOT))
+        vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
+        KEPT[scan] = Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))
+    return KEPT[scan]
