@@ -22,9 +22,9 @@ def variable(command: str, option: str) -> str:
 
 
 def with_variables(command: click.Command, name: str = "") -> click.Command:
-    """A command whose options may be given by variables too, and whose help names them."""
+    """A command whose options may be given by variables too, and whose help names them; one of its own is kept."""
     for option in options_of(command):
-        option.envvar = variable(name, spelling(option))
+        option.envvar = option.envvar or variable(name, spelling(option))
         option.show_envvar = True
     return command
 
