@@ -6,7 +6,6 @@ The data stay lists; a compiled run copies them into arrays and back for each ca
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cache
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
     from pidcfg.sim.meters import Meter, Onset
     from pidcfg.sim.network import Network
-    from pidcfg.sim.plc import Controller, Plc
+    from pidcfg.sim.plc import Controller, Plc, Scan
 
 EngineName = Literal["auto", "python", "numba"]
 WORTH_LOADING, WORTH_COMPILING = 400_000, 8_000_000
@@ -140,11 +139,17 @@ HOT = (step_plants, measure_loop)
 ENTRIES = (kernel.advance, kernel.settle)
 
 
-@cache
+KEPT: dict[Scan, Kernels] = {}
+"""Compiled kernels by the vendor's ``scan``: loading them costs more than a short run."""
+
+
 def numba_kernels(controller: Controller) -> Kernels:
     """The same two, compiled, each call between copies of its data into arrays and back; kept for the process."""
+    if controller.scan in KEPT:
+        return KEPT[controller.scan]
     from pidcfg.sim import compile as compiler
 
     built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
-    return Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))
+    KEPT[controller.scan] = Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))
+    return KEPT[controller.scan]
