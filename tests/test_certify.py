@@ -142,6 +142,17 @@ def test_a_written_out_scenario_has_the_drawn_numbers_and_no_vary():
     assert data["expect"] == [{"signal": "TIC-1.PV", "max": "129.9"}]
 
 
+def test_events_of_the_file_come_after_what_is_drawn():
+    text = (
+        scenario("  loops:\n    TIC-1: {tuning.gain: ±10 %}")
+        + "events:\n  - {at: 0, loop: TIC-1, set: {tuning.gain: 3}}\n"
+    )
+    loaded = loaded_of(text)
+    batch = Batch(loaded.document, loaded.uncertainties(loaded.plc())[0], 1)
+    first, second = batch.data(0, batch.numbers(0))["events"]
+    assert (list(first["set"]), second["set"]) == (["tuning.gain"], {"tuning.gain": "3"})
+
+
 def test_plants_as_a_list_and_the_text_of_the_file_stay_as_they_are():
     text = """\
 pidcfg: 1

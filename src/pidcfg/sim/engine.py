@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from pidcfg.sim.meters import Meter, Onset
     from pidcfg.sim.network import Network
-    from pidcfg.sim.plc import Controller, Plc
+    from pidcfg.sim.plc import Controller, Plc, Scan
 
 EngineName = Literal["auto", "python", "numba"]
 WORTH_LOADING, WORTH_COMPILING = 400_000, 8_000_000
@@ -139,17 +139,17 @@ HOT = (step_plants, measure_loop)
 ENTRIES = (kernel.advance, kernel.settle)
 
 
-KEPT: dict[Callable[..., Any], Kernels] = {}
-"""Compiled kernels by the vendor's ``scan``: building them anew for every run would cost more than many a run."""
+KEPT: dict[Scan, Kernels] = {}
+"""Compiled kernels by the vendor's ``scan``: loading them costs more than a short run."""
 
 
 def numba_kernels(controller: Controller) -> Kernels:
     """The same two, compiled, each call between copies of its data into arrays and back; kept for the process."""
+    if controller.scan in KEPT:
+        return KEPT[controller.scan]
     from pidcfg.sim import compile as compiler
 
-    scan: Callable[..., Any] = controller.scan
-    if scan not in KEPT:
-        built = compiler.compiled(ENTRIES, {kernel.scan: scan}, (*controller.INLINED, *HOT))
-        vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
-        KEPT[scan] = Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))
-    return KEPT[scan]
+    built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
+    vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
+    KEPT[controller.scan] = Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))
+    return KEPT[controller.scan]

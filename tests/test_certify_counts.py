@@ -1,0 +1,230 @@
+"""What is made of samples once they have run: margins, counts, shares, states, and the text of a scenario."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import inf
+
+import pytest
+
+from certify_rig import uniform
+from pidcfg.certification.certify import Plan
+from pidcfg.certification.fan import TIMES, Thinned, fan_of
+from pidcfg.certification.histogram import BLOCK
+from pidcfg.certification.outcome import Names, Outcome, certification
+from pidcfg.certification.plain_yaml import block_yaml
+from pidcfg.certification.run import Seen, margin
+from pidcfg.certification.sample import Batch
+from pidcfg.certification.tally import MOST_WORST, Tally, json_of
+from pidcfg.document import Document, Node, Plain
+from pidcfg.limits import DEFAULT
+from pidcfg.schemas.scenario import Expectation
+from pidcfg.sim.metrics import METRICS
+from pidcfg.sim.report import Verdict
+from pidcfg.source import read_document
+
+
+def wanted(**keys):
+    """An expectation."""
+    return Expectation.model_validate(keys)
+
+
+# --- margins ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "passed", "share"),
+    [
+        ({"signal": "A.PV", "max": 80}, 60.0, True, 0.25),
+        ({"signal": "A.PV", "max": 80}, 100.0, False, -0.25),
+        ({"signal": "A.PV", "min": 80}, 100.0, True, 0.25),
+        ({"signal": "A.PV", "min": 80}, 60.0, False, -0.25),
+        ({"signal": "A.PV", "max": -80}, -100.0, True, 0.25),
+        ({"signal": "A.PV", "min": 0}, 3.0, True, 3.0),
+        ({"signal": "A.PV", "min": 80, "max": 200}, [100.0, 190.0], True, 0.05),
+        ({"signal": "A.PV", "min": 80, "max": 200}, [84.0, 150.0], True, 0.05),
+        ({"signal": "A.PV", "final": 50, "tolerance": 2}, 49.5, True, 0.75),
+        ({"signal": "A.PV", "final": 50, "tolerance": 2}, 53.0, False, -0.5),
+        ({"signal": "A.PV", "final": 50, "tolerance": 2, "max": 80}, 40.0, False, -inf),
+        ({"loop": "A", "metric": "overshoot", "max": "20 %"}, 15, True, 0.25),
+        ({"loop": "A", "metric": "settling_time", "max": "1 min"}, None, False, -inf),
+        ({"loop": "A", "metric": "settling_time", "max": "1 min"}, 45.0, True, 0.25),
+        ({"loop": "A", "alarm": "pv_high", "never": True}, None, True, inf),
+        ({"loop": "A", "alarm": "pv_high", "never": True}, 12.0, False, -inf),
+        ({"loop": "A", "mode": "auto"}, "auto", True, inf),
+        ({"loop": "A", "flag": "x"}, False, False, -inf),
+        ({"loop": "A", "autotune": "done"}, True, True, inf),
+        ({"loop": "A", "autotune": "gain", "max": 8}, 6.0, True, 0.25),
+    ],
+)
+def test_a_margin_is_a_share_of_the_limit(keys, value, passed, share):
+    assert margin(wanted(**keys), Verdict("", passed, value)) == pytest.approx(share)
+
+
+# --- counts ----------------------------------------------------------------------------------------------------------
+
+GAIN = uniform(0, 10)
+
+
+def seen(i, number=5.0, **keys):
+    """A sample that passes, but for what is said."""
+    row = tuple(float(i) if name == "iae" else None for name in METRICS)
+    whole = {"passed": True, "held": (True, True), "margin": 1.0, "standing": "+?", "metrics": (row,), **keys}
+    return Seen(i, (number,), **whole)
+
+
+def tally_of(samples):
+    """The counts of some samples."""
+    tally = Tally.empty(2, 2, 1, 1)
+    for one in samples:
+        tally.add(one, [GAIN])
+    return tally
+
+
+def test_samples_are_counted_in_order():
+    with pytest.raises(ValueError, match="sample 1 comes after 0 samples"):
+        tally_of([seen(1)])
+
+
+def test_counts_of_samples():
+    tally = tally_of(
+        [
+            seen(0, 1.0),
+            seen(1, 1.9, passed=False, held=(True, False), margin=-0.5),
+            seen(2, 9.0, passed=False, standing="-?", margin=-inf),
+            seen(3, 8.0),
+            seen(4, 5.0, passed=False, held=(), standing="", metrics=(), reason="cannot", margin=-inf),
+            seen(5, 2.0),
+        ]
+    )
+    assert (tally.samples, tally.passed, tally.failed_to_run) == (6, 3, 1)
+    assert tally.held == [5, 4]
+    assert (tally.standing_failed, tally.standing_judged) == ([1, 0], [5, 0])
+    assert (tally.lowest, tally.highest) == ([[2, 1]], [[2, 1]])
+    assert [one.sample for one in tally.worst] == [2, 4, 1, 0, 3, 5]
+    assert tally.reasons == ["sample 4: cannot"]
+    iae = tally.metrics[0][METRICS.index("iae")]
+    assert (iae.count, iae.low, iae.high, iae.mean) == (5, 0, 5, 2.2)
+    assert Tally.of_state(tally.state()) == tally
+    assert json_of(Tally.of_state(tally.state()).state()) == json_of(tally.state())
+
+
+def test_blocks_end_after_so_many_samples_and_worst_are_few():
+    tally = tally_of([seen(i) for i in range(BLOCK)])
+    iae = tally.metrics[0][METRICS.index("iae")]
+    assert (iae.part, iae.total) == (0, BLOCK * (BLOCK - 1) / 2)
+    tally.add(seen(BLOCK), [GAIN])
+    assert iae.part == BLOCK
+    assert [one.sample for one in tally.worst] == list(range(MOST_WORST))
+
+
+def result(samples, shares=(None, 50.0), keep=3):
+    """What the counts of some samples say."""
+    names = Names(
+        "title", list(zip(("one", "two"), shares, strict=True)), [("saturated", "A"), ("oscillates", "A")], ["A"]
+    )
+    document = Document("x.yaml", "", {"scenario": "title"}, Node(None))
+    return certification(names, Batch(document, [GAIN], 7), tally_of(samples), keep)
+
+
+def test_all_that_is_wanted_must_be_shown():
+    good = [seen(i) for i in range(10)]
+    assert result(good).passed
+    assert [one.bound for one in result(good).expectations] == [pytest.approx(74.1134, abs=1e-4)] * 2
+    one_missed = [*good, seen(10, passed=False, held=(True, False))]
+    assert result(one_missed).passed
+    assert not result(one_missed, (None, 80.0)).passed
+    assert not result(one_missed, (None, None)).passed
+    assert not result([*good, seen(10, held=(False, True))]).passed
+    assert not result([*good, seen(10, standing="-+")]).passed
+    lost = result([*good, seen(10, passed=False, held=(), standing="", metrics=(), reason="x")], (50.0, 50.0))
+    assert not lost.passed
+    assert [one.held for one in (*lost.expectations, *lost.standing)] == [10, 10, 10, 10]
+    assert all(one.passed for one in lost.expectations)
+    assert [(one.judged, one.passed) for one in lost.standing] == [(10, False), (0, False)]
+
+
+def test_a_certification_that_nothing_is_expected_of_fails_where_the_configuration_has_errors():
+    found = result([seen(0)], (None, None))
+    assert found.passed
+    assert Outcome("x", certification=found).passed
+    assert not Outcome("x", certification=found, unjudged=True).passed
+    assert not Outcome("x").passed
+
+
+def test_what_matters_most_comes_first():
+    many = [seen(i, 9.0 if i % 2 else 1.0, passed=i % 2 == 0) for i in range(10)]
+    (effect,) = result(many).effects
+    assert (effect.lowest, effect.highest, effect.size) == (100, 0, 100)
+    names = Names("title", [], [], [])
+    tally = Tally(samples=4, lowest=[[2, 2], [2, 2], [0, 0]], highest=[[2, 2], [2, 1], [2, 1]])
+    varies = [uniform(0, 1), uniform(0, 1, "load"), uniform(0, 1, "noise")]
+    batch = Batch(Document("x.yaml", "", {"scenario": "t"}, Node(None)), varies, 7)
+    found = certification(names, batch, tally, 0).effects
+    assert [(e.label, e.size) for e in found] == [("TIC-1 load", 50), ("TIC-1 gain", 0), ("TIC-1 noise", 0)]
+    assert found[2].lowest is None
+
+
+def test_the_worst_say_what_they_miss():
+    samples = [seen(0, margin=-0.5, tightest=1), seen(1, margin=-inf), seen(2, margin=0.25, tightest=0)]
+    worst = result(samples, keep=2).worst
+    assert [(one.sample, one.margin, one.failed, one.expectation) for one in worst] == [
+        (1, None, True, ""),
+        (0, -0.5, True, "two"),
+    ]
+    assert worst[0].numbers == {"TIC-1 gain": 5.0}
+
+
+def test_2000_samples_are_what_a_plan_has():
+    assert (Plan().samples, Plan().jobs, Plan().keep_worst) == (2000, 1, 3)
+
+
+# --- the fan ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("steps", [1, 2, 399, 400, 401, 5000])
+def test_a_thinned_run_keeps_its_ends_and_equal_distances(steps):
+    thinned = Thinned(frozenset({"b"}))
+    thinned.begin(["a", "b"], steps, 0.5)
+    rows = [value for i in range(steps) for value in (-1.0, float(i))]
+    for begin in range(0, steps, 37):
+        part = rows[2 * begin : 2 * min(begin + 37, steps)]
+        thinned.take(part, len(part) // 2)
+    kept = list(thinned.taken["b"])
+    assert thinned.taken.keys() == {"b"}
+    assert kept == thinned.wanted_steps
+    assert (kept[0], kept[-1], len(kept)) == (0, steps - 1, min(steps, TIMES))
+    gaps = {round(b - a) for a, b in pairwise(kept)}
+    assert not gaps or max(gaps) - min(gaps) <= 1
+
+
+def test_a_fan_has_the_values_of_the_nearest_rank():
+    runs = [{"a": [float(i), 100.0 - i]} for i in range(1, 21)]
+    fan = fan_of([0.0, 1.0], runs)
+    assert [level[0] for level in fan.quantiles["a"]] == [1, 5, 10, 15, 19]
+    assert [level[1] for level in fan.quantiles["a"]] == [80, 84, 89, 94, 98]
+    assert fan_of((), []).quantiles == {}
+
+
+# --- the text of a scenario ------------------------------------------------------------------------------------------
+
+
+def test_a_scenario_s_data_survive_being_written():
+    data = {
+        "pidcfg": Plain("1"),
+        "scenario": "a: b # c",
+        "note": Plain("two\nlines"),
+        "quoted": "12",
+        "plain": Plain("max(a, 1) * [2"),
+        "empty": {},
+        "none": [],
+        "odd key: x": Plain("- 1"),
+        "list": [Plain("1"), {"a": Plain("2"), "b": [Plain("x: y"), "0.5"]}, [Plain("3"), Plain("4")]],
+        "deep": {"a": {"b": {"c": Plain("±30 %")}}},
+    }
+    read = read_document(block_yaml(data).encode(), "x.yaml", DEFAULT)
+    assert read.problems == ()
+    assert read.data == data
+    assert type(read.data["quoted"]) is str
+    assert isinstance(read.data["plain"], Plain)
+    assert isinstance(read.data["list"][0], Plain)
