@@ -732,6 +732,14 @@ def test_an_independent_major_loop_goes_to_manual_when_program_mode_takes_its_mi
     assert [mode(machine, i) for i in (0, 1)] == ["cascade", "manual"]
 
 
+def test_the_set_point_of_a_root_loop_is_shown_as_the_pv_that_satisfies_it():
+    machine = plc({"pv": {"square_root": True}})
+    sig = list(machine.sig)
+    change(machine, "setpoint", "30 counts", sig=sig)
+
+    assert sig[machine.cfg[0].sig_sp] == 900.0
+
+
 def test_a_second_start_of_an_auto_tune_is_only_logged():
     """D683; begun anew, the relay would leave its output where it is for 16 samples."""
     tuned = {"mode": "auto", "autotune": {"method": "closed"}, "output": {"limits": ["500 counts", "3000 counts"]}}
