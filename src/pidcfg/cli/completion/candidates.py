@@ -228,6 +228,8 @@ SOURCES: dict[tuple[str, str], Source] = {
     ("simulate", "paths"): yaml_file,
     ("encode", "file"): configuration_file,
     ("convert", "file"): configuration_file,
+    ("export", "file"): configuration_file,
+    ("init", "sheet"): any_file,
     ("rule", "code"): codes,
     ("*", "select"): codes,
     ("*", "ignore"): codes,
