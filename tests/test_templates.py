@@ -230,3 +230,25 @@ def test_the_schema_wants_a_name_beside_use():
     assert list(valid.iter_errors(data)) == []
     del data["loops"][0]["name"]
     assert [error.json_path for error in valid.iter_errors(data)] == ["$.loops[0]"]
+
+
+def test_a_key_that_both_have_stands_in_the_loop():
+    doc = check(TEXT).document
+    assert doc.locate(("loops", 1, "setpoint"), key=True).line == line_of("value: 190")
+    assert doc.locate(("loops", 1, "setpoint", "limits"), key=True).line == line_of("limits: [20, 350]")
+
+
+def test_an_unknown_template_is_pointed_at_and_nothing_is_called_unused():
+    found = check(TEXT.replace("use: die,", "use: dye,")).findings
+    assert [(d.code, d.span.line, d.span.column) for d in found] == [("PID015", 20, 22)]
+
+
+def test_values_of_templates_in_templates_count_too():
+    many = TEXT + "".join(f"  - {{name: N{i}, use: die}}\n" for i in range(20))
+    assert [d.code for d in check(many, Limits(nodes=330)).findings] == ["PID013"]
+
+
+def test_explain_finds_tags_and_no_words_of_descriptions(file):
+    file.write_text(TEXT.replace("name: P,", "name: P, description: Pump of Z9,"), "utf-8")
+    assert "a loop of this configuration" in call("explain", "DIE", "--in", "t.yaml").stdout
+    assert call("explain", "Z9", "--in", "t.yaml").exit_code != 0

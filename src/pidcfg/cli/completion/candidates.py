@@ -229,6 +229,8 @@ SOURCES: dict[tuple[str, str], Source] = {
     ("certify", "paths"): scenario_file,
     ("encode", "file"): configuration_file,
     ("convert", "file"): configuration_file,
+    ("export", "file"): configuration_file,
+    ("init", "sheet"): any_file,
     ("rule", "code"): codes,
     ("*", "select"): codes,
     ("*", "ignore"): codes,
