@@ -309,6 +309,10 @@ def test_what_an_anchor_shares_is_changed_at_one_place_or_not_at_all():
     for loop in ("A", "B"):
         with pytest.raises(ValueError, match=rf"{loop}: the file shares what stands there by an anchor .* by hand"):
             written(LOOPS.encode(), LIVELY, loop=loop)
+    section = LOOPS.replace("&g ", "").replace("*g", "2")  # only the whole section is shared
+    for loop in ("A", "B"):
+        with pytest.raises(ValueError, match="by an anchor"):
+            written(section.encode(), LIVELY, loop=loop)
     alone = written(LOOPS.encode(), (3.0, 70.0, 0.0), loop="C").data.decode()
     assert alone == LOOPS.replace("gain: *g, integral_time: &t 50", "gain: 3, integral_time: &t 70")
 

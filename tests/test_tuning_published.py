@@ -508,6 +508,7 @@ def test_the_cycle_s_process_has_that_cycle():
         ("exp(-2s)(4s+1)/((3s+1)(1s+1)(0.5s+1))", 4 / 3, (1.25, 2.25)),  # T1: 4 and 3 above the dead time
         ("exp(-2s)(3s+1)/((1s+1)(0.5s+1))", 1.5, (0.5, 2.0)),  # T1a: lead above, lag below the dead time
         ("exp(-0.1s)(9s+1)/((10s+1)(1s+1))", 0.9, (1.0, 0.1)),  # T2: both far above
+        ("exp(-1s)(7s+1)/((10s+1)(1s+1))", 0.7, (1.0, 1.0)),  # T2: more than 5 times the dead time
         ("exp(-3s)(2s+1)/((20s+1)(1s+1))", 0.875, (16.0, 3.5)),  # T3: the lead well below, 5 times 3.5 s in place of 20
     ],
 )

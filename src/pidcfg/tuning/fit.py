@@ -89,8 +89,6 @@ def _fitted(model: type[BaseModel], words: Tuned, name: str, unit: str, value: D
     if limits is not None and not limits.holds(value):
         low, high = (end if end is not None else "-" for end in (limits.low, limits.high))
         return Fitted(key, unit, value, None, f"{_text(value)} is outside {low} to {high}")
-    if value and not stored:
-        return Fitted(key, unit, value, None, f"{_text(value)} rounds to 0, which switches it off")
     return Fitted(key, unit, value, stored)
 
 
