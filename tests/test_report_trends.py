@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 from html.parser import HTMLParser
-from math import nan
+from math import isnan, nan
 from pathlib import Path
 
 import pytest
@@ -95,12 +95,20 @@ def test_a_word_of_a_dl06_is_a_level_in_the_unit_of_the_pv():
     assert begin[1] == end[1] == pytest.approx(960, abs=1200 / 32767)
 
 
-def test_a_bipolar_format_has_its_level_at_its_place():
-    text = (EXAMPLES / "dl06/extruder.scenario.yaml").read_text("utf-8")
-    assert "SIC-HAUL" in text
-    done = outcome("dl06/extruder")
-    found = done.recording.levels["SIC-HAUL", "output high"][0][1]
-    assert found == pytest.approx(100, abs=0.1)
+def test_a_bipolar_format_has_its_level_at_its_place(tmp_path):
+    alarms = "    alarms: {pv: {low_low: -58, low: -55, high: 50, high_high: 58}, hysteresis: 1}\n"
+    text = (EXAMPLES / "dl06/extruder.yaml").read_text("utf-8")
+    (tmp_path / "extruder.yaml").write_text(f"{text.rstrip()}\n{alarms}", "utf-8")
+    scenario = (EXAMPLES / "dl06/extruder.scenario.yaml").read_text("utf-8")
+    path = tmp_path / "extruder.scenario.yaml"
+    doc = read_document(scenario.replace("duration: 40 min", "duration: 20").encode(), str(path))
+    done = simulate_document(doc, Settings(), Limits(), FILES, record=True)
+    assert done.report is not None, done.findings
+    found = {name: rows[0][1] for (loop, name), rows in done.recording.levels.items() if loop == "SIC-HAUL"}
+    assert found["pv_high"] == pytest.approx(50, abs=0.1)
+    assert found["pv_low"] == pytest.approx(-55, abs=0.1)
+    assert found["output high"] == pytest.approx(100, abs=0.1)
+    assert isnan(found["deviation_red"]), "an alarm that is off has no level"
 
 
 def test_the_levels_of_a_deviation_follow_the_set_point():
@@ -318,7 +326,11 @@ def test_the_keyboard_moves_the_cursor_and_zooms(browser, tmp_path):
         assert not seen.page.locator(".over .failure").is_visible()
         seen.page.keyboard.press("End")
         assert re.search(r"75\.\d+ s", seen.page.inner_text("output"))
+        assert re.search(r"PV (59\.9|60\.0)\d* degC", seen.page.inner_text("output")), "between two values"
         seen.page.keyboard.press("Escape")
+        seen.page.keyboard.press("End")
+        seen.page.keyboard.press("ArrowRight")
+        assert "100.0 s" in seen.page.inner_text("output"), "no further than the end"
         assert (seen_times(seen.page)[0], seen_times(seen.page)[-1]) == (0, 100)
         assert seen.errors == []
         assert len(seen.requests) == 1
@@ -361,5 +373,5 @@ def test_a_hostile_name_runs_nothing(browser, tmp_path):
         seen.page.focus(".area")
         seen.page.keyboard.press("Home")
         assert seen.page.evaluate("typeof window.pwned") == "undefined"
-        assert "onload=x" in seen.page.inner_text("output")
+        assert "a<b>&" in seen.page.inner_text("output"), "as a text, not as HTML"
         assert seen.errors == []

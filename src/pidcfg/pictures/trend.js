@@ -123,7 +123,7 @@ for (const chart of document.querySelectorAll("figure.chart")) {
   };
   const shift = (share) => show(first + share * (last - first), last + share * (last - first));
   const move = (to) => {
-    at = Math.max(0, Math.min(SQUARE, to));
+    at = to;
     if (at < first || at > last) show(at - (last - first) / 2, at + (last - first) / 2); else point();
   };
 
