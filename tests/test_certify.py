@@ -269,9 +269,9 @@ def test_an_error_in_a_run_counts_as_a_sample_that_cannot_run():
 
 
 def test_jobs_give_the_same_bytes(folder):
-    outputs = {command("--samples", "45", "--format", "json", "--jobs", str(jobs)).stdout for jobs in (1, 2, 3)}
+    outputs = {command("--samples", "110", "--format", "json", "--jobs", str(jobs)).stdout for jobs in (1, 2, 3)}
     assert len(outputs) == 1
-    assert json.loads(outputs.pop())["samples"] == 45
+    assert json.loads(outputs.pop())["samples"] == 110
 
 
 def test_a_state_continues_with_the_same_result():

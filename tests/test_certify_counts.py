@@ -144,6 +144,15 @@ def test_all_that_is_wanted_must_be_shown():
     assert [(one.judged, one.passed) for one in lost.standing] == [(10, False), (0, False)]
 
 
+def test_a_sample_that_cannot_run_fails_a_batch_of_which_little_is_wanted():
+    names = Names("title", [("one", 50.0)], [], [])
+    batch = Batch(Document("x.yaml", "", {"scenario": "t"}, Node(None)), [], 7)
+    tally = Tally(samples=100, failed_to_run=1, held=[99])
+    found = certification(names, batch, tally, 0)
+    assert found.expectations[0].passed
+    assert not found.passed
+
+
 def test_a_certification_that_nothing_is_expected_of_fails_where_the_configuration_has_errors():
     found = result([seen(0)], (None, None))
     assert found.passed

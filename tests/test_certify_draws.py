@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import random
 from fractions import Fraction
-from math import comb, inf, nextafter
+from hashlib import sha256
+from math import comb, inf, log, nextafter
 from statistics import NormalDist, fmean
 
 import pytest
@@ -35,6 +36,14 @@ def test_a_number_depends_on_seed_sample_and_name_alone():
     assert len(numbers) == 2 * 50 * 2 * 2
     assert all(0 < number < 1 for number in numbers)
     assert drawn(uniform(1, 2), 7, 5) == drawn(uniform(1, 2), 7, 5) != drawn(uniform(1, 2, "load"), 7, 5)
+
+
+def test_a_row_begins_at_the_bits_of_its_sample_and_its_name():
+    bits = int.from_bytes(sha256(b"plants.TIC-1.gain").digest()[:8], "big")
+    begin = mixed(bits_of(7, 3) ^ bits)
+    for draw in range(3):
+        number = mixed(begin + (draw + 1) * GOLDEN) >> 11
+        assert unit(7, 3, "plants.TIC-1.gain", draw) == (number + 0.5) / 2**53
 
 
 def test_a_negative_and_a_large_seed_are_seeds():
@@ -92,6 +101,7 @@ def tail(passed, samples, share):
 def test_the_bound_is_where_the_exact_tail_is_the_risk(passed, samples):
     bound = lower_bound(passed, samples)
     assert abs(float(tail(passed, samples, bound)) / RISK - 1) < 1e-10
+    assert log_tail(passed, samples, bound) < log(RISK) <= log_tail(passed, samples, nextafter(bound, 1))
     assert tail(passed, samples, bound * (1 - 1e-9)) < RISK < tail(passed, samples, bound * (1 + 1e-9))
 
 

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart
 
 EPILOG = options.examples(
-    "pidcfg certify heatexchanger.scenario.yaml",
-    "pidcfg certify heatexchanger.scenario.yaml --samples 10000 --resume heatexchanger.state",
-    "pidcfg certify heatexchanger.scenario.yaml --keep-worst 3 --plot fan.svg",
-    "pidcfg certify scenarios/ --report-output junit=certify.xml",
+    "pidcfg certify chiller.scenario.yaml --samples 100",
+    "pidcfg certify chiller.scenario.yaml --samples 200 --resume chiller.state",
+    "pidcfg certify chiller.scenario.yaml --samples 100 --keep-worst 3 --plot fan.svg",
+    "pidcfg certify chiller.scenario.yaml --samples 100 --report-output junit=certify.xml",
 )
 LISTED = 3
 """Worst samples that are listed where none is to be kept."""
