@@ -265,6 +265,14 @@ def test_an_error_in_a_run_counts_as_a_sample_that_cannot_run():
     assert not result.ok
 
 
+def test_a_sample_that_does_not_come_to_rest_counts_as_one_that_cannot_run():
+    text = scenario(expect="  - {signal: TIC-1.PV, min: -1e9}").replace("model: dead_time", "model: integrator")
+    found = certify(text.replace("seed: 3", "seed: 3\ninitial: steady"), samples=3).certification
+    assert found.failed_to_run == 3
+    assert found.expectations[0].held == 0
+    assert certify(text, samples=3).certification.failed_to_run == 0
+
+
 # --- nobody can tell who ran them ------------------------------------------------------------------------------------
 
 
@@ -391,6 +399,11 @@ def test_too_few_samples_are_refused_before_they_run_with_the_number_needed(fold
     assert finding["message"] == "2,000 samples cannot show 99.9 % even if none fails; 2,995 are needed"
     assert (finding["code"], finding["path"], finding["line"]) == ("PID053", "expect[0].share", 12)
     assert finding["help"] == "give --samples 2995"
+
+
+def test_just_enough_samples_are_run():
+    assert certify(scenario(), samples=28).certification is None
+    assert certify(scenario(), samples=29).certification.samples == 29
 
 
 def test_a_scenario_in_which_nothing_varies_is_refused():
