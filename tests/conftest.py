@@ -30,5 +30,5 @@ settings.load_profile("pidcfg")
 def plain_environment(monkeypatch):
     for name in (*SCRUBBED, *(name for name in os.environ if name.startswith("PIDCFG_"))):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("PIDCFG_NO_CACHE", "1")  # tests change rules while they run
+    monkeypatch.setenv("PIDCFG_CACHE_DIR", __file__)  # no folder, so no cache: tests change rules while they run
     monkeypatch.setenv("PYTHONUTF8", "1")

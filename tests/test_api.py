@@ -222,7 +222,7 @@ def test_limits_hold():
         (lambda: pidcfg.tune("zn-open", gain=0), "`gain`: 0; write a number other than 0"),
         (lambda: pidcfg.tune("zn-open", gain=float("nan")), "`gain`: nan; write a number other than 0"),
         (lambda: pidcfg.tune("iae-setpoint", "P"), "iae-setpoint has no rule for P; it has PI and PID"),
-        (lambda: pidcfg.tune("zn-open", pv_range=(5, 5)), "`pv_range` does not ascend"),
+        (lambda: pidcfg.tune("zn-open", pv_range=(5, 5)), "`pv_range` 5 to 5 does not ascend"),
         (lambda: pidcfg.tune("zn-open", gain=1, record=STEP), "`gain` and `record` do not go together"),
         (lambda: pidcfg.tune("zn-open", record="a,b"), "<text> holds no samples"),
         (lambda: pidcfg.explain("V7642", vendor="nobody"), "`vendor` is 'nobody'; it is one of dl06, "),

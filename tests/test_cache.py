@@ -33,7 +33,6 @@ def place(tmp_path, monkeypatch):
     work = tmp_path / "work"
     shutil.copytree(EXAMPLES, work)
     monkeypatch.chdir(work)
-    monkeypatch.delenv("PIDCFG_NO_CACHE")
     monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path / "cache"))
     return tmp_path / "cache" / "findings"
 

@@ -407,7 +407,7 @@ def test_output_into_a_missing_folder_is_one_clear_error(reactor, tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "no memory listing"),
+        ("", "the file is empty: export the listing again"),
         ("V2000 1400\nV2000 1400\n", "2:1: error PID041: V2000 stands here again"),
         ("V2008 1400\n", "'V2008' is not an address"),
         ("V2000 14000\n", "not word content of up to 4 hexadecimal digits"),
@@ -521,6 +521,11 @@ def prepared(tmp_path_factory):
     (folder / "kiln.yaml").write_text((ROOT / "examples/ezlogix/oven.yaml").read_text("utf-8"), "utf-8")
     text = (folder / "reactor.yaml").read_text("utf-8")
     (folder / "main.yaml").write_text(text, "utf-8")
+    (folder / "oven.yaml").write_text(
+        (ROOT / "examples/dl06/oven.yaml").read_text("utf-8").replace("TIC-201", "TIC-101"), "utf-8"
+    )
+    (folder / "ovens.yaml").write_text(text, "utf-8")
+    run("export", "reactor.yaml", "-o", "loops.csv", cwd=folder)
     (folder / "branch.yaml").write_text(text.replace("bias_freeze: true", "bias_freeze: false"), "utf-8")
     for name in ("upload.hex", "monday.hex", "friday.hex"):
         (folder / name).write_bytes((folder / "reactor.hex").read_bytes())

@@ -217,7 +217,7 @@ def test_modbus_numbers_are_those_of_the_click():
     [
         ({"bits": None}, "where the C bits begin; give --bits"),
         ({"floats": None}, "where the DF registers begin of L1; give --floats"),
-        ({"output": {}}, "whether the output is pulsed (PWM), which no register holds of L1; give --pwm-bit"),
+        ({"output": {}}, "whether the output is pulsed (PWM) of L1, which no register holds; give --pwm-bit"),
     ],
 )
 def test_what_a_listing_does_not_say_is_asked_for(changes, message):

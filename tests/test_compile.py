@@ -259,7 +259,7 @@ def test_without_a_writable_cache_nothing_is_kept(monkeypatch, tmp_path):
     blocked.write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
     monkeypatch.setenv("LOCALAPPDATA", str(blocked))
-    monkeypatch.setattr("pidcfg.sim.compile.Path.home", lambda: blocked)
+    monkeypatch.setattr("pidcfg.store.Path.home", lambda: blocked)
 
     assert cache_folder([one], {}) is None
     assert compiled([one])[one](1) == 2

@@ -109,7 +109,7 @@ def check_markdown(text):
     """All rows of each table are as wide, and nothing in it is HTML, a picture or a link."""
     for table in re.split(r"\n(?!\|)", text):
         assert len({len(row) for row in rows(table)}) <= 1, table
-    assert not re.search(r"<[a-z]|\]\(", text), text
+    assert not re.search(r"<(?!br>)[a-z]|\]\(", text), text
 
 
 def check_github(text):
@@ -197,7 +197,7 @@ def test_a_page_of_a_report_runs_nothing_and_hides_nothing(tmp_path, monkeypatch
     run("report", *names, "-o", "page.html", "--csv", "tables", "--xlsx", "tables.xlsx", *words)
     page = (tmp_path / "page.html").read_text("utf-8")
     clean(page, "page")
-    assert Page(page).scripts == 0
+    assert Page(page).scripts == page.count("<script>") <= 1, "our own alone, and its hash stands in the page"
     assert "<script>alert(1)</script>" in "".join(Page(page).texts)
     for path in sorted((tmp_path / "tables").iterdir()):
         text = path.read_text("utf-8-sig")

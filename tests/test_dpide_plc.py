@@ -250,7 +250,7 @@ def test_every_operand_can_be_set():
         ("PID_MODE", 3, "3 is none of 0, 1, 2", None),
         ("PID_MAN", 1, "a int stands where true or false is wanted", None),
         ("CYCLE", 1.5, "1.5 is not a whole number of ms", None),
-        ("SV", 1e39, TOO_LARGE, None),
+        ("SV", 1e39, TOO_LARGE, "write a value inside the limits"),
         ("output", Quantity(Decimal(3), counts=True), COUNTED, None),
     ],
 )

@@ -226,7 +226,7 @@ def test_registers_come_back_but_for_what_is_not_the_engineer_s(image):
 @pytest.mark.parametrize(
     ("drop", "message"),
     [
-        ("action", "the controller action (direct or reverse), which no register holds of L1; give --action"),
+        ("action", "the controller action (direct or reverse) of L1, which no register holds; give --action"),
         ("algorithm", "give --algorithm"),
         ("pv", "the tag of the PV of L1; give --pv-tag"),
         ("registers", "where the 32 registers begin of L1; give --registers"),

@@ -133,14 +133,13 @@ MODULES = {
     "completion --help": f"{STARTS} cli.commands cli.commands.completion cli.terminal.console "
                          "control_characters",
     "validate --help":   f"{OPTIONS} {REPORTS} {READS} cli.commands.validate cli.findings cli.findings.settings "
-                         "cli.terminal.next_step templates "
+                         "templates "
                          "cli.findings.settings_keys cli.formats.findings cli.formats.reporters "
                          "cli.formats.statistics cli.errors cli.terminal.detail cli.watch results results.findings "
                          "display_width writer",
-    "convert --help":    f"{OPTIONS} {REPORTS} cli.commands.convert cli.extras cli.files.plots {OF_VENDORS} "
-                         "cli.terminal.next_step",
+    "convert --help":    f"{OPTIONS} {REPORTS} cli.commands.convert cli.extras cli.files.plots {OF_VENDORS}",
     "encode --help":     f"{OPTIONS} cli.commands.encode {OF_VENDORS}",
-    "decode --help":     f"{OPTIONS} {READS} cli.commands.decode {OF_VENDORS} cli.terminal.next_step templates",
+    "decode --help":     f"{OPTIONS} {READS} cli.commands.decode {OF_VENDORS} templates",
 }
 
 LONG_MODULES = {

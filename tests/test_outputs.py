@@ -373,16 +373,16 @@ def test_numbers_keep_their_digits_in_reports(value, shown):
 
 
 @pytest.mark.parametrize(
-    ("value", "shown"), [(12.3456789, "12.3457"), (1234567.8, "1234568"), (999999.6, "1000000"), (None, "–")]
+    ("value", "shown"), [(12.3456789, "12.346"), (1234567.8, "1.2346×10⁶"), (999999.6, "1×10⁶"), (None, "–")]
 )
-def test_measured_numbers_have_six_digits_and_no_exponent(value, shown):
+def test_measured_numbers_have_engineering_digits(value, shown):
     assert on_page(value) == shown
 
 
 def test_a_word_stands_beside_its_hexadecimal_with_all_digits(folder):
     config = (EXAMPLES / "click/tank.yaml").read_text("utf-8").replace("value: 140,", "value: 140.1234,")
     Path("tank.yaml").write_text(config, "utf-8")
-    assert run("report", "tank.yaml", "-o", "page.html", "--exit-zero").exit_code == 0
+    assert run("report", "tank.yaml", "-o", "page.html", "--exit-zero", "--full").exit_code == 0
     page = Path("page.html").read_text("utf-8")
     assert (
         f'hex">{struct.unpack(">I", struct.pack(">f", 140.1234))[0]:08X}</td><td class="num decimal">140.1234<' in page

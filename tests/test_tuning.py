@@ -158,7 +158,7 @@ BAD = {
     "has not settled: the record ends 60": Record(
         SHORT.time, [20.0 + 10 * (i > 60) - 8 * (i > 200) for i in range(600)], SHORT.pv
     ),
-    "samples before and": Record(SHORT.time[:70], SHORT.output[:70], SHORT.pv[:70]),
+    "before 10 samples": Record(SHORT.time[:70], SHORT.output[:70], SHORT.pv[:70]),
     "has not settled": Record(SHORT.time[:130], SHORT.output[:130], SHORT.pv[:130]),
     "the PV answers by": record(Process(0.01, 10, 1), noise=1.0),
     "was not at rest before": Record(SHORT.time, SHORT.output, [y + 3 * (i < 30) for i, y in enumerate(SHORT.pv)]),
@@ -231,7 +231,7 @@ def test_a_recorded_step_is_identified_and_drawn(tmp_path):
         ),
         (
             ["--method", "zn-closed", "--ultimate-gain", "2", "--ultimate-period", "3", "--pv-range", "5", "5"],
-            "--pv-range does not ascend",
+            "--pv-range 5 to 5 does not ascend",
         ),
         (["--method", "zn-open", "--from-csv", "none.csv"], "none.csv"),
         (

@@ -375,7 +375,7 @@ class Nested:
 )
 def test_a_report_reads_action_and_form_in_sections(action, form, found):
     loop = SimpleNamespace(control=SimpleNamespace(action=action), tuning=SimpleNamespace(form=form))
-    assert [direction(Nested(), loop), *(text for _, text in tuning(Nested(), loop, {}))] == found
+    assert [direction(Nested(), loop), *(fact.text for fact in tuning(Nested(), loop, {}))] == found
 
 
 @every_vendor

@@ -244,6 +244,7 @@ class _Run:
         evidence.reasons = {i: reason for i, reason in said if reason}
         verdicts = standing(evidence) if self.settings.judged else []
         self.problems += unused_allowances(evidence, verdicts)
+        invalid = faults(self.scenario, self.plc, self.net, self.step, self.zero)
         return Report(
             scenario=self.scenario.scenario,
             step=self.dt,
@@ -257,10 +258,7 @@ class _Run:
             expectations=[_placed(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted],
             standing=verdicts,
             events=self.agenda.done,
-            notes=sorted(
-                [*self.notes, *self.journal.notes(), *faults(self.scenario, self.plc, self.net, self.step, self.zero)],
-                key=lambda note: note.at,
-            ),
+            notes=sorted([*self.notes, *self.journal.notes(), *invalid], key=lambda note: note.at),
             problems=self.problems,
             settled=rounded(self.zero * self.dt) if self.zero else None,
             scan_time=self._scan_time(),
@@ -297,7 +295,6 @@ def _too_long(last: int, loops: int, settings: Settings) -> list[Problem]:
     if limit is not None and count > limit:
         message = f"{count} loop-steps; the limit is {limit}"
         return [Problem(("duration",), message, "limit", help="use a longer step, or the option --no-limit")]
-    if last < 1:
-        cure = "lengthen the duration, or give a shorter 'step'"
-        return [Problem(("duration",), "the scenario is shorter than its base step", "value", help=cure)]
-    return []
+    cure = "lengthen the duration, or give a shorter 'step'"
+    short = Problem(("duration",), "the scenario is shorter than its base step", "value", help=cure)
+    return [short] if last < 1 else []

@@ -85,7 +85,6 @@ READING = (
     _unreadable("PID014", "tab", "A tab is used for indentation.", "YAML forbids it, since editors show tabs at different widths.", "Indent with spaces."),
     _unreadable("PID015", "unknown-template", "A loop uses a template that is not there, or templates use each other in a ring.", "The loop would lack what the template gives it.", "Write the name of a template that stands under `templates`."),
     _unreadable("PID016", "bad-template", "A template is no loop, has a name, or has a list where the loop that uses it has something else.", "A template holds what equal loops have in common; lists are replaced as a whole, never in part.", "Write the keys of a loop below the template's name, and what is a loop's own into the loop."),
-    replace(_row("PID018", "curly-quotes", "A text stands in quotes of a word processor.", "They are letters to YAML, so that the unit or the name has them in it, also in the PLC's tables and in reports.", "Write straight quotes, or none.", Severity.WARNING), basis=D720),
     _unreadable("PID040", "unreadable", "A file cannot be opened.", "It is missing, a folder without configurations, or not permitted.", "Check the path."),
 )
 LISTING = (
@@ -112,6 +111,7 @@ SCHEMA = (
     _row("PID036", "too-many-items", "A list has more items than there is room for.", "The table in the PLC has a fixed size.", "Remove items."),
     _row("PID037", "no-value", "A key has no value.", "An empty value is neither a number nor a default.", "Give a value, or remove the key."),
     _row("PID017", "unused-template", "No loop uses a template.", "Nothing in it is checked, and somebody may believe that it is in force.", "Use it, or delete it.", Severity.WARNING),
+    replace(_row("PID018", "curly-quotes", "A text stands in quotes of a word processor.", "They are letters to YAML, so that the unit or the name has them in it, also in the PLC's tables and in reports.", "Write straight quotes, or none.", Severity.WARNING), basis=D720),
     _row("PID038", "loops-not-checked", "Some loops cannot be read, so what concerns several loops was not checked.", "Rules that compare loops would find faults of a loop that is not there; the other loops were checked each by itself.", "Correct the errors of the loops that cannot be read, and check again.", Severity.INFO),
 )
 SUPPRESSION = (

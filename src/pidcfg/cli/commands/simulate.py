@@ -39,6 +39,8 @@ EPILOG = options.examples(
     "pidcfg simulate reactor.yaml",
     "pidcfg simulate scenarios/ --report-output junit=simulation.xml",
 )
+WORST = {False: Severity.ERROR, True: Severity.WARNING}
+"""From which severity on a finding fails, by ``--strict``."""
 DRAFTED = (
     "{file} is a configuration: it runs with a drafted scenario, which "
     "'pidcfg init --scenario {file} -o {name}.scenario.yaml' writes"
@@ -107,10 +109,8 @@ def command(
     if engine == "numba":
         need("numba", "fast")
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
-    if not scenarios and plot:
-        raise click.UsageError(f"{', '.join(paths)}: no scenario there to draw; one begins with 'scenario: …'")
-    if not scenarios and not quiet:  # folders of configurations: a project need not have any
-        note(f"{', '.join(paths)}: no scenario there, so nothing was run; one begins with 'scenario: …'")
+    if not scenarios:
+        _nothing_to_run(paths, plot, quiet=quiet)
     if csv is not None and len(scenarios) != 1:
         raise click.UsageError(f"--trend takes one scenario, not {len(scenarios)}")
     report_options.refuse_inputs(reports, () if csv is None else (csv,), "is where the trend goes")
@@ -135,8 +135,7 @@ def command(
         charts = plots.of_runs(outcomes, plot_loops) if plot else []
         files |= plots.drawn(plot, charts, *plots.heading(outcomes))
         # Told before trend and pictures are put in their places: a file there that differs costs no result.
-        fails = Severity.WARNING if strict else Severity.ERROR
-        report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, fails))
+        report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, WORST[strict]))
         if plots.TERMINAL in plot:
             plots.show(charts)
     for text in () if quiet else remarks(outcomes, fmt, csv):
@@ -145,6 +144,15 @@ def command(
     if len(outcomes) == 1:
         _next_step(outcomes[0], quiet=quiet, fmt=fmt)
     click.get_current_context().exit(exit_code(outcomes, strict=strict))
+
+
+def _nothing_to_run(paths: Sequence[str], plot: Sequence[str], *, quiet: bool) -> None:
+    """Folders of configurations: a project need not have scenarios, but there is nothing to draw."""
+    where = f"{', '.join(paths)}: no scenario there"
+    if plot:
+        raise click.UsageError(f"{where} to draw; one begins with 'scenario: …'")
+    if not quiet:
+        note(f"{where}, so nothing was run; one begins with 'scenario: …'")
 
 
 def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:

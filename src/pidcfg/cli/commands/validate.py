@@ -118,11 +118,8 @@ def command(
     detail.listed("not reported:", left.reasons)
     detail.end()
     if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.reported) < len(left.kept)):
-        note(
-            summary(left.kept, sum(entry.problem is None for entry in inputs), len(skipped))
-            + left.counts
-            + settings.of(ctx).mention
-        )
+        opened = sum(entry.problem is None for entry in inputs)
+        note(summary(left.kept, opened, len(skipped)) + left.counts + settings.of(ctx).mention)
     _next_step(list(documents.values()), left.kept, quiet=quiet, fmt=fmt)
     ctx.exit(exit_code(left.kept, strict=strict))
 

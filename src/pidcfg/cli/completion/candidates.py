@@ -225,7 +225,7 @@ def _read(path: Path) -> Mapping[str, Any]:
 
 SOURCES: dict[tuple[str, str], Source] = {
     ("validate", "paths"): yaml_file,
-    ("simulate", "paths"): yaml_file,
+    ("simulate", "paths"): scenario_file,
     ("certify", "paths"): scenario_file,
     ("encode", "file"): configuration_file,
     ("convert", "file"): configuration_file,
