@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import pidcfg
 from dpide_strategies import configurations
 from pidcfg.api import decode
 from pidcfg.encoders.dpide.encode import encode
@@ -177,3 +179,15 @@ def test_the_manuals_example_with_its_symbols_in_a_table():
         **decode(text, "dpide").data,
         "loops": [{key: value for key, value in decode(text, "dpide").data["loops"][0].items() if key != "PV"}],
     }
+
+
+@pytest.mark.parametrize(("first", "noted"), [("41.0", True), ("40.0", False), ("0", False), ("", False)])
+def test_a_first_value_that_contradicts_the_program_is_told(first, noted):
+    path = Path(__file__).parents[1] / "examples/dpide/oven.yaml"
+    program, table = (pidcfg.encode(path, kind).text for kind in ("st", "symbols"))
+    assert "OVEN_KP,D112,REAL,40.0," in table
+    table = table.replace("OVEN_KP,D112,REAL,40.0,", f"OVEN_KP,D112,REAL,{first},")
+    back = pidcfg.decode([program, table], "dpide", name=["p.st", "s.csv"])
+    assert back.data["loops"][0]["Kc_Kp"] == 40
+    told = [note for note in back.notes if "the program's counts" in note]
+    assert told == (["OVEN.Kc_Kp: the program says 40.0, the symbol table 41.0; the program's counts"] if noted else [])

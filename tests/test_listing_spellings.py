@@ -156,3 +156,30 @@ def test_columns_as_programming_software_names_them(head):
 def test_two_columns_that_differ_are_refused_whatever_they_are_called(name):
     with pytest.raises(ListingError, match="hex 0100 is 256, but the value says 255"):
         read("dl06", f"Address,Hex,{name}\nV2000,0100,255\n")
+
+
+@pytest.mark.parametrize(
+    ("vendor", "row", "name", "sign"),
+    [
+        ("dl06", "V2000,7E08", "V2000", ","),
+        ("dl06", "V2000: 7E08", "V2000", ":"),
+        ("dl06", '# upload\n"V2000";"7E08"', "V2000", ";"),
+        ("click", "C101=1", "C101", "="),
+        ("ezlogix", "R101,5", "R101", ","),
+    ],
+)
+def test_a_row_without_a_header_is_told_which_forms_are_read(vendor, row, name, sign):
+    with pytest.raises(ListingError, match=f"write blanks in place of '{sign}' behind {name}, or begin a table with"):
+        read(vendor, row)
+
+
+@pytest.mark.parametrize("row", ["Hello, world", "V2000", "C101,1", "V,1", ""])
+def test_a_text_without_an_address_of_the_vendor_is_told_no_form_of_rows(row):
+    with pytest.raises(ListingError) as error:
+        read("dl06", row)
+    assert "write blanks" not in str(error.value)
+
+
+def test_the_forms_that_the_message_names_are_read():
+    for text in ("V2000 0408", "address,hex\nV2000,0408", "address,value\nV2000,1032"):
+        assert [*read("dl06", text).words.values()] == [0x0408]

@@ -140,6 +140,14 @@ def test_d643_a_request_after_the_set_point_has_been_written_ends_nothing():
     assert notes(report) == []
 
 
+def test_d643_a_mode_that_was_reached_is_not_told_as_one_that_was_not():
+    slow = dl06(loop("mode: auto, setpoint: {value: 2000}", sample_rate=5))
+    _, report = run(slow, LAG, "{at: 3, loop: L1, mode: manual}", duration=50)
+    assert modes(report)[0] == (0.0, "auto", None)
+    assert notes(report) == [(3.0, GOAL_ENDS)]
+    assert "not yet been in its configured mode for a sample" in GOAL_ENDS
+
+
 @pytest.mark.parametrize("event", ["mode: auto", "mode: manual", "autotune: start"])
 def test_d643_of_the_click(event):
     config = click("mode: auto, setpoint: {value: 50}, alarms: {hysteresis: 1}")

@@ -225,3 +225,11 @@ def test_limits_are_those_of_what_the_register_holds(example, old, new, codes):
     assert old in text
     found = {d.code for d in pidcfg.check(text.replace(old, new)).findings}
     assert found & {"PID101", "PID105", "CK310"} == codes
+
+
+@pytest.mark.parametrize(("unit", "short"), [("seconds", "s"), ("minutes", "min")])
+def test_a_rounded_reset_is_told_in_the_unit_that_its_bit_selects(unit, short):
+    text = next(case for case in CASES if case.stem == "PID105").read_text("utf-8")
+    found = check(text.replace("{gain: 0.104}", f"{{gain: 1, reset: 0.26, reset_unit: {unit}}}"))
+
+    assert f"reset 0.26 {short} is stored as 0.3 {short}, 15.4 % off" in [d.message for d in found]

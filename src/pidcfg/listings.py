@@ -13,6 +13,7 @@ from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.settings import read_settings
+from pidcfg.encoders.tables import first_line
 from pidcfg.encoders.words import DecodeError
 from pidcfg.unreadable import binary_file
 from pidcfg.vendors import VENDORS
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 NOTHING = {bool: False, int: 0, float: 0.0}
 """What stands for a content that is no value, by its type."""
 CONFIGURATION = re.compile(r"^pidcfg:", re.MULTILINE)
+SEPARATED = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
+"""An address or name, and behind it another sign than the blank of a text listing."""
+HEADERS = "the header 'address,hex', or 'address,value' where the numbers are decimal"
 HEAD = 1000
 """Characters in which a listing names its vendor."""
 
@@ -44,20 +48,24 @@ def read_listing(data: bytes, vendor: Vendor, limits: Limits, kind: str | None =
         named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD]), None)
         if named not in {None, vendor.key}:
             raise ListingError(f"this is a listing of vendor {named}, not {vendor.key}")
-        raise ListingError(_no_listing(text, [*kinds]))
+        raise ListingError(_no_listing(text, kinds))
     listing: Listing = chosen.read(text)
     if listing.vendor not in {None, vendor.key}:
         raise ListingError(f"the listing is of vendor {listing.vendor!r}, not {vendor.key}")
     return listing
 
 
-def _no_listing(text: str, kinds: list[str]) -> str:
+def _no_listing(text: str, kinds: Mapping[str, FileKind]) -> str:
     """What a text is that is no listing, with the cure where there is one."""
     if not text.strip():
         return "the file is empty: export the listing again"
     if CONFIGURATION.search(text):
         return "this is a file of pidcfg and no listing; 'pidcfg encode' writes the words of a configuration"
-    return f"this is no memory listing that pidcfg reads ({', '.join(kinds)})"
+    problem = f"this is no memory listing that pidcfg reads ({', '.join(kinds)})"
+    row = SEPARATED.match(first_line(text))
+    if row is None or not kinds["text"].looks_like(f"{row['name']} "):
+        return problem
+    return f"{problem}; write blanks in place of {row['sign']!r} behind {row['name']}, or begin a table with {HEADERS}"
 
 
 def _text_of(data: bytes, kinds: Iterable[FileKind]) -> str:

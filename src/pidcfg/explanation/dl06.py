@@ -38,7 +38,7 @@ from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
 from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.octal import v_name
-from pidcfg.schemas.units import units_of
+from pidcfg.schemas.units import RESET_UNIT, RESET_UNITS, units_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -52,8 +52,6 @@ PV_TRANSFER = "pv_transfer"
 RESET_DECIMALS = "reset_decimals"
 FILTER_FULL = Decimal(1)
 """The filter constant above which there is no filter."""
-RESET_UNIT = LOOP_TABLE.word("reset").unit
-RESET_UNITS = {"seconds": "s", "minutes": "min"}
 
 
 def special(word: Word, raw: int, _scaling: Scaling) -> str:

@@ -34,6 +34,7 @@ from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSe
 from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.octal import VAddress
 from pidcfg.schemas.rates import AnyRate
+from pidcfg.schemas.units import RESET_UNIT
 
 FEATURES = DL06.at("PID Loop Feature Specifications")
 SETUP = DL06.at("Loop Table and Number of Loops")
@@ -91,7 +92,7 @@ class Tuning(Model):
 
     gain: Annotated[Number, Limits("0", "99.99", "%/%", FEATURES)]
     """Gain Kc, fraction of output span per fraction of PV span. 0 switches the proportional term off."""
-    reset: Annotated[AnyReset, Limits("0", "999.8", "s, or min by reset_unit", FEATURES)] = Reset(None)
+    reset: Annotated[AnyReset, Limits("0", "999.8", RESET_UNIT, FEATURES)] = Reset(None)
     """Reset (integral) time Ti, a bare number in `reset_unit`; `off` (0000) and `off 9999` switch the integral off."""
     reset_unit: Literal["seconds", "minutes"] = "seconds"
     """Unit of the reset word."""

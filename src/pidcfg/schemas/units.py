@@ -11,11 +11,16 @@ if TYPE_CHECKING:
 
 SIDES = ("pv", "output")
 """The two ends of a loop, which have units of their own."""
+RESET_UNIT = "s, or min by reset_unit"
+"""The unit of DL06's reset time in tables: a bit of the loop says which of both."""
+RESET_UNITS = {"seconds": "s", "minutes": "min"}
 
 
 def units_of(loop: object) -> dict[str, str]:
-    """The units of PV and output that a loop, or what a listing says of one, gives."""
-    return {side: str(unit) for side in SIDES if (unit := value_at(loop, (side, "unit")))}
+    """The units of PV and output that a loop, or what a listing says of one, gives; of the reset time, if it tells."""
+    units = {side: str(unit) for side in SIDES if (unit := value_at(loop, (side, "unit")))}
+    reset = RESET_UNITS.get(str(value_at(loop, ("tuning", "reset_unit"))))
+    return {**units, RESET_UNIT: reset} if reset else units
 
 
 def unit_text(unit: str, units: Mapping[str, str], nested: str = " per ") -> str:

@@ -19,7 +19,8 @@ REASON_BITS = 9
 REQUEST_BITS = 3
 """Room for the requested mode: a bit for each of three modes, or a number up to 7."""
 GOAL_ENDS = (
-    "the configured mode had not been reached; it is not requested any more, and a configured set point is not written"
+    "the loop had not yet been in its configured mode for a sample: that mode is not requested any more, and a "
+    "configured set point is not written"
 )
 """What a mode request of an event puts an end to (D643); the reason's number is the vendor's."""
 

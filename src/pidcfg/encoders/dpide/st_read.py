@@ -50,8 +50,12 @@ class ProgramListing(ParameterListing):
                 continue
             self._place(entries[loop], operand, binding, found)
             content = value_in(ROWS[operand], found)
-            if content is not None and isinstance(self.words.get(full, Elsewhere("")), Elsewhere):
+            program = self.words.get(full, Elsewhere(""))
+            if content is not None and isinstance(program, Elsewhere):
                 self.words[full] = content
+            elif content and program != content:
+                text = f"{full}: the program says {program}, the symbol table {content}; the program's counts"
+                self.notes = (*self.notes, text)
         self.settings = tuple(entries.values())
         others = [str(entry["loop"]) for entry in other.settings if entry["loop"] not in entries]
         if others:

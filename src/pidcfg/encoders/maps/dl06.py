@@ -19,6 +19,7 @@ from pidcfg.encoders.words import Bcd, Binary, Pointer, SignMagnitude
 from pidcfg.encoders.written import D345, Written
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.octal import HIGHEST
+from pidcfg.schemas.units import RESET_UNIT
 
 TABLE = DL06.at("Loop Table Word Definitions")
 SETUP = DL06.at("Establishing the Loop Table Size and Location")
@@ -116,7 +117,7 @@ LOOP_TABLE = RegisterMap(
         Word(0o06, "mode_and_alarm_status",  None,                    BITS,                "",       "Loop mode and alarm status",           "-",   TABLE, "status"),
         Word(0o07, "sample_rate",            "sample_rate",           SAMPLE_RATE,         "s",      "Sample rate",                          "yes", TABLE),
         Word(0o10, "gain",                   "tuning.gain",           GAIN,                "%/%",    "Gain (proportional)",                  "yes", TABLE),
-        Word(0o11, "reset",                  "tuning.reset",          RESET[1],            "s, or min by reset_unit", "Reset (integral) time",              "yes", D01),
+        Word(0o11, "reset",                  "tuning.reset",          RESET[1],            RESET_UNIT, "Reset (integral) time",              "yes", D01),
         Word(0o12, "rate",                   "tuning.rate",           Bcd(2, off=(0,)),    "s",      "Rate (derivative) time",               "yes", TABLE),
         Word(0o13, "pv_low_low",             "alarms.pv.low_low",     Position("pv"),      "pv",     "PV low-low alarm",                     "no*", TABLE),
         Word(0o14, "pv_low",                 "alarms.pv.low",         Position("pv"),      "pv",     "PV low alarm",                         "no*", TABLE),

@@ -125,16 +125,23 @@ def square_root_of_signed_signal(view: LoopView) -> Findings:
 @per_loop
 @error("DL510", D16, "the set point {value} is above the root of the largest PV ({most} counts): no PV reaches it")
 def setpoint_above_every_root(view: LoopView) -> Findings:
-    """The set point of a bipolar loop with square-root extract is larger than the root of any PV.
+    """A set point or ramp target of a bipolar loop with square-root extract is larger than the root of any PV.
 
     Why: the set point's scale ends at the root of the span, the roots of a bipolar PV at 70.7 % of that. The error
     never becomes zero, and the output runs to its limit.
 
     Fix: use a unipolar format for a differential-pressure signal.
     """
+    if not (view.loop.pv.square_root and view.bipolar):
+        return
+    root = largest_root(view)
     counts = view.counts("setpoint") if view.loop.setpoint.value is not None else None
-    if view.loop.pv.square_root and view.bipolar and counts is not None and counts > largest_root(view):
-        yield view.at("setpoint", "value", value=view.shown("setpoint"), most=nearest(largest_root(view)))
+    if counts is not None and counts > root:
+        yield view.at("setpoint", "value", value=view.shown("setpoint"), most=nearest(root))
+    for pair in view.pairs:
+        if pair.target is not None and pair.target > root:
+            value = view.text(pair.step.ramp_to, "sp", pair.target)
+            yield view.at("ramp_soak", "steps", pair.index, "ramp_to", value=value, most=nearest(root))
 
 
 def largest_root(view: LoopView) -> Decimal:
