@@ -118,6 +118,14 @@ def test_two_columns_of_one_key():
     )
 
 
+@pytest.mark.parametrize("names", [("pv.range", "range low"), ("range low", "pv.range")])
+def test_a_pair_and_one_of_its_ends(names):
+    cells = {"pv.range": '"[0, 100]"', "range low": "20"}
+    text = "tag,action,sample rate,gain,reset," + ",".join(names) + "\nT,direct,2,2.5,180,"
+    (fault, *_) = faults(text + ",".join(cells[name] for name in names) + "\n")
+    assert fault == f"loops.csv, row 1, cell G1: {names[1]} and {names[0]} are both pv.range; keep the pair or its ends"
+
+
 def test_errors_are_told_by_row_and_cell():
     bad = faults(HEAD + ROW + ROW.replace("2.5", "abc").replace("direct", "up").replace("TIC-1", "TIC-2"))
     assert [fault.partition(": ")[0] for fault in bad] == [

@@ -148,6 +148,10 @@ class _Reader:
                 continue
             if key in taken:
                 self.fault(cell, f"{cell.text} and {taken[key]} are both {key}; keep one of the two")
+            pair = key.removesuffix(ENDS[0]).removesuffix(ENDS[1])
+            for other in (pair,) if pair != key else (key + ENDS[0], key + ENDS[1]):
+                if other in taken:
+                    self.fault(cell, f"{cell.text} and {taken[other]} are both {pair}; keep the pair or its ends")
             taken[key] = cell.text
             columns[cell.column] = (key, cell.text)
         return columns
