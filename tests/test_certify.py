@@ -13,6 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+from click.testing import CliRunner
 
 import pidcfg
 from certify_rig import CONFIG, GAIN, PASSES, files, loaded_of, scenario
@@ -20,6 +21,7 @@ from pidcfg.certification.draw import drawn, seed_of
 from pidcfg.certification.run import run_sample
 from pidcfg.certification.sample import Batch
 from pidcfg.certification.state import sources
+from pidcfg.cli.main import cli
 from pidcfg.limits import DEFAULT
 from pidcfg.results.arguments import ArgumentError
 from pidcfg.sim.run import Settings
@@ -503,3 +505,11 @@ def test_a_configuration_with_errors_of_which_nothing_is_expected_fails():
     assert any(d.file == "loop.yaml" for d in result.findings)
     assert result.certification.passed
     assert not result.ok
+
+
+def test_a_configuration_in_the_place_of_a_scenario(monkeypatch):
+    monkeypatch.chdir(EXAMPLES / "dpide")
+    result = CliRunner().invoke(cli, ["certify", "chiller.yaml"])
+    assert result.exit_code == 2
+    assert "chiller.yaml is a configuration, and certify runs scenarios with vary" in result.stderr
+    assert "pidcfg init --scenario chiller.yaml" in result.stderr

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from datetime import date
 from pathlib import Path
 
 import openpyxl
@@ -14,6 +15,7 @@ from pidcfg.cli.main import cli
 from pidcfg.limits import DEFAULT, Limits
 from pidcfg.results.sources import checked_of
 from pidcfg.sheets.read import SheetFaultsError, from_sheet
+from pidcfg.sheets.values import plain_text
 from pidcfg.sheets.write import as_csv, as_workbook
 from pidcfg.source import read_document
 from pidcfg.vendors import VENDORS
@@ -57,7 +59,8 @@ def test_there_and_back_is_the_same(path):
 
 def test_common_words_and_units_in_brackets():
     header = "Tag,Text,Action,Sample rate [s],Gain,Reset (s),Range low,Range high,Unit,Setpoint\n"
-    assert config(made(header + ROW).text) == config(made(HEAD + ROW).text)
+    loop = config(made(header + ROW).text).loops[0]
+    assert (loop.sample_rate, loop.tuning.reset.duration.seconds()) == (2, 180)
     loop = config(made(HEAD + ROW).text).loops[0]
     assert (loop.name, loop.description, str(loop.tuning.gain), loop.pv.unit) == ("TIC-1", "Oven", "2.5", "degC")
     assert [float(end) for end in loop.pv.range] == [0, 200]
@@ -113,6 +116,14 @@ def test_two_columns_of_one_key():
     assert faults(HEAD.replace("setpoint", "kp") + ROW)[0].endswith(
         "kp and gain are both tuning.gain; keep one of the two"
     )
+
+
+@pytest.mark.parametrize("names", [("pv.range", "range low"), ("range low", "pv.range")])
+def test_a_pair_and_one_of_its_ends(names):
+    cells = {"pv.range": '"[0, 100]"', "range low": "20"}
+    text = "tag,action,sample rate,gain,reset," + ",".join(names) + "\nT,direct,2,2.5,180,"
+    (fault, *_) = faults(text + ",".join(cells[name] for name in names) + "\n")
+    assert fault == f"loops.csv, row 1, cell G1: {names[1]} and {names[0]} are both pv.range; keep the pair or its ends"
 
 
 def test_errors_are_told_by_row_and_cell():
@@ -259,3 +270,79 @@ def test_init_from_tells_every_fault_and_writes_nothing(folder):
     assert "cell E2 (gain)" in result.stderr
     assert not (folder / "x.yaml").exists()
     assert "cannot read none.csv" in call("init", "--from", "none.csv", "--vendor", "dl06").stderr
+
+
+def book_of(change=lambda _: None):
+    book = openpyxl.Workbook()
+    for row in (HEAD, ROW, ROW.replace("TIC-1", "TIC-2")):
+        cells = row.strip().split(",")
+        book.active.append([float(cell) if cell[0].isdigit() else cell for cell in cells])
+    change(book.active)
+    stream = io.BytesIO()
+    book.save(stream)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("header", "seconds"), [("Reset", 3), ("Reset (s)", 3), ("Reset [min]", 180), ("Ti (h)", 10800)]
+)
+def test_a_unit_of_time_in_a_header_counts(header, seconds):
+    loop = config(made(HEAD.replace("reset", header) + ROW.replace("180", "3")).text).loops[0]
+    assert loop.tuning.reset.duration.seconds() == seconds
+
+
+def test_a_comma_between_thousands_is_no_decimal_comma():
+    (fault,) = faults(HEAD + ROW.replace("180", '"1,200"'))
+    assert fault.startswith("loops.csv, row 2, cell F2: 1,200 can be two numbers, 1.200 or 1200;")
+    semicolons = (HEAD + ROW.replace("180", '"1,200"')).replace(",", ";").replace("1;200", "1,200")
+    assert "1,200 can be two numbers" in faults(semicolons)[0]
+    german = config(made(semicolons.replace("2.5", "2,5")).text)
+    assert str(german.loops[0].tuning.reset) == str(
+        config(made(HEAD + ROW.replace("180", "1.2")).text).loops[0].tuning.reset
+    )
+
+
+def test_names_that_look_like_numbers_stay():
+    rows = "".join(ROW.replace("TIC-1", name) for name in ("1.10", "1.1", "nan", "1.101", "12345678901234567890"))
+    for text in (HEAD + rows, (HEAD + rows).replace(",", ";").replace("2.5", "2,5")):
+        names = ["1.10", "1.1", "nan", "1.101", "12345678901234567890"]
+        whole = made(text).text
+        assert [loop.name for loop in config(whole).loops] == names
+        doc = read_document(whole.replace("'", "").encode(), "x.yaml")
+        assert [loop.name for loop in config(plain_text(doc)).loops] == names
+        for data in (as_csv(doc, VENDORS["dl06"], comma=True).encode(), as_workbook(doc, VENDORS["dl06"])):
+            assert [loop.name for loop in config(from_sheet(data, "x", None, DEFAULT).text).loops] == names
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "form", "message"),
+    [
+        ("J2", "=E2*34", "General", "row 2, cell J2: the formula has no result in the file"),
+        ("J2", "#DIV/0!", "General", "row 2, cell J2: the formula gives #DIV/0!"),
+        ("J3", 0.5, "0 %", "row 3, cell J3: the cell shows percent and holds 0.5"),
+        ("E2", date(2026, 5, 2), "D.M", "row 2, cell E2: the cell holds a date"),
+    ],
+)
+def test_a_cell_that_shows_something_else_than_it_holds(place, value, form, message):
+    def change(sheet):
+        sheet[place] = value
+        sheet[place].number_format = form
+
+    assert message in faults(book_of(change))[0]
+
+
+def test_merged_cells_are_refused_and_numbers_of_a_workbook_are_what_they_are():
+    assert "the cells I2:I3 are merged" in faults(book_of(lambda sheet: sheet.merge_cells("I2:I3")))[0]
+
+    def change(sheet):
+        sheet["F2"], sheet["B2"] = 1.125, "2,5"
+
+    assert str(config(made(book_of(change)).text).loops[0].tuning.reset).startswith("1.125")
+
+
+def test_another_sheet_of_a_workbook_is_named():
+    def change(sheet):
+        sheet.parent.create_sheet("empty")
+        sheet.parent.create_sheet("Line 2").append(["tag"])
+
+    assert made(book_of(change)).remarks[0] == "only the first sheet is read; also there: Line 2"

@@ -307,14 +307,27 @@ loops:
 
 def test_what_an_anchor_shares_is_changed_at_one_place_or_not_at_all():
     for loop in ("A", "B"):
-        with pytest.raises(ValueError, match=rf"{loop}: the file shares what stands there by an anchor .* by hand"):
+        with pytest.raises(ValueError, match=rf"{loop}: the file shares what stands there .* an anchor .* by hand"):
             written(LOOPS.encode(), LIVELY, loop=loop)
     section = LOOPS.replace("&g ", "").replace("*g", "2")  # only the whole section is shared
     for loop in ("A", "B"):
-        with pytest.raises(ValueError, match="by an anchor"):
+        with pytest.raises(ValueError, match="by a template or an anchor"):
             written(section.encode(), LIVELY, loop=loop)
     alone = written(LOOPS.encode(), (3.0, 70.0, 0.0), loop="C").data.decode()
     assert alone == LOOPS.replace("gain: *g, integral_time: &t 50", "gain: 3, integral_time: &t 70")
+
+
+def test_what_a_template_shares_is_not_changed_for_one_loop():
+    head = LOOPS.partition("loops:\n")[0]
+    body = "".join(f"  - {{name: {name}, use: oven}}\n" for name in "AB")
+    keys = "mode: auto, output_raises_pv: true, sample_time: 1 s, pv: {range: [0, 100]}, output: {range: [0, 100]}"
+    rest = "anti_windup: true, setpoint: {value: 5}, tuning: {gain: 2, integral_time: 100}"
+    text = f"{head}templates:\n  oven: {{{keys}, {rest}}}\nloops:\n{body}"
+    with pytest.raises(ValueError, match=r"B: .* by a template or .* by hand, there or in the loop itself"):
+        written(text.encode(), (3.0, 70.0, 0.0), loop="B")
+    own = text.replace("B, use: oven", "B, use: oven, tuning: {gain: 2, integral_time: 90}")
+    alone = written(own.encode(), (3.0, 70.0, 0.0), loop="B").data.decode()
+    assert alone == own.replace("{gain: 2, integral_time: 90}", "{gain: 3, integral_time: 70}")
 
 
 def test_loops_that_are_not_there_are_listed():

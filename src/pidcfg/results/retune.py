@@ -218,7 +218,9 @@ def _placed(where: str, doc: Document, data: bytes, index: int, values: tuple[Va
         return with_values(data, doc, texts, _behind_present(doc, after))
     except PlacingError as error:
         numbers = ", ".join(f"{value.key}: {value.new}" for value in values if value.changes)
-        raise TuningError(f"{where}: {error} (line {error.line}); write {numbers} there by hand") from None
+        raise TuningError(
+            f"{where}: {error} (line {error.line}); write {numbers} by hand, there or in the loop itself"
+        ) from None
 
 
 def _behind_present(doc: Document, after: Mapping[Path, Path]) -> dict[Path, Path]:

@@ -7,6 +7,7 @@ from difflib import get_close_matches
 from functools import cache
 from typing import TYPE_CHECKING
 
+from pidcfg.schemas.base import SECONDS, UNIT_WORDS
 from pidcfg.schemas.document import models_in
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 ENDS = (" low", " high")
 """Behind the key of a pair: its two ends, each a column."""
 BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
+TIME = re.compile(r"[\[(]\s*(" + "|".join((*SECONDS, *UNIT_WORDS)) + r")\.?\s*[\])]\s*$", re.IGNORECASE)
 BETWEEN_WORDS = re.compile(r"[\s_\-/]+")
 WORDS: dict[str, tuple[str, ...]] = {
     "name tag loop regler kreis messstelle": ("name",),
@@ -79,6 +81,12 @@ def key_of(header: str, vendor: Vendor) -> str:
         f"did you mean {known}?" if near else f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}"
     )
     raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {cure}")
+
+
+def time_unit(header: str) -> str | None:
+    """The unit of time that stands in brackets behind a header: ``Reset [min]``."""
+    match = TIME.search(header)
+    return match[1].lower() if match else None
 
 
 def is_known(header: str, vendor: Vendor) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
@@ -9,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.diagnostics import Severity
 from pidcfg.document import Plain
 from pidcfg.paths import put, steps, value_at
-from pidcfg.sheets.columns import ENDS, UnknownColumnError, is_known, key_of, order_of
+from pidcfg.sheets.columns import ENDS, UnknownColumnError, is_known, key_of, order_of, time_unit
 from pidcfg.sheets.table import Cell, Sheet, SheetError, read_sheet
-from pidcfg.sheets.values import native
+from pidcfg.sheets.values import TEXTS, native
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 HEAD = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "templates")
 """Keys of the whole file, each with its value in the cell behind it, above the header."""
+NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
 LEAST_KNOWN = 2
 """Known columns by which a row is the header."""
 
@@ -62,7 +64,7 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     columns = reader.columns(header)
     loops = [reader.loop(row, columns, i) for i, row in enumerate(rows)]
     content = reader.head(head)
-    remarks = []
+    remarks = [f"only the first sheet is read; also there: {', '.join(sheet.left_out)}"] if sheet.left_out else []
     if "plc" not in content and _needs_plc(vendor):
         content["plc"] = _starter_plc(vendor, limits)
         remarks.append(f"plc is as in the starter file of {vendor.key}; look at it")
@@ -146,6 +148,10 @@ class _Reader:
                 continue
             if key in taken:
                 self.fault(cell, f"{cell.text} and {taken[key]} are both {key}; keep one of the two")
+            pair = key.removesuffix(ENDS[0]).removesuffix(ENDS[1])
+            for other in (pair,) if pair != key else (key + ENDS[0], key + ENDS[1]):
+                if other in taken:
+                    self.fault(cell, f"{cell.text} and {taken[other]} are both {pair}; keep the pair or its ends")
             taken[key] = cell.text
             columns[cell.column] = (key, cell.text)
         return columns
@@ -167,10 +173,10 @@ class _Reader:
                 pair = value_at(loop, path)
                 if pair is None:
                     put(loop, path, pair := [None, None])
-                pair[end] = self.value(cell)
+                pair[end] = self.value(cell, key, header)
                 path = (*path, end)
             else:
-                put(loop, path, self.value(cell))
+                put(loop, path, self.value(cell, key, header))
             self.places["loops", number, *path] = (cell, header)
         self._check_pairs(loop, row[0], ())
         return self._in_order(loop)
@@ -201,11 +207,11 @@ class _Reader:
             elif len(row) != LEAST_KNOWN:
                 self.fault(row[0], f"{key} wants one value, in the cell behind it")
             elif key != "vendor":
-                put(content, steps(key), self.value(row[1]))
+                put(content, steps(key), self.value(row[1], key))
                 self.places[steps(key)] = (row[1], key)
         return content
 
-    def value(self, cell: Cell) -> Any:
+    def value(self, cell: Cell, key: str, header: str = "") -> Any:
         """A cell as the file format would read it: plain text, or YAML in brackets or quotes."""
         if cell.text[0] in '[{"':
             doc = read_document(f"value: {cell.text}".encode(), self.name, self.limits)
@@ -213,8 +219,12 @@ class _Reader:
                 return doc.data["value"]
             self.fault(cell, doc.problems[0].message)
             return None
+        if key.rpartition(".")[2] in TEXTS:
+            return Plain(cell.text)
         try:
-            return Plain(self.sheet.plain(cell))
+            text = self.sheet.plain(cell)
+            unit = time_unit(header)
+            return Plain(f"{text} {unit}" if unit and NUMBER.fullmatch(text) else text)
         except SheetError as error:
             self.fault(cell, str(error))
             return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.document import Plain
@@ -9,6 +10,10 @@ from pidcfg.writer import yaml_text
 
 if TYPE_CHECKING:
     from pidcfg.document import Document
+
+
+TEXTS = frozenset(("name", "description", "use"))
+"""Keys whose values are texts, also where they look like numbers: 1.10 is no 1.1."""
 
 
 def plain_text(doc: Document) -> str:
@@ -19,7 +24,7 @@ def plain_text(doc: Document) -> str:
 def native(value: Any) -> Any:
     """Data with its plain texts as what YAML writes without quotes: numbers, switches, words."""
     if isinstance(value, dict):
-        return {key: native(inner) for key, inner in value.items()}
+        return {key: str(x) if key in TEXTS and isinstance(x, Plain) else native(x) for key, x in value.items()}
     if isinstance(value, list):
         return [native(inner) for inner in value]
     return number_or_text(value) if isinstance(value, Plain) else value
@@ -33,6 +38,8 @@ def number_or_text(text: str) -> Any:
         try:
             number = kind(text)
         except ValueError:
+            continue
+        if not isfinite(number):
             continue
         if str(number) == text or (kind is float and text.rstrip("0").rstrip(".") == f"{number:.15g}"):
             return number

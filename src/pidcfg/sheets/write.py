@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.document import Plain
 from pidcfg.sheets.columns import ENDS, order_of
-from pidcfg.sheets.values import number_or_text
+from pidcfg.sheets.values import TEXTS, number_or_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -57,7 +57,8 @@ def _cells(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
     elif isinstance(value, list) and len(value) == PAIR and not any(isinstance(x, dict | list) for x in value):
         yield from ((f"{above}{end}", _value(inner)) for end, inner in zip(ENDS, value, strict=True))
     else:
-        yield above, flow(value) if isinstance(value, list) else _value(value)
+        text = above.rpartition(".")[2] in TEXTS and isinstance(value, Plain)
+        yield above, flow(value) if isinstance(value, list) else str(value) if text else _value(value)
 
 
 def _value(value: Any) -> Value:

@@ -63,7 +63,7 @@ def with_values(data: bytes, doc: Document, values: Mapping[Path, str], after: M
     new = read_document(made, doc.file)
     if mark + doc.text.encode() != data or new.data is None or not same(_apart(new.data), wanted):
         line = doc.locate(next(iter(values))).line
-        raise PlacingError("the file shares what stands there by an anchor (&) with other places", line)
+        raise PlacingError("the file shares what stands there with other places, by a template or an anchor (&)", line)
     return made
 
 

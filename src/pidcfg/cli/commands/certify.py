@@ -94,6 +94,7 @@ def command(
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
     if not scenarios:
         raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
+    refuse_configurations(scenarios)
     if resume is not None and len(scenarios) != 1:
         raise click.UsageError(f"--resume takes one scenario, not {len(scenarios)}")
     report_options.refuse_outputs((resume, *plot, *(report.path for report in reports)), files_of(scenarios))
@@ -111,6 +112,18 @@ def command(
     if plots.TERMINAL in plot:
         plots.show(charts)
     click.get_current_context().exit(exit_code(outcomes))
+
+
+def refuse_configurations(documents: Sequence[Document]) -> None:
+    """A configuration says nothing of plants, and nothing of it varies."""
+    from pidcfg.validate.engine import is_configuration
+
+    for doc in documents:
+        if is_configuration(doc):
+            raise click.UsageError(
+                f"{doc.file} is a configuration, and certify runs scenarios with vary; 'pidcfg init --scenario "
+                f"{doc.file}' writes one without vary"
+            )
 
 
 def run_all(
