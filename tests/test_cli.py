@@ -521,9 +521,6 @@ def prepared(tmp_path_factory):
     (folder / "kiln.yaml").write_text((ROOT / "examples/ezlogix/oven.yaml").read_text("utf-8"), "utf-8")
     text = (folder / "reactor.yaml").read_text("utf-8")
     (folder / "main.yaml").write_text(text, "utf-8")
-    (folder / "oven.yaml").write_text(
-        (ROOT / "examples/dl06/oven.yaml").read_text("utf-8").replace("TIC-201", "TIC-101"), "utf-8"
-    )
     (folder / "ovens.yaml").write_text(text, "utf-8")
     run("export", "reactor.yaml", "-o", "loops.csv", cwd=folder)
     (folder / "branch.yaml").write_text(text.replace("bias_freeze: true", "bias_freeze: false"), "utf-8")

@@ -10,6 +10,7 @@ import diff_spoil
 import pidcfg
 from pidcfg.cli.formats.differences import as_markdown, as_text
 from pidcfg.cli.main import main
+from pidcfg.differences.wired import move_content
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.limits import DEFAULT
 from pidcfg.listings import read_listing
@@ -539,3 +540,11 @@ def test_every_changed_key_of_random_files_is_seen(vendor):
     score = diff_spoil.score_of(vendor, 2, 3)
     assert score.changes
     assert (dict(score.unseen), dict(score.untrue)) == ({}, {})
+
+
+def test_a_move_that_is_written_in_another_way_is_the_same():
+    one = {"move": "-203", "to": "A.Kp", "when": "NOT (((0.0174 + X) < 1))", "at": "start"}
+    two = {"move": -203.0, "to": "A.Kp", "when": "NOT (0.0174 + X < 1.0)", "at": "start"}
+    assert move_content(one) == move_content(two)
+    for change in ({"move": "-203.5"}, {"to": "A.Ki"}, {"when": "NOT (0.0174 + Y < 1)"}, {"at": "end"}):
+        assert move_content(one | change) != move_content(two)

@@ -12,6 +12,8 @@ from pidcfg.schemas.iec import Wire
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+WIRED = ("move", "when")
+"""Keys of a move that hold a wire."""
 NO_NAMES = frozenset((*WORDS, *TRUTHS))
 NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
 
@@ -51,6 +53,14 @@ def content_of(raw: Any) -> Any:
         value = float(operand) if op == TRUTH else value
         steps.append((op, value))
     return Wired(tuple(steps))
+
+
+def move_content(value: Any) -> Any:
+    """What the wires of a move mean, however they are written; None for a content that is no move."""
+    if not isinstance(value, dict) or "move" not in value:
+        return None
+    parts = ((key, content_of(Wire(str(part))) if key in WIRED else part) for key, part in value.items())
+    return tuple(sorted(parts))
 
 
 def _code(text: str, names: list[str]) -> tuple[tuple[int, ...], tuple[float, ...]]:

@@ -21,7 +21,7 @@ EPILOG = options.examples(
     "pidcfg init --vendor dl06 -o oven.yaml",
     "pidcfg init --vendor dl06 | pidcfg validate -",
     "pidcfg init --scenario oven.yaml -o oven.scenario.yaml",
-    "pidcfg init --from loops.csv --vendor dl06 -o reactor.yaml",
+    "pidcfg init --from loops.csv --vendor dl06 -o line4.yaml",
 )
 
 

@@ -32,7 +32,7 @@ EPILOG = options.examples(
     "pidcfg tune --method simc --model integrating --gain 0.02 --dead-time 5 --for click",
     "pidcfg tune --method zn-open --from-csv step.csv --columns time=Date+Time,output=Valve,pv=3 --from 60",
     "pidcfg tune --method zn-closed --ultimate-gain 8 --ultimate-period 4 --for dl06 --pv-range 0 200",
-    "pidcfg tune --method simc --from-csv step.csv --write oven.yaml --loop TIC-101 --plot margins.svg",
+    "pidcfg tune --method simc --from-csv step.csv --write reactor.yaml --loop TIC-101 --plot margins.svg",
 )
 
 

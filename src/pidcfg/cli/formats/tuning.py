@@ -62,7 +62,7 @@ def _written(written: Written) -> str:
         lines.append("  action not compared: the sign of the process's gain is not known; add --gain")
     found = reporters.text(written.findings, {written.file: written.document})
     title = f"findings of {written.loop} with these gains:" if found else f"no findings of {written.loop}"
-    return "\n".join(lines) + f"\n\n{title}\n" + found
+    return "\n".join(lines) + f"\n\n{title}\n" + found.rstrip("\n")
 
 
 def _robustness(judgement: Judgement) -> list[str]:
