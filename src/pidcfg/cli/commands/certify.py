@@ -116,10 +116,8 @@ def command(
 
 def refuse_configurations(documents: Sequence[Document]) -> None:
     """A configuration says nothing of plants, and nothing of it varies."""
-    from pidcfg.validate.engine import is_configuration
-
     for doc in documents:
-        if is_configuration(doc):
+        if doc.data is not None and "vendor" in doc.data:
             raise click.UsageError(
                 f"{doc.file} is a configuration, and certify runs scenarios with vary; 'pidcfg init --scenario "
                 f"{doc.file}' writes one without vary"
