@@ -548,3 +548,22 @@ def test_a_move_that_is_written_in_another_way_is_the_same():
     assert move_content(one) == move_content(two)
     for change in ({"move": "-203.5"}, {"to": "A.Ki"}, {"when": "NOT (0.0174 + Y < 1)"}, {"at": "end"}):
         assert move_content(one | change) != move_content(two)
+
+
+@pytest.mark.parametrize(
+    ("line", "changed", "word"),
+    [
+        ("ramp_to: 60.0", "ramp_to: 61.0", "ramp_soak[0].ramp_to"),
+        ("slope: 0.05", "slope: 0.06", "ramp_soak[1].slope"),
+        ("soak: 30.0", "soak: 31.0", "ramp_soak[1].soak"),
+        (
+            "ramp_to: 85.0, slope: 0.05, soak: 30.0, deviation: 2.0",
+            "ramp_to: 85.0, slope: 0.05, soak: 30.0, deviation: 3.0",
+            "ramp_soak[1].deviation",
+        ),
+    ],
+)
+def test_a_changed_step_of_a_profile_is_the_one_word_written(line, changed, word):
+    old = upload(REACTOR)
+    result = pidcfg.encode(edited(REACTOR, (line, changed)), "csv", changed_from=old)
+    assert [row.rpartition(",")[2] for row in result.text.splitlines() if row.startswith("V")] == [word]

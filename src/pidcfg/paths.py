@@ -72,12 +72,18 @@ def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], Any, 
             yield tuple(dotted(here).split(".")), value, here
 
 
-def is_given(model: Any, path: Sequence[str]) -> bool:
-    """Whether a file gives a field of a model, by its path below the model, with a value."""
+def is_given(model: Any, path: Path) -> bool:
+    """Whether a file gives a field of a model, by its path below the model, with a value.
+
+    An index finds what stands at that place of a sequence: ``ramp_soak.steps.1.soak``.
+    """
     for key in path:
-        if model is None or key not in model.model_fields_set:
+        if isinstance(key, int):
+            model = value_at(model, (key,))
+        elif key in getattr(model, "model_fields_set", ()):
+            model = getattr(model, key)
+        else:
             return False
-        model = getattr(model, key)
     return model is not None
 
 

@@ -12,7 +12,7 @@ from pidcfg.differences.terms_of import terms_of
 from pidcfg.differences.wired import content_of
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.parameters import Program
-from pidcfg.paths import is_given
+from pidcfg.paths import is_given, steps
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
@@ -44,8 +44,7 @@ def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
     given = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     for owner, item, number in _differing(subject, listing):
         told = [f"{owner} {item.key}".lstrip()] if number in listing.words else []
-        keys = [step for step in item.key.split(".") if not step.isdecimal()]
-        is_said = owner in given and is_given(given[owner], keys)
+        is_said = owner in given and is_given(given[owner], steps(item.key))
         if item.kind in {"live", "reserved"} and not (live or is_said):
             left += told
         else:
