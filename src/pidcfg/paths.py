@@ -72,7 +72,7 @@ def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], Any, 
             yield tuple(dotted(here).split(".")), value, here
 
 
-def is_given(model: Any, path: Path) -> bool:
+def is_given(model: Any, path: Sequence[str | int]) -> bool:
     """Whether a file gives a field of a model, by its path below the model, with a value.
 
     An index finds what stands at that place of a sequence: ``ramp_soak.steps.1.soak``.

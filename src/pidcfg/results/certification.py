@@ -6,7 +6,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from pidcfg.results.findings import Data, finding_data
+from pidcfg.results.findings import Data, finding_data, one_or_several
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -58,10 +58,7 @@ def batches_data(outcomes: Sequence[Outcome], files: Mapping[tuple[str, int], st
     ``files``: where samples were written, by scenario file and number.
     """
     known = files or {}
-    if len(outcomes) == 1:
-        return {"version": 1, **_batch(outcomes[0], known)}
-    batches = [_batch(outcome, known) for outcome in outcomes]
-    return {"version": 1, "batches": batches, "passed": all(outcome.passed for outcome in outcomes)}
+    return one_or_several("batches", [_batch(outcome, known) for outcome in outcomes])
 
 
 def _batch(outcome: Outcome, files: Mapping[tuple[str, int], str]) -> Data:

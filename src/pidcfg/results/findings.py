@@ -42,6 +42,13 @@ def finding_data(d: Diagnostic) -> Data:
     }
 
 
+def one_or_several(name: str, rows: Sequence[Data]) -> Data:
+    """The public layout, version 1, of scenarios: the object of one alone, a list of several under ``name``."""
+    if len(rows) == 1:
+        return {"version": 1, **rows[0]}
+    return {"version": 1, name: list(rows), "passed": all(row["passed"] for row in rows)}
+
+
 def findings_data(findings: Sequence[Diagnostic], files: int = 1) -> Data:
     """Findings in so many files: the public layout, version 1."""
     totals = counts(findings)

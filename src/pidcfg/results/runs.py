@@ -6,7 +6,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.results.findings import Data, finding_data
+from pidcfg.results.findings import Data, finding_data, one_or_several
 from pidcfg.sim.metrics import METRICS
 from pidcfg.sim.report import rounded
 
@@ -57,10 +57,7 @@ class SimulateResult:
 
 def runs_data(outcomes: Sequence[Outcome]) -> Data:
     """The public layout, version 1: one object for one scenario, for several a list of them under ``runs``."""
-    if len(outcomes) == 1:
-        return {"version": 1, **_run(outcomes[0])}
-    runs = [_run(outcome) for outcome in outcomes]
-    return {"version": 1, "runs": runs, "passed": all(outcome.passed for outcome in outcomes)}
+    return one_or_several("runs", [_run(outcome) for outcome in outcomes])
 
 
 def _run(outcome: Outcome) -> Data:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pidcfg.certification.outcome import QUANTILES
 from pidcfg.results.schemas.findings import finding
 from pidcfg.results.schemas.parts import (
-    VERSION,
     Schema,
     by_name,
     count,
     listing,
     number,
+    one_or_several,
     or_null,
     record,
     switch,
@@ -22,15 +22,7 @@ from pidcfg.sim.report import STANDING_KINDS
 
 def schema() -> Schema:
     """One batch, or a list of them when several scenarios were named."""
-    several = record(
-        "Several scenarios.",
-        version=VERSION,
-        batches=listing("One a scenario.", {"$ref": "#/$defs/batch"}),
-        passed=switch("Whether every batch passed."),
-    )
-    one = batch()
-    alone = {**one, "properties": {"version": VERSION, **one["properties"]}, "required": ["version", *one["required"]]}
-    return {"oneOf": [alone, several], "$defs": {"batch": one, "metric": metric(), "finding": finding()}}
+    return one_or_several("batch", "batches", batch(), metric=metric(), finding=finding())
 
 
 def batch() -> Schema:

@@ -61,3 +61,15 @@ def or_null(schema: Schema) -> Schema:
 def anything(description: str) -> Schema:
     """A value as the user's file or the PLC has it."""
     return {"description": description, "type": ["null", "boolean", "number", "string", "array"]}
+
+
+def one_or_several(name: str, plural: str, one: Schema, **parts: Schema) -> Schema:
+    """What stands alone for one scenario, and for several in a list; ``parts``: its parts."""
+    several = record(
+        "Several scenarios.",
+        version=VERSION,
+        **{plural: listing("One a scenario.", {"$ref": f"#/$defs/{name}"})},
+        passed=switch(f"Whether every {name} passed."),
+    )
+    alone = {**one, "properties": {"version": VERSION, **one["properties"]}, "required": ["version", *one["required"]]}
+    return {"oneOf": [alone, several], "$defs": {name: one, **parts}}

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pidcfg.results.schemas.findings import finding
 from pidcfg.results.schemas.parts import (
-    VERSION,
     Schema,
     anything,
     by_name,
     count,
     listing,
     number,
+    one_or_several,
     or_null,
     record,
     switch,
@@ -22,15 +22,7 @@ from pidcfg.sim.report import STANDING_KINDS, ScanTime
 
 def schema() -> Schema:
     """One run, or a list of them when several scenarios were named."""
-    several = record(
-        "Several scenarios.",
-        version=VERSION,
-        runs=listing("One a scenario.", {"$ref": "#/$defs/run"}),
-        passed=switch("Whether every run passed."),
-    )
-    one = run()
-    alone = {**one, "properties": {"version": VERSION, **one["properties"]}, "required": ["version", *one["required"]]}
-    return {"oneOf": [alone, several], "$defs": {"run": one, "loop": loop(), "finding": finding()}}
+    return one_or_several("run", "runs", run(), loop=loop(), finding=finding())
 
 
 def run() -> Schema:
