@@ -17,6 +17,7 @@ import jsonschema
 import pytest
 from click.testing import CliRunner
 
+from command import run
 from pidcfg.cli import errors, main
 from pidcfg.cli.files.outputs import write_files
 from pidcfg.cli.main import COMMANDS, cli
@@ -24,13 +25,6 @@ from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
 REACTOR = ROOT / "examples" / "dl06" / "reactor.yaml"
-
-
-def run(*args: str, cwd: Path | None = None, stdin: bytes = b"", **env: str) -> subprocess.CompletedProcess[bytes]:
-    """The command in a process of its own."""
-    environment = {**os.environ, **env}
-    command = [sys.executable, "-m", "pidcfg", *args]
-    return subprocess.run(command, cwd=cwd, input=stdin, capture_output=True, check=False, env=environment)
 
 
 @pytest.fixture

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import random
-import subprocess
-import sys
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -18,6 +15,7 @@ from pyclickplc.plcdata import read_plc_data, write_plc_data
 from pyclickplc.validation import validate_comment, validate_nickname
 
 from click_strategies import configurations
+from command import run
 from pidcfg.encoders.click.dataview import CODES, ROWS, write_dataviews
 from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.click.files import FORMATS, Numbering
@@ -88,12 +86,6 @@ def dump(tmp_path) -> str:
     }
     write_plc_data(path, data, banks=["X", "Y", "C", "T", "CT", "DS", "DD", "DH", "DF", "TD", "CTD", "TXT"])
     return path.read_text("ascii")
-
-
-def run(*args: str, cwd: Path) -> subprocess.CompletedProcess[bytes]:
-    """The command in a process of its own."""
-    command = [sys.executable, "-m", "pidcfg", *args]
-    return subprocess.run(command, cwd=cwd, capture_output=True, check=False, env=dict(os.environ))
 
 
 @pytest.fixture

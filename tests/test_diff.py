@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,6 +10,7 @@ import click
 import pytest
 
 import pidcfg as pidcfg_package
+from command import run_text
 from pidcfg import check_file, check_text
 from pidcfg.cli.commands import diff
 from pidcfg.conversion.pipeline import ConvertError
@@ -34,10 +32,7 @@ def differences(before, after):
 
 
 def pidcfg(*args, cwd=EXAMPLES):
-    command = [sys.executable, "-m", "pidcfg", "diff", *map(str, args)]
-    return subprocess.run(
-        command, cwd=cwd, capture_output=True, text=True, check=False, env={**os.environ, "NO_COLOR": "1"}
-    )
+    return run_text("diff", *map(str, args), cwd=cwd, NO_COLOR="1")
 
 
 def edited(text, old, new):

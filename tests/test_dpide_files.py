@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import subprocess
-import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -14,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from command import run
 from dpide_strategies import configurations
 from pidcfg.encoders.dpide.decode import decode
 from pidcfg.encoders.dpide.encode import encode
@@ -447,9 +446,7 @@ def test_the_command_adds_to_a_table_and_leaves_the_users_file(tmp_path):
     (tmp_path / "mine.csv").write_bytes(USERS.encode("gbk"))
     config = Path(__file__).parents[1] / "examples" / "dpide" / "oven.yaml"
     arguments = ["encode", str(config), "--format", "symbols", "--into", "mine.csv", "-o", "new.csv"]
-    result = subprocess.run(
-        [sys.executable, "-m", "pidcfg", *arguments], cwd=tmp_path, capture_output=True, check=False
-    )
+    result = run(*arguments, cwd=tmp_path)
 
     assert result.returncode == 0, result.stderr
     assert (tmp_path / "mine.csv").read_bytes() == USERS.encode("gbk")

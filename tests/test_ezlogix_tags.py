@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import random
-import subprocess
-import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from pydantic import ValidationError
 
+from command import run
 from ezlogix_strategies import configurations
 from pidcfg.encoders.ezlogix.decode import decode
 from pidcfg.encoders.ezlogix.encode import encode
@@ -24,9 +21,6 @@ from pidcfg.encoders.files import UnwritableError, kind_of
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.ezlogix import PULSE_REGISTERS, SPACE, TABLES, VARIABLES
 from pidcfg.schemas.ezlogix import EzlogixFile
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 TAGS = FORMATS["tags"]
 SLOW = settings(
@@ -337,12 +331,6 @@ def test_tags_of_others_are_read_over(image):
 
 
 # --- the command ------------------------------------------------------------------------------------------------------
-
-
-def run(*args: str, cwd: Path) -> subprocess.CompletedProcess[bytes]:
-    """The command in a process of its own."""
-    command = [sys.executable, "-m", "pidcfg", *args]
-    return subprocess.run(command, cwd=cwd, capture_output=True, check=False, env=dict(os.environ))
 
 
 def test_the_command_writes_merges_and_reads(tmp_path, image):

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from command import run_text
 from pidcfg.cli.formats.findings import Findings, fingerprints
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.validate.catalog import CODE, current, former, matches, rules
@@ -33,9 +32,7 @@ PREFIXES = {"2": "DL", "3": "CK", "4": "EZ", "5": "DL", "6": "NX", "7": "DP", "8
 
 
 def run(folder, *arguments):
-    return subprocess.run(
-        [sys.executable, "-m", "pidcfg", *arguments], cwd=folder, capture_output=True, text=True, check=False
-    )
+    return run_text(*arguments, cwd=folder)
 
 
 def oven(folder, comment=""):

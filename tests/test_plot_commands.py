@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 
+import command
 from pidcfg.cli.main import main
 from pidcfg.limits import DEFAULT
 from pidcfg.scenario.charts import charts_of
@@ -229,9 +227,7 @@ def test_the_terminal_shows_the_run_after_the_report(folder, pidcfg):
 
 @pytest.mark.parametrize("code_page", ["cp437", "cp1252", "ascii"])
 def test_old_terminals_get_plain_signs(folder, code_page):
-    environment = {**os.environ, "PYTHONIOENCODING": code_page}
-    command = [sys.executable, "-m", "pidcfg", "simulate", "oven.scenario.yaml", "--plot", "-"]
-    result = subprocess.run(command, capture_output=True, check=False, env=environment)
+    result = command.run("simulate", "oven.scenario.yaml", "--plot", "-", PYTHONIOENCODING=code_page)
     text = result.stdout.decode(code_page)
     assert (result.returncode, result.stderr) == (1, b"")
     assert "ooo" in text

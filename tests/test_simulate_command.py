@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 import random
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from command import run
 from pidcfg.limits import DEFAULT
 from pidcfg.reader import shortened
 from pidcfg.scenario.outcome import simulate_document
@@ -19,12 +17,6 @@ from pidcfg.source import read_document
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples" / "dl06"
-
-
-def pidcfg(*args, cwd, stdin=b""):
-    """The command in a process of its own."""
-    command = [sys.executable, "-m", "pidcfg", *args]
-    return subprocess.run(command, cwd=cwd, input=stdin, capture_output=True, check=False, env=dict(os.environ))
 
 
 @pytest.fixture
@@ -45,7 +37,7 @@ def change(folder, name, old, new):
 
 def report(folder, *args):
     """The JSON report of the reactor and the exit code."""
-    result = pidcfg("simulate", "reactor.scenario.yaml", "--format", "json", *args, cwd=folder)
+    result = run("simulate", "reactor.scenario.yaml", "--format", "json", *args, cwd=folder)
     assert result.returncode in {0, 1, 2}, result.stderr.decode()
     return json.loads(result.stdout), result.returncode
 
@@ -77,7 +69,7 @@ def test_reports_name_the_configuration_without_a_way_back(folder):
     (folder / "scenarios").mkdir()
     (folder / "reactor.scenario.yaml").rename(folder / "scenarios/reactor.yaml")
     change(folder, "scenarios/reactor.yaml", "config: reactor.yaml", "config: ../reactor.yaml")
-    result = pidcfg("simulate", "scenarios/reactor.yaml", cwd=folder)
+    result = run("simulate", "scenarios/reactor.yaml", cwd=folder)
     assert b"  scenarios/reactor.yaml runs reactor.yaml\n" in result.stdout.replace(b"\r", b"")
     assert result.returncode == 0
 
@@ -89,7 +81,7 @@ def simulate_here(folder):
 
 
 def test_the_reactor_meets_its_expectations(folder):
-    result = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder)
+    result = run("simulate", "reactor.scenario.yaml", cwd=folder)
     text = result.stdout.decode()
     assert result.returncode == 0, text
     assert text.splitlines()[0] == "A step of the temperature set point, a disturbance of the level"
@@ -156,8 +148,8 @@ def test_the_report_agrees_with_the_trend(folder):
 
 
 def test_the_same_files_give_the_same_bytes(folder):
-    first = pidcfg("simulate", "reactor.scenario.yaml", "--csv", "a.csv", "--format", "json", cwd=folder)
-    second = pidcfg("simulate", "reactor.scenario.yaml", "--csv", "b.csv", "--format", "json", cwd=folder)
+    first = run("simulate", "reactor.scenario.yaml", "--csv", "a.csv", "--format", "json", cwd=folder)
+    second = run("simulate", "reactor.scenario.yaml", "--csv", "b.csv", "--format", "json", cwd=folder)
     assert first.stdout == second.stdout
     assert (folder / "a.csv").read_bytes() == (folder / "b.csv").read_bytes()
 
@@ -181,7 +173,7 @@ def test_compiled_and_plain_runs_give_the_same_bytes(folder):
 
 def test_a_failed_expectation_is_exit_1_and_says_what_was_measured(folder):
     change(folder, "reactor.scenario.yaml", "max: 10 %", "max: 1 %")
-    result = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder)
+    result = run("simulate", "reactor.scenario.yaml", cwd=folder)
     assert result.returncode == 1
     lines = result.stdout.decode().splitlines()
     assert any(line.startswith("  FAILED  TIC-101 overshoot at most 1 %: 4.") for line in lines)
@@ -249,7 +241,7 @@ def test_alarms_in_the_wrong_order_keep_the_loop_in_manual_and_name_the_line(fol
 def test_a_memory_listing_runs_like_the_configuration_it_was_made_of(folder):
     whole, _ = report(folder)
     for kind, name in (("json", "reactor.json"), ("text", "reactor.txt"), ("csv", "reactor.csv")):
-        assert pidcfg("encode", "reactor.yaml", "--format", kind, "-o", name, cwd=folder).returncode == 0
+        assert run("encode", "reactor.yaml", "--format", kind, "-o", name, cwd=folder).returncode == 0
         change(folder, "reactor.scenario.yaml", "config: ", f"config: {name} # ")
         assert report(folder) == (whole, 0)
         change(folder, "reactor.scenario.yaml", f"config: {name} # ", "config: ")
@@ -279,7 +271,7 @@ def test_what_cannot_run_is_exit_2_with_the_line_in_every_format(folder, old, ne
     assert code == 2
     assert (data["passed"], data["loops"]) == (False, {})
     assert any(f["line"] == line and message in f["message"] for f in data["findings"]), data["findings"]
-    text = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder)
+    text = run("simulate", "reactor.scenario.yaml", cwd=folder)
     assert text.returncode == 2
     assert f"reactor.scenario.yaml:{line}:" in text.stdout.decode()
 
@@ -295,7 +287,7 @@ def test_an_expression_is_faulted_at_its_character(folder):
 
 def test_validate_reports_the_same_about_a_scenario(folder):
     change(folder, "reactor.scenario.yaml", "alarm: pv_high_high", "alarm: pv_hihg")
-    result = pidcfg("validate", "reactor.scenario.yaml", cwd=folder)
+    result = run("validate", "reactor.scenario.yaml", cwd=folder)
     assert result.returncode == 1
     assert "reactor.scenario.yaml:17:28: error PID050: 'pv_hihg' is no alarm" in result.stdout.decode()
 
@@ -311,7 +303,7 @@ def test_warnings_pass_unless_strict(folder):
 def test_several_scenarios_and_folders_run_one_after_the_other(folder):
     (folder / "second.yaml").write_bytes((folder / "reactor.scenario.yaml").read_bytes())
     change(folder, "second.yaml", "max: 10 %", "max: 1 %")
-    result = pidcfg("simulate", ".", "--format", "json", cwd=folder)
+    result = run("simulate", ".", "--format", "json", cwd=folder)
     data = json.loads(result.stdout)
     assert result.returncode == 1
     assert [(run["file"], run["passed"]) for run in data["runs"]] == [
@@ -322,7 +314,7 @@ def test_several_scenarios_and_folders_run_one_after_the_other(folder):
 
 
 def test_a_configuration_runs_with_a_drafted_scenario(folder):
-    result = pidcfg("simulate", "reactor.yaml", "--format", "json", cwd=folder)
+    result = run("simulate", "reactor.yaml", "--format", "json", cwd=folder)
     data = json.loads(result.stdout)
     assert (result.returncode, data["file"], data["passed"]) == (0, "reactor.yaml", True)
     assert result.stderr.decode() == (
@@ -332,31 +324,31 @@ def test_a_configuration_runs_with_a_drafted_scenario(folder):
 
 
 def test_a_scenario_may_come_from_standard_input(folder):
-    result = pidcfg("simulate", "-", cwd=folder, stdin=(folder / "reactor.scenario.yaml").read_bytes())
+    result = run("simulate", "-", cwd=folder, stdin=(folder / "reactor.scenario.yaml").read_bytes())
     assert result.returncode == 0, result.stdout.decode()
 
 
 def test_a_trend_never_replaces_a_different_file_without_force(folder):
     (folder / "trend.csv").write_text("mine\n", "utf-8")
-    refused = pidcfg("simulate", "reactor.scenario.yaml", "--csv", "trend.csv", cwd=folder)
+    refused = run("simulate", "reactor.scenario.yaml", "--csv", "trend.csv", cwd=folder)
     assert refused.returncode == 2
     assert "trend.csv exists and differs" in refused.stderr.decode()
     assert (folder / "trend.csv").read_text("utf-8") == "mine\n"
-    assert pidcfg("simulate", "reactor.scenario.yaml", "--csv", "trend.csv", "--force", cwd=folder).returncode == 0
+    assert run("simulate", "reactor.scenario.yaml", "--csv", "trend.csv", "--force", cwd=folder).returncode == 0
     assert (folder / "trend.csv").read_text("utf-8").startswith("time,FIC-102.PV,")
     assert sorted(p.name for p in folder.iterdir()) == ["reactor.scenario.yaml", "reactor.yaml", "trend.csv"]
 
 
 def test_a_trend_takes_one_scenario(folder):
     (folder / "second.scenario.yaml").write_bytes((folder / "reactor.scenario.yaml").read_bytes())
-    result = pidcfg("simulate", ".", "--csv", "trend.csv", cwd=folder)
+    result = run("simulate", ".", "--csv", "trend.csv", cwd=folder)
     assert result.returncode == 2
     assert "--trend takes one scenario, not 2" in result.stderr.decode()
 
 
 def test_nothing_is_left_when_a_trend_cannot_be_finished(folder):
     change(folder, "reactor.scenario.yaml", "plants:", "plans:")
-    assert pidcfg("simulate", "reactor.scenario.yaml", "--csv", "trend.csv", cwd=folder).returncode == 2
+    assert run("simulate", "reactor.scenario.yaml", "--csv", "trend.csv", cwd=folder).returncode == 2
     assert sorted(p.name for p in folder.iterdir()) == ["reactor.scenario.yaml", "reactor.yaml"]
 
 
@@ -479,13 +471,13 @@ def test_with_a_scan_time_the_report_estimates_the_scan_with_loops(folder):
     change(folder, "reactor.scenario.yaml", "seed: 7\n", "seed: 7\nplc: {scan_time: 50 ms}\n")
     data, _ = report(folder)
     assert data["scan_time"] == {"minimum": 0.05004875, "typical": 0.05008125, "maximum": 0.05011375}
-    text = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
+    text = run("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
     assert "scan time with these loops: 50.081 ms (50.049 to 50.114 ms)" in text
     assert "1800 s in steps of 0.05 s" in text
 
 
 def test_a_listing_without_settings_runs_in_counts_under_numbered_names(folder):
-    pidcfg("encode", "reactor.yaml", "-o", "reactor.txt", cwd=folder)
+    run("encode", "reactor.yaml", "-o", "reactor.txt", cwd=folder)
     words = [line for line in (folder / "reactor.txt").read_text("utf-8").splitlines() if not line.startswith("#")]
     (folder / "words.txt").write_text("\n".join(words) + "\n", "utf-8")
     text = "pidcfg: 1\nscenario: bare words\nconfig: words.txt\nduration: 10\nconnect: {LOOP-1.PV: 100}\n"
@@ -498,7 +490,7 @@ def test_a_listing_without_settings_runs_in_counts_under_numbered_names(folder):
 
 @pytest.mark.parametrize("mode", ["[]", "1e300", "true", '"sideways"'])
 def test_a_listing_with_unsound_settings_is_refused(folder, mode):
-    pidcfg("encode", "reactor.yaml", "--format", "json", "-o", "reactor.json", cwd=folder)
+    run("encode", "reactor.yaml", "--format", "json", "-o", "reactor.json", cwd=folder)
     change(folder, "reactor.json", '"cascade"', mode)
     change(folder, "reactor.scenario.yaml", "config: reactor.yaml", "config: reactor.json")
     outcome = simulate_here(folder)
@@ -529,7 +521,7 @@ def test_errors_of_the_configuration_are_shown_and_pass_only_when_expectations_h
     assert data["passed"] is (code == 0)
     errors = [f for f in data["findings"] if f["severity"] == "error"]
     assert [(f["file"], f["line"], f["plc_effect"]) for f in errors] == [("reactor.yaml", 5, None)]
-    text = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
+    text = run("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
     assert errors[0]["code"] in text
     assert ("nothing is expected of the run" in text) is (not expect)
 
@@ -566,5 +558,5 @@ def test_ramp_soak_and_auto_tune_speak_in_notes_not_in_modes(folder):
     notes = [(n["at"], n["loop"]) for n in data["notes"] if n["text"].startswith("ramp/soak refused: ")]
     assert notes == [(2.0, "TIC-101")], "with the next sample"
     assert not any("ramp/soak" in (m["reason"] or "") for loop in data["loops"].values() for m in loop["modes"])
-    text = pidcfg("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
+    text = run("simulate", "reactor.scenario.yaml", cwd=folder).stdout.decode()
     assert "note: ramp/soak refused" in text

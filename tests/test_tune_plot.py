@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import cmath
 import math
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 
 import pytest
 
 import pidcfg
+from command import run_text
 from pidcfg.cli.files.loop_plots import chart_of
 from pidcfg.pictures import draw
 
@@ -70,8 +69,7 @@ def test_the_picture_names_circle_and_margins():
 
 
 def run(*args, cwd):
-    command = [sys.executable, "-m", "pidcfg", "tune", "--method", "simc", *args]
-    return subprocess.run(command, cwd=cwd, capture_output=True, check=False, encoding="utf-8")
+    return run_text("tune", "--method", "simc", *args, cwd=cwd)
 
 
 PROCESS = ["--gain", "2", "--time-constant", "10", "--dead-time", "2"]
@@ -105,7 +103,6 @@ def test_what_cannot_be_drawn_is_refused(tmp_path, args, says):
 
 def test_a_loop_whose_process_is_not_known_has_no_picture(tmp_path):
     cycle = ["--ultimate-gain", "2", "--ultimate-period", "3", "--plot", "a.svg"]
-    command = [sys.executable, "-m", "pidcfg", "tune", "--method", "zn-closed", *cycle]
-    result = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, encoding="utf-8")
+    result = run_text("tune", "--method", "zn-closed", *cycle, cwd=tmp_path)
     assert (result.returncode, list(tmp_path.iterdir())) == (2, [])
     assert "--plot needs the process: add its --gain" in result.stderr

@@ -6,7 +6,6 @@ import json
 import math
 import re
 import subprocess
-import sys
 from decimal import Decimal
 from importlib import resources
 
@@ -15,6 +14,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import pidcfg
+from command import run_text
 from pidcfg.vendors import VENDORS
 
 KEYS = {
@@ -356,9 +356,7 @@ RULE = ["--method", "simc", "--gain", "1.3", "--time-constant", "200", "--dead-t
 
 
 def run(*args, cwd):
-    return subprocess.run(
-        [sys.executable, "-m", "pidcfg", "tune", *args], cwd=cwd, capture_output=True, check=False, encoding="utf-8"
-    )
+    return run_text("tune", *args, cwd=cwd)
 
 
 @pytest.fixture
