@@ -19,6 +19,7 @@ EXITS = {
     Exit.UNUSABLE: "A file cannot be used, or the command is wrong.",
     Exit.BUG: "A bug in pidcfg.",
     Exit.INTERRUPTED: "Interrupted.",
+    Exit.TERMINATED: "Ended by SIGTERM.",
 }
 ENVIRONMENT = """\
 Each option has a variable, named with it. The command line outranks the environment, which outranks a settings file. A

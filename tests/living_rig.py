@@ -30,7 +30,12 @@ class Outcome:
 
 def run(monkeypatch, capsysbinary, *args):
     """``pidcfg validate`` with some arguments."""
-    monkeypatch.setattr(sys, "argv", ["pidcfg", "validate", *map(str, args)])
+    return call(monkeypatch, capsysbinary, "validate", *args)
+
+
+def call(monkeypatch, capsysbinary, *args):
+    """Any command with its arguments."""
+    monkeypatch.setattr(sys, "argv", ["pidcfg", *map(str, args)])
     capsysbinary.readouterr()
     try:
         main()

@@ -63,6 +63,14 @@ def test_symbols_that_were_added_to_a_table_of_the_users_are_read_out_of_it():
     assert not any("Door" in note for note in result.notes)
 
 
+@pytest.mark.parametrize("blank", ["\n", " \n", ",,,,,\n"])
+def test_lines_without_a_symbol_are_passed_over(blank):
+    text = pidcfg.encode(Path(__file__).parents[1] / "examples/dpide/oven.yaml", "symbols").text
+    rows = text.splitlines(keepends=True)
+    spaced = "".join([rows[0], blank, *rows[1:], blank])
+    assert pidcfg.decode(spaced, "dpide").text == pidcfg.decode(text, "dpide").text
+
+
 def test_a_table_without_loops_says_what_is_wanted():
     (finding,) = decode(USERS.encode("gbk"), "dpide").findings
     assert "holds no operand of a DPIDE instruction" in finding.message

@@ -51,7 +51,8 @@ MAY_IMPORT = {
                     "validate sim pictures",
     "certification": "refs limits reader writer diagnostics document source schemas scenario sim pictures __init__",
     "verification": "refs schemas encoders vendors conversion differences sim pictures",
-    "draft":        "refs limits diagnostics document source schemas scenario sim validate verification",
+    "draft":        "refs control_characters limits diagnostics document source schemas scenario sim validate "
+                    "verification",
     "sheets":       "limits diagnostics document paths source templates schemas vendors validate writer",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
                     "differences tuning validate explanation sim scenario certification verification",
@@ -119,7 +120,10 @@ LOADS = {
     "encode src/pidcfg/starters/click.yaml --format nickname-csv":  "pydantic ruamel pyclickplc pymodbus",
 }
 
-STARTS = "cli cli.environment cli.main cli.terminal cli.terminal.colour cli.terminal.glyphs cli.terminal.progress"
+STARTS = (
+    "cli cli.environment cli.interrupts cli.main cli.terminal cli.terminal.colour cli.terminal.glyphs "
+    "cli.terminal.progress"
+)
 OPTIONS = f"{STARTS} cli.commands cli.options cli.terminal.console control_characters diagnostics limits"
 REPORTS = "cli.files cli.files.identity cli.formats cli.formats.format cli.formats.report_options"
 READS = "cli.files cli.files.folders cli.files.identity cli.files.inputs document reader source templates unreadable"

@@ -1,5 +1,18 @@
-"""``python -m pidcfg``."""
+"""``python -m pidcfg``, and the command itself: a Ctrl-C while the program is loaded is one as well."""
 
-from pidcfg.cli.main import main
+import sys
 
-main()
+INTERRUPTED = 130
+
+
+def main() -> None:
+    """Runs the command line."""
+    try:
+        from pidcfg.cli.main import main as run
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    run()
+
+
+if __name__ == "__main__":
+    main()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections import defaultdict
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -38,9 +39,11 @@ def comments_in(text: str) -> Iterator[Comment]:
     for number, line in enumerate(LINE_BREAK.split(text), start=1):
         if "#" not in line:
             continue
+        scalars = taken[number]
         for mark in START.finditer(line):
             at = mark.start()
-            if not any(first <= at < end for first, end in taken[number]):
+            before = bisect_right(scalars, (at, REST)) - 1  # of scalars, which stand one behind the other
+            if before < 0 or at >= scalars[before][1]:
                 yield Comment(number, at + 1, line[at:], not line[:at].strip())
                 break
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-CONTROL = "\x7f-\x9f\u2028-\u202e\u2066-\u2069"
+CONTROL = "\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
 """DEL, the control characters of Latin-1, separators of lines, and what turns the direction of writing round."""
 UNPRINTABLE = re.compile(f"[\x00-\x08\x0b-\x1f{CONTROL}]")
 """What must reach no terminal, log or page as it is."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import START, Diagnostic, Span
@@ -47,7 +48,7 @@ class Node:
         return None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Document:
     """A file as read: data, positions and what was wrong with its text."""
 
@@ -57,9 +58,9 @@ class Document:
     root: Node
     problems: tuple[Diagnostic, ...] = ()
 
-    @property
+    @cached_property
     def lines(self) -> list[str]:
-        """The text by lines, counted as the parser counts them."""
+        """The text by lines, counted as the parser counts them; divided once, however many findings ask."""
         return LINE_BREAK.split(self.text)
 
     def bare(self) -> Document:

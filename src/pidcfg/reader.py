@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import posixpath
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
 
 SUFFIXES = frozenset({".yaml", ".yml"})
 """How the names of configurations and scenarios end; a file of another name is a memory listing."""
+STREAMS = ("/dev/", "/proc/")
+"""How the names of streams begin."""
 UNNAMED = "<text>"
 """The name of a text that has none."""
 
@@ -33,6 +36,7 @@ class Disk:
 
     def read(self, name: str, most: int) -> bytes:
         """The first ``most`` bytes of a file."""
+        refuse_pipe(name)
         with Path(name).open("rb") as stream:
             self.opened(stream)
             return stream.read(most)
@@ -43,6 +47,15 @@ class Disk:
     def resolve(self, name: str, other: str) -> str:
         """The name from the folder of ``name``."""
         return shortened(Path(name).parent / other).as_posix()
+
+
+def refuse_pipe(name: str) -> None:
+    """Raises `OSError` at a pipe that has a name in a folder: opening it would wait for whoever writes there.
+
+    What a process has open, ``/dev/fd/63`` of a shell's ``<(…)``, is read.
+    """
+    if stat.S_ISFIFO(os.stat(name).st_mode) and not name.startswith(STREAMS):  # noqa: PTH116 - as the name stands
+        raise OSError(errno.EINVAL, "it is a pipe and no file; '-' reads standard input", name)
 
 
 class Texts:

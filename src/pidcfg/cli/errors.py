@@ -11,6 +11,7 @@ import click
 
 from pidcfg.cli.environment import hint
 from pidcfg.cli.terminal.console import note
+from pidcfg.control_characters import one_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -26,7 +27,10 @@ def say(error: click.ClickException) -> None:
         text.write("Options of a command stand behind it: pidcfg validate --strict …\n")
     for parameter in _also_missing(error):
         text.write(f"Also missing: {hint(parameter, error.ctx)}\n")  # type: ignore[attr-defined]
-    note(text.getvalue().rstrip("\n"))
+    shown = text.getvalue().rstrip("\n")
+    if error.message and not isinstance(error, click.exceptions.NoArgsIsHelpError):
+        shown = shown.replace(error.message, one_line(error.message))
+    note(shown)
 
 
 def _also_missing(error: click.ClickException) -> Iterable[click.Parameter]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg import __version__
-from pidcfg.cli import environment
+from pidcfg.cli import environment, interrupts
 from pidcfg.cli.terminal import colour, glyphs
 from pidcfg.cli.terminal.progress import LINE
 
@@ -30,6 +30,7 @@ class Exit(IntEnum):
     UNUSABLE = 2
     BUG = 3
     INTERRUPTED = 130
+    TERMINATED = 143
 
 
 COMMANDS = {
@@ -150,16 +151,14 @@ class LazyGroup(click.Group):
 
             return completed(command)
         for remark in environment.unknown(command, cmd_name):
-            click.echo(f"note: {remark}", err=True)
+            _say(f"note: {remark}")
         return command
 
     def _name_variables(self, ctx: click.Context) -> None:
         """Says which variables may have had a part in an error that names no option."""
-        from pidcfg.cli.terminal.console import note
-
         name = ctx.invoked_subcommand
         for setting in environment.in_force(load(name)) if name in COMMANDS else ():
-            note(f"note: the environment sets {setting}")
+            _say(f"note: the environment sets {setting}")
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -217,6 +216,13 @@ def _drop_stdout() -> None:
     drop(sys.stdout)
 
 
+def _say(text: str) -> None:
+    """A remark on standard error, through what escapes and paints it."""
+    from pidcfg.cli.terminal.console import note
+
+    note(text)
+
+
 def _flush() -> None:
     """Writes what is left; a reader that has gone (as `| head` does) changes no exit code."""
     try:
@@ -241,6 +247,7 @@ def main() -> None:
     _open_streams()
     glyphs.install()
     try:
+        interrupts.install()
         code = _run()
         _flush()
         sys.exit(code if isinstance(code, int) else Exit.OK)
@@ -250,19 +257,23 @@ def main() -> None:
         say(e)
         sys.exit(Exit.UNUSABLE)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
+        _say("interrupted")
         sys.exit(Exit.INTERRUPTED)
+    except interrupts.Terminated:
+        LINE.end()
+        _drop_stdout()
+        sys.exit(Exit.TERMINATED)
     except OSError as e:
         from pidcfg.cli.errors import refused
 
         _drop_stdout()
-        click.echo(f"Error: {refused(e)}", err=True)
+        _say(f"Error: {refused(e)}")
         sys.exit(Exit.UNUSABLE)
     except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
         import traceback
 
-        traceback.print_exc()
-        click.echo(f"This is a bug in pidcfg {__version__}; please report the lines above.", err=True)
+        _say(traceback.format_exc().rstrip("\n"))
+        _say(f"This is a bug in pidcfg {__version__}; please report the lines above.")
         sys.exit(Exit.BUG)
 
 

@@ -90,7 +90,7 @@ class WatchCommand(click.Command):
                     note(f"changed: {', '.join(changed)}")
         except KeyboardInterrupt:
             if colour.terminal(sys.stderr):
-                click.echo(err=True)  # the terminal has written ^C
+                note("")  # the terminal has written ^C
             note("interrupted" if code == Exit.INTERRUPTED else f"stopped; the last run ended with exit code {code}")
         return code
 

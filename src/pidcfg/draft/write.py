@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.control_characters import one_line
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.draft.course import Line, Units, course_of
 from pidcfg.draft.expectations import expectations
@@ -55,6 +56,8 @@ def draft_of(checked: Checked, config: str, title: str = "") -> Draft:
     vendor, encoding = checked.vendor, checked.encoding
     if vendor is None or encoding is None or not encoding.whole or checked.failed:
         raise NoDraftError(f"{checked.document.file} has errors; run 'pidcfg validate {checked.document.file}' first")
+    if one_line(config) != config:
+        raise NoDraftError(f"no scenario can name {config!r}: rename the file, without control characters")
     plc = vendor.module("controller").load(encoding.image)
     around = surroundings_of(checked.config, plc)
     plans = plans_of(plc, loops_of(checked.config, vendor), around)

@@ -36,8 +36,13 @@ def read_ihex(text: str) -> Listing:
     except (IntelHexError, UnicodeError) as error:
         raise ListingError(f"not Intel HEX: {error}", getattr(error, "line", 1)) from None
     memory.pop("start_addr", None)
-    if not text.rstrip().endswith(END_OF_FILE):
-        raise ListingError("the file ends without its end-of-file record", len(text.splitlines()) or 1)
+    rows = [row.strip().upper() for row in text.splitlines()]
+    if END_OF_FILE not in rows:
+        raise ListingError("the file ends without its end-of-file record", len(rows) or 1)
+    end = rows.index(END_OF_FILE) + 1
+    behind = next((number for number, row in enumerate(rows[end:], start=end + 1) if row), None)
+    if behind is not None:
+        raise ListingError("a record stands behind the end-of-file record: keep one of the two files", behind)
     listing = Listing()
     for byte in sorted(memory):
         if byte % BYTES == 0:

@@ -121,7 +121,7 @@ def fill_from_json(listing: Listing, text: str, word: Callable[[Mapping[str, Any
     """Puts a JSON document into a listing; ``word`` makes key and content of an entry and its place for messages."""
     document = load_json(text)
     version = document.get("version", VERSION) if isinstance(document, dict) else VERSION
-    if version != VERSION:
+    if version != VERSION or not isinstance(version, int) or isinstance(version, bool):
         raise ListingError(f"the JSON document has version {version}; this pidcfg reads version {VERSION}")
     words = document.get("words") if isinstance(document, dict) else None
     if not isinstance(words, list):

@@ -10,7 +10,7 @@ from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
 from pidcfg.listings import check_settings, read_listing
-from pidcfg.reader import DISK, SUFFIXES, Reader, refusal
+from pidcfg.reader import DISK, STREAMS, SUFFIXES, Reader, refusal
 from pidcfg.scenario.vary import uncertainties
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
@@ -151,7 +151,7 @@ def place(problem: Problem, doc: Document) -> Diagnostic:
 def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits, reader: Reader) -> None:
     """The configuration or listing, relative to the scenario."""
     loaded.config = reader.resolve(loaded.document.file, scenario.config)
-    if scenario.config == STDIN:
+    if scenario.config == STDIN or loaded.config.startswith(STREAMS):
         loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
     try:

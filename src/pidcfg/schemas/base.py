@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from decimal import ROUND_HALF_EVEN, Context, Decimal
+from decimal import ROUND_HALF_EVEN, Context, Decimal, InvalidOperation
 from typing import Annotated, Any, Literal, NamedTuple, NoReturn
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
@@ -119,7 +119,7 @@ def number_text(text: str, *, alone: bool = False) -> Decimal:
             _refuse_leading_zero(text, alone=alone)
         if len(text) > MAX_DIGITS and sum(c.isdigit() for c in text) > MAX_DIGITS:
             refuse("too_many_digits", f"a number of more than {MAX_DIGITS} digits")
-        return _finite(Decimal(text), text)
+        return _finite(_exact(text), text)
     if NOT_FINITE.fullmatch(text):
         refuse("not_finite", f"{text} is not a finite number", help=FINITE)
     if OTHER_NOTATION.fullmatch(text):
@@ -130,6 +130,15 @@ def number_text(text: str, *, alone: bool = False) -> Decimal:
             only=_only_decimal(text) if alone else None,
         )
     return refuse("number_type", f"{text!r} is not a number", help=_help(text))
+
+
+def _exact(text: str) -> Decimal:
+    """The number of a text; one whose exponent `Decimal` cannot hold is as far outside of the limits as one can be."""
+    try:
+        return Decimal(text)
+    except InvalidOperation:
+        mantissa, _, exponent = text.lower().partition("e")
+        return Decimal(f"{mantissa}e{'-' * exponent.startswith('-')}{MAX_EXPONENT**2}")
 
 
 def _help(text: str) -> str:

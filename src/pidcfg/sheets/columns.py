@@ -67,20 +67,33 @@ class UnknownColumnError(ValueError):
 
 def key_of(header: str, vendor: Vendor) -> str:
     """The key of a column, with ``low`` or ``high`` behind that of a pair; raises `UnknownColumnError`."""
-    keys, words = _keys(vendor), _words(vendor)
-    text = BRACKETS.sub("", header.strip()).strip()
-    folded = {key.lower(): key for key in keys}
-    if text.lower() in folded:
-        return folded[text.lower()]
-    word = BETWEEN_WORDS.sub("_", text.lower())
-    if word in words:
-        return words[word]
-    near = get_close_matches(text.lower(), [*folded, *words], 1, 0.5)
+    key = _known(header, vendor)
+    if key is not None:
+        return key
+    keys, folded = _keys(vendor), _folded(vendor)
+    near = get_close_matches(_text(header).lower(), [*folded, *_words(vendor)], 1, 0.5)
     known = folded.get(near[0], near[0]) if near else ""
     cure = (
         f"did you mean {known}?" if near else f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}"
     )
     raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {cure}")
+
+
+def _text(header: str) -> str:
+    """A header without brackets."""
+    return BRACKETS.sub("", header.strip()).strip()
+
+
+def _known(header: str, vendor: Vendor) -> str | None:
+    """The key that a header is, or that a common word stands for."""
+    text = _text(header).lower()
+    return _folded(vendor).get(text) or _words(vendor).get(BETWEEN_WORDS.sub("_", text))
+
+
+@cache
+def _folded(vendor: Vendor) -> dict[str, str]:
+    """The keys by their small letters."""
+    return {key.lower(): key for key in _keys(vendor)}
 
 
 def time_unit(header: str) -> str | None:
@@ -91,11 +104,7 @@ def time_unit(header: str) -> str | None:
 
 def is_known(header: str, vendor: Vendor) -> bool:
     """Whether a header is a column."""
-    try:
-        key_of(header, vendor)
-    except UnknownColumnError:
-        return False
-    return True
+    return _known(header, vendor) is not None
 
 
 @cache

@@ -6,7 +6,7 @@ Only the modules are imported that have the rules in question: one finding needs
 from __future__ import annotations
 
 import re
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity, number_of
@@ -29,6 +29,7 @@ FORMER = re.compile(rf"{PREFIX}([2-8])([0-9]{{0,2}})")
 """A vendor's code, or its beginning, from before each vendor had its own prefix."""
 FORMER_GROUPS = {"2": "dl06", "3": "click", "4": "ezlogix", "5": "dl06", "6": "nextopid", "7": "dpide", "8": "generic"}
 """The vendor of such a code, by the first digit of its number; the number has not changed."""
+LISTED = "'pidcfg rule' lists all"
 FILES, COMMON = "reading", "common"
 GROUPS = {
     FILES: f"{PREFIX}0",
@@ -68,10 +69,11 @@ def rules(begin: str = "") -> dict[str, Rule]:
     return dict(sorted(matching.items(), key=lambda row: number_of(row[0])))
 
 
+@lru_cache(maxsize=256)
 def suggestion(text: str) -> str:
     """What to do about a code that no rule has: write the one that was probably meant."""
     near = _nearest(NO_SIGN.sub("", text.upper()), text.lower())
-    return f"did you mean {near}?" if near else "'pidcfg rule' lists all"
+    return f"did you mean {near}?" if near else LISTED
 
 
 def _nearest(code: str, name: str) -> str | None:

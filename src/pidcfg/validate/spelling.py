@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from pidcfg.schemas.names import folded, spoken
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pydantic import BaseModel
 
@@ -61,8 +61,18 @@ def _words(key: str) -> list[str]:
 
 def places_of(key: str, root: type[BaseModel]) -> list[str]:
     """The only keys of a file below which a key is known, in words; empty: none, or more than one."""
-    found = {name for name, inner in _below(root) if key in keys_of(inner)}
+    found = _places(root).get(key, ())
     return sorted(found) if len(found) == 1 else []
+
+
+@cache
+def _places(root: type[BaseModel]) -> Mapping[str, set[str]]:
+    """The keys of a file by what stands below them."""
+    places: dict[str, set[str]] = {}
+    for name, inner in _below(root):
+        for key in keys_of(inner):
+            places.setdefault(key, set()).add(name)
+    return places
 
 
 def _below(root: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
@@ -78,11 +88,11 @@ def _below(root: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
                 waiting += [inner] if inner not in seen else []
 
 
-def _inner(model: type[BaseModel]) -> Iterator[tuple[str, type[BaseModel]]]:
+@cache
+def _inner(model: type[BaseModel]) -> tuple[tuple[str, type[BaseModel]], ...]:
     """The mappings inside of a model, by their keys; lists are none."""
-    for name, field in model.model_fields.items():
-        if "tuple" not in str(field.annotation):
-            yield from ((field.alias or name, inner) for inner in models_in(field.annotation))
+    fields = [(field.alias or name, field.annotation) for name, field in model.model_fields.items()]
+    return tuple((name, inner) for name, kind in fields if "tuple" not in str(kind) for inner in models_in(kind))
 
 
 def is_slip(key: str, name: str) -> bool:

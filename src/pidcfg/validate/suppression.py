@@ -9,13 +9,14 @@ brings to another place is ignored at the alias.
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from pidcfg.aliases import Places
 from pidcfg.comments import comments_in
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
-from pidcfg.validate.catalog import current, ignorable, rules, suggestion, unusable
+from pidcfg.validate.catalog import LISTED, current, ignorable, rules, suggestion, unusable
 from pidcfg.validate.codes import D315
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ DIRECTIVE = re.compile(
 WORD = "ignore"
 ONE = "put it first, with all its codes in one bracket"
 FORM = "write # pidcfg: ignore[DL211] reason"
+MOST_NEAR = 100
+"""Comments of a file whose unknown codes are compared with all there are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +73,7 @@ def suppress(findings: Sequence[Diagnostic], doc: Document) -> Suppressed:
     ignores, problems = _read(doc)
     kept: list[Diagnostic] = []
     ignored: list[Ignored] = []
-    used: set[tuple[int, str]] = set()
+    used: dict[int, set[str]] = defaultdict(set)
     places = Places(doc)
     by_place = {(ignore.target, code): (i, ignore) for i, ignore in enumerate(ignores) for code in ignore.codes}
     for d in findings:
@@ -78,12 +81,11 @@ def suppress(findings: Sequence[Diagnostic], doc: Document) -> Suppressed:
         if match is None:
             kept.append(d)
         else:
-            used.add((match[0], d.code))
+            used[match[0]].add(d.code)
             ignored.append(Ignored(d, match[1].reason))
     whole = all(map(ignorable, findings))
     for i, ignore in enumerate(ignores):
-        used_codes = {code for index, code in used if index == i}
-        problems += _remarks(ignore, used_codes, doc, checked=whole)
+        problems += _remarks(ignore, used[i], doc, checked=whole, near=i < MOST_NEAR)
     return Suppressed(kept + problems, ignored)
 
 
@@ -92,8 +94,7 @@ def _read(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
     ignores: list[_Ignore] = []
     problems: list[Diagnostic] = []
     comments = list(comments_in(doc.text))
-    alone = {comment.line for comment in comments if comment.alone}
-    lines = doc.lines
+    below = _lines_below({comment.line for comment in comments if comment.alone}, doc.lines)
     for comment in comments:
         first = DIRECTIVE.match(comment.text)
         for match in DIRECTIVE.finditer(comment.text):
@@ -109,7 +110,7 @@ def _read(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
             elif not codes:
                 problems.append(_problem("PID045", "the comment names no code to ignore", doc, span, FORM))
             else:
-                target = _next_line(comment.line, alone, lines) if comment.alone else comment.line
+                target = below[comment.line] if comment.alone else comment.line
                 whole = match.start() == 0 and match.end() == len(comment.text)
                 codes_once = tuple(dict.fromkeys(codes))
                 ignores.append(_Ignore(comment, span, target, codes_once, match["reason"].strip(), whole))
@@ -136,10 +137,15 @@ def former_codes(doc: Document) -> Iterator[tuple[str, Edit]]:
                     yield code[0], Edit(_part(comment, start, start + len(code[0])), name)
 
 
-def _next_line(line: int, alone: set[int], lines: list[str]) -> int:
-    """The next line that holds more than a comment; 0 at the end of the file."""
-    below = range(line + 1, len(lines) + 1)
-    return next((n for n in below if n not in alone and lines[n - 1].strip()), 0)
+def _lines_below(alone: set[int], lines: list[str]) -> dict[int, int]:
+    """The next line that holds more than a comment, below each line of ``alone``; 0 at the end of the file."""
+    below, following = {}, 0
+    for line in range(len(lines), 0, -1):
+        if line in alone:
+            below[line] = following
+        elif lines[line - 1].strip():
+            following = line
+    return below
 
 
 def _part(comment: Comment, start: int, end: int) -> Span:
@@ -147,13 +153,16 @@ def _part(comment: Comment, start: int, end: int) -> Span:
     return Span(comment.line, comment.column + start, comment.line, comment.column + end)
 
 
-def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool) -> Iterator[Diagnostic]:
-    """What is wrong with one comment; ``checked``: every rule has seen the file, so that unused is unused."""
+def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool, near: bool) -> Iterator[Diagnostic]:
+    """What is wrong with one comment; ``checked``: every rule has seen the file, so that unused is unused.
+
+    ``near``: the code that was probably meant is looked for.
+    """
     unused = []
     for code in (c for c in ignore.codes if c not in used):
         rule = rules(code).get(code)
         if rule is None:
-            yield _unknown(code, doc, ignore)
+            yield _unknown(code, doc, ignore, near=near)
         elif not rule.ignorable:
             yield _problem("PID047", f"{code} ({rule.name}) cannot be ignored", doc, ignore.span, "correct the error")
         elif checked:
@@ -172,11 +181,11 @@ def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool) -
         )
 
 
-def _unknown(code: str, doc: Document, ignore: _Ignore) -> Diagnostic:
+def _unknown(code: str, doc: Document, ignore: _Ignore, *, near: bool) -> Diagnostic:
     """A code that no rule has: misspelt, or only the beginning of one."""
     if rules(code):
         return _problem("PID044", f"{code} is only the beginning of a code", doc, ignore.span, "write it in full")
-    return _problem("PID044", f"no rule is called {code!r}", doc, ignore.span, suggestion(code))
+    return _problem("PID044", f"no rule is called {code!r}", doc, ignore.span, suggestion(code) if near else LISTED)
 
 
 def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ...]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli.files.outputs import place, temporary_for
+from pidcfg.cli.files.outputs import place
+from pidcfg.cli.files.temporary import discard, temporary_for
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,6 +44,6 @@ def keeper(name: str) -> Callable[[bytes], None]:
             raise click.ClickException(f"cannot write {name}: {error.strerror or error}") from None
         finally:
             if temporary is not None:
-                temporary.unlink(missing_ok=True)
+                discard(temporary)
 
     return keep

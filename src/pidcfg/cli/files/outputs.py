@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 import re
 import stat
-import tempfile
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
+from pidcfg.cli.files import temporary as beside
 from pidcfg.cli.files.identity import one_file, was_read
+from pidcfg.cli.files.temporary import temporary_for
+from pidcfg.cli.interrupts import whole
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -65,7 +66,8 @@ def write_files(
             _refuse(name, targets[name], force=force or name in renewed or _holds(targets[name], content))
         for name, content in contents.items():
             staged.append(Staged(name, targets[name], _stage(targets[name], content)))
-        _commit(staged)
+        with whole():
+            _commit(staged)
     except OSError as error:
         raise _failed(name, error) from None
     finally:
@@ -101,12 +103,6 @@ def place(name: str) -> Path:
     return target
 
 
-def temporary_for(target: Path) -> tuple[int, Path]:
-    """An open temporary file in the target's folder, and its path."""
-    handle, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    return handle, Path(name)
-
-
 def take_rights(temporary: Path, target: Path) -> None:
     """Gives a file the rights of the one that it replaces, or of a new one."""
     if os.name == "posix":
@@ -118,8 +114,7 @@ def take_rights(temporary: Path, target: Path) -> None:
 def discard(staged: Sequence[Staged]) -> None:
     """Removes temporary files that are still there."""
     for entry in staged:
-        with suppress(OSError):
-            entry.temporary.unlink(missing_ok=True)
+        beside.discard(entry.temporary)
 
 
 def _failed(name: str, error: Exception) -> click.ClickException:
@@ -158,7 +153,7 @@ def _stage(target: Path, content: bytes) -> Path:
             os.fsync(stream.fileno())
         take_rights(temporary, target)
     except BaseException:
-        temporary.unlink(missing_ok=True)
+        beside.discard(temporary)
         raise
     return temporary
 
@@ -203,7 +198,7 @@ def _backup(entry: Staged) -> list[Staged]:
         try:
             shutil.copy2(entry.target, backup)
         except OSError:
-            backup.unlink(missing_ok=True)
+            beside.discard(backup)
             raise
     return [Staged(entry.name, entry.target, backup)]
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from pidcfg.cli.files.outputs import Staged, discard, place, refuse_read, take_rights, temporary_for, write_files
+from pidcfg.cli.files.outputs import Staged, discard, place, refuse_read, take_rights, write_files
+from pidcfg.cli.files.temporary import temporary_for
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -12,6 +12,7 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.files.inputs import UNNAMED
 from pidcfg.diagnostics import ordered
+from pidcfg.reader import refuse_pipe
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -226,6 +227,7 @@ def read_baseline(name: str) -> tuple[Baseline, str]:
 def _read(name: str) -> str:
     """The text of a baseline."""
     try:
+        refuse_pipe(name)
         with Path(name).open("rb") as stream:
             data = stream.read(LARGEST + 1)
         text = data.decode("utf-8-sig")

@@ -16,6 +16,7 @@ import click
 
 from pidcfg.cli.files.identity import relative
 from pidcfg.cli.findings.settings_keys import LARGEST, OPTIONS, PER_FILE
+from pidcfg.reader import refuse_pipe
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -26,6 +27,13 @@ REPOSITORY = ".git"
 HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[?[\"' \t]*tool[\"' \t]*[\]=]", re.MULTILINE)
 """What a shared file must hold before it is read as TOML."""
 SETTINGS, CONFIG_FILE, IS_ISOLATED = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
+TOKEN = re.compile(
+    rb"""\"{3}(?:[^\\]|\\.)*?\"{3}|'{3}.*?'{3}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\.|[\w-]+|[^\S\n]+|(?P<ends>\#[^\n]*|.)""",
+    re.DOTALL,
+)
+"""A text, a dot, a word, blanks; what ends a key."""
+MOST_DOTS = 31
+"""In the key of a settings file."""
 PARAMETERS = {"format": "fmt"}
 """Keys whose option is kept under another name."""
 
@@ -138,6 +146,7 @@ def _shown(path: Path) -> str:
 
 def _bytes(path: Path, name: str) -> bytes:
     try:
+        refuse_pipe(name)
         with path.open("rb") as stream:
             data = stream.read(LARGEST + 1)
     except (OSError, ValueError) as error:
@@ -162,6 +171,7 @@ def _parsed(name: str, data: bytes) -> dict[str, Any]:
     """The tables of a TOML file; a usage error with line and column where it is none."""
     import tomllib
 
+    _refuse_depth(name, data)
     try:
         return tomllib.loads(data.decode("utf-8-sig"))
     except UnicodeDecodeError:
@@ -174,6 +184,20 @@ def _parsed(name: str, data: bytes) -> dict[str, Any]:
         raise click.ClickException(f"{name}{at}: not TOML: {text}" + (f"; {cure}" if cure else "")) from None
     except (RecursionError, ValueError) as error:
         raise click.ClickException(f"{name}: not usable as TOML: {type(error).__name__}") from None
+
+
+def _refuse_depth(name: str, data: bytes) -> None:
+    """Ends the command at a key of too many parts: the parser keeps its beginnings, 10 GB for 100 kB of ``a.a.a``."""
+    dots = 0
+    for token in TOKEN.finditer(data):
+        if token[0] == b".":
+            dots += 1
+        elif token["ends"]:
+            dots = 0
+        if dots > MOST_DOTS:
+            before = data[: token.start()].decode("utf-8", "replace").split("\n")
+            message = f"{name}:{len(before)}:{len(before[-1]) + 1}: a key of more than {MOST_DOTS + 1} parts"
+            raise click.ClickException(f"{message}; write tables of one or two names, as [tool.pidcfg]")
 
 
 def _has_table(name: str, data: bytes) -> bool:

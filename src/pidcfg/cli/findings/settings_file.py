@@ -57,10 +57,11 @@ def _codes(key: str, value: Any, file: _File) -> list[str]:
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
         file.refuse(key, f"{key} must be a list of codes", f"write {key} = {KEYS['select'].example}")
-    for code in value:
+    codes = list(dict.fromkeys(value))
+    for code in codes:
         if not code.strip() or not rules(current(code.upper())):
             file.refuse(key, f"no rule begins with {code!r}", suggestion(code), code)
-    return [current_code(code.upper()) for code in value]
+    return [current_code(code.upper()) for code in codes]
 
 
 def _switch(key: str, value: Any, file: _File) -> bool:

@@ -64,7 +64,7 @@ def note(text: str) -> None:
     text = encodable(printable(text), sys.stderr.encoding)
     try:
         click.echo(colour.painted(text) if coloured else text, err=True, color=coloured)
-    except BrokenPipeError:
+    except OSError:  # nobody reads it, or the disk is full: a remark that is lost changes no exit code
         drop(sys.stderr)
 
 

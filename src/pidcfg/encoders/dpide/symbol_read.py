@@ -49,7 +49,7 @@ def read_symbols(text: str) -> Listing:
 
 def _loops(listing: SymbolListing) -> Iterator[dict[str, Any]]:
     rows = listing.table.by_name
-    for block in [row for row in listing.table.rows if row.cells and _is_block(row)]:
+    for block in [row for row in listing.table.rows if any(row.cells) and _is_block(row)]:
         loop = block.name[: -len(BLOCK_SUFFIX)]
         names = {row.name: f"{loop}_{SUFFIXES.get(row.name, row.name)}".casefold() for row in DPIDE_TABLE.rows}
         missing = [operand for operand, name in names.items() if name not in rows]

@@ -41,9 +41,10 @@ class Foreign:
                 self._refuse_member(token, padded[at + 1].text)
                 continue
             parts = chain(padded, at)
-            follows = padded[at + 2 * len(parts) - 1].text
+            behind = at + 2 * len(parts) - 1
+            follows = padded[behind].text
             self._refuse(token, parts, follows, depth)
-            refers = [part.upper for part in padded[at + 2 * len(parts) - 1 :][:2]] == ["REF", "="]
+            refers = [part.upper for part in padded[behind : behind + 2]] == ["REF", "="]
             if (follows == ":=" and depth == 0) or before == "=>" or refers:
                 self.scope.assigned.setdefault(token.upper, token)
 

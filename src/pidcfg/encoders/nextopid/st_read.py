@@ -198,8 +198,8 @@ class _Reader:
             lines = few([str(line) for line in sorted({*self.calls.left.lines})])
             yield f"statements that are not about blocks of the library are left out: lines {lines}"
         used = {*self.scope.items, *self.scope.aliases, *self.scope.structures}
-        used |= {signal.name.upper for signal in signals}
-        left = [d.name.text for upper, d in self.scope.variables.items() if upper not in used | self.calls.counters]
+        used |= {signal.name.upper for signal in signals} | {*self.calls.counters}
+        left = [d.name.text for upper, d in self.scope.variables.items() if upper not in used]
         if left:
             yield f"variables that no block reads are left out: {few(left)}"
         whole = [d.name.text for d in signals if d.type_name not in SIGNAL_TYPES]

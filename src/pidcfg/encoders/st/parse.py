@@ -18,6 +18,8 @@ ENDS = {"IF": "END_IF", "CASE": "END_CASE", "FOR": "END_FOR", "WHILE": "END_WHIL
 """Statements that have others inside."""
 DEEPEST = 8
 """Structures in each other."""
+MOST_NESTED = 32
+"""Statements in each other."""
 
 Initial = tuple[Token, ...] | dict[str, "Member"]
 """The tokens of a literal, or the members of a structure by name."""
@@ -187,6 +189,8 @@ def _skip_inner(cursor: Cursor) -> None:
             raise waiting[-1].error(f"{waiting[-1].text} has no {ENDS[waiting[-1].upper]}")
         if token.kind == NAME and token.upper in ENDS:
             waiting.append(token)
+            if len(waiting) > MOST_NESTED:
+                raise token.error(f"more than {MOST_NESTED} statements stand in each other")
         elif token.kind == NAME and token.upper == ENDS[waiting[-1].upper]:
             waiting.pop()
             if not waiting:

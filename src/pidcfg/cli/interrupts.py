@@ -1,0 +1,68 @@
+"""Ctrl-C and SIGTERM: where a command may be ended, it ends with its exit code and leaves no file behind.
+
+The command line sets these handlers; a program that imports pidcfg keeps its own.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+class Terminated(BaseException):
+    """SIGTERM: the command ends with exit code 143."""
+
+
+class _Waiting:
+    """How many parts must not be cut in two, and the signal that came meanwhile."""
+
+    parts = 0
+    number: int | None = None
+
+
+def install() -> None:
+    """Takes both signals, unless whoever started the command has them ignored, or it is no main thread that runs."""
+    with suppress(ValueError):
+        if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+            signal.signal(signal.SIGTERM, _take)
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, _take)
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=_as_before)
+
+
+def _as_before() -> None:
+    """What a process of a pool does: it dies of SIGTERM."""
+    if signal.getsignal(signal.SIGTERM) is _take:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _take(number: int, frame: object) -> None:
+    """What Python calls between two steps of the program."""
+    del frame
+    if _Waiting.parts:
+        _Waiting.number = number
+    else:
+        _end(number)
+
+
+def _end(number: int) -> None:
+    raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+
+
+@contextmanager
+def whole() -> Iterator[None]:
+    """A part of the program that no signal cuts in two: one that comes meanwhile counts at its end."""
+    _Waiting.parts += 1
+    try:
+        yield
+    finally:
+        _Waiting.parts -= 1
+        if not _Waiting.parts and (number := _Waiting.number) is not None:
+            _Waiting.number = None
+            _end(number)

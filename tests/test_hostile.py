@@ -1,0 +1,339 @@
+"""What an input that means harm, or an end at a bad moment, must not do: each was seen once."""
+
+from __future__ import annotations
+
+import ast
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from living_rig import GOOD, call, run
+from pidcfg.api import check_text
+from pidcfg.cli import interrupts
+from pidcfg.cli.files import outputs, temporary
+from pidcfg.encoders.ihex import END_OF_FILE, read_ihex
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.nextopid.st_read import read_st
+from pidcfg.limits import DEFAULT
+from pidcfg.listings import read_listing
+from pidcfg.vendors import VENDORS
+
+SOURCE = Path(__file__).parents[1] / "src" / "pidcfg"
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals, locks and pipes of POSIX")
+
+
+# --- reading ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [("1e1000000000000000000", "large"), ("-1E+99999999999999999999", "large"), ("1e-9999999999999999999", "small")],
+)
+def test_an_exponent_that_no_decimal_holds_is_refused_at_its_place(number, word):
+    (finding,) = [d for d in check_text(GOOD.replace("gain: 1", f"gain: {number}")).findings if d.code == "PID023"]
+    assert f"{number} is too {word}" in finding.message
+    assert (finding.span.line, finding.span.column) == (8, 20)
+
+
+@pytest.mark.parametrize(
+    "key", ["a." * 40 + "a = 1", '["a"' + " . 'a'" * 40 + "]", "x = 1\ny" + " .\t y" * 33 + " = 2"]
+)
+def test_a_deep_key_of_a_settings_file_is_refused_before_the_parser_keeps_its_beginnings(
+    tmp_path, monkeypatch, capsysbinary, key
+):
+    (tmp_path / "pidcfg.toml").write_text(key + "\n", "utf-8")
+    (tmp_path / "a.yaml").write_text(GOOD, "utf-8")
+    found = run(monkeypatch, capsysbinary, tmp_path / "a.yaml")
+    assert (found.code, "a key of more than 32 parts" in found.err) == (2, True)
+
+
+def test_dots_in_texts_and_numbers_are_no_deep_key(tmp_path, monkeypatch, capsysbinary):
+    texts = f'# {"a." * 99}\n[tool.x]\na = \'{"." * 99}\'\nb = """{"a." * 99}\n{"." * 99}"""\nc = [{"1.5, " * 99}]\n'
+    (tmp_path / "pyproject.toml").write_text(texts + "[tool.pidcfg]\nstrict = true\n", "utf-8")
+    (tmp_path / "a.yaml").write_text(GOOD, "utf-8")
+    assert run(monkeypatch, capsysbinary, tmp_path / "a.yaml", "--show-settings").out.count("strict = true") == 1
+
+
+class Counted(dict):
+    """Calls of functions, by name, while a piece of work is done."""
+
+    def __enter__(self):
+        sys.setprofile(self._take)
+        return self
+
+    def __exit__(self, *_):
+        sys.setprofile(None)
+        self["all"] = sum(self.values())
+
+    def _take(self, frame, event, _):
+        if event in {"call", "c_call"}:
+            name = frame.f_code.co_name
+            self[name] = self.get(name, 0) + 1
+
+
+def ignores(n):
+    return GOOD + "# pidcfg: ignore[DL999]\n" * n
+
+
+def unknown(n):
+    return GOOD.replace("tuning:", "tuning: {" + ", ".join(f"k{i}: 1" for i in range(n)) + "}\n    tuned:")
+
+
+def duplicates(n):
+    return GOOD + "k: 1\n" * n
+
+
+def hashes(n):
+    return GOOD + "k: [" + "' # ', " * n + "1] # pidcfg: ignore[DL999] because\n"
+
+
+@pytest.mark.parametrize("text", [ignores, unknown, duplicates, hashes])
+def test_twice_the_text_is_twice_the_work(text):
+    """Counted in calls, which do not depend on the machine; the square of it would be four times."""
+    check_text(text(50))
+    counts = []
+    for n in (200, 400):
+        with Counted() as calls:
+            check_text(text(n))
+        counts.append(calls["all"])
+    assert counts[1] < 2.2 * counts[0], text
+
+
+def test_twice_the_variables_of_a_program_are_twice_the_work():
+    source = "PROGRAM P\nVAR\n{}L : ControlPID;\nEND_VAR\nL(SP := 1.0);\nEND_PROGRAM\n"
+    tokens = "x := {} 1;\n"
+    for program, part in ((source, "v{} : REAL;\n"), (source.replace("L(SP", tokens + "L(SP"), "")):
+        counts = []
+        for n in (200, 400):
+            body = "".join(part.format(i) for i in range(n)) if part else ""
+            text = program.format(body, "a +" * n) if "{} 1" in program else program.format(body)
+            with Counted() as calls:
+                read_st(text)
+            counts.append(calls["all"])
+        assert counts[1] < 2.2 * counts[0]
+
+
+def test_statements_in_each_other_have_a_limit():
+    text = "PROGRAM P\nVAR a : BOOL; END_VAR\n" + "IF a THEN " * 40 + "END_IF; " * 40 + "\nEND_PROGRAM\n"
+    with pytest.raises(ListingError, match="more than 32 statements stand in each other"):
+        read_st(text)
+
+
+HEX = ":02080000001ED8\n"
+
+
+@pytest.mark.parametrize("behind", [HEX, HEX + END_OF_FILE, END_OF_FILE, "remark"])
+def test_what_stands_behind_the_end_of_a_hex_file_is_not_dropped(behind):
+    assert read_ihex(f"{HEX.lower()}{END_OF_FILE.lower()}\n \n").words
+    with pytest.raises(ListingError, match="behind the end-of-file record") as raised:
+        read_ihex(f"{HEX}{END_OF_FILE}\n\n{behind}\n")
+    assert raised.value.line == 4
+
+
+@pytest.mark.parametrize("version", ["99", "true", "1.0", '"1"', "null", "0"])
+def test_a_listing_of_another_version_is_refused(version):
+    text = f'{{"version": {version}, "vendor": "dl06", "words": [{{"address": "V2000", "value": 1}}]}}'
+    with pytest.raises(ListingError, match="has version"):
+        read_listing(text.encode(), VENDORS["dl06"], DEFAULT)
+    assert read_listing(text.replace(version, "1", 1).encode(), VENDORS["dl06"], DEFAULT).words
+
+
+@POSIX
+@pytest.mark.parametrize("where", ["config", "baseline", "settings", "input"])
+def test_nothing_waits_at_a_pipe_with_a_name(tmp_path, monkeypatch, capsysbinary, where):
+    pipe, file = tmp_path / "pipe", tmp_path / "a.yaml"
+    os.mkfifo(pipe)
+    keep_open = os.open(pipe, os.O_RDWR | os.O_NONBLOCK)  # a reader would find it empty instead of waiting for ever
+    os.set_blocking(keep_open, False)
+    file.write_text(GOOD, "utf-8")
+    scenario = tmp_path / "a.scenario.yaml"
+    scenario.write_text("pidcfg: 1\nscenario: x\nconfig: pipe\nduration: 1\n", "utf-8")
+    arguments = {
+        "config": (scenario,),
+        "baseline": (file, "--baseline", pipe),
+        "settings": (file, "--config", pipe),
+        "input": (pipe,),
+    }
+    signal.alarm(20)
+    found = run(monkeypatch, capsysbinary, *arguments[where])
+    signal.alarm(0)
+    os.close(keep_open)
+    assert "it is a pipe and no file" in found.out + found.err
+
+
+def test_a_stream_is_no_configuration_of_a_scenario(tmp_path, monkeypatch, capsysbinary):
+    (tmp_path / "a.scenario.yaml").write_text("pidcfg: 1\nscenario: x\nconfig: /dev/stdin\nduration: 1\n", "utf-8")
+    assert "/dev/stdin is no file" in run(monkeypatch, capsysbinary, tmp_path / "a.scenario.yaml").out
+
+
+# --- the terminal ----------------------------------------------------------------------------------------------------
+
+WRITERS = {
+    "pidcfg.cli.terminal.console": {"echo"},
+    "pidcfg.cli.files.edited": {"write"},
+    "pidcfg.cli.findings.corrections": {"write"},
+}
+"""Who writes to the streams: the one exit, and two that hand on the bytes of a user's own file."""
+
+
+def test_everything_that_is_printed_passes_the_one_exit():
+    found = {}
+    for path in SOURCE.rglob("*.py"):
+        module = ".".join(("pidcfg", *path.relative_to(SOURCE).with_suffix("").parts))
+        text = path.read_text("utf-8")
+        for node in ast.walk(ast.parse(text)) if any(word in text for word in ("print", "echo", "std", "warn")) else ():
+            if not isinstance(node, ast.Call):
+                continue
+            words = ast.unparse(node.func)
+            streams = ("sys.stdout.", "sys.stderr.", "sys.__stdout__.", "sys.__stderr__.")
+            printed = words in {"print", "click.echo", "click.secho", "traceback.print_exc", "warnings.warn"}
+            if printed or (words.startswith(streams) and words.endswith(("write", "writelines"))):
+                found.setdefault(module, set()).add(words.rpartition(".")[2])
+    assert found == WRITERS
+
+
+NAMES = ["x\n::error::forged", "x\x1b[31m", "x\u202ey", "x\u2028::error::forged", "x\u200fy"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("command", ["decode", "diff", "export", "init", "report", "rule", "no such", "baseline"])
+def test_no_name_begins_a_line_of_its_own_or_reaches_the_terminal(tmp_path, monkeypatch, capsysbinary, command, name):
+    monkeypatch.chdir(tmp_path)
+    Path("a.yaml").write_text(GOOD, "utf-8")
+    Path(f"{name}.yaml").write_text(GOOD, "utf-8")
+    arguments = {
+        "decode": ["decode", name, "--vendor", "dl06"],
+        "diff": ["diff", name, "a.yaml"],
+        "export": ["export", name],
+        "init": ["init", "--scenario", f"{name}.yaml"],
+        "report": ["report", name],
+        "rule": ["rule", name],
+        "no such": [name],
+        "baseline": ["validate", "a.yaml", "--baseline", name],
+    }
+    found = call(monkeypatch, capsysbinary, *arguments[command])
+    assert found.code in {0, 1, 2}
+    shown = found.out + found.err
+    assert not set("\x1b\u202e\u2028\u200f") & set(shown)
+    assert not any(line.startswith("::error") for line in shown.splitlines())
+
+
+# --- writing ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_temporary_file_is_named_after_its_target_and_locked(tmp_path):
+    target = tmp_path / "a.txt"
+    handle, path = temporary.temporary_for(target)
+    assert path.name.startswith(".a.txt.")
+    second, other = temporary.temporary_for(target)
+    assert path.exists(), "another writer's file stays while it is written"
+    for number, name in ((handle, path), (second, other)):
+        os.close(number)
+        temporary.discard(name)
+    assert [*tmp_path.iterdir()] == []
+
+
+@POSIX
+def test_the_next_run_removes_what_a_killed_one_has_left_for_its_own_target(tmp_path):
+    code = (
+        "import os, pathlib, signal, sys; from pidcfg.cli.files.temporary import temporary_for\n"
+        "temporary_for(pathlib.Path(sys.argv[1])); os.kill(os.getpid(), signal.SIGKILL)"
+    )
+    for name in ("a.txt", "b.txt"):
+        subprocess.run([sys.executable, "-c", code, str(tmp_path / name)], check=False, env=environment())
+    left = sorted(path.name for path in tmp_path.iterdir())
+    (tmp_path / ".a.txt.notes").write_text("mine", "utf-8")
+    outputs.write_files({str(tmp_path / "a.txt"): "new"})
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([".a.txt.notes", left[1], "a.txt"])
+
+
+def environment():
+    return {**os.environ, "PYTHONPATH": str(SOURCE.parent)}
+
+
+ENDED = """
+import os, signal, sys, pathlib
+from pidcfg import __main__
+from pidcfg.cli import interrupts
+from pidcfg.cli.files import outputs
+real = pathlib.Path.replace
+def replace(self, target):
+    done = real(self, target)
+    if sys.argv[-1] == "between":
+        os.kill(os.getpid(), int(sys.argv[-2]))
+    return done
+pathlib.Path.replace = replace
+stage = outputs._stage
+def staged(*arguments):
+    path = stage(*arguments)
+    if sys.argv[-1] == "staged":
+        os.kill(os.getpid(), int(sys.argv[-2]))
+    return path
+outputs._stage = staged
+def command():
+    outputs.write_files({"a": "new", "b": "new", "c": "new"}, force=True)
+from pidcfg.cli import main
+main._run = command
+__main__.main()
+"""
+
+
+@POSIX
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(("when", "content"), [("staged", {"a": "old"}), ("between", dict.fromkeys("abc", "new"))])
+def test_a_signal_leaves_the_old_files_or_the_new_ones_and_nothing_else(tmp_path, number, code, when, content):
+    (tmp_path / "a").write_text("old", "utf-8")
+    command = [sys.executable, "-c", ENDED, str(int(number)), when]
+    done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)
+    assert (done.returncode, "Traceback" in done.stderr) == (code, False)
+    assert {path.name: path.read_text("utf-8") for path in tmp_path.iterdir()} == content
+
+
+@POSIX
+def test_the_command_line_sets_the_handlers_and_the_api_does_not():
+    code = "import signal as s, pidcfg.api as api; api.check_text('a: 1'); print(s.getsignal(s.SIGTERM) is s.SIG_DFL)"
+    shown = subprocess.run([sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=True)
+    assert shown.stdout.strip() == "True"
+
+
+def test_a_part_that_is_whole_ends_before_its_signal_counts():
+    done = []
+    with pytest.raises(interrupts.Terminated), interrupts.whole():  # noqa: PT012 - the end of the block raises it
+        interrupts._take(signal.SIGTERM, None)
+        with interrupts.whole():
+            done.append(1)
+        done.append(2)
+    assert done == [1, 2]
+    with interrupts.whole():
+        pass
+
+
+@POSIX
+def test_an_interrupt_while_the_program_is_loaded_shows_no_traceback(tmp_path):
+    code = (
+        "import builtins, sys; real = builtins.__import__\n"
+        "def load(name, *rest):\n"
+        "    if name == 'click': raise KeyboardInterrupt\n"
+        "    return real(name, *rest)\n"
+        "builtins.__import__ = load\n"
+        "from pidcfg.__main__ import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "")
+
+
+@POSIX
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a disk that is full")
+def test_remarks_that_cannot_be_written_change_no_exit_code(tmp_path):
+    (tmp_path / "a.yaml").write_text(GOOD, "utf-8")
+    command = [sys.executable, "-m", "pidcfg"]
+    with Path("/dev/full").open("wb") as full:
+        for words, code in ((["validate", "a.yaml"], 0), (["validate", "none.yaml"], 2), (["nonsense"], 2)):
+            done = subprocess.run(
+                [*command, *words], cwd=tmp_path, env=environment(), stdout=subprocess.DEVNULL, stderr=full, check=False
+            )
+            assert done.returncode == code, words
