@@ -68,6 +68,8 @@ PARTS = {
     "schema": "schemas.{key}:{Key}File",
     "encode": "encoders.{key}.encode:encode",
     "decode": "encoders.{key}.decode:decode",
+    "areas": "encoders.{key}.areas:areas",
+    "numbering": "encoders.{key}.files:NUMBERING",
     "context": "validate.rules.{key}.context:{Key}Context",
     "rules": "validate.rules.{key}:RULES",
     "formats": "encoders.{key}.files:FORMATS",
