@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         simulate,
         tune,
     )
-    from pidcfg.live.calls import compare, pull
+    from pidcfg.live.calls import compare, pull, serve
 
 __version__ = "0.1.0"
 __all__ = [
@@ -42,12 +42,13 @@ __all__ = [
     "explain",
     "load",
     "pull",
+    "serve",
     "simulate",
     "tune",
 ]
 
 
-LIVE = ("compare", "pull")
+LIVE = ("compare", "pull", "serve")
 """The functions that speak to a PLC."""
 
 

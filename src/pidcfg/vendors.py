@@ -77,6 +77,7 @@ PARTS = {
     "decode_options": "encoders.{key}.options:DECODE_OPTIONS",
     "checklist": "encoders.{key}.files:checklist",
     "controller": "sim.controllers.{key}.scan:load",
+    "virtual": "sim.controllers.{key}.registers:{Key}Registers",
     "registers": "encoders.maps.{key}:TABLES",
     "tuned": "encoders.maps.{key}:TUNED",
     "tuning_of": "encoders.{key}.tuning:tuning_of",

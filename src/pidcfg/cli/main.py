@@ -40,6 +40,7 @@ COMMANDS = {
     "diff": ("pidcfg.cli.commands.diff", "Compare two configurations by meaning."),
     "pull": ("pidcfg.cli.commands.pull", "Read the loops of a PLC over Modbus."),
     "compare": ("pidcfg.cli.commands.compare", "Compare configurations with the PLC that they are for."),
+    "serve": ("pidcfg.cli.commands.serve", "Serve the virtual PLC of a scenario over Modbus."),
     "simulate": ("pidcfg.cli.commands.simulate", "Run the encoded loops against a plant."),
     "certify": ("pidcfg.cli.commands.certify", "Show what holds for plants that nobody knows exactly."),
     "report": ("pidcfg.cli.commands.report", "Write a commissioning report: HTML, CSV, XLSX."),

@@ -9,25 +9,29 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.limits import DEFAULT, Limits
-from pidcfg.live.address import parse_address
+from pidcfg.live.address import RTU, Address, parse_address, parse_listen
 from pidcfg.live.errors import AddressError
 from pidcfg.live.link import Patience
+from pidcfg.reader import reader_of
 from pidcfg.results.arguments import ArgumentError, vendor_named
 from pidcfg.results.exact import exact
-from pidcfg.results.sources import checked_of
+from pidcfg.results.sources import checked_of, document_of
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
-    from pidcfg.live.address import Address
     from pidcfg.live.compare import CompareResult
     from pidcfg.live.pull import PullResult
     from pidcfg.live.pull import Source as Plc
+    from pidcfg.live.serving import ServeResult
     from pidcfg.reader import Files
     from pidcfg.results.sources import Source
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
+
+FASTEST = 1e6
+"""Times real time."""
 
 
 @exact
@@ -110,3 +114,41 @@ def patience_of(timeout: float, retries: int) -> Patience:
     if not 0 <= retries <= 100:
         raise ArgumentError(f"`retries` is {retries}; write a whole number from 0 to 100", "retries")
     return Patience(timeout, retries)
+
+
+@exact
+def serve(
+    source: Source,
+    *,
+    listen: str = "127.0.0.1:5020",
+    speed: float = 1.0,
+    seconds: float | None = None,
+    ready: Callable[[str], None] | None = None,
+    tell: Callable[[str], None] | None = None,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> ServeResult:
+    """Serves the virtual PLC of a scenario over Modbus, ``speed`` times as fast as the clock, until Ctrl-C.
+
+    ``listen``: host and port, of which 0 is one of the system's choice, or the URL of a serial line. ``seconds``: ends
+    by itself. ``ready`` is called with the place once clients can come, ``tell`` when the simulation cannot keep up.
+    The scenario's duration and expectations do not count: whoever operates the PLC decides. Raises `PlcError` where
+    nobody can listen.
+    """
+    from pidcfg.live.serving import Serving, served
+
+    if not 0 < speed <= FASTEST:
+        raise ArgumentError(f"`speed` is {speed:g}; write a number above 0 and up to {FASTEST:g}", "speed")
+    if seconds is not None and not 0 < seconds < float("inf"):
+        raise ArgumentError(f"`seconds` is {seconds:g}; write seconds above 0", "seconds")
+    try:
+        place = parse_address(listen) if listen.startswith(RTU) else Address(*parse_listen(listen))
+    except AddressError as error:
+        raise ArgumentError(f"`listen`: {error}", "listen") from None
+    serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
+    return served(document_of(source, name, files, limits), serving, limits, reader_of(files))
+
+
+def _nothing(_: str) -> None:
+    """Nobody wants to know."""
