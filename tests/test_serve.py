@@ -1,6 +1,7 @@
 """The virtual PLC behind its register map: what others read is what it calculates, and they operate it."""
 
 import asyncio
+import io
 import json
 import random
 import shutil
@@ -8,6 +9,7 @@ import socket
 import struct
 import subprocess
 from contextlib import contextmanager
+from itertools import count
 from threading import Event
 
 import pytest
@@ -221,6 +223,63 @@ def test_a_dl06_is_served_and_compared_and_goes_on(desk):
         seen = plc.steps
         assert pidcfg.compare(DL06, url).same
         assert plc.steps > seen
+
+
+def test_a_trend_has_what_the_registers_say(desk):
+    plc = virtual("dl06")
+    plc.advance(100)
+    out, rows = io.StringIO(), []
+    with served(desk, plc, speed=1e-6) as (port, _):
+        url = f"modbus://127.0.0.1:{port}"
+        result = pidcfg.trend(url, out, like=DL06, seconds=0.0, taken=lambda _, values: rows.append(values))
+    header, line = (row.split(",") for row in out.getvalue().splitlines())
+    values = dict(zip(header, line, strict=True))
+    assert result.rows == 1
+    assert {name: text for name, text in values.items() if name != "time"} == rows[0]
+    sig, names = plc.run.net.sig, plc.run.net.names
+    for loop in plc.run.plc.loops:
+        assert float(values[f"{loop}.PV"]) == pytest.approx(sig[names[f"{loop}.PV"]], abs=0.05)
+        assert float(values[f"{loop}.OUT"]) == pytest.approx(sig[names[f"{loop}.OUT"]], abs=0.05)
+    assert [values[f"{loop}.MODE"] for loop in plc.run.plc.loops] == ["cascade", "auto", "auto"]
+
+
+def test_an_interrupt_keeps_the_rows_of_a_trend(desk):
+    out = io.StringIO()
+
+    def interrupt(at, values):
+        del at, values
+        if out.getvalue().count("\n") == 4:
+            asyncio.current_task().cancel()
+
+    with served(desk, virtual("click"), speed=1.0) as (port, _):
+        result = pidcfg.trend(f"modbus://127.0.0.1:{port}", out, like=CLICK, interval=0.001, taken=interrupt)
+    assert result.rows == 3
+    assert len(out.getvalue().splitlines()) == 4
+
+
+def test_a_plc_that_goes_leaves_the_rows_of_a_trend(desk, tmp_path):
+    out = tmp_path / "run.csv"
+    plc = virtual("click")
+    reads = count()
+
+    def gone(registers, *place):
+        if next(reads) > 40:
+            raise RegisterError(1, "no longer")
+        return VirtualPlc.read(registers, *place)
+
+    plc.read = gone.__get__(plc)
+    with served(desk, plc, speed=1.0) as (port, _):
+        arguments = ("trend", "--plc", f"modbus://127.0.0.1:{port}", "--like", CLICK, "--interval", "0.001", "-o", out)
+        done = run(*arguments)
+        again = run(*arguments)
+    assert (done.exit_code, again.exit_code) == (2, 2)
+    assert "exception 1" in done.stderr
+    assert len(out.read_text("utf-8").splitlines()) > 5
+    missing = tmp_path / "missing.csv"
+    assert (
+        run("trend", "--plc", "modbus://127.0.0.1:1", "--like", CLICK, "--retries", "0", "-o", missing).exit_code == 2
+    )
+    assert not missing.exists()
 
 
 def test_it_says_when_it_cannot_keep_up(desk):

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         simulate,
         tune,
     )
-    from pidcfg.live.calls import compare, pull, serve
+    from pidcfg.live.calls import compare, pull, serve, trend
 
 __version__ = "0.1.0"
 __all__ = [
@@ -44,11 +44,12 @@ __all__ = [
     "pull",
     "serve",
     "simulate",
+    "trend",
     "tune",
 ]
 
 
-LIVE = ("compare", "pull", "serve")
+LIVE = ("compare", "pull", "serve", "trend")
 """The functions that speak to a PLC."""
 
 

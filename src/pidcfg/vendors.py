@@ -70,6 +70,8 @@ PARTS = {
     "decode": "encoders.{key}.decode:decode",
     "areas": "encoders.{key}.areas:areas",
     "numbering": "encoders.{key}.files:NUMBERING",
+    "mode_register": "encoders.{key}.areas:MODE_REGISTER",
+    "mode_of": "encoders.{key}.areas:mode_of",
     "context": "validate.rules.{key}.context:{Key}Context",
     "rules": "validate.rules.{key}:RULES",
     "formats": "encoders.{key}.files:FORMATS",

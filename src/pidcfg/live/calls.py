@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from pidcfg.live.pull import PullResult
     from pidcfg.live.pull import Source as Plc
     from pidcfg.live.serving import ServeResult
+    from pidcfg.live.trend import TrendResult
     from pidcfg.reader import Files
     from pidcfg.results.sources import Source
+    from pidcfg.sim.trace import Sink
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
 
@@ -55,11 +57,7 @@ def pull(
     """
     from pidcfg.live.pull import pulled
 
-    other = None if like is None else checked_of(like, None, files, limits)
-    if other is None and vendor is None:
-        raise ArgumentError("name a configuration (`like`) or the PLC family (`vendor`)", "like", "vendor")
-    family = vendor_named(vendor) if vendor is not None else None
-    source = source_of(plc, other, family, options or {})
+    source = _plc_of(plc, like, vendor, options, files, limits)
     return pulled(source, format, patience_of(timeout, retries), limits)
 
 
@@ -82,6 +80,21 @@ def compare(
 
     checked = checked_of(source, name, files, limits)
     return read_and_compared(checked, source_of(plc, checked, None, {}), patience_of(timeout, retries), limits)
+
+
+def _plc_of(
+    plc: str,
+    like: Source | None,
+    vendor: str | None,
+    options: Mapping[str, object] | None,
+    files: Files,
+    limits: Limits,
+) -> Plc:
+    """The PLC that `pull` and `trend` read."""
+    other = None if like is None else checked_of(like, None, files, limits)
+    if other is None and vendor is None:
+        raise ArgumentError("name a configuration (`like`) or the PLC family (`vendor`)", "like", "vendor")
+    return source_of(plc, other, None if vendor is None else vendor_named(vendor), options or {})
 
 
 def source_of(plc: str, like: Checked | None, vendor: Vendor | None, options: Mapping[str, object]) -> Plc:
@@ -117,6 +130,38 @@ def patience_of(timeout: float, retries: int) -> Patience:
 
 
 @exact
+def trend(
+    plc: str,
+    sink: Sink,
+    *,
+    like: Source | None = None,
+    vendor: str | None = None,
+    options: Mapping[str, object] | None = None,
+    interval: float = 1.0,
+    seconds: float | None = None,
+    taken: Callable[[float, Mapping[str, str]], None] | None = None,
+    timeout: float = 2.0,
+    retries: int = 2,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> TrendResult:
+    """Records PV, set point, output and mode of each loop as CSV, a row every ``interval`` s, for ``tune``.
+
+    ``sink``: an open text stream; a row is written at once. ``seconds``: how long, else until Ctrl-C, which keeps every
+    row. ``taken`` is called after each row with its time and its values by column. The others as in `pull`.
+    """
+    from pidcfg.live.trend import Recording, recorded
+
+    if not 0 < interval < float("inf"):
+        raise ArgumentError(f"`interval` is {interval:g}; write seconds above 0", "interval")
+    if seconds is not None and not 0 <= seconds < float("inf"):
+        raise ArgumentError(f"`seconds` is {seconds:g}; write seconds from 0 on", "seconds")
+    source = _plc_of(plc, like, vendor, options, files, limits)
+    recording = Recording(sink, interval, seconds, taken or _nobody)
+    return recorded(source, recording, patience_of(timeout, retries), limits)
+
+
+@exact
 def serve(
     source: Source,
     *,
@@ -148,6 +193,10 @@ def serve(
         raise ArgumentError(f"`listen`: {error}", "listen") from None
     serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
     return served(document_of(source, name, files, limits), serving, limits, reader_of(files))
+
+
+def _nobody(_at: float, _values: Mapping[str, str]) -> None:
+    """Nobody watches the rows."""
 
 
 def _nothing(_: str) -> None:

@@ -77,10 +77,16 @@ class Registers:
             missing = [n for area in self.areas for n in area.numbers if n not in words]
             if not missing:
                 break
-            for request, places in self._requests(missing):
-                words |= joined(places, request.first, await link.read(request))
+            words |= await self.words(link, missing)
         written = self.vendor.load("written")
         self._kept = {n: mask for area in self.areas for n, mask in area.kept(written).items()}
+        return words
+
+    async def words(self, link: Link, numbers: Iterable[int]) -> dict[int, int]:
+        """Some registers of the loops, as they are now."""
+        words: dict[int, int] = {}
+        for request, places in self._requests(numbers):
+            words |= joined(places, request.first, await link.read(request))
         return words
 
     def _requests(self, numbers: Iterable[int]) -> Iterator[tuple[Request, dict[int, Place]]]:

@@ -141,6 +141,8 @@ KINDS: Mapping[str, tuple[Kind, str]] = {
     "Callable[[float], None]":       (callable,                    "a function"),
     "Callable[[bytes], None]":       (callable,                    "a function"),
     "Callable[[str], None]":         (callable,                    "a function"),
+    "Callable[[float, Mapping[str, str]], None]":
+                                     (callable,                    "a function"),
     "bytes":                         (is_bytes,                    "bytes"),
 }
 # fmt: on

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 PLACES = tuple(row for row in LOOP_OPTIONS if row.option in BANKS)
 FIELDS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
 
+MODE_REGISTER = None
+"""The help names no register that tells a loop's mode (D874)."""
+
 
 def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, Any]) -> list[Area]:  # noqa: ARG001 - they say nothing of places
     """The blocks of all loops; raises `DecodeError` naming the option that is missing."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.areas import Area, AreaError
 from pidcfg.encoders.dl06.encode import LOOP_SIZE
+from pidcfg.encoders.dl06.status import intended_mode
 from pidcfg.encoders.maps.dl06 import (
     CPU,
     LOOP_COUNT,
@@ -24,6 +25,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.image import Image
+
+MODE_REGISTER = "mode_and_alarm_status"
+"""The register that tells a loop's mode."""
+
+
+def mode_of(raw: int) -> str:
+    """The mode that +06 tells; empty: none yet."""
+    return intended_mode(raw, "")
 
 
 def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, Any]) -> list[Area]:
