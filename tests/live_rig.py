@@ -51,15 +51,15 @@ class Registers(ModbusBaseDeviceContext):
         return ExcCodes.ILLEGAL_FUNCTION
 
 
-def words_of(path):
+def words_of(path, numbering=None):
     """The registers of an encoded configuration, by table and number."""
     result = pidcfg.encode(path)
-    numbering = VENDORS[result.vendor].load("numbering")
+    numbering = numbering or VENDORS[result.vendor].load("numbering")
     words = {}
     for cell in result.image.cells:
         place = numbering.place(cell.number)
         for k in range(place.width):
-            words[place.table, place.register + k] = cell.raw >> 16 * k & 0xFFFF
+            words[place.table, place.register + k] = cell.raw >> place.shift(k) & 0xFFFF
     if result.vendor == "dl06":
         words["holding", 0o7642] = 0
     return words

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.modbus_map import example, read_map
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.listings import listing_text
 from pidcfg.live.address import RTU, Address, parse_address, parse_listen
 from pidcfg.live.errors import AddressError
 from pidcfg.live.link import Patience
-from pidcfg.reader import reader_of
+from pidcfg.reader import reader_of, source_data
 from pidcfg.results.arguments import ArgumentError, vendor_named
 from pidcfg.results.exact import exact
 from pidcfg.results.sources import checked_of, document_of
@@ -20,7 +23,10 @@ from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from pathlib import Path
 
+    from pidcfg.encoders.modbus import Numbering
+    from pidcfg.encoders.spaces import Space
     from pidcfg.live.compare import CompareResult
     from pidcfg.live.pull import PullResult
     from pidcfg.live.pull import Source as Plc
@@ -44,6 +50,7 @@ def pull(
     vendor: str | None = None,
     format: str = "yaml",  # noqa: A002 - as in `encode`
     options: Mapping[str, object] | None = None,
+    map: Path | str | bytes | None = None,  # noqa: A002 - what the option is called
     timeout: float = 2.0,
     retries: int = 2,
     files: Files = None,
@@ -57,7 +64,7 @@ def pull(
     """
     from pidcfg.live.pull import pulled
 
-    source = _plc_of(plc, like, vendor, options, files, limits)
+    source = _plc_of(plc, (like, vendor, map), options, files, limits)
     return pulled(source, format, patience_of(timeout, retries), limits)
 
 
@@ -66,6 +73,7 @@ def compare(
     source: Source,
     plc: str,
     *,
+    map: Path | str | bytes | None = None,  # noqa: A002 - as above
     timeout: float = 2.0,
     retries: int = 2,
     name: str | None = None,
@@ -79,25 +87,59 @@ def compare(
     from pidcfg.live.compare import read_and_compared
 
     checked = checked_of(source, name, files, limits)
-    return read_and_compared(checked, source_of(plc, checked, None, {}), patience_of(timeout, retries), limits)
+    source_plc = source_of(plc, checked, None, {}, map_of(map, files, limits))
+    return read_and_compared(checked, source_plc, patience_of(timeout, retries), limits)
 
 
 def _plc_of(
     plc: str,
-    like: Source | None,
-    vendor: str | None,
+    known: tuple[Source | None, str | None, Path | str | bytes | None],
     options: Mapping[str, object] | None,
     files: Files,
     limits: Limits,
 ) -> Plc:
-    """The PLC that `pull` and `trend` read."""
+    """The PLC that `pull` and `trend` read; ``known``: a configuration like it, its vendor, its map."""
+    like, vendor, stated = known
     other = None if like is None else checked_of(like, None, files, limits)
     if other is None and vendor is None:
         raise ArgumentError("name a configuration (`like`) or the PLC family (`vendor`)", "like", "vendor")
-    return source_of(plc, other, None if vendor is None else vendor_named(vendor), options or {})
+    family = None if vendor is None else vendor_named(vendor)
+    return source_of(plc, other, family, options or {}, map_of(stated, files, limits))
 
 
-def source_of(plc: str, like: Checked | None, vendor: Vendor | None, options: Mapping[str, object]) -> Plc:
+def map_of(stated: Path | str | bytes | None, files: Files, limits: Limits) -> str | None:
+    """The text of a map that the user states; raises `OSError` for a file that is not there."""
+    return None if stated is None else listing_text(source_data(stated, None, files, limits.file_bytes + 1)[0])
+
+
+def numbering_of(family: Vendor, stated: str | None) -> Numbering:
+    """The Modbus map of a vendor, or the one that is stated; raises `ArgumentError`."""
+    try:
+        space: Space = family.module("registers").SPACE
+    except AttributeError:
+        message = f"`plc`: {family.title} has parameters by name, and no registers that a map could number"
+        raise ArgumentError(message, "plc") from None
+    if stated is not None:
+        try:
+            return read_map(stated, space)
+        except ListingError as error:
+            raise ArgumentError(f"`map`: line {error.line}: {error}", "map") from None
+    try:
+        numbering: Numbering = family.load("numbering")
+    except LookupError:
+        cure = f"state one by `map`, a file with rows like {' and '.join(example(space))}"
+        message = f"`plc`: the manual of {family.title} prints no Modbus map; {cure}"
+        raise ArgumentError(message, "plc", "map") from None
+    return numbering
+
+
+def source_of(
+    plc: str,
+    like: Checked | None,
+    vendor: Vendor | None,
+    options: Mapping[str, object],
+    stated: str | None = None,
+) -> Plc:
     """The PLC at a URL and what is known about it; raises `ArgumentError`."""
     from pidcfg.live.pull import Source as Plc
 
@@ -105,11 +147,7 @@ def source_of(plc: str, like: Checked | None, vendor: Vendor | None, options: Ma
     if like is not None and like.vendor is not None and family is not like.vendor:
         raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
     family = family or VENDORS["dl06"]  # a file that names no vendor has findings, and nothing is read
-    try:
-        numbering = family.load("numbering")
-    except LookupError:
-        raise ArgumentError(f"`plc`: {family.title} has no Modbus map of its own", "plc") from None
-    return Plc(address_of(plc), family, numbering, like, options)
+    return Plc(address_of(plc), family, numbering_of(family, stated), like, options)
 
 
 def address_of(plc: str) -> Address:
@@ -137,6 +175,7 @@ def trend(
     like: Source | None = None,
     vendor: str | None = None,
     options: Mapping[str, object] | None = None,
+    map: Path | str | bytes | None = None,  # noqa: A002 - as above
     interval: float = 1.0,
     seconds: float | None = None,
     taken: Callable[[float, Mapping[str, str]], None] | None = None,
@@ -156,7 +195,7 @@ def trend(
         raise ArgumentError(f"`interval` is {interval:g}; write seconds above 0", "interval")
     if seconds is not None and not 0 <= seconds < float("inf"):
         raise ArgumentError(f"`seconds` is {seconds:g}; write seconds from 0 on", "seconds")
-    source = _plc_of(plc, like, vendor, options, files, limits)
+    source = _plc_of(plc, (like, vendor, map), options, files, limits)
     recording = Recording(sink, interval, seconds, taken or _nobody)
     return recorded(source, recording, patience_of(timeout, retries), limits)
 

@@ -92,7 +92,10 @@ class Registers:
     def _requests(self, numbers: Iterable[int]) -> Iterator[tuple[Request, dict[int, Place]]]:
         """Registers that follow each other, as many at once as the protocol allows."""
         owner = {n: area.loop for area in self.areas for n in area.numbers}
-        places = {n: self.numbering.place(n) for n in dict.fromkeys(numbers)}
+        try:
+            places = {n: self.numbering.place(n) for n in dict.fromkeys(numbers)}
+        except LookupError as error:
+            raise PlcError(str(error)) from None
         rest = sorted(places, key=lambda n: (places[n].table, places[n].register))
         while rest:
             first, run = places[rest[0]], [rest[0]]
@@ -115,8 +118,8 @@ class Registers:
 
 
 def joined(places: Mapping[int, Place], first: int, content: Sequence[int]) -> dict[int, int]:
-    """Raw contents of registers that were read from ``first`` on; the low word of two comes first."""
+    """Raw contents of registers that were read from ``first`` on, of two in the order of their place."""
     return {
-        n: sum(content[place.register - first + part] << 16 * part for part in range(place.width))
+        n: sum(content[place.register - first + part] << place.shift(part) for part in range(place.width))
         for n, place in places.items()
     }

@@ -41,7 +41,7 @@ class VirtualPlc:
         for number, loop in self.registers.places().items():
             place = numbering.place(number)
             for part in range(place.width):
-                self._where[place.table, place.register + part] = (number, part, loop)
+                self._where[place.table, place.register + part] = (number, place.shift(part), loop)
         self._held: dict[int, Mapping[int, int]] = {}
 
     @property
@@ -67,10 +67,10 @@ class VirtualPlc:
         return [self._content(table, first + k) for k in range(count)]
 
     def _content(self, table: str, register: int) -> int:
-        number, part, loop = self._place(table, register)
+        number, shift, loop = self._place(table, register)
         if loop not in self._held:
             self._held[loop] = self.registers.contents(loop)
-        return self._held[loop][number] >> 16 * part & 0xFFFF
+        return self._held[loop][number] >> shift & 0xFFFF
 
     def _place(self, table: str, register: int) -> tuple[int, int, int]:
         found = self._where.get((table, register))
@@ -82,14 +82,14 @@ class VirtualPlc:
         """Registers one after the other, halves of a value together; raises `RegisterError` where one is refused."""
         parts: dict[int, dict[int, int]] = {}
         for k, content in enumerate(contents):
-            number, part, _ = self._place(table, first + k)
-            parts.setdefault(number, {})[part] = int(content)
+            number, shift, _ = self._place(table, first + k)
+            parts.setdefault(number, {})[shift] = int(content)
         owner = {number: loop for number, _, loop in self._where.values() if number in parts}
         for number, written in parts.items():
             loop = owner[number]
             raw = self.registers.contents(loop)[number]
-            for part, content in written.items():
-                raw = raw & ~(0xFFFF << 16 * part) | content << 16 * part
+            for shift, content in written.items():
+                raw = raw & ~(0xFFFF << shift) | content << shift
             self._write(number, raw, loop)
 
     def _write(self, number: int, raw: int, loop: int) -> None:

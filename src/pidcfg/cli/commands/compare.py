@@ -35,6 +35,7 @@ PEOPLE = ("text", "concise")
 @click.command("compare", epilog=EPILOG)
 @click.argument("files", nargs=-1, required=True, metavar="FILE…")
 @plc_options.PLC
+@plc_options.MAP
 @report_options.report_format("compare")
 @report_options.report_files("compare")
 @click.option(
@@ -50,6 +51,7 @@ PEOPLE = ("text", "concise")
 def command(
     files: tuple[str, ...],
     plc: str,
+    stated: str | None,
     fmt: str,
     reports: tuple[report_options.Report, ...],
     watch: float | None,
@@ -71,9 +73,14 @@ def command(
     documents = {doc.file: doc for doc in (one_configuration(name, limits) for name in files)}
     report_options.refuse_inputs(reports, files)
 
+    registers = plc_options.map_data(stated, limits)
+
     def compared() -> list[CompareResult]:
         with usage():
-            return [compare(doc, plc, timeout=timeout, retries=retries, limits=limits) for doc in documents.values()]
+            return [
+                compare(doc, plc, map=registers, timeout=timeout, retries=retries, limits=limits)
+                for doc in documents.values()
+            ]
 
     try:
         results = compared()

@@ -25,6 +25,7 @@ EPILOG = options.examples(
 
 @click.command("pull", epilog=EPILOG)
 @plc_options.PLC
+@plc_options.MAP
 @click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
 @click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
 @options.output_format("yaml", *format_names())
@@ -37,6 +38,7 @@ EPILOG = options.examples(
 @options.LIMITS
 def command(
     plc: str,
+    stated: str | None,
     like: str | None,
     vendor: str | None,
     fmt: str,
@@ -60,7 +62,15 @@ def command(
     other = None if like is None else one_configuration(like, limits)
     with plc_options.reached():
         result = pull(
-            plc, like=other, vendor=vendor, format=fmt, options=texts, timeout=timeout, retries=retries, limits=limits
+            plc,
+            like=other,
+            vendor=vendor,
+            format=fmt,
+            options=texts,
+            map=plc_options.map_data(stated, limits),
+            timeout=timeout,
+            retries=retries,
+            limits=limits,
         )
     if not result.ok:
         show_errors(result.findings, other, fmt)

@@ -55,18 +55,17 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
     """A time with its unit; a number is in s."""
     if value is None:
         return None
-    from pydantic_core import PydanticCustomError
-
     from pidcfg.schemas.base import parse_seconds
 
     try:
         return float(value) if value.replace(".", "", 1).isdecimal() else float(parse_seconds(value))
-    except PydanticCustomError as error:
+    except ValueError as error:
         raise click.BadParameter(f"{error}; write it like 10 min", ctx, param) from None
 
 
 @click.command("trend", epilog=EPILOG)
 @plc_options.PLC
+@plc_options.MAP
 @click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
 @click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
 @click.option("-o", "--output", "out", type=click.Path(dir_okay=False), help="The file; rows are in it at once.")
@@ -82,6 +81,7 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 @options.LIMITS
 def command(
     plc: str,
+    stated: str | None,
     like: str | None,
     vendor: str | None,
     out: str | None,
@@ -119,6 +119,7 @@ def command(
                 like=other,
                 vendor=vendor,
                 options=texts,
+                map=plc_options.map_data(stated, limits),
                 interval=interval,
                 seconds=seconds,
                 taken=taken,
