@@ -55,8 +55,8 @@ MAY_IMPORT = {
     "sheets":       "limits diagnostics document paths source templates schemas vendors validate writer",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
                     "differences tuning validate explanation sim scenario certification verification",
-    "live":         "refs limits paths reader diagnostics document schemas encoders vendors conversion differences "
-                    "validate sim scenario results",
+    "live":         "refs limits paths reader diagnostics document schemas encoders vendors listings conversion "
+                    "differences validate sim scenario results",
     "cli":          "*",
     "api":          "limits reader document encoders vendors explanation tuning validate sim scenario certification "
                     "draft results",
