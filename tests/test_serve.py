@@ -33,6 +33,7 @@ DF101, DF109, DF113, C116, C117 = 28872, 28888, 28896, 16499, 16500
 LIC = 0o2100
 """The third loop of the reactor: in Auto, and of no cascade."""
 MANUAL, AUTO = 1, 2
+LOOPBACK = Address("127.0.0.1", 0)
 
 
 def virtual(vendor):
@@ -53,22 +54,20 @@ def halves(value):
 
 
 @contextmanager
-def served(desk, plc, speed=1000.0):
+def served(desk, plc, speed=1000.0, listen=LOOPBACK):
     """The port at which a PLC is served, and what it says."""
     said, ready = [], Event()
     where = []
 
     async def start():
         return asyncio.ensure_future(
-            serve(
-                plc, Address("127.0.0.1", 0), speed, None, lambda place: (where.append(place), ready.set()), said.append
-            )
+            serve(plc, listen, speed, None, lambda place: (where.append(place), ready.set()), said.append)
         )
 
     task = desk.do(start())
     assert ready.wait(10)
     try:
-        yield int(where[0].rpartition(":")[2]), said
+        yield int(where[0].rpartition(":")[2] or 0) if listen is LOOPBACK else 0, said
     finally:
         desk.loop.call_soon_threadsafe(task.cancel)
         desk.do(gathered(task))
