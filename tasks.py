@@ -37,7 +37,7 @@ GENERATED = "tests/generated.py"
 SITE = ("-m", "sphinx", "-E", "-W", "--keep-going", "-q", "-d", "build/doctrees")
 """Sphinx from source folder to site, as offline as everything else."""
 
-NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "report", "dev", "docs")}
+NEEDED_BY = {"demo": ("build", "run"), "test": ("build", "run", "report", "live", "dev", "docs")}
 """Files of requirements/ by what they are installed for."""
 
 WINDOWS_ONLY = ("colorama",)
@@ -136,6 +136,7 @@ def ranges(name: str) -> list[str]:
         "run": [*project["dependencies"], *WINDOWS_ONLY],
         "fast": project["optional-dependencies"]["fast"],
         "report": project["optional-dependencies"]["report"],
+        "live": project["optional-dependencies"]["live"],
         "dev": groups["dev"],
         "docs": groups["docs"],
     }[name]
@@ -230,7 +231,7 @@ def lock() -> None:
         python = Path(folder) / "venv" / PYTHON.relative_to(VENV)
         must(python, *PIP, "pip-tools>=7.5")
         locked: list[str] = []
-        for name in ("run", "build", "fast", "report", "dev", "docs"):
+        for name in ("run", "build", "fast", "report", "live", "dev", "docs"):
             compile_lock(python, Path(folder), name, locked)
             locked.append(name)
 

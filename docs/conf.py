@@ -42,6 +42,7 @@ ORDER = {
         "editors",
         "completion",
         "commissioning-day",
+        "live",
         "migrating-a-line",
         "a-repository-with-ci",
         "adding-a-rule",

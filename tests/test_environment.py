@@ -16,7 +16,7 @@ from pidcfg.cli.main import COMMANDS, cli, load
 
 ROOT = Path(__file__).parents[1]
 MISSPELT = "PIDCFG_VALIDATE_STRCT"
-OF_THEIR_OWN = {"PIDCFG_NO_CACHE"}
+OF_THEIR_OWN = {"PIDCFG_NO_CACHE", "PIDCFG_PLC"}
 """Variables that options have declared themselves."""
 PAGE = (ROOT / "docs/environment.md").read_text("utf-8")
 

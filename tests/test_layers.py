@@ -56,10 +56,12 @@ MAY_IMPORT = {
     "sheets":       "limits diagnostics document paths source templates schemas vendors validate writer",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
                     "differences tuning validate explanation sim scenario certification verification",
+    "live":         "refs limits paths reader diagnostics document schemas encoders vendors listings conversion "
+                    "differences validate sim scenario results",
     "cli":          "*",
     "api":          "limits reader document encoders vendors explanation tuning validate sim scenario certification "
                     "draft results",
-    "__init__":     "api",
+    "__init__":     "api live",
     "__main__":     "cli",
 }
 
@@ -71,6 +73,8 @@ ONLY_IN = {
     "intelhex":      "encoders.ihex",
     "openpyxl":      "sheets.table",
     "pyclickplc":    "encoders.click",
+    "pymodbus":      "live",
+    "serial":        "live",
     "numpy":         "sim.compile",
     "numba":         "sim.compile",
     "matplotlib":    "pictures",
@@ -80,7 +84,7 @@ ONLY_IN = {
     "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
                      "verification sheets cli.commands.schema",
     "pydantic_core": "schemas encoders vendors validate sim scenario verification draft",
-    "importlib":     "vendors cli sheets sim.compile explanation.decisions results.schemas __init__",
+    "importlib":     "vendors cli live sheets sim.compile explanation.decisions results.schemas __init__",
     # imports by name: the tables above cannot see them
 }
 
@@ -117,7 +121,7 @@ LOADS = {
     "simulate examples/dpide/oven.scenario.yaml":     "pydantic ruamel",
     "validate src/pidcfg/starters/click.yaml":        "pydantic ruamel",
     "encode src/pidcfg/starters/click.yaml":          "pydantic ruamel",
-    "encode src/pidcfg/starters/click.yaml --format nickname-csv":  "pydantic ruamel pyclickplc pymodbus",
+    "encode src/pidcfg/starters/click.yaml --format nickname-csv":  "pydantic ruamel pyclickplc pymodbus serial",
 }
 
 STARTS = (
@@ -171,6 +175,7 @@ HEAVY = (
     "intelhex",
     "pyclickplc",
     "pymodbus",
+    "serial",
     "matplotlib",
     "jinja2",
     "xlsxwriter",

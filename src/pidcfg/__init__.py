@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         simulate,
         tune,
     )
+    from pidcfg.live.calls import compare, pull, serve, trend
 
 __version__ = "0.1.0"
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "check",
     "check_file",
     "check_text",
+    "compare",
     "convert",
     "decode",
     "decode_words",
@@ -39,13 +41,20 @@ __all__ = [
     "encode",
     "explain",
     "load",
+    "pull",
+    "serve",
     "simulate",
+    "trend",
     "tune",
 ]
 
 
+LIVE = ("compare", "pull", "serve", "trend")
+"""The functions that speak to a PLC."""
+
+
 def __getattr__(name: str) -> Any:
-    """The public functions, from `pidcfg.api`."""
+    """The public functions, from `pidcfg.api` and, of those that speak to a PLC, from `pidcfg.live.calls`."""
     if name in __all__:
-        return getattr(import_module("pidcfg.api"), name)
+        return getattr(import_module("pidcfg.live.calls" if name in LIVE else "pidcfg.api"), name)
     raise AttributeError(f"module 'pidcfg' has no attribute {name!r}")

@@ -17,11 +17,16 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Cell, Image
     from pidcfg.encoders.spaces import Space
 
-Table = Literal["coil", "holding"]
+Table = Literal["coil", "discrete", "holding", "input"]
 COLUMNS = ("table", "register", "reference", "address", "value", "hex", "access", "loop", "field")
 FIVE_DIGITS = 9_999
 """Registers up to here have a five-digit reference, the others a six-digit one."""
-FIRST_REFERENCE = {"coil": (1, 1), "holding": (40_001, 400_001)}
+FIRST_REFERENCE = {
+    "coil": (1, 1),
+    "discrete": (10_001, 100_001),
+    "input": (30_001, 300_001),
+    "holding": (40_001, 400_001),
+}
 
 
 class Place(NamedTuple):
@@ -30,6 +35,12 @@ class Place(NamedTuple):
     table: Table
     register: int
     width: int = 1
+    high_first: bool = False
+    """Of two registers the high word comes first."""
+
+    def shift(self, part: int) -> int:
+        """By how many bits the content of one of its registers is shifted in the value."""
+        return 16 * (self.width - 1 - part if self.high_first else part)
 
 
 class Numbering(Protocol):
@@ -51,8 +62,9 @@ def reference(table: Table, register: int) -> str:
 def rows(cell: Cell, place: Place) -> Iterator[tuple[int, int, str]]:
     """Each register of a cell: its number, its content, and what is added to the field's name."""
     for part in range(place.width):
-        name = "" if place.width == 1 else (", low word", ", high word")[part]
-        yield place.register + part, cell.raw >> 16 * part & WORD_MAX, name
+        shift = place.shift(part)
+        name = "" if place.width == 1 else (", high word" if shift else ", low word")
+        yield place.register + part, cell.raw >> shift & WORD_MAX, name
 
 
 def write_modbus(image: Image, checklist: tuple[str, ...], numbering: Numbering) -> str:

@@ -215,3 +215,9 @@ def _autotune(wanted: Expectation, out: Outcome) -> Verdict:
     if wanted.min is None and wanted.max is None:
         return Verdict(f"{subject} is found", value is not None, value)
     return Verdict(f"{subject} {_bounds(wanted.min, wanted.max)}", _inside(value, wanted.min, wanted.max), value)
+
+
+def placed(result: Verdict, wanted: Expectation) -> Verdict:
+    """A verdict with the loop that it is about, and the time of which something is expected."""
+    loop = wanted.loop or (wanted.signal or "").partition(".")[0] or None
+    return replace(result, loop=loop, at=None if wanted.at is None else float(wanted.at))

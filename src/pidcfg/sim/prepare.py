@@ -75,3 +75,14 @@ def uneven(loop: str, period: int, step: int, since: str = "") -> Problem:
     message = f"{since}the sample rate of {loop}, {period / TICKS:g} s, {what} the step, {step / TICKS:g} s"
     cure = f"its samples come at the next base step; give 'step: {gcd(period, step) / TICKS:g}', which fits them all"
     return Problem(("step",), message, "rounded", "warning", cure, loop=loop)
+
+
+def too_long(last: int, loops: int, limit: int | None) -> list[Problem]:
+    """The limit on loop-steps, and a scenario without any; ``last``: its last base step."""
+    count = (last + 1) * loops
+    if limit is not None and count > limit:
+        message = f"{count} loop-steps; the limit is {limit}"
+        return [Problem(("duration",), message, "limit", help="use a longer step, or the option --no-limit")]
+    cure = "lengthen the duration, or give a shorter 'step'"
+    short = Problem(("duration",), "the scenario is shorter than its base step", "value", help=cure)
+    return [short] if last < 1 else []

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
 from pidcfg.sim.events import Agenda
-from pidcfg.sim.expect import Outcome, Watch, alarms_off, verdict, watches_of
+from pidcfg.sim.expect import Outcome, Watch, alarms_off, placed, verdict, watches_of
 from pidcfg.sim.faults import faults
 from pidcfg.sim.feedback import wrong_actions
 from pidcfg.sim.idle import idle_events
@@ -23,9 +23,8 @@ from pidcfg.sim.journal import Journal
 from pidcfg.sim.meters import Onset, time_in_control
 from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, begin, loop_metrics
 from pidcfg.sim.plc import TICKS, Controller, Plc
-from pidcfg.sim.prepare import base_step, misses, prepare, uneven
-from pidcfg.sim.problems import Problem
-from pidcfg.sim.report import Note, Range, Report, ScanTime, Verdict, rounded
+from pidcfg.sim.prepare import base_step, misses, prepare, too_long, uneven
+from pidcfg.sim.report import Note, Range, Report, ScanTime, rounded
 from pidcfg.sim.rest import initial_values, rest
 from pidcfg.sim.standing.evidence import Evidence
 from pidcfg.sim.standing.judge import standing, unused_allowances
@@ -35,8 +34,11 @@ from pidcfg.sim.steady import UnsteadyError, refused, settle, swinging_loops
 from pidcfg.sim.trace import Sink, Trend
 
 if TYPE_CHECKING:
-    from pidcfg.schemas.scenario import Expectation, Scenario
+    from collections.abc import Generator, Iterator
+
+    from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.network import Network
+    from pidcfg.sim.problems import Problem
     from pidcfg.sim.recording import Recording
 
 Progress = Callable[[float], None]
@@ -72,19 +74,29 @@ def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Control
     ``new_plc`` makes the PLC at its program-to-run transition; it is called again when the network does not settle and
     the run starts without the pre-roll.
     """
-    run = _Run.of(scenario, new_plc, controller, settings)
+    run = begun(scenario, new_plc, controller, settings)
+    for _ in run.course():
+        pass
+    return run.finish()
+
+
+def begun(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
+    """A run at time 0, as `simulate` has it; `Run.course` goes on from there."""
+    run = Run.of(scenario, new_plc, controller, settings)
     if scenario.initial == "steady" and run.plc.running:
         try:
             run.zero = settle(run.machine, settings.max_loop_steps, swinging_loops(scenario, run.net, run.plc))
             run.problems += refused(run.machine)
         except UnsteadyError as error:
-            run = _Run.of(scenario, new_plc, controller, settings)
+            run = Run.of(scenario, new_plc, controller, settings)
             run.problems.append(error.problem)
-    return run.to_end()
+    return run
 
 
 @dataclass(slots=True)
-class _Run:
+class Run:
+    """A run on its way from time 0 to its end."""
+
     scenario: Scenario
     settings: Settings
     plc: Plc
@@ -104,15 +116,18 @@ class _Run:
     trend: Trend | None = None
     periods: list[int] = field(default_factory=list)
     """Sample rates at the last look."""
+    chunk: int = CHUNK
+    """Base steps between two looks."""
+    lookout: Lookout | None = None
 
     @classmethod
-    def of(cls, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> _Run:
+    def of(cls, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
         """Everything in place, nothing run yet."""
         plc = new_plc()
         net = prepare(scenario, plc)
         step = base_step(scenario, plc)
         last = int(scenario.duration * TICKS) // step
-        problems = net.problems + _too_long(last, len(plc.loops), settings)
+        problems = net.problems + too_long(last, len(plc.loops), settings.max_loop_steps)
         if any(problem.severity == "error" for problem in problems):
             raise UnusableError(problems)
         notes = [Note(0.0, plc.loops[p.loop], f"word without a value: {p.text}") for p in plc.problems]
@@ -144,8 +159,8 @@ class _Run:
 
     # --- the run -----------------------------------------------------------------------------------------------------
 
-    def to_end(self) -> Report:
-        """Runs from time 0 to the end."""
+    def course(self) -> Iterator[int]:
+        """Runs from time 0 to the end; yields the next base step at each look, from the beginning of the pre-roll."""
         self.random = [random.Random(f"{self.scenario.seed}/{name}") for name in self.net.noisy]
         if self.settings.trend is not None:
             self.trend = Trend(self.settings.trend, list(self.net.names), self.step, self.settings.every)
@@ -154,28 +169,32 @@ class _Run:
         self.periods = list(self.plc.periods)
         self._look_at_settings(0)
         k = self.agenda.zero = self.zero
-        lookout = Lookout(self._evidence())
-        for stop, action in self.agenda.stops(self.last, lookout.stops()):
+        self.lookout = Lookout(self._evidence())
+        for stop, action in self.agenda.stops(self.last, self.lookout.stops()):
             if stop > k - self.zero:
-                k = self._advance(k, self.zero + stop)
+                k = yield from self._advance(k, self.zero + stop)
             note = action(stop)
             if note is not None:
                 self.notes.append(note)
             self._look_at_settings(stop)
-        self._advance(k, self.zero + self.last + 1)
+        yield from self._advance(k, self.zero + self.last + 1)
+
+    def finish(self) -> Report:
+        """The report of what has run."""
         if self.settings.recording is not None:
             self.settings.recording.end()
+        lookout = self.lookout or Lookout(self._evidence())
         lookout.finish()
         return self._report(lookout.evidence)
 
-    def _advance(self, k: int, end: int) -> int:
+    def _advance(self, k: int, end: int) -> Generator[int, None, int]:
         """Base steps up to ``end``; the first and the last one stand alone.
 
         Extremes begin with the first one, and nothing is integrated over the time after the last one.
         """
         bounds = {self.zero + 1, self.zero + self.last}
         while k < end:
-            stop = min([end, k + CHUNK, *(b for b in bounds if b > k)])
+            stop = min([end, k + self.chunk, *(b for b in bounds if b > k)])
             final = k == self.zero + self.last
             held = [(m.iae, m.ise, m.itae) for m in self.machine.meters] if final else []
             self._chunk(k, stop)
@@ -186,6 +205,7 @@ class _Run:
             for meter, integrals in zip(self.machine.meters if final else (), held, strict=True):
                 meter.iae, meter.ise, meter.itae = integrals
             k = stop
+            yield k
         return k
 
     def _chunk(self, k: int, stop: int) -> None:
@@ -203,7 +223,8 @@ class _Run:
             if recording is not None:
                 recording.take(machine.trend, machine.counts[1])
             machine.counts[:2] = [0, 0]
-        self._report_progress(k - self.zero)
+        if self.settings.progress is not None:
+            self.settings.progress((k - self.zero) / (self.last + 1))
 
     def _look_at_settings(self, k: int) -> None:
         """Reports a sample rate that the base step no longer meets, and records changed levels of alarms."""
@@ -221,10 +242,6 @@ class _Run:
         for column, source in enumerate(self.random):
             noise[column::columns] = [source.gauss(0.0, 1.0) for _ in range(rows)]
         return noise
-
-    def _report_progress(self, done: int) -> None:
-        if self.settings.progress is not None:
-            self.settings.progress(done / (self.last + 1))
 
     # --- the report --------------------------------------------------------------------------------------------------
 
@@ -255,7 +272,7 @@ class _Run:
             running=self.plc.running,
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
             signals=signals,
-            expectations=[_placed(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted],
+            expectations=[placed(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted],
             standing=verdicts,
             events=self.agenda.done,
             notes=sorted([*self.notes, *self.journal.notes(), *invalid], key=lambda note: note.at),
@@ -281,20 +298,3 @@ class _Run:
             name: Range(rounded(lows[slot][0]), rounded(lows[slot][1]), rounded(sig[slot]))
             for name, slot in self.net.names.items()
         }
-
-
-def _placed(result: Verdict, wanted: Expectation) -> Verdict:
-    """A verdict with the loop that it is about, and the time of which something is expected."""
-    loop = wanted.loop or (wanted.signal or "").partition(".")[0] or None
-    return replace(result, loop=loop, at=None if wanted.at is None else float(wanted.at))
-
-
-def _too_long(last: int, loops: int, settings: Settings) -> list[Problem]:
-    """The limit on loop-steps, and a scenario without any."""
-    limit, count = settings.max_loop_steps, (last + 1) * loops
-    if limit is not None and count > limit:
-        message = f"{count} loop-steps; the limit is {limit}"
-        return [Problem(("duration",), message, "limit", help="use a longer step, or the option --no-limit")]
-    cure = "lengthen the duration, or give a shorter 'step'"
-    short = Problem(("duration",), "the scenario is shorter than its base step", "value", help=cure)
-    return [short] if last < 1 else []

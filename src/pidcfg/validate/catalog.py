@@ -10,7 +10,7 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity, number_of
-from pidcfg.validate.codes import LISTING, READING, SCENARIO, SCHEMA, SUPPRESSION
+from pidcfg.validate.codes import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ GROUPS = {
     **{vendor.key: vendor.prefix for vendor in VENDORS.values()},
 }
 """The prefixes of codes about any file, of the common rules, and of each vendor; no code changes its group."""
-FILE_RULES = {rule.code: rule for rule in (*READING, *LISTING, *SCHEMA, *SUPPRESSION, *SCENARIO)}
+FILE_RULES = {rule.code: rule for rule in (*READING, *LISTING, *LIVE, *SCHEMA, *SUPPRESSION, *SCENARIO)}
 """What can be wrong with any file, before rules over a configuration run."""
 
 

@@ -91,6 +91,11 @@ LISTING = (
     _unreadable("PID041", "bad-listing", "A memory listing cannot be read, or its words are no configuration.", "A missing or impossible word would have to be guessed.", "Export the listing again, or name its format with --from and what it lacks with the options of `pidcfg decode`."),
     _row("PID042", "not-convertible", "A configuration does not say what its conversion needs.", "A range, a sample time or a form that is guessed is a wrong gain.", "Add the key that the message names."),
 )
+LIVE = (
+    _row("PID065", "plc-differs", "A PLC holds another setting than its file.", "What runs is not what was agreed: somebody has changed the PLC or the file, or a download was never made.", "Find out who changed it; correct the file, or write its value into the PLC."),
+    _unreadable("PID066", "plc-not-reached", "A PLC is not reached, or does not give what is asked for.", "Nothing has been compared: that is neither a pass nor a difference.", "Look at the cable, the address, the unit number and what the PLC allows over Modbus; the message names the function and the register."),
+)
+"""What `pidcfg compare` finds."""
 SCHEMA = (
     _row("PID020", "unknown-key", "A key is not known here.", "It would be ignored, and the setting it was meant for would keep its default.", "Correct the spelling; the message suggests the nearest key."),
     _row("PID021", "missing-key", "A required key is missing.", "It has no safe default.", "Add the key."),

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 # fmt: off
 FORMATS = {
     # module    commands that report in it
-    "text":     ("validate", "simulate", "certify", "diff", "convert"),
-    "concise":  ("validate",),
-    "json":     ("validate", "simulate", "certify", "diff", "convert"),
-    "sarif":    ("validate", "simulate"),
-    "github":   ("validate", "simulate"),
-    "gitlab":   ("validate", "simulate"),
-    "junit":    ("validate", "simulate", "certify"),
-    "markdown": ("validate", "diff", "convert"),
+    "text":     ("validate", "compare", "simulate", "certify", "diff", "convert"),
+    "concise":  ("validate", "compare"),
+    "json":     ("validate", "compare", "simulate", "certify", "diff", "convert"),
+    "sarif":    ("validate", "compare", "simulate"),
+    "github":   ("validate", "compare", "simulate"),
+    "gitlab":   ("validate", "compare", "simulate"),
+    "junit":    ("validate", "compare", "simulate", "certify"),
+    "markdown": ("validate", "compare", "diff", "convert"),
 }
 # fmt: on
 """Every format by its name, in the order of the help; the first one is the default."""

@@ -38,6 +38,8 @@ class Findings:
     """From which severity on a finding fails the run."""
     suppressed: Sequence[tuple[Diagnostic, str | None]] = ()
     """Findings that are not reported: a comment ignores them for a reason, or (None) a baseline knows them."""
+    command: str = "validate"
+    """Which command has found them."""
 
     @property
     def files(self) -> list[str]:

@@ -46,7 +46,7 @@ def findings_junit(findings: Findings) -> str:
     for file in findings.files:
         reported = [d for d in findings.reported if d.file == file]
         suites[display_name(file)] = list(_rule_cases(reported, findings.fails)) or [Case("no findings")]
-    return document("pidcfg validate", suites)
+    return document(f"pidcfg {findings.command}", suites)
 
 
 def _rule_cases(reported: Sequence[Diagnostic], fails: Severity) -> Iterator[Case]:

@@ -49,7 +49,8 @@ class Numbering:
         return SPACE.number(address[0], address[1]), address[2]
 
 
-FORMATS = listings(SPACE, "register listing", Numbering()) | {
+NUMBERING = Numbering()
+FORMATS = listings(SPACE, "register listing", NUMBERING) | {
     "nickname-csv": FileKind(
         "nickname-csv",
         "nicknames with initial values (CSV)",

@@ -29,7 +29,8 @@ class Numbering:
         return (register, 0) if table == "holding" else None
 
 
-FORMATS = listings(SPACE, "V-memory listing", Numbering()) | {
+NUMBERING = Numbering()
+FORMATS = listings(SPACE, "V-memory listing", NUMBERING) | {
     "ihex": FileKind(
         "ihex",
         "Intel HEX, 16-bit words",

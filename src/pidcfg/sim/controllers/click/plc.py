@@ -28,7 +28,7 @@ from pidcfg.sim.controllers.click.report import (
 )
 from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
 from pidcfg.sim.controllers.click.state import Config, State
-from pidcfg.sim.controllers.click.words import configure, float_of, loop_of, sample_ticks, write_state
+from pidcfg.sim.controllers.click.words import Loop, configure, float_of, loop_of, sample_ticks, write_state
 from pidcfg.sim.notices import tell_request
 from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, Plc, ScanOptions
 from pidcfg.sim.reaction_curve import POINTS
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
+    from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.base import Quantity
 
 PULSES = 100
@@ -251,8 +252,11 @@ class Click(Plc):
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a value to its registers, which show at once (D674); why it has no effect, as in Auto (D127)."""
+        return self.write(loop, settings_of(path, value, self._sample_rate(loop)), sig)
+
+    def write(self, loop: int, written: Sequence[tuple[Word, int]], sig: MutableSequence[float]) -> str | None:
+        """Write raw contents; as `set` otherwise."""
         registers, s = self._loops[loop], self.st[loop]
-        written = settings_of(path, value, self._sample_rate(loop))
         if written[0][0].name == "output" and s.status & bits.MANUAL == 0:
             return "is not written: the output is read-only unless the loop is in Manual"
         registers.absorb(s)
@@ -263,6 +267,11 @@ class Click(Plc):
         self._apply(loop)
         self._show(loop, sig)
         return None
+
+    def memory(self, loop: int) -> Loop:
+        """A loop's registers as they are after the last scan."""
+        self._loops[loop].absorb(self.st[loop])
+        return self._loops[loop]
 
     def _sample_rate(self, loop: int) -> Decimal:
         """The register of the sample rate in s."""

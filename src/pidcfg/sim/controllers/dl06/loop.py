@@ -14,7 +14,6 @@ from pidcfg.encoders.dl06.status import intended_mode
 from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_SIZE, READ_LATE
 from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.encoders.scales import Scale
-from pidcfg.sim.controllers.dl06.setting import encode_setting
 from pidcfg.sim.controllers.dl06.words import NoWord, Values, decode_loop, decode_profile
 from pidcfg.sim.plc import TICKS
 
@@ -80,9 +79,8 @@ class Loop:
         """Renew the values from the words that have been read."""
         self.values, _ = decode_loop(self.read, self.decimals)
 
-    def write(self, row: Row, value: Any) -> str | None:
-        """Write a value to its register; returns why the controller does not know it yet, if so."""
-        word = encode_setting(row, value, self.values, self.scales())
+    def store(self, row: Row, word: int) -> str | None:
+        """Write raw content, of a choice its bits in place; returns why the controller does not know it yet, if so."""
         if isinstance(row, Bits):
             word |= self.memory[row.offset] & ~row.mask
         rose = word & ~self.memory[row.offset]

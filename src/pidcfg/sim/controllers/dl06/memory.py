@@ -35,7 +35,7 @@ from pidcfg.sim.plc import CountsPlc, low_and_width
 from pidcfg.sim.problems import NoValue
 
 if TYPE_CHECKING:
-    from collections.abc import MutableSequence
+    from collections.abc import Mapping, MutableSequence
 
     from pidcfg.encoders.image import Image
 
@@ -73,6 +73,23 @@ class Memory(CountsPlc):
         self.place_loops(Config, State, SIGNALS, RAMP_SOAK_SIZE + POINTS)
         for i in range(count):
             self._begin(i)
+
+    @property
+    def words(self) -> Mapping[int, int]:
+        """V-memory as it was loaded, and what was written outside of the loop table since."""
+        return self._words
+
+    def memory(self, loop: int) -> Loop:
+        """A loop's words as they are after the last scan; what the controller writes all the time is in its state."""
+        self._loops[loop].absorb(self.cfg[loop], self.st[loop])
+        return self._loops[loop]
+
+    def write_other(self, number: int, raw: int) -> None:
+        """Writes a word outside of the loop table; of a ramp/soak table it counts at once."""
+        self._words[number] = raw
+        for i, loop in enumerate(self._loops):
+            if 0 <= number - loop.values["ramp_soak.table"] < RAMP_SOAK_SIZE:
+                self._apply(i)
 
     def _check(self) -> Setup:
         return check_setup(self._words.get(TABLE_POINTER, 0), self._words.get(LOOP_COUNT, 0))

@@ -25,7 +25,14 @@ from pidcfg.sim.controllers.dl06.report import (
     OUTER_ALARMS,
     REASONS,
 )
-from pidcfg.sim.controllers.dl06.setting import CASCADE_FROM, find_rows, fits, parse_setting, stored_rate
+from pidcfg.sim.controllers.dl06.setting import (
+    CASCADE_FROM,
+    encode_setting,
+    find_rows,
+    fits,
+    parse_setting,
+    stored_rate,
+)
 from pidcfg.sim.controllers.dl06.tune_results import TUNE_ABORTED, end_tune
 from pidcfg.sim.controllers.dl06.words import ticks, write_state
 from pidcfg.sim.notices import tell_request
@@ -40,6 +47,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.base import Quantity
     from pidcfg.sim.controllers.dl06.state import Config, State
     from pidcfg.sim.report import ScanTime
+    from pidcfg.sim.settings import Row
 
 
 class Dl06(Memory):
@@ -240,12 +248,18 @@ class Dl06(Memory):
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect yet, or none at all, if so."""
-        words = self._loops[loop]
-        words.absorb(self.cfg[loop], self.st[loop])
+        words = self.memory(loop)
         rows = find_rows(path, words.decimals)
-        late = []
-        for row, item in items_of(rows, value):
-            reason = words.write(row, item)
+        scales = words.scales()
+        return self.write(
+            loop, [(row, encode_setting(row, item, words.values, scales)) for row, item in items_of(rows, value)], sig
+        )
+
+    def write(self, loop: int, written: Sequence[tuple[Row, int]], sig: MutableSequence[float]) -> str | None:
+        """Write raw contents, of a choice its bits in place; as `set` otherwise."""
+        words, late = self.memory(loop), []
+        for row, raw in written:
+            reason = words.store(row, raw)
             if reason is None:
                 self._apply(loop)
                 write_state(self.st[loop], words.values, str(row.path))

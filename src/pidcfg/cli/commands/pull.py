@@ -1,0 +1,84 @@
+"""``pidcfg pull``: what a PLC holds, as a configuration or a memory listing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli import options, plc_options
+from pidcfg.cli.commands.decode import vendor_options
+from pidcfg.cli.main import Exit
+from pidcfg.cli.terminal.console import echo, note
+from pidcfg.vendors import VENDORS, format_names
+
+if TYPE_CHECKING:
+    from pidcfg.limits import Limits
+
+EPILOG = options.examples(
+    "pidcfg pull --plc modbus://10.0.0.5 --like reactor.yaml -o running.yaml",
+    "pidcfg pull --plc modbus://10.0.0.5 --vendor dl06 --format csv",
+    "pidcfg pull --plc modbus://10.0.0.6 --vendor click --bits C101 --integers DS101 --floats DF101 --pwm-bit none",
+    "pidcfg pull --plc 'modbus+rtu:///dev/ttyUSB0?baud=9600&parity=odd' --vendor dl06",
+)
+
+
+@click.command("pull", epilog=EPILOG)
+@plc_options.PLC
+@plc_options.MAP
+@click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
+@click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
+@options.output_format("yaml", *format_names())
+@vendor_options
+@options.OUT
+@options.FORCE
+@plc_options.TIMEOUT
+@plc_options.RETRIES
+@options.QUIET
+@options.LIMITS
+def command(
+    plc: str,
+    stated: str | None,
+    like: str | None,
+    vendor: str | None,
+    fmt: str,
+    out: str | None,
+    force: bool,
+    timeout: float,
+    retries: int,
+    quiet: bool,
+    limits: Limits,
+    **texts: str | None,
+) -> None:
+    """Read the loops of a PLC. Nothing is written to it: there is no command that does.
+
+    A DL06 tells its own loop table by V7640 and V7641; of other PLCs --like FILE or options say where the loops are.
+    """
+    plc_options.needed(plc)
+    from pidcfg.cli.files.outputs import write_files
+    from pidcfg.cli.findings.collect import one_configuration, show_errors
+    from pidcfg.live.calls import pull
+
+    other = None if like is None else one_configuration(like, limits)
+    with plc_options.reached():
+        result = pull(
+            plc,
+            like=other,
+            vendor=vendor,
+            format=fmt,
+            options=texts,
+            map=plc_options.map_data(stated, limits),
+            timeout=timeout,
+            retries=retries,
+            limits=limits,
+        )
+    if not result.ok:
+        show_errors(result.findings, other, fmt)
+        click.get_current_context().exit(Exit.UNUSABLE)
+    if out is None:
+        echo(result.text)
+    else:
+        write_files({out: result.text}, force=force)
+    if not quiet:
+        for line in result.notes:
+            note(f"note: {line}")

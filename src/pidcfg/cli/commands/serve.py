@@ -1,0 +1,86 @@
+"""``pidcfg serve``: the virtual PLC of a scenario behind its vendor's register map, in real time."""
+
+from __future__ import annotations
+
+from ipaddress import ip_address
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli import options, plc_options
+from pidcfg.cli.main import Exit
+from pidcfg.cli.terminal.console import echo_json, note, show
+from pidcfg.cli.terminal.progress import LINE
+
+if TYPE_CHECKING:
+    from pidcfg.limits import Limits
+
+EPILOG = options.examples(
+    "pidcfg serve reactor.scenario.yaml",
+    "pidcfg serve reactor.scenario.yaml --speed 10 --listen 127.0.0.1:1502",
+    "pidcfg serve tank.scenario.yaml --listen 'modbus+rtu:///dev/ttyUSB0?baud=38400&parity=odd'",
+)
+LISTEN = "127.0.0.1:5020"
+
+
+@click.command("serve", epilog=EPILOG)
+@click.argument("scenario")
+@click.option(
+    "--listen", default=LISTEN, show_default=True, metavar="HOST:PORT", help="Where to listen, or modbus+rtu:///DEVICE."
+)
+@click.option(
+    "--speed", type=float, default=1.0, show_default=True, metavar="FACTOR", help="How many times as fast as the clock."
+)
+@click.option(
+    "--for", "seconds", type=float, metavar="SECONDS", help="End by itself after so many seconds of the clock."
+)
+@options.output_format("text", "json")
+@options.QUIET
+@options.LIMITS
+def command(
+    scenario: str, listen: str, speed: float, seconds: float | None, fmt: str, quiet: bool, limits: Limits
+) -> None:
+    """Serve the virtual PLC of SCENARIO over Modbus until Ctrl-C, which prints the report of the run.
+
+    An HMI, a SCADA driver or a script reads it, writes set points, modes and outputs as an operator does, and sees the
+    loops answer. The events of the scenario happen; its duration and its expectations do not count.
+    """
+    plc_options.needed(listen)
+    from pidcfg.cli.files.inputs import read_inputs
+    from pidcfg.cli.findings.collect import show_errors
+    from pidcfg.cli.formats.simulation_text import text
+    from pidcfg.live.calls import serve
+    from pidcfg.writer import json_text
+
+    documents = list(read_inputs((scenario,), limits))
+    if len(documents) != 1:
+        raise click.ClickException(f"{scenario} stands for {len(documents)} files; name one scenario")
+    LINE.silence()
+
+    def ready(place: str) -> None:
+        if not quiet:
+            note(
+                f"serving {scenario} at {place}, {_who(place)}, {speed:g} times real time; Ctrl-C ends with the report"
+            )
+
+    with plc_options.reached():
+        result = serve(documents[0], listen=listen, speed=speed, seconds=seconds, ready=ready, tell=note, limits=limits)
+    if not result.ok:
+        show_errors(result.findings, documents[0], fmt)
+        click.get_current_context().exit(Exit.UNUSABLE)
+    if fmt == "json":
+        echo_json(json_text(result.to_json()))
+    else:
+        show(text([result.outcome]))
+
+
+def _who(place: str) -> str:
+    """Who can come: a server that reaches further than this machine says so."""
+    host = place.rpartition(":")[0].strip("[]")
+    try:
+        is_local = ip_address(host).is_loopback
+    except ValueError:
+        is_local = host == "localhost"
+    if place.startswith("/") or not host:
+        return "for whoever is on the line"
+    return "for this machine only" if is_local else "FOR EVERYBODY WHO REACHES THIS ADDRESS: Modbus knows no password"

@@ -1,0 +1,72 @@
+"""Options of the commands that speak to a PLC."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import click
+
+from pidcfg.cli.arguments import usage
+from pidcfg.cli.extras import need
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.limits import Limits
+
+PLC = click.option(
+    "--plc",
+    required=True,
+    metavar="URL",
+    envvar="PIDCFG_PLC",
+    help="Where the PLC is: modbus://HOST[:502][?unit=1] or modbus+rtu:///DEVICE?baud=9600&parity=odd.",
+)
+MAP = click.option(
+    "--map",
+    "stated",
+    metavar="FILE",
+    help="The Modbus map of a PLC whose manual prints none, with rows such as R1,holding,0,uint16.",
+)
+TIMEOUT = click.option(
+    "--timeout", type=float, default=2.0, show_default=True, metavar="SECONDS", help="How long an answer may take."
+)
+RETRIES = click.option(
+    "--retries",
+    type=int,
+    default=2,
+    show_default=True,
+    metavar="COUNT",
+    help="How often a request without an answer is sent again.",
+)
+
+
+def map_data(name: str | None, limits: Limits) -> bytes | None:
+    """What the file of a map holds; one that cannot be read ends the command."""
+    if name is None:
+        return None
+    from pidcfg.cli.files.inputs import read_input
+
+    entry = read_input(name, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    return entry.data
+
+
+def needed(url: str) -> None:
+    """Ends the command where a package is missing that reaches this PLC."""
+    need("pymodbus", "live")
+    if url.startswith("modbus+rtu"):
+        need("serial", "live")
+
+
+@contextmanager
+def reached() -> Iterator[None]:
+    """Ends the command with one line where the PLC cannot be reached or an option makes no sense."""
+    from pidcfg.live.errors import PlcError
+
+    try:
+        with usage():
+            yield
+    except PlcError as error:
+        raise click.ClickException(str(error)) from None

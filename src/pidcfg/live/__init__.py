@@ -1,0 +1,1 @@
+"""A PLC that runs, over Modbus: read, compared with its file, recorded; and the virtual PLC for others to read."""

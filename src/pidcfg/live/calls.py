@@ -1,0 +1,242 @@
+"""The public calls that speak to a PLC: `pidcfg.pull`, `pidcfg.compare`, `pidcfg.trend`. They only read it.
+
+As with the other calls, results are frozen and nothing is printed. A PLC that cannot be reached, or does not give what
+is asked for, is a `PlcError`, which is a `ConnectionError` of one line with host, function and register.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.modbus_map import example, read_map
+from pidcfg.limits import DEFAULT, Limits
+from pidcfg.listings import listing_text
+from pidcfg.live.address import RTU, Address, parse_address, parse_listen
+from pidcfg.live.errors import AddressError
+from pidcfg.live.link import Patience
+from pidcfg.reader import reader_of, source_data
+from pidcfg.results.arguments import ArgumentError, vendor_named
+from pidcfg.results.exact import exact
+from pidcfg.results.sources import checked_of, document_of
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+    from pidcfg.encoders.modbus import Numbering
+    from pidcfg.encoders.spaces import Space
+    from pidcfg.live.compare import CompareResult
+    from pidcfg.live.pull import PullResult
+    from pidcfg.live.pull import Source as Plc
+    from pidcfg.live.serving import ServeResult
+    from pidcfg.live.trend import TrendResult
+    from pidcfg.reader import Files
+    from pidcfg.results.sources import Source
+    from pidcfg.sim.trace import Sink
+    from pidcfg.validate.engine import Checked
+    from pidcfg.vendors import Vendor
+
+FASTEST = 1e6
+"""Times real time."""
+
+
+@exact
+def pull(
+    plc: str,
+    *,
+    like: Source | None = None,
+    vendor: str | None = None,
+    format: str = "yaml",  # noqa: A002 - as in `encode`
+    options: Mapping[str, object] | None = None,
+    map: Path | str | bytes | None = None,  # noqa: A002 - what the option is called
+    timeout: float = 2.0,
+    retries: int = 2,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> PullResult:
+    """Reads the loops of the PLC at a URL: a configuration, or with another ``format`` a memory listing.
+
+    ``like``: a configuration that gives names, ranges, units and places; without it ``vendor`` and, where the PLC does
+    not tell where its loops are, the vendor's ``options`` of ``pidcfg decode``. ``timeout`` in s; ``retries``: how
+    often a request without an answer is sent again. Raises `PlcError`, and `ValueError` for a URL that is none.
+    """
+    from pidcfg.live.pull import pulled
+
+    source = _plc_of(plc, (like, vendor, map), options, files, limits)
+    return pulled(source, format, patience_of(timeout, retries), limits)
+
+
+@exact
+def compare(
+    source: Source,
+    plc: str,
+    *,
+    map: Path | str | bytes | None = None,  # noqa: A002 - as above
+    timeout: float = 2.0,
+    retries: int = 2,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> CompareResult:
+    """A configuration against the PLC at a URL: ``same``, or a finding for each setting that differs.
+
+    What runs is left out, and a set point that the operator has changed is told in ``notes``. Raises as `pull`.
+    """
+    from pidcfg.live.compare import read_and_compared
+
+    checked = checked_of(source, name, files, limits)
+    source_plc = source_of(plc, checked, None, {}, map_of(map, files, limits))
+    return read_and_compared(checked, source_plc, patience_of(timeout, retries), limits)
+
+
+def _plc_of(
+    plc: str,
+    known: tuple[Source | None, str | None, Path | str | bytes | None],
+    options: Mapping[str, object] | None,
+    files: Files,
+    limits: Limits,
+) -> Plc:
+    """The PLC that `pull` and `trend` read; ``known``: a configuration like it, its vendor, its map."""
+    like, vendor, stated = known
+    other = None if like is None else checked_of(like, None, files, limits)
+    if other is None and vendor is None:
+        raise ArgumentError("name a configuration (`like`) or the PLC family (`vendor`)", "like", "vendor")
+    family = None if vendor is None else vendor_named(vendor)
+    return source_of(plc, other, family, options or {}, map_of(stated, files, limits))
+
+
+def map_of(stated: Path | str | bytes | None, files: Files, limits: Limits) -> str | None:
+    """The text of a map that the user states; raises `OSError` for a file that is not there."""
+    return None if stated is None else listing_text(source_data(stated, None, files, limits.file_bytes + 1)[0])
+
+
+def numbering_of(family: Vendor, stated: str | None) -> Numbering:
+    """The Modbus map of a vendor, or the one that is stated; raises `ArgumentError`."""
+    try:
+        space: Space = family.module("registers").SPACE
+    except AttributeError:
+        message = f"`plc`: {family.title} has parameters by name, and no registers that a map could number"
+        raise ArgumentError(message, "plc") from None
+    if stated is not None:
+        try:
+            return read_map(stated, space)
+        except ListingError as error:
+            raise ArgumentError(f"`map`: line {error.line}: {error}", "map") from None
+    try:
+        numbering: Numbering = family.load("numbering")
+    except LookupError:
+        cure = f"state one by `map`, a file with rows like {' and '.join(example(space))}"
+        message = f"`plc`: the manual of {family.title} prints no Modbus map; {cure}"
+        raise ArgumentError(message, "plc", "map") from None
+    return numbering
+
+
+def source_of(
+    plc: str,
+    like: Checked | None,
+    vendor: Vendor | None,
+    options: Mapping[str, object],
+    stated: str | None = None,
+) -> Plc:
+    """The PLC at a URL and what is known about it; raises `ArgumentError`."""
+    from pidcfg.live.pull import Source as Plc
+
+    family = vendor or (None if like is None else like.vendor)
+    if like is not None and like.vendor is not None and family is not like.vendor:
+        raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
+    family = family or VENDORS["dl06"]  # a file that names no vendor has findings, and nothing is read
+    return Plc(address_of(plc), family, numbering_of(family, stated), like, options)
+
+
+def address_of(plc: str) -> Address:
+    """The address that a URL says; raises `ArgumentError`."""
+    try:
+        return parse_address(plc)
+    except AddressError as error:
+        raise ArgumentError(f"`plc`: {error}", "plc") from None
+
+
+def patience_of(timeout: float, retries: int) -> Patience:
+    """How long and how often; raises `ArgumentError`."""
+    if not 0 < timeout <= 3600:
+        raise ArgumentError(f"`timeout` is {timeout:g}; write seconds above 0 and up to 3600", "timeout")
+    if not 0 <= retries <= 100:
+        raise ArgumentError(f"`retries` is {retries}; write a whole number from 0 to 100", "retries")
+    return Patience(timeout, retries)
+
+
+@exact
+def trend(
+    plc: str,
+    sink: Sink,
+    *,
+    like: Source | None = None,
+    vendor: str | None = None,
+    options: Mapping[str, object] | None = None,
+    map: Path | str | bytes | None = None,  # noqa: A002 - as above
+    interval: float = 1.0,
+    seconds: float | None = None,
+    taken: Callable[[float, Mapping[str, str]], None] | None = None,
+    timeout: float = 2.0,
+    retries: int = 2,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> TrendResult:
+    """Records PV, set point, output and mode of each loop as CSV, a row every ``interval`` s, for ``tune``.
+
+    ``sink``: an open text stream; a row is written at once. ``seconds``: how long, else until Ctrl-C, which keeps every
+    row. ``taken`` is called after each row with its time and its values by column. The others as in `pull`.
+    """
+    from pidcfg.live.trend import Recording, recorded
+
+    if not 0 < interval < float("inf"):
+        raise ArgumentError(f"`interval` is {interval:g}; write seconds above 0", "interval")
+    if seconds is not None and not 0 <= seconds < float("inf"):
+        raise ArgumentError(f"`seconds` is {seconds:g}; write seconds from 0 on", "seconds")
+    source = _plc_of(plc, (like, vendor, map), options, files, limits)
+    recording = Recording(sink, interval, seconds, taken or _nobody)
+    return recorded(source, recording, patience_of(timeout, retries), limits)
+
+
+@exact
+def serve(
+    source: Source,
+    *,
+    listen: str = "127.0.0.1:5020",
+    speed: float = 1.0,
+    seconds: float | None = None,
+    ready: Callable[[str], None] | None = None,
+    tell: Callable[[str], None] | None = None,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> ServeResult:
+    """Serves the virtual PLC of a scenario over Modbus, ``speed`` times as fast as the clock, until Ctrl-C.
+
+    ``listen``: host and port, of which 0 is one of the system's choice, or the URL of a serial line. ``seconds``: ends
+    by itself. ``ready`` is called with the place once clients can come, ``tell`` when the simulation cannot keep up.
+    The scenario's duration and expectations do not count: whoever operates the PLC decides. Raises `PlcError` where
+    nobody can listen.
+    """
+    from pidcfg.live.serving import Serving, served
+
+    if not 0 < speed <= FASTEST:
+        raise ArgumentError(f"`speed` is {speed:g}; write a number above 0 and up to {FASTEST:g}", "speed")
+    if seconds is not None and not 0 < seconds < float("inf"):
+        raise ArgumentError(f"`seconds` is {seconds:g}; write seconds above 0", "seconds")
+    try:
+        place = parse_address(listen) if listen.startswith(RTU) else Address(*parse_listen(listen))
+    except AddressError as error:
+        raise ArgumentError(f"`listen`: {error}", "listen") from None
+    serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
+    return served(document_of(source, name, files, limits), serving, limits, reader_of(files))
+
+
+def _nobody(_at: float, _values: Mapping[str, str]) -> None:
+    """Nobody watches the rows."""
+
+
+def _nothing(_: str) -> None:
+    """Nobody wants to know."""

@@ -1,0 +1,125 @@
+"""The registers of a PLC's loops, read until two readings say the same."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.image import Image
+from pidcfg.encoders.words import DecodeError
+from pidcfg.live.errors import PlcError
+from pidcfg.live.link import MOST, Request
+from pidcfg.refs import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.areas import Area
+    from pidcfg.encoders.modbus import Numbering, Place
+    from pidcfg.live.link import Link
+    from pidcfg.vendors import Vendor
+
+D872 = Decision(
+    872,
+    "blocks are read until their settings agree",
+    "All blocks are read twice, and up to five times, until two readings in a row have the same settings; what runs is "
+    "taken from the last one. Without that there is no result.",
+    "Somebody may be downloading, or an auto-tune writing its gains, while the blocks are read one after the other.",
+)
+READINGS = 5
+FEW = 6
+
+
+class Registers:
+    """Where a vendor's loops are in a PLC, and how they are read from there.
+
+    ``like``: the image of a configuration, which gives names, and places that the PLC does not tell; ``options``: those
+    of the vendor's decoder.
+    """
+
+    def __init__(self, vendor: Vendor, numbering: Numbering, like: Image | None, options: Mapping[str, Any]) -> None:
+        self.vendor, self.numbering, self.like, self.options = vendor, numbering, like, options
+        self.areas: list[Area] = []
+        self._find = vendor.load("areas")
+        self.space = vendor.module("registers").SPACE
+
+    async def image(self, link: Link) -> Image:
+        """Every register of the loops, in address order; raises `PlcError`."""
+        words = await self.read(link)
+        cells = {cell.number: cell for area in self.areas for cell in area.cells(self.space, words)}
+        return Image(self.vendor.key, tuple(cell for _, cell in sorted(cells.items())))
+
+    async def read(self, link: Link) -> dict[int, int]:
+        """Raw contents by plain number; raises `PlcError`."""
+        before = await self._once(link)
+        for _ in range(READINGS - 1):
+            words = await self._once(link)
+            changed = [n for n in {**before, **words} if not self._agree(n, before, words)]
+            if not changed:
+                return words
+            before = words
+        names = ", ".join(self.space.name(n) for n in sorted(changed)[:FEW])
+        raise PlcError(f"{link.address}: settings changed during each of {READINGS} readings: {names}")
+
+    def _agree(self, number: int, one: Mapping[int, int], two: Mapping[int, int]) -> bool:
+        if number not in one or number not in two:
+            return False
+        mask = self._kept.get(number, 0)
+        return one[number] & mask == two[number] & mask
+
+    async def _once(self, link: Link) -> dict[int, int]:
+        """One reading; blocks may say where others are."""
+        words: dict[int, int] = {}
+        while True:
+            try:
+                self.areas = self._find(words, self.like, self.options)
+            except DecodeError as error:
+                raise PlcError(f"{link.address}: {error}") from None
+            missing = [n for area in self.areas for n in area.numbers if n not in words]
+            if not missing:
+                break
+            words |= await self.words(link, missing)
+        written = self.vendor.load("written")
+        self._kept = {n: mask for area in self.areas for n, mask in area.kept(written).items()}
+        return words
+
+    async def words(self, link: Link, numbers: Iterable[int]) -> dict[int, int]:
+        """Some registers of the loops, as they are now."""
+        words: dict[int, int] = {}
+        for request, places in self._requests(numbers):
+            words |= joined(places, request.first, await link.read(request))
+        return words
+
+    def _requests(self, numbers: Iterable[int]) -> Iterator[tuple[Request, dict[int, Place]]]:
+        """Registers that follow each other, as many at once as the protocol allows."""
+        owner = {n: area.loop for area in self.areas for n in area.numbers}
+        try:
+            places = {n: self.numbering.place(n) for n in dict.fromkeys(numbers)}
+        except LookupError as error:
+            raise PlcError(str(error)) from None
+        rest = sorted(places, key=lambda n: (places[n].table, places[n].register))
+        while rest:
+            first, run = places[rest[0]], [rest[0]]
+            end = first.register + first.width
+            for n in rest[1:]:
+                place = places[n]
+                follows = (place.table, place.register) == (first.table, end)
+                if not follows or end + place.width - first.register > MOST[first.table]:
+                    break
+                run.append(n)
+                end += place.width
+            loops = dict.fromkeys(owner[n] for n in run if owner[n])
+            what = self._named(run) + (f" of {', '.join(loops)}" if loops else "")
+            yield Request(first.table, first.register, end - first.register, what), {n: places[n] for n in run}
+            rest = rest[len(run) :]
+
+    def _named(self, run: Sequence[int]) -> str:
+        first, last = self.space.name(run[0]), self.space.name(run[-1])
+        return first if len(run) == 1 else f"{first} to {last}"
+
+
+def joined(places: Mapping[int, Place], first: int, content: Sequence[int]) -> dict[int, int]:
+    """Raw contents of registers that were read from ``first`` on, of two in the order of their place."""
+    return {
+        n: sum(content[place.register - first + part] << place.shift(part) for part in range(place.width))
+        for n, place in places.items()
+    }

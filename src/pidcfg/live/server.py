@@ -1,0 +1,126 @@
+"""A Modbus server in front of a virtual PLC, which is moved on in real time meanwhile."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.live.address import PARITIES, Address, endpoint
+from pidcfg.live.errors import PlcError
+from pidcfg.sim.registers import RegisterError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pidcfg.live.virtual import VirtualPlc
+
+TABLES = {1: "coil", 2: "discrete", 3: "holding", 4: "input", 5: "coil", 6: "holding", 15: "coil", 16: "holding"}
+TABLES |= {22: "holding", 23: "holding"}
+"""The table that a function reads or writes."""
+SLICE = 0.02
+"""Seconds for which requests may have to wait for the PLC."""
+BEHIND = 1.0
+"""Seconds behind its time after which the PLC is said not to keep up."""
+
+
+def context_of(plc: VirtualPlc) -> Any:
+    """The PLC as pymodbus' servers know one; it answers whatever unit is asked for."""
+    from pymodbus.constants import ExcCodes
+    from pymodbus.datastore import ModbusBaseDeviceContext, ModbusServerContext
+
+    class Context(ModbusBaseDeviceContext):
+        """Every request goes to the PLC as it is at that moment."""
+
+        def getValues(self, func_code: int, address: int, count: int = 1) -> Any:  # noqa: N802 - pymodbus' name
+            try:
+                return plc.read(TABLES.get(func_code, ""), address, count)
+            except RegisterError as error:
+                return ExcCodes(error.code)
+
+        def setValues(self, func_code: int, address: int, values: Any) -> Any:  # noqa: N802 - pymodbus' name
+            try:
+                plc.write(TABLES.get(func_code, ""), address, values)
+            except RegisterError as error:
+                return ExcCodes(error.code)
+            return None
+
+    return ModbusServerContext(Context(), single=True)  # type: ignore[no-untyped-call]
+
+
+async def serve(
+    plc: VirtualPlc,
+    listen: Address,
+    speed: float,
+    seconds: float | None,
+    ready: Callable[[str], None],
+    tell: Callable[[str], None],
+) -> None:
+    """Serves until it is cancelled, or for so many seconds; raises `PlcError` where it cannot listen."""
+    logging.getLogger("pymodbus.logging").addHandler(logging.NullHandler())
+    server = _server_of(plc, listen)
+    if not await server.listen():
+        raise PlcError(f"{listen}: {_reason(listen)}")
+    try:
+        ready(_place(server, listen))
+        moving = _move(plc, speed, tell)
+        await (moving if seconds is None else asyncio.wait_for(moving, seconds))
+    except (asyncio.CancelledError, TimeoutError):
+        pass
+    finally:
+        await server.shutdown()
+
+
+def _server_of(plc: VirtualPlc, listen: Address) -> Any:
+    from pymodbus.server import ModbusSerialServer, ModbusTcpServer
+
+    if not listen.device:
+        return ModbusTcpServer(context_of(plc), address=(listen.host, listen.port))
+    line: dict[str, Any] = {
+        "port": listen.device,
+        "baudrate": listen.baud,
+        "parity": PARITIES[listen.parity],
+        "stopbits": listen.stop_bits,
+    }
+    return ModbusSerialServer(context_of(plc), **line)
+
+
+def _place(server: Any, listen: Address) -> str:
+    """Where it listens, as a URL without its scheme; a port 0 has become one of the system's choice."""
+    if listen.device:
+        return listen.device
+    return endpoint(listen.host, server.transport.sockets[0].getsockname()[1])
+
+
+def _reason(listen: Address) -> str:
+    """Why nobody can listen there."""
+    if listen.device:
+        return "the device cannot be opened"
+    try:
+        family, kind, number, _, place = socket.getaddrinfo(listen.host, listen.port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, number) as probe:
+            probe.bind(place)
+    except OSError as error:
+        return f"cannot listen: {error.strerror or error}"
+    return "cannot listen"
+
+
+async def _move(plc: VirtualPlc, speed: float, tell: Callable[[str], None]) -> None:
+    """Moves the PLC on, ``speed`` times as fast as the clock."""
+    begin, first, is_late = time.monotonic(), plc.steps, False
+    while True:
+        due = first + int((time.monotonic() - begin) * speed / plc.dt)
+        stop = time.monotonic() + SLICE
+        while plc.steps < due and time.monotonic() < stop:
+            plc.advance(1)
+        behind = (due - plc.steps) * plc.dt / speed
+        if behind > BEHIND:
+            reached = (plc.steps - first) * plc.dt / (time.monotonic() - begin)
+            if not is_late:
+                tell(f"the simulation cannot keep up: {reached:.3g} times real time instead of {speed:g}")
+            begin, first, is_late = time.monotonic(), plc.steps, True
+        with suppress(asyncio.TimeoutError):
+            await asyncio.sleep(0 if plc.steps < due else min(plc.dt / speed, SLICE))

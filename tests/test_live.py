@@ -1,0 +1,359 @@
+"""A PLC is pulled and compared: what is read is what is there, and nothing is ever written."""
+
+import ast
+import json
+import socket
+import struct
+from dataclasses import replace
+from itertools import count
+
+import pytest
+
+import pidcfg
+from live_rig import ASKED, CLICK, DL06, READS, ROOT, Desk, Registers, run, words_of
+from pidcfg.encoders.maps.dl06 import LOOP_TABLE
+from pidcfg.limits import DEFAULT
+from pidcfg.live.address import Address, parse_address, parse_listen
+from pidcfg.live.calls import source_of
+from pidcfg.live.compare import compared_with
+from pidcfg.live.errors import AddressError, PlcError
+from pidcfg.live.link import Patience
+from pidcfg.live.pull import read
+from pidcfg.live.reading import READINGS
+
+HOLDING, GAIN, SP, V7640 = "holding", 0o2010, 0o2002, 0o7640
+NO_ANSWER = {"timeout": 0.05, "retries": 1}
+
+
+@pytest.fixture(scope="module")
+def desk():
+    desk = Desk()
+    yield desk
+    desk.close()
+
+
+@pytest.fixture(scope="module")
+def memory():
+    return {path: words_of(path) for path in (DL06, CLICK)}
+
+
+@pytest.mark.parametrize("path", [DL06, CLICK], ids=["dl06", "click"])
+def test_what_was_encoded_is_pulled(desk, memory, path):
+    with desk.plc(Registers(memory[path])) as url:
+        result = pidcfg.pull(url, like=path)
+    assert result.ok
+    encoded = pidcfg.encode(path).image
+    held = {cell.number: cell.raw for cell in result.image.cells}
+    assert held | encoded.words == held  # beside them is V7642 alone
+    assert len(held) - len(encoded.words) in {0, 1}
+    assert pidcfg.encode(result.text).image.words == encoded.words
+
+
+def test_a_dl06_tells_its_own_table(desk, memory):
+    table = range(0o2000, 0o2140)
+    moved = {(t, n + 0o200 if n in table else n): raw for (t, n), raw in memory[DL06].items()}
+    moved[HOLDING, V7640] = 0o2200
+    with desk.plc(Registers(moved)) as url:
+        result = pidcfg.pull(url, vendor="dl06")
+        compared = pidcfg.compare(DL06, url)
+    assert result.data["plc"]["loop_table"] == "V2200"
+    assert len(result.data["loops"]) == 3
+    assert {d.path for d in compared.findings if "the PLC has the loop at V2" in d.message} == {
+        ("loops", 0),
+        ("loops", 1),
+        ("loops", 2),
+    }
+
+
+def test_a_table_that_the_plc_does_not_tell_is_asked_for(desk, memory):
+    with desk.plc(Registers(memory[DL06] | {(HOLDING, V7640): 0})) as url:
+        with pytest.raises(PlcError, match="V7640 holds 0x0000, which is no place of a loop table; give it with"):
+            pidcfg.pull(url, vendor="dl06")
+        assert len(pidcfg.pull(url, vendor="dl06", options={"loop_table": "V2000"}).data["loops"]) == 3
+        assert "V7640" in " ".join(d.message for d in pidcfg.compare(DL06, url).findings)
+    with (
+        desk.plc(Registers(memory[DL06] | {(HOLDING, 0o7641): 0})) as url,
+        pytest.raises(PlcError, match="V7641 holds 0x0000: the PLC calculates no loop"),
+    ):
+        pidcfg.pull(url, vendor="dl06")
+
+
+def test_a_click_without_a_file_needs_its_places(desk, memory):
+    places = {"bits": "C101", "integers": "DS101", "floats": "DF101", "pwm_bit": "Y001"}
+    with desk.plc(Registers(memory[CLICK])) as url:
+        with pytest.raises(PlcError, match="give --bits"):
+            pidcfg.pull(url, vendor="click")
+        data = pidcfg.pull(url, vendor="click", options=places).data
+    assert data["loops"][0]["tuning"] == {"proportional_gain": 6, "reset_time": 150, "derivative_gain": 0}
+
+
+def test_a_setting_that_differs_is_found_with_its_line_word_and_address(desk, memory):
+    with desk.plc(Registers(memory[DL06] | {(HOLDING, GAIN): 0x0310})) as url:
+        result = pidcfg.compare(DL06, url)
+    (finding,) = result.findings
+    assert not result.same
+    assert "the PLC holds 3.1 %/% (V2010 0310), the file says 0.8 %/% (0080)" in finding.message
+    assert DL06.read_text().splitlines()[finding.span.line - 1][finding.span.column - 1 :].startswith("0.80")
+    assert finding.loop == "FIC-102"
+
+
+def test_every_setting_word_counts_and_what_runs_does_not(desk, memory):
+    """Each word of the loop table is spoiled; those that the PLC, the process or the operator writes do not differ."""
+    checked = pidcfg.check_file(DL06)
+    plc = source_of("modbus://127.0.0.1", checked, None, {})
+    with desk.plc(Registers(memory[DL06])) as url:
+        image = read(source_of(url, checked, None, {}), Patience())
+    alike = set()
+    for row in LOOP_TABLE.words:
+        cells = (replace(c, raw=c.raw ^ 0x0010) if c.number == 0o2040 + row.offset else c for c in image.cells)
+        if compared_with(checked, plc, replace(image, cells=tuple(cells)), DEFAULT).same:
+            alike.add(row.name)
+    running = {"setpoint", "pv", "bias", "output", "mode_and_alarm_status", "ramp_soak_flags", "ramp_soak_errors"}
+    assert alike == running
+
+
+def test_an_operated_set_point_is_told_and_no_difference(desk, memory):
+    with desk.plc(Registers(memory[DL06] | {(HOLDING, 0o2102): 0x0700})) as url:
+        result = pidcfg.compare(DL06, url)
+    assert result.same
+    assert any("operated, and no difference: setpoint.value" in note for note in result.notes)
+
+
+def test_loops_that_only_one_side_has_are_differences(desk, memory):
+    with desk.plc(Registers(memory[DL06] | {(HOLDING, 0o7641): 2})) as url:
+        found = [d for d in pidcfg.compare(DL06, url).findings if "the PLC does not have this loop" in d.message]
+    assert [d.path for d in found] == [("loops", 2)]
+
+
+def test_settings_that_change_between_two_readings_are_read_again(desk, memory):
+    numbers = count()
+
+    def twice(registers):
+        if next(numbers) == 2:  # the first request of the second reading
+            registers.words[HOLDING, GAIN] = 0x0310
+
+    registers = Registers(memory[DL06], twice)
+    with desk.plc(registers) as url:
+        assert [d.key for d in pidcfg.compare(DL06, url).findings] == ["tuning.gain"]
+    requests = registers.requests
+    registers = Registers(memory[DL06])
+    with desk.plc(registers) as url:
+        pidcfg.compare(DL06, url)
+    assert requests > registers.requests
+
+
+def test_settings_that_never_agree_are_refused_and_live_words_may_change(desk, memory):
+    def restless(place):
+        def change(registers):
+            registers.words[place] = (registers.words[place] + 1) % 0x0100
+
+        return change
+
+    with (
+        desk.plc(Registers(memory[DL06], restless((HOLDING, 0o2010)))) as url,
+        pytest.raises(PlcError, match=f"settings changed during each of {READINGS} readings: V2010"),
+    ):
+        pidcfg.pull(url, like=DL06)
+    with desk.plc(Registers(memory[DL06], restless((HOLDING, 0o2003)))) as url:
+        assert pidcfg.compare(DL06, url).same
+
+
+def test_what_is_no_number_is_named(desk, memory):
+    low, high = struct.unpack("<HH", struct.pack("<f", float("nan")))
+    df106 = 28672 + 2 * 105
+    nan = memory[CLICK] | {(HOLDING, df106): low, (HOLDING, df106 + 1): high}
+    with desk.plc(Registers(nan)) as url:
+        (finding,) = pidcfg.compare(CLICK, url).findings
+        assert "DF106" in finding.message
+        assert "7FC00000" in pidcfg.pull(url, like=CLICK, format="csv").text
+        with pytest.raises(ValueError, match="json"):
+            pidcfg.pull(url, like=CLICK, format="json")
+
+
+def test_formats_of_compare(desk, memory, tmp_path, monkeypatch):
+    with desk.plc(Registers(memory[DL06] | {(HOLDING, GAIN): 0x0310})) as url:
+        for fmt in ("text", "concise", "sarif", "github", "gitlab", "junit", "markdown", "json"):
+            done = run("compare", DL06, "--plc", url, "--format", fmt)
+            assert done.exit_code == 1, done
+            assert "0310" in done.stdout, fmt
+    assert json.loads(done.stdout)["findings"][0]["code"] == "PID065"
+    with desk.plc(Registers(memory[DL06])) as url:
+        assert run("compare", DL06, "--plc", url).exit_code == 0
+        assert run("compare", DL06, CLICK, "--plc", url).exit_code == 2
+        out = tmp_path / "out.yaml"
+        monkeypatch.setenv("PIDCFG_PLC", url)
+        assert run("pull", "--like", DL06, "-o", out).exit_code == 0
+    assert pidcfg.encode(out).image.words == pidcfg.encode(DL06).image.words
+
+
+# --- addresses --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("url", "address"),
+    [
+        ("modbus://plc-7", Address("plc-7")),
+        ("modbus://10.0.0.5:1502?unit=3", Address("10.0.0.5", 1502, 3)),
+        ("modbus://[::1]:5020/", Address("::1", 5020)),
+        ("modbus+rtu:///dev/ttyS0?baud=9600&parity=odd", Address(device="/dev/ttyS0", baud=9600, parity="odd")),
+        ("modbus+rtu:///COM3?stop_bits=2&unit=9", Address(device="COM3", stop_bits=2, unit=9)),
+    ],
+)
+def test_addresses(url, address):
+    assert parse_address(url) == address
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "10.0.0.5",
+        "http://10.0.0.5",
+        "modbus://",
+        "modbus://h:99999",
+        "modbus://h:0",
+        "modbus://h/path",
+        "modbus://u@h",
+        "modbus://h#f",
+        "modbus://h?unit=256",
+        "modbus://h?unit=1&unit=2",
+        "modbus://h?baud=9600",
+        "modbus://h?unit=",
+        "modbus://[::1",
+        "modbus://a..b",
+        "modbus+rtu://dev/ttyS0",
+        "modbus+rtu:///",
+        "modbus+rtu:///dev/ttyS0?parity=some",
+        "modbus+rtu:///dev/ttyS0?unit=0",
+        "modbus+rtu:///dev/ttyS0?baud=1e3",
+    ],
+)
+def test_addresses_that_are_none(url):
+    with pytest.raises(AddressError):
+        parse_address(url)
+    with pytest.raises(ValueError, match="plc"):
+        pidcfg.pull(url, vendor="dl06")
+
+
+def test_places_to_listen_on():
+    assert parse_listen("[::1]:5020") == ("::1", 5020)
+    for text in ("5020", "h", "h:x", "h:70000", "h:1/2", ":5020"):
+        with pytest.raises(AddressError):
+            parse_listen(text)
+
+
+# --- lines that are out of order --------------------------------------------------------------------------------------
+
+
+def mbap(request, pdu, tid=None, unit=None):
+    """An answer to a request as the protocol wants it, or with another number or unit."""
+    transaction = request[:2] if tid is None else tid
+    return transaction + b"\0\0" + struct.pack(">H", len(pdu) + 1) + (request[6:7] if unit is None else unit) + pdu
+
+
+def words(request, number):
+    """An answer with so many registers."""
+    return mbap(request, struct.pack(">BB", request[7], 2 * number) + bytes(2 * number))
+
+
+LINES = {
+    "hangs up": (lambda _: None, "the connection was closed, tried 2 times"),
+    "is silent": (lambda _: b"", "no answer within 0.05 s, tried 2 times"),
+    "half an answer": (lambda r: words(r, 3)[:9], "no answer within 0.05 s, tried 2 times"),
+    "two of three": (lambda r: words(r, 2), "the answer holds 2 of 3 registers, tried 2 times"),
+    "another transaction": (lambda r: mbap(r, r[7:8] + b"\6" + bytes(6), tid=b"\x77\x77"), "no answer"),
+    "another unit": (lambda r: mbap(r, r[7:8] + b"\6" + bytes(6), unit=b"\x09"), "no answer"),
+    "another function": (lambda r: mbap(r, b"\4\6" + bytes(6)), "."),
+    "no Modbus": (lambda _: b"HTTP/1.1 400 Bad Request\r\n\r\n", "."),
+    **{
+        f"exception {code}": (lambda r, code=code: mbap(r, bytes((r[7] | 0x80, code))), rf"exception {code} \(")
+        for code in range(1, 7)
+    },
+}
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_what_goes_wrong_is_one_line_with_host_function_and_register(desk, name):
+    answer, said = LINES[name]
+    with desk.line(answer) as url, pytest.raises(PlcError, match=said) as error:
+        pidcfg.pull(url, vendor="dl06", **NO_ANSWER)
+    assert str(error.value).startswith(f"{url.removeprefix('modbus://')}: read holding registers (function 3) 4000 to")
+    assert "V7640 to V7642" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_busy_plc_is_asked_again(desk, memory):
+    numbers = count()
+    with desk.plc(Registers(memory[DL06], lambda _: 6 if next(numbers) == 0 else None)) as url:
+        assert pidcfg.compare(DL06, url, **NO_ANSWER).same
+
+
+def test_a_plc_that_goes_in_the_middle_leaves_nothing_behind(desk, memory, tmp_path):
+    def answer(request):
+        first = struct.unpack(">H", request[8:10])[0]
+        if first != V7640:
+            return None
+        held = [memory[DL06][HOLDING, V7640 + k] for k in range(3)]
+        return mbap(request, struct.pack(">BB3H", 3, 6, *held))
+
+    out = tmp_path / "out.yaml"
+    with desk.line(answer) as url:
+        done = run("pull", "--plc", url, "--vendor", "dl06", "-o", out, "--timeout", "0.05", "--retries", "0")
+    assert (done.exit_code, out.exists()) == (2, False)
+    assert "1024 to 1119, V2000 to V2137 of LOOP-1, LOOP-2, LOOP-3: the connection was closed" in done.stderr
+
+
+def test_registers_that_are_not_there_are_named(desk, memory):
+    short = {place: raw for place, raw in memory[CLICK].items() if place != (HOLDING, 28672 + 2 * 120)}
+    with desk.plc(Registers(short)) as url:
+        done = run("compare", CLICK, "--plc", url)
+    assert done.exit_code == 2
+    assert "exception 2 (illegal data address)" in done.stderr
+    assert "DF101 to DF125 of TANK1" in done.stderr
+
+
+def test_no_plc_at_all(monkeypatch):
+    with pytest.raises(PlcError, match=r"127\.0\.0\.1:1: read .* connection refused$"):
+        pidcfg.pull("modbus://127.0.0.1:1", vendor="dl06", retries=0)
+    done = run("compare", DL06, "--plc", "modbus://127.0.0.1:1", "--format", "json", "--retries", "0")
+    assert (done.exit_code, json.loads(done.stdout)["findings"][0]["code"]) == (2, "PID066")
+
+    def unknown(*_, **__):
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    with pytest.raises(PlcError, match="the name no-such-plc does not resolve"):
+        pidcfg.pull("modbus://no-such-plc", vendor="dl06", retries=0)
+
+
+def test_ipv6(desk, memory):
+    with desk.plc(Registers(memory[DL06]), "::1") as url:
+        assert pidcfg.compare(DL06, url).same
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [({"timeout": 0.0}, "timeout"), ({"retries": -1}, "retries"), ({"format": "cdv"}, "format"), ({}, "like")],
+)
+def test_arguments_that_make_no_sense(arguments, said):
+    family = {"vendor": "dl06"} if arguments else {}
+    with pytest.raises(ValueError, match=said):
+        pidcfg.pull("modbus://127.0.0.1:1", **family, **arguments)
+
+
+# --- nothing is written -----------------------------------------------------------------------------------------------
+
+
+def test_no_module_that_reads_has_a_call_that_writes():
+    """Of pymodbus' client no other methods are named than those that read; the class itself goes nowhere else."""
+    link = ast.parse((ROOT / "src/pidcfg/live/link.py").read_text())
+    called = {n.attr for n in ast.walk(link) if isinstance(n, ast.Attribute) and n.attr.startswith(("read_", "write"))}
+    assert called == {"read_coils", "read_discrete_inputs", "read_holding_registers", "read_input_registers"}
+    clients = [
+        path.name for path in (ROOT / "src/pidcfg").rglob("*.py") if "pymodbus.client" in path.read_text("utf-8")
+    ]
+    assert clients == ["link.py"]
+
+
+def test_no_server_was_asked_to_write():
+    assert ASKED
+    assert ASKED <= READS

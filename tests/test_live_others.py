@@ -1,0 +1,121 @@
+"""Programs that nobody here wrote: pyclickplc as server and client, clickplc, and a serial line by socat."""
+
+import asyncio
+import importlib.util
+import shutil
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from pyclickplc import ClickClient
+from pyclickplc.server import ClickServer, MemoryDataProvider
+from pymodbus.client import AsyncModbusTcpClient
+
+import pidcfg
+from live_rig import CLICK, DL06, Desk, Registers, words_of
+from pidcfg.live.address import Address, parse_address
+from pidcfg.live.link import Link, Patience, Request
+from test_serve import served, virtual
+
+
+@pytest.fixture(scope="module")
+def desk():
+    desk = Desk()
+    yield desk
+    desk.close()
+
+
+def free_port(desk):
+    """A port that nobody listens on."""
+
+    async def ask():
+        server = await asyncio.start_server(lambda *_: None, "127.0.0.1", 0)
+        port = server.sockets[0].getsockname()[1]
+        server.close()
+        await server.wait_closed()
+        return port
+
+    return desk.do(ask())
+
+
+def test_a_click_of_pyclickplc_is_pulled(desk):
+    """Its client writes the encoded values into its server; what is pulled are the same words."""
+    image = pidcfg.encode(CLICK).image
+    memory, port = MemoryDataProvider(), free_port(desk)
+    for cell in image.cells:
+        memory.set(cell.address, cell.value)
+    server = ClickServer(memory, host="127.0.0.1", port=port)
+    desk.do(server.start())
+    try:
+        url = f"modbus://127.0.0.1:{port}"
+        assert {c.number: c.raw for c in pidcfg.pull(url, like=CLICK).image.cells} == image.words
+        assert pidcfg.compare(CLICK, url).same
+        memory.set("DF106", 7.5)
+        (finding,) = pidcfg.compare(CLICK, url).findings
+        assert "the PLC holds 7.5 %/degF (DF106 7.5), the file says 6 %/degF" in finding.message
+    finally:
+        desk.do(server.stop())
+
+
+def test_the_client_of_pyclickplc_reads_and_operates_a_served_click(desk):
+    plc = virtual("click")
+
+    async def operate(port):
+        async with ClickClient("127.0.0.1", port) as client:
+            before = await client.addr.read("DF101")
+            await client.addr.write("DF101", 151.25)
+            return before, await client.addr.read("DF101"), await client.addr.read("DS106")
+
+    with served(desk, plc, speed=1.0) as (port, _):
+        before, after, rate = asyncio.run(operate(port))
+    assert (next(iter(before.values())), next(iter(after.values()))) == (140, 151.25)
+    assert next(iter(rate.values())) == 500
+
+
+@pytest.mark.skipif(importlib.util.find_spec("clickplc") is None, reason="clickplc is not installed")
+def test_clickplc_reads_a_served_click(desk):
+    from clickplc import ClickPLC
+
+    async def read(port):
+        plc = ClickPLC("127.0.0.1")
+        plc.client = AsyncModbusTcpClient("127.0.0.1", port=port)  # its own port is fixed
+        async with plc:
+            return await plc.get("df101"), await plc.get("ds106"), await plc.get("c101")
+
+    with served(desk, virtual("click"), speed=1.0) as (port, _):
+        setpoint, rate, lower = asyncio.run(read(port))
+    assert (setpoint, rate, lower) == (140, 500, True)
+
+
+@pytest.mark.skipif(shutil.which("socat") is None, reason="socat, which makes a serial line, is not installed")
+@pytest.mark.skipif(importlib.util.find_spec("serial") is None, reason="pyserial is not installed")
+def test_a_serial_line(desk, tmp_path):
+    ends = [tmp_path / "plc", tmp_path / "here"]
+    line = subprocess.Popen(["socat", *(f"pty,raw,echo=0,link={end}" for end in ends)])
+    try:
+        for _ in range(100):
+            if all(map(Path.exists, ends)):
+                break
+            time.sleep(0.02)
+        query = "?baud=38400&parity=none"
+        listen = parse_address(f"modbus+rtu://{ends[0]}{query}")
+        with served(desk, virtual("dl06"), 1.0, listen):
+            assert pidcfg.compare(DL06, f"modbus+rtu://{ends[1]}{query}", timeout=1.0).same
+    finally:
+        line.terminate()
+        line.wait()
+
+
+def test_every_request_fits_into_the_protocol(desk):
+    """Eight loops of a CLICK: three reads a loop at most, and none that is too long."""
+    registers = Registers(words_of(CLICK))
+    with desk.plc(registers) as url:
+        pidcfg.pull(url, like=CLICK)
+        assert registers.requests == 6  # three blocks, read twice
+
+        async def read():
+            async with Link(Address("127.0.0.1", int(url.rpartition(":")[2])), Patience()) as link:
+                return await link.read(Request("coil", 16484, 40, "C101 to C140"))
+
+        assert len(asyncio.run(read())) == 40

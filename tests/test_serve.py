@@ -1,0 +1,355 @@
+"""The virtual PLC behind its register map: what others read is what it calculates, and they operate it."""
+
+import asyncio
+import io
+import json
+import random
+import shutil
+import socket
+import struct
+import subprocess
+from contextlib import contextmanager
+from itertools import count
+from threading import Event
+
+import pytest
+
+import pidcfg
+from live_rig import CLICK, DL06, Desk, run
+from pidcfg.encoders.words import bcd_word
+from pidcfg.limits import DEFAULT
+from pidcfg.live.address import Address
+from pidcfg.live.errors import PlcError
+from pidcfg.live.server import serve
+from pidcfg.live.virtual import LISTED, VirtualPlc
+from pidcfg.reader import reader_of
+from pidcfg.results.sources import document_of
+from pidcfg.scenario.load import load
+from pidcfg.sim.registers import RegisterError
+from pidcfg.vendors import VENDORS
+
+SCENARIOS = {"dl06": DL06.with_name("reactor.scenario.yaml"), "click": CLICK.with_name("tank.scenario.yaml")}
+DF101, DF109, DF113, C116, C117 = 28872, 28888, 28896, 16499, 16500
+LIC = 0o2100
+"""The third loop of the reactor: in Auto, and of no cascade."""
+MANUAL, AUTO = 1, 2
+LOOPBACK = Address("127.0.0.1", 0)
+
+
+def virtual(vendor):
+    """The virtual PLC of an example."""
+    loaded = load(document_of(SCENARIOS[vendor], None, None, DEFAULT), DEFAULT, reader_of(None))
+    return VirtualPlc(loaded, VENDORS[vendor].load("numbering"))
+
+
+def number(plc, register):
+    """A single-precision number, the low word first."""
+    low, high = plc.read("holding", register, 2)
+    return struct.unpack("<f", struct.pack("<HH", low, high))[0]
+
+
+def halves(value):
+    """The two words of a number."""
+    return struct.unpack("<HH", struct.pack("<f", value))
+
+
+@contextmanager
+def served(desk, plc, speed=1000.0, listen=LOOPBACK):
+    """The port at which a PLC is served, and what it says."""
+    said, ready = [], Event()
+    where = []
+
+    async def start():
+        return asyncio.ensure_future(
+            serve(plc, listen, speed, None, lambda place: (where.append(place), ready.set()), said.append)
+        )
+
+    task = desk.do(start())
+    assert ready.wait(10)
+    try:
+        yield int(where[0].rpartition(":")[2] or 0) if listen is LOOPBACK else 0, said
+    finally:
+        desk.loop.call_soon_threadsafe(task.cancel)
+        desk.do(gathered(task))
+
+
+async def gathered(task):
+    """The end of a task."""
+    await asyncio.wait([task], timeout=10)
+
+
+@pytest.fixture(scope="module")
+def desk():
+    desk = Desk()
+    yield desk
+    desk.close()
+
+
+@pytest.mark.parametrize("vendor", SCENARIOS)
+def test_a_fresh_plc_holds_what_was_encoded(vendor):
+    plc = virtual(vendor)
+    encoded = pidcfg.encode({"dl06": DL06, "click": CLICK}[vendor]).image
+    numbering = VENDORS[vendor].load("numbering")
+    running = {"pv", "raw_pv", "output", "bias", "mode_and_alarm_status", "alarm_low", "alarm_low_low", "setpoint"}
+    for cell in encoded.cells:
+        place = numbering.place(cell.number)
+        held = plc.read(place.table, place.register, place.width)
+        raw = sum(content << 16 * k for k, content in enumerate(held))
+        assert raw == cell.raw or cell.field in running, cell
+    assert plc.steps == 0
+
+
+def test_signals_and_registers_say_the_same():
+    plc = virtual("click")
+    plc.advance(500)
+    sig, names = plc.run.net.sig, plc.run.net.names
+    assert number(plc, DF113) == pytest.approx(sig[names["TANK1.PV"]], rel=1e-6)
+    assert number(plc, DF109) == pytest.approx(sig[names["TANK1.CO"]], rel=1e-6)
+    assert number(plc, DF101) == 140
+    plc = virtual("dl06")
+    plc.advance(500)
+    (counts,) = plc.read("holding", LIC + 3, 1)
+    name = plc.run.plc.loops[2]
+    low, high, span = plc.run.plc.scales[2]
+    assert low + counts * (high - low) / span == pytest.approx(plc.run.net.sig[plc.run.net.names[f"{name}.PV"]])
+    assert plc.read("holding", LIC + 6, 1) == [AUTO]
+
+
+def test_an_operator_of_a_click():
+    plc = virtual("click")
+    plc.advance(200)
+    plc.write("holding", DF101, halves(150.5))
+    assert number(plc, DF101) == 150.5
+    with pytest.raises(RegisterError, match="read-only unless the loop is in Manual") as error:
+        plc.write("holding", DF109, halves(20.0))
+    assert error.value.code == 4
+    plc.write("coil", C116, [1])
+    plc.advance(10)
+    assert plc.read("coil", C116, 1) == [0]
+    plc.write("holding", DF109, halves(20.0))
+    plc.advance(10)
+    assert number(plc, DF109) == 20
+    plc.write("coil", C117, [1])
+    plc.advance(10)
+    report = plc.report()
+    assert [change.mode for change in report.loops["TANK1"].modes] == ["auto", "manual", "auto"]
+    assert [note.text for note in report.events] == [
+        "set setpoint.value to 150.5",
+        "request mode manual",
+        "set state.output to 20.0",
+        "request mode auto",
+    ]
+
+
+def test_a_set_point_moves_the_pv_as_the_same_event_of_a_scenario_does():
+    """A write between two base steps is the event at that time, to the bit."""
+    text = SCENARIOS["click"].read_text("utf-8")
+    plc = virtual("click")
+    plc.advance(3000)
+    plc.write("holding", DF101, halves(120.0))
+    plc.advance(2000)
+    changed = text.replace("events:\n", "events:\n  - {at: 300, loop: TANK1, set: {setpoint: 120}}\n")
+    assert changed != text
+    other = load(document_of(changed, SCENARIOS["click"].as_posix(), None, DEFAULT), DEFAULT, reader_of(None))
+    twin = VirtualPlc(other, VENDORS["click"].load("numbering"))
+    twin.advance(5000)
+    assert twin.run.net.sig == plc.run.net.sig
+
+
+def test_an_operator_of_a_dl06():
+    plc = virtual("dl06")
+    plc.advance(100)
+    plc.write("holding", LIC + 2, [0x0900])
+    assert plc.read("holding", LIC + 2, 1) == [0x0900]
+    (setting,) = plc.read("holding", LIC, 1)
+    plc.write("holding", LIC, [setting | MANUAL])
+    plc.advance(2)
+    assert plc.read("holding", LIC, 1) == [setting]
+    assert plc.read("holding", LIC + 6, 1) == [MANUAL]
+    plc.write("holding", LIC + 5, [0x0400])
+    plc.advance(5)
+    assert plc.read("holding", LIC + 5, 1) == [0x0400]
+    plc.write("holding", LIC + 0o10, [bcd_word(250)])
+    assert plc.run.plc.st[2].gain == 2.5
+    plc.write("holding", LIC, [setting ^ 0x0010])
+    assert plc.run.plc.cfg[2].reverse == int(bool((setting ^ 0x0010) & 0x0010))
+
+
+@pytest.mark.parametrize(
+    ("vendor", "table", "register", "contents", "code"),
+    [
+        ("click", "holding", 500, [0], 2),
+        ("click", "coil", DF101, [0], 2),
+        ("click", "input", DF101, [0], 2),
+        ("click", "holding", DF113, [0, 0], 2),
+        ("click", "holding", 100, [1], 2),
+        ("click", "holding", DF101, [0, 0x7FC0], 3),
+        ("dl06", "coil", 1024, [0], 2),
+        ("dl06", "holding", 0o7642, [0], 2),
+        ("dl06", "holding", LIC + 3, [0], 2),
+        ("dl06", "holding", LIC + 6, [0], 2),
+        ("dl06", "holding", LIC + 0o10, [0x00A0], 3),
+        ("dl06", "holding", LIC + 2, [0x1000], 3),
+        ("dl06", "holding", 0o7641, [0x000F], 3),
+        ("dl06", "holding", 0o2077, [0, 0, 0, 0], 2),
+    ],
+)
+def test_what_the_plc_refuses_is_an_exception_and_changes_nothing(vendor, table, register, contents, code):
+    plc = virtual(vendor)
+    before = {place: plc.read(*place, 1) for place in plc._where}
+    with pytest.raises(RegisterError) as error:
+        plc.write(table, register, contents)
+    assert error.value.code == code
+    assert {place: plc.read(*place, 1) for place in plc._where} == before
+    assert not plc.report().events
+
+
+def test_a_panel_that_writes_all_the_time_does_not_fill_the_memory():
+    plc = virtual("click")
+    for k in range(LISTED + 50):
+        plc.write("holding", DF101, halves(100.0 + k % 2))
+    assert plc.unlisted == 50
+    assert len(plc.report().events) == LISTED
+
+
+def test_a_dl06_is_served_and_compared_and_goes_on(desk):
+    plc = virtual("dl06")
+    with served(desk, plc) as (port, _):
+        url = f"modbus://127.0.0.1:{port}"
+        assert pidcfg.compare(DL06, url).same
+        pulled = pidcfg.pull(url, vendor="dl06")
+        assert [loop["name"] for loop in pulled.data["loops"]] == ["LOOP-1", "LOOP-2", "LOOP-3"]
+        seen = plc.steps
+        assert pidcfg.compare(DL06, url).same
+        assert plc.steps > seen
+
+
+def test_a_trend_has_what_the_registers_say(desk):
+    plc = virtual("dl06")
+    plc.advance(100)
+    out, rows = io.StringIO(), []
+    with served(desk, plc, speed=1e-6) as (port, _):
+        url = f"modbus://127.0.0.1:{port}"
+        result = pidcfg.trend(url, out, like=DL06, seconds=0.0, taken=lambda _, values: rows.append(values))
+    header, line = (row.split(",") for row in out.getvalue().splitlines())
+    values = dict(zip(header, line, strict=True))
+    assert result.rows == 1
+    assert {name: text for name, text in values.items() if name != "time"} == rows[0]
+    sig, names = plc.run.net.sig, plc.run.net.names
+    for loop in plc.run.plc.loops:
+        assert float(values[f"{loop}.PV"]) == pytest.approx(sig[names[f"{loop}.PV"]], abs=0.05)
+        assert float(values[f"{loop}.OUT"]) == pytest.approx(sig[names[f"{loop}.OUT"]], abs=0.05)
+    assert [values[f"{loop}.MODE"] for loop in plc.run.plc.loops] == ["cascade", "auto", "auto"]
+
+
+def test_an_interrupt_keeps_the_rows_of_a_trend(desk):
+    out = io.StringIO()
+
+    def interrupt(at, values):
+        del at, values
+        if out.getvalue().count("\n") == 4:
+            asyncio.current_task().cancel()
+
+    with served(desk, virtual("click"), speed=1.0) as (port, _):
+        result = pidcfg.trend(f"modbus://127.0.0.1:{port}", out, like=CLICK, interval=0.001, taken=interrupt)
+    assert result.rows == 3
+    assert len(out.getvalue().splitlines()) == 4
+
+
+def test_a_plc_that_goes_leaves_the_rows_of_a_trend(desk, tmp_path):
+    out = tmp_path / "run.csv"
+    plc = virtual("click")
+    reads = count()
+
+    def gone(registers, *place):
+        if next(reads) > 40:
+            raise RegisterError(1, "no longer")
+        return VirtualPlc.read(registers, *place)
+
+    plc.read = gone.__get__(plc)
+    with served(desk, plc, speed=1.0) as (port, _):
+        arguments = ("trend", "--plc", f"modbus://127.0.0.1:{port}", "--like", CLICK, "--interval", "0.001", "-o", out)
+        done = run(*arguments)
+        again = run(*arguments)
+    assert (done.exit_code, again.exit_code) == (2, 2)
+    assert "exception 1" in done.stderr
+    assert len(out.read_text("utf-8").splitlines()) > 5
+    missing = tmp_path / "missing.csv"
+    assert (
+        run("trend", "--plc", "modbus://127.0.0.1:1", "--like", CLICK, "--retries", "0", "-o", missing).exit_code == 2
+    )
+    assert not missing.exists()
+
+
+def test_it_says_when_it_cannot_keep_up(desk):
+    with served(desk, virtual("click"), speed=1e6) as (port, said):
+        for _ in range(200):
+            if said:
+                break
+            assert pidcfg.pull(f"modbus://127.0.0.1:{port}", like=CLICK).ok
+    assert "cannot keep up" in said[0]
+    assert len(said) == 1
+
+
+def test_malformed_frames_and_many_clients_do_not_stop_it(desk):
+    source = random.Random(20)
+    with served(desk, virtual("dl06"), speed=1.0) as (port, _):
+        for _ in range(60):
+            with socket.create_connection(("127.0.0.1", port), 5) as line:
+                for _ in range(5):
+                    frame = source.randbytes(source.randrange(1, 300))
+                    if source.random() < 0.5:  # a sound head, so that what is behind it is looked at
+                        body = source.randbytes(source.randrange(1, 30))
+                        frame = source.randbytes(2) + b"\0\0" + struct.pack(">H", len(body) + 1) + b"\1" + body
+                    try:
+                        line.sendall(frame)
+                    except OSError:
+                        break
+        lines = [socket.create_connection(("127.0.0.1", port), 5) for _ in range(100)]
+        for line in lines:
+            line.sendall(bytes.fromhex("000700000006010304000001"))
+        answers = [line.recv(260) for line in lines]
+        for line in lines:
+            line.close()
+    assert {answer[:8] for answer in answers} == {bytes.fromhex("0007000000050103")}
+
+
+def test_a_place_that_is_taken_is_said(desk):
+    with (
+        served(desk, virtual("click"), speed=1.0) as (port, _),
+        pytest.raises(PlcError, match="cannot listen: Address already in use"),
+    ):
+        pidcfg.serve(SCENARIOS["click"], listen=f"127.0.0.1:{port}", seconds=0.1)
+
+
+@pytest.mark.parametrize("arguments", [{"speed": 0.0}, {"seconds": -1.0}, {"listen": "nowhere"}])
+def test_arguments_that_make_no_sense(arguments):
+    with pytest.raises(ValueError, match=next(iter(arguments))):
+        pidcfg.serve(SCENARIOS["click"], **arguments)
+
+
+def test_the_command_says_who_can_come_and_ends_with_the_report():
+    done = run("serve", SCENARIOS["click"], "--listen", "127.0.0.1:0", "--for", "0.1", "--speed", "1000")
+    assert done.exit_code == 0
+    assert "for this machine only" in done.stderr
+    assert "What happened" in done.stdout
+    done = run("serve", SCENARIOS["click"], "--listen", "0.0.0.0:0", "--for", "0.1", "--format", "json")
+    assert "FOR EVERYBODY WHO REACHES THIS ADDRESS" in done.stderr
+    assert json.loads(done.stdout)["scenario"]
+    assert run("serve", CLICK, "--for", "0.1").exit_code == 2
+
+
+@pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll, a client in C, is not installed")
+def test_mbpoll_reads_and_writes(desk):
+    plc = virtual("click")
+    with served(desk, plc, speed=50.0) as (port, _):
+
+        def mbpoll(register, *more, kind="4:float"):
+            line = ("mbpoll", "-m", "tcp", "-p", str(port), "-0", "-1", "-q", "-t", kind, "-r", str(register))
+            return subprocess.run([*line, "127.0.0.1", *more], capture_output=True, text=True, check=False).stdout
+
+        assert "[28872]: \t140" in mbpoll(DF101)
+        mbpoll(DF101, "150.5")
+        assert "[28872]: \t150.5" in mbpoll(DF101)
+        mbpoll(C116, "1", kind="0")
+    assert "request mode manual" in [note.text for note in plc.report().events]
