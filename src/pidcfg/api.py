@@ -210,6 +210,7 @@ def simulate(
     source: Source,
     *,
     engine: EngineName = "auto",
+    runs: int | None = None,
     every: int = 1,
     trend: Sink | None = None,
     record: bool = False,
@@ -223,8 +224,9 @@ def simulate(
     A configuration in its place runs with the scenario that `pidcfg init --scenario` writes for it.
 
     ``trend``: an open text stream for the trend as CSV, a row every ``every`` base steps. ``record``: keep the signals
-    of the loops for pictures. ``engine``: numba (extra ``fast``) pays for long runs, with the same results.
-    ``progress`` is called with the share that is done.
+    of the loops for pictures. ``engine``: numba (extra ``fast``) pays for long runs, with the same results;
+    ``runs``: how many runs like this one the caller makes in all, where that alone is to choose it, and not what ran
+    before. ``progress`` is called with the share that is done.
     """
     from pidcfg.results.runs import SimulateResult
     from pidcfg.results.sources import document_of
@@ -236,7 +238,9 @@ def simulate(
     refuse_unknown("engine", engine, get_args(EngineName))
     if every < 1:
         raise ArgumentError(f"`every` is {every}; write a whole number above 0", "every")
-    settings = Settings(engine, every, limits.loop_steps, trend, progress=progress)
+    if runs is not None and runs < 1:
+        raise ArgumentError(f"`runs` is {runs}; write a whole number above 0", "runs")
+    settings = Settings(engine, every, limits.loop_steps, trend, progress=progress, runs=runs)
     doc = document_of(source, name, files, limits)
     if is_configuration(doc):
         from pidcfg.draft.write import simulate_draft

@@ -1,8 +1,7 @@
 """One scenario from the program-to-run transition to its report.
 
-The run goes from event to event: the kernels advance plants, controllers, metrics and trend through a segment, and
-Python handles what happens between. Base steps are counted from the beginning of the pre-roll; ``zero`` is the one at
-which time starts.
+The kernels advance plants, controllers, metrics and trend from event to event, and Python handles what happens between.
+Base steps are counted from the beginning of the pre-roll; ``zero`` is the one at which time starts.
 """
 
 from __future__ import annotations
@@ -62,6 +61,8 @@ class Settings:
     recording: Recording | None = None
     """Takes the trend for a picture: every base step, whatever ``every`` says."""
     progress: Progress | None = None
+    runs: int | None = None
+    """Of the call: see `choose`."""
     judged: bool = True
     """Whether standing expectations are judged; a run of a battery is compared and not judged."""
 
@@ -130,7 +131,7 @@ class _Run:
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         onsets = [w for w in watches.values() if isinstance(w, Onset)]
-        engine = choose(settings.engine, (last + 1) * len(meters), controller)
+        engine = choose(settings.engine, (last + 1) * len(meters), controller, settings.runs)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
@@ -284,7 +285,7 @@ class _Run:
 
 
 def _placed(result: Verdict, wanted: Expectation) -> Verdict:
-    """A verdict with the loop that it is about, and the time of which something is expected."""
+    """A verdict with its loop, and the time of which something is expected."""
     loop = wanted.loop or (wanted.signal or "").partition(".")[0] or None
     return replace(result, loop=loop, at=None if wanted.at is None else float(wanted.at))
 
@@ -293,8 +294,7 @@ def _too_long(last: int, loops: int, settings: Settings) -> list[Problem]:
     """The limit on loop-steps, and a scenario without any."""
     limit, count = settings.max_loop_steps, (last + 1) * loops
     if limit is not None and count > limit:
-        message = f"{count} loop-steps; the limit is {limit}"
-        return [Problem(("duration",), message, "limit", help="use a longer step, or the option --no-limit")]
-    cure = "lengthen the duration, or give a shorter 'step'"
-    short = Problem(("duration",), "the scenario is shorter than its base step", "value", help=cure)
-    return [short] if last < 1 else []
+        cure, message = "use a longer step, or the option --no-limit", f"{count} loop-steps; the limit is {limit}"
+        return [Problem(("duration",), message, "limit", help=cure)]
+    cure, message = "lengthen the duration, or give a shorter 'step'", "the scenario is shorter than its base step"
+    return [Problem(("duration",), message, "value", help=cure)] if last < 1 else []
