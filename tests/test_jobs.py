@@ -13,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 import certify_rig
+import pidcfg
 from jobs_rig import doubling, dying, waiting
 from pidcfg import processes
 from pidcfg.cli.errors import refused
@@ -98,6 +99,14 @@ def test_the_number_of_processes_changes_no_byte(folder, words, most, code):
     assert len({(one.exit_code, one.stdout, one.stderr) for one in ran}) == 1
     assert "faulty" in ran[0].stdout
     assert ran[0].exit_code == code, ran[0].stderr
+
+
+def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
+    monkeypatch.setattr("pidcfg.verification.verify.MANY", 2)
+    source = EXAMPLES / "ezlogix/dosing.yaml"
+    one, two = (pidcfg.convert(source, "click", verify=True, jobs=jobs) for jobs in (1, 2))
+    assert len(one.verified) == 2
+    assert (one.to_json(), one.verified) == (two.to_json(), two.verified)
 
 
 def test_an_input_that_another_process_has_read_is_no_output(folder):

@@ -52,7 +52,7 @@ MAY_IMPORT = {
                     "validate sim pictures",
     "certification": "refs limits reader writer processes diagnostics document source schemas scenario sim pictures "
                      "__init__",
-    "verification": "refs schemas encoders vendors conversion differences sim pictures",
+    "verification": "refs processes schemas encoders vendors conversion differences sim pictures",
     "draft":        "refs limits diagnostics document source schemas scenario sim validate verification",
     "sheets":       "limits diagnostics document paths source templates schemas vendors validate writer",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
