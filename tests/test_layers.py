@@ -23,6 +23,7 @@ MAY_IMPORT = {
     "writer":       "control_characters",
     "reader":       "",
     "store":        "",
+    "processes":    "",
     "diagnostics":  "refs",
     "document":     "refs limits diagnostics",
     "odd_signs":    "",
@@ -49,8 +50,9 @@ MAY_IMPORT = {
                     "differences validate explanation sim pictures",
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
                     "validate sim pictures",
-    "certification": "refs limits reader writer diagnostics document source schemas scenario sim pictures __init__",
-    "verification": "refs schemas encoders vendors conversion differences sim pictures",
+    "certification": "refs limits reader writer processes diagnostics document source schemas scenario sim pictures "
+                     "__init__",
+    "verification": "refs processes schemas encoders vendors conversion differences sim pictures",
     "draft":        "refs control_characters limits diagnostics document source schemas scenario sim validate "
                     "verification",
     "sheets":       "limits diagnostics document paths source templates schemas vendors validate writer",
@@ -117,7 +119,7 @@ LOADS = {
     "simulate examples/ezlogix/oven.scenario.yaml":   "pydantic ruamel",
     "encode examples/nextopid/cascade.yaml --format st": "pydantic ruamel",
     "diff examples/ezlogix/oven.yaml examples/ezlogix/oven.yaml --plot -": "pydantic ruamel",
-    "simulate examples/nextopid/cascade.scenario.yaml": "pydantic ruamel",
+    "simulate examples/nextopid/cascade.scenario.yaml --engine python": "pydantic ruamel",
     "simulate examples/dpide/oven.scenario.yaml":     "pydantic ruamel",
     "validate src/pidcfg/starters/click.yaml":        "pydantic ruamel",
     "encode src/pidcfg/starters/click.yaml":          "pydantic ruamel",
@@ -276,7 +278,7 @@ def test_packages_from_outside_are_known_to_the_modules_that_need_them():
 
 CALLS = ("check", "encode", "decode", "convert", "diff", "simulate", "certify", "tune", "explain")
 TYPES_AND_TEXTS = (
-    *("cli", "api", "results", "limits", "diagnostics", "document", "vendors", "source.Document"),
+    *("cli", "api", "results", "limits", "diagnostics", "document", "processes", "vendors", "source.Document"),
     *(
         "encoders.files",
         "encoders.listing.ListingError",

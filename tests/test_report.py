@@ -21,6 +21,7 @@ from pidcfg.report.compose import compose
 from pidcfg.report.content import Title
 from pidcfg.report.csv_files import csv_files, safe
 from pidcfg.report.page import css_string, page
+from pidcfg.report.sheets import plc_sheet
 from pidcfg.report.tables import tables_of
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document, is_scenario
@@ -41,7 +42,7 @@ def run(*args):
 def sheets(text, name="loops.yaml"):
     """The content of a report on one configuration."""
     checked = check_document(read_document(text.encode(), name))
-    return compose(Title("T", version="1"), [], [checked], [], checked.findings)
+    return compose(Title("T", version="1"), [], [plc_sheet(checked)], [], checked.findings)
 
 
 def example(name):
@@ -325,7 +326,7 @@ def test_every_mistake_can_be_reported(path):
         document = read_document(text.encode(), path.name)
         if document.data is not None and not is_scenario(document):
             checked = check_document(document)
-            content = compose(Title("T", version="1"), [], [checked], [], checked.findings)
+            content = compose(Title("T", version="1"), [], [plc_sheet(checked)], [], checked.findings)
             assert all(d.code in csv_files(tables_of(content))["findings.csv"] for d in checked.findings)
 
 

@@ -21,6 +21,7 @@ from pidcfg.report.page import clause, compared, door_sheet, grouped, page
 from pidcfg.report.pdf import VARIABLE, PdfError, browser, pdf
 from pidcfg.report.run_content import Units
 from pidcfg.report.runs import found, metric_unit
+from pidcfg.report.sheets import plc_sheet
 from pidcfg.report.texts import measured
 from pidcfg.sim.report import Verdict
 from pidcfg.source import read_document
@@ -43,7 +44,7 @@ def content(name, change=("", "")):
     text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
     text = text.replace(*change) if change[0] else text
     checked = check_document(read_document(text.encode(), f"{name}.yaml"))
-    return compose(Title("T", version="1"), [], [checked], [], checked.findings)
+    return compose(Title("T", version="1"), [], [plc_sheet(checked)], [], checked.findings)
 
 
 class Page(HTMLParser):

@@ -148,6 +148,7 @@ def convert(
     to: str,
     *,
     verify: bool = False,
+    jobs: int = 1,
     max_loss: str | None = None,
     options: Mapping[str, object] | None = None,
     name: str | None = None,
@@ -157,17 +158,19 @@ def convert(
 ) -> ConvertResult:
     """Another vendor's configuration, and what became of every field: exact, rounded, clamped, dropped or assumed.
 
-    ``verify``: run both sides through the same battery on the same plants; ``progress`` is called with the share that
-    is done. ``max_loss``: how
-    far values may be rounded without being a loss, such as ``gain=2%,time=5%``. ``options``: where things go that the
-    source does not say, as the target's options of ``pidcfg convert``, such as ``loop_table``.
+    ``verify``: run both sides through the same battery on the same plants, in up to ``jobs`` processes; ``progress`` is
+    called with the share that is done. ``max_loss``: how far values may be rounded without being a loss, such as
+    ``gain=2%,time=5%``. ``options``: where things go that the source does not say, as the target's options of
+    ``pidcfg convert``, such as ``loop_table``.
     """
     from pidcfg.results.conversion import both_sides, converted, max_loss_of
     from pidcfg.results.sources import checked_of
 
     target = vendor_named(to, "to")
+    if jobs < 1:
+        raise ArgumentError(f"`jobs` is {jobs}; write a whole number above 0", "jobs")
     checked = checked_of(source, name, files, limits)
-    compare = (lambda one, two, report: both_sides(one, two, report, progress)) if verify else None
+    compare = (lambda one, two, report: both_sides(one, two, report, progress, jobs)) if verify else None
     return converted(checked, target, options or {}, limits, compare, max_loss_of(max_loss))
 
 
@@ -210,6 +213,7 @@ def simulate(
     source: Source,
     *,
     engine: EngineName = "auto",
+    runs: int | None = None,
     every: int = 1,
     trend: Sink | None = None,
     record: bool = False,
@@ -223,8 +227,9 @@ def simulate(
     A configuration in its place runs with the scenario that `pidcfg init --scenario` writes for it.
 
     ``trend``: an open text stream for the trend as CSV, a row every ``every`` base steps. ``record``: keep the signals
-    of the loops for pictures. ``engine``: numba (extra ``fast``) pays for long runs, with the same results.
-    ``progress`` is called with the share that is done.
+    of the loops for pictures. ``engine``: numba (extra ``fast``) pays for long runs, with the same results;
+    ``runs``: how many runs like this one the caller makes in all, where that alone is to choose it, and not what ran
+    before. ``progress`` is called with the share that is done.
     """
     from pidcfg.results.runs import SimulateResult
     from pidcfg.results.sources import document_of
@@ -236,7 +241,9 @@ def simulate(
     refuse_unknown("engine", engine, get_args(EngineName))
     if every < 1:
         raise ArgumentError(f"`every` is {every}; write a whole number above 0", "every")
-    settings = Settings(engine, every, limits.loop_steps, trend, progress=progress)
+    if runs is not None and runs < 1:
+        raise ArgumentError(f"`runs` is {runs}; write a whole number above 0", "runs")
+    settings = Settings(engine, every, limits.loop_steps, trend, progress=progress, runs=runs)
     doc = document_of(source, name, files, limits)
     if is_configuration(doc):
         from pidcfg.draft.write import simulate_draft

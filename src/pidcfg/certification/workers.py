@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
-from collections import deque
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import wait
 from typing import TYPE_CHECKING, Literal
 
 from pidcfg.certification.fan import SAMPLES, Fan, Thinned, fan_of
 from pidcfg.certification.run import Seen, run_sample
 from pidcfg.certification.sample import Batch
+from pidcfg.processes import Crew
 from pidcfg.scenario.axes import axes_of, signals_of
 from pidcfg.scenario.load import Loaded, load
 from pidcfg.sim.report import rounded
@@ -24,15 +17,12 @@ from pidcfg.source import read_document
 
 if TYPE_CHECKING:
     from array import array
-    from collections.abc import Iterator
-    from concurrent.futures import Future
+    from collections.abc import Callable, Iterator
 
     from pidcfg.limits import Limits
 
 UNIT = 8
 """Samples that a process takes at a time."""
-AHEAD = 4
-"""Such parts that wait for each process."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,14 +61,6 @@ class Job:
         return loaded, Batch(loaded.document, varies, self.seed)
 
 
-class _Mine:
-    """What this process runs, once it knows."""
-
-    job: Job
-    loaded: Loaded
-    batch: Batch
-
-
 def results(job: Job, first: int, samples: int, jobs: int) -> Iterator[Seen]:
     """The results of the samples from ``first`` on, in order."""
     if jobs == 1 or samples - first <= UNIT:
@@ -86,50 +68,28 @@ def results(job: Job, first: int, samples: int, jobs: int) -> Iterator[Seen]:
         for sample in range(first, samples):
             yield run_sample(loaded, batch, sample, job.settings)[0]
         return
-    with _pool(job, jobs) as pool:
-        waiting: deque[Future[list[Seen]]] = deque()
-        for begin in range(first, samples, UNIT):
-            waiting.append(pool.submit(_run_part, begin, min(begin + UNIT, samples)))
-            if len(waiting) >= jobs * AHEAD:
-                yield from waiting.popleft().result()
-        while waiting:
-            yield from waiting.popleft().result()
+    for part in Crew(jobs, _runner, (job,)).results(parts(first, samples)):
+        yield from part
 
 
-@contextmanager
-def _pool(job: Job, jobs: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes that are started anew, as every system can; what waits is dropped where the caller stops."""
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"), _begin, (job,))
-    try:
-        yield pool
-    finally:
-        pool.shutdown(cancel_futures=True)
+def parts(first: int, samples: int) -> Iterator[range]:
+    """What a process takes at a time."""
+    return (range(begin, min(begin + UNIT, samples)) for begin in range(first, samples, UNIT))
 
 
-def _begin(job: Job) -> None:
-    """A new process reads what it runs; it ends with its parent, which alone hears Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    _Mine.job = job
-    _Mine.loaded, _Mine.batch = job.loaded()
-
-
-def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(1)
+def _runner(job: Job) -> Callable[[range], list[Seen]]:
+    """What runs samples one after the other."""
+    loaded, batch = job.loaded()
+    return lambda samples: [run_sample(loaded, batch, i, job.settings)[0] for i in samples]
 
 
 def recordings(job: Job, samples: int, jobs: int) -> Fan:
     """How the signals that a picture needs spread over the first samples; those that cannot run are left out."""
     samples = min(samples, SAMPLES)
     if jobs == 1 or samples <= UNIT:
-        loaded, batch = job.loaded()
-        kept = [_record(loaded, batch, sample, job.settings) for sample in range(samples)]
+        kept = _recorder(job)(range(samples))
     else:
-        with _pool(job, jobs) as pool:
-            kept = list(pool.map(_record_mine, range(samples), chunksize=UNIT))
+        kept = [one for part in Crew(jobs, _recorder, (job,)).results(parts(0, samples)) for one in part]
     ran = [one for one in kept if one is not None]
     return fan_of(ran[0][0] if ran else (), [signals for _, signals in ran])
 
@@ -147,10 +107,7 @@ def _record(loaded: Loaded, batch: Batch, sample: int, settings: Settings) -> Re
     return [rounded(step * thinned.dt) for step in thinned.wanted_steps], thinned.taken
 
 
-def _record_mine(sample: int) -> Recorded | None:
-    return _record(_Mine.loaded, _Mine.batch, sample, _Mine.job.settings)
-
-
-def _run_part(begin: int, end: int) -> list[Seen]:
-    """Samples one after the other."""
-    return [run_sample(_Mine.loaded, _Mine.batch, i, _Mine.job.settings)[0] for i in range(begin, end)]
+def _recorder(job: Job) -> Callable[[range], list[Recorded | None]]:
+    """What records samples one after the other."""
+    loaded, batch = job.loaded()
+    return lambda samples: [_record(loaded, batch, i, job.settings) for i in samples]

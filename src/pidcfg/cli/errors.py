@@ -42,7 +42,9 @@ def _also_missing(error: click.ClickException) -> Iterable[click.Parameter]:
 
 
 def refused(error: OSError) -> str:
-    """What the system refuses, by its name where there is one."""
+    """What the system refuses, by its name where there is one; a process that is gone says so itself."""
+    if isinstance(error, ChildProcessError) and error.errno is None:
+        return str(error)
     try:
         Path.cwd()
     except OSError:

@@ -119,6 +119,21 @@ OUT = click.option(
 FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differs.")
 
 
+JOBS = click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Processes; the results are the same with any number.  [default: the cores of this machine]",
+)
+
+
+def processes(jobs: int | None) -> int:
+    """How many processes ``--jobs`` means."""
+    from pidcfg.processes import cores
+
+    return jobs or cores()
+
+
 def selected(findings: list[Diagnostic], select: list[str], ignore: list[str]) -> list[Diagnostic]:
     """The findings that the options leave; what keeps a file from being used cannot be ignored."""
     from pidcfg.validate.catalog import ignorable

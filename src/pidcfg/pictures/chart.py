@@ -133,6 +133,8 @@ class Chart:
     @property
     def ends(self) -> tuple[float, float]:
         """Where the time axis begins and ends, in s."""
+        if self.begin is not None and self.end is not None:
+            return self.begin, self.end
         times = [t for panel in self.panels for line in panel.lines for t in (line.times[:1], line.times[-1:]) if t]
         spots = [float(t[0]) for t in times] + [t for s in self.strips for b in s.bars for t in (b.begin, b.end)]
         begin = min(spots, default=0.0) if self.begin is None else self.begin

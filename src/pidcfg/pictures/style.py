@@ -98,6 +98,9 @@ LETTER = 0.62
 
 def drawable(line: Line) -> tuple[list[float], list[float]]:
     """The times and values of a line that have a place on an axis."""
+    times, values = line.times, line.values
+    if values and isfinite(sum(times)) and isfinite(sum(values)) and -LARGEST < min(values) <= max(values) < LARGEST:
+        return list(times), list(values)
     pairs = [(t, v) for t, v in zip(line.times, line.values, strict=True) if isfinite(t) and abs(v) < LARGEST]
     return [t for t, _ in pairs], [v for _, v in pairs]
 

@@ -1,40 +1,42 @@
-"""From checked configurations and runs to the content of a report."""
+"""From the sheets of configurations and runs to the content of a report."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import ordered
 from pidcfg.report.content import Content
-from pidcfg.report.runs import run_sheet
-from pidcfg.report.sheets import plc_sheet
+from pidcfg.report.sheets import gravest_first
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from pidcfg.diagnostics import Diagnostic
-    from pidcfg.report.content import LoopSheet, SourceFile, Title
-    from pidcfg.report.runs import Run
-    from pidcfg.validate.engine import Checked
+    from pidcfg.report.content import LoopSheet, PlcSheet, SourceFile, Title
+    from pidcfg.report.run_content import RunSheet
 
 
 def compose(
     title: Title,
     files: Sequence[SourceFile],
-    configurations: Sequence[Checked],
-    runs: Sequence[Run],
+    configurations: Sequence[PlcSheet],
+    runs: Sequence[RunSheet],
     findings: Sequence[Diagnostic],
 ) -> Content:
     """The whole report; ``findings`` are those of all files."""
-    all_findings = tuple(sorted(ordered(list(findings)), key=lambda d: -d.severity))
     return Content(
         title=title,
         files=tuple(files),
-        plcs=tuple(plc_sheet(checked, i, all_findings) for i, checked in enumerate(configurations, start=1)),
-        runs=tuple(run_sheet(run, i) for i, run in enumerate(runs, start=1)),
-        findings=all_findings,
+        plcs=tuple(numbered(sheet, f"plc-{i}") for i, sheet in enumerate(configurations, start=1)),
+        runs=tuple(replace(run, anchor=f"run-{i}") for i, run in enumerate(runs, start=1)),
+        findings=tuple(gravest_first(findings)),
     )
+
+
+def numbered(sheet: PlcSheet, anchor: str) -> PlcSheet:
+    """A configuration whose anchors, its loops' too, are those of its place in the report."""
+    loops = (replace(loop, anchor=f"{anchor}-loop-{i}") for i, loop in enumerate(sheet.loops, start=1))
+    return replace(sheet, anchor=anchor, loops=tuple(loops))
 
 
 def renamed(content: Content, name: Callable[[str], str]) -> Content:

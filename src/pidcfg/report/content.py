@@ -133,7 +133,8 @@ class Sheet:
 
     name: str
     description: str
-    anchor: str
+    anchor: str = ""
+    """What links lead to: known once its place in the report is."""
     groups: tuple[Group, ...] = ()
     blocks: tuple[Block, ...] = ()
     parameters: tuple[Parameter, ...] = ()

@@ -41,13 +41,12 @@ MANY = 4
 
 def page(content: Content, *, full: bool = False) -> str:
     """The page, with the charts of its runs; ``full``: with what is at its default, and all words and signals."""
-    from pidcfg.pictures.trend import POLICY, SCRIPT, STYLE, figures
+    from pidcfg.pictures.trend import POLICY, SCRIPT, STYLE
 
     return _rendered(
         "page.html",
         content,
         full=full,
-        pictures={run.anchor: figures(run.charts) for run in content.runs},
         policy=POLICY,
         figure_style=STYLE,
         script=SCRIPT,

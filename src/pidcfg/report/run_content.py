@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.pictures.chart import Chart
-
 
 @dataclass(frozen=True, slots=True)
 class Happening:
@@ -72,11 +70,12 @@ class RunSheet:
 
     file: str
     config: str
-    anchor: str
     title: str
     ran: bool
     passed: bool
     verdict: str
+    anchor: str = ""
+    """What links lead to: known once its place in the report is."""
     facts: tuple[tuple[str, str], ...] = ()
     happenings: tuple[Happening, ...] = ()
     unlisted: int = 0
@@ -100,7 +99,8 @@ class RunSheet:
     """How long each loop was in Auto or Cascade, in s."""
     duration: float = 0.0
     """In s."""
-    charts: Sequence[Chart] = ()
+    pictures: str = ""
+    """The trends, as a part of a page."""
 
     @property
     def signal_units(self) -> dict[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.pictures.trend import figures
 from pidcfg.report.run_content import Expectation, Happening, OpenAlarm, RunSheet, StandingRow, Units
 from pidcfg.report.texts import measured, number, text
 from pidcfg.sim.expect import UNITS as METRICS
@@ -60,16 +61,15 @@ class Run:
     """What the signals are of each loop that takes the root of its PV."""
 
 
-def run_sheet(run: Run, number: int) -> RunSheet:
-    """The sheet of one run."""
-    anchor, report = f"run-{number}", run.report
+def run_sheet(run: Run) -> RunSheet:
+    """The sheet of one run, without its anchor."""
+    report = run.report
     if report is None:
         verdict = "The scenario could not run; the findings say why."
-        return RunSheet(run.file, run.config, anchor, run.title or run.file, ran=False, passed=False, verdict=verdict)
+        return RunSheet(run.file, run.config, run.title or run.file, ran=False, passed=False, verdict=verdict)
     return RunSheet(
         file=run.file,
         config=run.config,
-        anchor=anchor,
         title=report.scenario,
         ran=True,
         passed=run.passed,
@@ -88,7 +88,7 @@ def run_sheet(run: Run, number: int) -> RunSheet:
         standing=tuple(StandingRow(v.loop, v.kind, v.word, v.at, v.why) for v in report.standing),
         in_control={name: loop.time_in_control for name, loop in report.loops.items()},
         duration=report.duration,
-        charts=run.charts,
+        pictures=figures(run.charts),
         before_root=tuple(run.before_root.items()),
     )
 

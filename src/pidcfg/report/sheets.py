@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, cast
 
+from pidcfg.diagnostics import ordered
 from pidcfg.differences.risk import PLACES
 from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.spaces import NoRegisterError
@@ -15,7 +16,7 @@ from pidcfg.report.texts import text
 from pidcfg.report.words import Words, parameters_of, places_of, with_words
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.validate.engine import Checked
@@ -26,18 +27,16 @@ ELSEWHERE = ("loop", "block", "description", "name")
 DEVICES = "devices."
 
 
-def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> PlcSheet:
-    """The sheet of one configuration; without a model, its name and findings are all there is."""
+def plc_sheet(checked: Checked) -> PlcSheet:
+    """The sheet of one configuration, without anchors; without a model, its name is all there is."""
     config, vendor, doc, encoding = checked.config, checked.vendor, checked.document, checked.encoding
-    anchor = f"plc-{number}"
     if config is None or vendor is None or encoding is None or not has_image(encoding):
-        return PlcSheet(file=doc.file, anchor=anchor, name="", description="", vendor=vendor.title if vendor else "")
+        return PlcSheet(file=doc.file, name="", description="", vendor=vendor.title if vendor else "")
     image: Any = encoding.image
     named = isinstance(image, Program)
-    loops = neutral(checked)
+    loops, findings = neutral(checked), gravest_first(checked.findings)
     return PlcSheet(
         file=doc.file,
-        anchor=anchor,
         name=config.name or "",
         description=config.description or "",
         vendor=vendor.title,
@@ -46,10 +45,13 @@ def plc_sheet(checked: Checked, number: int, findings: Sequence[Diagnostic]) -> 
         parameters=parameters_of(image, None, book_of(vendor)) if named else (),
         outside=tuple(flat({key: value for key, value in image.plc.items() if key not in ELSEWHERE})),
         checklist=checked.checklist,
-        loops=tuple(
-            _loop_sheet(checked, i, f"{anchor}-loop-{i + 1}", findings, loops[i]) for i in range(len(config.loops))
-        ),
+        loops=tuple(_loop_sheet(checked, i, findings, loops[i]) for i in range(len(config.loops))),
     )
+
+
+def gravest_first(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Findings as a report lists them."""
+    return sorted(ordered(list(findings)), key=lambda d: -d.severity)
 
 
 def book_of(vendor: Vendor) -> Any:
@@ -65,9 +67,7 @@ def has_image(encoding: Any) -> bool:
         return False
 
 
-def _loop_sheet(
-    checked: Checked, i: int, anchor: str, findings: Sequence[Diagnostic], neutral_loop: Mapping[str, Any]
-) -> LoopSheet:
+def _loop_sheet(checked: Checked, i: int, findings: Sequence[Diagnostic], neutral_loop: Mapping[str, Any]) -> LoopSheet:
     vendor, encoding, loop = checked.vendor, checked.encoding, checked.config.loops[i]
     if vendor is None or encoding is None:
         raise ValueError(f"{checked.document.file} has no image")
@@ -88,13 +88,12 @@ def _loop_sheet(
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
-        anchor=anchor,
         facts=tuple(with_words(facts(vendor, loop, neutral_loop, groups, stored), blocks)),
         groups=with_shares(groups, shares, pv_unit),
         blocks=blocks,
         parameters=parameters_of(image, loop.name, book_of(vendor), units) if named else (),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
-        findings=tuple(d for d in findings if loop.name == d.loop and d.file == checked.document.file),
+        findings=tuple(d for d in findings if loop.name == d.loop),
     )
 
 

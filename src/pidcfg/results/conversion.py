@@ -212,13 +212,17 @@ def refused_loops(outcome: Converted, result: Checked) -> dict[int, str]:
 
 
 def both_sides(
-    source: Checked, result: Checked, conversion: ConvertResult, progress: Callable[[float], None] | None = None
+    source: Checked,
+    result: Checked,
+    conversion: ConvertResult,
+    progress: Callable[[float], None] | None = None,
+    jobs: int = 1,
 ) -> tuple[Verified, ...]:
-    """Source and result in the battery; charts call them by their files' names and vendors."""
+    """Source and result in the battery, by so many processes; charts call them by their files' names and vendors."""
     from pidcfg.verification.verify import verify
 
     if source.vendor is None or result.vendor is None:
         return ()
     names = f"{PurePath(source.document.file).name} ({source.vendor.key})", f"result ({result.vendor.key})"
     one, two = (source.vendor, source.config), (result.vendor, result.config)
-    return tuple(verify(one, two, conversion.pairs, conversion.loops, names, progress))
+    return tuple(verify(one, two, conversion.pairs, conversion.loops, names, progress, jobs=jobs))

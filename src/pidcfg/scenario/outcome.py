@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from pidcfg.sim.report import Report
     from pidcfg.sim.run import Settings
 
+LOOP_STEP = 10.0
+"""About what a loop-step takes in CPython with everything around it, in µs."""
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
@@ -40,6 +43,12 @@ class Outcome:
     def unjudged(self) -> bool:
         """Whether a configuration with errors ran and nothing was expected of it."""
         return self.config_errors and self.report is not None and not self.report.expectations
+
+    @property
+    def effort(self) -> float:
+        """What the run has taken, in µs by a count of its loop-steps; compiled ones are next to nothing."""
+        report = self.report
+        return 0.0 if report is None or report.engine != "python" else report.steps * len(report.loops) * LOOP_STEP
 
     @property
     def passed(self) -> bool:

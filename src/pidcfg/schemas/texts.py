@@ -7,9 +7,14 @@ from __future__ import annotations
 
 import ast
 import inspect
+import sys
 from functools import cache
+from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 
 @cache
@@ -17,10 +22,15 @@ def field_texts(model: type[BaseModel]) -> dict[str, str]:
     """The text below each field of a model, from its source; inherited fields keep theirs."""
     texts: dict[str, str] = {}
     for cls in reversed([c for c in model.__mro__ if issubclass(c, BaseModel) and c.__module__.startswith("pidcfg")]):
-        body = ast.parse(inspect.getsource(cls)).body[0]
-        if isinstance(body, ast.ClassDef):
-            texts |= _texts_in(body)
+        texts |= _texts_of(sys.modules[cls.__module__]).get(cls.__qualname__, {})
     return texts
+
+
+@cache
+def _texts_of(module: ModuleType) -> dict[str, dict[str, str]]:
+    """The texts of a module's classes; its source is parsed once, for all of them."""
+    body = ast.parse(inspect.getsource(module)).body
+    return {cls.name: _texts_in(cls) for cls in body if isinstance(cls, ast.ClassDef)}
 
 
 def _texts_in(body: ast.ClassDef) -> dict[str, str]:

@@ -6,6 +6,7 @@ The data stay lists; a compiled run copies them into arrays and back for each ca
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -22,23 +23,38 @@ if TYPE_CHECKING:
     from pidcfg.sim.plc import Controller, Plc, Scan
 
 EngineName = Literal["auto", "python", "numba"]
-WORTH_LOADING, WORTH_COMPILING = 400_000, 8_000_000
-"""Loop-steps from which on compiled kernels pay: loading them takes a second, compiling a quarter of a minute."""
+COPYING, LOADING, COMPILING = 15_000, 900_000, 40_000_000
+"""µs of CPython from which on compiled kernels pay: those that the process has kept, those that lie in the cache, and
+those that are yet to be compiled. What a run takes there is its loop-steps times the vendor's ``LOOP_STEP``, which was
+measured with the shipped examples: no clock has a part in the choice."""
 CHUNK = 16_384
 """Base steps between two looks of Python: what noise and trend take of the memory."""
 
 
-def choose(wanted: EngineName, loop_steps: int, controller: Controller) -> Literal["python", "numba"]:
-    """The engine of a run of ``loop_steps``."""
+def choose(
+    wanted: EngineName, loop_steps: int, controller: Controller, runs: int | None = None
+) -> Literal["python", "numba"]:
+    """The engine of a run of ``loop_steps``.
+
+    ``runs``: of a call in which others follow that are taken to be like this one; what has run before it, in this
+    process or another, then has no part in the choice. None: it stands alone, and kernels that were kept count.
+    """
     if wanted != "auto":
         return wanted
-    if loop_steps < WORTH_LOADING or not installed():
+    work = loop_steps * controller.LOOP_STEP * (runs or 1)
+    if runs is None and controller.scan in KEPT:
+        return "numba" if work >= COPYING else "python"
+    if work < LOADING or not installed():
         return "python"
+    return "numba" if work >= COMPILING or _in_cache(controller.scan) else "python"
+
+
+@cache
+def _in_cache(scan: Scan) -> bool:
+    """Whether a vendor's compiled kernels lay in the cache when this process first asked."""
     from pidcfg.sim import compile as compiler
 
-    if loop_steps >= WORTH_COMPILING or compiler.kept(ENTRIES, {kernel.scan: controller.scan}):
-        return "numba"
-    return "python"
+    return compiler.kept(ENTRIES, {kernel.scan: scan})
 
 
 def installed() -> bool:

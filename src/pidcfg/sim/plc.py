@@ -1,8 +1,7 @@
 """What a vendor's controller module offers to the runner, and nothing else.
 
 A module of `pidcfg.sim.controllers` has a kernel ``scan(tick, cfg, st, aux, sig)`` that runs every controller that is
-due, and ``load(image, options)`` that makes a `Plc` of an image's words. Times are integer microseconds (ticks) since
-the program-to-run transition.
+due, and ``load(image, options)``, which makes a `Plc`. Times are whole µs (ticks) since the program-to-run transition.
 """
 
 from __future__ import annotations
@@ -296,5 +295,6 @@ class Controller(Protocol):
     load: Callable[..., Plc]
     """A `Plc` of an image and options, as it stands at the program-to-run transition."""
     scan: Scan
+    LOOP_STEP: int
     INLINED: tuple[Callable[..., Any], ...]
     """The kernels of its hot path, which compiled code puts into the scan itself."""

@@ -43,8 +43,10 @@ class Recording:
     _columns: list[tuple[int, str]] = field(default_factory=list)
     _rows: int = 0
     _width: int = 0
-    _open: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
-    """First, lowest, highest and last value so far of the group that is not complete."""
+    _open: dict[str, list[float]] = field(default_factory=dict)
+    """The values so far of the group that is not complete."""
+    _times: dict[int, float] = field(default_factory=dict)
+    """The times in s of base steps that were asked for."""
 
     def begin(self, names: Sequence[str], steps: int, dt: float) -> None:
         """A run of so many base steps begins; what was recorded before is forgotten."""
@@ -54,7 +56,7 @@ class Recording:
         self.group = 1 if steps <= POINTS else -(-steps * KEPT // POINTS)
         self.steps = {name: array("q") for name in self.names}
         self.values = {name: array("d") for name in self.names}
-        self.levels, self._open = {}, {}
+        self.levels, self._open, self._times = {}, {}, {}
 
     def look(self, plc: Plc, sig: Sequence[float], time: float) -> None:
         """Notes the levels of all alarms and the limits of all outputs where they have changed."""
@@ -69,41 +71,39 @@ class Recording:
 
     def take(self, rows_of_values: Sequence[float], rows: int) -> None:
         """Rows of values, one a base step, one after the other."""
-        done = 0
-        while done < rows:
-            count = min(rows - done, self.group - (self._rows % self.group))
-            for column, name in self._columns:
-                part = rows_of_values[done * self._width + column : (done + count) * self._width : self._width]
-                self._see(name, part)
-            self._rows += count
-            done += count
-            if self._rows % self.group == 0:
-                self._close()
+        for column, name in self._columns:
+            self._see(name, rows_of_values[column : rows * self._width : self._width])
+        self._rows += rows
 
-    def _see(self, name: str, part: Sequence[float]) -> None:
-        """The next values of a signal, all of one group."""
-        low, high = min(part), max(part)
-        seen = self._open.get(name)
-        first = (self._rows, part[0])
-        lowest, highest = (self._rows + part.index(low), low), (self._rows + part.index(high), high)
-        last = (self._rows + len(part) - 1, part[-1])
-        if seen is not None:
-            first = seen[0]
-            lowest = seen[1] if seen[1][1] <= low else lowest
-            highest = seen[2] if seen[2][1] >= high else highest
-        self._open[name] = [first, lowest, highest, last]
-
-    def _close(self) -> None:
-        for name, seen in self._open.items():
-            for step, value in sorted(set(seen)):
-                self.steps[name].append(step)
-                self.values[name].append(value)
-        self._open = {}
+    def _see(self, name: str, values: Sequence[float]) -> None:
+        """The next values of a signal, which belong to as many groups as they reach into."""
+        held = self._open.get(name, [])
+        steps, kept, zero = self.steps[name], self.values[name], self._rows - len(held)
+        values = [*held, *values]
+        complete = len(values) - len(values) % self.group
+        for first in range(0, complete, self.group):
+            _keep(values[first : first + self.group], zero + first, steps, kept)
+        self._open[name] = values[complete:]
 
     def end(self) -> None:
-        """The run is over."""
-        self._close()
+        """The run is over; what is left of a group is one."""
+        for name, values in self._open.items():
+            if values:
+                _keep(values, self._rows - len(values), self.steps[name], self.values[name])
+        self._open = {}
 
     def signal(self, name: str) -> tuple[list[float], list[float]]:
         """Times in s and values of a signal."""
-        return [float(f"{step * self.dt:.10g}") for step in self.steps[name]], self.values[name].tolist()
+        times = self._times
+        for step in self.steps[name]:
+            if step not in times:
+                times[step] = float(f"{step * self.dt:.10g}")
+        return [times[step] for step in self.steps[name]], self.values[name].tolist()
+
+
+def _keep(group: Sequence[float], zero: int, steps: array[int], values: array[float]) -> None:
+    """First, lowest, highest and last value of a group, whose first base step is ``zero``, in the order of time."""
+    places = {0, group.index(min(group)), group.index(max(group)), len(group) - 1}
+    for place in sorted(places):
+        steps.append(zero + place)
+        values.append(group[place])

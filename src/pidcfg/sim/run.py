@@ -1,8 +1,7 @@
 """One scenario from the program-to-run transition to its report.
 
-The run goes from event to event: the kernels advance plants, controllers, metrics and trend through a segment, and
-Python handles what happens between. Base steps are counted from the beginning of the pre-roll; ``zero`` is the one at
-which time starts.
+The kernels advance plants, controllers, metrics and trend from event to event, and Python handles what happens between.
+Base steps are counted from the beginning of the pre-roll; ``zero`` is the one at which time starts.
 """
 
 from __future__ import annotations
@@ -64,6 +63,8 @@ class Settings:
     recording: Recording | None = None
     """Takes the trend for a picture: every base step, whatever ``every`` says."""
     progress: Progress | None = None
+    runs: int | None = None
+    """Of the call: see `choose`."""
     judged: bool = True
     """Whether standing expectations are judged; a run of a battery is compared and not judged."""
 
@@ -145,7 +146,7 @@ class Run:
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         onsets = [w for w in watches.values() if isinstance(w, Onset)]
-        engine = choose(settings.engine, (last + 1) * len(meters), controller)
+        engine = choose(settings.engine, (last + 1) * len(meters), controller, settings.runs)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)

@@ -11,6 +11,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.ledger import overlap
+from pidcfg.processes import Crew
 from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
 from pidcfg.verification.comparison import Counts, Tolerance
 from pidcfg.verification.keys import field_of
@@ -33,6 +34,8 @@ Configured = tuple["Vendor", Any]
 """A vendor and a configuration of it."""
 SHOWN = ("step 5 %", "disturbance")
 """The stages that pictures and figures are of."""
+MANY = 3
+"""Loops that several processes judge sooner than one: each takes about as long as a process takes to start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,27 +49,46 @@ class Sides:
     names: tuple[str, str]
 
 
-def verify(
+def verify(  # noqa: PLR0913
     source: Configured,
     target: Configured,
     pairs: Sequence[tuple[int, int]],
     report: Sequence[LoopReport] = (),
     names: tuple[str, str] = ("source", "result"),
     progress: Callable[[float], None] | None = None,
+    *,
+    jobs: int = 1,
 ) -> list[Verified]:
     """The loops of both sides in the battery, pair by pair of their places; one without a neutral form is left out.
 
     ``report``: of the conversion, by the places of the source; without one both files are held against each other.
-    ``names``: what charts call the sides. ``progress`` is called with the share that is done.
+    ``names``: what charts call the sides. ``progress`` is called with the share that is done. ``jobs``: processes,
+    which are started for `MANY` loops.
     """
-    sides = _sides(source, target, pairs, report, names)
+    given = (source, target, pairs, report, names)
+    sides = _sides(*given)
     comparable = [(i, j) for i, j in pairs if sides.source.loops[i] is not None and sides.target.loops[j] is not None]
+    several = jobs > 1 and len(comparable) >= MANY
+    found = Crew(jobs, _judge, given).results(comparable) if several else map(_judge(*given), comparable)
     results = []
-    for done, (i, j) in enumerate(comparable, start=1):
-        results.append(_loop(sides, i, j, exactly=not report and source[0] is target[0]))
+    for done, one in enumerate(found, start=1):
+        results.append(one)
         if progress is not None:
             progress(done / len(comparable))
     return results
+
+
+def _judge(
+    source: Configured,
+    target: Configured,
+    pairs: Sequence[tuple[int, int]],
+    report: Sequence[LoopReport],
+    names: tuple[str, str],
+) -> Callable[[tuple[int, int]], Verified]:
+    """What judges one pair of loops after the other."""
+    sides = _sides(source, target, pairs, report, names)
+    exactly = not report and source[0] == target[0]
+    return lambda pair: _loop(sides, *pair, exactly=exactly)
 
 
 def _sides(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,22 +37,13 @@ MOST_KEPT = 100
 DEFAULT_SAMPLES = 2_000
 
 
-def cores() -> int:
-    """How many processes this one may keep busy."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 @click.command("certify", epilog=EPILOG)
 @click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
 @report_options.report_format("certify")
 @report_options.report_files("certify", "--output")
 @click.option("--samples", type=click.IntRange(1), default=DEFAULT_SAMPLES, show_default=True, help="How many to run.")
 @click.option("--seed", type=int, help="Of the row of samples.  [default: seed of vary, else of the scenario]")
-@click.option(
-    "--jobs",
-    type=click.IntRange(1),
-    help="Processes; the results are the same with any number.  [default: the cores of this machine]",
-)
+@options.JOBS
 @click.option(
     "--resume",
     type=click.Path(dir_okay=False),
@@ -103,7 +93,9 @@ def command(
     if plot_loops and not plot:
         raise click.UsageError("--plot-loop needs --plot")
     listed = LISTED if keep_worst is None else keep_worst
-    outcomes = list(run_all(scenarios, samples, seed, jobs or cores(), resume, listed, limits, record=bool(plot)))
+    outcomes = list(
+        run_all(scenarios, samples, seed, options.processes(jobs), resume, listed, limits, record=bool(plot))
+    )
     files: dict[str, str | bytes] = {}
     written = {} if not keep_worst else worst_files(outcomes, files)
     charts = fan_charts(outcomes, plot_loops) if plot else []

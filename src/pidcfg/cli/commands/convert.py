@@ -86,6 +86,7 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
     help="As --verify, and exit 1, nothing written, when a PV is further apart than this, in % of its range.",
 )
 @plots.VERIFIED
+@options.JOBS
 @placement_options
 @options.STDIN_FILENAME
 @options.QUIET
@@ -104,6 +105,7 @@ def command(
     verify: str | None,
     max_deviation: float | None,
     plot: tuple[str, ...],
+    jobs: int | None,
     **texts: str | None,
 ) -> None:
     """Convert the configuration FILE to another vendor's, and report what became of every field.
@@ -129,6 +131,7 @@ def command(
             one_configuration(file, limits),
             target,
             verify=tested,
+            jobs=options.processes(jobs),
             max_loss=max_loss,
             limits=limits,
             options=texts,
@@ -140,8 +143,7 @@ def command(
         click.get_current_context().exit(exit_code(result.findings))
     if result.unverified and result.ok:
         raise click.ClickException(f"the conversion cannot be verified: {result.unverified}")
-    result = named(result, out)
-    lossy = result.losses and not allow_loss
+    result, lossy = named(result, out), result.losses and not allow_loss
     apart = max_deviation is not None and result.pv_percent > max_deviation
     unlike = bool(verify == "pass" or max_deviation is not None) and verify != "report" and not result.alike
     if report == "json":

@@ -79,6 +79,7 @@ def _field(name: str, what: str) -> options.Decorator:
 @_field("author", "Who prepared it")
 @_field("date", "Date")
 @click.option("--exit-zero", is_flag=True, help="Exit 0 whenever the report was written.")
+@options.JOBS
 @options.STRICT
 @options.FORCE
 @options.QUIET
@@ -99,6 +100,7 @@ def command(
     author: str | None,
     date: str | None,
     exit_zero: bool,
+    jobs: int | None,
     strict: bool,
     force: bool,
     quiet: bool,
@@ -122,11 +124,10 @@ def command(
         raise click.UsageError("--sheet and --full: a sheet for the door has no more than the main values")
     printed = _browser() if out is not None and Path(out).suffix.lower() == PDF else None
     _have("page" if out is not None else None, "xlsx" if xlsx is not None else None)
-    inputs = gathered(paths, limits, _progress, pictures=out is not None and not sheet)
+    pictures = out is not None and not sheet
+    inputs = gathered(paths, limits, _progress, pictures=pictures, jobs=options.processes(jobs))
     block = Title(title, project, customer, plant, document, revision, author, date, __version__)
-    complete = compose(
-        block, list(inputs.files.values()), list(inputs.configurations.values()), inputs.runs, inputs.findings
-    )
+    complete = compose(block, list(inputs.files.values()), list(inputs.sheets.values()), inputs.runs, inputs.findings)
     content = renamed(complete, shortener([file.name for file in complete.files]))
     page: str | bytes | None = None if out is None else _page(content, sheet=sheet, full=full)
     if printed is not None and isinstance(page, str):

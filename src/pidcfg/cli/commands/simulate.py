@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pidcfg.cli import options, watch
 from pidcfg.cli.extras import need
 from pidcfg.cli.files import plots
-from pidcfg.cli.files.inputs import FILES, read_inputs
+from pidcfg.cli.files.identity import note_read
+from pidcfg.cli.files.inputs import FILES, STDIN, document, name_of, read_input, read_inputs
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
@@ -23,7 +23,8 @@ from pidcfg.cli.terminal.progress import LINE
 from pidcfg.diagnostics import Severity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from typing import TextIO
 
     from pidcfg.limits import Limits
     from pidcfg.results.runs import SimulateResult
@@ -70,6 +71,7 @@ DRAFTED = (
     show_default=True,
     help="numba (extra pidcfg[fast]) pays for long runs; the results are the same.",
 )
+@options.JOBS
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
 @options.FORCE
 @options.STRICT
@@ -87,6 +89,7 @@ def command(
     plot: tuple[str, ...],
     plot_loops: tuple[str, ...],
     engine: EngineName,
+    jobs: int | None,
     no_limit: bool,
     force: bool,
     strict: bool,
@@ -101,7 +104,6 @@ def command(
     Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
     scenario that cannot run.
     """
-    from pidcfg.api import simulate
     from pidcfg.cli.files.trend import trend_file
     from pidcfg.cli.formats.simulation_text import remarks
 
@@ -122,16 +124,9 @@ def command(
     tell_drafts(() if quiet else scenarios)
     files: dict[str, str | bytes] = {}
     with trend_file(csv, force=force, others=files) as trend:
-        call = partial(
-            simulate,
-            engine=engine,
-            every=every,
-            trend=trend,
-            record=bool(plot),
-            files=FILES,
-            limits=replace(limits, loop_steps=sys.maxsize) if no_limit else limits,
-        )
-        outcomes = [result.outcome for result in run_all(scenarios, call, detail)]
+        limits = replace(limits, loop_steps=sys.maxsize) if no_limit else limits
+        how = {"engine": engine, "runs": len(scenarios), "every": every, "record": bool(plot), "limits": limits}
+        outcomes = [result.outcome for result in run_all(scenarios, how, trend, detail, options.processes(jobs))]
         charts = plots.of_runs(outcomes, plot_loops) if plot else []
         files |= plots.drawn(plot, charts, *plots.heading(outcomes))
         # Told before trend and pictures are put in their places: a file there that differs costs no result.
@@ -166,19 +161,42 @@ def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
 
 
 def run_all(
-    scenarios: Sequence[Document], call: Callable[..., SimulateResult], detail: Detail
+    scenarios: Sequence[Document], how: Mapping[str, Any], trend: TextIO | None, detail: Detail, jobs: int
 ) -> Iterator[SimulateResult]:
-    """Runs the scenarios one after another; the line on the terminal shows how many are done, in shares of a run."""
-    for done, doc in enumerate(scenarios):
-        label = f"simulating {Path(doc.file).name}"
+    """Runs the scenarios, here or in several processes; the line on the terminal shows how many are done."""
+    from pidcfg.processes import Crew
 
-        def show(share: float, done: int = done, label: str = label) -> None:
-            LINE.update(label, (done + share) / len(scenarios))
+    here, done = {doc.file: doc for doc in scenarios}, 0
 
-        LINE.update(label, done / len(scenarios) if done else None)
-        result = call(doc, progress=show)
+    def show(share: float) -> None:
+        LINE.update(f"simulating {Path(scenarios[done].file).name}", (done + share) / len(scenarios))
+
+    def runner(how: Mapping[str, Any]) -> Callable[[Document | str], SimulateResult]:
+        run = Runner({**how, "trend": trend, "progress": show})
+        return lambda one: run(here[one] if isinstance(one, str) else one)
+
+    LINE.update(f"simulating {Path(scenarios[0].file).name}" if scenarios else "simulating")
+    items = [doc if doc.file == name_of(STDIN) else doc.file for doc in scenarios]
+    for result in Crew(jobs, Runner, (how,)).results_soon(items, lambda result: result.outcome.effort, runner):
+        note_read(result.outcome.config)
         detail.ran(result.outcome)
+        done += 1
         yield result
+
+
+@dataclass(frozen=True, slots=True)
+class Runner:
+    """Runs one scenario after the other, each a document or the name of a file."""
+
+    how: Mapping[str, Any]
+
+    def __call__(self, scenario: Document | str) -> SimulateResult:
+        """One run."""
+        from pidcfg.api import simulate
+
+        limits = self.how["limits"]
+        doc = document(read_input(scenario, limits), limits) if isinstance(scenario, str) else scenario
+        return simulate(doc, files=FILES, **self.how)
 
 
 def tell_drafts(documents: Iterable[Document]) -> None:

@@ -58,6 +58,14 @@ def mention(name: str) -> None:
         ctx.meta.setdefault(NAMES, set()).add(name)
 
 
+def note_read(name: str) -> None:
+    """Notes a file that another process has read for the running command."""
+    ctx = click.get_current_context(silent=True)
+    if ctx is not None and name:
+        mention(name)
+        files_read(ctx).add(identity(name))
+
+
 def was_read(name: str) -> bool:
     """Whether the running command has read this file."""
     ctx = click.get_current_context(silent=True)

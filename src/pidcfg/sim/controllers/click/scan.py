@@ -24,7 +24,7 @@ from pidcfg.sim.controllers.click.state import AUTO, FIRST, GOAL, NAN, PID_ERROR
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp, finite, single
 
-__all__ = ["INLINED", "Click", "Config", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "LOOP_STEP", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
 
 def control(c: Config, s: State, sig: list[float]) -> None:
@@ -94,3 +94,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, calculate)
 """The hot path of compiled code."""
+LOOP_STEP = 7
+"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

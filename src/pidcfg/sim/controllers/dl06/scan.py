@@ -40,7 +40,7 @@ from pidcfg.sim.controllers.dl06.state import (
 )
 from pidcfg.sim.terms import NEAREST
 
-__all__ = ["INLINED", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "LOOP_STEP", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
 
 LARGEST = 2147483647.0
 """An output beyond a signed 32-bit number of counts is an overflow (D40)."""
@@ -168,3 +168,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, position)
 """The hot path of compiled code."""
+LOOP_STEP = 7
+"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

@@ -31,7 +31,7 @@ from pidcfg.sim.controllers.dpide.state import (
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import finite, single
 
-__all__ = ["INLINED", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "LOOP_STEP", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
 
 
 def by_hand(c: Config, s: State) -> None:
@@ -98,3 +98,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, calculate, derivative, effective, fetch, show)
 """The hot path of compiled code."""
+LOOP_STEP = 14
+"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

@@ -35,7 +35,7 @@ from pidcfg.sim.controllers.ezlogix.state import (
 from pidcfg.sim.plc import NoOptions as Options
 from pidcfg.sim.terms import NEAREST
 
-__all__ = ["INLINED", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "LOOP_STEP", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
 
 ERROR_MOST = 32767.0
 """Base+11, the error, is a signed word that stays within this (D169)."""
@@ -138,3 +138,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, limit_setpoint, calculate, converted, show, show_setpoint, show_output, pulse)
 """The hot path of compiled code."""
+LOOP_STEP = 8
+"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

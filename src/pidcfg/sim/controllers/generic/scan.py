@@ -33,7 +33,7 @@ from pidcfg.sim.controllers.generic.state import (
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp
 
-__all__ = ["INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "LOOP_STEP", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 
 
 def switch(c: Config, s: State) -> None:
@@ -105,3 +105,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, measure, compare, derivative, calculate, watch)
 """The hot path of compiled code."""
+LOOP_STEP = 6
+"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

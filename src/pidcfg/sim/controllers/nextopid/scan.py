@@ -21,7 +21,7 @@ from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import move, value_of, wire_in
 from pidcfg.sim.plc import NoOptions as Options
 
-__all__ = ["INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
+__all__ = ["INLINED", "LOOP_STEP", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
 
 def call(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
@@ -89,3 +89,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, wire_in, value_of)
 """The hot path of compiled code."""
+LOOP_STEP = 35
+"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

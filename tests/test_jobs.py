@@ -1,0 +1,150 @@
+"""``--jobs``: who did the work cannot be told from the result, and nothing is left running."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+import certify_rig
+import pidcfg
+from jobs_rig import doubling, dying, waiting
+from pidcfg import processes
+from pidcfg.cli.errors import refused
+from pidcfg.cli.main import cli
+from pidcfg.processes import A_FILE, WORTH_STARTING, Crew
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def alive(number):
+    """Whether a process still runs."""
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    return Path(f"/proc/{number}/stat").read_text().split()[2] != "Z" if Path("/proc").is_dir() else True
+
+
+def in_group(place, group):
+    """Whether a process by its place in /proc belongs to a group, and runs."""
+    try:
+        state, _, number = place.read_text().rpartition(")")[2].split()[:3]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return number == str(group) and state != "Z"
+
+
+def test_results_come_back_in_order_from_other_processes():
+    found = list(Crew(2, doubling, (1,)).results(range(12)))
+    assert [number for number, _ in found] == [2 * i + 1 for i in range(12)]
+    assert os.getpid() not in {place for _, place in found}
+
+
+def test_processes_are_started_only_where_they_pay():
+    few = WORTH_STARTING // A_FILE - 1
+    here = list(Crew(2, doubling, (0,)).results_soon(range(2, few + 2), lambda _: 0.0))
+    assert {place for _, place in here} == {os.getpid()}
+    mixed = list(Crew(2, doubling, (0,)).results_soon(range(6), lambda _: WORTH_STARTING / 4))
+    assert [number for number, _ in mixed] == [0, 2, 4, 6, 8, 10]
+    assert [place == os.getpid() for _, place in mixed] == [True] + [False] * 5
+    alone = list(Crew(1, doubling, (0,)).results_soon(range(2, 5), lambda _: WORTH_STARTING))
+    assert {place for _, place in alone} == {os.getpid()}
+
+
+def test_a_process_that_is_gone_is_one_clear_error():
+    with pytest.raises(ChildProcessError) as caught:
+        list(Crew(2, dying).results(range(8)))
+    assert refused(caught.value) == "a process ended in the middle of its work; try --jobs 1"
+    assert "No child" in refused(ChildProcessError(10, "No child processes"))
+
+
+def test_who_stops_looking_leaves_no_process():
+    results = Crew(2, waiting).results(range(4))
+    worker = next(results)
+    assert alive(worker)
+    results.close()
+    assert not alive(worker)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Two scenarios, what one of them runs, a configuration with an error, and processes from the first file on."""
+    monkeypatch.setattr(processes, "WORTH_STARTING", 0)
+    monkeypatch.chdir(tmp_path)
+    for name in ("dpide/oven", "dl06/flow"):
+        scenario = (EXAMPLES / f"{name}.scenario.yaml").read_bytes()
+        Path(f"{name[-4:]}.scenario.yaml").write_bytes(scenario)
+        Path(f"{name.rpartition('/')[2]}.yaml").write_bytes((EXAMPLES / f"{name}.yaml").read_bytes())
+    Path("faulty.yaml").write_text("pidcfg: 1\nvendor: dl06\nloops: [{name: A, modee: auto}]\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("words", "most", "code"),
+    [
+        (("report", ".", "-o", "-"), 3, 1),
+        (("simulate", "oven.scenario.yaml", "faulty.yaml", "--format", "gitlab"), 2, 2),
+    ],
+    ids=("report", "simulate"),
+)
+def test_the_number_of_processes_changes_no_byte(folder, words, most, code):
+    ran = [CliRunner().invoke(cli, [*words, "--jobs", str(jobs + 1)]) for jobs in range(most)]
+    assert len({(one.exit_code, one.stdout, one.stderr) for one in ran}) == 1
+    assert "faulty" in ran[0].stdout
+    assert ran[0].exit_code == code, ran[0].stderr
+
+
+def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
+    monkeypatch.setattr("pidcfg.verification.verify.MANY", 2)
+    source = EXAMPLES / "ezlogix/dosing.yaml"
+    one, two = (pidcfg.convert(source, "click", verify=True, jobs=jobs) for jobs in (1, 2))
+    assert len(one.verified) == 2
+    assert (one.to_json(), one.verified) == (two.to_json(), two.verified)
+
+
+def test_an_input_that_another_process_has_read_is_no_output(folder):
+    os.link("flow.yaml", "door.html")
+    words = ["report", "oven.scenario.yaml", "flow.scenario.yaml", "--jobs", "2", "-o", "door.html", "--force"]
+    result = CliRunner().invoke(cli, words)
+    assert "door.html is a file that is read" in result.stderr
+    assert Path("door.html").read_bytes() == (EXAMPLES / "dl06/flow.yaml").read_bytes()
+
+
+def test_there_is_a_variable_for_it(folder, monkeypatch):
+    monkeypatch.setenv("PIDCFG_REPORT_JOBS", "0")
+    result = CliRunner().invoke(cli, ["report", "oven.yaml", "-o", "-"])
+    assert (result.exit_code, "--jobs" in result.output) == (2, True)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no process groups to interrupt")
+def test_ctrl_c_ends_all_processes_with_one_word(tmp_path):
+    (tmp_path / "loop.yaml").write_text(certify_rig.CONFIG)
+    text = certify_rig.SCENARIO.format(vary=certify_rig.GAIN, expect=certify_rig.PASSES)
+    (tmp_path / "run.scenario.yaml").write_text(text)
+    words = ["certify", "run.scenario.yaml", "--jobs", "2", "--samples", "1000000", "--resume", "kept.state"]
+    running = subprocess.Popen(
+        [sys.executable, "-m", "pidcfg", *words],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    while not (tmp_path / "kept.state").exists() and running.poll() is None:
+        time.sleep(0.01)
+    os.killpg(running.pid, signal.SIGINT)
+    out, err = running.communicate(timeout=60)
+    assert (running.returncode, out, err) == (130, "", "\ninterrupted\n")
+    for _ in range(1000):  # whoever shares the group ends with the pipe that is closed by now
+        if not any(in_group(place, running.pid) for place in Path("/proc").glob("[0-9]*/stat")):
+            break
+        time.sleep(0.01)
+    else:
+        pytest.fail("a process is left")
