@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from array import array
 from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
 from dataclasses import fields
 from functools import cache
@@ -126,16 +127,16 @@ def records(objects: Sequence[Any], cls: type) -> np.ndarray[Any, np.dtype[np.vo
     """The objects as an array of records; ``cls`` is theirs, since there may be none."""
     kind = record_type(cls)
     names = kind.names or ()
-    array = np.zeros(len(objects), kind)
+    rows = np.zeros(len(objects), kind)
     for i, item in enumerate(objects):
-        array[i] = tuple(getattr(item, name) for name in names)
-    return array
+        rows[i] = tuple(getattr(item, name) for name in names)
+    return rows
 
 
-def write_back(array: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]) -> None:
+def write_back(rows: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]) -> None:
     """The records' values into the objects that they were copied from."""
-    names = array.dtype.names or ()
-    for row, item in zip(array.tolist(), objects, strict=True):
+    names = rows.dtype.names or ()
+    for row, item in zip(rows.tolist(), objects, strict=True):
         for name, value in zip(names, row, strict=True):
             setattr(item, name, value)
 
@@ -153,32 +154,39 @@ def on_lists(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> 
     def call(*arguments: Any) -> int:
         arrays = [to_arrays(kind, value, vendor) for kind, value in zip(kinds, arguments, strict=True)]
         result = function(*arrays)
-        for kind, array, value in zip(kinds, arrays, arguments, strict=True):
-            from_arrays(kind, array, value)
+        for kind, columns, value in zip(kinds, arrays, arguments, strict=True):
+            from_arrays(kind, columns, value)
         return int(result)
 
     return call
 
 
 def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
-    """An argument for a compiled kernel: a sequence as an array, a group with each of its fields so."""
+    """An argument for a compiled kernel: a sequence as an array, a group with each of its fields so.
+
+    An ``array`` is handed through: the kernel reads and writes its own memory.
+    """
     if parts := group_fields(kind):
         return type(value)(*(to_arrays(part, item, vendor) for part, item in zip(parts, value, strict=True)))
     if kind is int:
         return value
     (item,) = get_args(kind)
+    if isinstance(value, array):
+        return np.frombuffer(value, TYPES[item.__name__]) if value else np.zeros(0, TYPES[item.__name__])
     return np.array(value, TYPES[item.__name__]) if item in {int, float} else records(value, vendor.get(item, item))
 
 
-def from_arrays(kind: Any, array: Any, value: Any) -> None:
+def from_arrays(kind: Any, columns: Any, value: Any) -> None:
     """What a compiled kernel has written into the arrays of an argument, back into its lists."""
     if parts := group_fields(kind):
-        for part, columns, item in zip(parts, array, value, strict=True):
-            from_arrays(part, columns, item)
-    elif get_origin(kind) is MutableSequence and array.dtype.names is not None:
-        write_back(array, value)
-    elif get_origin(kind) is MutableSequence:
-        value[:] = array.tolist()
+        for part, column, item in zip(parts, columns, value, strict=True):
+            from_arrays(part, column, item)
+    elif get_origin(kind) is not MutableSequence or isinstance(value, array):
+        return
+    elif columns.dtype.names is not None:
+        write_back(columns, value)
+    else:
+        value[:] = columns.tolist()
 
 
 @cache

@@ -1,17 +1,21 @@
 """Who runs the kernels: CPython on lists of objects, or numba on arrays of records, with the same results to the bit.
 
 The data stay lists; a compiled run copies them into arrays and back for each call, which spans thousands of base steps.
+What is long (noise, trend, log, delay lines) is an ``array`` from the start, which both work on as it is.
 """
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass, field
+from functools import cache
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.sim import kernel
 from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
 from pidcfg.sim.metrics import Band, Gauge, measure_loop
+from pidcfg.sim.noise import Normals, agrees, normals, uniform, word
 from pidcfg.sim.plants import step_plants
 
 if TYPE_CHECKING:
@@ -64,10 +68,10 @@ class Machine:
     shown: list[int]
     kernels: Kernels
     stack: list[float] = field(default_factory=list)
-    log: list[int] = field(default_factory=list)
+    log: array[int] = field(init=False)
     counts: list[int] = field(default_factory=lambda: [0, 0, 0])
-    noise: list[float] = field(default_factory=list)
-    trend: list[float] = field(default_factory=list)
+    noise: array[float] = field(default_factory=lambda: array("d"))
+    trend: array[float] = field(default_factory=lambda: array("d"))
     outputs: list[int] = field(default_factory=list)
     """Slots of the signals that the PLC writes."""
     held: dict[int, float] = field(default_factory=dict)
@@ -77,7 +81,8 @@ class Machine:
 
     def __post_init__(self) -> None:
         self.stack = self.net.pool.stack()
-        self.log = [0] * (LOG_COLUMNS * (LOG_ROWS + len(self.meters)))
+        self.net.delay = array("d", self.net.delay)
+        self.log = array("q", bytes(8 * LOG_COLUMNS * (LOG_ROWS + len(self.meters))))
         given = set(self.net.outside.values())
         self.outputs = [slot for slot, name in enumerate(self.plc.signals) if name and slot not in given]
 
@@ -126,6 +131,8 @@ class Kernels(NamedTuple):
 
     advance: Callable[[int, int, int, World, Loops[Any, Any], Meters, Log], int]
     settle: Callable[[int, int, World, Loops[Any, Any], MutableSequence[Span]], int]
+    normals: Normals | None = None
+    """`pidcfg.sim.noise.normals`, compiled; None: Python draws the noise."""
 
 
 def python_kernels(controller: Controller) -> Kernels:
@@ -151,5 +158,14 @@ def numba_kernels(controller: Controller) -> Kernels:
 
     built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
-    KEPT[controller.scan] = Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))
+    KEPT[controller.scan] = Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES), fast_normals())
     return KEPT[controller.scan]
+
+
+@cache
+def fast_normals() -> Normals | None:
+    """`pidcfg.sim.noise.normals` compiled, where it draws what Python draws."""
+    from pidcfg.sim import compile as compiler
+
+    fast = compiler.on_lists(compiler.compiled([normals], inlined=(word, uniform))[normals], normals, {})
+    return fast if agrees(fast) else None
