@@ -17,6 +17,7 @@ from array import array
 from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
 from dataclasses import fields
 from functools import cache
+from operator import attrgetter
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
@@ -118,6 +119,7 @@ def callees(f: Kernel) -> list[tuple[str, Kernel]]:
 # --- records ---------------------------------------------------------------------------------------------------------
 
 
+@cache
 def record_type(cls: type) -> np.dtype[np.void]:
     """The structured type of a flat dataclass whose fields are ints and floats."""
     return np.dtype([(f.name, TYPES[f.type if isinstance(f.type, str) else f.type.__name__]) for f in fields(cls)])
@@ -126,11 +128,8 @@ def record_type(cls: type) -> np.dtype[np.void]:
 def records(objects: Sequence[Any], cls: type) -> np.ndarray[Any, np.dtype[np.void]]:
     """The objects as an array of records; ``cls`` is theirs, since there may be none."""
     kind = record_type(cls)
-    names = kind.names or ()
-    rows = np.zeros(len(objects), kind)
-    for i, item in enumerate(objects):
-        rows[i] = tuple(getattr(item, name) for name in names)
-    return rows
+    values = attrgetter(*(kind.names or ()))
+    return np.array([values(item) for item in objects], kind)
 
 
 def write_back(rows: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]) -> None:

@@ -158,7 +158,8 @@ def numba_kernels(controller: Controller) -> Kernels:
 
     built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
-    KEPT[controller.scan] = Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES), fast_normals())
+    advance, settle = (compiler.on_lists(built[f], f, vendor) for f in ENTRIES)
+    KEPT[controller.scan] = Kernels(advance, settle, fast_normals())
     return KEPT[controller.scan]
 
 

@@ -17,7 +17,7 @@ Config = TypeVar("Config")
 State = TypeVar("State")
 """The vendor's records of a loop."""
 
-LOG_ROWS = 256
+LOG_ROWS = 4096
 """Changes that are kept before Python has to look at them."""
 LOG_COLUMNS = 5
 """Base step, loop, status, auxiliary status, notice."""
