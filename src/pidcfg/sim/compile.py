@@ -169,10 +169,24 @@ def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
         return type(value)(*(to_arrays(part, item, vendor) for part, item in zip(parts, value, strict=True)))
     if kind is int:
         return value
-    (item,) = get_args(kind)
-    if isinstance(value, array):
-        return np.frombuffer(value, TYPES[item.__name__]) if value else np.zeros(0, TYPES[item.__name__])
-    return np.array(value, TYPES[item.__name__]) if item in {int, float} else records(value, vendor.get(item, item))
+    item = item_of(kind)
+    if item not in {int, float}:
+        return records(value, vendor.get(item, item))
+    if isinstance(value, array) and value:
+        return np.frombuffer(value, TYPES[item.__name__])
+    return np.array(value, TYPES[item.__name__])
+
+
+@cache
+def item_of(kind: Any) -> Any:
+    """The type of a sequence's items."""
+    return get_args(kind)[0]
+
+
+@cache
+def is_written(kind: Any) -> bool:
+    """Whether a kernel writes a sequence."""
+    return get_origin(kind) is MutableSequence
 
 
 def from_arrays(kind: Any, columns: Any, value: Any) -> None:
@@ -180,7 +194,7 @@ def from_arrays(kind: Any, columns: Any, value: Any) -> None:
     if parts := group_fields(kind):
         for part, column, item in zip(parts, columns, value, strict=True):
             from_arrays(part, column, item)
-    elif get_origin(kind) is not MutableSequence or isinstance(value, array):
+    elif not is_written(kind) or isinstance(value, array):
         return
     elif columns.dtype.names is not None:
         write_back(columns, value)

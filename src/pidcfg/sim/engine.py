@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 EngineName = Literal["auto", "python", "numba"]
 WORTH_LOADING, WORTH_COMPILING = 400_000, 8_000_000
 """Loop-steps from which on compiled kernels pay: loading them takes a second, compiling a quarter of a minute."""
-CHUNK = 16_384
+CHUNK = 65_536
 """Base steps between two looks of Python: what noise and trend take of the memory."""
 
 
