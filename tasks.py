@@ -5,7 +5,7 @@ test      install everything and run all tests; further arguments go to pytest
 docs      build the documentation site into build/site
 generate  renew everything that is generated: pages, schemas, messages, golden files; --check only says what differs
 check     ruff, mypy --strict, the import rules, and whether what is generated is up to date
-bench     print the benchmarks: speed of the command and of the simulation
+bench     print the benchmarks: speed of the command and of the simulation, beside their goals; --quick for fewer rounds
 lock      renew requirements/*.txt from pyproject.toml
 
 Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
@@ -215,11 +215,11 @@ def docs() -> None:
     print(f"open {(ROOT / 'build' / 'site' / 'index.html').as_uri()}")
 
 
-def bench() -> None:
+def bench(*arguments: str) -> None:
     """Print every benchmark."""
     prepare("test")
     for script in sorted((ROOT / "tests" / "benchmarks").glob("bench_*.py")):
-        must(PYTHON, script.relative_to(ROOT))
+        must(PYTHON, script.relative_to(ROOT), *arguments)
 
 
 def lock() -> None:
@@ -250,7 +250,7 @@ TASKS: dict[str, Callable[..., None]] = {
 def main(arguments: list[str]) -> None:
     """Run the named task."""
     name, *rest = arguments or ["help"]
-    if name not in TASKS or (rest and name not in {"test", "generate"}):
+    if name not in TASKS or (rest and name not in {"test", "generate", "bench"}):
         sys.exit(__doc__)
     os.environ["PYTHONUTF8"] = "1"
     TASKS[name](*rest)

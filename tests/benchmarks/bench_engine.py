@@ -1,130 +1,193 @@
-"""Loop-steps a second of the DL06 step with a first-order plant: CPython, numba and a hand-written C twin.
+"""How fast runs are, as `pidcfg simulate` does them: plants, metrics, log, and noise and trend where they are wanted.
 
-Run it with ``python tests/benchmarks/bench_engine.py``; aims: CPython at least 0.5 million, numba at least 0.75 of C.
-The C twin (dl06_twin.c) is compiled here with ``cc -O2`` where a compiler exists; all three must agree to the last bit.
+Run it with ``python tests/benchmarks/bench_engine.py [--quick]``, or all benchmarks with ``python tasks.py bench``. The
+yardsticks are the same run by hand in C (dl06_twin.c, where a compiler is) and simple-pid with the same plants. Before
+a time counts, all that calculate the same have left the same bits: the report and every signal of every base step.
 """
 
 from __future__ import annotations
 
-import shutil
-import subprocess
+import contextlib
+import hashlib
 import tempfile
-import time
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-import numpy as np
+import production
+from rounds import QUICK_ROUNDS, ROUNDS, Times, beside, cpu, is_quick, race, ratio
+from twin import Twin, compiler
 
-from pidcfg.sim.compile import compiled, records
-from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
-from pidcfg.sim.controllers.dl06.state import AUTO
+from pidcfg.sim import engine
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from array import array
+    from collections.abc import Callable, Sequence
 
-PERIOD = 500_000
-TWIN = Path(__file__).with_name("dl06_twin.c")
-REPEATS = 5
+    from pidcfg.scenario.load import Loaded
+    from pidcfg.sim.engine import EngineName
+    from pidcfg.sim.recording import Recording
 
-
-def run(steps: int, cfg: Any, st: Any, aux: Any, sig: Any) -> int:
-    """Plants and controllers, step by step (kernel)."""
-    for k in range(steps):
-        load = 5.0 if k // 200 % 2 else 0.0
-        for i in range(len(cfg)):
-            y = sig[5 * i]
-            sig[5 * i] = y + 0.0125 * (sig[5 * i + 3] - y + load)
-        scan(k * PERIOD, cfg, st, aux, sig)
-    return steps
-
-
-def setup(loops: int) -> tuple[list[Config], list[State], list[float]]:
-    """PID with filter, derivative gain limit, bias freeze, SP limits and all alarms."""
-    cfg, st = [], []
-    for i in range(loops):
-        c = Config(period=PERIOD, freeze=1, pv_width=100.0, out_width=100.0, filter=0.5, sp_min=100.0, sp_max=4000.0)
-        c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = (5 * i + k for k in range(5))
-        c.low_low, c.low, c.high, c.high_high = -2.0, -1.0, 3500.0, 3800.0
-        c.yellow, c.red, c.rate_of_change, c.hysteresis = 4000.0, 4090.0, 500.0, 4.0
-        c.limited, c.limit = 1, 10.0
-        s = State(period=PERIOD, busy=0, status=AUTO, sp=2000.0, gain=2.0, reset=20.0, rate=1.0)
-        coefficients(c, s)
-        cfg.append(c)
-        st.append(s)
-    return cfg, st, [0.0] * (5 * loops)
+PLAIN, FAST, WRITTEN, LONG = 20_000, 1_000_000, 100_000, 8_000_000
+"""Loop-steps of a run: in CPython, compiled, compiled with a trend (text for the most part), and beside C: from so many
+on `auto` compiles in any case."""
+GOALS = {"dl06": 1.3, "ezlogix": 1.1, "click": 1.0, "dpide": 0.9, "nextopid": 0.6}
+"""simple-pid's time over ours, in CPython."""
+KERNEL_GOAL, CYCLE_GOAL = 1.0, 20.0
+WHOLE_GOALS = {False: 0.8, True: 0.7}
+"""C's time over that of the whole compiled run, by whether there is noise."""
 
 
-def python(loops: int, steps: int) -> tuple[float, float]:
-    """Seconds and checksum of a run in CPython."""
-    cfg, st, sig = setup(loops)
-    started = time.perf_counter()
-    run(steps, cfg, st, [0.0], sig)
-    return time.perf_counter() - started, checksum(sig, [(s.bias, s.out) for s in st])
+class Nowhere:
+    """Takes text and forgets it."""
+
+    def write(self, text: str, /) -> object:
+        """As an open file does."""
+        return len(text)
 
 
-def numba(loops: int, steps: int, kernel: Callable[..., Any]) -> tuple[float, float]:
-    """Seconds and checksum of a compiled run, compilation left out."""
-    cfg, st, sig = setup(loops)
-    c, s, g = records(cfg, Config), records(st, State), np.array(sig)
-    kernel(0, c, s, np.array([0.0]), g)
-    started = time.perf_counter()
-    kernel(steps, c, s, np.array([0.0]), g)
-    return time.perf_counter() - started, checksum(g.tolist(), [(r["bias"].item(), r["out"].item()) for r in s])
+class Bits:
+    """A recording that keeps nothing but the hash of every signal at every base step."""
+
+    def __init__(self) -> None:
+        self.digest, self.width = hashlib.sha256(), 0
+
+    def begin(self, names: Sequence[str], steps: int, dt: float) -> None:
+        """As `Recording.begin`."""
+        del steps, dt
+        self.width = len(names)
+
+    def look(self, *_: object) -> None:
+        """As `Recording.look`."""
+
+    def take(self, values: array[float], rows: int) -> None:
+        """As `Recording.take`."""
+        self.digest.update(values[: rows * self.width].tobytes())
+
+    def end(self) -> None:
+        """As `Recording.end`."""
 
 
-def twin(loops: int, steps: int, program: Path) -> tuple[float, float]:
-    """Seconds and checksum of the C twin."""
-    printed = subprocess.run([program, str(loops), str(steps)], check=True, capture_output=True, text=True).stdout
-    seconds, total = printed.split()
-    return float(seconds), float(total)
+def outcome(case: Loaded, name: EngineName) -> tuple[dict[str, Any], str]:
+    """The report without its engine, and the hash of all signals."""
+    bits = Bits()
+    report = asdict(production.ours(case, name, recording=cast("Recording", bits)))
+    del report["engine"]
+    return report, bits.digest.hexdigest()
 
 
-def checksum(sig: list[float], outputs: list[tuple[float, float]]) -> float:
-    """What all three print when they have calculated the same."""
-    total = 0.0
-    for i, (bias, out) in enumerate(outputs):
-        total += sig[5 * i] + bias + out
-    return total
+def must_agree(what: str, *outcomes: tuple[dict[str, Any], str]) -> None:
+    """Ends the benchmark when two sides have not calculated the same."""
+    if any(one != outcomes[0] for one in outcomes):
+        raise SystemExit(f"{what}: the results differ")
 
 
-def best(loops: int, steps: int, way: Callable[[int, int], tuple[float, float]]) -> tuple[float, float]:
-    """Million loop-steps a second in the best of some runs, and the checksum."""
-    runs = [way(loops, steps) for _ in range(REPEATS)]
-    return loops * steps / min(seconds for seconds, _ in runs) / 1e6, runs[0][1]
+def case_of(vendor: str, loops: int, loop_steps: int, *, noise: bool) -> Loaded:
+    """A production run of so many loop-steps."""
+    text = production.scenario(vendor, loops, loop_steps // loops, noise=noise)
+    return production.loaded(production.configuration(vendor, loops), text)
 
 
-def compare(loops: int, kernel: Callable[..., Any], program: Path | None) -> None:
-    """One row of the report, after a check that short runs agree."""
-    short = 2000
-    sums = [python(loops, short)[1], numba(loops, short, kernel)[1]]
-    sums += [twin(loops, short, program)[1]] if program else []
-    if len(set(sums)) != 1:
-        raise SystemExit(f"{loops} loops: the results differ: {sums}")
-    slow, _ = best(loops, 200_000 // loops, python)
-    fast, _ = best(loops, 20_000_000 // loops, lambda n, k: numba(n, k, kernel))
-    row = f"{loops:5}  {slow:8.2f}  {fast:8.1f}"
-    if program:
-        hand, _ = best(loops, 20_000_000 // loops, lambda n, k: twin(n, k, program))
-        row += f"  {hand:8.1f}  {fast / hand:9.2f}"
-    print(row)
+def work_of(case: Loaded, name: EngineName, *, trend: bool = False) -> Callable[[], Any]:
+    """A run of it."""
+    return lambda: production.ours(case, name, trend=Nowhere() if trend else None)
+
+
+# --- CPython and compiled, all vendors -------------------------------------------------------------------------------
+
+
+def compare_vendor(vendor: str, loops: int, rounds: int, *, noise: bool, trend: bool) -> str:
+    """One row of the table of vendors."""
+    short = case_of(vendor, loops, PLAIN, noise=noise)
+    must_agree(f"{vendor}, {loops} loops", outcome(short, "python"), outcome(short, "numba"))
+    steps = WRITTEN if trend else FAST
+    long = case_of(vendor, loops, steps, noise=noise)
+    sides = {"python": cpu(work_of(short, "python", trend=trend)), "numba": cpu(work_of(long, "numba", trend=trend))}
+    with contextlib.suppress(ImportError):
+        sides["simple-pid"] = cpu(production.simple_pid(loops, PLAIN // loops, noise=noise))
+    times = race(sides, rounds)
+    speedup = ratio(times["python"], times["numba"], steps / PLAIN)
+    row = f"{vendor:9} {loops:2}  {'noise' if noise else '-':5}  {'trend' if trend else '-':5}"
+    row += f" {nanoseconds(times['python'], PLAIN):8.0f} {nanoseconds(times['numba'], steps):8.1f} {both(speedup)}"
+    if "simple-pid" in times:
+        against = ratio(times["simple-pid"], times["python"])
+        row += f"  {both(against)}"
+        if vendor in GOALS and (loops, noise, trend) == (1, False, False):
+            row += f"  {beside(against[0], GOALS[vendor])}"
+    return row
+
+
+def nanoseconds(times: Times, loop_steps: int) -> float:
+    """The median of a loop-step."""
+    return times.median / loop_steps * 1e9
+
+
+def both(values: tuple[float, float]) -> str:
+    """The ratio of the medians, and that of the minima."""
+    return f"{values[0]:6.2f} ({values[1]:.2f})"
+
+
+def vendors(rounds: int, *, quick: bool) -> None:
+    """The table of vendors."""
+    print("\nWhole runs, a loop-step; ratios of the medians (of the minima)")
+    print("vendor  loops                  CPython    numba  CPython/numba   simple-pid/CPython")
+    for vendor in production.VENDORS:
+        for loops in (1,) if quick else (1, 8):
+            for noise in (False, True):
+                for trend in (False,) if quick else (False, True):
+                    print(compare_vendor(vendor, loops, rounds, noise=noise, trend=trend), flush=True)
+
+
+def limit_cycle(rounds: int) -> None:
+    """A loop whose alarms come and go all the time."""
+    short, long = (production.loaded(*production.limit_cycle(steps)) for steps in (PLAIN, FAST))
+    must_agree("the limit cycle", outcome(short, "python"), outcome(short, "numba"))
+    times = race({"python": cpu(work_of(short, "python")), "numba": cpu(work_of(long, "numba"))}, rounds)
+    speedup = ratio(times["python"], times["numba"], FAST / PLAIN)
+    print(f"\nA limit cycle with alarms (dl06), CPython / numba: {both(speedup)}  {beside(speedup[0], CYCLE_GOAL)}")
+
+
+# --- compiled and C --------------------------------------------------------------------------------------------------
+
+
+def against_c(rounds: int, *, quick: bool) -> None:
+    """Compiled runs of the DL06 beside the same by hand."""
+    if compiler() is None:
+        print("\nno C compiler here: compiled runs are not held to C")
+        return
+    print("\nDL06: C / whole compiled run, and C / compiled kernels alone; ratios of the medians (of the minima)")
+    with tempfile.TemporaryDirectory() as folder:
+        twin = Twin(Path(folder))
+        for loops in (1, 8):
+            for noise in (False, True):
+                print(race_c(twin, loops, QUICK_ROUNDS if quick else rounds, noise=noise), flush=True)
+
+
+def race_c(twin: Twin, loops: int, rounds: int, *, noise: bool) -> str:
+    """One row of it; C must have left the same bits over the whole run."""
+    case = case_of("dl06", loops, LONG, noise=noise)
+    hand: list[Any] = []
+    twin.run(lambda: hand.append(outcome(case, "numba")))
+    must_agree(f"C, {loops} loops", outcome(case, "numba"), hand[0])
+    work = work_of(case, "numba")
+    times = race(
+        {"whole": cpu(work), "kernels": lambda: twin.kernel_seconds(work), "C": lambda: twin.run(work)}, rounds
+    )
+    whole, kernel = ratio(times["C"], times["whole"]), ratio(times["C"], times["kernels"])
+    row = f"{loops:2} loops  {'noise' if noise else '-':5}  C {nanoseconds(times['C'], LONG):6.1f} ns"
+    row += f"   whole {both(whole)} {beside(whole[0], WHOLE_GOALS[noise])}"
+    return f"{row}   kernels {both(kernel)} {beside(kernel[0], KERNEL_GOAL)}"
 
 
 def main() -> None:
-    """Print million loop-steps a second and the ratios."""
-    started = time.perf_counter()
-    kernel = compiled([run], inlined=INLINED)[run]
-    numba(1, 1, kernel)
-    print(f"numba was ready after {time.perf_counter() - started:.1f} s")
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / "dl06_twin"
-        if compiler:
-            command = [compiler, "-O2", "-ffp-contract=off", str(TWIN), "-o", str(program), "-lm"]
-            subprocess.run(command, check=True)
-        print("loops  CPython M/s  numba M/s  C M/s  numba / C")
-        for loops in (1, 8):
-            compare(loops, kernel, program if compiler else None)
+    """All of them."""
+    quick = is_quick("how fast runs are")
+    rounds = QUICK_ROUNDS if quick else ROUNDS
+    drawn = "compiled code" if engine.fast_normals() is not None else "Python: compiled code draws other bits here"
+    print(f"noise of compiled runs is drawn by {drawn}")
+    against_c(rounds, quick=quick)
+    limit_cycle(rounds)
+    vendors(rounds, quick=quick)
 
 
 if __name__ == "__main__":

@@ -1,28 +1,34 @@
-/* The hot path of src/pidcfg/sim/controllers/dl06.py (sample, position, alarms, scan) and a first-order plant, by hand.
+/* The production run of one or more DL06 loops by hand: what pidcfg.sim.kernel.advance does for them, and their noise.
 
-   cc -O2 -ffp-contract=off dl06_twin.c -o dl06_twin && ./dl06_twin 8 5000000
-   prints the seconds, and a checksum that equals that of the Python and numba runs. */
+   The records are those of the Python sources (records.h is written from them by twin.py), so that both work on the same
+   arrays and leave the same bits. What rarely happens (mode requests, profiles, auto-tune) ends the program. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
+
+#include "records.h"
 
 #define NEAREST 6755399441055744.0
 #define UNBOUNDED 1e18
-enum { MANUAL = 1, AUTO = 2, CASCADE = 4, ALARMS = 0x3f8, RATE_OF_CHANGE = 512 };
+enum { MANUAL = 1, AUTO = 2, CASCADE = 4, ALARMS = 0x3f8, RATE_OF_CHANGE = 512, LOG_COLUMNS = 5 };
 
 typedef struct {
-    int64_t sig_in, sig_pv, sig_sp, sig_out, sig_bias, curved, freeze, major, slow, velocity, on_pv, step_bias, root;
-    double pv_low, pv_width, pv_min, pv_max, pv_span, out_low, out_width, out_min, out_max, out_span;
-    double filter, span, sp_min, sp_max, m_low, m_high;
-    double low_low, low, high, high_high, yellow, red, rate_of_change, hysteresis;
-} Config;
+    int64_t step, n_plants, n_loops, n_bands, n_gauges, n_shown, columns, noise_from, reached, every, room;
+    Plant *plants;
+    Config *cfg;
+    State *st;
+    double *sig;
+    const double *noise;
+    Meter *meters;
+    Band *bands;
+    Gauge *gauges;
+    int64_t *rows, *counts;
+    double *trend;
+    const int64_t *shown;
+} Run;
 
-typedef struct {
-    int64_t due, period, busy, status;
-    double sp, pv, bias, out, kp, ki, kd, lag, m, x1, quiet_low, quiet_high, quiet_sp, last_sp;
-} State;
+/* --- the controller ------------------------------------------------------------------------------------------------ */
 
 static int64_t latched(int64_t status, int64_t bit, double excess, double hysteresis) {
     if (excess > 0.0) return status | bit;
@@ -51,7 +57,7 @@ static void alarms(const Config *c, State *s, double pv, double old, double sp) 
     }
 }
 
-static double position(const Config *c, State *s, double e, double x) {
+static double position(const Config *c, State *s, double e) {
     double bias = s->bias, change = s->ki * e;
     if (change != 0.0) {
         if (c->freeze && ((change > 0.0 && s->out >= c->out_max) || (change < 0.0 && s->out <= c->out_min))) change = 0.0;
@@ -60,18 +66,19 @@ static double position(const Config *c, State *s, double e, double x) {
     if (bias > c->out_max) bias = c->out_max;
     else if (bias < c->out_min) bias = c->out_min;
     s->bias = bias;
-    double m = s->kp * e + bias;
-    if (s->kd != 0.0) {
-        change = s->lag * (x - s->x1);
-        s->x1 += change;
-        m += s->kd * change;
+    if (s->kd == 0.0) {
+        s->x1 = e;
+        return s->kp * e + bias;
     }
-    return m;
+    double y = s->lag == 1.0 ? e : s->x1 + s->lag * (e - s->x1), slope = y - s->x1;
+    s->x1 = y;
+    return s->kp * e + s->kd * slope + bias;
 }
 
 static void sample(int64_t i, const Config *cfg, State *st, double *sig) {
     const Config *c = &cfg[i];
     State *s = &st[i];
+    if (s->busy || c->special) abort();
     double pv = (sig[c->sig_in] - c->pv_low) * c->pv_span / c->pv_width + c->pv_min;
     if (pv >= c->pv_max) pv = c->pv_max;
     else if (pv > c->pv_min) pv = pv + NEAREST - NEAREST;
@@ -79,7 +86,6 @@ static void sample(int64_t i, const Config *cfg, State *st, double *sig) {
     double old = s->pv;
     if (c->filter < 1.0) pv = old + c->filter * (pv - old) + NEAREST - NEAREST;
     s->pv = pv;
-    if (s->busy) abort(); /* rare work is not part of the benchmark */
     int64_t status = s->status;
     double sp = status & CASCADE ? st[c->major].out : s->sp;
     if (sp < c->sp_min) sp = c->sp_min;
@@ -87,13 +93,11 @@ static void sample(int64_t i, const Config *cfg, State *st, double *sig) {
     double change = pv - old, fast = c->rate_of_change;
     if (pv < s->quiet_low || pv > s->quiet_high || sp != s->quiet_sp || change > fast || -change > fast) {
         alarms(c, s, pv, old, sp);
-        double centre = c->root ? sp * sp : sp;
+        double centre = c->root ? sp * fabs(sp) : sp;
         sig[c->sig_sp] = c->pv_low + (centre - c->pv_min) * c->pv_width / c->pv_span;
     }
     if (!(status & MANUAL)) {
-        if (c->curved || c->velocity || c->on_pv || (c->step_bias && sp != s->last_sp)) abort();
-        double e = (sp - pv) / c->span;
-        double m = position(c, s, e, e);
+        double m = position(c, s, (sp - pv) / c->span);
         if (m > 2147483647.0 || m < -2147483647.0) abort();
         if (m > c->m_high) m = c->m_high;
         if (m < c->m_low) m = c->m_low;
@@ -116,33 +120,214 @@ static void scan(int64_t tick, int64_t loops, const Config *cfg, State *st, doub
     }
 }
 
-int main(int argc, char **argv) {
-    int64_t loops = argc > 1 ? atoll(argv[1]) : 1, steps = argc > 2 ? atoll(argv[2]) : 1000000, period = 500000;
-    Config *cfg = calloc(loops, sizeof *cfg);
-    State *st = calloc(loops, sizeof *st);
-    double *sig = calloc(5 * loops, sizeof *sig);
-    for (int64_t i = 0; i < loops; i++) {
-        double kc = 2.0, ti = 20.0, td = 1.0, ts = 0.5;
-        cfg[i] = (Config){.sig_in = 5 * i, .sig_pv = 5 * i + 1, .sig_sp = 5 * i + 2, .sig_out = 5 * i + 3,
-            .sig_bias = 5 * i + 4, .freeze = 1, .major = -1, .pv_width = 100.0, .pv_max = 4095.0, .pv_span = 4095.0,
-            .out_width = 100.0, .out_max = 4095.0, .out_span = 4095.0, .filter = 0.5, .span = 4095.0, .sp_min = 100.0,
-            .sp_max = 4000.0, .m_low = 0.0, .m_high = 4095.0, .low_low = -2.0, .low = -1.0, .high = 3500.0,
-            .high_high = 3800.0, .yellow = 4000.0, .red = 4090.0, .rate_of_change = 500.0, .hysteresis = 4.0};
-        st[i] = (State){.period = period, .status = AUTO, .sp = 2000.0, .kp = kc * 4095.0, .ki = kc * 4095.0 * ts / ti,
-            .kd = kc * 4095.0 * td / ts, .lag = ts / (ts + td / 10.0), .quiet_low = UNBOUNDED, .quiet_high = -UNBOUNDED};
-    }
-    struct timespec from, to;
-    clock_gettime(CLOCK_MONOTONIC, &from);
-    for (int64_t k = 0; k < steps; k++) {
-        for (int64_t i = 0; i < loops; i++) {
-            double y = sig[5 * i];
-            sig[5 * i] = y + 0.0125 * (sig[5 * i + 3] - y + (k / 200 % 2 ? 5.0 : 0.0));
+/* --- what is measured ---------------------------------------------------------------------------------------------- */
+
+static void turn(Meter *m, double pv, int64_t k) {
+    double before = m->last_swing, swing = fabs(m->extreme - m->turn_value);
+    int64_t period = m->extreme_at - m->turn_before;
+    m->last_swing = swing;
+    if (m->extreme_at >= m->late) {
+        if (m->turns == 0 && m->calm_turns > 0) m->turns = 1;
+        if (m->turns == 1) {
+            m->first_turn = m->extreme_at;
+            m->swings = 0.0;
+            m->shortest = INT64_C(1) << 62;
+            m->longest = 0;
+        } else if (m->turns > 1) {
+            m->swings += swing;
+            if (m->turns == 2) m->first_swing = swing;
+            else {
+                if (period < m->shortest) m->shortest = period;
+                if (period > m->longest) m->longest = period;
+            }
         }
-        scan(k * period, loops, cfg, st, sig);
+        m->turns++;
     }
-    clock_gettime(CLOCK_MONOTONIC, &to);
-    double sum = 0.0;
-    for (int64_t i = 0; i < loops; i++) sum += sig[5 * i] + st[i].bias + st[i].out;
-    printf("%.6f %.17g\n", (to.tv_sec - from.tv_sec) + (to.tv_nsec - from.tv_nsec) * 1e-9, sum);
-    return 0;
+    if (m->calm_turns == 1) {
+        m->calm_first_turn = m->extreme_at;
+        m->calm_swings = m->widest = 0.0;
+        m->calm_shortest = INT64_C(1) << 62;
+        m->calm_longest = 0;
+    } else if (m->calm_turns > 1) {
+        m->calm_swings += swing;
+        if (swing > m->widest) m->widest = swing;
+        if (m->calm_turns == 2) {
+            m->calm_first_swing = swing;
+            m->growing = m->grown = 0;
+        } else {
+            if (period < m->calm_shortest) m->calm_shortest = period;
+            if (period > m->calm_longest) m->calm_longest = period;
+            m->growing = swing > 1.1 * before ? m->growing + 1 : 0;
+            if (m->growing > m->grown) m->grown = m->growing;
+        }
+    }
+    m->calm_turns++;
+    m->turn_value = m->extreme;
+    m->turn_before = m->last_turn;
+    m->last_turn = m->extreme_at;
+    m->course = -m->course;
+    m->extreme = pv;
+    m->extreme_at = k;
+}
+
+static void watch_swings(Meter *m, double pv, int64_t k) {
+    if (m->control == 0 || m->extreme_at < 0) {
+        m->extreme = pv;
+        m->extreme_at = k;
+        m->turns = m->calm_turns = 0;
+    } else if (m->course > 0 ? pv > m->extreme : pv < m->extreme) {
+        m->extreme = pv;
+        m->extreme_at = k;
+    } else if ((m->course > 0 ? m->extreme - pv : pv - m->extreme) > m->least) turn(m, pv, k);
+}
+
+static void watch_end(Meter *m, double pv, double sp, int64_t k) {
+    if (sp > pv) {
+        if (m->side <= 0) {
+            m->side = 1;
+            m->since = k;
+        }
+    } else if (m->side >= 0) {
+        m->side = -1;
+        m->since = k;
+    }
+    if (k >= m->middle) {
+        m->final_error += sp - pv;
+        m->final_sp += sp;
+    } else if (k >= m->window) {
+        m->early_error += sp - pv;
+        m->early_sp += sp;
+    }
+    if (k == m->late) {
+        m->late_status |= m->status;
+        m->late_aux |= m->aux_status;
+    }
+}
+
+static void follow_step(Meter *m, double pv, double sp, int64_t k) {
+    if (pv > m->peak_high) m->peak_high = pv;
+    else if (pv < m->peak_low) m->peak_low = pv;
+    if ((m->stepped == 0 || k <= m->locked) && sp != m->before) {
+        m->stepped = 1;
+        m->after = sp;
+    }
+    if (m->stepped == 1 && m->rise_to < 0) {
+        double share = (pv - m->before) / (m->after - m->before);
+        if (share >= 0.1 && m->rise_from < 0) m->rise_from = k;
+        if (share >= 0.9) m->rise_to = k;
+    }
+}
+
+static void measure(Meter *m, const double *sig, int64_t k) {
+    double pv = sig[m->pv], sp = sig[m->sp], out = sig[m->out];
+    if (m->control == 1) {
+        if (sp != pv) {
+            double e = fabs(sp - pv);
+            m->iae += e;
+            m->ise += e * e;
+            m->itae += e * (double)k;
+        }
+        if (m->event >= 0) follow_step(m, pv, sp, k);
+    }
+    if (out != m->last_out) {
+        m->variation += fabs(out - m->last_out);
+        m->last_out = out;
+        if (out > m->out_high) m->out_high = out;
+        else if (out < m->out_low) m->out_low = out;
+    }
+    if (pv > m->pv_high) m->pv_high = pv;
+    else if (pv < m->pv_low) m->pv_low = pv;
+    if (sp != m->last_sp) {
+        m->last_sp = sp;
+        if (sp > m->sp_high) m->sp_high = sp;
+        else if (sp < m->sp_low) m->sp_low = sp;
+    }
+    if (k >= m->watched) watch_end(m, pv, sp, k);
+    if (k >= m->swung) watch_swings(m, pv, k);
+}
+
+/* --- the run ------------------------------------------------------------------------------------------------------- */
+
+int64_t advance(int64_t k, int64_t last, int64_t zero, const Run *run) {
+    Run r = *run;
+    for (; k < last; k++) {
+        int64_t now = k - zero;
+        if (k > r.reached)
+            for (int64_t i = 0; i < r.n_plants; i++) {
+                Plant *p = &r.plants[i];
+                if (p->source < 0 || p->length > 0 || p->model != 0) abort();
+                double y = p->y + p->a * (p->gain * r.sig[p->source] + p->load - p->y);
+                if (y > p->high) y = p->high;
+                else if (y < p->low) y = p->low;
+                p->y = r.sig[p->slot] = y;
+            }
+        if (r.columns > 0)
+            for (int64_t i = 0; i < r.n_plants; i++) {
+                Plant *p = &r.plants[i];
+                if (p->column >= 0)
+                    r.sig[p->measured] = r.sig[p->slot] + p->sigma * r.noise[(k - r.noise_from) * r.columns + p->column];
+            }
+        scan(k * r.step, r.n_loops, r.cfg, r.st, r.sig);
+        for (int64_t i = 0; i < r.n_loops; i++)
+            if (r.st[i].status != r.meters[i].status || r.st[i].notice || r.st[i].aux_status != r.meters[i].aux_status) abort();
+        for (int64_t i = 0; i < r.n_loops; i++) measure(&r.meters[i], r.sig, now);
+        if (r.counts[2] > 0)
+            for (int64_t i = 0; i < r.n_bands; i++) {
+                Meter *m = &r.meters[r.bands[i].loop];
+                double away = fabs(r.sig[m->pv] - m->after);
+                if (m->event >= 0 && m->control == 1 && (m->stepped == 0 || away > r.bands[i].share * fabs(m->after - m->before)))
+                    r.bands[i].outside = now;
+            }
+        for (int64_t i = 0; i < r.n_gauges; i++) {
+            Gauge *g = &r.gauges[i];
+            if (g->first <= now && now <= g->last) {
+                double value = r.sig[g->slot];
+                if (value < g->low) g->low = value;
+                if (value > g->high) g->high = value;
+            }
+        }
+        if (r.every > 0 && now % r.every == 0) {
+            for (int64_t i = 0; i < r.n_shown; i++) r.trend[r.counts[1] * r.n_shown + i] = r.sig[r.shown[i]];
+            r.counts[1]++;
+        }
+    }
+    return k;
+}
+
+/* --- noise: the Mersenne Twister as Python has it, and Box and Muller's numbers -------------------------------------- */
+
+static uint32_t word(int64_t *state) {
+    if (state[624] >= 624) {
+        for (int i = 0; i < 624; i++) {
+            uint32_t y = ((uint32_t)state[i] & 0x80000000u) | ((uint32_t)state[(i + 1) % 624] & 0x7fffffffu);
+            state[i] = (uint32_t)state[(i + 397) % 624] ^ (y >> 1) ^ (y & 1 ? 0x9908b0dfu : 0u);
+        }
+        state[624] = 0;
+    }
+    uint32_t y = (uint32_t)state[state[624]++];
+    y ^= y >> 11;
+    y ^= (y << 7) & 0x9d2c5680u;
+    y ^= (y << 15) & 0xefc60000u;
+    return y ^ (y >> 18);
+}
+
+static double uniform(int64_t *state) {
+    uint32_t high = word(state) >> 5, low = word(state) >> 6;
+    return (high * 67108864.0 + low) * (1.0 / 9007199254740992.0);
+}
+
+int64_t normals(int64_t rows, int64_t column, int64_t columns, int64_t *state, double *spare, double *noise) {
+    for (int64_t row = 0; row < rows; row++) {
+        double z = spare[0];
+        if (spare[1] != 0.0) spare[1] = 0.0;
+        else {
+            double angle = uniform(state) * (2.0 * 3.141592653589793);
+            double radius = sqrt(-2.0 * log(1.0 - uniform(state)));
+            z = cos(angle) * radius;
+            spare[0] = sin(angle) * radius;
+            spare[1] = 1.0;
+        }
+        noise[row * columns + column] = 0.0 + z;
+    }
+    return rows;
 }

@@ -13,9 +13,11 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from array import array
 from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
 from dataclasses import fields
 from functools import cache
+from operator import attrgetter
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
@@ -117,6 +119,7 @@ def callees(f: Kernel) -> list[tuple[str, Kernel]]:
 # --- records ---------------------------------------------------------------------------------------------------------
 
 
+@cache
 def record_type(cls: type) -> np.dtype[np.void]:
     """The structured type of a flat dataclass whose fields are ints and floats."""
     return np.dtype([(f.name, TYPES[f.type if isinstance(f.type, str) else f.type.__name__]) for f in fields(cls)])
@@ -125,17 +128,14 @@ def record_type(cls: type) -> np.dtype[np.void]:
 def records(objects: Sequence[Any], cls: type) -> np.ndarray[Any, np.dtype[np.void]]:
     """The objects as an array of records; ``cls`` is theirs, since there may be none."""
     kind = record_type(cls)
-    names = kind.names or ()
-    array = np.zeros(len(objects), kind)
-    for i, item in enumerate(objects):
-        array[i] = tuple(getattr(item, name) for name in names)
-    return array
+    values = attrgetter(*(kind.names or ()))
+    return np.array([values(item) for item in objects], kind)
 
 
-def write_back(array: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]) -> None:
+def write_back(rows: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]) -> None:
     """The records' values into the objects that they were copied from."""
-    names = array.dtype.names or ()
-    for row, item in zip(array.tolist(), objects, strict=True):
+    names = rows.dtype.names or ()
+    for row, item in zip(rows.tolist(), objects, strict=True):
         for name, value in zip(names, row, strict=True):
             setattr(item, name, value)
 
@@ -153,32 +153,53 @@ def on_lists(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> 
     def call(*arguments: Any) -> int:
         arrays = [to_arrays(kind, value, vendor) for kind, value in zip(kinds, arguments, strict=True)]
         result = function(*arrays)
-        for kind, array, value in zip(kinds, arrays, arguments, strict=True):
-            from_arrays(kind, array, value)
+        for kind, columns, value in zip(kinds, arrays, arguments, strict=True):
+            from_arrays(kind, columns, value)
         return int(result)
 
     return call
 
 
 def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
-    """An argument for a compiled kernel: a sequence as an array, a group with each of its fields so."""
+    """An argument for a compiled kernel: a sequence as an array, a group with each of its fields so.
+
+    An ``array`` is handed through: the kernel reads and writes its own memory.
+    """
     if parts := group_fields(kind):
         return type(value)(*(to_arrays(part, item, vendor) for part, item in zip(parts, value, strict=True)))
     if kind is int:
         return value
-    (item,) = get_args(kind)
-    return np.array(value, TYPES[item.__name__]) if item in {int, float} else records(value, vendor.get(item, item))
+    item = item_of(kind)
+    if item not in {int, float}:
+        return records(value, vendor.get(item, item))
+    if isinstance(value, array) and value:
+        return np.frombuffer(value, TYPES[item.__name__])
+    return np.array(value, TYPES[item.__name__])
 
 
-def from_arrays(kind: Any, array: Any, value: Any) -> None:
+@cache
+def item_of(kind: Any) -> Any:
+    """The type of a sequence's items."""
+    return get_args(kind)[0]
+
+
+@cache
+def is_written(kind: Any) -> bool:
+    """Whether a kernel writes a sequence."""
+    return get_origin(kind) is MutableSequence
+
+
+def from_arrays(kind: Any, columns: Any, value: Any) -> None:
     """What a compiled kernel has written into the arrays of an argument, back into its lists."""
     if parts := group_fields(kind):
-        for part, columns, item in zip(parts, array, value, strict=True):
-            from_arrays(part, columns, item)
-    elif get_origin(kind) is MutableSequence and array.dtype.names is not None:
-        write_back(array, value)
-    elif get_origin(kind) is MutableSequence:
-        value[:] = array.tolist()
+        for part, column, item in zip(parts, columns, value, strict=True):
+            from_arrays(part, column, item)
+    elif not is_written(kind) or isinstance(value, array):
+        return
+    elif columns.dtype.names is not None:
+        write_back(columns, value)
+    else:
+        value[:] = columns.tolist()
 
 
 @cache

@@ -1,10 +1,12 @@
 """Who runs the kernels: CPython on lists of objects, or numba on arrays of records, with the same results to the bit.
 
 The data stay lists; a compiled run copies them into arrays and back for each call, which spans thousands of base steps.
+What is long (noise, trend, log, delay lines) is an ``array`` from the start, which both work on as it is.
 """
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass, field
 from functools import cache
 from types import FunctionType
@@ -13,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from pidcfg.sim import kernel
 from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
 from pidcfg.sim.metrics import Band, Gauge, measure_loop
+from pidcfg.sim.noise import Normals, agrees, normals, uniform, word
 from pidcfg.sim.plants import step_plants
 
 if TYPE_CHECKING:
@@ -27,7 +30,7 @@ COPYING, LOADING, COMPILING = 15_000, 900_000, 40_000_000
 """µs of CPython from which on compiled kernels pay: those that the process has kept, those that lie in the cache, and
 those that are yet to be compiled. What a run takes there is its loop-steps times the vendor's ``LOOP_STEP``, which was
 measured with the shipped examples: no clock has a part in the choice."""
-CHUNK = 16_384
+CHUNK = 65_536
 """Base steps between two looks of Python: what noise and trend take of the memory."""
 
 
@@ -80,10 +83,10 @@ class Machine:
     shown: list[int]
     kernels: Kernels
     stack: list[float] = field(default_factory=list)
-    log: list[int] = field(default_factory=list)
+    log: array[int] = field(init=False)
     counts: list[int] = field(default_factory=lambda: [0, 0, 0])
-    noise: list[float] = field(default_factory=list)
-    trend: list[float] = field(default_factory=list)
+    noise: array[float] = field(default_factory=lambda: array("d"))
+    trend: array[float] = field(default_factory=lambda: array("d"))
     outputs: list[int] = field(default_factory=list)
     """Slots of the signals that the PLC writes."""
     held: dict[int, float] = field(default_factory=dict)
@@ -93,7 +96,8 @@ class Machine:
 
     def __post_init__(self) -> None:
         self.stack = self.net.pool.stack()
-        self.log = [0] * (LOG_COLUMNS * (LOG_ROWS + len(self.meters)))
+        self.net.delay = array("d", self.net.delay)
+        self.log = array("q", bytes(8 * LOG_COLUMNS * (LOG_ROWS + len(self.meters))))
         given = set(self.net.outside.values())
         self.outputs = [slot for slot, name in enumerate(self.plc.signals) if name and slot not in given]
 
@@ -142,6 +146,8 @@ class Kernels(NamedTuple):
 
     advance: Callable[[int, int, int, World, Loops[Any, Any], Meters, Log], int]
     settle: Callable[[int, int, World, Loops[Any, Any], MutableSequence[Span]], int]
+    normals: Normals | None = None
+    """`pidcfg.sim.noise.normals`, compiled; None: Python draws the noise."""
 
 
 def python_kernels(controller: Controller) -> Kernels:
@@ -167,5 +173,15 @@ def numba_kernels(controller: Controller) -> Kernels:
 
     built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
-    KEPT[controller.scan] = Kernels(*(compiler.on_lists(built[f], f, vendor) for f in ENTRIES))
+    advance, settle = (compiler.on_lists(built[f], f, vendor) for f in ENTRIES)
+    KEPT[controller.scan] = Kernels(advance, settle, fast_normals())
     return KEPT[controller.scan]
+
+
+@cache
+def fast_normals() -> Normals | None:
+    """`pidcfg.sim.noise.normals` compiled, where it draws what Python draws."""
+    from pidcfg.sim import compile as compiler
+
+    fast = compiler.on_lists(compiler.compiled([normals], inlined=(word, uniform))[normals], normals, {})
+    return fast if agrees(fast) else None

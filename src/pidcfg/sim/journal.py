@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import or_
 from typing import TYPE_CHECKING, TypeVar
 
 from pidcfg.sim.kernel import LOG_COLUMNS
 from pidcfg.sim.report import Alarm, LoopReport, ModeChange, Note, Period, rounded
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from array import array
+    from collections.abc import Mapping
 
     from pidcfg.sim.plc import Plc
 
@@ -38,7 +41,17 @@ class Journal:
     """Every status bit that was on at any time, by loop; likewise ``aux``."""
     aux: list[int] = field(default_factory=list)
 
+    before: list[tuple[int, int] | None] = field(default_factory=list)
+    """The status words of the last row, by loop."""
+    mode_bits: int = 0
+    """The bits of a status that tell the mode; likewise alarms and flags."""
+    alarm_bits: int = 0
+    flag_bits: int = 0
+
     def __post_init__(self) -> None:
+        plc = self.plc
+        groups = (plc.modes, plc.alarm_bits, plc.flag_bits)
+        self.mode_bits, self.alarm_bits, self.flag_bits = (reduce(or_, group.values(), 0) for group in groups)
         for goal in self.plc.goals:
             self.requested.append(goal)
             self.mode.append("manual" if "manual" in self.plc.modes else goal)
@@ -48,18 +61,30 @@ class Journal:
             self.active.append({})
             self.status.append(0)
             self.aux.append(0)
+            self.before.append(None)
 
-    def take(self, log: Sequence[int], rows: int) -> None:
-        """The rows of the log, each a base step, a loop, its status words and a notice."""
-        for at in range(0, rows * LOG_COLUMNS, LOG_COLUMNS):
-            k, loop, status, aux, notice = log[at : at + LOG_COLUMNS]
+    def take(self, log: array[int], rows: int) -> None:
+        """The rows of the log, each a base step, a loop, its status words and a notice.
+
+        There may be many of them, so only what has changed is looked at.
+        """
+        numbers = iter(log[: rows * LOG_COLUMNS].tolist())
+        for k, loop, status, aux, notice in zip(*[numbers] * LOG_COLUMNS, strict=True):
             time = rounded(k * self.dt)
+            status_before, aux_before = self.before[loop] or (~status, ~aux)
+            self.before[loop] = status, aux
             self.status[loop] |= status
             self.aux[loop] |= aux
-            self._modes(time, loop, status, notice)
-            self._alarms(time, loop, status)
-            self._flags(time, loop, status, aux)
-            self._stages(time, loop, self.plc.profile_step(aux))
+            changed = status ^ status_before
+            if notice or changed & self.mode_bits:
+                self._modes(time, loop, status, notice)
+            if changed & self.alarm_bits:
+                self._alarms(time, loop, status)
+            if changed & self.flag_bits:
+                self._flags(time, loop, self.plc.flag_bits, status)
+            if aux != aux_before:
+                self._flags(time, loop, self.plc.aux_bits, aux)
+                self._stages(time, loop, self.plc.profile_step(aux))
 
     def _modes(self, time: float, loop: int, status: int, notice: int) -> None:
         """The mode after a base step, with what led to it (D640); what does not concern it is a note."""
@@ -81,14 +106,14 @@ class Journal:
             elif not status & mask and name in active:
                 self._list(loop, self.loops[loop].alarms, Alarm(name, active.pop(name), time))
 
-    def _flags(self, time: float, loop: int, status: int, aux: int) -> None:
+    def _flags(self, time: float, loop: int, names: Mapping[str, int], bits: int) -> None:
+        """Flags of one status word, by name and mask."""
         since = self.since[loop]
-        for bits, names in ((status, self.plc.flag_bits), (aux, self.plc.aux_bits)):
-            for name, mask in names.items():
-                if bits & mask:
-                    since.setdefault(name, time)
-                elif name in since:
-                    _keep(self.loops[loop].conditions, Period(name, since.pop(name), time))
+        for name, mask in names.items():
+            if bits & mask:
+                since.setdefault(name, time)
+            elif name in since:
+                _keep(self.loops[loop].conditions, Period(name, since.pop(name), time))
 
     def _stages(self, time: float, loop: int, stage: str) -> None:
         old, begun = self.stage[loop]

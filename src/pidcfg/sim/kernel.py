@@ -17,7 +17,7 @@ Config = TypeVar("Config")
 State = TypeVar("State")
 """The vendor's records of a loop."""
 
-LOG_ROWS = 256
+LOG_ROWS = 4096
 """Changes that are kept before Python has to look at them."""
 LOG_COLUMNS = 5
 """Base step, loop, status, auxiliary status, notice."""
@@ -144,29 +144,20 @@ def read_channels(
 
 
 def write_log(
-    k: int,
-    st: Sequence[Any],
-    meters: Sequence[Meter],
-    onsets: Sequence[Onset],
-    rows: MutableSequence[int],
-    counts: MutableSequence[int],
+    k: int, i: int, s: Any, m: Meter, onsets: Sequence[Onset], rows: MutableSequence[int], counts: MutableSequence[int]
 ) -> None:
-    """A row for every loop whose status changed or that has a notice (kernel)."""
-    for i in range(len(meters)):
-        s = st[i]
-        m = meters[i]
-        if s.status != m.status or s.notice != 0 or s.aux_status != m.aux_status:
-            at = counts[0] * LOG_COLUMNS
-            rows[at] = k
-            rows[at + 1] = i
-            rows[at + 2] = s.status
-            rows[at + 3] = s.aux_status
-            rows[at + 4] = s.notice
-            counts[0] += 1
-            if s.status != m.status or s.aux_status != m.aux_status:
-                change_status(k, m, s.status, s.aux_status)
-                note_onsets(k, i, s.status, onsets)
-            s.notice = 0
+    """A row for loop ``i``, whose status has changed or that has a notice (kernel)."""
+    at = counts[0] * LOG_COLUMNS
+    rows[at] = k
+    rows[at + 1] = i
+    rows[at + 2] = s.status
+    rows[at + 3] = s.aux_status
+    rows[at + 4] = s.notice
+    counts[0] += 1
+    if s.status != m.status or s.aux_status != m.aux_status:
+        change_status(k, m, s.status, s.aux_status)
+        note_onsets(k, i, s.status, onsets)
+    s.notice = 0
 
 
 def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], meters: Meters, log: Log) -> int:
@@ -178,22 +169,28 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
     cfg, st, aux = loops
     loop_meters, bands, gauges, onsets = meters
     rows, trend, counts, shown, every = log
-    room = len(rows) // LOG_COLUMNS - len(loop_meters)
+    count = len(loop_meters)
+    room = len(rows) // LOG_COLUMNS - count
+    wired = len(channels)
+    gauged = len(gauges)
     while k < last and counts[0] <= room:
         if k > reached:
             step_plants(k, plants, delay, sig, code, constants, stack)
         if columns > 0:
             add_noise(k - noise_from, columns, plants, noise, sig)
-        if len(channels) > 0:
+        if wired > 0:
             read_channels(k, channels, sig, code, constants, stack)
         scan(k * tick, cfg, st, aux, sig)
         now = k - zero
-        write_log(now, st, loop_meters, onsets, rows, counts)
-        for i in range(len(loop_meters)):
-            measure_loop(now, loop_meters[i], sig)
+        for i in range(count):
+            s = st[i]
+            m = loop_meters[i]
+            if s.status != m.status or s.notice != 0 or s.aux_status != m.aux_status:
+                write_log(now, i, s, m, onsets, rows, counts)
+            measure_loop(now, m, sig)
         if counts[2] > 0:
             watch_bands(now, bands, loop_meters, sig)
-        if len(gauges) > 0:
+        if gauged > 0:
             read_gauges(now, gauges, sig)
         if every > 0 and now % every == 0:
             at = counts[1] * len(shown)

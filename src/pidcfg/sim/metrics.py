@@ -49,7 +49,12 @@ def measure_loop(k: int, m: Meter, sig: Sequence[float]) -> None:
             m.ise += e * e
             m.itae += e * k
         if m.event >= 0:
-            follow_step(k, m, pv, sp)
+            if pv > m.peak_high:
+                m.peak_high = pv
+            elif pv < m.peak_low:
+                m.peak_low = pv
+            if m.rise_to < 0 or k <= m.locked:
+                follow_step(k, m, pv, sp)
     if out != m.last_out:
         m.variation += abs(out - m.last_out)
         m.last_out = out
@@ -74,11 +79,7 @@ def measure_loop(k: int, m: Meter, sig: Sequence[float]) -> None:
 
 
 def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:
-    """The answer to the last set-point event: how far the PV went, and when it passed 10 % and 90 % (kernel)."""
-    if pv > m.peak_high:
-        m.peak_high = pv
-    elif pv < m.peak_low:
-        m.peak_low = pv
+    """The answer to the last set-point event: what it is, and when the PV passed 10 % and 90 % of it (kernel)."""
     if (m.stepped == 0 or k <= m.locked) and sp != m.before:
         m.stepped = 1
         m.after = sp
@@ -95,17 +96,18 @@ def watch_bands(k: int, bands: Sequence[Band], meters: Sequence[Meter], sig: Seq
     for i in range(len(bands)):
         b = bands[i]
         m = meters[b.loop]
-        away = abs(sig[m.pv] - m.after)
-        if m.event >= 0 and m.control == 1 and (m.stepped == 0 or away > b.share * abs(m.after - m.before)):
-            b.outside = k
+        if m.event >= 0 and m.control == 1:
+            after = m.after
+            if m.stepped == 0 or abs(sig[m.pv] - after) > b.share * abs(after - m.before):
+                b.outside = k
 
 
 def read_gauges(k: int, gauges: Sequence[Gauge], sig: Sequence[float]) -> None:
     """Smallest and largest values (kernel)."""
     for i in range(len(gauges)):
         g = gauges[i]
-        if g.first <= k <= g.last:
-            value = sig[g.slot]
+        value = sig[g.slot]
+        if (value < g.low or value > g.high) and g.first <= k <= g.last:
             if value < g.low:
                 g.low = value
             if value > g.high:

@@ -19,7 +19,7 @@ from pidcfg.sim.plc import TICKS, Plc
 from pidcfg.sim.problems import Problem, unknown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping, MutableSequence, Sequence
     from decimal import Decimal
 
     from pidcfg.paths import Path
@@ -41,7 +41,7 @@ class Network:
     """Signals of the report and the trend, in the order of their columns."""
     plants: list[Plant] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
-    delay: list[float] = field(default_factory=list)
+    delay: MutableSequence[float] = field(default_factory=list)
     pool: Pool = field(default_factory=Pool)
     plant_of: dict[str, int] = field(default_factory=dict)
     """Index into ``plants`` by the name of the loop or the plant."""
@@ -282,7 +282,7 @@ def _prepare(net: Network, step: int) -> None:
             message = f"dead times of more than {MAX_DELAY} base steps"
             net.problems.append(Problem((*path, "dead_time"), message, "value", help="use a longer step"))
             return
-        net.delay += [0.0] * plant.length
+        net.delay.extend([0.0] * plant.length)
         set_parameters(plant, numbers_of(text), step / TICKS)
 
 

@@ -8,10 +8,11 @@ vendor's ``words``.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
 NEVER = 1 << 60
 """A tick that does not come."""
@@ -40,11 +41,15 @@ def register(name: str, default: Number, *, equals: Any = None, enabled: str | N
     return value
 
 
-def registers(record: Any) -> Iterator[Register]:
+def registers(record: Any) -> Sequence[Register]:
     """The fields of a record, or of its class, that come from registers."""
-    for f in fields(record):
-        if f.metadata:
-            yield Register(f.name, f.type in {int, "int"}, f.default, **f.metadata)
+    return _registers(record if isinstance(record, type) else type(record))
+
+
+@cache
+def _registers(kind: type[Any]) -> Sequence[Register]:
+    rows = [f for f in fields(kind) if f.metadata]
+    return [Register(f.name, f.type in {int, "int"}, f.default, **f.metadata) for f in rows]
 
 
 def read_registers(record: Any, values: Mapping[str, Any], real: Callable[[Any], float] = float) -> None:

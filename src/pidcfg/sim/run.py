@@ -6,7 +6,7 @@ Base steps are counted from the beginning of the pre-roll; ``zero`` is the one a
 
 from __future__ import annotations
 
-import random
+from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
@@ -21,6 +21,7 @@ from pidcfg.sim.influence import Influence
 from pidcfg.sim.journal import Journal
 from pidcfg.sim.meters import Onset, time_in_control
 from pidcfg.sim.metrics import DEFAULT_BAND, Band, Gauge, begin, loop_metrics
+from pidcfg.sim.noise import Noise
 from pidcfg.sim.plc import TICKS, Controller, Plc
 from pidcfg.sim.prepare import base_step, misses, prepare, too_long, uneven
 from pidcfg.sim.report import Note, Range, Report, ScanTime, rounded
@@ -112,7 +113,7 @@ class Run:
     """What is measured for one expectation alone, by its number."""
     problems: list[Problem]
     notes: list[Note] = field(default_factory=list)
-    random: list[random.Random] = field(default_factory=list)
+    noise: Noise = field(default_factory=lambda: Noise([]))
     zero: int = 0
     trend: Trend | None = None
     periods: list[int] = field(default_factory=list)
@@ -162,7 +163,7 @@ class Run:
 
     def course(self) -> Iterator[int]:
         """Runs from time 0 to the end; yields the next base step at each look, from the beginning of the pre-roll."""
-        self.random = [random.Random(f"{self.scenario.seed}/{name}") for name in self.net.noisy]
+        self.noise = Noise([f"{self.scenario.seed}/{name}" for name in self.net.noisy], self.machine.kernels.normals)
         if self.settings.trend is not None:
             self.trend = Trend(self.settings.trend, list(self.net.names), self.step, self.settings.every)
         if self.settings.recording is not None:
@@ -213,9 +214,9 @@ class Run:
         machine, first = self.machine, k
         recording = self.settings.recording
         every = 1 if recording is not None else self.settings.every if self.trend is not None else 0
-        machine.noise = self._noise(stop - k)
+        machine.noise = self.noise.rows(stop - k)
         if every:
-            machine.trend = [0.0] * (((stop - k) // every + 1) * len(machine.shown))
+            machine.trend = array("d", bytes(8 * ((stop - k) // every + 1) * len(machine.shown)))
         while k < stop:
             k = machine.advance(k, stop, self.zero, every, first)
             self.journal.take(machine.log, machine.counts[0])
@@ -235,14 +236,6 @@ class Run:
                 self.problems.append(uneven(name, new, self.step, f"by {rounded(k * self.dt):g} s: "))
         if self.settings.recording is not None:
             self.settings.recording.look(self.plc, self.net.sig, rounded(k * self.dt))
-
-    def _noise(self, rows: int) -> list[float]:
-        """Standard normal numbers, a row a base step; a source for each plant, so that none depends on others."""
-        columns = len(self.random)
-        noise = [0.0] * (rows * columns)
-        for column, source in enumerate(self.random):
-            noise[column::columns] = [source.gauss(0.0, 1.0) for _ in range(rows)]
-        return noise
 
     # --- the report --------------------------------------------------------------------------------------------------
 

@@ -6,7 +6,8 @@ digit above 9, say) counts as 0, which switches its function off, and is reporte
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, MutableSequence, Sequence
+from collections.abc import Mapping, MutableSequence, Sequence
+from functools import lru_cache
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -33,6 +34,12 @@ class NoWord(NamedTuple):
 
     text: str
     setting: bool
+
+
+OF_SCALES = ("pv.format", "output.format", "pv.square_root")
+"""The choices that decide how counts are written."""
+KEPT_TABLES = 64
+"""Ramp/soak tables that are kept decoded: a loop is decoded anew whenever one of its words is written."""
 
 
 def raw_scales(bits: Values) -> dict[str, Scale]:
@@ -133,10 +140,17 @@ def tuning(c: Config, s: State, v: Values, reset_decimals: int) -> None:
     s.period = c.period
 
 
-def decode_profile(words: Sequence[int], v: Values) -> Iterator[tuple[Values, list[NoWord]]]:
+def decode_profile(words: Sequence[int], v: Values) -> Sequence[tuple[Values, list[NoWord]]]:
     """The pairs of a ramp/soak table, each with its words that have no value."""
-    for at in range(0, RAMP_SOAK_SIZE, RAMP_SOAK_PAIR.size):
-        yield decode_block(RAMP_SOAK_PAIR, words[at : at + RAMP_SOAK_PAIR.size], raw_scales(v), at)
+    return _pairs(tuple(words), *(v[path] for path in OF_SCALES))
+
+
+@lru_cache(maxsize=KEPT_TABLES)
+def _pairs(words: Sequence[int], *formats: Any) -> Sequence[tuple[Values, list[NoWord]]]:
+    scales = raw_scales(dict(zip(OF_SCALES, formats, strict=True)))
+    size = RAMP_SOAK_PAIR.size
+    starts = range(0, RAMP_SOAK_SIZE, size)
+    return [decode_block(RAMP_SOAK_PAIR, words[at : at + size], scales, at) for at in starts]
 
 
 def profile(words: Sequence[int], v: Values) -> list[float]:

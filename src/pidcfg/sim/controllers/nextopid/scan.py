@@ -64,26 +64,29 @@ def call_switch(c: Config, s: State, sig: list[float]) -> None:
 
 def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
     """The task at ``tick``: the operator's commands, what the program around assigns, moves, calls in turn, moves."""
-    for i in range(len(cfg)):
+    count = len(cfg)
+    for i in range(count):
+        c = cfg[i]
         if st[i].command != 0:
-            operate(cfg[i], st[i], sig)
-        if cfg[i].early > 0:
-            wire_in(cfg[i], st[i], aux, sig, cfg[i].wires + cfg[i].early)
-    if len(cfg) > 0:
+            operate(c, st[i], sig)
+        if c.early > 0:
+            wire_in(c, st[i], aux, sig, c.wires + c.early)
+    if count > 0 and cfg[0].moves < cfg[0].moves_first:
         move(st[0], tick, aux, sig, cfg[0].moves, cfg[0].moves_first)
-    for turn in range(len(cfg)):
+    for turn in range(count):
         i = cfg[turn].turn
         c = cfg[i]
         s = st[i]
         if tick >= s.due:
             s.due = tick + s.period
-            wire_in(c, s, aux, sig, c.wires_end)
+            if c.wires < c.wires_end:
+                wire_in(c, s, aux, sig, c.wires_end)
             if s.fault != 0 and s.fault_at < 0:
                 s.fault_at = tick
             call(c, s, aux, sig)
             if c.error >= 0 and sig[c.error] != 0.0:
                 s.erred = 1
-    if len(cfg) > 0:
+    if count > 0 and cfg[0].moves_first < cfg[0].moves_end:
         move(st[0], tick, aux, sig, cfg[0].moves_first, cfg[0].moves_end)
 
 
