@@ -7,6 +7,7 @@ import signal
 import threading
 from collections import deque
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing import get_context, parent_process
@@ -33,6 +34,10 @@ UNIT = 8
 """Samples that a process takes at a time."""
 AHEAD = 4
 """Such parts that wait for each process."""
+
+
+class WorkersError(RuntimeError):
+    """Nobody is left who runs the samples, and why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +85,30 @@ class _Mine:
 
 
 def results(job: Job, first: int, samples: int, jobs: int) -> Iterator[Seen]:
-    """The results of the samples from ``first`` on, in order."""
+    """The results of the samples from ``first`` on, in order; raises `WorkersError`.
+
+    A process that is ended from outside costs what it had begun, unless they end one after the other.
+    """
     if jobs == 1 or samples - first <= UNIT:
         loaded, batch = job.loaded()
         for sample in range(first, samples):
             yield run_sample(loaded, batch, sample, job.settings)[0]
         return
+    while first < samples:
+        before = first
+        try:
+            for seen in _by_processes(job, first, samples, jobs):
+                yield seen
+                first += 1
+        except BrokenProcessPool:
+            if first == before:
+                last = min(first + jobs * AHEAD * UNIT, samples) - 1
+                why = "perhaps for want of memory, of which fewer --jobs need less"
+                raise WorkersError(f"a process ended at samples {first} to {last}, {why}") from None
+
+
+def _by_processes(job: Job, first: int, samples: int, jobs: int) -> Iterator[Seen]:
+    """The same, as long as all processes live."""
     with _pool(job, jobs) as pool:
         waiting: deque[Future[list[Seen]]] = deque()
         for begin in range(first, samples, UNIT):

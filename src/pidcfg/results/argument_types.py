@@ -140,6 +140,7 @@ KINDS: Mapping[str, tuple[Kind, str]] = {
     "Sink":                          (is_sink,                     "an open text stream"),
     "Callable[[float], None]":       (callable,                    "a function"),
     "Callable[[bytes], None]":       (callable,                    "a function"),
+    "Callable[[str], None]":         (callable,                    "a function"),
     "bytes":                         (is_bytes,                    "bytes"),
 }
 # fmt: on
