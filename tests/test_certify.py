@@ -85,10 +85,12 @@ def assert_samples_are_scenarios(name, text, others, samples):
     loaded = load(document, DEFAULT, Texts(reader))
     varies, problems = loaded.uncertainties(loaded.plc())
     assert problems == []
-    batch = Batch(document, varies, 11)
+    config = next(text for other, text in reader.items() if other != name).encode()
+    kept, batch = workers.Job(name, text, loaded.config, config, 11, "python", DEFAULT).loaded()
+    assert [one.row for one in batch.varies] == [one.row for one in varies]
     reports = []
     for i in range(samples):
-        seen, report = run_sample(loaded, batch, i, Settings("python"))
+        seen, report = run_sample(kept, batch, i, Settings("python"))
         written = batch.text(i, seen.numbers)
         alone = pidcfg.simulate(written, name=name, files=reader, engine="python").report
         assert alone is not None

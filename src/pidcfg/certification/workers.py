@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import threading
 from collections import deque
@@ -72,8 +73,9 @@ class Job:
         loaded = load(
             read_document(self.scenario.encode("utf-8", "surrogatepass"), self.name, self.limits), self.limits, self
         )
-        varies, _ = loaded.uncertainties(loaded.plc())
-        return loaded, Batch(loaded.document, varies, self.seed)
+        plc = loaded.plc()
+        kept = pickle.dumps(plc, pickle.HIGHEST_PROTOCOL)
+        return loaded, Batch(loaded.document, loaded.uncertainties(plc)[0], self.seed, kept)
 
 
 class _Mine:
