@@ -40,9 +40,14 @@ class Facts(Memory):
             code = range(int(aux[row + 2]), int(aux[row + 3]), 2)
             yield int(aux[row]), [int(aux[at + 1]) for at in code if aux[at] == SIGNAL]
 
-    @cached_property
+    @property
     def flow(self) -> Sequence[tuple[int, int]]:
-        """Moves, wires, and from each input of a block to its outputs: all of the program, which no event changes."""
+        """Moves, wires, and from each input of a block to its outputs."""
+        return self._all_flow
+
+    @cached_property
+    def _all_flow(self) -> Sequence[tuple[int, int]]:
+        """The program's, which no event changes."""
         return tuple(self._flow())
 
     def _flow(self) -> Iterator[tuple[int, int]]:
