@@ -34,6 +34,7 @@ ORDER = {
         "converting",
         "tuning",
         "certify",
+        "scale",
         "ci",
         "living-with-findings",
         "pictures",

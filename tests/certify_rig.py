@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
+from pathlib import Path
+
+from pidcfg.certification import workers
 from pidcfg.limits import DEFAULT
 from pidcfg.reader import Texts
 from pidcfg.scenario.load import load
@@ -63,3 +68,17 @@ def uniform(low, high, key="gain"):
 def normal(mean, sigma, low=float("-inf"), high=float("inf")):
     """The same, normal."""
     return Uncertainty("plants", "TIC-1", "gain", "normal", Ends(low, high, mean, sigma))
+
+
+def killed_once(begin, end):
+    """A part whose process is ended from outside, the first time."""
+    mark = Path(os.environ["KILLED_ONCE"])
+    if begin == 8 and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGTERM)
+    return workers._run_part(begin, end)
+
+
+def killed_always(begin, end):
+    """A part that no process survives."""
+    os.kill(os.getpid(), signal.SIGTERM)

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from hashlib import sha256
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -16,11 +17,13 @@ import pytest
 from click.testing import CliRunner
 
 import pidcfg
-from certify_rig import CONFIG, GAIN, PASSES, files, loaded_of, scenario
+from certify_rig import CONFIG, GAIN, PASSES, files, killed_always, killed_once, loaded_of, scenario
+from pidcfg.certification import workers
 from pidcfg.certification.draw import drawn, seed_of
 from pidcfg.certification.run import run_sample
 from pidcfg.certification.sample import Batch
-from pidcfg.certification.state import sources
+from pidcfg.certification.sources import sources
+from pidcfg.certification.tally import json_of
 from pidcfg.cli.main import cli
 from pidcfg.limits import DEFAULT
 from pidcfg.results.arguments import ArgumentError
@@ -82,10 +85,12 @@ def assert_samples_are_scenarios(name, text, others, samples):
     loaded = load(document, DEFAULT, Texts(reader))
     varies, problems = loaded.uncertainties(loaded.plc())
     assert problems == []
-    batch = Batch(document, varies, 11)
+    config = next(text for other, text in reader.items() if other != name).encode()
+    kept, batch = workers.Job(name, text, loaded.config, config, 11, "python", DEFAULT).loaded()
+    assert [one.row for one in batch.varies] == [one.row for one in varies]
     reports = []
     for i in range(samples):
-        seen, report = run_sample(loaded, batch, i, Settings("python"))
+        seen, report = run_sample(kept, batch, i, Settings("python"))
         written = batch.text(i, seen.numbers)
         alone = pidcfg.simulate(written, name=name, files=reader, engine="python").report
         assert alone is not None
@@ -284,6 +289,21 @@ def test_jobs_give_the_same_bytes(folder):
     assert json.loads(outputs.pop())["samples"] == 110
 
 
+def test_a_killed_process_costs_nothing_but_time(tmp_path, monkeypatch):
+    monkeypatch.setenv("KILLED_ONCE", str(tmp_path / "mark"))
+    monkeypatch.setattr(workers, "_run_part", killed_once)
+    found = certify(scenario(), samples=40, jobs=2).to_json()
+    assert (tmp_path / "mark").exists()
+    assert found == certify(scenario(), samples=40).to_json()
+
+
+def test_where_each_process_ends_the_batch_ends(monkeypatch, folder):
+    monkeypatch.setattr(workers, "_run_part", killed_always)
+    result = CliRunner().invoke(cli, ["certify", "run.scenario.yaml", "--samples", "40", "--jobs", "2"])
+    assert (result.exit_code, result.stdout) == (1, "")  # click's own; `main` makes it 2
+    assert "a process ended at samples 0 to 39, perhaps for want of memory" in result.stderr
+
+
 def test_a_state_continues_with_the_same_result():
     whole = certify(scenario(), samples=150).to_json()
     for first in (1, 64, 100):
@@ -299,12 +319,22 @@ def test_a_state_that_continues_runs_only_new_samples(monkeypatch):
     text, states, ran = scenario(expect=PASSES.replace("90", "4")), [], []
     certify(text, samples=70, keep=states.append)
     assert len(states) == 2
-    from pidcfg.certification import workers
-
     original = workers.run_sample
     monkeypatch.setattr(workers, "run_sample", lambda *words: ran.append(words[2]) or original(*words))
     certify(text, samples=75, state=states[-1])
     assert ran == list(range(70, 75))
+
+
+def test_a_state_of_a_machine_that_calculates_otherwise_is_refused():
+    states = []
+    certify(scenario(), samples=30, keep=states.append)
+    state = json.loads(states[-1].splitlines()[1])
+    assert state["trial"][0] == 30
+    for trial in ([30, "0" * 64], [29, state["trial"][1]]):
+        body = json_of(state | {"trial": trial})
+        changed = f"{sha256(body.encode()).hexdigest()}\n{body}\n".encode()
+        with pytest.raises(ArgumentError, match="this machine does not calculate alike"):
+            certify(scenario(), samples=40, state=changed)
 
 
 @pytest.mark.parametrize(

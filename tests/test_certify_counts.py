@@ -8,6 +8,7 @@ from math import inf
 import pytest
 
 from certify_rig import uniform
+from pidcfg.certification import tally as tally_module
 from pidcfg.certification.certify import Plan
 from pidcfg.certification.fan import TIMES, Thinned, fan_of
 from pidcfg.certification.histogram import BLOCK
@@ -75,7 +76,7 @@ def seen(i, number=5.0, **keys):
 
 def tally_of(samples):
     """The counts of some samples."""
-    tally = Tally.empty(2, 2, 1, 1)
+    tally = Tally.empty((2, 2, 1, 1))
     for one in samples:
         tally.add(one, [GAIN])
     return tally
@@ -116,6 +117,43 @@ def test_blocks_end_after_so_many_samples_and_worst_are_few():
     tally.add(seen(BLOCK), [GAIN])
     assert iae.part == BLOCK
     assert [one.sample for one in tally.worst] == list(range(MOST_WORST))
+
+
+def varied(i):
+    """A sample like no other: some fail, some cannot run, some measure nothing."""
+    if i % 11 == 3:
+        return seen(i, passed=False, held=(), standing="", metrics=(), reason=f"cannot {i}", margin=-inf)
+    row = tuple(None if (i + j) % 7 == 0 else (i * 37 % 101 - 50) / (j + 3) for j in range(len(METRICS)))
+    good = i % 5 != 0
+    signs = "+?" if i % 3 else "-+"
+    return seen(
+        i, float(i % 10), passed=good, held=(good, True), margin=(i * 13 % 17) / 3, standing=signs, metrics=(row,)
+    )
+
+
+@pytest.mark.parametrize("samples", [1, 16, 17, 48, 100])
+def test_blocks_that_others_have_counted_add_up_to_the_same_bits(samples, monkeypatch):
+    monkeypatch.setattr(tally_module, "BLOCK", 16)
+    whole, parts = tally_of(varied(i) for i in range(samples)), Tally.empty((2, 2, 1, 1))
+    for first in range(0, samples, 16):
+        block = Tally.empty((2, 2, 1, 1), first)
+        for i in range(first, min(first + 16, samples)):
+            block.add(varied(i), [GAIN])
+        parts.append(Tally.of_state(block.state()))
+    assert json_of(parts.state()) == json_of(whole.state())
+    if samples == 17:
+        for i in range(17, 40):  # a block that has begun goes on sample by sample
+            whole.add(varied(i), [GAIN])
+            parts.add(varied(i), [GAIN])
+        assert json_of(parts.state()) == json_of(whole.state())
+
+
+@pytest.mark.parametrize("first", [0, 16, 17, 48])
+def test_a_block_in_another_place_is_refused(first, monkeypatch):
+    monkeypatch.setattr(tally_module, "BLOCK", 16)
+    before = tally_of(seen(i) for i in range(32 if first != 17 else 17))
+    with pytest.raises(ValueError, match=f"0 samples from {first} come after"):
+        before.append(Tally.empty((2, 2, 1, 1), first))
 
 
 def result(samples, shares=(None, 50.0), keep=3):

@@ -10,6 +10,7 @@ from statistics import NormalDist, fmean
 
 import pytest
 
+from certify_bound import SHARE, held_by
 from certify_rig import normal, uniform
 from pidcfg.certification.bound import RISK, log_tail, lower_bound, samples_needed
 from pidcfg.certification.draw import GOLDEN, DrawError, bits_of, drawn, fifths, mixed, seed_of, unit
@@ -130,6 +131,14 @@ def test_the_bound_lies_below_a_share_in_closed_form_at_least_as_often_as_it_say
         passed = sum(50 * drawn(uniform(1.4, 2.6), seed, i) <= 120 for i in range(100))
         below += lower_bound(passed, 100) <= share
     assert 180 <= below < 200
+
+
+def test_batches_that_run_count_what_is_drawn():
+    """The same plants through `tests/certify_bound.py`, which runs them: 3 seeds of 40 samples."""
+    for seed in range(3):
+        drawn_ones = sum(50 * drawn(uniform(1.4, 2.6), seed, i) <= 120 for i in range(40))
+        assert held_by(seed, 40) == drawn_ones
+    assert abs(SHARE - 5 / 6) < 1e-15
 
 
 # --- counting --------------------------------------------------------------------------------------------------------

@@ -80,13 +80,15 @@ ONLY_IN = {
     "numpy":         "sim.compile",
     "numba":         "sim.compile",
     "matplotlib":    "pictures",
+    "distributed":   "certification.cluster",
     "jinja2":        "pictures report",
     "markupsafe":    "report",
     "xlsxwriter":    "report sheets.write",
     "pydantic":      "schemas encoders vendors validate sim tuning conversion differences explanation report results "
                      "verification sheets cli.commands.schema",
     "pydantic_core": "schemas encoders vendors validate sim scenario verification draft",
-    "importlib":     "vendors cli live sheets sim.compile explanation.decisions results.schemas __init__",
+    "importlib":     "vendors cli live sheets sim.compile explanation.decisions results.schemas certification.trial "
+                     "__init__",
     # imports by name: the tables above cannot see them
 }
 
@@ -286,7 +288,7 @@ TYPES_AND_TEXTS = (
         "explanation.render",
         "writer.json_text",
     ),
-    *("certification.charts", "certification.outcome", "pictures.chart.Chart"),
+    *("certification.charts", "certification.outcome", "certification.workers.WorkersError", "pictures.chart.Chart"),
     *("scenario.outcome.Outcome", "scenario.charts.signals_before_root", "sim.engine.EngineName"),
     *("tuning.methods", "tuning.rules"),
     *("validate.catalog.unusable", "validate.engine.is_scenario"),

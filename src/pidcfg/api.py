@@ -259,6 +259,7 @@ def certify(
     samples: int = 2000,
     seed: int | None = None,
     jobs: int = 1,
+    cluster: str | None = None,
     keep_worst: int = 3,
     record: bool = False,
     state: bytes | None = None,
@@ -267,16 +268,20 @@ def certify(
     files: Files = None,
     limits: Limits = DEFAULT,
     progress: Callable[[float], None] | None = None,
+    remark: Callable[[str], None] | None = None,
 ) -> CertifyResult:
     """Runs samples of a scenario, in which what its ``vary`` names is drawn anew, and bounds how often it passes.
 
     ``seed``: of the row of samples; not given: the scenario's. ``jobs``: processes, with the same results however many
-    (a script that starts some needs ``if __name__ == "__main__"``). ``keep_worst``: how many samples the result has as
-    scenarios. ``record``: how the signals spread, for a picture. ``keep`` is called with a state now and then, and
-    ``state`` continues there; one of another batch is an `ArgumentError`. ``progress`` is called with the share that is
-    done.
+    (a script that starts some needs ``if __name__ == "__main__"``). ``cluster``: the address of a Dask scheduler, as in
+    ``tcp://127.0.0.1:8786``, or ``local:2``; its workers take the place of the processes, and ``remark`` is called with
+    why one of them is left out. Where nobody is left to run the samples, a `RuntimeError` says why. ``keep_worst``: how
+    many samples the result has as scenarios. ``record``: how the signals spread, for a picture. ``keep`` is called with
+    a state now and then, and ``state`` continues there; one of another batch is an `ArgumentError`. ``progress`` is
+    called with the share that is done.
     """
     from pidcfg.certification.certify import Plan, certify_document
+    from pidcfg.certification.cluster import is_address
     from pidcfg.certification.state import StateError
     from pidcfg.certification.tally import MOST_WORST
     from pidcfg.results.certification import CertifyResult
@@ -288,7 +293,10 @@ def certify(
     if keep_worst > MOST_WORST:
         raise ArgumentError(f"`keep_worst` is {keep_worst}; at most {MOST_WORST} are kept", "keep_worst")
     doc = document_of(source, name, files, limits)
-    plan = Plan(samples, seed, jobs, keep_worst, record, state, keep, progress)
+    if cluster is not None and not is_address(cluster):
+        wanted = "write the address of a scheduler, as in tcp://127.0.0.1:8786, or local:2 for two workers here"
+        raise ArgumentError(f"`cluster` is {cluster!r}; {wanted}", "cluster")
+    plan = Plan(samples, seed, jobs, cluster, keep_worst, record, state, keep, progress, remark)
     try:
         return CertifyResult(certify_document(doc, plan, limits, reader_of(files)))
     except StateError as error:

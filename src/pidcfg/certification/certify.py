@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.certification.bound import samples_needed
 from pidcfg.certification.outcome import WHOLE, Names, Outcome, certification
 from pidcfg.certification.sample import Batch
-from pidcfg.certification.state import key_of, read, written
+from pidcfg.certification.state import Progress, key_of, read, written
 from pidcfg.certification.tally import Tally
 from pidcfg.certification.workers import Job, recordings, results
 from pidcfg.diagnostics import Severity
@@ -22,8 +22,10 @@ from pidcfg.sim.problems import Problem
 from pidcfg.sim.run import Settings, UnusableError, simulate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
+    from pidcfg.certification.run import Seen
+    from pidcfg.certification.tally import Sizes
     from pidcfg.document import Document
     from pidcfg.limits import Limits
     from pidcfg.scenario.vary import Uncertainty
@@ -44,6 +46,8 @@ class Plan:
     seed: int | None = None
     """None: that of the scenario's ``vary``, else its own."""
     jobs: int = 1
+    cluster: str | None = None
+    """Of a Dask cluster, whose workers run the samples in the place of processes."""
     keep_worst: int = 3
     record: bool = False
     """Also record how the signals of the loops spread."""
@@ -52,6 +56,8 @@ class Plan:
     keep: Callable[[bytes], None] | None = None
     """Called with the state now and then, and at the end."""
     progress: Callable[[float], None] | None = None
+    remark: Callable[[str], None] | None = None
+    """Called with what is worth knowing on the way: workers that are left out."""
 
 
 def certify_document(doc: Document, plan: Plan, limits: Limits, reader: Reader = DISK) -> Outcome:
@@ -115,18 +121,35 @@ def _not_shown(scenario: Scenario, samples: int) -> list[Problem]:
 
 
 def run_all(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -> Tally:
-    """All samples, or those that the state lacks; raises `StateError`."""
+    """All samples, or those that the state lacks; raises `StateError` and `WorkersError`."""
     key = key_of(job) if plan.state is not None or plan.keep is not None else ""
-    tally = Tally.empty(len(names.expectations), len(names.standing), len(names.loops), len(varies))
-    if plan.state is not None:
-        tally = read(plan.state, key, plan.samples)
-    for seen in results(job, tally.samples, plan.samples, plan.jobs):
-        tally.add(seen, varies)
-        if plan.progress is not None:
-            plan.progress(tally.samples / plan.samples)
-        if plan.keep is not None and (tally.samples % KEPT_EVERY == 0 or tally.samples == plan.samples):
-            plan.keep(written(tally, key))
+    sizes = (len(names.expectations), len(names.standing), len(names.loops), len(varies))
+    progress = Progress(Tally.empty(sizes)) if plan.state is None else read(plan.state, key, job, plan.samples)
+    tally, kept = progress.tally, progress.tally.samples
+    for parts in _parts(job, progress, sizes, plan):
+        for part in parts:
+            if isinstance(part, Tally):
+                tally.append(part)
+            else:
+                progress.trial.take(part)
+                tally.add(part, varies)
+            if plan.progress is not None:
+                plan.progress(tally.samples / plan.samples)
+        due = not parts or tally.samples - kept >= KEPT_EVERY or tally.samples == plan.samples
+        if plan.keep is not None and due:
+            plan.keep(written(progress, key))
+            kept = tally.samples
     return tally
+
+
+def _parts(job: Job, progress: Progress, sizes: Sizes, plan: Plan) -> Iterator[Sequence[Tally | Seen]]:
+    """What comes next in the order of the samples, by processes or by a cluster."""
+    if plan.cluster is None:
+        return ((seen,) for seen in results(job, progress.tally.samples, plan.samples, plan.jobs))
+    from pidcfg.certification import cluster
+
+    remark = plan.remark or (lambda _: None)
+    return cluster.results(job, plan.cluster, progress, plan.samples, sizes, remark)
 
 
 def names_of(scenario: Scenario, report: Report) -> Names:

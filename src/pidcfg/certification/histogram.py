@@ -69,6 +69,17 @@ class Distribution:
         """The block is complete."""
         self.total, self.part = self.total + self.part, 0.0
 
+    def append(self, other: Distribution) -> None:
+        """The numbers of the next block; this one has whole blocks alone."""
+        for place, number in other.bins.items():
+            self.bins[place] = self.bins.get(place, 0) + number
+        if other.count:
+            self.low = min(self.low, other.low) if self.count else other.low
+            self.high = max(self.high, other.high) if self.count else other.high
+        self.count += other.count
+        self.total += other.total
+        self.part = other.part
+
     @property
     def mean(self) -> float:
         """Of what was measured; there must be something."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -48,8 +49,7 @@ def run_sample(loaded: Loaded, batch: Batch, sample: int, settings: Settings) ->
     try:
         numbers = batch.numbers(sample)
         scenario = batch.scenario(sample, numbers)
-        one = replace(loaded, scenario=scenario)
-        report = simulate(scenario, one.plc, one.controller, settings)
+        report = simulate(scenario, partial(batch.new_plc, loaded), loaded.controller, settings)
     except (UnusableSampleError, UnusableError) as error:
         return Seen(sample, tuple(numbers), margin=-inf, reason=str(error)), None
     errors = [note.text for note in report.notes if note.error]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.certification.draw import DrawError, drawn, seed_of
 from pidcfg.certification.plain_yaml import block_yaml
@@ -16,8 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from pidcfg.document import Document
+    from pidcfg.scenario.load import Loaded
     from pidcfg.scenario.vary import Uncertainty
     from pidcfg.schemas.scenario import Scenario
+    from pidcfg.sim.plc import Plc
 
 
 class UnusableSampleError(Exception):
@@ -31,6 +34,8 @@ class Batch:
     document: Document
     varies: Sequence[Uncertainty]
     seed: int
+    plc: bytes = b""
+    """A new PLC as `pickle` keeps it, which is read many times as fast as words are decoded; empty: each is loaded."""
 
     def numbers(self, sample: int) -> list[float]:
         """The drawn numbers of a sample; raises `UnusableSampleError`."""
@@ -38,6 +43,10 @@ class Batch:
             return [drawn(what, self.seed, sample) for what in self.varies]
         except DrawError as error:
             raise UnusableSampleError(str(error)) from None
+
+    def new_plc(self, loaded: Loaded) -> Plc:
+        """A PLC at its program-to-run transition; the same for all samples, since no key of ``plc`` varies."""
+        return cast("Plc", pickle.loads(self.plc)) if self.plc else loaded.plc()  # noqa: S301 - our own bytes
 
     def data(self, sample: int, numbers: Sequence[float]) -> dict[str, Any]:
         """The scenario of a sample as plain data."""

@@ -6,12 +6,13 @@ import hashlib
 import json
 import platform
 import sys
-from functools import cache
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import pidcfg
+from pidcfg.certification.histogram import BLOCK
+from pidcfg.certification.sources import sources
 from pidcfg.certification.tally import Tally, json_of
+from pidcfg.certification.trial import Trial
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
@@ -21,27 +22,28 @@ KEPT = Decision(
     803,
     "what --resume keeps",
     "The file holds the counts, distributions and worst samples after the samples so far, in the order of their "
-    "numbers, never single samples: it does not grow. Its key is a hash of the scenario's and the configuration's "
-    "bytes, the seed, the sources of pidcfg, Python and the machine. With another key, with more samples than are "
-    "wanted, or damaged it is refused and left alone. Engine and number of processes are no part of the key: they give "
-    "the same results.",
-    "A result that is put together from two programs or two scenarios would be nobody's.",
+    "numbers, never single samples: it does not grow. Blocks of a cluster that were ready before an earlier one stand "
+    "in it beside them. Its key is a hash of the scenario's and the configuration's bytes, the seed, the sources of "
+    "pidcfg, Python and the machine; a hash of what was seen of the first 64 samples goes with it, and these run again "
+    "before the batch goes on. With another key or another hash, with more samples than are wanted, or damaged it is "
+    "refused and left alone. Engine and number of processes are no part of the key: they give the same results.",
+    "A result that is put together from two programs, two scenarios or two ways to calculate would be nobody's.",
 )
-FORMAT = 1
+FORMAT = 2
 
 
 class StateError(ValueError):
     """A state that cannot be continued, and why."""
 
 
-@cache
-def sources() -> str:
-    """A hash of the package as it runs."""
-    folder = Path(pidcfg.__file__).parent
-    digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    return digest.hexdigest()
+@dataclass(slots=True)
+class Progress:
+    """How far a batch has come."""
+
+    tally: Tally
+    trial: Trial = field(default_factory=Trial)
+    ahead: dict[int, Tally] = field(default_factory=dict)
+    """Blocks that are ready before an earlier one, by the number of their first sample."""
 
 
 def key_of(job: Job) -> str:
@@ -53,14 +55,21 @@ def key_of(job: Job) -> str:
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
 
-def written(tally: Tally, key: str) -> bytes:
+def written(progress: Progress, key: str) -> bytes:
     """A state as the file has it, with a checksum."""
-    body = json_of({"key": key, "tally": tally.state()})
+    body = json_of(
+        {
+            "key": key,
+            "tally": progress.tally.state(),
+            "trial": [progress.trial.samples, progress.trial.digest],
+            "ahead": [block.state() for _, block in sorted(progress.ahead.items())],
+        }
+    )
     return f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}\n".encode()
 
 
-def read(data: bytes, key: str, samples: int) -> Tally:
-    """The tally of a state; raises `StateError`."""
+def read(data: bytes, key: str, job: Job, samples: int) -> Progress:
+    """What a state holds; raises `StateError`."""
     try:
         checksum, _, rest = data.decode().partition("\n")
         body = rest.removesuffix("\n")
@@ -74,4 +83,9 @@ def read(data: bytes, key: str, samples: int) -> Tally:
     tally = Tally.of_state(state["tally"])
     if tally.samples > samples:
         raise StateError(f"it has {tally.samples} samples already, more than {samples}")
-    return tally
+    trial = Trial()
+    trial.run(job, state["trial"][0])
+    if trial.digest != state["trial"][1]:
+        raise StateError("its first samples come out otherwise here: this machine does not calculate alike")
+    ahead = {block.first: block for block in map(Tally.of_state, state["ahead"]) if block.samples == BLOCK}
+    return Progress(tally, trial, ahead)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from pidcfg.certification.run import Seen
     from pidcfg.scenario.vary import Uncertainty
 
+Sizes = tuple[int, int, int, int]
+"""How many expectations, standing ones, loops and uncertainties are counted."""
 MOST_WORST = 100
 """Worst samples that are kept."""
 MOST_REASONS = 5
@@ -39,6 +41,8 @@ class Worst:
 class Tally:
     """Everything that is known after so many samples; its state is what `--resume` keeps."""
 
+    first: int = 0
+    """The number of its first sample: 0, or that of a block which another one counts."""
     samples: int = 0
     passed: int = 0
     """Samples in which everything holds."""
@@ -56,9 +60,11 @@ class Tally:
     reasons: list[str] = field(default_factory=list)
 
     @classmethod
-    def empty(cls, expectations: int, standing: int, loops: int, varies: int) -> Tally:
+    def empty(cls, sizes: Sizes, first: int = 0) -> Tally:
         """Before the first sample."""
+        expectations, standing, loops, varies = sizes
         return cls(
+            first,
             held=[0] * expectations,
             standing_failed=[0] * standing,
             standing_judged=[0] * standing,
@@ -69,8 +75,8 @@ class Tally:
 
     def add(self, seen: Seen, varies: Sequence[Uncertainty]) -> None:
         """The next sample."""
-        if seen.sample != self.samples:
-            raise ValueError(f"sample {seen.sample} comes after {self.samples} samples")
+        if seen.sample != self.end:
+            raise ValueError(f"sample {seen.sample} comes after {self.end} samples")
         self.samples += 1
         self.passed += seen.passed
         if seen.reason:
@@ -81,10 +87,33 @@ class Tally:
             self._count(seen)
         self._compare(seen, varies)
         self._keep(seen)
-        if self.samples % BLOCK == 0:
+        if self.end % BLOCK == 0:
             for distributions in self.metrics:
                 for distribution in distributions:
                     distribution.end_block()
+
+    @property
+    def end(self) -> int:
+        """The number of the next sample."""
+        return self.first + self.samples
+
+    def append(self, block: Tally) -> None:
+        """The next samples as others have counted them, from the beginning of a block to its end at most."""
+        if block.first != self.end or block.first % BLOCK or block.samples > BLOCK:
+            raise ValueError(f"{block.samples} samples from {block.first} come after {self.end} samples")
+        self.samples += block.samples
+        self.passed += block.passed
+        self.failed_to_run += block.failed_to_run
+        self.held = _sums(self.held, block.held)
+        self.standing_failed = _sums(self.standing_failed, block.standing_failed)
+        self.standing_judged = _sums(self.standing_judged, block.standing_judged)
+        self.lowest = [_sums(*pair) for pair in zip(self.lowest, block.lowest, strict=True)]
+        self.highest = [_sums(*pair) for pair in zip(self.highest, block.highest, strict=True)]
+        for row, of_block in zip(self.metrics, block.metrics, strict=True):
+            for distribution, other in zip(row, of_block, strict=True):
+                distribution.append(other)
+        self.reasons = [*self.reasons, *block.reasons][:MOST_REASONS]
+        self.worst = sorted([*self.worst, *block.worst], key=_badness)[:MOST_WORST]
 
     def _count(self, seen: Seen) -> None:
         """Verdicts and metrics of a sample that ran."""
@@ -109,7 +138,7 @@ class Tally:
     def _keep(self, seen: Seen) -> None:
         """The worst so far; of two alike the earlier one is worse."""
         self.worst.append(Worst(seen.sample, seen.margin, seen.tightest, list(seen.numbers)))
-        self.worst.sort(key=lambda one: (one.margin, one.sample))
+        self.worst.sort(key=_badness)
         del self.worst[MOST_WORST:]
 
     def state(self) -> dict[str, Any]:
@@ -126,6 +155,15 @@ class Tally:
         tally.metrics = [[Distribution.of_state(d) for d in loop] for loop in state["metrics"]]
         tally.worst = [Worst(sample, float(margin), i, numbers) for sample, margin, i, numbers in state["worst"]]
         return tally
+
+
+def _badness(one: Worst) -> tuple[float, int]:
+    """The least is the worst."""
+    return one.margin, one.sample
+
+
+def _sums(ours: Sequence[int], others: Sequence[int]) -> list[int]:
+    return [a + b for a, b in zip(ours, others, strict=True)]
 
 
 def _text(margin: float) -> str:

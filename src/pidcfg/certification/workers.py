@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from pidcfg.certification.fan import SAMPLES, Fan, Thinned, fan_of
 from pidcfg.certification.run import Seen, run_sample
 from pidcfg.certification.sample import Batch
-from pidcfg.processes import Crew
+from pidcfg.processes import AHEAD, Crew
 from pidcfg.scenario.axes import axes_of, signals_of
 from pidcfg.scenario.load import Loaded, load
 from pidcfg.sim.report import rounded
@@ -23,6 +24,10 @@ if TYPE_CHECKING:
 
 UNIT = 8
 """Samples that a process takes at a time."""
+
+
+class WorkersError(RuntimeError):
+    """Nobody is left who runs the samples, and why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,19 +62,32 @@ class Job:
         loaded = load(
             read_document(self.scenario.encode("utf-8", "surrogatepass"), self.name, self.limits), self.limits, self
         )
-        varies, _ = loaded.uncertainties(loaded.plc())
-        return loaded, Batch(loaded.document, varies, self.seed)
+        plc = loaded.plc()
+        kept = pickle.dumps(plc, pickle.HIGHEST_PROTOCOL)
+        return loaded, Batch(loaded.document, loaded.uncertainties(plc)[0], self.seed, kept)
 
 
 def results(job: Job, first: int, samples: int, jobs: int) -> Iterator[Seen]:
-    """The results of the samples from ``first`` on, in order."""
+    """The results of the samples from ``first`` on, in order; raises `WorkersError`.
+
+    A process that is ended from outside costs what it had begun, unless they end one after the other.
+    """
     if jobs == 1 or samples - first <= UNIT:
         loaded, batch = job.loaded()
         for sample in range(first, samples):
             yield run_sample(loaded, batch, sample, job.settings)[0]
         return
-    for part in Crew(jobs, _runner, (job,)).results(parts(first, samples)):
-        yield from part
+    while first < samples:
+        before = first
+        try:
+            for part in Crew(jobs, _runner, (job,)).results(parts(first, samples)):
+                yield from part
+                first += len(part)
+        except ChildProcessError:
+            if first == before:
+                last = min(first + jobs * AHEAD * UNIT, samples) - 1
+                why = "perhaps for want of memory, of which fewer --jobs need less"
+                raise WorkersError(f"a process ended at samples {first} to {last}, {why}") from None
 
 
 def parts(first: int, samples: int) -> Iterator[range]:

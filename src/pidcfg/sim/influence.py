@@ -41,6 +41,8 @@ class Influence:
     """The signals that the scenario's events set."""
     set_points: list[set[int]] = field(default_factory=list)
     """The signals that each loop's set point in force is made of by the program alone, without another loop."""
+    _reached: dict[tuple[frozenset[int], frozenset[int]], frozenset[int]] = field(default_factory=dict)
+    """Answers of `reach`: a run asks the same again and again, and the graph stays."""
 
     @classmethod
     def of(cls, scenario: Scenario, net: Network, plc: Plc, idle: Collection[Event] = ()) -> Influence:
@@ -94,8 +96,15 @@ class Influence:
         names = (f"{self.plc.loops[loop]}.{name}" for name in self.plc.pulses)
         return [self.net.names[name] for name in names if name in self.net.names]
 
-    def reach(self, sources: Iterable[int], without: Collection[int] = ()) -> set[int]:
+    def reach(self, sources: Iterable[int], without: Collection[int] = ()) -> frozenset[int]:
         """Everything that follows the ``sources``, themselves included; not by way of ``without``."""
+        question = frozenset(sources), frozenset(without)
+        if question not in self._reached:
+            self._reached[question] = frozenset(self._followers(*question))
+        return self._reached[question]
+
+    def _followers(self, sources: Iterable[int], without: Collection[int]) -> set[int]:
+        """The same, worked out."""
         waiting = list(sources)
         reached = set(waiting)
         while waiting:
@@ -105,11 +114,11 @@ class Influence:
                     waiting.append(target)
         return reached
 
-    def of_output(self, loop: int) -> set[int]:
+    def of_output(self, loop: int) -> frozenset[int]:
         """Everything that a loop's output moves."""
         return self.reach([self.plc.cfg[loop].sig_out])
 
-    def of_event(self, event: Event) -> set[int]:
+    def of_event(self, event: Event) -> frozenset[int]:
         """Everything that an event moves; one of the CPU moves all outputs."""
         cfg = self.plc.cfg[: len(self.plc.loops)]
         if event.plc is not None:

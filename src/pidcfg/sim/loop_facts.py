@@ -61,7 +61,7 @@ class LoopFacts(ABC):
         return [-1] * len(self.loops)
 
     @property
-    def flow(self) -> Iterator[tuple[int, int]]:
+    def flow(self) -> Iterable[tuple[int, int]]:
         """Pairs of signals within the PLC, the first of which moves the second, besides the loops' own."""
         for c, master in zip(self.cfg, self.masters, strict=False):
             if master >= 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,12 +11,14 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.commands.simulate import files_of, scenarios_of
+from pidcfg.cli.extras import need
 from pidcfg.cli.files import plots
 from pidcfg.cli.files.inputs import FILES, read_inputs
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.certification import render_batches
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.progress import LINE
+from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.progress import LINE, held
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -35,6 +38,8 @@ LISTED = 3
 """Worst samples that are listed where none is to be kept."""
 MOST_KEPT = 100
 DEFAULT_SAMPLES = 2_000
+RATE_AFTER = 1.0
+"""Seconds after which a rate says something."""
 
 
 @click.command("certify", epilog=EPILOG)
@@ -44,6 +49,11 @@ DEFAULT_SAMPLES = 2_000
 @click.option("--samples", type=click.IntRange(1), default=DEFAULT_SAMPLES, show_default=True, help="How many to run.")
 @click.option("--seed", type=int, help="Of the row of samples.  [default: seed of vary, else of the scenario]")
 @options.JOBS
+@click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="Run the samples on the workers of a Dask cluster: tcp://HOST:8786, or local:2 for two of them here.",
+)
 @click.option(
     "--resume",
     type=click.Path(dir_okay=False),
@@ -67,6 +77,7 @@ def command(
     samples: int,
     seed: int | None,
     jobs: int | None,
+    cluster: str | None,
     resume: str | None,
     keep_worst: int | None,
     plot: tuple[str, ...],
@@ -81,6 +92,10 @@ def command(
     show a share.
     """
     del quiet
+    if cluster is not None:
+        if jobs is not None:
+            raise click.UsageError("--jobs and --cluster: the samples run here or there; give one of them")
+        need("distributed", "cluster")
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
     if not scenarios:
         raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
@@ -93,9 +108,8 @@ def command(
     if plot_loops and not plot:
         raise click.UsageError("--plot-loop needs --plot")
     listed = LISTED if keep_worst is None else keep_worst
-    outcomes = list(
-        run_all(scenarios, samples, seed, options.processes(jobs), resume, listed, limits, record=bool(plot))
-    )
+    who = options.processes(jobs), cluster
+    outcomes = list(run_all(scenarios, samples, seed, who, resume, listed, limits, record=bool(plot)))
     files: dict[str, str | bytes] = {}
     written = {} if not keep_worst else worst_files(outcomes, files)
     charts = fan_charts(outcomes, plot_loops) if plot else []
@@ -120,7 +134,7 @@ def run_all(
     scenarios: Sequence[Document],
     samples: int,
     seed: int | None,
-    jobs: int,
+    who: tuple[int, str | None],
     resume: str | None,
     listed: int,
     limits: Limits,
@@ -129,9 +143,11 @@ def run_all(
 ) -> Iterator[Outcome]:
     """The batches one after the other; the line on the terminal shows how many samples are done."""
     from pidcfg.api import certify
+    from pidcfg.certification.workers import WorkersError
     from pidcfg.cli.files.kept import keeper, kept
     from pidcfg.results.arguments import ArgumentError
 
+    jobs, cluster = who
     for doc in scenarios:
         label = f"certifying {Path(doc.file).name}"
         LINE.update(label)
@@ -141,16 +157,49 @@ def run_all(
                 samples=samples,
                 seed=seed,
                 jobs=jobs,
+                cluster=cluster,
                 keep_worst=listed,
                 record=record,
                 state=None if resume is None else kept(resume),
                 keep=None if resume is None else keeper(resume),
                 files=FILES,
                 limits=limits,
-                progress=partial(LINE.update, label),
+                progress=Rate(label, samples).update,
+                remark=remark,
             ).outcome
         except ArgumentError as error:
-            raise click.ClickException(f"--resume {resume}: {error.spelled(lambda _: 'it')}") from None
+            option = f"--cluster {cluster}" if "cluster" in error.names else f"--resume {resume}"
+            raise click.ClickException(f"{option}: {error.spelled(lambda _: 'it')}") from None
+        except WorkersError as error:
+            raise click.ClickException(f"{error}{_continued(resume)}") from None
+
+
+class Rate:
+    """The line's label, with how many samples are run in a second."""
+
+    def __init__(self, label: str, samples: int) -> None:
+        self.label, self.samples = label, samples
+        self.began: tuple[float, float] | None = None
+
+    def update(self, share: float) -> None:
+        """So large a share is done; what an earlier run has done does not count."""
+        now = time.monotonic()
+        if self.began is None:
+            self.began = now, share
+        seconds, new = now - self.began[0], share - self.began[1]
+        rate = f", {new * self.samples / seconds:.3g} samples a second" if new and seconds > RATE_AFTER else ""
+        LINE.update(f"{self.label}{rate}", share)
+
+
+def remark(text: str) -> None:
+    """What is worth knowing on the way; the line goes on after it."""
+    with held():
+        note(f"note: {text}")
+
+
+def _continued(resume: str | None) -> str:
+    """What to do once a batch has stopped."""
+    return "" if resume is None else f"; {resume} keeps what is ready, and the same command goes on there"
 
 
 def worst_files(outcomes: Sequence[Outcome], files: dict[str, str | bytes]) -> dict[tuple[str, int], str]:

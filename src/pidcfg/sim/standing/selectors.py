@@ -33,7 +33,7 @@ def left_out(e: Evidence, i: int) -> bool:
     return e.plc.left_out(i, e.sig, own, rivals) or _selected_away(e, i, rivals)
 
 
-def _selected_away(e: Evidence, i: int, rivals: set[int]) -> bool:
+def _selected_away(e: Evidence, i: int, rivals: frozenset[int]) -> bool:
     """Whether every plant or connection that reads a loop's output takes the smaller or larger of it and a rival."""
     out = e.plc.cfg[i].sig_out
     wired: list[Plant | Channel] = [*e.net.plants, *e.net.channels]
@@ -41,7 +41,7 @@ def _selected_away(e: Evidence, i: int, rivals: set[int]) -> bool:
     return bool(readers) and all(_leaves_out(e, reader, out, rivals) for reader in readers)
 
 
-def _leaves_out(e: Evidence, reader: Plant | Channel, out: int, rivals: set[int]) -> bool:
+def _leaves_out(e: Evidence, reader: Plant | Channel, out: int, rivals: frozenset[int]) -> bool:
     pool = e.net.pool
     if reader.source >= 0:
         return False

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL
@@ -39,8 +41,16 @@ class Facts(Memory):
             yield int(aux[row]), [int(aux[at + 1]) for at in code if aux[at] == SIGNAL]
 
     @property
-    def flow(self) -> Iterator[tuple[int, int]]:
+    def flow(self) -> Sequence[tuple[int, int]]:
         """Moves, wires, and from each input of a block to its outputs."""
+        return self._all_flow
+
+    @cached_property
+    def _all_flow(self) -> Sequence[tuple[int, int]]:
+        """The program's, which no event changes."""
+        return tuple(self._flow())
+
+    def _flow(self) -> Iterator[tuple[int, int]]:
         for copy in self.copies:
             for part in (copy.value, copy.when):
                 yield from ((source, copy.target) for source in (part.signals if part else ()))
@@ -74,7 +84,9 @@ class Facts(Memory):
     def masters(self) -> list[int]:
         """The loop whose MV comes in at SP_CASC, by whatever blocks."""
         outs = {c.sig_out: i for i, c in enumerate(self.cfg[: len(self.loops)])}
-        flow = list(self.flow)
+        sources = defaultdict(list)
+        for source, target in self.flow:
+            sources[target].append(source)
         found = []
         for i, c in enumerate(self.cfg[: len(self.loops)]):
             waiting, seen, master = [c.base + slots.SP_CASC] if c.kind != slots.ON_OFF else [], set(), -1
@@ -83,7 +95,7 @@ class Facts(Memory):
                 master = outs.get(slot, -1) if outs.get(slot, i) != i else -1
                 if slot not in seen and slot not in outs:
                     seen.add(slot)
-                    waiting += [source for source, target in flow if target == slot]
+                    waiting += sources[slot]
             found.append(master)
         return found
 
