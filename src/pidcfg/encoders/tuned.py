@@ -59,6 +59,9 @@ class Tuned(Protocol):
     def limits(self, model: type[BaseModel], name: str) -> Limits | None:
         """What the manual allows."""
 
+    def step(self, name: str) -> Decimal | None:
+        """What two neighbours differ by; None: a number in floating point."""
+
 
 @dataclass(frozen=True, slots=True)
 class TunedWords:
@@ -96,6 +99,10 @@ class TunedWords:
         """What the manual allows for a register."""
         return limits_at(get_args(model.model_fields["loops"].annotation)[0], self.key(name))
 
+    def step(self, name: str) -> Decimal | None:
+        """What two neighbours differ by; None: a register in floating point."""
+        return getattr(self.table.word(name).codec, "step", None)
+
 
 @dataclass(frozen=True, slots=True)
 class TunedParameters:
@@ -130,6 +137,10 @@ class TunedParameters:
             raise KeyError(name)
         return limits_at(part, name)
 
+    def step(self, _: str) -> None:
+        """Parameters are numbers in floating point."""
+        return
+
 
 @dataclass(frozen=True, slots=True)
 class LoopTuning:
@@ -154,6 +165,14 @@ class LoopTuning:
     """Why a derivative time would have no effect."""
     off: tuple[str, str] = ("0", "0")
     """How the file says that there is no integral term, and no derivative."""
+    sample_time: float | None = None
+    """Time between two calculations, in s; None: no file says it."""
+    pv_share: float = 1.0
+    """What the filter of the PV takes of a difference in each sample."""
+    derivative_share: float = 1.0
+    """What the filter of the derivative takes."""
+    derivative_limit: float | None = None
+    """The derivative time over the time constant of its filter; None: ``derivative_share`` says it."""
 
     def units(self) -> tuple[str, str, str]:
         """Of the gain, the integral and the derivative number."""

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from pidcfg.limits import Limits
     from pidcfg.results.findings import Data
     from pidcfg.results.retune import Written
+    from pidcfg.results.robust import RobustGains, Searched
     from pidcfg.results.targets import Target, VendorGains
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.judgement import Judgement
@@ -50,6 +51,8 @@ class TuneResult:
     """The process of the recorded step, where one was given."""
     record: Record | None = None
     vendor: VendorGains | None = None
+    robust: RobustGains | None = None
+    """What holds on which plants, of gains by the method robust."""
     written: Written | None = None
     """The configuration with the gains in one of its loops, where one was given."""
 
@@ -87,6 +90,8 @@ class TuneResult:
             "warnings": list(self.warnings),
             "identified": None if self.identified is None else _identified(self.identified),
         }
+        if self.robust is not None:
+            data["robust"] = self.robust.to_json()
         if self.vendor is not None:
             data["for"] = self.vendor.to_json()
         if self.written is not None:
@@ -172,15 +177,30 @@ def tuned(
                 raise ArgumentError(f"`{key}` and `record` do not go together", key, "record")
         told = [key for key in IDENTIFIED if not (fit.integrating and key == "time_constant")]
         numbers = {**{key: getattr(fit.process, key) for key in told}, **known.numbers}
-        known = Known(numbers, "integrating" if fit.integrating else None)
-    target.refuse_ranges()
-    result = replace(computed(method, form, known), identified=fit, record=record)
+        known = replace(known, numbers=numbers, model="integrating" if fit.integrating else None)
+    if known.wish is None:
+        target.refuse_ranges()
+        result = replace(computed(method, form, known), identified=fit, record=record)
+    else:
+        from pidcfg.results.robust import searched
+
+        found = searched(METHODS[method], form, known, fit, target, limits)
+        target = found.target
+        result = replace(_of_search(METHODS[method], known, found), identified=fit, record=record)
     if target.into is None:
         return replace(result, vendor=target.gains(result.gains, heating=result.heating))
     from pidcfg.results.retune import retuned
 
     written, values = retuned(result.gains, target, target.into, limits, heating=result.heating)
     return replace(result, written=written, vendor=held_by(written.vendor, values, heating=result.heating))
+
+
+def _of_search(method: Method, known: Known, found: Searched) -> TuneResult:
+    """The result of a search, beside its judgement by the continuous loop on the process itself."""
+    gains = found.robust.found.result.gains
+    judgement = judged(method, found.form, gains, found.process)
+    notes = tuple(remarks(found.process))
+    return TuneResult(method, found.form, known.numbers, gains, found.model, judgement, notes, robust=found.robust)
 
 
 def computed(name: str, form: Form | None, known: Known) -> TuneResult:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from pidcfg.tuning.transfer import Transfer
 
 LARGEST = 1e12
+DEFAULT_MS, LEAST_MS, MOST_MS = 1.6, 1.1, 3.0
+"""Of the maximum sensitivity: below, next to nothing is left of the controller; above, the loop hardly settles."""
 OF_PROCESS = ("gain", "time_constant", "second_time_constant", "dead_time")
 """Numbers that a transfer function stands for."""
 
@@ -44,6 +46,27 @@ class Known:
     numbers: Mapping[str, float]
     model: Model | None = None
     transfer: Transfer | None = None
+    wish: Robustness | None = None
+    """Of the method robust alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Robustness:
+    """What is asked of robust gains: what varies, as text, and the limit of Ms."""
+
+    vary: str | None
+    ms: float
+
+
+def robustness(vary: str | None, ms: float | None, *, given: bool) -> Robustness | None:
+    """What is asked of robust gains; None for other methods, which raise `ArgumentError` where something is."""
+    for name, value in (("vary", vary), ("ms", ms)):
+        if value is not None and not given:
+            raise ArgumentError(f"`{name}` is for the method robust", name)
+    limit = DEFAULT_MS if ms is None else as_float(ms)
+    if not LEAST_MS <= limit <= MOST_MS:
+        raise ArgumentError(f"`ms`: {limit:g}; write a number from {LEAST_MS:g} to {MOST_MS:g}, such as 1.6", "ms")
+    return Robustness(vary, limit) if given else None
 
 
 def request(columns: str | None, rest: float | None, start: str | None, until: str | None, *, given: bool) -> Request:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, get_args
 
 from pidcfg.limits import DEFAULT, Limits
@@ -35,6 +36,8 @@ def tune(
     sample_time: float | None = None,
     ultimate_gain: float | None = None,
     ultimate_period: float | None = None,
+    vary: str | None = None,
+    ms: float | None = None,
     record: Path | str | bytes | None = None,
     columns: str | None = None,
     rest: float | None = None,
@@ -60,7 +63,9 @@ def tune(
     ``until`` take a part of it. ``vendor``: also as this PLC holds them; one whose gain is a share of the span needs
     ``pv_range``; ``output_range`` is 0 to 100 when not given. ``into``: a configuration whose ``loop`` is to have the
     gains (the only one when not given); ``written`` of the result is the file with them, in the loop's own units, form
-    and ranges; nothing is saved. Raises `ValueError` for a record that no process fits, and beyond the range of a rule.
+    and ranges; nothing is saved. ``vary`` and ``ms`` are for robust: what is uncertain (such as
+    ``gain=±30%,dead-time=80%..130%``) and the limit of the maximum sensitivity (1.6 when not given). Raises
+    `ValueError` for a record that no process fits, and beyond the range of a rule.
     """
     from pidcfg.results import gains, processes, targets
     from pidcfg.tuning.methods import METHODS
@@ -71,7 +76,6 @@ def tune(
         refuse_unknown("form", form, get_args(Form))
     if model is not None:
         refuse_unknown("model", model, get_args(Model))
-    family = None if vendor is None else vendor_named(vendor)
     family = None if vendor is None else vendor_named(vendor)
     target = targets.Target(family, pv_range, output_range, _into(into, into_name, loop, files, limits))
     numbers = {
@@ -84,11 +88,12 @@ def tune(
         "ultimate_gain": ultimate_gain,
         "ultimate_period": ultimate_period,
     }
+    wish = processes.robustness(vary, ms, given=METHODS[method].searches)
     values = {key: processes.usable(key, value) for key, value in numbers.items() if value is not None}
     request = processes.request(columns, rest, start, until, given=record is not None)
     step = None if record is None else (*source_data(record, name, files, limits.file_bytes + 1), request)
     known = processes.known_process(values, model, transfer, given=record is not None)
-    return gains.tuned(method, form, known, step, target, limits)
+    return gains.tuned(method, form, replace(known, wish=wish), step, target, limits)
 
 
 def _into(

@@ -118,6 +118,15 @@ def retuned(
     return Written(into.name, name, vendor, into.data, data, values, after, findings, action), fitted
 
 
+def loop_tuning(target: Target, into: Into, limits: Limits) -> tuple[Vendor, LoopTuning]:
+    """The vendor of a file, and how its loop holds its gains; raises as `retuned` does."""
+    checked_file = check_document(read_document(into.data, into.name, limits), limits)
+    vendor, index = _loop_of(checked_file, into)
+    config: Any = checked_file.config
+    loop = config.loops[index]
+    return vendor, _with_ranges(f"{into.name}: {loop.name}", vendor.load("tuning_of")(config, loop), target)
+
+
 def _loop_of(found: Checked, into: Into) -> tuple[Vendor, int]:
     """The vendor of a file, and the place of the loop."""
     vendor, config = found.vendor, found.config

@@ -50,12 +50,12 @@ def fit_loop(gains: Gains, model: type[BaseModel], loop: LoopTuning) -> list[Fit
     """The three numbers as a loop of a file holds them; raises `ValueError` where it lacks the PV's span."""
     words, integral = loop.words, _integral(gains, loop)
     derivative = gains.kd if loop.independent else gains.derivative_time
-    wanted = (_decimal(gains.gain * _factor(loop)), integral, _decimal(derivative))
+    wanted = (_decimal(gains.gain * gain_factor(loop)), integral, _decimal(derivative))
     rows = zip(words.names, loop.units(), wanted, strict=True)
     return [_fitted(model, words, *row) for row in rows]
 
 
-def _factor(loop: LoopTuning) -> float:
+def gain_factor(loop: LoopTuning) -> float:
     """From output units per PV unit to the loop's unit of the gain."""
     if loop.words.gain_unit == "engineering":
         return 1.0

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from pidcfg.tuning.rules import Gains
     from pidcfg.tuning.transfer import Transfer
 
+    OpenLoop = Callable[[float], complex]
+    """The open loop by the frequency in rad/s."""
+
 D708 = Decision(
     708,
     "margins are those of the continuous loop",
@@ -106,14 +109,24 @@ def margins(gains: Gains, transfer: Transfer) -> Margins | None:
     if not _is_stable(loop, frequencies[:followed], values[:followed], values[followed:]):
         return None
     loudest = max((abs(value) for value in values[followed:]), default=0.0)
-    peak = _peak(loop, frequencies[:followed], values[:followed])
-    gain_margin = min(
-        (1 / abs(loop(w)) for w in _crossings(loop, frequencies[:followed], lambda v: v.imag) if loop(w).real < 0),
-        default=inf,
+    near, values = frequencies[:followed], values[:followed]
+    return Margins(
+        max(peak(loop, near, values), 1 / (1 - loudest), 1.0),
+        min(gain_margin(loop, near), 1 / loudest if loudest else inf),
+        phase_margin(loop, near),
     )
-    phases = (pi + phase(loop(w)) for w in _crossings(loop, frequencies[:followed], lambda v: abs(v) - 1))
-    phase_margin = min((degrees(min(angle, 2 * pi - angle)) for angle in phases), default=inf)
-    return Margins(max(peak, 1 / (1 - loudest), 1.0), min(gain_margin, 1 / loudest if loudest else inf), phase_margin)
+
+
+def gain_margin(loop: OpenLoop, frequencies: Sequence[float]) -> float:
+    """The factor by which the gain may grow."""
+    turns = crossings(loop, frequencies, lambda v: v.imag)
+    return min((1 / abs(loop(w)) for w in turns if loop(w).real < 0), default=inf)
+
+
+def phase_margin(loop: OpenLoop, frequencies: Sequence[float]) -> float:
+    """The smallest angle to -180 degrees where the loop is as loud as 1."""
+    phases = (pi + phase(loop(w)) for w in crossings(loop, frequencies, lambda v: abs(v) - 1))
+    return min((degrees(min(angle, 2 * pi - angle)) for angle in phases), default=inf)
 
 
 def traced(gains: Gains, transfer: Transfer) -> Trace:
@@ -123,8 +136,8 @@ def traced(gains: Gains, transfer: Transfer) -> Trace:
     if transfer.dead_time:
         frequencies = frequencies[: bisect_left(frequencies, TURNS / transfer.dead_time)]
     points = tuple(loop(w) for w in frequencies)
-    turns = [loop(w) for w in _crossings(loop, frequencies, lambda v: v.imag) if loop(w).real < 0]
-    circle = [loop(w) for w in _crossings(loop, frequencies, lambda v: abs(v) - 1)]
+    turns = [loop(w) for w in crossings(loop, frequencies, lambda v: v.imag) if loop(w).real < 0]
+    circle = [loop(w) for w in crossings(loop, frequencies, lambda v: abs(v) - 1)]
     near = min(points, key=lambda v: abs(1 + v))
     return Trace(
         points, near, min(turns, key=lambda v: v.real, default=None), min(circle, key=lambda v: v.real, default=None)
@@ -164,7 +177,7 @@ def _turned(loop: Loop, low: tuple[float, float], high: tuple[float, float], mos
     return _turned(loop, low, middle, most - 1) + _turned(loop, middle, high, most - 1)
 
 
-def _peak(loop: Loop, frequencies: Sequence[float], values: Sequence[complex]) -> float:
+def peak(loop: OpenLoop, frequencies: Sequence[float], values: Sequence[complex]) -> float:
     """The largest sensitivity, found between its neighbours on the grid."""
     sensitivities = [1 / abs(1 + value) for value in values]
     best = max(range(len(values)), key=sensitivities.__getitem__)
@@ -178,7 +191,7 @@ def _peak(loop: Loop, frequencies: Sequence[float], values: Sequence[complex]) -
     return max(sensitivities[best], 1 / abs(1 + loop((low + high) / 2)))
 
 
-def _crossings(loop: Loop, frequencies: Sequence[float], of: Callable[[complex], float]) -> Iterator[float]:
+def crossings(loop: OpenLoop, frequencies: Sequence[float], of: Callable[[complex], float]) -> Iterator[float]:
     """Where a number of the loop changes its sign."""
     before = of(loop(frequencies[0]))
     for low, high in pairwise(frequencies):

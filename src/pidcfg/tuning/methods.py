@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.tuning import published, rules
 from pidcfg.tuning.rules import D90, D91, D92, D93, Form, Model, of_cycle
+from pidcfg.tuning.uncertainty import D852
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,6 +51,8 @@ class Method:
     """Dead time over time constant, between which the rule holds."""
     aims: bool = False
     """Whether it makes the closed loop as fast as is asked for."""
+    searches: bool = False
+    """Whether it is no formula: it tries gains on plants (`pidcfg.tuning.robust`)."""
 
     def gains(self, form: Form, process: Process, cycle: Cycle) -> Gains:
         """The result, from whichever of the two the rule is for; raises `ValueError` beyond the rule's own range."""
@@ -72,6 +75,8 @@ class Method:
     def range_of_validity(self, form: Form, process: Process) -> tuple[bool, str]:
         """Whether a process is one that the rule was made for, and the range in words."""
         taken = self.taken(form, process)
+        if self.searches:
+            return True, "for the plants that were tried, in this loop; nothing is said of others"
         if process.integrating or self.of_process is None:
             return True, "it has no limits"
         low, high = self.ratio
@@ -153,6 +158,8 @@ ROWS = (
     ),
     Method("zn-open", "Ziegler-Nichols, reaction curve", D90, ALL, rules.reaction_curve, needs=PROCESS, models=ANY_LAG,
            ratio=FITTED),
+    Method("robust", "least error after a load with Ms below a limit on every plant", D852, PI_PID, needs=DELAYED,
+           models=ANY, searches=True),
     _cycle("zn-closed", "Ziegler-Nichols, ultimate cycle", D91, rules.ZIEGLER_NICHOLS_CLOSED),
     _cycle("tyreus-luyben", "Tyreus-Luyben, ultimate cycle", D93, rules.TYREUS_LUYBEN),
     _cycle("nextopid-autotune", "what NextoPID's auto-tune makes of its relay test", D93, rules.NEXTOPID_CLOSED),

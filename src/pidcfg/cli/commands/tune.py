@@ -30,6 +30,8 @@ EPILOG = options.examples(
     "pidcfg tune --method zn-open --gain 2 --time-constant 10 --dead-time 1 --for click",
     "pidcfg tune --method simc --transfer '2 exp(-3s)/((10s+1)(2s+1))'",
     "pidcfg tune --method simc --model integrating --gain 0.02 --dead-time 5 --for click",
+    "pidcfg tune --method robust --gain 2 --time-constant 60 --dead-time 8 --vary gain=±30%,dead-time=80%..130% "
+    "--ms 1.6 --for dl06",
     "pidcfg tune --method zn-open --from-csv step.csv --columns time=Date+Time,output=Valve,pv=3 --from 60",
     "pidcfg tune --method zn-closed --ultimate-gain 8 --ultimate-period 4 --for dl06 --pv-range 0 200",
     "pidcfg tune --method simc --from-csv step.csv --write reactor.yaml --loop TIC-101 --plot margins.svg",
@@ -68,6 +70,8 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @number("sample-time", "Sample time in s; half of it acts like dead time.")
 @number("ultimate-gain", "Gain at which a P controller just keeps swinging.")
 @number("ultimate-period", "Period of that swing in s.")
+@click.option("--vary", metavar="LIST", help="robust: what is uncertain, as gain=±30%,dead-time=80%..130%.")
+@number("ms", "robust: limit of the maximum sensitivity on every plant; 1.6 when not given.")
 @click.option("--from-csv", metavar="FILE", help="Identify the process from a recorded step.")
 @click.option(
     "--columns", metavar="LIST", help="Its columns by name or number: time=…,output=…,pv=…; time=1+2 for date and time."

@@ -7,6 +7,7 @@ from math import isinf
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.files.plots import in_characters
+from pidcfg.cli.formats.robust import robust_lines
 
 if TYPE_CHECKING:
     from pidcfg.pictures.chart import Chart
@@ -38,7 +39,10 @@ def as_text(tuned: TuneResult) -> str:
         f"  dependent    Kp {result['gain']:.6g}  {times}  Td {result['derivative_time']:.6g} s",
         f"  independent  Kp {independent['kp']:.6g}  Ki {independent['ki']:.6g} /s  Kd {independent['kd']:.6g} s",
     ]
-    lines += ["", *_robustness(tuned.judgement)]
+    lines += [
+        "",
+        *(_robustness(tuned.judgement) if tuned.robust is None else robust_lines(tuned.robust, tuned.judgement.reason)),
+    ]
     if "for" in result:
         lines += ["", *_for_vendor(result["for"])]
     lines += [f"warning: {text}" for text in result["warnings"]]

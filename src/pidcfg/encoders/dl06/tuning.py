@@ -20,7 +20,9 @@ def tuning_of(config: Dl06File, loop: Loop) -> LoopTuning:
     tuning, pv, output = loop.tuning, loop.pv.range, loop.output.range
     reset, codec = reset_value(loop), RESET[config.plc.reset_decimals]
     is_off = any(reset == digits * codec.step for digits in codec.off)
-    limited = switched_on(loop.derivative_gain_limit_enabled, loop.derivative_gain_limit)
+    limit = loop.derivative_gain_limit
+    limited = switched_on(loop.derivative_gain_limit_enabled, limit)
+    filtered, share = switched_on(loop.pv.filter_enabled, loop.pv.filter), float(loop.pv.filter or 0)
     return LoopTuning(
         replace(TUNED, table=LOOP_TABLES[config.plc.reset_decimals]),
         raises_pv=loop.action == TUNED.heating,
@@ -29,8 +31,9 @@ def tuning_of(config: Dl06File, loop: Loop) -> LoopTuning:
         minutes=tuning.reset_unit == "minutes",
         now=(tuning.gain, Decimal(0) if is_off else reset, tuning.rate),
         wrong="it squares its error (error.curve)" if loop.error.curve == "squared" else "",
-        no_derivative="its derivative_gain_limit of 0 removes the derivative"
-        if limited and not loop.derivative_gain_limit
-        else "",
+        no_derivative="its derivative_gain_limit of 0 removes the derivative" if limited and not limit else "",
         off=("off", "0"),
+        sample_time=float(loop.sample_rate),
+        pv_share=share if filtered and 0 < share <= 1 else 1.0,
+        derivative_limit=float(limit) if limited and limit else None,
     )

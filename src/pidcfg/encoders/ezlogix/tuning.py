@@ -25,4 +25,5 @@ def tuning_of(_: EzlogixFile, loop: Loop) -> LoopTuning:
         output_span=None if output is None else output[1] - output[0],
         now=(tuning.proportional_gain, tuning.integral_time, tuning.derivative_time),
         off=("off", "off"),
+        sample_time=float(loop.sample_rate),
     )

@@ -26,6 +26,7 @@ PROCESS = (
     "ultimate_gain",
     "ultimate_period",
 )
+PLANT_KEYS = ("gain", "time_constant", "second_time_constant", "time_constant_2", "dead_time")
 SURENESS = ("model", "fit", "confidence")
 MODELS = ("first-order", "second-order", "integrating")
 
@@ -34,7 +35,7 @@ def schema() -> Schema:
     """What a rule made of a process."""
     return record(
         "Gains in engineering units and seconds.",
-        ("for", "written"),
+        ("for", "written", "robust"),
         version=VERSION,
         method=text("The rule.", *METHODS),
         title=text("The rule in words."),
@@ -64,6 +65,7 @@ def schema() -> Schema:
         identified=identified(),
         for_=for_vendor(),
         written=written(),
+        robust=robust(),
     )
 
 
@@ -105,6 +107,41 @@ def identified() -> Schema:
         misfit_percent=number("What the model leaves unexplained."),
     )
     return or_null(found)
+
+
+def robust() -> Schema:
+    """What holds on which plants."""
+    ends = record("Amounts: a gain without its sign.", low=number("Lower end."), high=number("Upper end."))
+    return record(
+        "Of the method robust: the sampled loop, on every plant that was tried.",
+        ms_limit=number("The limit of the maximum sensitivity."),
+        plants=number("How many plants: the process, the combinations of ends, samples."),
+        varies=record("What varies.", PLANT_KEYS, **dict.fromkeys(PLANT_KEYS, ends)),
+        sample_time=number("Of the loop, in s."),
+        pv_share=number("What the filter of the PV takes of a difference in each sample; 1: no filter."),
+        worst_ms=number("The largest of all plants."),
+        worst_ms_plant=plant(),
+        gain_margin=or_null(number("On that plant; null: no limit.")),
+        phase_margin=or_null(number("On that plant, in degrees; null: no limit.")),
+        worst_iae=number("The largest integral of the absolute error after a unit step at the output."),
+        worst_iae_plant=plant(),
+        every_word=or_null(switch("Whether all words were tried; null: numbers in floating point.")),
+        real=record(
+            "The best real numbers.",
+            gain=number("Output units per PV unit."),
+            integral_time=number("In s."),
+            derivative_time=number("In s."),
+            worst_iae=number("The largest of all plants."),
+            worst_ms=number("The largest of all plants."),
+        ),
+        cost_percent=number("What the words of the PLC cost against real numbers, in IAE."),
+        assumed=listing("What nobody said.", text("In words.")),
+    )
+
+
+def plant() -> Schema:
+    """Numbers of a plant."""
+    return record("A plant.", PLANT_KEYS, **{key: number("As tried, a gain without its sign.") for key in PLANT_KEYS})
 
 
 def written() -> Schema:
