@@ -26,8 +26,14 @@ WORDS: dict[str, tuple[str, ...]] = {
     "name tag loop regler kreis messstelle": ("name",),
     "description text service beschreibung bezeichnung": ("description",),
     "mode betriebsart": ("mode",),
-    "range_low low pv_low lrv min von messbereich_von anfang": ("pv.range low", "MinPV"),
-    "range_high high pv_high urv max bis messbereich_bis ende": ("pv.range high", "MaxPV"),
+    "range_low range_min low pv_low pv_min lrv min von messbereich_von messbereich_anfang anfang": (
+        "pv.range low",
+        "MinPV",
+    ),
+    "range_high range_max high pv_high pv_max urv max bis messbereich_bis messbereich_ende ende": (
+        "pv.range high",
+        "MaxPV",
+    ),
     "unit pv_unit einheit": ("pv.unit",),
     "gain kp p kr proportional_gain verstärkung": ("tuning.gain", "tuning.proportional_gain", "Kp", "Kc_Kp"),
     "reset ti integral integral_time nachstellzeit": (
@@ -42,7 +48,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "tuning.derivative_gain",
         "Td_Kd",
     ),
-    "action direction wirkrichtung wirksinn": ("action",),
+    "action direction wirkrichtung wirksinn regelsinn": ("action",),
     "setpoint set_point sp sollwert": ("setpoint.value", "SP", "SV"),
     "sp_low setpoint_low sollwert_min": ("setpoint.limits low", "setpoint.lower_limit"),
     "sp_high setpoint_high sollwert_max": ("setpoint.limits high", "setpoint.upper_limit"),
