@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, get_args
 
 from pidcfg.limits import DEFAULT, Limits
 from pidcfg.reader import Files, reader_of, source_data
-from pidcfg.results.arguments import ArgumentError, refuse_unknown, vendor_named
+from pidcfg.results.arguments import ArgumentError, refuse_below, refuse_unknown, vendor_named
 from pidcfg.results.exact import exact
 from pidcfg.results.models import check_file, check_text, decode_words
 from pidcfg.results.reference import explain, tune
@@ -239,10 +239,7 @@ def simulate(
     from pidcfg.validate.engine import is_configuration
 
     refuse_unknown("engine", engine, get_args(EngineName))
-    if every < 1:
-        raise ArgumentError(f"`every` is {every}; write a whole number above 0", "every")
-    if runs is not None and runs < 1:
-        raise ArgumentError(f"`runs` is {runs}; write a whole number above 0", "runs")
+    refuse_below(1, every=every, runs=runs)
     settings = Settings(engine, every, limits.loop_steps, trend, progress=progress, runs=runs)
     doc = document_of(source, name, files, limits)
     if is_configuration(doc):
@@ -287,9 +284,8 @@ def certify(
     from pidcfg.results.certification import CertifyResult
     from pidcfg.results.sources import document_of
 
-    for argument, value, least in (("samples", samples, 1), ("jobs", jobs, 1), ("keep_worst", keep_worst, 0)):
-        if value < least:
-            raise ArgumentError(f"`{argument}` is {value}; write a whole number from {least} on", argument)
+    refuse_below(1, samples=samples, jobs=jobs)
+    refuse_below(0, keep_worst=keep_worst)
     if keep_worst > MOST_WORST:
         raise ArgumentError(f"`keep_worst` is {keep_worst}; at most {MOST_WORST} are kept", "keep_worst")
     doc = document_of(source, name, files, limits)

@@ -68,3 +68,11 @@ def vendor_options(vendor: Vendor, column: str, options: Mapping[str, object]) -
         if values[key] is None:
             raise OptionError(f"{str(value)!r}; write it like {rows[key].example}", key)
     return values
+
+
+def refuse_below(least: int, **values: int | None) -> None:
+    """Raises `ArgumentError` for an argument below a whole number; None is none at all."""
+    for name, value in values.items():
+        if value is not None and value < least:
+            wanted = "above 0" if least == 1 else f"from {least} on"
+            raise ArgumentError(f"`{name}` is {value}; write a whole number {wanted}", name)
