@@ -6,7 +6,7 @@ import os
 import signal
 from pathlib import Path
 
-from pidcfg.certification import workers
+from pidcfg import processes
 from pidcfg.limits import DEFAULT
 from pidcfg.reader import Texts
 from pidcfg.scenario.load import load
@@ -70,15 +70,16 @@ def normal(mean, sigma, low=float("-inf"), high=float("inf")):
     return Uncertainty("plants", "TIC-1", "gain", "normal", Ends(low, high, mean, sigma))
 
 
-def killed_once(begin, end):
+def killed_once(samples):
     """A part whose process is ended from outside, the first time."""
     mark = Path(os.environ["KILLED_ONCE"])
-    if begin == 8 and not mark.exists():
+    if samples[0] == 8 and not mark.exists():
         mark.touch()
         os.kill(os.getpid(), signal.SIGTERM)
-    return workers._run_part(begin, end)
+    return processes._work(samples)
 
 
-def killed_always(begin, end):
+def killed_always(samples):
     """A part that no process survives."""
+    del samples
     os.kill(os.getpid(), signal.SIGTERM)
