@@ -75,7 +75,7 @@ ORDER = {
         "dependencies",
         "changelog",
     ],
-    "Explanation": ["why-text", "engine", "decisions", "architecture"],
+    "Explanation": ["why-text", "engine", "speed", "decisions", "architecture"],
 }
 """Captions of the list of contents and their pages. What is not there is left out, what is not named comes last."""
 BELOW = {

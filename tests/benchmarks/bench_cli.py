@@ -157,7 +157,7 @@ def findings(folder: Path, rounds: int) -> None:
 
 IMPORTS = """
 import json, sys
-from pidcfg.cli import main
+from pidcfg.cli.main import main
 sys.argv = ["pidcfg", *json.loads(sys.argv[1])]
 try:
     main()

@@ -203,7 +203,8 @@ def simple_pid(loops: int, steps: int, *, noise: bool) -> Callable[[], Any]:
 
     def run() -> list[float]:
         controllers = [PID(2.0, 0.1, 2.0, setpoint=LOW, output_limits=(0, 100)) for _ in range(loops)]
-        values, outputs = [30.0] * loops, [0.0] * loops
+        values = [30.0] * loops
+        outputs: list[Any] = [0.0] * loops
         source = random.Random(1)
         stride = max(1, steps // (EVENTS + 1))
         for k in range(steps):

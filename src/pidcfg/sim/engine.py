@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.sim import kernel
 from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
-from pidcfg.sim.metrics import Band, Gauge, measure_loop
+from pidcfg.sim.meters import watch_end
+from pidcfg.sim.metrics import Band, Gauge, measure_loop, read_gauges, watch_bands
 from pidcfg.sim.noise import Normals, agrees, normals, uniform, word
 from pidcfg.sim.plants import step_plants
+from pidcfg.sim.swings import watch_swings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, MutableSequence, Sequence
@@ -156,7 +158,7 @@ def python_kernels(controller: Controller) -> Kernels:
     return Kernels(*(FunctionType(f.__code__, names, f.__name__) for f in ENTRIES))
 
 
-HOT = (step_plants, measure_loop)
+HOT = (step_plants, measure_loop, watch_bands, read_gauges, watch_end, watch_swings)
 """Kernels whose calls would cost more than their code takes room."""
 ENTRIES = (kernel.advance, kernel.settle)
 

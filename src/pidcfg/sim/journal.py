@@ -79,7 +79,7 @@ class Journal:
             if notice or changed & self.mode_bits:
                 self._modes(time, loop, status, notice)
             if changed & self.alarm_bits:
-                self._alarms(time, loop, status)
+                self._alarms(time, loop, status, changed)
             if changed & self.flag_bits:
                 self._flags(time, loop, self.plc.flag_bits, status)
             if aux != aux_before:
@@ -98,13 +98,15 @@ class Journal:
         self.mode[loop] = mode
         self._list(loop, self.loops[loop].modes, ModeChange(time, requested, mode, reason or None))
 
-    def _alarms(self, time: float, loop: int, status: int) -> None:
+    def _alarms(self, time: float, loop: int, status: int, changed: int) -> None:
         active = self.active[loop]
         for name, mask in self.plc.alarm_bits.items():
-            if status & mask and name not in active:
-                active[name] = time
-            elif not status & mask and name in active:
+            if not changed & mask:
+                continue
+            if not status & mask and name in active:
                 self._list(loop, self.loops[loop].alarms, Alarm(name, active.pop(name), time))
+            elif status & mask and name not in active:
+                active[name] = time
 
     def _flags(self, time: float, loop: int, names: Mapping[str, int], bits: int) -> None:
         """Flags of one status word, by name and mask."""
