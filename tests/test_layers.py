@@ -69,7 +69,6 @@ ONLY_IN = {
     "click":         "cli",
     "rich":          "cli.terminal",
     "ruamel":        "source writer",
-    "intelhex":      "encoders.ihex",
     "openpyxl":      "sheets.table",
     "pyclickplc":    "encoders.click",
     "numpy":         "sim.compile",
