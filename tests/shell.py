@@ -11,6 +11,7 @@ import sys
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING
+from unittest.mock import patch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -86,12 +87,13 @@ def captured(program: object, words: list[str]) -> tuple[int, str, str]:
 
 
 def pidcfg(words: list[str]) -> int:
-    """The command itself, from its entry point."""
+    """The command itself, from its entry point, as an installation without the extra ``fast`` runs it."""
     from pidcfg.cli.main import main
 
     sys.argv, before = ["pidcfg", *words], sys.argv
     try:
-        main()
+        with patch("pidcfg.sim.engine.installed", lambda: False):
+            main()
     except SystemExit as end:
         return int(end.code or 0)
     finally:

@@ -544,3 +544,9 @@ def test_a_configuration_in_the_place_of_a_scenario(monkeypatch):
     assert result.exit_code == 2
     assert "chiller.yaml is a configuration, and certify runs scenarios with vary" in result.stderr
     assert "pidcfg init --scenario chiller.yaml" in result.stderr
+
+
+def test_a_picture_in_no_folder_is_refused_before_the_run(folder):
+    refused = command("--samples", "1000000", "--plot", "nowhere/fan.svg")
+    assert (refused.returncode, refused.stdout) == (2, "")
+    assert "nowhere/fan.svg: there is no folder nowhere; make it first" in refused.stderr

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from functools import reduce
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -18,6 +19,7 @@ import test_convert_nextopid
 from conversion_measure import PAIRS, measure, unspoken
 from neutral_strategies import EVERYTHING
 from pidcfg import api
+from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
 from pidcfg.conversion.ledger import Change
 from pidcfg.conversion.losses import MaxLoss, MaxLossError, judged, parse_max_loss
@@ -644,3 +646,13 @@ loops:
 """
     modes = {mode: api.convert(text.replace("MODE: 0", f"MODE: {mode}"), "dpide") for mode in (0, 2)}
     assert {mode: result.data["loops"][0]["PID_MODE"] for mode, result in modes.items()} == {0: 0, 2: 2}
+
+
+def test_quiet_tells_only_what_is_lost():
+    result = api.convert(Path(__file__).parents[1] / "examples/click/tank.yaml", "dl06")
+    told, whole = (formats.text(result, changes=changes, losses=True).splitlines() for changes in (False, True))
+    lines = [line for line in told if line.startswith(" !")]
+    assert len(lines) == len({change.field for change in result.loops[0].changes if change.loss})
+    assert set(lines) < set(whole)
+    assert told[0].startswith("TANK1: ")
+    assert not any("exact " in line or "assumed " in line for line in told[1:])

@@ -981,3 +981,10 @@ def test_a_parameter_of_a_block_is_held_against_its_limits(question, says):
 def test_a_bit_of_v7642_that_the_manual_does_not_list_is_named():
     out = run("V7642=0010").output
     assert "bits 4-15    Reserved: 0x0010 means nothing here" in out
+
+
+def test_a_key_may_be_asked_for_with_blanks():
+    found, other = (explain(Question.of(name), list(VENDORS), all_decisions) for name in ("bias freeze", "bias_freeze"))
+    assert found == other
+    with pytest.raises(QuestionError, match="nothing is known of 'no such thing'"):
+        explain(Question.of("no such thing"), list(VENDORS), all_decisions)

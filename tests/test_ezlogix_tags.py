@@ -226,7 +226,7 @@ def test_an_old_action_in_the_list_is_told(image):
     [
         ("# nothing\n", "the list has no header; it begins with a line like tag,address,type"),
         ("name,where\nA,R1\n", "the header has no column tag"),
-        ("tag,address\nA,R1\nB\n", "1 cells stand under a header of 2 columns"),
+        ("tag,address\nA,R1\nB\n", "1 cell stands under a header of 2 columns"),
         ("tag,address\nA,R1\na,R2\n", "the tag a stands here again, after line 2"),
         ('tag,address\n"A,R1\n', "not CSV"),
         ('tag,address\n# loop: {"loop": [1]\nA,R1\n', "not JSON"),

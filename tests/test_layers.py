@@ -72,7 +72,6 @@ ONLY_IN = {
     "click":         "cli",
     "rich":          "cli.terminal",
     "ruamel":        "source writer",
-    "intelhex":      "encoders.ihex",
     "openpyxl":      "sheets.table",
     "pyclickplc":    "encoders.click",
     "pymodbus":      "live",

@@ -222,3 +222,13 @@ def test_what_rule_prints():
 
 def test_what_encode_prints_of_a_file_it_cannot_use(folder):
     assert run("output-encode", "bad.yaml", code=2)["findings"]
+
+
+def test_what_validate_counts(folder):
+    files = [str(ROOT / "examples/mistakes/oven.yaml"), "bad.yaml"]
+    result = CliRunner().invoke(cli, ["validate", *files, "--statistics", "--format", "json"], catch_exceptions=False)
+    document = json.loads(result.stdout)
+    SCHEMAS["output-statistics"].validate(document)
+    assert (document["summary"]["files"], bool(document["statistics"])) == (2, True)
+    for key in ("version", "statistics", "summary"):
+        assert not SCHEMAS["output-statistics"].is_valid({k: v for k, v in document.items() if k != key})

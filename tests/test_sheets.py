@@ -137,7 +137,7 @@ def test_errors_are_told_by_row_and_cell():
 
 
 def test_what_a_row_lacks_is_told_with_its_row():
-    (fault,) = faults(HEAD + ROW + ROW.replace("direct", ""))
+    (fault,) = faults(HEAD + ROW + ROW.replace("direct", "").replace("TIC-1", "TIC-2"))
     assert "row 3" in fault
     assert "action" in fault
 
@@ -346,3 +346,39 @@ def test_another_sheet_of_a_workbook_is_named():
         sheet.parent.create_sheet("Line 2").append(["tag"])
 
     assert made(book_of(change)).remarks[0] == "only the first sheet is read; also there: Line 2"
+
+
+# --- units of headers, and loops that are taken for one another -------------------------------------------------------
+
+PLAIN = "name,action,sample_rate,range low,range high,gain,reset,rate,unit,{}\n{},direct,1,0,200,2,60,0,degC,90\n"
+
+
+@pytest.mark.parametrize("header", ["Setpoint (degC)", "Setpoint [°C]", "Setpoint"])
+def test_a_number_under_a_header_with_the_loops_own_unit_is_taken(header):
+    assert (
+        checked_of(made(PLAIN.format(header, "A")).text, None, None, DEFAULT).config.loops[0].setpoint.value.value == 90
+    )
+
+
+def test_a_header_with_another_unit_than_the_loops_is_refused():
+    (fault,) = faults(PLAIN.format("Setpoint (°F)", "A"))
+    assert fault.startswith(
+        "loops.csv, row 2, cell J2 (Setpoint (°F)): value: '90 °F' is not a number; the key is in degC"
+    )
+
+
+def test_two_loops_of_one_name_are_refused_at_the_second():
+    text = PLAIN.format("Setpoint", "A")
+    (fault,) = faults(text + text.splitlines()[1] + "\n")
+    assert fault == "loops.csv, row 3, cell A3: A is the name of the loop in row 2, too; give each its own"
+
+
+def test_errors_of_one_kind_in_one_column_are_told_once():
+    rows = "".join(f"L{i},direct,1,0,200,2,x,0,degC,90\n" for i in range(14))
+    told, other = faults(PLAIN.splitlines()[0].format("Setpoint") + "\n" + rows + "Z,direct,y,0,200,2,60,0,degC,90\n")[
+        ::-1
+    ]
+    assert told.endswith("; so it is in rows 3, 4, 5, 6, 7, 8, 9, 10, 11, 12 and 3 more") or other.endswith(
+        "and 3 more"
+    )
+    assert "row 16, cell C16 (sample_rate)" in told + other

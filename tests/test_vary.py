@@ -111,7 +111,7 @@ def ends(vary, config=CONFIG):
     [
         (plants("gain: ±30 %"), (1.4, 2.6)),
         (plants("gain: +-30%"), (1.4, 2.6)),
-        (plants("gain: +/-130 %"), (-0.6, 4.6)),
+        (plants("gain: +/-90 %"), (0.2, 3.8)),
         (plants("dead_time: {uniform: [500 ms, 2000 ms]}"), (0.5, 2.0)),
         (plants("dead_time: {uniform: [0 min, 2 min]}"), (0.0, 120.0)),
         (plants("load: {normal: [1, 2], limits: [-3, 3]}"), (-3.0, 3.0, 1.0, 2.0)),
@@ -212,3 +212,29 @@ def test_the_file_s_values_run_in_simulate():
     report = pidcfg.simulate(scenario(), name="run.scenario.yaml", files={"loop.yaml": CONFIG}).report
     assert report.signals["TIC-1.PV"].final == 100
     assert report.expectations[0].passed
+
+
+def test_a_gain_whose_sign_may_change_is_a_warning():
+    (found,) = checked(plants("gain: ±130 %"))
+    assert (found.code, found.severity.label) == ("PID053", "warning")
+    assert found.message == "the gain of TIC-1 goes from -0.6 to 4.6: with the other sign the loop runs away"
+    assert checked(plants("gain: ±99 %")) == ()
+    assert "-1 to 5" in checked(plants("gain: {normal: [2, 1]}"))[0].message
+    assert checked(plants("gain: {normal: [2, 1], limits: [0.1, 4]}")) == ()
+    assert pidcfg.simulate(
+        scenario(plants("gain: ±130 %")), name="run.scenario.yaml", files={"loop.yaml": CONFIG}
+    ).report
+
+
+def test_events_may_set_a_key_in_its_own_unit():
+    config = CONFIG.replace("pv: {range: [0, 200]}", "pv: {range: [0, 200], unit: degC}")
+    events = "events: [{{at: 1, loop: TIC-1, set: {{setpoint: 60 {}, alarms: {{pv: {{high: 150 °C}}}}}}}}]\n"
+
+    def ran(unit):
+        text = scenario(plants("gain: ±3 %")) + events.format(unit)
+        return pidcfg.simulate(text, name="run.scenario.yaml", files={"loop.yaml": config})
+
+    result = ran("°C")
+    assert [d.message for d in result.findings] == []
+    assert result.report.signals["TIC-1.SP"].final == 60
+    assert [d.message for d in ran("bar").findings] == ["setpoint: '60 bar' is not a number"]

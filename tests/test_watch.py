@@ -266,3 +266,10 @@ def test_ctrl_c_in_a_process_ends_with_a_clean_line(project, heeding_interrupts)
         run.send_signal(signal.SIGINT)
         assert run.stderr.read() == "stopped; the last run ended with exit code 0\n"
         assert run.wait() == 0
+
+
+def test_a_folder_that_is_not_there_is_refused_at_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("missing/", "missing/x.yaml"):
+        result = CliRunner().invoke(cli, ["validate", name, "--watch"])
+        assert (result.exit_code, "there is no folder missing" in result.output) == (2, True)

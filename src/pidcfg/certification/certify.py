@@ -76,7 +76,7 @@ def certify_document(doc: Document, plan: Plan, limits: Limits, reader: Reader =
     loaded.add([*net.problems, *problems])
     if any(finding.severity is Severity.ERROR for finding in loaded.findings):
         return replace(outcome, findings=loaded.findings)
-    batch = Batch(doc, varies, seed_of(scenario, plan.seed))
+    batch = Batch(loaded.document, varies, seed_of(scenario, plan.seed))
     steps = int(scenario.duration * TICKS) // base_step(scenario, plc) + 1
     engine = choose("auto", steps * len(plc.loops) * plan.samples, loaded.controller)
     try:

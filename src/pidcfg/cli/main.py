@@ -45,7 +45,7 @@ COMMANDS = {
     "serve": ("pidcfg.cli.commands.serve", "Serve the virtual PLC of a scenario over Modbus."),
     "simulate": ("pidcfg.cli.commands.simulate", "Run the encoded loops against a plant."),
     "certify": ("pidcfg.cli.commands.certify", "Show what holds for plants that nobody knows exactly."),
-    "report": ("pidcfg.cli.commands.report", "Write a commissioning report: HTML, CSV, XLSX."),
+    "report": ("pidcfg.cli.commands.report", "Write a commissioning report: HTML, PDF, CSV, XLSX."),
     "tune": ("pidcfg.cli.commands.tune", "Work out gains by the manuals' rules."),
     "rule": ("pidcfg.cli.commands.rule", "Explain a rule, or list all of them."),
     "explain": ("pidcfg.cli.commands.explain", "Say what a register, bit or error number means."),

@@ -6,6 +6,7 @@ laptop alike, and a few hundred files are asked for in a millisecond.
 
 from __future__ import annotations
 
+import glob
 import os
 import sys
 import time
@@ -122,6 +123,10 @@ def refuse(ctx: click.Context) -> None:
     """Ends the command where there is nothing to watch, or something would be written again and again."""
     if STDIN in ctx.params["paths"]:
         raise click.UsageError("--watch needs files: standard input can be read only once", ctx)
+    for name in ctx.params["paths"]:
+        folder = Path(name) if name.endswith(("/", os.sep)) else Path(name).parent
+        if not glob.has_magic(name) and not Path(name).exists() and not folder.is_dir():
+            raise click.UsageError(f"--watch: there is no folder {folder.as_posix()} in which {name} could come", ctx)
     for name, option in EXCLUDED.items():
         if ctx.params.get(name):
             raise click.UsageError(f"--watch and {option} exclude each other", ctx)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.listing import Listing, ListingError, settings_line
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
 DELIMITERS = (",", ";", "\t")
 COMMENT = ("#", '"#')
@@ -60,8 +60,13 @@ def table_rows(
             header = _header([known.get(cell.lower(), cell) for cell in cells], required, number)
         elif any(cells):
             if len(cells) < len(header) or any(cells[len(header) :]):
-                raise ListingError(f"{len(cells)} cells stand under a header of {len(header)} columns", number)
+                raise ListingError(f"{cells_stand(cells)} under a header of {len(header)} columns", number)
             yield number, dict(zip(header, cells, strict=False))
+
+
+def cells_stand(cells: Sequence[str]) -> str:
+    """How many cells stand somewhere, as a sentence begins."""
+    return "1 cell stands" if len(cells) == 1 else f"{len(cells)} cells stand"
 
 
 def _header(cells: list[str], required: tuple[str, ...], line: int) -> list[str]:

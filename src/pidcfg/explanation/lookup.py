@@ -26,7 +26,21 @@ DECISION = re.compile(r"D0?([0-9]{1,3})", re.IGNORECASE)
 
 
 def explain(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
-    """Every reading of a question; raises `QuestionError` when there is none."""
+    """Every reading of a question, also with blanks for underscores; raises `QuestionError` when there is none."""
+    try:
+        return _readings(question, vendors, decisions)
+    except QuestionError:
+        joined = replace(question, name="_".join(question.name.split()))
+        if joined == question:
+            raise
+        try:
+            return _readings(joined, vendors, decisions)
+        except QuestionError:
+            pass
+        raise
+
+
+def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[], Sequence[Decision]]) -> list[Page]:
     pages: list[Page] = []
     problems: list[str] = []
     try:

@@ -10,6 +10,7 @@ from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
 from pidcfg.listings import check_settings, read_listing
+from pidcfg.paths import dotted, leaves, steps
 from pidcfg.reader import DISK, STREAMS, SUFFIXES, Reader, refusal
 from pidcfg.scenario.vary import uncertainties
 from pidcfg.schemas.scenario import Scenario
@@ -22,6 +23,7 @@ from pidcfg.validate.catalog import unusable
 from pidcfg.validate.codes import SCENARIO_KINDS
 from pidcfg.validate.engine import check_document, is_scenario
 from pidcfg.validate.identity import key_of, value_of
+from pidcfg.validate.own_units import own_number, with_numbers
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS
 
@@ -98,7 +100,28 @@ def load(doc: Document, limits: Limits, reader: Reader = DISK) -> Loaded:
     loaded.scenario = scenario
     if scenario is not None:
         _read_config(loaded, scenario, limits, reader)
+        _use_own_units(loaded)
     return loaded
+
+
+def _use_own_units(loaded: Loaded) -> None:
+    """Events may set a key in its own unit, as the configuration may: ``90 degC`` where the PV is in degC is 90."""
+    doc, config = loaded.document, loaded.documents.get(loaded.config)
+    if loaded.image is None or loaded.vendor is None or config is None or doc.data is None:
+        return
+    loops = {str(loop.get("name")): loop for loop in (config.data or {})["loops"]}
+    numbers = {}
+    for i, event in enumerate(doc.data.get("events") or ()):
+        loop = loops.get(str(event.get("loop")))
+        for keys, value, below in leaves(event.get("set") or {}) if loop is not None else ():
+            if isinstance(value, str) and " " in value:
+                path = steps(loaded.plc().setpoint) if dotted(keys) == "setpoint" else keys
+                number = own_number(loaded.vendor, loop, path, value)
+                if number is not None:
+                    numbers["events", i, "set", *below] = number
+    if numbers:
+        loaded.document = with_numbers(doc, numbers)
+        loaded.scenario, loaded.findings = read_scenario(loaded.document)
 
 
 def read_scenario(doc: Document) -> tuple[Scenario | None, list[Diagnostic]]:

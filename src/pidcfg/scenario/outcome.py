@@ -81,8 +81,8 @@ def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False)
         return replace(outcome, findings=loaded.findings)
     plc = loaded.plc()
     _, problems = loaded.uncertainties(plc)
-    if problems:
-        loaded.add(problems)
+    loaded.add(problems)
+    if any(problem.severity == "error" for problem in problems):
         return replace(outcome, findings=loaded.findings)
     axes = axes_of(plc, loaded.image.settings)
     recording = Recording(signals_of(axes)) if record else None

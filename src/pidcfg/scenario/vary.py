@@ -42,6 +42,8 @@ TIMES = ("time_constant", "time_constants", "lead", "lag", "dead_time")
 DIGITS = 10
 """Significant digits of a drawn number."""
 HALF = 0.5
+FAR = 3.0
+"""Standard deviations that a drawn number may well be away from its mean."""
 
 
 class Ends(NamedTuple):
@@ -109,7 +111,20 @@ def uncertainties(scenario: Scenario, plc: Plc, config: Document | None) -> tupl
             found.append(what())
         except VaryError as error:
             problems.append(Problem(path, str(error), "value", help=error.cure))
+            continue
+        if found[-1].of == "plants" and found[-1].key == "gain":
+            problems += _turned_round(path, found[-1])
     return found, problems
+
+
+def _turned_round(path: Path, gain: Uncertainty) -> Iterator[Problem]:
+    """A process whose direction is as uncertain as its gain."""
+    low, high, mean, sigma = gain.ends
+    if sigma is not None:
+        low, high = max(low, mean - FAR * sigma), min(high, mean + FAR * sigma)
+    if low < 0 < high:
+        message = f"the gain of {gain.name} goes from {low:.4g} to {high:.4g}: with the other sign the loop runs away"
+        yield Problem(path, message, "value", "warning", help="keep the gain on one side of 0")
 
 
 def _entries(scenario: Scenario, plc: Plc, config: Document | None) -> Iterator[tuple[Path, Any]]:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 ENDS = (" low", " high")
 """Behind the key of a pair: its two ends, each a column."""
 BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
-TIME = re.compile(r"[\[(]\s*(" + "|".join((*SECONDS, *UNIT_WORDS)) + r")\.?\s*[\])]\s*$", re.IGNORECASE)
+TIME = re.compile("(" + "|".join((*SECONDS, *UNIT_WORDS)) + r")\.?", re.IGNORECASE)
+UNIT = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
 BETWEEN_WORDS = re.compile(r"[\s_\-/]+")
 WORDS: dict[str, tuple[str, ...]] = {
     "name tag loop regler kreis messstelle": ("name",),
@@ -102,10 +103,13 @@ def _folded(vendor: Vendor) -> dict[str, str]:
     return {key.lower(): key for key in _keys(vendor)}
 
 
-def time_unit(header: str) -> str | None:
-    """The unit of time that stands in brackets behind a header: ``Reset [min]``."""
-    match = TIME.search(header)
-    return match[1].lower() if match else None
+def unit_of(header: str) -> str | None:
+    """The unit that stands in brackets behind a header: ``Reset [min]``, ``Setpoint (°F)``."""
+    match = UNIT.search(header)
+    if match is None:
+        return None
+    time = TIME.fullmatch(match[1])
+    return time[1].lower() if time else match[1]
 
 
 def is_known(header: str, vendor: Vendor) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.diagnostics import Severity
 from pidcfg.document import Plain
 from pidcfg.paths import put, steps, value_at
-from pidcfg.sheets.columns import ENDS, UnknownColumnError, is_known, key_of, order_of, time_unit
+from pidcfg.sheets.columns import ENDS, UnknownColumnError, is_known, key_of, order_of, unit_of
 from pidcfg.sheets.table import Cell, Sheet, SheetError, read_sheet
 from pidcfg.sheets.values import TEXTS, native
 from pidcfg.source import read_document
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 HEAD = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "templates")
 """Keys of the whole file, each with its value in the cell behind it, above the header."""
 NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
+ROWS_NAMED = 10
+"""Rows that are listed of those with an error that was told before."""
 LEAST_KNOWN = 2
 """Known columns by which a row is the header."""
 
@@ -63,6 +65,7 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     reader = _Reader(sheet, name, vendor, limits)
     columns = reader.columns(header)
     loops = [reader.loop(row, columns, i) for i, row in enumerate(rows)]
+    reader.refuse_equal_names(loops)
     content = reader.head(head)
     remarks = [f"only the first sheet is read; also there: {', '.join(sheet.left_out)}"] if sheet.left_out else []
     if "plc" not in content and _needs_plc(vendor):
@@ -75,10 +78,9 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     checked = check_document(read_document(text.encode(), name, limits), limits)
     errors = [d for d in checked.findings if d.severity is Severity.ERROR]
     if checked.config is None:
-        raise SheetFaultsError([reader.told(d) for d in errors])
-    return FromSheet(
-        text, vendor, len(loops), tuple(replace(d, message=reader.told(d)) for d in errors), tuple(remarks)
-    )
+        raise SheetFaultsError([message for _, message in reader.by_column(errors)])
+    told = tuple(replace(d, message=message) for d, message in reader.by_column(errors))
+    return FromSheet(text, vendor, len(loops), told, tuple(remarks))
 
 
 def _split(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence[Cell], list[Sequence[Cell]]]:
@@ -181,6 +183,16 @@ class _Reader:
         self._check_pairs(loop, row[0], ())
         return self._in_order(loop)
 
+    def refuse_equal_names(self, loops: Sequence[dict[str, Any]]) -> None:
+        """Each loop has a name of its own."""
+        first: dict[str, Cell] = {}
+        for i, loop in enumerate(loops):
+            cell = self.places.get(("loops", i, "name"), (self.rows[i], ""))[0]
+            name = str(loop.get("name", ""))
+            if name and name in first:
+                self.fault(cell, f"{name} is the name of the loop in row {first[name].row}, too; give each its own")
+            first.setdefault(name, cell)
+
     def _in_order(self, loop: dict[str, Any]) -> dict[str, Any]:
         """A loop with its sections as the schema has them, whatever the order of the columns."""
         first: dict[str, int] = {}
@@ -223,11 +235,24 @@ class _Reader:
             return Plain(cell.text)
         try:
             text = self.sheet.plain(cell)
-            unit = time_unit(header)
+            unit = unit_of(header)
             return Plain(f"{text} {unit}" if unit and NUMBER.fullmatch(text) else text)
         except SheetError as error:
             self.fault(cell, str(error))
             return None
+
+    def by_column(self, errors: Sequence[Diagnostic]) -> list[tuple[Diagnostic, str]]:
+        """The findings as they are told: those of one kind in one column once, with the further rows."""
+        groups: dict[tuple[str, Path], list[Diagnostic]] = {}
+        for d in errors:
+            key = (*d.path[:1], *d.path[2:]) if d.path[:1] == ("loops",) and len(d.path) > 1 else d.path
+            groups.setdefault((d.code, key), []).append(d)
+        return [(same[0], self.told(same[0]) + self._further(same[1:])) for same in groups.values()]
+
+    def _further(self, same: Sequence[Diagnostic]) -> str:
+        rows = [str(self.rows[int(d.path[1])].row) for d in same]
+        more = f" and {len(rows) - ROWS_NAMED} more" if len(rows) > ROWS_NAMED else ""
+        return f"; so it is in row{'s' if rows[1:] else ''} {', '.join(rows[:ROWS_NAMED])}{more}" if rows else ""
 
     def told(self, d: Diagnostic) -> str:
         """A finding with the row and the cell that it is about."""

@@ -10,6 +10,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pidcfg.document import Plain
 from pidcfg.encoders.units import units_by_path
 from pidcfg.paths import value_at
 from pidcfg.schemas.base import NUMBER
@@ -17,7 +18,7 @@ from pidcfg.schemas.misread import WITH_UNIT, range_of
 from pidcfg.schemas.units import unit_text, units_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.document import Document
@@ -49,6 +50,23 @@ def in_key_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) ->
         cure = other and f"the key is in {other.own}, not in {other.unit}: write the number of {other.own} alone"
         named.append(replace(d, help=cure) if cure else d)
     return named
+
+
+def own_number(vendor: Vendor, loop: Any, path: Path, text: str) -> str | None:
+    """The number of a text that carries the unit of its key of a loop; None for any other text."""
+    match = WITH_UNIT.fullmatch(text)
+    own = match and _unit_of(vendor, loop, path)
+    if not match or not own or not NUMBER.fullmatch(match["number"]):
+        return None
+    return match["number"] if _spelling(match["unit"]) == _spelling(own) else None
+
+
+def with_numbers(doc: Document, numbers: Mapping[Path, str]) -> Document:
+    """The document with numbers in the place of texts."""
+    data: Any = doc.data
+    for path, number in numbers.items():
+        data = _with(data, path, Plain(number))
+    return replace(doc, data=data)
 
 
 class Stated(NamedTuple):

@@ -102,6 +102,7 @@ def command(
     if resume is not None and len(scenarios) != 1:
         raise click.UsageError(f"--resume takes one scenario, not {len(scenarios)}")
     report_options.refuse_outputs((resume, *plot, *(report.path for report in reports)), files_of(scenarios))
+    report_options.refuse_no_folder((resume, *plot))
     if fmt != "text" and plots.TERMINAL in plot:
         raise click.UsageError(f"--plot - and --format {fmt} would both go to standard output; name a file")
     if plot_loops and not plot:

@@ -148,7 +148,7 @@ def command(
     unlike = bool(verify == "pass" or max_deviation is not None) and verify != "report" and not result.alike
     if report == "json":
         echo_json(render("json", result))
-    elif shown := text(result, changes=not quiet or lossy, apart=not quiet or apart or unlike).strip():
+    elif shown := text(result, changes=not quiet, losses=lossy, apart=not quiet or apart or unlike).strip():
         note(shown)
     if not result.ok or lossy or apart or unlike:
         report_options.write_reports(reports, lambda fmt: render(fmt, result))

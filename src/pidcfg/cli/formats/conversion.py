@@ -38,9 +38,9 @@ def json_v1(result: ConvertResult) -> str:
     return json_text(result.to_json())
 
 
-def text(result: ConvertResult, *, changes: bool = True, apart: bool = True) -> str:
-    """For people: the changes, and the verdict of the battery where that was asked for."""
-    parts = [as_text(result)] if changes else []
+def text(result: ConvertResult, *, changes: bool = True, losses: bool = False, apart: bool = True) -> str:
+    """For people: the changes, or the losses alone, and the verdict of the battery where that was asked for."""
+    parts = [as_text(result) if changes else losses_of(result)] if changes or losses else []
     return "".join(parts + ([verdict_text(result.verified)] if apart and result.verified is not None else []))
 
 
@@ -57,6 +57,16 @@ def as_text(result: ConvertResult) -> str:
         for d in result.faults:
             where = f" [{d.loop}]" if d.loop else ""
             lines.append(f"  {d.severity.label} {d.code}: {one_line(d.message + where)}")
+    return "\n".join(lines) + "\n"
+
+
+def losses_of(result: ConvertResult) -> str:
+    """What is lost, loop by loop, and nothing else."""
+    lines = []
+    for loop in result.loops:
+        rows = dict.fromkeys(_line(change) for change in _worth_reading(loop.changes) if change.loss)
+        if rows or loop.status == "dropped":
+            lines += [f"{loop.loop}: {_counted(loop)}", *rows]
     return "\n".join(lines) + "\n"
 
 

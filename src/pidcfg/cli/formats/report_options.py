@@ -124,6 +124,13 @@ def refuse_outputs(names: Iterable[str | None], inputs: Iterable[str] = ()) -> N
             raise click.UsageError(f"{name} is a file that is read; give the output another name")
 
 
+def refuse_no_folder(names: Iterable[str | None]) -> None:
+    """Ends the command before it runs where an output has no folder to lie in."""
+    for name in names:
+        if name not in {None, "-"} and not Path(str(name)).parent.is_dir():
+            raise click.UsageError(f"{name}: there is no folder {Path(str(name)).parent.as_posix()}; make it first")
+
+
 def write_reports(
     reports: Sequence[Report],
     render: Callable[[str], str],

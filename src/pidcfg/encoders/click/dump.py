@@ -129,7 +129,9 @@ def _row(dump: Dump, bank: Bank, columns: list[int], raw: str, line: int, positi
     if first is None or SPACE.place(first)[0] != bank:
         raise ListingError(f"{name.strip()[:40]!r} is not an address of {bank.prefix}", line)
     if len(cells) > len(columns):
-        raise ListingError(f"{len(cells)} values stand under a header of {len(columns)}", line)
+        raise ListingError(
+            f"{len(cells)} value{'s stand' if cells[1:] else ' stands'} under a header of {len(columns)}", line
+        )
     start = position + len(name) + 1
     for offset, cell in enumerate(cells):
         number = first + offset

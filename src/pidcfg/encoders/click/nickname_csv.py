@@ -15,6 +15,7 @@ from pidcfg.encoders.click.package import read_with, written_by
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.encoders.listing import ListingError, decimal_content
 from pidcfg.encoders.maps.click import SPACE
+from pidcfg.encoders.tables import cells_stand
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -157,7 +158,7 @@ def _row(line: int, raw: str, cells: list[str], columns: tuple[str, ...]) -> Row
     from pyclickplc.addresses import normalize_address, parse_address
 
     if len(cells) != len(columns):
-        raise ListingError(f"{len(cells)} cells stand under a header of {len(columns)} columns", line)
+        raise ListingError(f"{cells_stand(cells)} under a header of {len(columns)} columns", line)
     named = dict(zip(columns, cells, strict=True))
     written, kind, nickname, value, retentive, comment = (named[name] for name in HEADER)
     address = normalize_address(written) if written.isascii() and len(written) < len("CTD1000000") else None

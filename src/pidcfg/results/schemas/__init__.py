@@ -8,6 +8,7 @@ from typing import Any
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 OUTPUTS = {
     "output-validate": ("findings", "validate --format json"),
+    "output-statistics": ("counts", "validate --statistics --format json"),
     "output-simulate": ("runs", "simulate --format json"),
     "output-certify": ("batches", "certify --format json"),
     "output-convert": ("conversion", "convert --report json"),
