@@ -14,8 +14,8 @@ import pytest
 
 import pidcfg
 from certify_rig import files, scenario
+from pidcfg.certification import blocks, cluster, state, tally, trial
 from pidcfg.certification import certify as certify_module
-from pidcfg.certification import cluster, state, tally, trial
 from pidcfg.certification.workers import WorkersError
 from pidcfg.results.arguments import ArgumentError
 
@@ -42,9 +42,9 @@ def certify(address, samples=SAMPLES, **settings):
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
     """Many blocks, and no long waits."""
-    for module in (cluster, state, tally):
+    for module in (blocks, cluster, state, tally):
         monkeypatch.setattr(module, "BLOCK", SMALL)
-    monkeypatch.setattr(certify_module, "KEPT_EVERY", SMALL)
+    monkeypatch.setattr(certify_module, "KEPT_AFTER", 0)
     monkeypatch.setattr(cluster, "LOOK", 0.05)
     RAN.clear()
     GO_ON.clear()
@@ -273,5 +273,5 @@ def test_a_scheduler_that_goes_away_is_named_and_what_is_ready_is_kept(alone):
         there.kill()
         there.wait()
         there.stdout.close()
-    assert len(kept) == 2
+    assert len(kept) == 3  # the last one when it was gone
     assert certify(None, state=kept[-1]) == alone

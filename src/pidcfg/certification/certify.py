@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,7 @@ from pidcfg.certification.outcome import WHOLE, Names, Outcome, certification
 from pidcfg.certification.sample import Batch
 from pidcfg.certification.state import Progress, key_of, read, written
 from pidcfg.certification.tally import Tally
-from pidcfg.certification.workers import Job, recordings, results
+from pidcfg.certification.workers import Job, WorkersError, recordings, results
 from pidcfg.diagnostics import Severity
 from pidcfg.reader import DISK, Reader
 from pidcfg.scenario.axes import axes_of
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 
 KEPT_EVERY = 64
 """Samples between two states that are kept."""
+KEPT_AFTER = 1.0
+"""Seconds between two states of a cluster, whose blocks may come by the hundred."""
 NOTHING_MEASURED = " (nothing was measured"
 """What follows an expectation in a run that measured nothing for it."""
 
@@ -125,8 +128,13 @@ def run_all(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -
     key = key_of(job) if plan.state is not None or plan.keep is not None else ""
     sizes = (len(names.expectations), len(names.standing), len(names.loops), len(varies))
     progress = Progress(Tally.empty(sizes)) if plan.state is None else read(plan.state, key, job, plan.samples)
-    tally, kept = progress.tally, progress.tally.samples
-    for parts in _parts(job, progress, sizes, plan):
+    tally, kept, when = progress.tally, progress.tally.samples, 0.0
+
+    def keep() -> None:
+        if plan.keep is not None:
+            plan.keep(written(progress, key))
+
+    for parts in _kept_when_lost(_parts(job, progress, sizes, plan), keep):
         for part in parts:
             if isinstance(part, Tally):
                 tally.append(part)
@@ -135,11 +143,22 @@ def run_all(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -
                 tally.add(part, varies)
             if plan.progress is not None:
                 plan.progress(tally.samples / plan.samples)
-        due = not parts or tally.samples - kept >= KEPT_EVERY or tally.samples == plan.samples
-        if plan.keep is not None and due:
-            plan.keep(written(progress, key))
-            kept = tally.samples
+        due = tally.samples - kept >= KEPT_EVERY if plan.cluster is None else time.monotonic() - when >= KEPT_AFTER
+        if due or tally.samples == plan.samples:
+            keep()
+            kept, when = tally.samples, time.monotonic()
     return tally
+
+
+def _kept_when_lost(
+    parts: Iterator[Sequence[Tally | Seen]], keep: Callable[[], None]
+) -> Iterator[Sequence[Tally | Seen]]:
+    """The same; what is ready is kept before `WorkersError` says that nobody is left."""
+    try:
+        yield from parts
+    except WorkersError:
+        keep()
+        raise
 
 
 def _parts(job: Job, progress: Progress, sizes: Sizes, plan: Plan) -> Iterator[Sequence[Tally | Seen]]:

@@ -10,14 +10,15 @@ from __future__ import annotations
 import logging
 import re
 import time
+from collections import Counter
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from functools import lru_cache
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pidcfg.certification.blocks import run_block
 from pidcfg.certification.histogram import BLOCK
-from pidcfg.certification.run import run_sample
 from pidcfg.certification.tally import Tally
 from pidcfg.certification.trial import differences, facts, machine
 from pidcfg.certification.workers import WorkersError
@@ -28,11 +29,9 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
     from pidcfg.certification.run import Seen
-    from pidcfg.certification.sample import Batch
     from pidcfg.certification.state import Progress
     from pidcfg.certification.tally import Sizes
     from pidcfg.certification.workers import Job
-    from pidcfg.scenario.load import Loaded
 
 LOCAL = re.compile(r"local:([1-9]\d{0,3})")
 REMOTE = re.compile(r"(tcp|tls)://\S+:\d+")
@@ -42,8 +41,6 @@ AHEAD = 4
 """Blocks for each worker that may be ready before an earlier one."""
 MOST_ENDS = 3
 """Workers that a block may end."""
-START = "dask worker {} --nthreads 1 --nworkers N"
-"""What starts N workers right."""
 
 
 class Task(NamedTuple):
@@ -52,30 +49,6 @@ class Task(NamedTuple):
     future: Future
     first: int | None
     """The block's first sample; None: the trial."""
-
-
-# --- on a worker -----------------------------------------------------------------------------------------------------
-
-
-@lru_cache(maxsize=1)
-def _loaded(job: Job) -> tuple[Loaded, Batch]:
-    """What this worker runs."""
-    return job.loaded()
-
-
-def run_block(job: Job, first: int, end: int, sizes: Sizes) -> Tally | list[Seen]:
-    """Samples of one block: counted, or one by one where their block has begun elsewhere."""
-    loaded, batch = _loaded(job)
-    seen = (run_sample(loaded, batch, sample, job.settings)[0] for sample in range(first, end))
-    if first % BLOCK:
-        return list(seen)
-    tally = Tally.empty(sizes, first)
-    for one in seen:
-        tally.add(one, batch.varies)
-    return tally
-
-
-# --- on the client ---------------------------------------------------------------------------------------------------
 
 
 def is_address(text: str) -> bool:
@@ -144,6 +117,12 @@ class Fleet:
     remark: Callable[[str], None]
     tasks: dict[str, Task] = field(default_factory=dict)
     """By worker."""
+    workers: dict[str, str] = field(default_factory=dict)
+    """By the key of the future that each works on."""
+    fresh: int = 0
+    """The first sample of the first block that nobody has had."""
+    again: list[int] = field(default_factory=list)
+    """Blocks whose workers went away."""
     accepted: set[str] = field(default_factory=set)
     refused: dict[str, str] = field(default_factory=dict)
     """Workers that are left out, and why."""
@@ -151,12 +130,12 @@ class Fleet:
     """How many workers have gone away with a block."""
     done: SimpleQueue[Future] = field(default_factory=SimpleQueue)
     looked: float = 0.0
-    met: float = field(default_factory=time.monotonic)
-    """When there was a worker last."""
+    met: float = field(default_factory=time.monotonic)  # when there was a worker last
 
     def run(self, progress: Progress) -> Iterator[list[Tally | Seen]]:
         """All blocks that are missing."""
         due, ready = progress.tally.end, progress.ahead
+        self.fresh = due
         begun: dict[int, list[Seen]] = {}
         while due < self.samples:
             self.look()
@@ -189,8 +168,7 @@ class Fleet:
         self.accepted &= members.keys()
         for worker, threads in members.items():
             if threads != 1:
-                right = START.format(self.client.scheduler.address)
-                raise WorkersError(f"worker {worker} has {threads} threads; start it by '{right}'")
+                raise WorkersError(f"worker {worker} has {threads} threads; start it by '{self.start}'")
             if worker not in self.accepted and worker not in self.refused and worker not in self.tasks:
                 self.submit(worker, None, facts, self.job, self.samples)
         if members and members.keys() <= self.refused.keys():
@@ -199,8 +177,12 @@ class Fleet:
         if members:
             self.met = time.monotonic()
         elif time.monotonic() - self.met > PATIENCE:
-            right = START.format(self.client.scheduler.address)
-            raise WorkersError(f"no worker is there for {PATIENCE:g} s; start some by '{right}'")
+            raise WorkersError(f"no worker is there for {PATIENCE:g} s; start some by '{self.start}'")
+
+    @property
+    def start(self) -> str:
+        """The line that starts workers right."""
+        return f"dask worker {self.client.scheduler.address} --nthreads 1 --nworkers N"
 
     def members(self) -> dict[str, int]:
         """The threads of each worker that the scheduler knows."""
@@ -211,8 +193,9 @@ class Fleet:
 
     def lose(self, worker: str) -> None:
         """A worker went away, with what it had."""
-        first = self.tasks.pop(worker).first
+        first = self.put_down(worker)
         if first is not None:
+            self.again.append(first)
             self.ends[first] = self.ends.get(first, 0) + 1
             if self.ends[first] >= MOST_ENDS:
                 last = self.end_of(first) - 1
@@ -227,18 +210,30 @@ class Fleet:
 
     def next_block(self, due: int, ready: dict[int, Tally]) -> int | None:
         """What is worth running next."""
-        held = [task.first for task in self.tasks.values()]
-        first, most = due, AHEAD * len(self.accepted)
-        while first < self.samples and len(ready) <= most:
-            if first not in held and first not in ready:
+        held = [task.first for task in self.tasks.values() if task.first is not None]
+        while self.again:
+            first = self.again.pop()
+            if first >= due and first not in ready and first not in held:
                 return first
-            first = self.end_of(first)
-        return min((one for one in held if one is not None and one >= due and held.count(one) == 1), default=None)
+        while self.fresh in ready:
+            self.fresh = self.end_of(self.fresh)
+        if self.fresh < self.samples and len(ready) <= AHEAD * len(self.accepted):
+            first, self.fresh = self.fresh, self.end_of(self.fresh)
+            return first
+        times = Counter(held)
+        return min((first for first, times in times.items() if first >= due and times == 1), default=None)
+
+    def put_down(self, worker: str) -> int | None:
+        """Takes away what a worker has: a block's first sample, or None for a trial."""
+        future, first = self.tasks.pop(worker)
+        del self.workers[future.key]
+        return first
 
     def submit(self, worker: str, first: int | None, function: Callable[..., Any], *arguments: Any) -> None:
         """Something for one worker and no other."""
         future = self.client.submit(function, *arguments, workers=[worker], allow_other_workers=False, pure=False)
         self.tasks[worker] = Task(future, first)
+        self.workers[future.key] = worker
         future.add_done_callback(self.done.put)
 
     def brought(self) -> Iterator[tuple[int, Tally | list[Seen]]]:
@@ -247,27 +242,30 @@ class Fleet:
             future = self.done.get(timeout=LOOK)
         except Empty:
             return
-        worker = next((worker for worker, task in self.tasks.items() if task.future.key == future.key), None)
+        worker = self.workers.get(future.key)
         if worker is None:
             return  # it was lost
-        first = self.tasks.pop(worker).first
-        if future.status == "cancelled":
-            self.looked = 0.0
-        elif first is None:
-            self.judge(worker, future)
-        elif future.status == "error":
-            error = future.exception()
-            raise WorkersError(f"worker {worker}: {type(error).__name__}: {error}")
+        first = self.put_down(worker)
+        try:
+            result = future.result(timeout=CONNECT)
+        except (TimeoutError, OSError, CancelledError) as error:
+            if future.status == "error" and first is not None:
+                raise WorkersError(f"worker {worker}: {type(error).__name__}: {error}") from None
+            self.looked = 0.0  # it went away with what was ready
+            self.again += [] if first is None else [first]
+        except Exception as error:  # noqa: BLE001 - whatever goes wrong on another machine
+            problem = f"{type(error).__name__}: {error}"
+            if first is not None:
+                raise WorkersError(f"worker {worker}: {problem}") from None
+            self.judge(worker, [f"it cannot run this pidcfg: {problem}"])
         else:
-            yield first, future.result()
+            if first is None:
+                self.judge(worker, differences(self.mine, result))
+            else:
+                yield first, result
 
-    def judge(self, worker: str, future: Future) -> None:
-        """What a worker's trial says."""
-        if future.status == "error":
-            error = future.exception()
-            differs = [f"it cannot run this pidcfg: {type(error).__name__}: {error}"]
-        else:
-            differs = differences(self.mine, future.result())
+    def judge(self, worker: str, differs: list[str]) -> None:
+        """What a worker's trial says: ``differs`` from this machine."""
         if differs:
             self.refused[worker] = "; ".join(differs)
             self.remark(f"worker {worker} is left out: {self.refused[worker]}")
