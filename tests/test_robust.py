@@ -9,6 +9,7 @@ import random
 from dataclasses import replace
 from importlib.resources import files
 from itertools import product
+from types import SimpleNamespace
 
 import pytest
 
@@ -17,7 +18,9 @@ from pidcfg.cli.formats.tuning import as_text
 from pidcfg.limits import DEFAULT
 from pidcfg.reader import reader_of
 from pidcfg.results.confirm import confirmed
+from pidcfg.results.processes import Robustness
 from pidcfg.results.retune import loop_tuning
+from pidcfg.results.robust import spreads_of
 from pidcfg.results.targets import Into, Target
 from pidcfg.tuning.load_response import absolute_error
 from pidcfg.tuning.rules import Gains, Process, TuningError
@@ -385,3 +388,14 @@ def test_every_vendor_s_filters(vendor, old, new, sampling):
 
 def pidcfg_starter(vendor):
     return (files("pidcfg") / VENDORS[vendor].starter).read_text("utf-8")
+
+
+def test_a_record_s_confidence_varies():
+    """What --vary does not name varies by its confidence; a dead time that is not told from 0 stays above it."""
+    fit = SimpleNamespace(confidence=(0.1, 3.0, 9.0))
+    spreads = spreads_of(Robustness("gain=±50%", 1.6), PLANT, fit, negative=False)
+    assert [(s.name, s.low, s.high) for s in spreads] == [
+        ("gain", 1, 3),
+        ("time_constant", 57, 63),
+        ("dead_time", 0.08, 17),
+    ]
