@@ -187,6 +187,18 @@ def test_the_best_of_all_words(case):
     assert found.ms <= ms
 
 
+def test_many_times_are_searched_like_few():
+    """The first look at every so many times, and the times that are left out as too long, hide no better ones."""
+    plants = plants_of(PLANT, read_spreads("gain=±30%", PLANT), samples=0)
+    search, words = Search(plants, Sampling(4.0), 1.6), Words(0.02, 1, 200)
+    rows = [(10 + i * 0.25, 0.0) for i in range(90)]
+    whole = search.best(lambda: search.among(words, rows))
+    parts = [search.among(words, rows[i : i + 30]) for i in range(0, 90, 30)]
+    best = min(parts, key=lambda part: part.error)
+    assert (whole.gains, whole.error) == (best.gains, best.error)
+    assert best.gains.integral_time > rows[45][0]
+
+
 def test_the_known_search():
     """27 plants and all words of a DL06: least Ti/Kp at Kp 0.65, Ti 26.0, worst Ms 1.599; least IAE elsewhere."""
     plants = [Process(*row) for row in product((1.4, 2, 2.6), (48, 60, 72), (6.4, 8, 10.4))]
