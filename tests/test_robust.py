@@ -6,12 +6,22 @@ import json
 import math
 import os
 import random
+from dataclasses import replace
+from importlib.resources import files
 from itertools import product
+from types import SimpleNamespace
 
 import pytest
 
 import pidcfg
 from pidcfg.cli.formats.tuning import as_text
+from pidcfg.limits import DEFAULT
+from pidcfg.reader import reader_of
+from pidcfg.results.confirm import confirmed
+from pidcfg.results.processes import Robustness
+from pidcfg.results.retune import loop_tuning
+from pidcfg.results.robust import spreads_of
+from pidcfg.results.targets import Into, Target
 from pidcfg.tuning.load_response import absolute_error
 from pidcfg.tuning.rules import Gains, Process, TuningError
 from pidcfg.tuning.sampled import SampledLoop, Sampling, default_sample_time, held, sampled_margins
@@ -177,6 +187,18 @@ def test_the_best_of_all_words(case):
     assert found.ms <= ms
 
 
+def test_many_times_are_searched_like_few():
+    """The first look at every so many times, and the times that are left out as too long, hide no better ones."""
+    plants = plants_of(PLANT, read_spreads("gain=±30%", PLANT), samples=0)
+    search, words = Search(plants, Sampling(4.0), 1.6), Words(0.02, 1, 200)
+    rows = [(10 + i * 0.25, 0.0) for i in range(90)]
+    whole = search.best(lambda: search.among(words, rows))
+    parts = [search.among(words, rows[i : i + 30]) for i in range(0, 90, 30)]
+    best = min(parts, key=lambda part: part.error)
+    assert (whole.gains, whole.error) == (best.gains, best.error)
+    assert best.gains.integral_time > rows[45][0]
+
+
 def test_the_known_search():
     """27 plants and all words of a DL06: least Ti/Kp at Kp 0.65, Ti 26.0, worst Ms 1.599; least IAE elsewhere."""
     plants = [Process(*row) for row in product((1.4, 2, 2.6), (48, 60, 72), (6.4, 8, 10.4))]
@@ -315,3 +337,77 @@ def test_plants_are_the_same_each_time():
 def test_words_that_are_too_coarse_are_said():
     with pytest.raises(TuningError, match="no word of the PLC keeps Ms below its limit"):
         tuned(gain=900, vendor="dl06", vary=None)
+
+
+# --- the virtual PLC -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("vendor", ["dl06", "dpide", "generic"])
+def test_the_virtual_plc_has_the_error_that_is_told(vendor):
+    """A step of a tenth of the output on plants that hardly differ; the words of a DL06 add a little."""
+    result = tuned(vendor=vendor, vary="gain=99.9%..100.1%", samples=2)
+    done = result.robust.confirmed
+    assert (done.plc, done.samples, done.held) == (vendor, 2, 2)
+    assert done.largest == pytest.approx(10 * result.robust.found.result.error, rel=0.03)
+    assert "2 of 2 samples on a virtual " + vendor in as_text(result)
+
+
+def test_gains_that_do_worse_are_not_confirmed(dl06):
+    """The limit is that of the gains which were found; a quarter of the gain has four times the error."""
+    found = dl06.robust.found
+    done = confirmed(found, PLANT, None, None, 2, DEFAULT)
+    assert done.passed
+    weak = replace(found.result, gains=replace(found.result.gains, gain=found.result.gains.gain / 4))
+    lazy = confirmed(replace(found, result=weak), PLANT, None, None, 2, DEFAULT)
+    assert lazy.largest > done.limit
+
+
+@pytest.mark.parametrize(
+    ("text", "loop"),
+    [
+        ("sample_rate: 2.0", {"sample_time": 2.0, "pv_share": 1.0, "derivative_limit": None}),
+        ("sample_rate: 0.5\n    derivative_gain_limit: 8", {"sample_time": 0.5, "derivative_limit": 8.0}),
+    ],
+)
+def test_the_loop_of_a_file_is_the_one_that_is_searched(text, loop):
+    """Sample time and filters of the loop in the file, and what contradicts them is refused."""
+    data = pidcfg_starter("dl06").replace("sample_rate: 2.0", text)
+    result = tuned(vary=None, sample_time=None, into=data.encode(), into_name="oven.yaml")
+    assert {key: getattr(result.robust.sampling, key) for key in loop} == loop
+    assert result.written.ok
+    with pytest.raises(ValueError, match="the loop samples every"):
+        tuned(vary=None, sample_time=7, into=data.encode(), into_name="oven.yaml")
+
+
+@pytest.mark.parametrize(
+    ("vendor", "old", "new", "sampling"),
+    [
+        ("dl06", "unit: degC", "unit: degC\n      filter: 0.4", {"pv_share": 0.4}),
+        ("click", "filter: 80", "filter: 30", {"pv_share": 0.3, "sample_time": 0.5}),
+        ("dpide", "Tf: 2.0", "Tf: 3.0", {"derivative_share": 0.25, "sample_time": 1.0}),
+        ("nextopid", "Tfd: 0.0", "Tfd: 0.1", {"derivative_share": 1 - math.exp(-1), "sample_time": 0.1}),
+        ("generic", "filter: 0 s", "filter: 1 s", {"pv_share": 1 - math.exp(-1), "sample_time": 1.0}),
+        ("ezlogix", "sample_rate: 0.5", "sample_rate: 0.7", {"sample_time": 0.7, "pv_share": 1.0}),
+    ],
+)
+def test_every_vendor_s_filters(vendor, old, new, sampling):
+    text = pidcfg_starter(vendor)
+    assert old in text
+    into = Into(text.replace(old, new, 1).encode(), "a.yaml", None, reader_of(None))
+    _, loop = loop_tuning(Target(None, None, None, into), into, DEFAULT)
+    assert {key: getattr(loop, key) for key in sampling} == pytest.approx(sampling)
+
+
+def pidcfg_starter(vendor):
+    return (files("pidcfg") / VENDORS[vendor].starter).read_text("utf-8")
+
+
+def test_a_record_s_confidence_varies():
+    """What --vary does not name varies by its confidence; a dead time that is not told from 0 stays above it."""
+    fit = SimpleNamespace(confidence=(0.1, 3.0, 9.0))
+    spreads = spreads_of(Robustness("gain=±50%", 1.6), PLANT, fit, negative=False)
+    assert [(s.name, s.low, s.high) for s in spreads] == [
+        ("gain", 1, 3),
+        ("time_constant", 57, 63),
+        ("dead_time", 0.08, 17),
+    ]

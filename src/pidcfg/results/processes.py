@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 LARGEST = 1e12
 DEFAULT_MS, LEAST_MS, MOST_MS = 1.6, 1.1, 3.0
 """Of the maximum sensitivity: below, next to nothing is left of the controller; above, the loop hardly settles."""
+MOST_SAMPLES = 100_000
 OF_PROCESS = ("gain", "time_constant", "second_time_constant", "dead_time")
 """Numbers that a transfer function stands for."""
 
@@ -56,9 +57,11 @@ class Robustness:
 
     vary: str | None
     ms: float
+    samples: int = 0
+    """Of `certify`, which confirms the gains; 0: it does not."""
 
 
-def robustness(vary: str | None, ms: float | None, *, given: bool) -> Robustness | None:
+def robustness(vary: str | None, ms: float | None, samples: int, *, given: bool) -> Robustness | None:
     """What is asked of robust gains; None for other methods, which raise `ArgumentError` where something is."""
     for name, value in (("vary", vary), ("ms", ms)):
         if value is not None and not given:
@@ -66,7 +69,9 @@ def robustness(vary: str | None, ms: float | None, *, given: bool) -> Robustness
     limit = DEFAULT_MS if ms is None else as_float(ms)
     if not LEAST_MS <= limit <= MOST_MS:
         raise ArgumentError(f"`ms`: {limit:g}; write a number from {LEAST_MS:g} to {MOST_MS:g}, such as 1.6", "ms")
-    return Robustness(vary, limit) if given else None
+    if not 0 <= samples <= MOST_SAMPLES:
+        raise ArgumentError(f"`samples` is {samples}; write a whole number from 0 to {MOST_SAMPLES}", "samples")
+    return Robustness(vary, limit, samples) if given else None
 
 
 def request(columns: str | None, rest: float | None, start: str | None, until: str | None, *, given: bool) -> Request:

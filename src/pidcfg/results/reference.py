@@ -38,6 +38,7 @@ def tune(
     ultimate_period: float | None = None,
     vary: str | None = None,
     ms: float | None = None,
+    samples: int = 0,
     record: Path | str | bytes | None = None,
     columns: str | None = None,
     rest: float | None = None,
@@ -64,7 +65,8 @@ def tune(
     ``pv_range``; ``output_range`` is 0 to 100 when not given. ``into``: a configuration whose ``loop`` is to have the
     gains (the only one when not given); ``written`` of the result is the file with them, in the loop's own units, form
     and ranges; nothing is saved. ``vary`` and ``ms`` are for robust: what is uncertain (such as
-    ``gain=±30%,dead-time=80%..130%``) and the limit of the maximum sensitivity (1.6 when not given). Raises
+    ``gain=±30%,dead-time=80%..130%``) and the limit of the maximum sensitivity (1.6 when not given), and so many
+    ``samples`` of `certify` confirm the gains on the virtual PLC. Raises
     `ValueError` for a record that no process fits, and beyond the range of a rule.
     """
     from pidcfg.results import gains, processes, targets
@@ -88,7 +90,7 @@ def tune(
         "ultimate_gain": ultimate_gain,
         "ultimate_period": ultimate_period,
     }
-    wish = processes.robustness(vary, ms, given=METHODS[method].searches)
+    wish = processes.robustness(vary, ms, samples, given=METHODS[method].searches)
     values = {key: processes.usable(key, value) for key, value in numbers.items() if value is not None}
     request = processes.request(columns, rest, start, until, given=record is not None)
     step = None if record is None else (*source_data(record, name, files, limits.file_bytes + 1), request)

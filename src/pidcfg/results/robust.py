@@ -17,6 +17,7 @@ from pidcfg.tuning.uncertainty import Spread, plants_of, read_spreads, spread_of
 
 if TYPE_CHECKING:
     from pidcfg.limits import Limits
+    from pidcfg.results.confirm import Confirmation
     from pidcfg.results.findings import Data
     from pidcfg.results.processes import Known, Robustness
     from pidcfg.results.targets import Target
@@ -37,6 +38,8 @@ class RobustGains:
     sampling: Sampling
     assumed: tuple[str, ...]
     """What nobody said."""
+    confirmed: Confirmation | None = None
+    """What `certify` says; None: it was not asked, or cannot run this."""
 
     @property
     def worst(self) -> Process:
@@ -69,6 +72,7 @@ class RobustGains:
             "real": {**asdict(real.gains), "worst_iae": real.error, "worst_ms": real.ms},
             "cost_percent": round(found.cost_percent, 4),
             "assumed": list(self.assumed),
+            "certified": None if self.confirmed is None else self.confirmed.to_json(),
         }
 
 
@@ -118,7 +122,12 @@ def searched(
     sampling, more = _sampling(known, process, loop, target)
     search = Search(plants_of(process, spreads), sampling, wish.ms, derivative=chosen == "PID")
     found = robust(chosen, search, loop, None if vendor is None else vendor.model, spreads)
-    gains = RobustGains(found, sampling, (*assumed, *more))
+    confirmation = None
+    if wish.samples:
+        from pidcfg.results.confirm import confirmed
+
+        confirmation = confirmed(found, process, vendor, loop, wish.samples, limits)
+    gains = RobustGains(found, sampling, (*assumed, *more), confirmation)
     return Searched(chosen, model, replace(process, sample_time=sampling.sample_time), gains, loop, target)
 
 

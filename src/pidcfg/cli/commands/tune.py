@@ -72,6 +72,13 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @number("ultimate-period", "Period of that swing in s.")
 @click.option("--vary", metavar="LIST", help="robust: what is uncertain, as gain=±30%,dead-time=80%..130%.")
 @number("ms", "robust: limit of the maximum sensitivity on every plant; 1.6 when not given.")
+@click.option(
+    "--samples",
+    type=click.IntRange(0),
+    default=60,
+    show_default=True,
+    help="robust: plants that certify tries on the virtual PLC; 0 for none.",
+)
 @click.option("--from-csv", metavar="FILE", help="Identify the process from a recorded step.")
 @click.option(
     "--columns", metavar="LIST", help="Its columns by name or number: time=…,output=…,pv=…; time=1+2 for date and time."

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from pidcfg.results.confirm import Confirmation
     from pidcfg.results.robust import RobustGains
 
 SECONDS = ("time_constant", "time_constant_2", "dead_time")
@@ -28,6 +29,8 @@ def robust_lines(gains: RobustGains, reason: str) -> Iterator[str]:
     yield f"  worst IAE    {data['worst_iae']:.4g} after a step of 1 at the output{slowest}"
     if found.words:
         yield from _words(data)
+    if gains.confirmed is not None:
+        yield f"  certified    {_certified(gains.confirmed)}"
     for text in gains.assumed:
         yield f"  assumed      {text}"
 
@@ -49,6 +52,14 @@ def _words(data: dict[str, Any]) -> Iterator[str]:
     rate = f", Td {real['derivative_time']:.5g} s" if real["derivative_time"] else ""
     yield f"  words        {tried}; they cost {_cost(data['cost_percent'])} against real numbers"
     yield f"               (Kp {real['gain']:.5g}, Ti {real['integral_time']:.5g} s{rate}: IAE {real['worst_iae']:.4g})"
+
+
+def _certified(done: Confirmation) -> str:
+    """What the samples show."""
+    sure = f"so at least {done.bound:.4g} % of all plants, at 95 % confidence"
+    if not done.passed:
+        return f"NOT CONFIRMED: {done.held} of {done.samples} samples on a virtual {done.plc} keep the IAE, {sure}"
+    return f"{done.held} of {done.samples} samples on a virtual {done.plc} keep the IAE, {sure}"
 
 
 def _cost(percent: float) -> str:

@@ -39,10 +39,10 @@ def as_text(tuned: TuneResult) -> str:
         f"  dependent    Kp {result['gain']:.6g}  {times}  Td {result['derivative_time']:.6g} s",
         f"  independent  Kp {independent['kp']:.6g}  Ki {independent['ki']:.6g} /s  Kd {independent['kd']:.6g} s",
     ]
-    lines += [
-        "",
-        *(_robustness(tuned.judgement) if tuned.robust is None else robust_lines(tuned.robust, tuned.judgement.reason)),
-    ]
+    judged = _robustness(tuned.judgement)
+    if tuned.robust is not None:  # the margins are those of the sampled loop, on the worst plant
+        judged[:2] = robust_lines(tuned.robust, tuned.judgement.reason)
+    lines += ["", *judged]
     if "for" in result:
         lines += ["", *_for_vendor(result["for"])]
     lines += [f"warning: {text}" for text in result["warnings"]]

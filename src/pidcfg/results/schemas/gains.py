@@ -136,6 +136,21 @@ def robust() -> Schema:
         ),
         cost_percent=number("What the words of the PLC cost against real numbers, in IAE."),
         assumed=listing("What nobody said.", text("In words.")),
+        certified=or_null(certified()),
+    )
+
+
+def certified() -> Schema:
+    """What the virtual PLC does with samples of the plants."""
+    return record(
+        "By certify; null: not asked for, or nothing varies.",
+        plc=text("The virtual PLC.", *VENDORS),
+        samples=number("Samples that ran."),
+        held=number("Those with an IAE below the limit, and all standing expectations."),
+        at_least_percent=number("What the share of all plants is at least, at 95 % confidence."),
+        iae_limit=number("After the step of the load that was run, in PV units and s."),
+        iae_max=or_null(number("The largest that was seen.")),
+        passed=switch("Whether all samples hold."),
     )
 
 
