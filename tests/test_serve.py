@@ -141,14 +141,23 @@ def test_an_operator_of_a_click():
     ]
 
 
-def test_a_set_point_moves_the_pv_as_the_same_event_of_a_scenario_does():
+def test_writes_do_what_the_same_events_of_a_scenario_do():
     """A write between two base steps is the event at that time, to the bit."""
     text = SCENARIOS["click"].read_text("utf-8")
     plc = virtual("click")
     plc.advance(3000)
     plc.write("holding", DF101, halves(120.0))
-    plc.advance(2000)
-    changed = text.replace("events:\n", "events:\n  - {at: 300, loop: TANK1, set: {setpoint: 120}}\n")
+    plc.advance(500)
+    plc.write("coil", C116, [1])
+    plc.advance(100)
+    plc.write("holding", DF109, halves(20.0))
+    plc.advance(1400)
+    events = """events:
+  - {at: 300, loop: TANK1, set: {setpoint: 120}}
+  - {at: 350, loop: TANK1, mode: manual}
+  - {at: 360, loop: TANK1, set: {output: 20}}
+"""
+    changed = text.replace("events:\n", events)
     assert changed != text
     other = load(document_of(changed, SCENARIOS["click"].as_posix(), None, DEFAULT), DEFAULT, reader_of(None))
     twin = VirtualPlc(other, VENDORS["click"].load("numbering"))
