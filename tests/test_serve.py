@@ -141,18 +141,45 @@ def test_an_operator_of_a_click():
     ]
 
 
-def test_a_set_point_moves_the_pv_as_the_same_event_of_a_scenario_does():
+def test_writes_do_what_the_same_events_of_a_scenario_do():
     """A write between two base steps is the event at that time, to the bit."""
     text = SCENARIOS["click"].read_text("utf-8")
     plc = virtual("click")
     plc.advance(3000)
     plc.write("holding", DF101, halves(120.0))
-    plc.advance(2000)
-    changed = text.replace("events:\n", "events:\n  - {at: 300, loop: TANK1, set: {setpoint: 120}}\n")
+    plc.advance(500)
+    plc.write("coil", C116, [1])
+    plc.advance(100)
+    plc.write("holding", DF109, halves(20.0))
+    plc.advance(300)
+    events = """events:
+  - {at: 300, loop: TANK1, set: {setpoint: 120}}
+  - {at: 350, loop: TANK1, mode: manual}
+  - {at: 360, loop: TANK1, set: {output: 20}}
+"""
+    changed = text.replace("events:\n", events)
     assert changed != text
     other = load(document_of(changed, SCENARIOS["click"].as_posix(), None, DEFAULT), DEFAULT, reader_of(None))
     twin = VirtualPlc(other, VENDORS["click"].load("numbering"))
-    twin.advance(5000)
+    twin.advance(3900)
+    assert twin.run.net.sig == plc.run.net.sig
+
+
+def test_an_output_that_is_written_reaches_the_plant_as_that_of_an_event_does():
+    plc = virtual("dl06")
+    name, (setting,) = plc.run.plc.loops[2], plc.read("holding", LIC, 1)
+    plc.advance(100)
+    plc.write("holding", LIC, [setting | MANUAL])
+    plc.advance(50)
+    plc.write("holding", LIC + 5, [1024])
+    plc.advance(40)
+    first = f"  - {{at: 20, loop: {name}, mode: manual}}"
+    events = f"events:\n{first}\n  - {{at: 30, loop: {name}, set: {{output: 1024 counts}}}}\n"
+    changed = SCENARIOS["dl06"].read_text("utf-8").replace("events:\n", events)
+    other = load(document_of(changed, SCENARIOS["dl06"].as_posix(), None, DEFAULT), DEFAULT, reader_of(None))
+    twin = VirtualPlc(other, VENDORS["dl06"].load("numbering"))
+    twin.advance(190)
+    assert [note.text for note in twin.report().events][:2] == ["request mode manual", "set output to 1024 counts"]
     assert twin.run.net.sig == plc.run.net.sig
 
 
