@@ -6,6 +6,7 @@ docs      build the documentation site into build/site
 generate  renew everything that is generated: pages, schemas, messages, golden files; --check only says what differs
 check     ruff, mypy --strict, the import rules, and whether what is generated is up to date
 bench     print the benchmarks: speed of the command and of the simulation
+torture   throw hostile files, changed examples and signals at pidcfg for --minutes N, and write docs/reliability.md
 lock      renew requirements/*.txt from pyproject.toml
 
 Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
@@ -221,6 +222,12 @@ def bench() -> None:
         must(PYTHON, script.relative_to(ROOT))
 
 
+def torture(*arguments: str) -> None:
+    """Run the programme of reliability for so many minutes, and write its page."""
+    prepare("test")
+    must(PYTHON, "tests/reliability/torture.py", *arguments)
+
+
 def lock() -> None:
     """Renew requirements/*.txt. On the oldest Python: newer ones never need more packages."""
     if sys.version_info[:2] != (3, 11):
@@ -242,6 +249,7 @@ TASKS: dict[str, Callable[..., None]] = {
     "generate": generate,
     "check": check,
     "bench": bench,
+    "torture": torture,
     "lock": lock,
 }
 
@@ -249,7 +257,7 @@ TASKS: dict[str, Callable[..., None]] = {
 def main(arguments: list[str]) -> None:
     """Run the named task."""
     name, *rest = arguments or ["help"]
-    if name not in TASKS or (rest and name not in {"test", "generate"}):
+    if name not in TASKS or (rest and name not in {"test", "generate", "torture"}):
         sys.exit(__doc__)
     os.environ["PYTHONUTF8"] = "1"
     TASKS[name](*rest)

@@ -70,6 +70,7 @@ ORDER = {
         "rules",
         "The manuals' sections <coverage>",
         "exit-codes",
+        "reliability",
         "dependencies",
         "changelog",
     ],
