@@ -6,6 +6,7 @@ docs      build the documentation site into build/site
 generate  renew everything that is generated: pages, schemas, messages, golden files; --check only says what differs
 check     ruff, mypy --strict, the import rules, and whether what is generated is up to date
 bench     print the benchmarks: speed of the command and of the simulation, beside their goals; --quick for fewer rounds
+torture   throw hostile files, changed examples and signals at pidcfg for --minutes N, and write docs/reliability.md
 lock      renew requirements/*.txt from pyproject.toml
 
 Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
@@ -222,6 +223,12 @@ def bench(*arguments: str) -> None:
         must(PYTHON, script.relative_to(ROOT), *arguments)
 
 
+def torture(*arguments: str) -> None:
+    """Run the programme of reliability for so many minutes, and write its page."""
+    prepare("test")
+    must(PYTHON, "tests/reliability/torture.py", *arguments)
+
+
 def lock() -> None:
     """Renew requirements/*.txt. On the oldest Python: newer ones never need more packages."""
     if sys.version_info[:2] != (3, 11):
@@ -243,6 +250,7 @@ TASKS: dict[str, Callable[..., None]] = {
     "generate": generate,
     "check": check,
     "bench": bench,
+    "torture": torture,
     "lock": lock,
 }
 
@@ -250,7 +258,7 @@ TASKS: dict[str, Callable[..., None]] = {
 def main(arguments: list[str]) -> None:
     """Run the named task."""
     name, *rest = arguments or ["help"]
-    if name not in TASKS or (rest and name not in {"test", "generate", "bench"}):
+    if name not in TASKS or (rest and name not in {"test", "generate", "bench", "torture"}):
         sys.exit(__doc__)
     os.environ["PYTHONUTF8"] = "1"
     TASKS[name](*rest)

@@ -72,6 +72,7 @@ ORDER = {
         "rules",
         "The manuals' sections <coverage>",
         "exit-codes",
+        "reliability",
         "dependencies",
         "changelog",
     ],

@@ -7,8 +7,10 @@ import math
 import pytest
 
 from click_rig import Rig, image_of, poked
+from pidcfg.sim.controllers.click import autotune
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click.words import number_of
+from pidcfg.sim.tuning_rules import cycle_gains
 from rig_plants import FirstOrder, Fixed, Moving
 
 
@@ -417,3 +419,16 @@ def test_an_open_loop_autotune_on_a_moving_pv_is_told(moves, told):
     rig.step(10)
     tuned(rig)
     assert any("the PV was moving when the autotune began" in text for text in map(str, rig.log)) is told
+
+
+@pytest.mark.parametrize(("amplitude", "taken"), [(1e-5, 1e-5), (1e-6, 1e-6), (1e-7, 1e-6), (0.0, 1e-6)])
+def test_a_swing_below_a_millionth_of_the_range_is_taken_for_that(monkeypatch, amplitude, taken):
+    """Shares of the range of the PV; a swing of nothing would be an infinite gain."""
+    found = []
+    monkeypatch.setattr(autotune, "relay_switch", lambda *_: 0)
+    monkeypatch.setattr(autotune, "store", lambda *values: found.append(values[2]))
+    config = bits.Config(pv_low=-50.0, pv_high=150.0, out_low=0.0, out_high=80.0, tune_hysteresis=0.0)
+    state = bits.State(tune_turns=autotune.LAST_TURN, tune_swing=4 * amplitude * 200.0, period=1)
+    autotune.relay(config, state)
+    ultimate = 2 * 80.0 / (math.pi * taken * 200.0)
+    assert found == [pytest.approx(cycle_gains(0, ultimate, 1.0)[0])]

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+import pidcfg
 from click_strategies import configurations, registers
 from pidcfg.encoders.click.decode import decode
 from pidcfg.encoders.click.encode import encode
@@ -286,3 +287,11 @@ def test_a_register_that_is_taken_or_outside_its_block_is_refused(offset):
 def test_every_setting_of_the_map_has_a_place_in_the_file():
     """Of a register without one, what is written would be lost without a word."""
     assert [w.name for t in TABLES for w in t.words if w.access == "setting" and w.path is None and not t.bits] == []
+
+
+@pytest.mark.parametrize(("value", "fits"), [(0, True), (1, True), (2, False), (65535, False)])
+def test_a_coil_of_a_modbus_map_is_on_or_off(value, fits):
+    table, row = "table,register,value", f"coil,16384,{value}"
+    found = pidcfg.decode(f"{table}\n{row}\n", "click", format="modbus", annotate=True)
+    said = [d.message for d in found.findings]
+    assert any(f"{value} is not the state of a switch" in message for message in said) is not fits

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from decimal import Decimal
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from pidcfg import check_file, check_text
 from pidcfg.cli.commands import diff
 from pidcfg.conversion.pipeline import ConvertError
 from pidcfg.differences.result import RISKS
+from pidcfg.differences.risk import judged
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
@@ -291,3 +293,12 @@ def test_two_ways_to_say_an_integral_controller_are_the_same():
     file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
     one, two = (normal(flat(loop)) for loop in file.loops)
     assert one == two
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "cosmetic"),
+    [("2", "2.002", True), ("2", "1.998", True), ("2", "2.0021", False), ("2", "-2", False), ("-2", "-2.002", True)],
+)
+def test_a_thousandth_is_the_registers_rounding_on_either_side(before, after, cosmetic):
+    found = judged("tuning.gain", Decimal(before), Decimal(after))
+    assert (found.risk == "cosmetic", found.note == "the registers' rounding") == (cosmetic, cosmetic)

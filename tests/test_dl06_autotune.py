@@ -20,6 +20,7 @@ import pytest
 from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.state import MODES, TUNE, TUNE_ERROR, TUNING
+from pidcfg.sim.controllers.dl06.tune_closed import begin_relay
 from pidcfg.sim.controllers.dl06.tune_results import digits, store
 from rig_plants import FirstOrder, Fixed, Moving
 
@@ -221,6 +222,12 @@ def test_closed_loop_gains_follow_from_the_relays_cycle(gain, time_constant, dea
     assert 0.60 * (tu - ts) - 0.05 <= s.reset <= 0.60 * (tu_late + ts) + 0.05
     assert s.rate == pytest.approx(s.reset / 6.0, abs=0.02)
     assert s.period == pytest.approx(0.014 * s.reset / 0.6 * 1e6, abs=5_000 + 0.014 * 0.05 / 0.6 * 1e6)
+
+
+def test_a_relay_begins_anew_whatever_the_last_one_has_left():
+    state = bits.State(tune_count=7, tune_turns=5, tune_side=1, tune_points=3, tune_swing=900.0)
+    begin_relay(bits.Config(), state)
+    assert (state.tune_count, state.tune_turns, state.tune_side, state.tune_points, state.tune_swing) == (0, 0, 0, 0, 0)
 
 
 def test_closed_loop_pi_leaves_the_rate_at_zero():

@@ -337,3 +337,15 @@ def test_remarks_that_cannot_be_written_change_no_exit_code(tmp_path):
                 [*command, *words], cwd=tmp_path, env=environment(), stdout=subprocess.DEVNULL, stderr=full, check=False
             )
             assert done.returncode == code, words
+
+
+# --- options ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("option", ["gain", "time-constant", "dead-time", "sample-time"])
+@pytest.mark.parametrize("value", ["0", "-1", "1e13", "nan"])
+def test_a_number_of_tune_is_finite_and_not_nothing(monkeypatch, capsysbinary, option, value):
+    words = {"gain": "2", "time-constant": "10", "dead-time": "1", "sample-time": "0.5", option: value}
+    given = [word for name, number in words.items() for word in (f"--{name}", number)]
+    found = call(monkeypatch, capsysbinary, "tune", "--method", "zn-open", *given)
+    assert (found.code, f"--{option}" in found.err) == ((0, False) if (option, value) == ("gain", "-1") else (2, True))
