@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -292,3 +293,12 @@ def test_the_remark_on_a_draft_keeps_out_of_results(folder):
     assert json.loads(loud.stdout)["passed"]
     assert "it runs with a drafted scenario" in loud.stderr
     assert quiet.stderr == ""
+
+
+def test_the_runs_that_try_a_scenario_keep_to_the_limit_of_loop_steps():
+    path = EXAMPLES / "dl06" / "oven.yaml"
+    checked = checked_of(path, None, None, DEFAULT)
+    with pytest.raises(NoDraftError, match=r"no scenario runs with it \(2001 loop-steps; the limit is 1000\)"):
+        draft_of(checked, path.name, most=1000)
+    found = pidcfg.simulate(path, limits=replace(DEFAULT, loop_steps=1000)).findings
+    assert "the limit is 1000" in next(d.message for d in found if d.code == "PID058")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pidcfg.document import Document
     from pidcfg.draft.course import Course
     from pidcfg.limits import Limits
-    from pidcfg.sim.report import Standing, Verdict
+    from pidcfg.sim.report import Report, Standing, Verdict
     from pidcfg.validate.engine import Checked
 
 TRIES = ((1.0, True), (1.0, False), (0.4, True), (0.4, False), (0.0, True))
@@ -48,10 +48,11 @@ class Draft:
     """Loops that have no plant, or whose verdict is allowed to fail, each with the reason."""
 
 
-def draft_of(checked: Checked, config: str, title: str = "") -> Draft:
+def draft_of(checked: Checked, config: str, title: str = "", most: int | None = None) -> Draft:
     """The scenario of a checked configuration, which it names ``config``; raises `NoDraftError` where there is none.
 
     It is run before: loops that no plan suits are named in the text and allowed to fail, with the verdict as reason.
+    ``most``: loop-steps that a run may have.
     """
     vendor, encoding = checked.vendor, checked.encoding
     if vendor is None or encoding is None or not encoding.whole or checked.failed:
@@ -66,15 +67,19 @@ def draft_of(checked: Checked, config: str, title: str = "") -> Draft:
     units = Units(plc, {plan.i: plan for plan in plans}, around)
     names = ", ".join(plan.name for plan in plans) if len(plans) <= MOST_NAMES else f"{len(plans)} loops"
     title = title or f"Steps and disturbances of {names}"
-    trials = []
+    trials, refused = [], ""
     for size, steady in TRIES:
-        trial = _try(checked, units, course_of(units, size, steady=steady), (title, config))
-        if trial is not None:
-            trials.append(trial)
-            if not trial.failing:
-                break
+        course = course_of(units, size, steady=steady)
+        course.expect = expectations(units, course)
+        outcome = _run(checked, course, title, config, most)
+        if outcome.report is None:
+            refused = refused or _reason(outcome)
+            continue
+        trials.append(_trial(course, outcome.report))
+        if not trials[-1].failing:
+            break
     if not trials:
-        raise NoDraftError(f"{checked.document.file}: no scenario runs with it; write one by hand")
+        raise NoDraftError(f"{checked.document.file}: no scenario runs with it{refused}; write one by hand")
     best = min(trials, key=lambda trial: len(trial.failing))
     course = best.course
     course.allow += [_allowance(v) for v in best.failing]
@@ -102,13 +107,14 @@ class _Trial:
     verdicts: list[tuple[Line, Verdict]]
 
 
-def _try(checked: Checked, units: Units, course: Course, names: tuple[str, str]) -> _Trial | None:
-    course.expect = expectations(units, course)
-    report = _run(checked, course, *names).report
-    if report is None:
-        return None
+def _trial(course: Course, report: Report) -> _Trial:
     failing = [v for v in report.standing if v.fails]
     return _Trial(course, failing, list(zip(course.expect, report.expectations, strict=True)))
+
+
+def _reason(outcome: Outcome) -> str:
+    """Why a course did not run."""
+    return next((f" ({d.message})" for d in outcome.findings if d.severity is Severity.ERROR), "")
 
 
 def _allowance(verdict: Standing) -> Line:
@@ -120,13 +126,13 @@ def _shown(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def _run(checked: Checked, course: Course, title: str, config: str) -> Outcome:
+def _run(checked: Checked, course: Course, title: str, config: str, most: int | None) -> Outcome:
     """The course as a scenario, run."""
     data: dict[str, Any] = course.data(title, config)
     loaded = Loaded(checked.document, scenario=Scenario.model_validate(data), config=config)
     encoding = checked.encoding
     loaded.vendor, loaded.image = checked.vendor, None if encoding is None else encoding.image
-    return simulate_loaded(loaded, Settings("auto"))
+    return simulate_loaded(loaded, Settings("auto", max_loop_steps=most))
 
 
 def simulate_draft(doc: Document, settings: Settings, limits: Limits, *, record: bool = False) -> Outcome:
@@ -134,7 +140,7 @@ def simulate_draft(doc: Document, settings: Settings, limits: Limits, *, record:
     checked = check_document(doc, limits)
     documents = {doc.file: doc}
     try:
-        text = draft_of(checked, doc.file).text
+        text = draft_of(checked, doc.file, most=settings.max_loop_steps).text
     except NoDraftError as error:
         findings = checked.findings
         if not checked.failed:

@@ -94,7 +94,7 @@ def _scenario(config: str, out: str | None, limits: Limits) -> str:
     folder = Path(out).parent if out is not None else Path()
     name = config if config == "-" else Path(os.path.relpath(config, folder)).as_posix()
     try:
-        return draft_of(checked, name).text
+        return draft_of(checked, name, most=limits.loop_steps).text
     except NoDraftError as error:
         raise click.ClickException(str(error)) from None
 
