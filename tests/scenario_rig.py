@@ -166,6 +166,7 @@ class Controller:
     """The vendor's module."""
 
     scan = staticmethod(scan)
+    LOOP_STEP = 7
 
     @dataclass
     class Options:

@@ -500,7 +500,7 @@ def test_the_fan_is_drawn_of_the_same_samples_on_any_number_of_processes(folder)
     [
         (("--samples", "0"), "x>=1"),
         (("--resume", "run.scenario.yaml"), "run.scenario.yaml is a file that is read"),
-        (("--resume", "none/x.state"), "does not exist"),
+        (("--resume", "none/x.state"), "there is no folder none; make it first"),
         (("--plot-loop", "TIC-1"), "--plot-loop needs --plot"),
         (("--plot", "-", "--format", "json"), "would both go to standard output"),
         (("run2.scenario.yaml", "--resume", "x.state"), "--resume takes one scenario, not 2"),

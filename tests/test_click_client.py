@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import csv
 import socket
 from contextlib import asynccontextmanager
@@ -13,6 +12,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from pyclickplc import BANKS, ClickClient, ClickServer, MemoryDataProvider
 from pymodbus.client import AsyncModbusTcpClient
 
+from apart import apart
 from click_strategies import configurations
 from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.click.files import FORMATS
@@ -96,21 +96,21 @@ async def by_register(text: str) -> dict[int, int]:
 @pytest.mark.parametrize("path", [STARTER, *FILES], ids=lambda path: path.name)
 def test_a_client_reads_back_what_we_encoded(path):
     image = image_of(path)
-    assert asyncio.run(by_address(image)) == image.words
+    assert apart(by_address(image)) == image.words
 
 
 @pytest.mark.parametrize("path", [STARTER, *FILES], ids=lambda path: path.name)
 def test_the_modbus_map_written_register_by_register_is_the_same_memory(path):
     image = image_of(path)
-    assert asyncio.run(by_register(FORMATS["modbus"].write(image, ()))) == image.words
+    assert apart(by_register(FORMATS["modbus"].write(image, ()))) == image.words
 
 
 @FEW
 @given(configurations())
 def test_any_configuration_reaches_the_plc_bit_for_bit(config):
     image = encode(config).image
-    assert asyncio.run(by_address(image)) == image.words
-    assert asyncio.run(by_register(FORMATS["modbus"].write(image, ()))) == image.words
+    assert apart(by_address(image)) == image.words
+    assert apart(by_register(FORMATS["modbus"].write(image, ()))) == image.words
 
 
 def test_a_float_in_the_wrong_word_order_would_be_seen():
@@ -123,7 +123,7 @@ def test_a_float_in_the_wrong_word_order_would_be_seen():
     at = next(i for i, line in enumerate(lines) if ",proportional_gain, low word" in line.replace('"', ""))
     lines[at] = lines[at].replace(f",{low},", f",{high},")
     lines[at + 1] = lines[at + 1].replace(f",{high},", f",{low},")
-    found = asyncio.run(by_register("".join(lines)))
+    found = apart(by_register("".join(lines)))
     assert found[gain.number] == high | low << 16 != gain.raw
     assert {n: raw for n, raw in found.items() if n != gain.number} == {
         n: raw for n, raw in image.words.items() if n != gain.number
@@ -147,4 +147,4 @@ def test_extreme_floats_survive_the_way():
             return found
 
     raws = [0x7F7FFFFF, 0xFF7FFFFF, 0x00800000, 0x80000001, 0x3DCCCCCD]
-    assert asyncio.run(exchange(raws)) == raws
+    assert apart(exchange(raws)) == raws

@@ -257,7 +257,8 @@ time.sleep(100)
 
 
 def test_a_scheduler_that_goes_away_is_named_and_what_is_ready_is_kept(alone):
-    there = subprocess.Popen([sys.executable, "-c", ELSEWHERE], stdout=subprocess.PIPE, text=True, env=dict(os.environ))
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    there = subprocess.Popen([sys.executable, "-c", ELSEWHERE], stdout=subprocess.PIPE, text=True, env=environment)
     kept = []
 
     def keep(data):

@@ -15,7 +15,7 @@ from living_rig import GOOD, call, run
 from pidcfg.api import check_text
 from pidcfg.cli import interrupts
 from pidcfg.cli.files import outputs, temporary
-from pidcfg.encoders.ihex import END_OF_FILE, read_ihex
+from pidcfg.encoders.ihex import read_ihex
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.limits import DEFAULT
@@ -124,6 +124,7 @@ def test_statements_in_each_other_have_a_limit():
 
 
 HEX = ":02080000001ED8\n"
+END_OF_FILE = ":00000001FF"
 
 
 @pytest.mark.parametrize("behind", [HEX, HEX + END_OF_FILE, END_OF_FILE, "remark"])

@@ -136,11 +136,17 @@ def test_ctrl_c_ends_all_processes_with_one_word(tmp_path):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - it may be ignored here
     )
     while not (tmp_path / "kept.state").exists() and running.poll() is None:
         time.sleep(0.01)
     os.killpg(running.pid, signal.SIGINT)
-    out, err = running.communicate(timeout=60)
+    try:
+        out, err = running.communicate(timeout=60)
+    finally:
+        if running.poll() is None:
+            os.killpg(running.pid, signal.SIGKILL)
+            running.communicate()
     assert (running.returncode, out, err) == (130, "", "\ninterrupted\n")
     for _ in range(1000):  # whoever shares the group ends with the pipe that is closed by now
         if not any(in_group(place, running.pid) for place in Path("/proc").glob("[0-9]*/stat")):

@@ -132,7 +132,7 @@ def test_a_short_table_with_a_header_in_capitals():
     [
         ("Address,Hex,hex\nV2000,0000,0000\n", "the header has the column hex twice"),
         ("Address;Hex\nV2000;0,5\n", "'0,5' is not word content"),
-        ("Address;Hex\nV2000,0000\n", "1 cells stand under a header of 2 columns"),
+        ("Address;Hex\nV2000,0000\n", "1 cell stands under a header of 2 columns"),
         ("Address,Hex\nV2000,0000,7\n", "3 cells stand under a header of 2 columns"),
         ("Address,Hex\nv2008,0000\n", "'v2008' is not an address of this vendor"),
         ("Element,Value\nV2000,0050\n", "0050 looks hexadecimal and stands in a column of decimal values"),

@@ -13,6 +13,7 @@ from pyclickplc.server import ClickServer, MemoryDataProvider
 from pymodbus.client import AsyncModbusTcpClient
 
 import pidcfg
+from apart import apart
 from live_rig import CLICK, DL06, Desk, Registers, words_of
 from pidcfg.live.address import Address, parse_address
 from pidcfg.live.link import Link, Patience, Request
@@ -68,7 +69,7 @@ def test_the_client_of_pyclickplc_reads_and_operates_a_served_click(desk):
             return before, await client.addr.read("DF101"), await client.addr.read("DS106")
 
     with served(desk, plc, speed=1.0) as (port, _):
-        before, after, rate = asyncio.run(operate(port))
+        before, after, rate = apart(operate(port))
     assert (next(iter(before.values())), next(iter(after.values()))) == (140, 151.25)
     assert next(iter(rate.values())) == 500
 
@@ -84,7 +85,7 @@ def test_clickplc_reads_a_served_click(desk):
             return await plc.get("df101"), await plc.get("ds106"), await plc.get("c101")
 
     with served(desk, virtual("click"), speed=1.0) as (port, _):
-        setpoint, rate, lower = asyncio.run(read(port))
+        setpoint, rate, lower = apart(read(port))
     assert (setpoint, rate, lower) == (140, 500, True)
 
 
@@ -118,4 +119,4 @@ def test_every_request_fits_into_the_protocol(desk):
             async with Link(Address("127.0.0.1", int(url.rpartition(":")[2])), Patience()) as link:
                 return await link.read(Request("coil", 16484, 40, "C101 to C140"))
 
-        assert len(asyncio.run(read())) == 40
+        assert len(apart(read())) == 40

@@ -79,7 +79,7 @@ def test_the_wheel_asks_for_what_pyproject_says(wheel):
 
 def test_the_unpacked_wheel_runs(wheel, tmp_path):
     wheel.extractall(tmp_path)
-    assert "pidcfg = pidcfg.cli.main:main" in metadata(wheel, "entry_points.txt")
+    assert "pidcfg = pidcfg.__main__:main" in metadata(wheel, "entry_points.txt")
 
     start = "import pidcfg, sys; from pidcfg.cli.main import main; sys.stderr.write(pidcfg.__file__); main()"
     run = subprocess.run(

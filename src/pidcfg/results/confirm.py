@@ -13,7 +13,6 @@ from pidcfg.source import read_document
 from pidcfg.tuning.load_response import absolute_error
 from pidcfg.tuning.uncertainty import SEED
 from pidcfg.validate.engine import check_document
-from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from pidcfg.encoders.tuned import LoopTuning
@@ -29,6 +28,7 @@ STEP, REST, ENDS = 0.1, 0.5, 0.85
 """Of the output's range: the step of the load, where the output rests on the process itself, and on no plant beyond."""
 LONG = 15.0
 """Times all times of loop and process: how long a run lasts."""
+OWN = "generic"
 NEUTRAL = """pidcfg: 1
 vendor: generic
 loops:
@@ -138,12 +138,12 @@ def _time(share: float, seconds: float) -> float:
 def _as_vendor(text: str, vendor: Vendor | None, limits: Limits) -> tuple[str, bytes]:
     """The loop as a file of a PLC, with its name; the neutral form where the PLC cannot have it alone."""
     neutral = text.encode()
-    if vendor is not None and vendor is not VENDORS["generic"]:
+    if vendor is not None and vendor.key != OWN:
         checked = check_document(read_document(neutral, NAMES[0], limits), limits)
         result = converted(checked, vendor, {}, limits, None)
         if result.text and result.ok:
             return vendor.key, result.text.encode()
-    return "generic", neutral
+    return OWN, neutral
 
 
 def _scenario(found: Robust, process: Process, pv: float, output: float) -> tuple[str, float]:

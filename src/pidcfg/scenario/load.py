@@ -13,6 +13,7 @@ from pidcfg.listings import check_settings, read_listing
 from pidcfg.paths import dotted, leaves, steps
 from pidcfg.reader import DISK, STREAMS, SUFFIXES, Reader, refusal
 from pidcfg.scenario.vary import uncertainties
+from pidcfg.schemas.base import SECONDS
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.schemas.scenario_fields import whole
 from pidcfg.sim.feedback import wrong_actions
@@ -105,7 +106,10 @@ def load(doc: Document, limits: Limits, reader: Reader = DISK) -> Loaded:
 
 
 def _use_own_units(loaded: Loaded) -> None:
-    """Events may set a key in its own unit, as the configuration may: ``90 degC`` where the PV is in degC is 90."""
+    """Events may set a key in its own unit, as the configuration may: ``90 degC`` where the PV is in degC is 90.
+
+    Times are read with their units wherever they stand.
+    """
     doc, config = loaded.document, loaded.documents.get(loaded.config)
     if loaded.image is None or loaded.vendor is None or config is None or doc.data is None:
         return
@@ -114,7 +118,7 @@ def _use_own_units(loaded: Loaded) -> None:
     for i, event in enumerate(doc.data.get("events") or ()):
         loop = loops.get(str(event.get("loop")))
         for keys, value, below in leaves(event.get("set") or {}) if loop is not None else ():
-            if isinstance(value, str) and " " in value:
+            if isinstance(value, str) and " " in value and value.split()[-1] not in SECONDS:
                 path = steps(loaded.plc().setpoint) if dotted(keys) == "setpoint" else keys
                 number = own_number(loaded.vendor, loop, path, value)
                 if number is not None:
