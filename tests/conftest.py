@@ -1,6 +1,8 @@
 """The same surroundings for every test, whatever terminal or CI runs them."""
 
+import ipaddress
 import os
+import socket
 
 import pytest
 from hypothesis import settings
@@ -26,6 +28,20 @@ SCRUBBED = (
 settings.register_profile("pidcfg", deadline=None)
 settings.register_profile("pidcfg-ci", deadline=None, derandomize=True, database=None, max_examples=60)
 settings.load_profile("pidcfg-ci" if os.environ.get("CI") else "pidcfg")
+
+
+CONNECT = socket.socket.connect
+
+
+def connect_here(self, address):
+    """Tests talk to this machine and no other: the address of an example is nobody's to try."""
+    is_network = self.family in {socket.AF_INET, socket.AF_INET6} and self.type & socket.SOCK_STREAM
+    if is_network and address[0] != "localhost" and not ipaddress.ip_address(address[0]).is_loopback:
+        raise AssertionError(f"a test connects to {address[0]}")
+    return CONNECT(self, address)
+
+
+socket.socket.connect = connect_here
 
 
 @pytest.fixture(autouse=True)
