@@ -217,8 +217,9 @@ def docs() -> None:
 
 
 def bench(*arguments: str) -> None:
-    """Print every benchmark."""
+    """Print every benchmark; modules are kept compiled, as they are where pidcfg is installed."""
     prepare("test")
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     for script in sorted((ROOT / "tests" / "benchmarks").glob("bench_*.py")):
         must(PYTHON, script.relative_to(ROOT), *arguments)
 

@@ -8,6 +8,8 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import command
 from pidcfg.cli.main import main
@@ -161,6 +163,23 @@ def test_the_picture_and_the_csv_are_of_the_same_run(folder, pidcfg):
     pidcfg("simulate", "oven.scenario.yaml", "--csv", "both.csv", "--every", "7", "--plot", "a.svg")
     assert Path("both.csv").read_bytes() == Path("alone.csv").read_bytes()
     assert Path("a.svg").exists()
+
+
+@given(st.lists(st.integers(-2, 2), min_size=1, max_size=60), st.integers(1, 9), st.integers(1, 60))
+def test_a_recording_keeps_first_lowest_highest_and_last_of_each_group(values, size, piece):
+    recording = Recording()
+    recording.begin(["a"], 5, 1.0)
+    recording.group = size
+    for first in range(0, len(values), piece):
+        rows = values[first : first + piece]
+        recording.take(rows, len(rows))
+    recording.end()
+    wanted = []
+    for first in range(0, len(values), size):
+        group = values[first : first + size]
+        places = {0, group.index(min(group)), group.index(max(group)), len(group) - 1}
+        wanted += [(first + place, group[place]) for place in sorted(places)]
+    assert list(zip(*recording.signal("a"), strict=True)) == wanted
 
 
 def test_the_recording_is_the_trend_with_all_its_extremes(folder, pidcfg):

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import importlib
 import re
+from dataclasses import replace
+from fractions import Fraction
 from html.parser import HTMLParser
+from itertools import pairwise
 from math import isnan, nan
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from browser import opened
 from pidcfg.cli.files.inputs import FILES
@@ -247,20 +252,50 @@ def test_a_drawing_has_lines_levels_bars_and_marks_at_their_places():
     assert texts.count("PV high") == 2, "above its level and beside its row, not in the bar"
 
 
+DOWN = SQUARE, 0.0
+"""Ends of a panel in which a value is its own place."""
+
+
 def test_a_held_value_changes_at_once_and_a_pv_moves():
     (setpoint, pv, _), chart = drawn().panels[0].lines, drawn()
 
-    def same(value):
-        return int(value)
-
-    assert points(chart, setpoint, same) == [(0, 50), (40_000, 50), (40_000, 70), (100_000, 70)]
-    assert points(chart, pv, same) == [(0, 50), (50_000, 50), (100_000, 70)]
+    assert points(chart, setpoint, *DOWN) == [(0, 50), (40_000, 50), (40_000, 70), (100_000, 70)]
+    assert points(chart, pv, *DOWN) == [(0, 50), (50_000, 50), (100_000, 70)]
 
 
 def test_values_that_change_nothing_are_left_out():
     chart = drawn()
     line = Line("PV", "pv", list(range(101)), [5.0] * 100 + [6.0])
-    assert points(chart, line, int) == [(0, 5), (99_000, 5), (100_000, 6)]
+    assert points(chart, line, *DOWN) == [(0, 5), (99_000, 5), (100_000, 6)]
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.integers(0, 2)), min_size=1), st.sampled_from(["setpoint", "pv"]))
+def test_the_points_draw_the_whole_line_and_no_corner_twice(moves, role):
+    times = [sum(step for step, _ in moves[: i + 1]) for i in range(len(moves))]
+    line = Line("x", role, times, [float(value) for _, value in moves])
+    chart = replace(drawn(), begin=0, end=SQUARE)
+    wanted = []
+    for x, (_, y) in zip(times, moves, strict=True):
+        if wanted and role == "setpoint" and wanted[-1][1] != y:
+            wanted.append((x, wanted[-1][1]))
+        wanted.append((x, y))
+    corners = points(chart, line, *DOWN)
+    assert corners[0] == wanted[0]
+    assert corners[-1] == wanted[-1]
+    assert all(a != b for a, b in pairwise(corners))
+    assert all(not a[1] == b[1] == c[1] for a, b, c in zip(corners, corners[1:], corners[2:], strict=False))
+    assert course(corners) == course(wanted)
+
+
+def course(corners):
+    """What a line covers: its vertical pieces, and its places at each time."""
+    covered = {corners[0]}
+    for (x0, y0), (x1, y1) in pairwise(corners):
+        if x0 == x1:
+            covered |= {(x0, y) for y in range(min(y0, y1), max(y0, y1) + 1)}
+        else:
+            covered |= {(x, y0 + Fraction(y1 - y0, x1 - x0) * (x - x0)) for x in range(x0, x1 + 1)}
+    return covered
 
 
 def test_both_sides_of_an_overlay_are_named():

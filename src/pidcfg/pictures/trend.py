@@ -100,10 +100,10 @@ def _panel(chart: Chart, panel: Panel) -> str:
     rows = [(tick, height(tick)) for tick in ticks(low, high, VALUES)]
     columns = [share(chart, tick * unit_of_time(chart)[1]) for tick in time_ticks(chart)]
     grid = "".join([*(f"M0 {y}H{SQUARE}" for _, y in rows), *(f"M{x} 0V{SQUARE}" for x in columns)])
-    shown = [(line, points(chart, line, height)) for line in sorted(panel.lines, key=layer_of)]
+    shown = [(line, points(chart, line, low, high)) for line in sorted(panel.lines, key=layer_of)]
     lines = "".join(
         f'<polyline class="line {line.role} {line.side or "only"}" data-name="{escape(plain(line.name))}" '
-        f'points="{" ".join(f"{x},{y}" for x, y in corners)}"/>\n'
+        f'points="{" ".join([f"{x},{y}" for x, y in corners])}"/>\n'
         for line, corners in shown
         if corners
     )
@@ -117,24 +117,31 @@ def _panel(chart: Chart, panel: Panel) -> str:
     )
 
 
-def points(chart: Chart, line: Line, height: Callable[[float], int]) -> list[tuple[int, int]]:
-    """A line's points in the square, without those that change nothing."""
+def points(chart: Chart, line: Line, low: float, high: float) -> list[tuple[int, int]]:
+    """A line's points in the square of a panel from ``low`` to ``high``, without those that change nothing.
+
+    The last point goes where the line is level before and after it.
+    """
     (begin, end), corners = chart.ends, list[tuple[int, int]]()
-    scale = SQUARE / ((end - begin) or 1.0)
+    scale, span, held = SQUARE / ((end - begin) or 1.0), high - low, line.role in HELD
+    level = False
     for time, value in zip(*drawable(line), strict=True):
-        point = round((time - begin) * scale), height(value)
-        if corners and line.role in HELD and corners[-1][1] != point[1]:
-            _add(corners, (point[0], corners[-1][1]))
-        _add(corners, point)
+        x, y = point = round((time - begin) * scale), round((high - value) / span * SQUARE)
+        last = corners[-1] if corners else None
+        if last is None:
+            corners.append(point)
+        elif last[1] == y:
+            if level:
+                corners[-1] = point
+            elif last[0] != x:
+                corners.append(point)
+                level = True
+        else:
+            if held and last[0] != x:
+                corners[-1 if level else len(corners) :] = [(x, last[1])]
+            corners.append(point)
+            level = False
     return corners
-
-
-def _add(corners: list[tuple[int, int]], point: tuple[int, int]) -> None:
-    """A further point; the last one goes where the line is level before and after it."""
-    if len(corners) > 1 and corners[-2][1] == corners[-1][1] == point[1]:
-        corners.pop()
-    if not corners or corners[-1] != point:
-        corners.append(point)
 
 
 def _names(

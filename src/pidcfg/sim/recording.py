@@ -78,18 +78,21 @@ class Recording:
     def _see(self, name: str, values: Sequence[float]) -> None:
         """The next values of a signal, which belong to as many groups as they reach into."""
         held = self._open.get(name, [])
-        steps, kept, zero = self.steps[name], self.values[name], self._rows - len(held)
         values = [*held, *values]
         complete = len(values) - len(values) % self.group
-        for first in range(0, complete, self.group):
-            _keep(values[first : first + self.group], zero + first, steps, kept)
+        places = kept_places(values, complete, self.group)
+        self._keep(name, self._rows - len(held), places, values)
         self._open[name] = values[complete:]
+
+    def _keep(self, name: str, zero: int, places: Sequence[int], values: Sequence[float]) -> None:
+        """Keeps a signal's values at these places; the first of all values belongs to base step ``zero``."""
+        self.steps[name].extend([zero + place for place in places])
+        self.values[name].extend([values[place] for place in places])
 
     def end(self) -> None:
         """The run is over; what is left of a group is one."""
         for name, values in self._open.items():
-            if values:
-                _keep(values, self._rows - len(values), self.steps[name], self.values[name])
+            self._keep(name, self._rows - len(values), kept_places(values, len(values), len(values) or 1), values)
         self._open = {}
 
     def signal(self, name: str) -> tuple[list[float], list[float]]:
@@ -101,9 +104,17 @@ class Recording:
         return [times[step] for step in self.steps[name]], self.values[name].tolist()
 
 
-def _keep(group: Sequence[float], zero: int, steps: array[int], values: array[float]) -> None:
-    """First, lowest, highest and last value of a group, whose first base step is ``zero``, in the order of time."""
-    places = {0, group.index(min(group)), group.index(max(group)), len(group) - 1}
-    for place in sorted(places):
-        steps.append(zero + place)
-        values.append(group[place])
+def kept_places(values: Sequence[float], end: int, size: int) -> Sequence[int]:
+    """Where first, lowest, highest and last value of each group of this size stand, in the order of time."""
+    if size == 1:
+        return range(end)
+    places = list[int]()
+    for first in range(0, end, size):
+        group = values[first : first + size]
+        low, high = min(group), max(group)
+        if low == high:
+            places += first, first + size - 1
+            continue
+        lowest, highest = group.index(low), group.index(high)
+        places += (first + place for place in sorted({0, lowest, highest, size - 1}))
+    return places
