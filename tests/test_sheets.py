@@ -112,6 +112,52 @@ def test_an_unknown_column_is_named_with_the_nearest_key_and_its_cells_are_left_
     )
 
 
+@pytest.mark.parametrize(
+    ("vendor", "header", "cure"),
+    [
+        ("dl06", "Cascade", "a cascade is cascade_from"),
+        ("dl06", "Soak 1", "a profile stands in the file, under ramp_soak.steps"),
+        ("generic", "Secondary", "a cascade is setpoint.source"),
+        ("nextopid", "Führungsgröße", "a cascade is SP_CASC"),
+        ("click", "Master", "loops of click have no key for a cascade"),
+        ("ezlogix", "Ramp", "loops of ezlogix have no key for a profile"),
+        ("dpide", "Colour", "columns are keys of dpide's loops, such as name, description, device, devices.PID_RUN, "
+         "devices.SV, devices.PV"),
+    ],
+)  # fmt: skip
+def test_a_header_that_is_no_key_has_a_cure_of_its_topic(vendor, header, cure):
+    from pidcfg.sheets.columns import UnknownColumnError, key_of
+
+    with pytest.raises(UnknownColumnError) as caught:
+        key_of(header, VENDORS[vendor])
+    assert str(caught.value).partition("; ")[2] == cure
+
+
+def test_a_master_is_the_loop_that_a_cascade_comes_from():
+    text = "Tag,Action,Sample rate,Gain,Reset,Range low,Range high,Setpoint,Master\n"
+    loops = config(made(text + "A,direct,2,2,60,0,100,5,\nB,direct,2,2,60,0,100,5,A\n").text).loops
+    assert [loop.cascade_from for loop in loops] == [None, "A"]
+
+
+def test_ends_are_those_of_pairs():
+    from pidcfg.sheets.columns import UnknownColumnError, key_of
+
+    assert key_of("output.limits high", VENDORS["dl06"]) == "output.limits high"
+    with pytest.raises(UnknownColumnError):
+        key_of("tuning.gain low", VENDORS["dl06"])
+
+
+def test_a_column_may_name_the_vendor():
+    rows = "Vendor," + HEAD + "DL06," + ROW + "dl06," + ROW.replace("TIC-1", "TIC-2")
+    assert made(rows, vendor=None).text == made(HEAD + ROW + ROW.replace("TIC-1", "TIC-2")).text
+    (fault,) = faults(rows.replace("dl06,", "click,"), vendor=None)
+    assert fault == (
+        "loops.csv: cell A2 says DL06 and cell A3 says click; a file has one vendor, so write a sheet for each"
+    )
+    (fault,) = faults(rows, vendor="click")
+    assert fault == "loops.csv is for dl06, and --vendor says click"
+
+
 def test_two_columns_of_one_key():
     assert faults(HEAD.replace("setpoint", "kp") + ROW)[0].endswith(
         "kp and gain are both tuning.gain; keep one of the two"

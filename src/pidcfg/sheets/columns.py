@@ -63,9 +63,30 @@ WORDS: dict[str, tuple[str, ...]] = {
     "lo alarm_low alarm_l": ("alarms.pv.low",),
     "hi alarm_high alarm_h": ("alarms.pv.high",),
     "hihi high_high alarm_hh": ("alarms.pv.high_high",),
+    "master master_loop primary primary_loop major major_loop slave_of cascade_master führungsregler hauptregler": (
+        "cascade_from",
+        "setpoint.source",
+    ),
     "template vorlage": ("use",),
 }
 """Common words, in English and German, and the keys that vendors have for them: the first that a vendor has."""
+TOPICS = (
+    (
+        re.compile(r"cascade|master|slave|primary|secondary|kaskade|führung|folgeregler", re.IGNORECASE),
+        ("cascade_from", "setpoint.source", "SP_CASC"),
+        "a cascade",
+        "is {}",
+    ),
+    (
+        re.compile(r"ramp|soak|profil|slope|rampe", re.IGNORECASE),
+        ("ramp_soak.steps",),
+        "a profile",
+        "stands in the file, under {}",
+    ),
+)
+"""What headers speak of that may have no column of that name: the keys for it, its name, and where it is told."""
+NEAR = 0.65
+"""How alike a header and a word must be for the word to be suggested."""
 
 
 class UnknownColumnError(ValueError):
@@ -77,13 +98,21 @@ def key_of(header: str, vendor: Vendor) -> str:
     key = _known(header, vendor)
     if key is not None:
         return key
+    raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {_cure(header, vendor)}")
+
+
+def _cure(header: str, vendor: Vendor) -> str:
+    """What to do about a header that is no key."""
     keys, folded = _keys(vendor), _folded(vendor)
-    near = get_close_matches(_text(header).lower(), [*folded, *_words(vendor)], 1, 0.5)
-    known = folded.get(near[0], near[0]) if near else ""
-    cure = (
-        f"did you mean {known}?" if near else f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}"
-    )
-    raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {cure}")
+    text = _text(header)
+    for pattern, known, topic, place in TOPICS:
+        if pattern.search(text):
+            key = next((one for one in known if one in keys), None)
+            return f"{topic} {place.format(key)}" if key else f"loops of {vendor.key} have no key for {topic}"
+    near = get_close_matches(text.lower(), [*folded, *_words(vendor)], 1, NEAR)
+    if near:
+        return f"did you mean {folded.get(near[0], near[0])}?"
+    return f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}"
 
 
 def _text(header: str) -> str:
@@ -94,7 +123,8 @@ def _text(header: str) -> str:
 def _known(header: str, vendor: Vendor) -> str | None:
     """The key that a header is, or that a common word stands for."""
     text = _text(header).lower()
-    return _folded(vendor).get(text) or _words(vendor).get(BETWEEN_WORDS.sub("_", text))
+    spelled = BETWEEN_WORDS.sub("_", text)
+    return _folded(vendor).get(text) or _folded(vendor).get(spelled) or _words(vendor).get(spelled)
 
 
 @cache
@@ -119,12 +149,11 @@ def is_known(header: str, vendor: Vendor) -> bool:
 
 @cache
 def _keys(vendor: Vendor) -> tuple[str, ...]:
-    """All keys of a vendor's loops, and the two ends of each."""
-    names: dict[str, None] = {"name": None}
+    """All keys of a vendor's loops, and the two ends of each pair."""
+    pairs: dict[str, bool] = {"name": False}
     for model in models_in(vendor.model.model_fields["loops"].annotation):
-        names |= dict.fromkeys(_leaves(model))
-    keys = [*names, "use"]
-    return tuple(keys + [f"{key}{end}" for key in keys for end in ENDS])
+        pairs |= _leaves(model)
+    return (*pairs, "use", *(f"{key}{end}" for key, pair in pairs.items() if pair for end in ENDS))
 
 
 def order_of(vendor: Vendor) -> dict[str, int]:
@@ -142,11 +171,12 @@ def _words(vendor: Vendor) -> dict[str, str]:
     return words
 
 
-def _leaves(model: type[BaseModel], above: str = "") -> Iterator[str]:
+def _leaves(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, bool]]:
+    """The keys that have a value, and whether it is a pair."""
     for name, field in model.model_fields.items():
-        inner = models_in(field.annotation)
+        inner, kind = models_in(field.annotation), str(field.annotation).lower()
         key = f"{above}{field.alias or name}"
-        if len(inner) == 1 and "tuple" not in str(field.annotation).lower():
+        if len(inner) == 1 and "tuple" not in kind:
             yield from _leaves(inner[0], f"{key}.")
         else:
-            yield key
+            yield key, "tuple" in kind and "..." not in kind

@@ -31,6 +31,8 @@ HEAD = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "t
 NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
 ROWS_NAMED = 10
 """Rows that are listed of those with an error that was told before."""
+FAMILY = {"vendor", "plc family", "hersteller"}
+"""Headers of a column that says the vendor: the same in every row."""
 LEAST_KNOWN = 2
 """Known columns by which a row is the header."""
 
@@ -59,7 +61,7 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     try:
         sheet = read_sheet(data, name, limits)
         head, header, rows = _split(sheet, name)
-        vendor = _vendor(head, vendor_key, name)
+        vendor = _vendor(_said(head, header, rows, name), vendor_key, name)
     except SheetError as error:
         raise SheetFaultsError([str(error)]) from None
     reader = _Reader(sheet, name, vendor, limits)
@@ -99,8 +101,25 @@ def _split(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence[Cell
     )
 
 
-def _vendor(head: Sequence[Sequence[Cell]], wanted: str | None, name: str) -> Vendor:
-    said = next((row[1].text for row in head if row[0].text == "vendor" and len(row) > 1), None)
+def _said(
+    head: Sequence[Sequence[Cell]], header: Sequence[Cell], rows: Sequence[Sequence[Cell]], name: str
+) -> str | None:
+    """The vendor that the sheet names, above the header or in a column of its own."""
+    column = next((cell.column for cell in header if _is_family(cell)), None)
+    cells = [cell for row in rows for cell in row if cell.column == column]
+    cells += [row[1] for row in head if row[0].text == "vendor" and len(row) > 1]
+    other = next((cell for cell in cells if cell.text.lower() != cells[0].text.lower()), None)
+    if other is not None:
+        one, two = (f"cell {cell.place} says {cell.text}" for cell in (cells[0], other))
+        raise SheetError(f"{name}: {one} and {two}; a file has one vendor, so write a sheet for each")
+    return cells[0].text.lower() if cells else None
+
+
+def _is_family(cell: Cell) -> bool:
+    return cell.text.strip().lower() in FAMILY
+
+
+def _vendor(said: str | None, wanted: str | None, name: str) -> Vendor:
     if said is not None and wanted is not None and said != wanted:
         raise SheetError(f"{name} is for {said}, and --vendor says {wanted}")
     key = wanted or said
@@ -131,7 +150,7 @@ class _Reader:
         """The cell of each value, and the header of its column."""
         self.rows: list[Cell] = []
         self.unknown: set[int] = set()
-        """Columns whose header is no key."""
+        """Columns whose header is no key of a loop."""
 
     def fault(self, cell: Cell, message: str) -> None:
         """Something wrong with a cell."""
@@ -142,6 +161,9 @@ class _Reader:
         columns: dict[int, tuple[str, str]] = {}
         taken: dict[str, str] = {}
         for cell in header:
+            if _is_family(cell):
+                self.unknown.add(cell.column)
+                continue
             try:
                 key = key_of(cell.text, self.vendor)
             except UnknownColumnError as error:
