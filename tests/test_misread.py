@@ -6,6 +6,8 @@ import pytest
 
 import pidcfg as api
 from one_loop import PLANT
+from pidcfg.limits import DEFAULT
+from pidcfg.scenario.load import check_scenario
 from pidcfg.schemas.misread import cure
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
@@ -146,6 +148,17 @@ def test_where_it_stands_what_it_is_and_what_to_do(before, after, place, message
 def test_a_key_of_an_event_is_named():
     (d,) = api.load(EVENT).findings
     assert (d.message, d.help) == ("unknown key 'sp'", "did you mean set: {setpoint: …}?")
+
+
+def test_another_unit_in_an_event_is_told_with_that_of_the_key(tmp_path):
+    (tmp_path / "a.yaml").write_text(PLANT, "utf-8")
+    (tmp_path / "s.yaml").write_text(EVENT.replace("sp: 80", "set: {setpoint: 203 °F}"), "utf-8")
+    doc = read_document((tmp_path / "s.yaml").read_bytes(), str(tmp_path / "s.yaml"))
+    (d,) = [d for d in check_scenario(doc, DEFAULT) if d.code == "PID053"]
+    assert (d.message, d.help) == (
+        "setpoint: '203 °F' is not a number",
+        "the key is in degC, not in degF: write the number of degC alone",
+    )
 
 
 def test_a_file_with_one_odd_key_is_still_of_its_vendor():

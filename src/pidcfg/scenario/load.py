@@ -24,7 +24,7 @@ from pidcfg.validate.catalog import unusable
 from pidcfg.validate.codes import SCENARIO_KINDS
 from pidcfg.validate.engine import check_document, is_scenario
 from pidcfg.validate.identity import key_of, value_of
-from pidcfg.validate.own_units import own_number, with_numbers
+from pidcfg.validate.own_units import stated, with_numbers
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS
 
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.listing import Listing
     from pidcfg.limits import Limits
+    from pidcfg.paths import Path
     from pidcfg.scenario.vary import Uncertainty
     from pidcfg.sim.plc import Controller, Plc
     from pidcfg.sim.problems import Problem
@@ -60,6 +61,8 @@ class Loaded:
     """What is wrong with the configuration, though the PLC takes it."""
     vendor: Vendor | None = None
     image: Any = None
+    cures: dict[Path, str] = field(default_factory=dict)
+    """What to do about values of events that carry another unit than their key."""
 
     @property
     def controller(self) -> Controller:
@@ -89,7 +92,8 @@ class Loaded:
 
     def add(self, problems: Iterable[Problem]) -> None:
         """Problems of the scenario as findings with places."""
-        self.findings = ordered([*self.findings, *(place(problem, self.document) for problem in problems)])
+        told = [replace(one, help=self.cures.get(one.path) or one.help) for one in problems]
+        self.findings = ordered([*self.findings, *(place(problem, self.document) for problem in told)])
 
 
 def load(doc: Document, limits: Limits, reader: Reader = DISK) -> Loaded:
@@ -120,9 +124,11 @@ def _use_own_units(loaded: Loaded) -> None:
         for keys, value, below in leaves(event.get("set") or {}) if loop is not None else ():
             if isinstance(value, str) and " " in value and value.split()[-1] not in SECONDS:
                 path = steps(loaded.plc().setpoint) if dotted(keys) == "setpoint" else keys
-                number = own_number(loaded.vendor, loop, path, value)
-                if number is not None:
-                    numbers["events", i, "set", *below] = number
+                said, place_of = stated(loaded.vendor, loop, path, value), ("events", i, "set", *below)
+                if said is not None and said.unit == said.own:
+                    numbers[place_of] = said.number
+                elif said is not None:
+                    loaded.cures[place_of] = said.cure
     if numbers:
         loaded.document = with_numbers(doc, numbers)
         loaded.scenario, loaded.findings = read_scenario(loaded.document)

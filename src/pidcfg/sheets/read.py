@@ -33,6 +33,8 @@ ROWS_NAMED = 10
 """Rows that are listed of those with an error that was told before."""
 FAMILY = {"vendor", "plc family", "hersteller"}
 """Headers of a column that says the vendor: the same in every row."""
+LEFT_OUT = "#"
+"""Begins the header of a column that is for people alone."""
 LEAST_KNOWN = 2
 """Known columns by which a row is the header."""
 
@@ -161,7 +163,7 @@ class _Reader:
         columns: dict[int, tuple[str, str]] = {}
         taken: dict[str, str] = {}
         for cell in header:
-            if _is_family(cell):
+            if _is_family(cell) or cell.text.startswith(LEFT_OUT):
                 self.unknown.add(cell.column)
                 continue
             try:

@@ -36,9 +36,9 @@ OPEN = re.compile(" or |, ")
 def without_own_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Document:
     """The document with the number alone wherever a refused value carries the unit of its key."""
     data: Any = doc.data
-    for path, stated in _stated(vendor, doc, errors):
-        if stated.unit == stated.own:
-            data = _with(data, path, type(value_at(doc.data, path))(stated.number))
+    for path, said in _stated(vendor, doc, errors):
+        if said.unit == said.own:
+            data = _with(data, path, type(value_at(doc.data, path))(said.number))
     return doc if data is doc.data else replace(doc, data=data)
 
 
@@ -47,18 +47,8 @@ def in_key_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) ->
     named = []
     for d in errors:
         other = next((s for _, s in _stated(vendor, doc, [d]) if s.unit != s.own), None)
-        cure = other and f"the key is in {other.own}, not in {other.unit}: write the number of {other.own} alone"
-        named.append(replace(d, help=cure) if cure else d)
+        named.append(replace(d, help=other.cure) if other else d)
     return named
-
-
-def own_number(vendor: Vendor, loop: Any, path: Path, text: str) -> str | None:
-    """The number of a text that carries the unit of its key of a loop; None for any other text."""
-    match = WITH_UNIT.fullmatch(text)
-    own = match and _unit_of(vendor, loop, path)
-    if not match or not own or not NUMBER.fullmatch(match["number"]):
-        return None
-    return match["number"] if _spelling(match["unit"]) == _spelling(own) else None
 
 
 def with_numbers(doc: Document, numbers: Mapping[Path, str]) -> Document:
@@ -76,6 +66,20 @@ class Stated(NamedTuple):
     unit: str
     own: str
 
+    @property
+    def cure(self) -> str:
+        """What to do about another unit."""
+        return f"the key is in {self.own}, not in {self.unit}: write the number of {self.own} alone"
+
+
+def stated(vendor: Vendor, loop: Any, path: Path, text: str) -> Stated | None:
+    """A number with a unit, for a key of a loop that has one, too; None for any other text."""
+    match = WITH_UNIT.fullmatch(text)
+    own = match and _unit_of(vendor, loop, path)
+    if not match or not own or not NUMBER.fullmatch(match["number"]):
+        return None
+    return Stated(match["number"], _spelling(match["unit"]), _spelling(own))
+
 
 def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iterator[tuple[Path, Stated]]:
     """The refused numbers with a unit whose key has one, too; of a list each item."""
@@ -85,11 +89,12 @@ def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iter
         value = value_at(doc.data, d.path)
         items = enumerate(value) if isinstance(value, list) else [(None, value)]
         for i, item in items:
-            match = WITH_UNIT.fullmatch(item) if isinstance(item, str) and range_of(item) is None else None
+            if not isinstance(item, str) or range_of(item) is not None:
+                continue
             path = d.path if i is None else (*d.path, i)
-            own = match and _unit_of(vendor, value_at(doc.data, path[:2]), path[2:])
-            if match and own and NUMBER.fullmatch(match["number"]):
-                yield path, Stated(match["number"], _spelling(match["unit"]), _spelling(own))
+            said = stated(vendor, value_at(doc.data, path[:2]), path[2:], item)
+            if said is not None:
+                yield path, said
 
 
 def _unit_of(vendor: Vendor, loop: Any, path: Path) -> str | None:
