@@ -19,6 +19,7 @@ from pidcfg import processes
 from pidcfg.cli.errors import refused
 from pidcfg.cli.main import cli
 from pidcfg.processes import A_FILE, WORTH_STARTING, Crew
+from pidcfg.results.arguments import ArgumentError
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -107,6 +108,18 @@ def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
     one, two = (pidcfg.convert(source, "click", verify=True, jobs=jobs) for jobs in (1, 2))
     assert len(one.verified) == 2
     assert (one.to_json(), one.verified) == (two.to_json(), two.verified)
+
+
+def test_sides_of_a_difference_are_judged_alike_by_any_number(folder, monkeypatch):
+    monkeypatch.setattr("pidcfg.verification.verify.MANY", 1)
+    words = ["diff", "oven.yaml", "flow.yaml", "--verify=report", "--format", "json"]
+    text = Path("oven.yaml").read_text("utf-8")
+    Path("flow.yaml").write_text(text.replace("gain: ", "gain: 1", 1), "utf-8")
+    one, two = (CliRunner().invoke(cli, [*words, "--jobs", str(jobs)]) for jobs in (1, 2))
+    assert one.stdout == two.stdout
+    assert '"verify"' in one.stdout
+    with pytest.raises(ArgumentError, match="`jobs` is 0; write a whole number above 0"):
+        pidcfg.diff("oven.yaml", "flow.yaml", jobs=0)
 
 
 def test_an_input_that_another_process_has_read_is_no_output(folder):

@@ -167,8 +167,7 @@ def convert(
     from pidcfg.results.sources import checked_of
 
     target = vendor_named(to, "to")
-    if jobs < 1:
-        raise ArgumentError(f"`jobs` is {jobs}; write a whole number above 0", "jobs")
+    refuse_below(1, jobs=jobs)
     checked = checked_of(source, name, files, limits)
     compare = (lambda one, two, report: both_sides(one, two, report, progress, jobs)) if verify else None
     return converted(checked, target, options or {}, limits, compare, max_loss_of(max_loss))
@@ -183,6 +182,7 @@ def diff(
     like: Source | None = None,
     live: bool = False,
     verify: bool = False,
+    jobs: int = 1,
     names: tuple[str | None, str | None] = (None, None),
     files: Files = None,
     limits: Limits = DEFAULT,
@@ -193,19 +193,20 @@ def diff(
     A side whose name ends in .yaml or .yml, or that has no name, is a configuration, another one a listing. ``vendor``:
     the PLC family of a listing, where the other side does not tell. ``like``: a configuration that gives listings their
     names, ranges and units; else it is the other side. ``live``: also words that the PLC or the process writes.
-    ``verify``: run both sides through the same battery, see ``alike``; ``progress`` is called with the share that is
-    done.
+    ``verify``: run both sides through the same battery, in up to ``jobs`` processes, see ``alike``; ``progress`` is
+    called with the share that is done.
     """
     from pidcfg.results.battery import with_verdict
     from pidcfg.results.differences import compared
     from pidcfg.results.sides import DiffOptions
     from pidcfg.results.sources import checked_of, side_of
 
+    refuse_below(1, jobs=jobs)
     family = None if vendor is None else vendor_named(vendor)
     other = None if like is None else checked_of(like, None, files, limits)
     one, two = (side_of(source, label, files, limits) for source, label in zip((before, after), names, strict=True))
     result = compared((one[0], two[0]), (one[1], two[1]), DiffOptions(family, other, live), limits)
-    return with_verdict(result, progress) if verify and result.ok else result
+    return with_verdict(result, progress, jobs) if verify and result.ok else result
 
 
 @exact

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pidcfg.results.differences import DiffResult
 
 
-def with_verdict(result: DiffResult, progress: Callable[[float], None] | None) -> DiffResult:
+def with_verdict(result: DiffResult, progress: Callable[[float], None] | None, jobs: int = 1) -> DiffResult:
     """A comparison with both sides in the battery; its notes say which loops cannot be run, and why."""
     from pidcfg.verification.diff_charts import verified_sides
 
@@ -19,5 +19,5 @@ def with_verdict(result: DiffResult, progress: Callable[[float], None] | None) -
         reason = "not compared: nothing says the ranges of both sides, so neither can be run"
         return replace(result, verified=(), notes=(*result.notes, reason))
     notes: list[str] = []
-    loops = verified_sides(result.sides, result.sources, (result.before, result.after), notes.append, progress)
+    loops = verified_sides(result.sides, result.sources, (result.before, result.after), notes.append, progress, jobs)
     return replace(result, verified=tuple(loops), notes=(*result.notes, *notes))

@@ -19,6 +19,7 @@ def verified_sides(
     names: tuple[str, str],
     note: Callable[[str], None],
     progress: Callable[[float], None] | None = None,
+    jobs: int = 1,
 ) -> list[Verified]:
     """A verdict for each loop that both sides have and that can be run; ``note`` is told what cannot, and why."""
     from pidcfg.sim.run import UnusableError
@@ -31,7 +32,7 @@ def verified_sides(
     (one, first), (two, second) = sources
     before, after = (f"{Path(name).name} ({vendor.key})" for name, (_, vendor) in zip(names, sources, strict=True))
     try:
-        return verify((first, one), (second, two), pairs, names=(before, after), progress=progress)
+        return verify((first, one), (second, two), pairs, names=(before, after), progress=progress, jobs=jobs)
     except UnusableError as error:
         note(f"not compared: {error}")
     return []

@@ -55,6 +55,7 @@ EPILOG = options.examples(
 @plots.OVERLAY
 @options.FORCE
 @plots.VERIFY
+@options.JOBS
 @click.option("--exit-code", "exits", is_flag=True, help="Exit 1 when there are differences.")
 @options.STDIN_FILENAME
 @options.LIMITS
@@ -70,6 +71,7 @@ def command(
     force: bool,
     exits: bool,
     verify: str | None,
+    jobs: int | None,
     limits: Limits,
 ) -> None:
     """Compare BEFORE and AFTER, configurations of any vendors or memory listings.
@@ -100,6 +102,7 @@ def command(
             like=names_of,
             live=live,
             verify=bool(plot or verify),
+            jobs=options.processes(jobs),
             names=(before, after),
             limits=limits,
             progress=lambda share: LINE.update("simulating both sides", share),
