@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.plc import Controller, Plc
     from pidcfg.sim.problems import Problem
     from pidcfg.source import Document
+    from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
 
 HEAD = 1000
@@ -59,6 +60,8 @@ class Loaded:
     """Every file that a finding may point into, by name."""
     config_errors: list[Diagnostic] = field(default_factory=list)
     """What is wrong with the configuration, though the PLC takes it."""
+    checked: Checked | None = None
+    """The configuration that runs, and its findings."""
     vendor: Vendor | None = None
     image: Any = None
     cures: dict[Path, str] = field(default_factory=dict)
@@ -217,7 +220,7 @@ def _use_configuration(loaded: Loaded, data: bytes, limits: Limits) -> None:
         loaded.refuse(f"{loaded.config}:{reason}", f"run 'pidcfg validate {loaded.config}'")
         return
     loaded.config_errors = [d for d in checked.findings if d.severity is Severity.ERROR]
-    loaded.vendor, loaded.image = checked.vendor, checked.encoding.image
+    loaded.checked, loaded.vendor, loaded.image = checked, checked.vendor, checked.encoding.image
 
 
 def _use_listing(loaded: Loaded, data: bytes, limits: Limits) -> None:

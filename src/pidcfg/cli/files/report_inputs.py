@@ -83,10 +83,18 @@ class Taker:
         """The configurations that scenarios have named, and that the command line does not."""
         return {}
 
+    @cached_property
+    def run(self) -> dict[str, Checked]:
+        """The configuration that was run last, checked; it often is the next file."""
+        return {}
+
     def __call__(self, entry: Input) -> Taken:
         """One file of the command line; a file that cannot be opened ends the command."""
         if not entry.piped:
             entry = read_input(entry.name, self.limits)
+        run = self.run.pop(entry.name, None)
+        if run is not None and run.document.text.encode() == entry.data:
+            return configured(entry, run)
         doc = document(entry, self.limits)
         if entry.problem is not None:
             raise click.ClickException(entry.problem)
@@ -114,6 +122,9 @@ class Taker:
         )
         findings = [d for d in outcome.findings if d.file == doc.file or d.file not in loaded.documents]
         slim = replace(outcome, recording=None, documents={}, axes={})
+        self.run.clear()
+        if loaded.checked is not None:
+            self.run[loaded.config] = loaded.checked
         return Ran(source_file(entry, "scenario"), run_sheet(run), slim, findings, self._named(loaded))
 
     def _named(self, loaded: Loaded) -> Configured | None:
@@ -125,7 +136,9 @@ class Taker:
             entry = read_input(name, self.limits)
             if entry.problem is not None:
                 return None
-            if name in loaded.documents:
+            if loaded.checked is not None:
+                self.configured[name] = configured(entry, loaded.checked)
+            elif name in loaded.documents:
                 self.configured[name] = configured(entry, check_document(loaded.documents[name], self.limits))
             elif loaded.vendor is not None:
                 self.configured[name] = configured(entry, decoded(name, loaded), "memory listing")
