@@ -6,6 +6,7 @@ Models are anything with attributes; nothing of pydantic is imported here.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,10 @@ if TYPE_CHECKING:
 
 Path = tuple[str | int, ...]
 """Keys and indices from the top of a file, or from a loop."""
+SEQUENCES = (list, tuple)
 
 
+@lru_cache(maxsize=4096)
 def steps(text: str) -> Path:
     """``setpoint.limits.0`` as keys and indices; empty text is the top."""
     return tuple(int(step) if step.isdecimal() else step for step in text.split(".")) if text else ()
@@ -31,7 +34,7 @@ def value_at(data: Any, path: Sequence[str | int]) -> Any:
     for step in path:
         if isinstance(data, dict):
             data = data.get(step)
-        elif isinstance(data, list | tuple):
+        elif isinstance(data, SEQUENCES):
             data = data[step] if isinstance(step, int) and step < len(data) else None
         else:
             data = getattr(data, str(step), None)

@@ -54,6 +54,7 @@ def _section(annotation: Any) -> type[Model] | None:
     return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Model)), None)
 
 
+@cache
 def default_of(model: type[Model], path: str) -> Any:
     """What the schema takes for a field that is not given; None where it has no default."""
     section: type[Model] | None = model

@@ -148,7 +148,7 @@ def loaded(document: Document) -> LoadResult:
 
 def checked(document: Document, limits: Limits, reader: Reader, *, comments: bool) -> CheckResult:
     """All findings of a document; ``comments``: without those that comments in it ignore."""
-    from pidcfg.scenario.outcome import check_any
+    from pidcfg.scenario.check import check_any
 
     findings = check_any(document, limits, reader)
     if not comments or "ignore" not in document.text:

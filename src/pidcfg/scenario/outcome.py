@@ -100,15 +100,3 @@ def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False)
         recording=recording,
         axes=axes,
     )
-
-
-def check_any(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diagnostic]:
-    """The findings of a configuration, or of a scenario and what it names."""
-    from pidcfg.validate.engine import check_document, is_scenario
-
-    if is_scenario(doc):
-        from pidcfg.scenario.load import check_scenario
-        from pidcfg.validate.curly import curly_quotes
-
-        return [*check_scenario(doc, limits, reader), *curly_quotes(doc)]
-    return list(check_document(doc, limits).findings)

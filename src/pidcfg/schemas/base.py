@@ -11,10 +11,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from decimal import ROUND_HALF_EVEN, Context, Decimal, InvalidOperation
-from typing import Annotated, Any, Literal, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, NoReturn
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
 from pydantic_core import PydanticCustomError
+from pydantic_core.core_schema import no_info_plain_validator_function
+
+if TYPE_CHECKING:
+    from pydantic_core import CoreSchema
 
 NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 LEADING_ZERO = re.compile(r"[-+]?0[0-9]")
@@ -48,6 +52,15 @@ class Model(BaseModel):
     """Base of every schema: frozen, unknown keys refused. A text below a field is its documentation."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Parser(NamedTuple):
+    """How a field is read; `pydantic.PlainValidator` would also work out how its type is written, for more time."""
+
+    parse: Callable[[Any], Any]
+
+    def __get_pydantic_core_schema__(self, *_: object) -> CoreSchema:
+        return no_info_plain_validator_function(self.parse)
 
 
 class Quantity(NamedTuple):
@@ -355,27 +368,23 @@ def _pair_schema(item: dict[str, Any]) -> dict[str, Any]:
     return {"type": "array", "items": item, "minItems": 2, "maxItems": 2}
 
 
-Number = Annotated[Decimal, PlainValidator(parse_number), WithJsonSchema({"type": "number"})]
-Integer = Annotated[int, PlainValidator(parse_integer), WithJsonSchema({"type": "integer"})]
+Number = Annotated[Decimal, Parser(parse_number), WithJsonSchema({"type": "number"})]
+Integer = Annotated[int, Parser(parse_integer), WithJsonSchema({"type": "integer"})]
 FormatVersion = Annotated[Literal[1], BeforeValidator(parse_integer)]
-Flag = Annotated[bool, PlainValidator(parse_flag), WithJsonSchema({"type": "boolean"})]
-Text = Annotated[str, PlainValidator(parse_text), WithJsonSchema({"type": ["string", "number", "boolean"]})]
-Name = Annotated[
-    str, PlainValidator(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})
-]
-Seconds = Annotated[Decimal, PlainValidator(parse_seconds), WithJsonSchema(_duration_schema())]
+Flag = Annotated[bool, Parser(parse_flag), WithJsonSchema({"type": "boolean"})]
+Text = Annotated[str, Parser(parse_text), WithJsonSchema({"type": ["string", "number", "boolean"]})]
+Name = Annotated[str, Parser(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})]
+Seconds = Annotated[Decimal, Parser(parse_seconds), WithJsonSchema(_duration_schema())]
 OffSeconds = Annotated[
     Decimal,
-    PlainValidator(parse_off_seconds),
+    Parser(parse_off_seconds),
     WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}),
 ]
-Minutes = Annotated[Decimal, PlainValidator(parse_minutes), WithJsonSchema(_duration_schema())]
-AnyQuantity = Annotated[Quantity, PlainValidator(parse_quantity), WithJsonSchema(_quantity_schema())]
-Range = Annotated[
-    tuple[Decimal, Decimal], PlainValidator(parse_range), WithJsonSchema(_pair_schema({"type": "number"}))
-]
+Minutes = Annotated[Decimal, Parser(parse_minutes), WithJsonSchema(_duration_schema())]
+AnyQuantity = Annotated[Quantity, Parser(parse_quantity), WithJsonSchema(_quantity_schema())]
+Range = Annotated[tuple[Decimal, Decimal], Parser(parse_range), WithJsonSchema(_pair_schema({"type": "number"}))]
 QuantityPair = Annotated[
     tuple[Quantity, Quantity],
-    PlainValidator(parse_pair(parse_quantity, "a pair of limits")),
+    Parser(parse_pair(parse_quantity, "a pair of limits")),
     WithJsonSchema(_pair_schema(_quantity_schema())),
 ]

@@ -9,7 +9,7 @@ import re
 from decimal import Decimal
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, WithJsonSchema
 
 from pidcfg.refs import CLICK, CLICK_HELP, Decision
 from pidcfg.schemas.addresses import BankRange
@@ -21,6 +21,7 @@ from pidcfg.schemas.base import (
     Model,
     Name,
     Number,
+    Parser,
     Range,
     Seconds,
     Text,
@@ -111,22 +112,22 @@ def parse_unit_rate(value: object) -> Rate:
     return rate
 
 
-CAddress = Annotated[int, PlainValidator(BITS.parse), WithJsonSchema(BITS.schema)]
-DsAddress = Annotated[int, PlainValidator(INTEGERS.parse), WithJsonSchema(INTEGERS.schema)]
-DfAddress = Annotated[int, PlainValidator(FLOATS.parse), WithJsonSchema(FLOATS.schema)]
-YBit = Annotated[str, PlainValidator(parse_output_bit), WithJsonSchema({"type": "string", "pattern": "^Y[0-9]{3}$"})]
+CAddress = Annotated[int, Parser(BITS.parse), WithJsonSchema(BITS.schema)]
+DsAddress = Annotated[int, Parser(INTEGERS.parse), WithJsonSchema(INTEGERS.schema)]
+DfAddress = Annotated[int, Parser(FLOATS.parse), WithJsonSchema(FLOATS.schema)]
+YBit = Annotated[str, Parser(parse_output_bit), WithJsonSchema({"type": "string", "pattern": "^Y[0-9]{3}$"})]
 SampleRate = Annotated[
-    Decimal, PlainValidator(parse_sample_rate), WithJsonSchema({"type": "string", "pattern": DURATION_PATTERN})
+    Decimal, Parser(parse_sample_rate), WithJsonSchema({"type": "string", "pattern": DURATION_PATTERN})
 ]
-UnitRate = Annotated[Rate, PlainValidator(parse_unit_rate), WithJsonSchema(RATE_SCHEMA)]
+UnitRate = Annotated[Rate, Parser(parse_unit_rate), WithJsonSchema(RATE_SCHEMA)]
 NumberPair = Annotated[
     tuple[Decimal, Decimal],
-    PlainValidator(parse_pair(parse_number, "a pair of limits")),
+    Parser(parse_pair(parse_number, "a pair of limits")),
     WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}),
 ]
 ProcessRange = Annotated[
     tuple[Decimal, Decimal],
-    PlainValidator(parse_pair(parse_number, "a range")),
+    Parser(parse_pair(parse_number, "a range")),
     WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}),
 ]
 """Unlike a `Range` one that need not ascend: registers that were never written hold [0, 0] (D620)."""

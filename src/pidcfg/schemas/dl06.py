@@ -9,7 +9,7 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Annotated, Literal, NamedTuple
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from pidcfg.refs import DL06
 from pidcfg.schemas.base import (
@@ -22,6 +22,7 @@ from pidcfg.schemas.base import (
     Model,
     Name,
     Number,
+    Parser,
     QuantityPair,
     Range,
     Seconds,
@@ -71,7 +72,7 @@ def parse_reset(value: object) -> Reset:
 _RESET_SCHEMA = {
     "anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"enum": ["off", OFF_NINES]}]
 }
-AnyReset = Annotated[Reset, PlainValidator(parse_reset), WithJsonSchema(_RESET_SCHEMA)]
+AnyReset = Annotated[Reset, Parser(parse_reset), WithJsonSchema(_RESET_SCHEMA)]
 
 
 class Plc(Model):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from typing import Annotated
 
-from pydantic import PlainValidator, WithJsonSchema
+from pydantic import WithJsonSchema
 
 from pidcfg.refs import DPIDE, Decision
-from pidcfg.schemas.base import DURATION_PATTERN, Model, parse_duration, refuse
+from pidcfg.schemas.base import DURATION_PATTERN, Model, Parser, parse_duration, refuse
 from pidcfg.schemas.dpide_devices import DIGITS, Flag
 from pidcfg.schemas.iec import INT, Identifier
 from pidcfg.schemas.limits import Limits
@@ -56,10 +56,10 @@ def or_text(kind: str) -> WithJsonSchema:
     return WithJsonSchema({"anyOf": [{"type": kind}, {"type": "string", "pattern": DURATION_PATTERN}]})
 
 
-Timer = Annotated[str, PlainValidator(parse_timer), WithJsonSchema({"type": "string", "pattern": f"^{TIMER.pattern}$"})]
+Timer = Annotated[str, Parser(parse_timer), WithJsonSchema({"type": "string", "pattern": f"^{TIMER.pattern}$"})]
 PulseCycle = Annotated[
     int,
-    PlainValidator(parse_milliseconds),
+    Parser(parse_milliseconds),
     or_text("integer"),
     INT,
     Limits("1", str(INT.high), "ms", DPIDE.at("Example 3")),

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from typing import Annotated, NamedTuple
 
-from pydantic import PlainValidator, WithJsonSchema
+from pydantic import WithJsonSchema
 
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import Model, refuse
+from pidcfg.schemas.base import Model, Parser, refuse
 
 D250 = Decision(
     250,
@@ -97,11 +97,11 @@ def parse_flag_device(value: object) -> str:
 
 
 Register = Annotated[
-    str, PlainValidator(parse_register), WithJsonSchema({"type": "string", "pattern": f"^{REGISTER.pattern}$"})
+    str, Parser(parse_register), WithJsonSchema({"type": "string", "pattern": f"^{REGISTER.pattern}$"})
 ]
 Flag = Annotated[
     str,
-    PlainValidator(parse_flag_device),
+    Parser(parse_flag_device),
     WithJsonSchema({"type": "string", "pattern": f"^({FLAG.pattern}|{BIT.pattern})$"}),
 ]
 

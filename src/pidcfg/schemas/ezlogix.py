@@ -9,7 +9,7 @@ import re
 from decimal import Decimal
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import PlainValidator, WithJsonSchema
+from pydantic import WithJsonSchema
 
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.addresses import BankRange
@@ -21,6 +21,7 @@ from pidcfg.schemas.base import (
     Name,
     Number,
     OffSeconds,
+    Parser,
     Quantity,
     QuantityPair,
     Range,
@@ -127,17 +128,17 @@ def _tag_schema(*prefixes: str) -> dict[str, str]:
     return {"type": "string", "pattern": f"^({'|'.join(prefixes)})[1-9][0-9]{{0,4}}$"}
 
 
-RAddress = Annotated[int, PlainValidator(REGISTERS.parse), WithJsonSchema(REGISTERS.schema)]
-SAddress = Annotated[int, PlainValidator(DISCRETES.parse), WithJsonSchema(DISCRETES.schema)]
-PvTag = Annotated[str, PlainValidator(parse_tag("IR", "R")), WithJsonSchema(_tag_schema("IR", "R"))]
-CvTag = Annotated[str, PlainValidator(parse_tag("OR", "R")), WithJsonSchema(_tag_schema("OR", "R"))]
-OutputTag = Annotated[str, PlainValidator(parse_tag("O")), WithJsonSchema(_tag_schema("O"))]
+RAddress = Annotated[int, Parser(REGISTERS.parse), WithJsonSchema(REGISTERS.schema)]
+SAddress = Annotated[int, Parser(DISCRETES.parse), WithJsonSchema(DISCRETES.schema)]
+PvTag = Annotated[str, Parser(parse_tag("IR", "R")), WithJsonSchema(_tag_schema("IR", "R"))]
+CvTag = Annotated[str, Parser(parse_tag("OR", "R")), WithJsonSchema(_tag_schema("OR", "R"))]
+OutputTag = Annotated[str, Parser(parse_tag("O")), WithJsonSchema(_tag_schema("O"))]
 Counts = Annotated[
     tuple[int, int],
-    PlainValidator(parse_counts),
+    Parser(parse_counts),
     WithJsonSchema({"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2}),
 ]
-Template = Annotated[str, PlainValidator(parse_template), WithJsonSchema({"type": "string"})]
+Template = Annotated[str, Parser(parse_template), WithJsonSchema({"type": "string"})]
 
 
 class Plc(Model):

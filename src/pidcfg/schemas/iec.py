@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
-from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, WithJsonSchema
 
 from pidcfg.schemas.base import (
     DURATION,
@@ -22,6 +22,7 @@ from pidcfg.schemas.base import (
     NUMBER,
     OTHER_NOTATION,
     TRUTHS,
+    Parser,
     flag,
     number_text,
     parse_duration,
@@ -231,8 +232,8 @@ def bare_mode(value: object) -> object:
 WIRED = {"type": "string"}
 
 
-def _field(parse: Callable[[object], Any], *schemas: dict[str, Any]) -> tuple[PlainValidator, WithJsonSchema]:
-    return PlainValidator(parse), WithJsonSchema({"anyOf": [*schemas]} if len(schemas) > 1 else schemas[0])
+def _field(parse: Callable[[object], Any], *schemas: dict[str, Any]) -> tuple[Parser, WithJsonSchema]:
+    return Parser(parse), WithJsonSchema({"anyOf": [*schemas]} if len(schemas) > 1 else schemas[0])
 
 
 NUMERIC = {"type": "number"}
@@ -252,7 +253,7 @@ DInt = Annotated[int, *_field(parse_integer, {"type": "integer"}), DINT]
 TuneMode = Annotated[Literal["P", "PI", "PID"], BeforeValidator(bare_mode), AUTOTUNE_MODE]
 Identifier = Annotated[
     str,
-    PlainValidator(parse_identifier),
+    Parser(parse_identifier),
     WithJsonSchema({"type": "string", "pattern": f"^{IDENTIFIER.pattern}$", "maxLength": IDENTIFIER_LENGTH}),
 ]
 TYPED_TEXT = {"type": "string", "pattern": f"^(?i:{TYPED.pattern})$|{DURATION_PATTERN}"}

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import Annotated
 
-from pydantic import PlainValidator, WithJsonSchema
+from pydantic import WithJsonSchema
 
-from pidcfg.schemas.base import refuse
+from pidcfg.schemas.base import Parser, refuse
 
 V_ADDRESS = re.compile(r"V([0-7]{1,6})")
 BARE = re.compile(r"[0-9]+")
@@ -53,6 +53,4 @@ def _in_memory(address: int, shown: str) -> int:
     return address
 
 
-VAddress = Annotated[
-    int, PlainValidator(parse_v_address), WithJsonSchema({"type": "string", "pattern": "^V[0-7]{1,6}$"})
-]
+VAddress = Annotated[int, Parser(parse_v_address), WithJsonSchema({"type": "string", "pattern": "^V[0-7]{1,6}$"})]

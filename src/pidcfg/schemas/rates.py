@@ -5,9 +5,9 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Annotated, Literal, NamedTuple
 
-from pydantic import PlainValidator, WithJsonSchema
+from pydantic import WithJsonSchema
 
-from pidcfg.schemas.base import EXACT, NUMBER, Quantity, number_text, parse_quantity, refuse
+from pidcfg.schemas.base import EXACT, NUMBER, Parser, Quantity, number_text, parse_quantity, refuse
 
 
 class Rate(NamedTuple):
@@ -46,4 +46,4 @@ def parse_rate(value: object) -> Rate:
 RATE_SCHEMA = {
     "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+]?[0-9.]+ ?(counts)?( ?/ ?(sample|s|min))?$"}]
 }
-AnyRate = Annotated[Rate, PlainValidator(parse_rate), WithJsonSchema(RATE_SCHEMA)]
+AnyRate = Annotated[Rate, Parser(parse_rate), WithJsonSchema(RATE_SCHEMA)]

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from decimal import Decimal
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import PlainValidator, WithJsonSchema
+from pydantic import WithJsonSchema
 
 from pidcfg.schemas.base import (
     DURATION,
     TRUTHS,
+    Parser,
     Quantity,
     number_text,
     parse_flag,
@@ -184,25 +185,21 @@ _INITIAL_SCHEMA = {
     "anyOf": [{"const": "steady"}, {"type": "object", "additionalProperties": {"type": ["number", "string"]}}]
 }
 
-Initial = Annotated[
-    Literal["steady"] | dict[str, Quantity], PlainValidator(parse_initial), WithJsonSchema(_INITIAL_SCHEMA)
-]
+Initial = Annotated[Literal["steady"] | dict[str, Quantity], Parser(parse_initial), WithJsonSchema(_INITIAL_SCHEMA)]
 LoopCount = Annotated[
-    int, PlainValidator(parse_loop_count), WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MOST_LOOPS})
+    int, Parser(parse_loop_count), WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MOST_LOOPS})
 ]
-AnyBound = Annotated[Bound, PlainValidator(parse_bound), WithJsonSchema(_BOUND_SCHEMA)]
-Percent = Annotated[Decimal, PlainValidator(parse_percent), WithJsonSchema(_PERCENT_SCHEMA)]
-AnyMode = Annotated[str | Never, PlainValidator(parse_mode), WithJsonSchema(_MODE_SCHEMA)]
-Truth = Annotated[bool | int, PlainValidator(parse_truth), WithJsonSchema({"type": ["boolean", "integer", "string"]})]
+AnyBound = Annotated[Bound, Parser(parse_bound), WithJsonSchema(_BOUND_SCHEMA)]
+Percent = Annotated[Decimal, Parser(parse_percent), WithJsonSchema(_PERCENT_SCHEMA)]
+AnyMode = Annotated[str | Never, Parser(parse_mode), WithJsonSchema(_MODE_SCHEMA)]
+Truth = Annotated[bool | int, Parser(parse_truth), WithJsonSchema({"type": ["boolean", "integer", "string"]})]
 Times = Annotated[
     tuple[Decimal, Decimal],
-    PlainValidator(parse_pair(parse_seconds, "a pair of times")),
+    Parser(parse_pair(parse_seconds, "a pair of times")),
     WithJsonSchema(_TIMES_SCHEMA),
 ]
-Expression = Annotated[
-    str, PlainValidator(parse_expression), WithJsonSchema({"type": ["string", "number"], "maxLength": 1000})
-]
-Key = Annotated[str | int, PlainValidator(parse_key), WithJsonSchema({"type": "string"})]
+Expression = Annotated[str, Parser(parse_expression), WithJsonSchema({"type": ["string", "number"], "maxLength": 1000})]
+Key = Annotated[str | int, Parser(parse_key), WithJsonSchema({"type": "string"})]
 ModelName = Literal["first_order", "second_order", "integrator", "lead_lag", "dead_time", "valve"]
 Metric = Literal[
     "overshoot",

@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from decimal import Decimal  # noqa: TC003 - a field of a type that pydantic reads
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field, PlainValidator, WithJsonSchema
+from pydantic import Field, WithJsonSchema
 
 from pidcfg.schemas.base import (
     NUMBER,
     Integer,
     Model,
     Name,
+    Parser,
     decimal_text,
     number_text,
     parse_number,
@@ -123,7 +124,7 @@ _SPREAD_SCHEMA: dict[str, Any] = {
         },
     ]
 }
-AnySpread = Annotated[Spread, PlainValidator(parse_spread), WithJsonSchema(_SPREAD_SCHEMA)]
+AnySpread = Annotated[Spread, Parser(parse_spread), WithJsonSchema(_SPREAD_SCHEMA)]
 
 
 class Vary(Model):

@@ -7,9 +7,7 @@ free. A command that ends in any other way leaves none.
 from __future__ import annotations
 
 import atexit
-import hashlib
 import os
-import secrets
 import stat
 import sys
 from contextlib import suppress
@@ -39,7 +37,7 @@ def temporary_for(target: Path) -> tuple[int, Path]:
     """An open temporary file in the target's folder, and its path; raises `OSError`."""
     _remove_left(target)
     while True:
-        path = target.with_name(f"{_beginning(target)}{secrets.token_hex(RANDOM // 2)}{SUFFIX}")
+        path = target.with_name(f"{_beginning(target)}{os.urandom(RANDOM // 2).hex()}{SUFFIX}")
         with whole():
             try:
                 handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600)
@@ -71,6 +69,8 @@ def _beginning(target: Path) -> str:
     """How the names of a target's temporary files begin."""
     name = target.name
     if len(os.fsencode(name)) > LONGEST:
+        import hashlib
+
         name = hashlib.sha256(os.fsencode(name)).hexdigest()
     return f".{name}."
 

@@ -12,11 +12,12 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.files.inputs import FILES
+from pidcfg.cli.findings.reads import hash_of
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.document import Document, Node
 from pidcfg.store import Store
@@ -25,47 +26,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from pidcfg.cli.files.inputs import Input
+    from pidcfg.cli.findings.reads import Reads
     from pidcfg.limits import Limits
-    from pidcfg.reader import Reader
 
 FORMAT = 1
 """Of an entry; a new one makes all former entries misses."""
 LIBRARIES = ("pydantic", "pydantic_core", "ruamel")
 PACKAGE = Path(__file__).parents[2]
-
-
-@dataclass(slots=True)
-class Reads:
-    """What a check reads besides its input: by the name that the input calls a file, a hash of its bytes."""
-
-    name: str
-    """Of the input."""
-    reader: Reader = FILES
-    called: dict[str, str] = field(default_factory=dict)
-    """What the input calls a file, by the name under which it was read."""
-    hashes: dict[str, str] = field(default_factory=dict)
-    known: bool = True
-    """Whether all that was read is known by what the input calls it, and could be read."""
-
-    def resolve(self, name: str, other: str) -> str:
-        """As the reader does it."""
-        resolved = self.reader.resolve(name, other)
-        if name == self.name:
-            self.called[resolved] = other
-        return resolved
-
-    def read(self, name: str, most: int) -> bytes:
-        """As the reader does it."""
-        try:
-            data = self.reader.read(name, most)
-        except (OSError, ValueError):
-            self.known = False
-            raise
-        if name in self.called:
-            self.hashes[self.called[name]] = _hash(data)
-        else:
-            self.known = False
-        return data
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,11 +87,7 @@ class Cache:
     def _same(self, names: Iterable[str], hashes: Iterable[str]) -> bool:
         """Whether other files are what they were."""
         most = self.limits.file_bytes + 1
-        return all(_hash(FILES.read(name, most)) == kept for name, kept in zip(names, hashes, strict=True))
-
-
-def _hash(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
+        return all(hash_of(FILES.read(name, most)) == kept for name, kept in zip(names, hashes, strict=True))
 
 
 def _names_one(findings: Iterable[Diagnostic], files: Iterable[str]) -> bool:
@@ -181,7 +144,7 @@ def _sources() -> object:
     """Pidcfg itself: its record where it is installed, the size and time of each source in a working copy."""
     records = sorted(PACKAGE.parent.glob("pidcfg-*.dist-info/RECORD"))
     if records:
-        return [_hash(path.read_bytes()) for path in records]
+        return [hash_of(path.read_bytes()) for path in records]
     found = []
     for folder, folders, names in os.walk(PACKAGE):
         folders.sort()

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli.files.inputs import document, read_inputs
-from pidcfg.cli.findings.cache import Cache, Reads
+from pidcfg.cli.findings.reads import Reads
 from pidcfg.cli.terminal.progress import held
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from pidcfg.cli.files.inputs import Input
+    from pidcfg.cli.findings.cache import Cache
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.limits import Limits
     from pidcfg.source import Document
@@ -31,7 +32,7 @@ def check_all(
 
     ``cached``: findings of files that have not changed are taken from the user's cache (`pidcfg.cli.findings.cache`).
     """
-    cache = Cache.open(limits) if cached else None
+    cache = _cache(limits) if cached else None
     if cache is None:
         yield from ((document, findings) for document, findings, _ in _checked(inputs, limits))
         return
@@ -44,6 +45,12 @@ def check_all(
         document, findings, reads = next(rest)
         cache.put(entry, findings, reads)
         yield document, findings
+
+
+def _cache(limits: Limits) -> Cache | None:
+    from pidcfg.cli.findings.cache import Cache
+
+    return Cache.open(limits)
 
 
 def _checked(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Document, list[Diagnostic], Reads]]:

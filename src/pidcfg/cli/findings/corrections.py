@@ -21,7 +21,7 @@ from pidcfg.cli.options import named
 from pidcfg.cli.terminal.console import note
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import number_of, ordered
-from pidcfg.scenario.outcome import check_any
+from pidcfg.scenario.check import check_any
 from pidcfg.source import read_document
 from pidcfg.validate.catalog import unusable
 

@@ -97,9 +97,9 @@ def _settings(paths: Sequence[str], config: str | None) -> Settings:
         data = _bytes(path, config)
         return _loaded(path, config, data)
     files: dict[Path | None, str] = {}
-    starts = {tuple(candidates(name)): name for name in reversed(paths)}
-    for places, name in reversed(starts.items()):
-        files.setdefault(_first(places), name)
+    starts = {_start(name): name for name in reversed(paths)}
+    for folder, name in reversed(starts.items()):
+        files.setdefault(_first(_above(folder)), name)
     if len(files) > 1:
         examples = [f"{name}: {_shown(file) if file else 'none'}" for file, name in files.items()]
         raise click.UsageError(
@@ -130,9 +130,19 @@ def place_of(path: str) -> str:
 
 def candidates(first: str) -> list[Path]:
     """Where settings may stand: from the folder of the first input upward, to the root of its repository at most."""
-    start = Path(os.path.abspath("." if first == "-" else first))  # noqa: PTH100 - links are not followed
+    return _above(_start(first))
+
+
+def _start(name: str) -> Path:
+    """The folder of an input; links are not followed."""
+    start = Path(os.path.abspath("." if name == "-" else name))  # noqa: PTH100
+    return start if start.is_dir() else start.parent
+
+
+def _above(start: Path) -> list[Path]:
+    """Where settings may stand from a folder upward."""
     places = []
-    for folder in [start, *start.parents] if start.is_dir() else start.parents:
+    for folder in (start, *start.parents):
         places += [folder / SETTINGS_FILE, folder / PYPROJECT]
         if (folder / REPOSITORY).exists():
             break

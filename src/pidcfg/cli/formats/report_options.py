@@ -139,6 +139,8 @@ def write_reports(
     force: bool = False,
 ) -> None:
     """Writes the reports, all or none, and with them ``others``, which are never written over a file that differs."""
+    if not reports and not others:
+        return
     from pidcfg.cli.files.outputs import write_files
 
     texts = {path: _text(fmt, render).encode("utf-8", "replace") for fmt, path in reports}

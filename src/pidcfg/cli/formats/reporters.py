@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -73,7 +72,20 @@ def _words(d: Diagnostic) -> str:
     """What a finding says, whichever loop it says it of; what concerns several loops names them all."""
     if not d.loop or d.with_loops:
         return d.message
-    return re.sub(rf"(?<!\w){re.escape(d.loop)}(?!\w)", "", d.message)
+    return without_word(d.message, d.loop)
+
+
+def without_word(text: str, word: str) -> str:
+    """A text without a word, wherever no letter, digit or underscore stands beside it."""
+    left, kept, at = [], 0, text.find(word)
+    while at >= 0:
+        end = at + len(word)
+        if any(c.isalnum() or c == "_" for c in text[max(at - 1, 0) : at] + text[end : end + 1]):
+            at = text.find(word, at + 1)
+            continue
+        left.append(text[kept:at])
+        kept, at = end, text.find(word, end)
+    return "".join(left) + text[kept:]
 
 
 def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import codecs
 import json
 import os
-import shutil
 import sys
 from typing import TYPE_CHECKING
 
@@ -89,6 +88,7 @@ def markdown(text: str) -> None:
     if not colour.enabled(sys.stdout):
         _put(text, color=False)
         return
+    import shutil
     from io import StringIO
 
     from rich.console import Console

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.named import NamedLoops
 from pidcfg.encoders.parameters import Parameter, ParameterTable
 from pidcfg.encoders.settings import LoopOption
-from pidcfg.encoders.tuned import TunedParameters
+from pidcfg.encoders.tuned_parameters import TunedParameters
 from pidcfg.encoders.written import Written
 from pidcfg.refs import DPIDE, Decision
 from pidcfg.schemas.dpide import D251, Loop, LoopSettings, PlcSettings

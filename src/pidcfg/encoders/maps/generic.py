@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.named import NamedLoops
 from pidcfg.encoders.parameters import Parameter, ParameterTable
-from pidcfg.encoders.tuned import TunedParameters
+from pidcfg.encoders.tuned_parameters import TunedParameters
 from pidcfg.encoders.written import Written
 from pidcfg.schemas.generic import D280, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.iec import BOOL, DERIVATIVE_OF, LOOP_MODE, LREAL

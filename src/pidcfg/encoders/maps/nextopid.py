@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, get_args
 
 from pidcfg.encoders.parameters import Parameter, ParameterTable
-from pidcfg.encoders.tuned import TunedParameters
+from pidcfg.encoders.tuned_parameters import TunedParameters
 from pidcfg.encoders.written import Written
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas import nextopid as schema
