@@ -199,6 +199,22 @@ def test_many_times_are_searched_like_few():
     assert best.gains.integral_time > rows[45][0]
 
 
+@pytest.mark.parametrize("rates", [[0.0], [0.0, 1.5]])
+def test_times_that_are_searched_in_turn_are_searched_like_each_alone(rates):
+    """What was in the way at shorter times of an integrating process is no bound of the longer ones."""
+    plants, words = [Process(0.02, 1, 5, integrating=True)], Words(0.05, 1, 200)
+    rows = [(5.0 + i, rate) for i in range(70) for rate in rates]
+
+    def search():
+        return Search(plants, Sampling(1.0), 1.6, derivative=len(rates) > 1)
+
+    together = search()
+    whole = together.best(lambda: together.among(words, rows))
+    alone = [one for row in rows if (one := search().among(words, [row]))]
+    best = min(alone, key=lambda one: one.error)
+    assert (whole.gains, whole.error) == (best.gains, best.error)
+
+
 def test_the_known_search():
     """27 plants and all words of a DL06: least Ti/Kp at Kp 0.65, Ti 26.0, worst Ms 1.599; least IAE elsewhere."""
     plants = [Process(*row) for row in product((1.4, 2, 2.6), (48, 60, 72), (6.4, 8, 10.4))]

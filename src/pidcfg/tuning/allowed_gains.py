@@ -90,16 +90,26 @@ class Curve:
         return [h * (1 + i * share) for h, i in zip(self.plant_at, self.integral_at, strict=True)]
 
     def at_most(self, integral_time: float, derivative_time: float) -> float:
-        """A bound of the gain from the two frequencies that were in the way before; infinite: nothing is known."""
-        if self.upper_at is None:
-            return inf
-        most = roots(self.at(self.upper_at, integral_time, derivative_time), self.ms)[0]
-        if self.inner_at is not None:
+        """A bound of the gain from the frequencies that were in the way before; infinite: nothing is known."""
+        most = self._still_turned(integral_time, derivative_time)
+        if self.inner_at is not None and most < inf:
             g = self.at(self.inner_at, integral_time, derivative_time)
             low, high = roots(g, self.ms)
             if low < most <= high or g.imag >= 0:
                 most = min(low, most)
         return most
+
+    def _still_turned(self, integral_time: float, derivative_time: float) -> float:
+        """The gain that the first frequency with -180° or beyond allows, from the one that was in the way before.
+
+        With other times that one may be in front of -180°, where gains beyond the circle are allowed again.
+        """
+        for i in range(len(self.near) if self.upper_at is None else self.upper_at, len(self.near)):
+            g = self.at(i, integral_time, derivative_time)
+            if g.imag >= 0:
+                self.upper_at = i
+                return roots(g, self.ms)[0]
+        return inf
 
     def most_from(self, error: float) -> float:
         """A bound M of the gain with every integral time above M times an error, without a derivative.
