@@ -22,6 +22,7 @@ from pidcfg.results.processes import Robustness
 from pidcfg.results.retune import loop_tuning
 from pidcfg.results.robust import spreads_of
 from pidcfg.results.targets import Into, Target
+from pidcfg.tuning.allowed_gains import Curve, allowed
 from pidcfg.tuning.load_response import absolute_error
 from pidcfg.tuning.rules import Gains, Process, TuningError
 from pidcfg.tuning.sampled import SampledLoop, Sampling, default_sample_time, held, sampled_margins
@@ -213,6 +214,19 @@ def test_times_that_are_searched_in_turn_are_searched_like_each_alone(rates):
     alone = [one for row in rows if (one := search().among(words, [row]))]
     best = min(alone, key=lambda one: one.error)
     assert (whole.gains, whole.error) == (best.gains, best.error)
+
+
+@pytest.mark.parametrize(
+    ("process", "sample"),
+    [(PLANT, 200.0), (Process(2, 60, 0.01), 0.5), (Process(0.1, 1, 1, integrating=True), 4.0)],
+)
+def test_a_loop_that_turns_at_half_the_sample_frequency_has_a_highest_gain(process, sample):
+    """A dead time below the sample time: -180° comes by at the end only, and from there up no gain is stable."""
+    plant = held(process, sample)
+    for time in (1.0, 10.0, 100.0, 1000.0):
+        highest = allowed([Curve(plant, Sampling(sample), 1.6, derivative=False)], time, 0.0)[0][1]
+        assert highest < math.inf
+        assert absolute_error(Gains(10 * highest, time, 0.0), plant, Sampling(sample)) == math.inf
 
 
 def test_the_known_search():
