@@ -331,6 +331,7 @@ def test_a_sample_time_that_nobody_gave(dead, constant, wanted):
         ({"vary": "dead-time=9..12"}, "leaves out the process's own 8"),
         ({"vary": "dead-time=12..7"}, "does not ascend"),
         ({"vary": "second-time-constant=±10%"}, "the process has none"),
+        ({"sample_time": 1e-6}, "every 0.008 s or slower"),
         ({"ms": 1.0}, "write a number from 1.1 to 3"),
         ({"ms": math.nan}, "write a number from 1.1 to 3"),
         ({"form": "P"}, "no rule for P"),
@@ -430,6 +431,17 @@ def test_every_vendor_s_filters(vendor, old, new, sampling):
 
 def pidcfg_starter(vendor):
     return (files("pidcfg") / VENDORS[vendor].starter).read_text("utf-8")
+
+
+def test_a_negative_gain_is_told_with_its_sign():
+    """Ends and plants; and a bound is cut off, so that it is never more than what the samples show."""
+    result = tuned(gain=-2, vendor="click", samples=60, vary="gain=-3..-1,dead-time=±10%")
+    text = as_text(result)
+    assert "gain -3 to -1, dead time" in text
+    assert "(gain -3, dead time 8.8 s)" in text
+    assert "action reverse" in text
+    assert 0.05 ** (1 / 60) < 0.9513
+    assert "60 of 60 samples on a virtual click keep the IAE, so at least 95.12 % of the plants between" in text
 
 
 def test_a_record_s_confidence_varies():
