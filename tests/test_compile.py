@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from compile_rig import advance, vector
+from pidcfg.sim.compile import OPTIONS as COMPILE_OPTIONS
 from pidcfg.sim.compile import (
     bind,
     cache_folder,
@@ -28,6 +29,8 @@ from pidcfg.sim.controllers.dl06.equation import coefficients
 from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
 from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
+from pidcfg.sim.controllers.nextopid import scan as nextopid
+from pidcfg.sim.controllers.nextopid import slots
 from pidcfg.sim.terms import clamp, nearest, single
 
 CONFIGURATIONS = 320
@@ -242,6 +245,20 @@ def test_the_cache_key_follows_callees_and_constants(monkeypatch):
     before = fingerprint(reachable([scan], {}), {})
     monkeypatch.setattr(dl06, "LARGEST", 1000.0)
     assert fingerprint(reachable([scan], {}), {}) != before
+
+
+def test_the_cache_key_follows_constants_of_modules(monkeypatch):
+    """A slot of NextoPID's memory is named through its module, and is a number in the compiled code."""
+    kernels = reachable([nextopid.scan], {})
+    before = fingerprint(kernels, {})
+    monkeypatch.setattr(slots, "LEAD_LAG", 99)
+    assert fingerprint(kernels, {}) != before
+
+
+def test_the_cache_key_follows_how_it_is_compiled(monkeypatch):
+    keys = {fingerprint([one], {}), fingerprint([one], {}, [clamp])}
+    monkeypatch.setitem(COMPILE_OPTIONS, "error_model", "python")
+    assert len(keys | {fingerprint([one], {})}) == 3
 
 
 def test_kept_tells_whether_compiled_code_lies_in_the_cache(monkeypatch, tmp_path):

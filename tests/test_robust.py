@@ -22,6 +22,7 @@ from pidcfg.results.processes import Robustness
 from pidcfg.results.retune import loop_tuning
 from pidcfg.results.robust import spreads_of
 from pidcfg.results.targets import Into, Target
+from pidcfg.tuning.allowed_gains import Curve, allowed
 from pidcfg.tuning.load_response import absolute_error
 from pidcfg.tuning.rules import Gains, Process, TuningError
 from pidcfg.tuning.sampled import SampledLoop, Sampling, default_sample_time, held, sampled_margins
@@ -199,6 +200,35 @@ def test_many_times_are_searched_like_few():
     assert best.gains.integral_time > rows[45][0]
 
 
+@pytest.mark.parametrize("rates", [[0.0], [0.0, 1.5]])
+def test_times_that_are_searched_in_turn_are_searched_like_each_alone(rates):
+    """What was in the way at shorter times of an integrating process is no bound of the longer ones."""
+    plants, words = [Process(0.02, 1, 5, integrating=True)], Words(0.05, 1, 200)
+    rows = [(5.0 + i, rate) for i in range(70) for rate in rates]
+
+    def search():
+        return Search(plants, Sampling(1.0), 1.6, derivative=len(rates) > 1)
+
+    together = search()
+    whole = together.best(lambda: together.among(words, rows))
+    alone = [one for row in rows if (one := search().among(words, [row]))]
+    best = min(alone, key=lambda one: one.error)
+    assert (whole.gains, whole.error) == (best.gains, best.error)
+
+
+@pytest.mark.parametrize(
+    ("process", "sample"),
+    [(PLANT, 200.0), (Process(2, 60, 0.01), 0.5), (Process(0.1, 1, 1, integrating=True), 4.0)],
+)
+def test_a_loop_that_turns_at_half_the_sample_frequency_has_a_highest_gain(process, sample):
+    """A dead time below the sample time: -180° comes by at the end only, and from there up no gain is stable."""
+    plant = held(process, sample)
+    for time in (1.0, 10.0, 100.0, 1000.0):
+        highest = allowed([Curve(plant, Sampling(sample), 1.6, derivative=False)], time, 0.0)[0][1]
+        assert highest < math.inf
+        assert absolute_error(Gains(10 * highest, time, 0.0), plant, Sampling(sample)) == math.inf
+
+
 def test_the_known_search():
     """27 plants and all words of a DL06: least Ti/Kp at Kp 0.65, Ti 26.0, worst Ms 1.599; least IAE elsewhere."""
     plants = [Process(*row) for row in product((1.4, 2, 2.6), (48, 60, 72), (6.4, 8, 10.4))]
@@ -301,6 +331,7 @@ def test_a_sample_time_that_nobody_gave(dead, constant, wanted):
         ({"vary": "dead-time=9..12"}, "leaves out the process's own 8"),
         ({"vary": "dead-time=12..7"}, "does not ascend"),
         ({"vary": "second-time-constant=±10%"}, "the process has none"),
+        ({"sample_time": 1e-6}, "every 0.008 s or slower"),
         ({"ms": 1.0}, "write a number from 1.1 to 3"),
         ({"ms": math.nan}, "write a number from 1.1 to 3"),
         ({"form": "P"}, "no rule for P"),
@@ -400,6 +431,17 @@ def test_every_vendor_s_filters(vendor, old, new, sampling):
 
 def pidcfg_starter(vendor):
     return (files("pidcfg") / VENDORS[vendor].starter).read_text("utf-8")
+
+
+def test_a_negative_gain_is_told_with_its_sign():
+    """Ends and plants; and a bound is cut off, so that it is never more than what the samples show."""
+    result = tuned(gain=-2, vendor="click", samples=60, vary="gain=-3..-1,dead-time=±10%")
+    text = as_text(result)
+    assert "gain -3 to -1, dead time" in text
+    assert "(gain -3, dead time 8.8 s)" in text
+    assert "action reverse" in text
+    assert 0.05 ** (1 / 60) < 0.9513
+    assert "60 of 60 samples on a virtual click keep the IAE, so at least 95.12 % of the plants between" in text
 
 
 def test_a_record_s_confidence_varies():

@@ -40,6 +40,8 @@ class RobustGains:
     """What nobody said."""
     confirmed: Confirmation | None = None
     """What `certify` says; None: it was not asked, or cannot run this."""
+    negative: bool = False
+    """Whether the process's gain is; those of the plants are amounts."""
 
     @property
     def worst(self) -> Process:
@@ -117,9 +119,11 @@ def searched(
     model = model_of(method, known)
     refuse_missing(method, {key: v for key, v in known.numbers.items() if key != "sample_time"}, model)
     process = replace(process_of(known.numbers, model), sample_time=0.0)
-    spreads = spreads_of(wish, process, fit, negative=known.numbers["gain"] < 0)
+    negative = known.numbers["gain"] < 0
+    spreads = spreads_of(wish, process, fit, negative=negative)
     vendor, loop, target, assumed = _loop(target, limits)
     sampling, more = _sampling(known, process, loop, target)
+    _refuse_too_fast(sampling, process)
     search = Search(plants_of(process, spreads), sampling, wish.ms, derivative=chosen == "PID")
     found = robust(chosen, search, loop, None if vendor is None else vendor.model, spreads)
     confirmation = None
@@ -127,7 +131,7 @@ def searched(
         from pidcfg.results.confirm import confirmed
 
         confirmation = confirmed(found, process, vendor, loop, wish.samples, limits)
-    gains = RobustGains(found, sampling, (*assumed, *more), confirmation)
+    gains = RobustGains(found, sampling, (*assumed, *more), confirmation, negative)
     return Searched(chosen, model, replace(process, sample_time=sampling.sample_time), gains, loop, target)
 
 
@@ -145,6 +149,22 @@ def spreads_of(wish: Robustness, process: Process, fit: Identified | None, *, ne
         low = middle - sure if middle > sure else middle * LEAST_SHARE
         out.append(spread_of(name, low, middle + sure, process))
     return out
+
+
+MOST_IN_DEAD_TIME = 1000
+"""Samples: a run of more would not come to rest within the samples that are looked at."""
+
+
+def _refuse_too_fast(sampling: Sampling, process: Process) -> None:
+    """Raises `ArgumentError` for a loop that samples the dead time so often that the search would not end."""
+    samples = process.dead_time / sampling.sample_time
+    if samples > MOST_IN_DEAD_TIME * (1 + LEAST_SHARE):
+        raise ArgumentError(
+            f"`sample_time` {sampling.sample_time:g} s divides the dead time {process.dead_time:g} s by "
+            f"{samples:,.0f}; robust searches up to {MOST_IN_DEAD_TIME:,}: let the loop sample every "
+            f"{process.dead_time / MOST_IN_DEAD_TIME:.3g} s or slower, which costs next to nothing",
+            "sample_time",
+        )
 
 
 LEAST_SHARE = 0.01

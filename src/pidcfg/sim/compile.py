@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequen
 from dataclasses import fields
 from functools import cache
 from operator import attrgetter
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 import numba
@@ -58,7 +58,7 @@ def compiled(
     """
     swap, entries, hot = with_native(replaced), set(functions), set(inlined)
     originals = reachable(sorted(entries, key=identity), swap)
-    folder = cache_folder(originals, swap)
+    folder = cache_folder(originals, swap, hot)
     built: dict[Kernel, Kernel] = {}
     settings = vars(numba.config)
     kept, settings["CACHE_DIR"] = settings["CACHE_DIR"], str(folder or "")
@@ -212,9 +212,11 @@ def group_fields(kind: Any) -> list[Any]:
 # --- cache -----------------------------------------------------------------------------------------------------------
 
 
-def cache_folder(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel]) -> Path | None:
+def cache_folder(
+    functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel], inlined: Iterable[Kernel] = ()
+) -> Path | None:
     """Where compiled code of exactly these kernels is kept; None where nothing can be written."""
-    folder = user_cache() / FOLDER / "kernels" / fingerprint(functions, replaced)
+    folder = user_cache() / FOLDER / "kernels" / fingerprint(functions, replaced, inlined)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
@@ -222,24 +224,36 @@ def cache_folder(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel])
     return folder if os.access(folder, os.W_OK) else None
 
 
-def kept(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> bool:
+def kept(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel], inlined: Iterable[Kernel] = ()) -> bool:
     """Whether the compiled functions lie in the cache: starting takes a second then, not a quarter of a minute."""
     entries = set(functions)
     swap = with_native(replaced)
-    folder = cache_folder(reachable(sorted(entries, key=identity), swap), swap)
+    folder = cache_folder(reachable(sorted(entries, key=identity), swap), swap, inlined)
     return folder is not None and all(any(folder.rglob(f"*.{f.__name__}-*.nbi")) for f in entries)
 
 
-def fingerprint(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel]) -> str:
+def fingerprint(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel], inlined: Iterable[Kernel] = ()) -> str:
     """A hash of everything that decides the compiled code: bytecode, constants by value, who calls whom, versions."""
-    digest = hashlib.sha256(f"{sys.version} {numba.__version__} {np.__version__}".encode())
+    versions = (sys.version, numba.__version__, np.__version__)
+    digest = hashlib.sha256(repr((versions, OPTIONS, sorted(map(identity, set(inlined))))).encode())
     for f in functions:
         code = f.__code__
-        scalars = [(n, f.__globals__[n]) for n in code.co_names if isinstance(f.__globals__.get(n), int | float)]
         calls = [(n, identity(replaced.get(callee, callee))) for n, callee in callees(f)]
-        facts = (identity(f), code.co_consts, code.co_names, code.co_varnames, scalars, calls)
+        facts = (identity(f), f.__defaults__, code.co_consts, code.co_names, code.co_varnames, constants(f), calls)
         digest.update(code.co_code + repr(facts).encode())
     return digest.hexdigest()[:24]
+
+
+def constants(f: Kernel) -> list[tuple[str, Any]]:
+    """The numbers that a kernel names, of its own module and of those that it names; they are compiled in."""
+    scope, names = f.__globals__, f.__code__.co_names
+    modules = [(f"{n}.", vars(scope[n])) for n in names if isinstance(scope.get(n), ModuleType)]
+    return [
+        (f"{where}{n}", values[n])
+        for where, values in [("", scope), *modules]
+        for n in names
+        if isinstance(values.get(n), int | float | tuple)
+    ]
 
 
 def identity(f: Kernel) -> str:

@@ -51,15 +51,15 @@ def choose(
         return "numba" if work >= COPYING else "python"
     if work < LOADING or not installed():
         return "python"
-    return "numba" if work >= COMPILING or _in_cache(controller.scan) else "python"
+    return "numba" if work >= COMPILING or _in_cache(controller.scan, inlined(controller)) else "python"
 
 
 @cache
-def _in_cache(scan: Scan) -> bool:
+def _in_cache(scan: Scan, inlined: tuple[Callable[..., Any], ...]) -> bool:
     """Whether a vendor's compiled kernels lay in the cache when this process first asked."""
     from pidcfg.sim import compile as compiler
 
-    return compiler.kept(ENTRIES, {kernel.scan: scan})
+    return compiler.kept(ENTRIES, {kernel.scan: scan}, inlined)
 
 
 def installed() -> bool:
@@ -163,6 +163,11 @@ HOT = (step_plants, measure_loop, watch_bands, read_gauges, watch_end, watch_swi
 ENTRIES = (kernel.advance, kernel.settle)
 
 
+def inlined(controller: Controller) -> tuple[Callable[..., Any], ...]:
+    """The kernels on the hot path of a vendor."""
+    return (*controller.INLINED, *HOT)
+
+
 KEPT: dict[Scan, Kernels] = {}
 """Compiled kernels by the vendor's ``scan``: loading them costs more than a short run."""
 
@@ -173,7 +178,7 @@ def numba_kernels(controller: Controller) -> Kernels:
         return KEPT[controller.scan]
     from pidcfg.sim import compile as compiler
 
-    built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, (*controller.INLINED, *HOT))
+    built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, inlined(controller))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
     advance, settle = (compiler.on_lists(built[f], f, vendor) for f in ENTRIES)
     KEPT[controller.scan] = Kernels(advance, settle, fast_normals())

@@ -33,6 +33,8 @@ class Curve:
         self.inner_at: int | None = None
         """The same of those in front of -180°."""
         near, beyond = frequencies(plant)
+        self.end = None if beyond else len(near) - 1
+        """Index of half the sample frequency: there the loop is a real number, and below 0 it has turned."""
         rows = [self._row(w) for w in near]
         if not derivative:
             kept = self._heard([row[0] for row in rows])
@@ -47,9 +49,13 @@ class Curve:
         PI turns the loop back, and the less it amplifies the higher the frequency. So a stable loop is below 1 where
         the process alone has -180°, and from where the process is quieter by 1 - 1/Ms on it is out of the circle.
         """
-        turned = next((abs(h) for h in plant_at if h.real < 0 <= h.imag), inf)
+        turned = next((abs(h) for i, h in enumerate(plant_at) if self._is_turned(i, h)), inf)
         loud = [i for i, h in enumerate(plant_at) if abs(h) >= (1 - 1 / self.ms) * turned]
         return len(plant_at) if turned == inf else min(len(plant_at), max(loud) + 2)
+
+    def _is_turned(self, i: int, g: complex) -> bool:
+        """Whether -180° is reached, with less than another half turn: a larger gain goes round -1."""
+        return g.real < 0 and (g.imag >= 0 or i == self.end)
 
     def _row(self, w: float) -> tuple[complex, complex, complex]:
         """Process, integral over 1/Ti, and 1/z at a frequency."""
@@ -90,16 +96,26 @@ class Curve:
         return [h * (1 + i * share) for h, i in zip(self.plant_at, self.integral_at, strict=True)]
 
     def at_most(self, integral_time: float, derivative_time: float) -> float:
-        """A bound of the gain from the two frequencies that were in the way before; infinite: nothing is known."""
-        if self.upper_at is None:
-            return inf
-        most = roots(self.at(self.upper_at, integral_time, derivative_time), self.ms)[0]
-        if self.inner_at is not None:
+        """A bound of the gain from the frequencies that were in the way before; infinite: nothing is known."""
+        most = self._still_turned(integral_time, derivative_time)
+        if self.inner_at is not None and most < inf:
             g = self.at(self.inner_at, integral_time, derivative_time)
             low, high = roots(g, self.ms)
             if low < most <= high or g.imag >= 0:
                 most = min(low, most)
         return most
+
+    def _still_turned(self, integral_time: float, derivative_time: float) -> float:
+        """The gain that the first frequency with -180° or beyond allows, from the one that was in the way before.
+
+        With other times that one may be in front of -180°, where gains beyond the circle are allowed again.
+        """
+        for i in range(len(self.near) if self.upper_at is None else self.upper_at, len(self.near)):
+            g = self.at(i, integral_time, derivative_time)
+            if self._is_turned(i, g):
+                self.upper_at = i
+                return roots(g, self.ms)[0]
+        return inf
 
     def most_from(self, error: float) -> float:
         """A bound M of the gain with every integral time above M times an error, without a derivative.
@@ -107,7 +123,7 @@ class Curve:
         At a frequency g goes straight to the process's own h as the time grows, and the g that allow no more than some
         gain are a convex set: no g between allows more than both ends do.
         """
-        i = next((i for i, h in enumerate(self.plant_at) if h.real < 0 <= h.imag), None)
+        i = next((i for i, h in enumerate(self.plant_at) if self._is_turned(i, h)), None)
         if i is None:
             return inf
         last = roots(self.plant_at[i], self.ms)[0]
@@ -123,7 +139,7 @@ class Curve:
             low, high = roots(g, self.ms)
             if low == inf:
                 continue
-            if g.imag < 0:
+            if not self._is_turned(i, g):
                 inner.append((low, high, i))
             elif low < most:
                 most, self.upper_at = low, i

@@ -211,6 +211,8 @@ class Search:
         for curve in reversed(self.deciding):
             largest = max(largest, absolute_error(gains, curve.plant, self.sampling, least))
             if largest >= least:
+                self.deciding.remove(curve)
+                self.deciding.append(curve)
                 return inf
         return largest
 

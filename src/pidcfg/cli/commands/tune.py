@@ -71,7 +71,7 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @number("ultimate-gain", "Gain at which a P controller just keeps swinging.")
 @number("ultimate-period", "Period of that swing in s.")
 @click.option("--vary", metavar="LIST", help="robust: what is uncertain, as gain=±30%,dead-time=80%..130%.")
-@number("ms", "robust: limit of the maximum sensitivity on every plant; 1.6 when not given.")
+@number("ms", "robust: limit of the maximum sensitivity on every plant, 1.1 to 3; 1.6 when not given.")
 @click.option(
     "--samples",
     type=click.IntRange(0),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.cli.formats.certification_text import figure
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -41,7 +43,7 @@ def _plants(gains: RobustGains, count: int) -> str:
     if not spreads:
         return "the process alone; --vary says what is uncertain"
     corners = 2 ** len(spreads)
-    ends = ", ".join(_ends(spread.name, spread.low, spread.high) for spread in spreads)
+    ends = ", ".join(_ends(spread.name, spread.low, spread.high, negative=gains.negative) for spread in spreads)
     return f"{count}: the process, {corners} combinations of ends, {count - corners - 1} samples between; {ends}"
 
 
@@ -56,10 +58,9 @@ def _words(data: dict[str, Any]) -> Iterator[str]:
 
 def _certified(done: Confirmation) -> str:
     """What the samples show."""
-    sure = f"so at least {done.bound:.4g} % of all plants, at 95 % confidence"
-    if not done.passed:
-        return f"NOT CONFIRMED: {done.held} of {done.samples} samples on a virtual {done.plc} keep the IAE, {sure}"
-    return f"{done.held} of {done.samples} samples on a virtual {done.plc} keep the IAE, {sure}"
+    kept = f"{done.held} of {done.samples} samples on a virtual {done.plc} keep the IAE"
+    sure = f"so at least {figure(done.bound)} % of the plants between these ends, at 95 % confidence"
+    return f"{'' if done.passed else 'NOT CONFIRMED: '}{kept}, {sure}"
 
 
 def _cost(percent: float) -> str:
@@ -67,13 +68,16 @@ def _cost(percent: float) -> str:
     return "nothing" if percent < 0.005 else f"{percent:.2f} % IAE"
 
 
-def _ends(name: str, low: float, high: float) -> str:
+def _ends(name: str, low: float, high: float, *, negative: bool) -> str:
     unit = " s" if name != "gain" else ""
+    if name == "gain" and negative:
+        low, high = -high, -low
     return f"{name.replace('_', ' ')} {low:.5g} to {high:.5g}{unit}"
 
 
 def _where(plant: dict[str, float], gains: RobustGains) -> str:
     """The numbers of a plant that vary."""
     names = {spread.name.replace("second_time_constant", "time_constant_2") for spread in gains.found.spreads}
-    shown = [f"{k.replace('_', ' ')} {v:.5g}{' s' if k in SECONDS else ''}" for k, v in plant.items() if k in names]
+    signed = {**plant, "gain": -plant["gain"]} if gains.negative else plant
+    shown = [f"{k.replace('_', ' ')} {v:.5g}{' s' if k in SECONDS else ''}" for k, v in signed.items() if k in names]
     return f" ({', '.join(shown)})" if shown else ""
