@@ -432,3 +432,9 @@ def test_a_swing_below_a_millionth_of_the_range_is_taken_for_that(monkeypatch, a
     autotune.relay(config, state)
     ultimate = 2 * 80.0 / (math.pi * taken * 200.0)
     assert found == [pytest.approx(cycle_gains(0, ultimate, 1.0)[0])]
+
+
+def test_a_relay_begins_anew_whatever_the_last_one_has_left():
+    state = bits.State(tune_count=7, tune_turns=5, tune_side=1, tune_points=3, tune_swing=900.0)
+    autotune.begin_relay(state)
+    assert (state.tune_count, state.tune_turns, state.tune_side, state.tune_points, state.tune_swing) == (0, 0, 0, 0, 0)

@@ -177,6 +177,26 @@ def test_conversions(vendor, fmt, folder):
         check(fmt, text)
 
 
+@some_vendors
+def test_sheets_and_written_configurations(vendor, folder):
+    """What hides a text is an escape there, and the text comes back."""
+    description = api.load(Path("good.yaml")).model.loops[0].description
+    for name in ("good.csv", "written.yaml", "decoded.yaml", "converted.yaml"):
+        if name == "decoded.yaml":
+            run("encode", "good.yaml", "--format", "json", "-o", "good.json", "--allow-errors")
+            run("decode", "good.json", "--vendor", vendor.key, "-o", name)
+        elif name == "converted.yaml":
+            run("convert", "good.yaml", "--to", "generic", "-o", name, "--allow-loss")
+        else:
+            run("export", "good.yaml", "-o", name)
+        clean(Path(name).read_text("utf-8"), name)
+        if name.endswith(".csv"):
+            run("init", "--from", name, "-o", (name := "read.yaml"))
+        assert api.load(Path(name)).model.loops[0].description == description
+    for fmt in ("yaml", "csv"):
+        run("export", "good.yaml", "--format", fmt)
+
+
 def test_every_format_is_tried():
     assert {*FORMATS} == {fmt for command in ("validate", "simulate", "diff", "convert") for fmt in formats_of(command)}
 

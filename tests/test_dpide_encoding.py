@@ -136,6 +136,13 @@ def test_a_real_that_no_single_can_hold_is_a_misfit_with_its_place(value, fault)
     assert misfit.word.name == "BIAS"
 
 
+def test_a_misfit_is_at_its_own_loop():
+    """Neutral loops have none: every number that can be written is a double."""
+    one = configuration(BIAS=Decimal("3.5e38")).loops[0]
+    config = configuration().model_copy(update={"loops": (configuration().loops[0], one, one)})
+    assert [place[:2] for place, _ in encode(config).misfits] == [("loops", 1), ("loops", 2)]
+
+
 @pytest.mark.parametrize("operand", ["CYCLE", "PID_MODE"])
 def test_a_double_integer_goes_to_both_its_ends_and_no_further(operand):
     assert words(**{operand: DINT.low})[f"OVEN.{operand}"] == -(2**31)

@@ -338,3 +338,35 @@ def test_decisions_of_rules_have_numbers_of_their_own():
 
     assert numbers
     assert all(250 <= number <= 279 or 600 <= number <= 619 for number in numbers)
+
+
+TERMS = {"DP711", "DP712", "DP713", "DP714", "DP717"}
+
+
+@pytest.mark.parametrize(
+    ("loop", "code"),
+    [
+        ({"Kc_Kp": 0}, "DP711"),
+        ({"Kc_Kp": 0, "Ti_Ki": 0, "PID_EQ": False}, "DP712"),
+        ({"Ti_Ki": 0}, "DP714"),
+        ({"Kc_Kp": 0, "Ti_Ki": 0.1, "PID_EQ": False}, "DP717"),
+    ],
+)
+def test_terms_that_are_off_are_told_unless_the_autotune_replaces_them(loop, code):
+    assert TERMS & {d.code for d in findings(loop)} == {code}
+    assert not TERMS & {d.code for d in findings({**loop, "PID_MODE": 1})}
+
+
+@pytest.mark.parametrize(
+    ("loop", "code"),
+    [
+        ({"Kc_Kp": 0, "Ti_Ki": 0}, "DP711"),
+        ({"Kc_Kp": -1}, "DP711"),
+        ({"Kc_Kp": 0, "Ti_Ki": 0, "PID_EQ": False}, "DP712"),
+        ({"Kc_Kp": 1e39, "Ti_Ki": 0, "PID_EQ": False}, "DP714"),
+        ({"Kc_Kp": 1e39}, None),
+    ],
+)
+def test_a_term_that_is_off_is_told_once(loop, code):
+    """1e39 fits no REAL: whether it is 0 cannot be said."""
+    assert TERMS & {d.code for d in findings(loop)} == ({code} if code else set())

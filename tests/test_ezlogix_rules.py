@@ -582,3 +582,10 @@ def test_counts_that_no_register_holds_are_told_what_to_do_and_never_another_sca
     (found,) = check_document(read_document(text.encode(), "case.yaml")).findings
     assert (found.code, found.where) == ("PID034", "loops[0].pv.counts")
     assert found.help.startswith(cure)
+
+
+def test_a_cycle_is_not_held_against_the_times_of_the_dialog():
+    pulse = {"output.pulse": {"tag": "O1", "cycle_time": 20}, "sample_rate": 0.1}
+    assert "EZ472" in codes(changed(**pulse, **{"tuning.integral_time": 0.4}))
+    at_defaults = {"tuning.integral_time": 0.3, "tuning.derivative_time": 0.3}
+    assert {"EZ428", "EZ472"} & codes(changed(**pulse, **at_defaults)) == {"EZ428"}

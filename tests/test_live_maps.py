@@ -80,6 +80,7 @@ def test_without_a_map_there_is_one_error_that_shows_one():
         ("R1,register,0", "none of coil"),
         ("R1,holding,x", "no register"),
         ("R1,holding,70000", "no register"),
+        ("R1,holding,65536", "no register"),
         ("R1,holding,0,float32", "uint16 or int16"),
         ("R1,coil,0", "which coil registers do not"),
         ("S1,holding,0", "which holding registers do not"),

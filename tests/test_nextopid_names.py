@@ -20,11 +20,11 @@ def test_types_are_no_names(name):
 
 
 @pytest.mark.parametrize(
-    "name", ["CONTINUE", "jmp", "POINTER", "Reference", "INTERFACE", "UNION", "SEL", "DINT_TO_REAL"]
+    "name", ["CONTINUE", "jmp", "POINTER", "Reference", "INTERFACE", "UNION", "SEL", "DINT_TO_REAL", "to_real"]
 )
 def test_names_that_codesys_does_not_compile_are_errors(name):
     assert errors(name) == {"NX606"}
 
 
 def test_other_names_are_none():
-    assert errors("DT_1") == errors("TIC") == errors("LEN") == set()
+    assert errors("DT_1") == errors("TIC") == errors("TO_WORDS") == errors("LEN") == set()

@@ -9,8 +9,8 @@ from typing import Any
 
 from pidcfg.control_characters import CONTROL
 
-IN_JSON = re.compile(f"[{CONTROL}]")
-"""Control characters that JSON may hold as they are."""
+IN_QUOTES = re.compile(f"[{CONTROL}]")
+"""Control characters that JSON, and YAML in double quotes, may hold as they are."""
 WIDTH = 110
 ENDS_A_TEXT = frozenset("?:")
 """Signs that some readers take for the end of a text in flow style."""
@@ -27,12 +27,12 @@ def json_line(data: object) -> str:
 
 
 def _without_controls(text: str) -> str:
-    """JSON whose control characters are all escapes; outside of its texts there is none."""
-    return IN_JSON.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
+    """JSON or YAML whose control characters are all escapes; outside of quoted texts there is none."""
+    return IN_QUOTES.sub(lambda sign: f"\\u{ord(sign.group()):04x}", text)
 
 
 def yaml_text(data: dict[str, Any]) -> str:
-    """A configuration as YAML; the same data give the same bytes."""
+    """A configuration as YAML; the same data give the same bytes. What would hide a part of the text is an escape."""
     from ruamel.yaml import YAML
 
     yaml = YAML()
@@ -40,17 +40,17 @@ def yaml_text(data: dict[str, Any]) -> str:
     yaml.indent(mapping=2, sequence=4, offset=2)
     out = io.StringIO()
     yaml.dump(_styled(data), out)
-    return out.getvalue()
+    return _without_controls(out.getvalue())
 
 
 def _styled(value: Any, *, flow: bool = False) -> Any:
     """Short mappings and lists of scalars in flow style; texts that not every reader takes there are quoted."""
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
-    from ruamel.yaml.scalarstring import SingleQuotedScalarString
+    from ruamel.yaml.scalarstring import DoubleQuotedScalarString, SingleQuotedScalarString
 
     if isinstance(value, dict):
         short = flow or _flat(value)
-        mapping = CommentedMap((key, _styled(inner, flow=short)) for key, inner in value.items())
+        mapping = CommentedMap((_styled(key), _styled(inner, flow=short)) for key, inner in value.items())
         if short:
             mapping.fa.set_flow_style()
         return mapping
@@ -60,6 +60,8 @@ def _styled(value: Any, *, flow: bool = False) -> Any:
         if short:
             sequence.fa.set_flow_style()
         return sequence
+    if isinstance(value, str) and IN_QUOTES.search(value):
+        return DoubleQuotedScalarString(value)
     if flow and isinstance(value, str) and ENDS_A_TEXT.intersection(value):
         return SingleQuotedScalarString(value)
     return value

@@ -7,9 +7,11 @@ import io
 import re
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.control_characters import UNPRINTABLE
 from pidcfg.document import Plain
 from pidcfg.sheets.columns import ENDS, order_of
 from pidcfg.sheets.values import TEXTS, number_or_text
+from pidcfg.writer import json_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -58,15 +60,20 @@ def _cells(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
         yield from ((f"{above}{end}", _value(inner)) for end, inner in zip(ENDS, value, strict=True))
     else:
         text = above.rpartition(".")[2] in TEXTS and isinstance(value, Plain)
-        yield above, flow(value) if isinstance(value, list) else str(value) if text else _value(value)
+        yield above, flow(value) if isinstance(value, list) else _text(value) if text else _value(value)
 
 
 def _value(value: Any) -> Value:
     if isinstance(value, Plain):
         number: Value = number_or_text(value)
         return number
+    return _text(value)
+
+
+def _text(value: str) -> str:
+    """A text as it is, unless it would be read as YAML, or hides what is written: then in quotes, with escapes."""
     text = str(value)
-    return flow(text) if text.startswith(BRACKETS) else text
+    return json_line(text) if text.startswith(BRACKETS) or UNPRINTABLE.search(text) else text
 
 
 def flow(value: Any) -> str:
@@ -75,10 +82,9 @@ def flow(value: Any) -> str:
         return "{" + ", ".join(f"{key}: {flow(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(map(flow, value)) + "]"
-    if isinstance(value, Plain) and not IN_BRACKETS.search(value):
+    if isinstance(value, Plain) and not IN_BRACKETS.search(value) and not UNPRINTABLE.search(value):
         return str(value)
-    text = str(value).replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{text}"'
+    return json_line(str(value))
 
 
 def as_csv(doc: Document, vendor: Vendor, *, comma: bool = False) -> str:

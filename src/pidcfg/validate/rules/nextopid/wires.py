@@ -55,7 +55,8 @@ _REFUSED = """
 REFUSED = frozenset(_REFUSED.split())
 """Names that CODESYS does not compile as those of a variable; conversions, INT_TO_REAL, are others."""
 STANDARD = frozenset(FUNCTIONS.split()) | REFUSED
-CONVERSION = re.compile(r"(BOOL|BYTE|WORD|DWORD|LWORD|U?[SDL]?INT|L?REAL|TIME|DATE|STRING|ANY)_TO_\w+")
+_TYPE = "(BOOL|BYTE|WORD|DWORD|LWORD|U?[SDL]?INT|L?REAL|TIME|DATE|STRING|ANY)"
+CONVERSION = re.compile(rf"{_TYPE}_TO_\w+|TO_{_TYPE}")
 PASSIVE = ("ControlLowFilter", "ControlDelay", "ControlLag", "ControlDelayLag", "ControlLeadLag")
 """Blocks whose output is of use only to other blocks."""
 
