@@ -3,24 +3,74 @@
 from __future__ import annotations
 
 import asyncio
+import signal
+import threading
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Coroutine
+    from collections.abc import Callable, Coroutine
 
 R = TypeVar("R")
 
+ENDINGS = (signal.SIGINT, signal.SIGTERM)
+"""Signals that somebody sends who wants the work to end."""
+
 
 def run(work: Coroutine[Any, Any, R]) -> R:
-    """The result of the work, in an event loop of its own."""
+    """The result of the work, in an event loop of its own.
+
+    Ctrl-C and SIGTERM cancel the work, which may come to an end with what it has; otherwise they do what they did
+    before. A signal that is ignored, or whose default nobody has changed, stays as it is.
+    """
     try:
         asyncio.get_running_loop()
     except RuntimeError:
-        return asyncio.run(_quiet(work))
+        ending = _Ending()
+        try:
+            return asyncio.run(ending.watched(work))
+        except asyncio.CancelledError:
+            ending.pass_on()
+            raise
     from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(1) as pool:
         return pool.submit(asyncio.run, _quiet(work)).result()
+
+
+class _Ending:
+    """What signals do while work is running: the first one cancels it, the next one is none of ours."""
+
+    def __init__(self) -> None:
+        self._before: dict[int, Callable[[int, Any], Any]] = {}
+        self._came: int | None = None
+
+    async def watched(self, work: Coroutine[Any, Any, R]) -> R:
+        """The work, which a signal cancels."""
+        loop, task = asyncio.get_running_loop(), asyncio.current_task()
+
+        def end(number: int, frame: object) -> None:
+            if self._came is not None or task is None:
+                self._before[number](number, frame)
+                return
+            self._came = number
+            loop.call_soon_threadsafe(task.cancel)  # wakes a loop that waits
+
+        if threading.current_thread() is threading.main_thread():
+            for number in ENDINGS:
+                handler = signal.getsignal(number)
+                if callable(handler):
+                    self._before[number] = handler
+                    signal.signal(number, end)
+        try:
+            return await _quiet(work)
+        finally:
+            for number, handler in self._before.items():
+                signal.signal(number, handler)
+
+    def pass_on(self) -> None:
+        """Does with a signal that ended the work what would have been done with it."""
+        if self._came is not None:
+            self._before[self._came](self._came, None)
 
 
 async def _quiet(work: Coroutine[Any, Any, R]) -> R:
