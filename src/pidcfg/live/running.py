@@ -64,8 +64,8 @@ class _Ending:
         try:
             return await _quiet(work)
         finally:
-            for number, handler in self._before.items():
-                signal.signal(number, handler)
+            for taken, handler in self._before.items():
+                signal.signal(taken, handler)
 
     def pass_on(self) -> None:
         """Does with a signal that ended the work what would have been done with it."""
