@@ -73,3 +73,4 @@ def test_the_command_ends_with_the_report(monkeypatch):
     done = run("serve", SCENARIO, "--listen", "127.0.0.1:0")
     assert done.exit_code == 0, done
     assert "in steps of 0.1 s" in done.stdout
+    assert done.stdout.rstrip().splitlines()[-1].startswith("nothing was expected of this run")

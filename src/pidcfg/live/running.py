@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import threading
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
@@ -25,12 +26,7 @@ def run(work: Coroutine[Any, Any, R]) -> R:
     try:
         asyncio.get_running_loop()
     except RuntimeError:
-        ending = _Ending()
-        try:
-            return asyncio.run(ending.watched(work))
-        except asyncio.CancelledError:
-            ending.pass_on()
-            raise
+        return _Ending().run(work)
     from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(1) as pool:
@@ -42,35 +38,47 @@ class _Ending:
 
     def __init__(self) -> None:
         self._before: dict[int, Callable[[int, Any], Any]] = {}
+        self._cancel: Callable[[], Any] | None = None
         self._came: int | None = None
 
-    async def watched(self, work: Coroutine[Any, Any, R]) -> R:
-        """The work, which a signal cancels."""
+    def run(self, work: Coroutine[Any, Any, R]) -> R:
+        """The result of the work; a signal that ended it without one does what it would have done."""
+        self._install()
+        try:
+            return asyncio.run(self._watched(work))
+        except asyncio.CancelledError:
+            if self._came is not None:
+                self._before[self._came](self._came, None)
+            raise
+        finally:
+            for number, handler in self._before.items():
+                signal.signal(number, handler)
+
+    def _install(self) -> None:
+        """Takes the signals that have a handler, in the one thread that may."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        for number in ENDINGS:
+            handler = signal.getsignal(number)
+            if callable(handler):
+                self._before[number] = handler
+                signal.signal(number, self._end)
+
+    def _end(self, number: int, frame: object) -> None:
+        if self._came is not None or self._cancel is None:
+            self._before[number](number, frame)
+            return
+        self._came = number
+        self._cancel()
+
+    async def _watched(self, work: Coroutine[Any, Any, R]) -> R:
         loop, task = asyncio.get_running_loop(), asyncio.current_task()
-
-        def end(number: int, frame: object) -> None:
-            if self._came is not None or task is None:
-                self._before[number](number, frame)
-                return
-            self._came = number
-            loop.call_soon_threadsafe(task.cancel)  # wakes a loop that waits
-
-        if threading.current_thread() is threading.main_thread():
-            for number in ENDINGS:
-                handler = signal.getsignal(number)
-                if callable(handler):
-                    self._before[number] = handler
-                    signal.signal(number, end)
+        if task is not None:
+            self._cancel = partial(loop.call_soon_threadsafe, task.cancel)  # wakes a loop that waits
         try:
             return await _quiet(work)
         finally:
-            for taken, handler in self._before.items():
-                signal.signal(taken, handler)
-
-    def pass_on(self) -> None:
-        """Does with a signal that ended the work what would have been done with it."""
-        if self._came is not None:
-            self._before[self._came](self._came, None)
+            self._cancel = None
 
 
 async def _quiet(work: Coroutine[Any, Any, R]) -> R:

@@ -101,7 +101,7 @@ async def _record(source: Source, recording: Recording, patience: Patience, limi
     async with Link(source.address, patience) as link:
         registers = source.registers
         image = await registers.image(link)
-        options = DecodeOptions(like=source.like)
+        options = DecodeOptions(like=source.like, write=False)
         held = decoded([(listing(image), result.plc)], source.vendor, options, source.texts, limits)
         if held.data is None:
             return replace(result, findings=held.findings)
