@@ -79,6 +79,15 @@ class Desk:
 
     def close(self):
         """Everything is hung up."""
+
+        async def end():
+            talks = asyncio.all_tasks() - {asyncio.current_task()}
+            for talk in talks:
+                talk.cancel()
+            await asyncio.gather(*talks, return_exceptions=True)
+            await asyncio.sleep(0)
+
+        self.do(end())
         self.loop.call_soon_threadsafe(self.loop.stop)
         self.thread.join()
         self.loop.close()

@@ -2,8 +2,10 @@
 
 import ast
 import json
+import re
 import socket
 import struct
+import time
 from dataclasses import replace
 from itertools import count
 
@@ -151,7 +153,7 @@ def test_settings_that_never_agree_are_refused_and_live_words_may_change(desk, m
 
     with (
         desk.plc(Registers(memory[DL06], restless((HOLDING, 0o2010)))) as url,
-        pytest.raises(PlcError, match=f"settings changed during each of {READINGS} readings: V2010"),
+        pytest.raises(PlcError, match=f"settings changed during each of {READINGS} readings: V2010 of FIC-102; look"),
     ):
         pidcfg.pull(url, like=DL06)
     with desk.plc(Registers(memory[DL06], restless((HOLDING, 0o2003)))) as url:
@@ -234,6 +236,32 @@ def test_addresses_that_are_none(url):
         pidcfg.pull(url, vendor="dl06")
 
 
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("modbus://::1", r"an IPv6 address stands in brackets, \[::1\]"),
+        ("modbus://[::1", "an IPv6 address stands in brackets"),
+        ("modbus://h:x", "the port is a whole number from 1 to 65535"),
+    ],
+)
+def test_what_is_wrong_with_a_port_is_said_in_our_words(url, said):
+    with pytest.raises(AddressError, match=said):
+        parse_address(url)
+
+
+def test_a_device_that_takes_no_baud_rate_is_one_line(monkeypatch):
+    termios = pytest.importorskip("termios")
+
+    def refuses(*_):
+        raise termios.error(22, "Invalid argument")
+
+    monkeypatch.setattr(termios, "tcsetattr", refuses)
+    for words in (("compare", CLICK, "--plc"), ("serve", CLICK.with_name("tank.scenario.yaml"), "--listen")):
+        done = run(*words, "modbus+rtu:///dev/ptmx")
+        assert done.exit_code == 2
+        assert re.fullmatch(r"Error: /dev/ptmx: [^\n]*\n", done.stderr), done.stderr
+
+
 def test_places_to_listen_on():
     assert parse_listen("[::1]:5020") == ("::1", 5020)
     for text in ("5020", "h", "h:x", "h:70000", "h:1/2", ":5020"):
@@ -255,30 +283,67 @@ def words(request, number):
     return mbap(request, struct.pack(">BB", request[7], 2 * number) + bytes(2 * number))
 
 
+def late(request):
+    """The right answer, after everybody has gone."""
+    time.sleep(0.12)
+    return words(request, 3)
+
+
+CABLE = r"; look at the cable and the unit number; here it is unit 1"
+SERVER = "; look whether a Modbus server is there"
+REFUSED = "; look at the set-up of Modbus in the PLC"
 LINES = {
-    "hangs up": (lambda _: None, "the connection was closed, tried 2 times"),
-    "is silent": (lambda _: b"", "no answer within 0.05 s, tried 2 times"),
-    "half an answer": (lambda r: words(r, 3)[:9], "no answer within 0.05 s, tried 2 times"),
-    "two of three": (lambda r: words(r, 2), "the answer holds 2 of 3 registers, tried 2 times"),
-    "another transaction": (lambda r: mbap(r, r[7:8] + b"\6" + bytes(6), tid=b"\x77\x77"), "no answer"),
-    "another unit": (lambda r: mbap(r, r[7:8] + b"\6" + bytes(6), unit=b"\x09"), "no answer"),
-    "another function": (lambda r: mbap(r, b"\4\6" + bytes(6)), "."),
-    "no Modbus": (lambda _: b"HTTP/1.1 400 Bad Request\r\n\r\n", "."),
+    "hangs up": (lambda _: None, "the connection was closed, tried 2 times; PLCs take few connections"),
+    "is silent": (lambda _: b"", "no answer within 0.05 s, tried 2 times" + CABLE),
+    "is late": (late, "no answer within 0.05 s, tried 2 times" + CABLE),
+    "half a head": (lambda r: words(r, 3)[:5], "no answer within 0.05 s, but 5 bytes of one, tried 2 times" + SERVER),
+    "half an answer": (lambda r: words(r, 3)[:9], "within 0.05 s, but 9 of 15 bytes of one, tried 2 times" + SERVER),
+    "two of three": (lambda r: words(r, 2), "the answer holds 2 of 3 registers, tried 2 times" + SERVER),
+    "another transaction": (
+        lambda r: mbap(r, r[7:8] + b"\6" + bytes(6), tid=b"\x77\x77"),
+        "no answer within 0.05 s, but one to another request, tried 2 times" + SERVER,
+    ),
+    "another unit": (
+        lambda r: mbap(r, r[7:8] + b"\6" + bytes(6), unit=b"\x09"),
+        "no answer within 0.05 s, but one of unit 9, tried 2 times" + SERVER,
+    ),
+    "another function": (
+        lambda r: mbap(r, b"\4\6" + bytes(6)),
+        "the answer is one to function 4, tried 2 times" + SERVER,
+    ),
+    "an empty frame": (
+        lambda r: r[:4] + bytes(2) + r[6:],
+        "within 0.05 s, but bytes that make none, tried 2 times" + SERVER,
+    ),
+    "no Modbus": (
+        lambda _: b"HTTP/1.1 400 Bad Request\r\n\r\n",
+        "no answer within 0.05 s, but bytes that are no Modbus, tried 2 times" + SERVER,
+    ),
     **{
-        f"exception {code}": (lambda r, code=code: mbap(r, bytes((r[7] | 0x80, code))), rf"exception {code} \(")
-        for code in range(1, 7)
+        f"exception {code}": (lambda r, code=code: mbap(r, bytes((r[7] | 0x80, code))), rf"exception {code} \({said}")
+        for code, said in {
+            1: r"illegal function\)" + REFUSED,
+            2: r"illegal data address\): the PLC does not have all of them; look whether it is the PLC of the file",
+            3: r"illegal data value\)" + REFUSED,
+            4: r"device failure\)" + REFUSED,
+            5: r"acknowledge: it takes long\), tried 2 times; look what the PLC is busy with",
+            6: r"device busy\), tried 2 times; look what the PLC is busy with",
+            77: r"not in the protocol\)" + REFUSED,
+        }.items()
     },
 }
 
 
 @pytest.mark.parametrize("name", LINES)
-def test_what_goes_wrong_is_one_line_with_host_function_and_register(desk, name):
+def test_what_goes_wrong_is_one_line_with_host_function_and_register(desk, name, tmp_path):
     answer, said = LINES[name]
-    with desk.line(answer) as url, pytest.raises(PlcError, match=said) as error:
-        pidcfg.pull(url, vendor="dl06", **NO_ANSWER)
-    assert str(error.value).startswith(f"{url.removeprefix('modbus://')}: read holding registers (function 3) 4000 to")
-    assert "V7640 to V7642" in str(error.value)
-    assert "\n" not in str(error.value)
+    out = tmp_path / "out.yaml"
+    with desk.line(answer) as url:
+        done = run("pull", "--plc", url, "--vendor", "dl06", "-o", out, "--timeout", "0.05", "--retries", "1")
+    assert (done.exit_code, done.stdout, out.exists()) == (2, "", False)
+    where = url.removeprefix("modbus://")
+    place = rf"{where}: read holding registers \(function 3\) 4000 to 4002, V7640 to V7642"
+    assert re.fullmatch(rf"Error: {place}: .*{said}[^\n]*\n", done.stderr), done.stderr
 
 
 def test_a_busy_plc_is_asked_again(desk, memory):
@@ -312,7 +377,7 @@ def test_registers_that_are_not_there_are_named(desk, memory):
 
 
 def test_no_plc_at_all(monkeypatch):
-    with pytest.raises(PlcError, match=r"127\.0\.0\.1:1: read .* connection refused$"):
+    with pytest.raises(PlcError, match=r"127\.0\.0\.1:1: read .* connection refused; look at the address and the port"):
         pidcfg.pull("modbus://127.0.0.1:1", vendor="dl06", retries=0)
     done = run("compare", DL06, "--plc", "modbus://127.0.0.1:1", "--format", "json", "--retries", "0")
     assert (done.exit_code, json.loads(done.stdout)["findings"][0]["code"]) == (2, "PID066")
@@ -320,6 +385,9 @@ def test_no_plc_at_all(monkeypatch):
     def unknown(*_, **__):
         raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
 
+    for device, said in {"/dev/null": "it is no serial line", "/dev/no-such": "No such file"}.items():
+        with pytest.raises(PlcError, match=f"{device}: read .*: {said}.*; look at the name of the device"):
+            pidcfg.pull(f"modbus+rtu://{device}", vendor="dl06", retries=0)
     monkeypatch.setattr(socket, "getaddrinfo", unknown)
     with pytest.raises(PlcError, match="the name no-such-plc does not resolve"):
         pidcfg.pull("modbus://no-such-plc", vendor="dl06", retries=0)

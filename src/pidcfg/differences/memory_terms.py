@@ -24,6 +24,7 @@ from pidcfg.differences.terms import (
     whole_file,
 )
 from pidcfg.encoders.regmap import decode_one
+from pidcfg.encoders.spaces import NoRegisterError
 from pidcfg.encoders.words import Choice, DecodeError
 from pidcfg.encoders.written import writer_of
 from pidcfg.paths import dotted, steps, value_at
@@ -64,7 +65,7 @@ def memory_terms(subject: Subject) -> Terms:
             items[SETPOINT_VALUE] = replace(items[SETPOINT_VALUE], kind="live")
         items |= dict(others(loop, subject, [*items, *(key for block in blocks for key in block.instead())]))
         items |= _calculated(registers, held, i)
-        place = " ".join(subject.encoding.space.name(b.block.start + shift) for b in blocks if not b.prefix)
+        place = " ".join(_named(subject, b.block.start + shift) for b in blocks if not b.prefix)
         loops.append(Owner(loop.name, "loop", place, items, subject.is_described))
     owners = (whole_file(subject, registers), *loops)
     reading = subject.reading
@@ -89,6 +90,14 @@ def _shift(subject: Subject, held: Mapping[str, Any]) -> int:
     if subject.reading is None or not subject.reading.fault or start is None:
         return 0
     return int(start - value_at(subject.config, steps(TABLE)))
+
+
+def _named(subject: Subject, number: int) -> str:
+    """An address; a set-up that is no value may place a loop where nothing is."""
+    try:
+        return str(subject.encoding.space.name(number))
+    except NoRegisterError:
+        return "no register"
 
 
 def _tables(blocks: list[_Block]) -> Iterator[tuple[str, Item]]:

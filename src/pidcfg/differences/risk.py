@@ -58,6 +58,8 @@ CALCULATED = "calculated"
 PLACES = ("loop_table", "registers", "discretes", "bits", "integers", "floats", "device")
 SIGNALS = ("tag", "format", "transfer", "counts", "pwm", "curve")
 """Words of keys that say which signal is read or driven, and what its counts mean."""
+NUMBERED = ("bumpless", "slot", "channel")
+"""Words of keys whose numbers are names: half as much of them means nothing."""
 DIRECTIONS = ("action", "Direct", "PID_DIR", "output_raises_pv")
 """Keys of the direction of control, whatever the vendor calls it."""
 
@@ -77,7 +79,7 @@ def judged_key(key: str, fields: Iterable[str], before: Any, after: Any) -> tupl
     names = names or [key] * (key in RANKED)
     ranks = [(name, *_meaning(name, before, after, one, two)) for name in names]
     field, risk, note = min(ranks, key=lambda rank: RISKS.index(rank[1]), default=(key, *_of_key(key, before, after)))
-    if one and two is not None and not note:
+    if one and two is not None and not note and last not in NUMBERED:
         note = f"{float(two / one - 1) * 100:+.3g} %"
     return field, risk, note
 

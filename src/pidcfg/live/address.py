@@ -47,16 +47,26 @@ def endpoint(host: str, port: int) -> str:
 
 def parse_address(url: str) -> Address:
     """The PLC that a URL names; raises `AddressError`."""
-    try:
-        parts = urlsplit(url.strip())
-        port = parts.port
-    except ValueError as error:
-        raise AddressError(f"{url!r}: {error}; {HOW}") from None
+    parts, port = _split(url, url.strip(), HOW)
     if parts.scheme not in {TCP, RTU}:
         raise AddressError(f"{url!r} begins with neither {TCP}:// nor {RTU}://; {HOW}")
     if parts.username is not None or parts.fragment:
         raise AddressError(f"{url!r}: Modbus knows no users and no fragments; {HOW}")
     return _tcp(url, parts, port) if parts.scheme == TCP else _rtu(url, parts)
+
+
+def _split(text: str, url: str, how: str) -> tuple[SplitResult, int | None]:
+    """The parts of a URL and its port."""
+    brackets = "an IPv6 address stands in brackets, [::1]"
+    try:
+        parts = urlsplit(url)
+    except ValueError:
+        raise AddressError(f"{text!r}: {brackets}; {how}") from None
+    try:
+        return parts, parts.port
+    except ValueError:
+        cause = brackets if parts.netloc.count(":") > 1 else "the port is a whole number from 1 to 65535"
+        raise AddressError(f"{text!r}: {cause}; {how}") from None
 
 
 def _tcp(url: str, parts: SplitResult, port: int | None) -> Address:
@@ -112,11 +122,7 @@ def _number(url: str, values: dict[str, str], key: str, otherwise: int, low: int
 def parse_listen(text: str) -> tuple[str, int]:
     """Host and port to listen on, ``127.0.0.1:5020`` or ``[::1]:5020``; raises `AddressError`."""
     how = "write HOST:PORT, such as 127.0.0.1:5020"
-    try:
-        parts = urlsplit(f"//{text.strip()}")
-        port = parts.port
-    except ValueError as error:
-        raise AddressError(f"{text!r}: {error}; {how}") from None
+    parts, port = _split(text, f"//{text.strip()}", how)
     if not parts.hostname or port is None or parts.path or parts.query or parts.fragment or parts.username is not None:
         raise AddressError(f"{text!r} is no place to listen on; {how}")
     return parts.hostname, port

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.values import text_of
 from pidcfg.diagnostics import Diagnostic, Severity, ordered
+from pidcfg.differences.terms import CONFIGURATION
 from pidcfg.live.pull import listing, read
 from pidcfg.paths import steps
 from pidcfg.results.differences import DiffResult, compared
@@ -82,9 +83,16 @@ def _findings(loop: Compared, document: Document) -> Iterator[Diagnostic]:
         said = f"the PLC has the loop at {loop.moved[1]}, the file at {loop.moved[0]}"
         yield _finding(document, ("loops", index) if index is not None else ("loops",), said, loop.loop)
     for d in loop.differences:
+        if d.key == CONFIGURATION:
+            yield _finding(document, (), f"the PLC's words make no configuration{_why(d)}", "")
+            continue
         key = tuple(steps(d.key or d.field))
         path = key if index is None else ("loops", index, *key)
         yield _finding(document, path, _message(d), loop.loop if index is not None else "", d.key)
+
+
+def _why(d: Difference) -> str:
+    return f": {d.note.removeprefix('no value: ')}" if d.note else ""
 
 
 def _names(document: Document) -> list[str]:
@@ -108,8 +116,9 @@ def _message(d: Difference) -> str:
 
 
 def _value(value: Any, unit: str) -> str:
+    """A value with its unit; none where the content says that there is none, or is no value, as the note says then."""
     if value is None:
-        return "nothing that is a value"
+        return "none"
     return f"[{', '.join(map(text_of, value))}]{unit}" if isinstance(value, list) else f"{text_of(value)}{unit}"
 
 
@@ -118,7 +127,8 @@ def _notes(diff: DiffResult) -> Iterator[str]:
     for loop in diff.loops:
         for d in loop.operated:
             unit = f" {d.unit}" if d.unit else ""
-            values = f"{d.key} is {text_of(d.after)}{unit}, in the file {text_of(d.before)}"
+            held = f" ({d.address} {d.word_after})" if d.address else ""
+            values = f"{d.key} is {text_of(d.after)}{unit}{held}, in the file {text_of(d.before)}"
             yield f"{loop.loop}: operated, and no difference: {values}"
 
 

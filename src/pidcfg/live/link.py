@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pidcfg.live.address import PARITIES
 from pidcfg.live.errors import PlcError
+from pidcfg.live.faults import TERMINAL_ERRORS, serial_reason, what_came
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
@@ -57,6 +58,8 @@ EXCEPTIONS = {
 }
 WAITED_FOR = frozenset((5, 6))
 NO_SUCH_REGISTER = 2
+NO_SERVER = "look whether a Modbus server is there"
+OTHER_DEVICE = "look at the name of the device, and who else has it open"
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +96,7 @@ class Link:
             raise PlcError(f"{address}: {package} is not installed; install pidcfg with its extra `live`")
         self.address, self.patience = address, patience
         self._client: Any = None
+        self._sent = self._came = b""
         self._lost = asyncio.Event()
 
     async def __aenter__(self) -> Self:
@@ -105,26 +109,29 @@ class Link:
 
     async def read(self, request: Request) -> list[int]:
         """The content of the registers; raises `PlcError`, `NoRegistersError` where they are not there."""
-        fault = ""
+        fault = _Unanswered("")
         for attempt in range(self.patience.retries + 1):
             try:
                 if self._client is None:
                     await self._connect()
                 return await self._answer(request)
             except _Unanswered as error:
-                fault = str(error)
+                fault = error
                 if error.is_dead:
                     self._hang_up()
                 if attempt < self.patience.retries:
                     await asyncio.sleep(error.pause)
         tries = f", tried {self.patience.retries + 1} times" if self.patience.retries else ""
-        raise PlcError(f"{self.address}: {request}: {fault}{tries}")
+        if self._client is None and not str(fault):
+            fault = await self._reason()
+        raise SilentError(f"{self.address}: {request}: {fault}{tries}; {fault.cure}")
 
     async def _answer(self, request: Request) -> list[int]:
         """One request, and its answer if it comes."""
         from pymodbus.exceptions import ModbusException
 
         self._lost.clear()
+        self._came = b""
         client, unit = self._client, self.address.unit
         call: Callable[..., Awaitable[Any]] = {
             "coil": client.read_coils,
@@ -137,10 +144,16 @@ class Link:
         try:
             done, _ = await asyncio.wait({asked, lost}, return_when=asyncio.FIRST_COMPLETED)
             if asked not in done:
-                raise _Unanswered("the connection was closed")
+                raise _Unanswered("the connection was closed", "PLCs take few connections: close other programs")
             response = asked.result()
         except ModbusException:
-            raise _Unanswered(f"no answer within {self.patience.timeout:g} s") from None
+            instead = what_came(self._sent, self._came, is_serial=bool(self.address.device))
+            said = f"no answer within {self.patience.timeout:g} s{instead and f', but {instead}'}"
+            places = ("the cable", "the unit number", "the baud rate", "the parity")[
+                : None if self.address.device else 2
+            ]
+            cure = f"look at {', '.join(places[:-1])} and {places[-1]}; here it is unit {unit}"
+            raise _Unanswered(said, cure if self.address.device or not instead else NO_SERVER) from None
         finally:
             for task in (asked, lost):
                 task.cancel()
@@ -154,52 +167,75 @@ class Link:
             code = int(getattr(response, "exception_code", 0))
             said = f"exception {code} ({EXCEPTIONS.get(code, 'not in the protocol')})"
             if code in WAITED_FOR:
-                raise _Unanswered(said, is_dead=False, pause=min(0.1, self.patience.timeout))
+                pause = min(0.1, self.patience.timeout)
+                raise _Unanswered(said, "look what the PLC is busy with", is_dead=False, pause=pause)
             if code == NO_SUCH_REGISTER:
-                raise NoRegistersError(f"{self.address}: {request}: {said}: the PLC does not have all of them")
-            raise PlcError(f"{self.address}: {request}: {said}")
+                why = "the PLC does not have all of them; look whether it is the PLC of the file"
+                raise NoRegistersError(f"{self.address}: {request}: {said}: {why}")
+            raise PlcError(f"{self.address}: {request}: {said}; look at the set-up of Modbus in the PLC")
         if response.function_code != FUNCTIONS[request.table][0]:
-            raise _Unanswered(f"the answer is one to function {response.function_code}")
+            raise _Unanswered(f"the answer is one to function {response.function_code}", NO_SERVER)
         is_bits = request.table in {"coil", "discrete"}
         content = [int(value) for value in (response.bits if is_bits else response.registers)]
         padded = -(-request.count // 8) * 8 if is_bits else request.count
         if len(content) != padded:
-            raise _Unanswered(f"the answer holds {len(content)} of {padded} registers")
+            raise _Unanswered(f"the answer holds {len(content)} of {padded} registers", NO_SERVER)
         return content[: request.count]
 
     async def _connect(self) -> None:
         """A connection; it is not made anew by itself."""
         logging.getLogger("pymodbus.logging").addHandler(logging.NullHandler())  # this module says what is wrong
-        client = _client_of(self.address, self.patience, self._changed)
-        if not await client.ctx.connect():  # the client's own `connect` sleeps for 0.1 s
+        client = _client_of(self.address, self.patience, self._changed, self._seen)
+        try:
+            is_connected = await client.ctx.connect()  # the client's own `connect` sleeps for 0.1 s
+        except TERMINAL_ERRORS as error:
+            raise _Unanswered(f"the line cannot be set up: {error.args[-1]}", OTHER_DEVICE) from None
+        if not is_connected:
             client.close()
-            raise _Unanswered(await self._reason())
+            raise _Unanswered("")  # why is asked after the last try
         self._client = client
 
     def _changed(self, is_connected: bool) -> None:  # noqa: FBT001 - how pymodbus calls it
         if not is_connected:
             self._lost.set()
 
+    def _seen(self, is_sent: bool, data: bytes) -> bytes:  # noqa: FBT001 - how pymodbus calls it
+        if is_sent:
+            self._sent = data
+        else:
+            self._came = data
+        return data
+
     def _hang_up(self) -> None:
         if self._client is not None:
             self._client.close()
             self._client = None
 
-    async def _reason(self) -> str:
+    async def _reason(self) -> _Unanswered:
         """Why there is no connection, in words."""
         if self.address.device:
-            return await asyncio.to_thread(_serial_reason, self.address.device)
+            reason = await asyncio.to_thread(serial_reason, self.address.device)
+            return _Unanswered(reason, OTHER_DEVICE)
         try:
             connected = asyncio.open_connection(self.address.host, self.address.port)
             _, writer = await asyncio.wait_for(connected, self.patience.timeout)
         except socket.gaierror:
-            return f"the name {self.address.host} does not resolve"
+            return _Unanswered(
+                f"the name {self.address.host} does not resolve", "write it otherwise, or the IP address"
+            )
         except TimeoutError:
-            return f"no connection within {self.patience.timeout:g} s"
+            said = f"no connection within {self.patience.timeout:g} s"
+            return _Unanswered(said, "look at the cable, the address and the firewall")
         except OSError as error:
-            return "connection refused" if isinstance(error, ConnectionRefusedError) else str(error.strerror or error)
+            is_refused = isinstance(error, ConnectionRefusedError)
+            said = "connection refused" if is_refused else str(error.strerror or error)
+            return _Unanswered(said, "look at the address and the port, and whether Modbus TCP is enabled")
         writer.close()
-        return "no connection"
+        return _Unanswered("no connection", "try again")
+
+
+class SilentError(PlcError):
+    """A line without an answer; whatever else is asked for would have none either."""
 
 
 class NoRegistersError(PlcError):
@@ -209,12 +245,14 @@ class NoRegistersError(PlcError):
 class _Unanswered(Exception):  # noqa: N818 - it is no error before the last try
     """A request without an answer; ``is_dead``: the connection is of no more use."""
 
-    def __init__(self, reason: str, *, is_dead: bool = True, pause: float = 0.0) -> None:
+    def __init__(self, reason: str, cure: str = "", *, is_dead: bool = True, pause: float = 0.0) -> None:
         super().__init__(reason)
-        self.is_dead, self.pause = is_dead, pause
+        self.cure, self.is_dead, self.pause = cure, is_dead, pause
 
 
-def _client_of(address: Address, patience: Patience, changed: Callable[[bool], None]) -> Any:
+def _client_of(
+    address: Address, patience: Patience, changed: Callable[[bool], None], seen: Callable[[bool, bytes], bytes]
+) -> Any:
     from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 
     common: dict[str, Any] = {
@@ -222,19 +260,9 @@ def _client_of(address: Address, patience: Patience, changed: Callable[[bool], N
         "retries": 0,
         "reconnect_delay": 0,
         "trace_connect": changed,
+        "trace_packet": seen,
     }
     if not address.device:
         return AsyncModbusTcpClient(address.host, port=address.port, **common)
     line: dict[str, Any] = {"baudrate": address.baud, "parity": PARITIES[address.parity], "stopbits": address.stop_bits}
     return AsyncModbusSerialClient(address.device, **line, **common)
-
-
-def _serial_reason(device: str) -> str:
-    """What the system says of a serial device."""
-    import serial
-
-    try:
-        serial.Serial(device).close()
-    except (OSError, ValueError) as error:
-        return str(getattr(error, "strerror", None) or error)
-    return "the device cannot be opened"

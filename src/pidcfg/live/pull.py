@@ -105,7 +105,7 @@ def pulled(source: Source, name: str, patience: Patience, limits: Limits) -> Pul
     configuration = decoded(
         [(listing(image), str(source.address))],
         source.vendor,
-        DecodeOptions(like=source.like),
+        DecodeOptions(like=source.like, write=name == YAML),
         source.texts,
         limits,
     )

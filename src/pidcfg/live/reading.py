@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.image import Image
 from pidcfg.encoders.words import DecodeError
 from pidcfg.live.errors import PlcError
-from pidcfg.live.link import MOST, Request
+from pidcfg.live.link import MOST, NoRegistersError, Request
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
@@ -57,8 +57,13 @@ class Registers:
             if not changed:
                 return words
             before = words
-        names = ", ".join(self.space.name(n) for n in sorted(changed)[:FEW])
-        raise PlcError(f"{link.address}: settings changed during each of {READINGS} readings: {names}")
+        names = ", ".join(self._owned(n) for n in sorted(changed)[:FEW])
+        said = f"settings changed during each of {READINGS} readings: {names}"
+        raise PlcError(f"{link.address}: {said}; look who writes them: a download, an auto-tune, the ladder program")
+
+    def _owned(self, number: int) -> str:
+        loop = next((area.loop for area in self.areas if area.loop and number in area.numbers), "")
+        return f"{self.space.name(number)} of {loop}" if loop else str(self.space.name(number))
 
     def _agree(self, number: int, one: Mapping[int, int], two: Mapping[int, int]) -> bool:
         if number not in one or number not in two:
@@ -69,18 +74,33 @@ class Registers:
     async def _once(self, link: Link) -> dict[int, int]:
         """One reading; blocks may say where others are."""
         words: dict[int, int] = {}
+        absent: set[int] = set()
         while True:
             try:
-                self.areas = self._find(words, self.like, self.options)
+                found = self._find(words, self.like, self.options)
             except DecodeError as error:
                 raise PlcError(f"{link.address}: {error}") from None
-            missing = [n for area in self.areas for n in area.numbers if n not in words]
+            self.areas = [area for area in found if area.start not in absent]
+            missing = [area for area in self.areas if any(n not in words for n in area.numbers)]
             if not missing:
                 break
-            words |= await self.words(link, missing)
+            try:
+                words |= await self.words(link, (n for area in missing for n in area.numbers if n not in words))
+            except NoRegistersError:
+                if not all(area.prefix for area in missing):
+                    raise
+                absent |= {area.start for area in missing if not await self._is_there(link, area)}
         written = self.vendor.load("written")
         self._kept = {n: mask for area in self.areas for n, mask in area.kept(written).items()}
         return words
+
+    async def _is_there(self, link: Link, area: Area) -> bool:
+        """Whether a PLC has the registers of a block: a pointer to a table may hold anything."""
+        try:
+            await self.words(link, area.numbers)
+        except NoRegistersError:
+            return False
+        return True
 
     async def words(self, link: Link, numbers: Iterable[int]) -> dict[int, int]:
         """Some registers of the loops, as they are now."""

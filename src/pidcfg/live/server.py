@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.live.address import PARITIES, Address, endpoint
 from pidcfg.live.errors import PlcError
+from pidcfg.live.faults import TERMINAL_ERRORS, serial_reason
 from pidcfg.sim.registers import RegisterError
 
 if TYPE_CHECKING:
@@ -62,7 +63,11 @@ async def serve(
     """Serves until it is cancelled, or for so many seconds; raises `PlcError` where it cannot listen."""
     logging.getLogger("pymodbus.logging").addHandler(logging.NullHandler())
     server = _server_of(plc, listen)
-    if not await server.listen():
+    try:
+        is_listening = await server.listen()
+    except TERMINAL_ERRORS as error:
+        raise PlcError(f"{listen}: the line cannot be set up: {error.args[-1]}") from None
+    if not is_listening:
         raise PlcError(f"{listen}: {_reason(listen)}")
     try:
         ready(_place(server, listen))
@@ -98,7 +103,7 @@ def _place(server: Any, listen: Address) -> str:
 def _reason(listen: Address) -> str:
     """Why nobody can listen there."""
     if listen.device:
-        return "the device cannot be opened"
+        return serial_reason(listen.device)
     try:
         family, kind, number, _, place = socket.getaddrinfo(listen.host, listen.port, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, kind, number) as probe:

@@ -101,7 +101,7 @@ async def _record(source: Source, recording: Recording, patience: Patience, limi
     async with Link(source.address, patience) as link:
         registers = source.registers
         image = await registers.image(link)
-        options = DecodeOptions(like=source.like)
+        options = DecodeOptions(like=source.like, write=False)
         held = decoded([(listing(image), result.plc)], source.vendor, options, source.texts, limits)
         if held.data is None:
             return replace(result, findings=held.findings)
@@ -128,11 +128,13 @@ async def _readings(link: Link, registers: Registers, channels: Sequence[Channel
     for channel in channels:
         spans.setdefault(channel.block.start, []).append(channel.number)
     numbers = [n for span in spans.values() for n in range(min(span), max(span) + 1)]
-    begin, due = time.monotonic(), 0.0
+    begin, due, zero = time.monotonic(), 0.0, None
     while recording.seconds is None or due <= recording.seconds:
         await asyncio.sleep(max(0.0, begin + due - time.monotonic()))
-        at = time.monotonic() - begin
-        yield at, await registers.words(link, numbers)
+        words = await registers.words(link, numbers)
+        at = time.monotonic()  # a request that was sent again has made it late
+        zero = at if zero is None else zero
+        yield at - zero, words
         late = time.monotonic() - begin - due
         due += recording.interval * max(1, -(-late // recording.interval))
 

@@ -194,6 +194,8 @@ class DecodeOptions:
     """A configuration that gives names, ranges and units where the listing does not."""
     annotate: bool = False
     """Give the listing with a meaning beside every word instead."""
+    write: bool = True
+    """Whether the configuration is wanted as text, too."""
 
 
 def decoded(
@@ -223,7 +225,8 @@ def decoded(
     except ListingError as error:
         leading = [name for listing, (_, name) in zip(listings, files, strict=True) if listing.leads]
         return DecodeResult((unreadable(error, [*leading, files[-1][1]][0]),))
-    return DecodeResult((), decoded.data, yaml_text(decoded.data), decoded.notes)
+    text = yaml_text(decoded.data) if choices.write else ""
+    return DecodeResult((), decoded.data, text, decoded.notes)
 
 
 def _image_of(like: Checked, vendor: Vendor) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING
 
@@ -68,87 +69,122 @@ def command(
     plc_options.needed(plc)
     from pidcfg.cli.findings.collect import one_configuration
     from pidcfg.live.calls import compare
-    from pidcfg.live.errors import PlcError
 
     documents = {doc.file: doc for doc in (one_configuration(name, limits) for name in files)}
     report_options.refuse_inputs(reports, files)
 
     registers = plc_options.map_data(stated, limits)
 
-    def compared() -> list[CompareResult]:
+    def compared() -> Round:
         with usage():
-            return [
-                compare(doc, plc, map=registers, timeout=timeout, retries=retries, limits=limits)
-                for doc in documents.values()
-            ]
+            return compared_once(
+                documents,
+                lambda doc: compare(doc, plc, map=registers, timeout=timeout, retries=retries, limits=limits),
+            )
 
-    try:
-        results = compared()
-    except PlcError as error:
-        raise _not_reached(error, documents, fmt, reports) from None
-    findings = [d for result in results for d in result.findings]
-    shown = Findings(findings, documents, command="compare")
-    report_options.deliver(fmt, reports, lambda name: render(name, shown))
-    for line in () if quiet else (line for result in results for line in result.notes):
+    first = compared()
+    shown = Findings(first.shown(fmt), documents, command="compare")
+    full = Findings(first.shown(), documents, command="compare")
+    if first.results or fmt not in PEOPLE:
+        report_options.deliver(fmt, (), lambda name: render(name, shown))
+    report_options.write_reports(reports, lambda name: render(name, full))
+    for line in () if quiet else first.notes:
         note(f"note: {line}")
-    if fmt in PEOPLE and not quiet:
-        note(_summary(results))
-    code = exit_code(results)
+    if fmt in PEOPLE:
+        for fault in first.faults:
+            note(f"Error: {fault}")
+        if first.results and not quiet:
+            note(first.summary)
+    code = first.code
     if watch is not None and code != Exit.UNUSABLE:
-        code = _watched(compared, findings, watch)
+        code = _watched(compared, first, watch)
     click.get_current_context().exit(code)
 
 
-def exit_code(results: Sequence[CompareResult]) -> Exit:
-    """A file that cannot be compared outweighs a difference."""
-    if not all(result.ok for result in results):
-        return Exit.UNUSABLE
-    return Exit.OK if all(result.same for result in results) else Exit.FINDINGS
+@dataclass(frozen=True)
+class Round:
+    """One comparison of all files: their results, and why others have none."""
+
+    results: Sequence[CompareResult]
+    unreached: Mapping[str, str]
+
+    @property
+    def code(self) -> Exit:
+        """A file that was not compared outweighs a difference."""
+        if self.unreached or not all(result.ok for result in self.results):
+            return Exit.UNUSABLE
+        return Exit.OK if all(result.same for result in self.results) else Exit.FINDINGS
+
+    @property
+    def faults(self) -> list[str]:
+        """What the line or the PLC refused."""
+        return list(dict.fromkeys(self.unreached.values()))
+
+    @property
+    def notes(self) -> list[str]:
+        """What is told beside the differences."""
+        return [line for result in self.results for line in result.notes]
+
+    def shown(self, fmt: str = "") -> list[Diagnostic]:
+        """What differs, and in reports an error for each file that was not compared; people are told on stderr."""
+        from pidcfg.live.compare import not_reached
+
+        told = () if fmt in PEOPLE else (not_reached(name, said) for name, said in self.unreached.items())
+        return [*(d for result in self.results for d in result.findings), *told]
+
+    @property
+    def summary(self) -> str:
+        """How many files were compared, and in how many settings the PLC differs."""
+        done = [result for result in self.results if result.ok]
+        count, left = sum(len(result.findings) for result in done), len(self.results) + len(self.unreached) - len(done)
+        missed = f"{_counted(left, 'file')} not compared" if left else ""
+        if not done:
+            return missed
+        found = _counted(count, "difference") if count else "alike"
+        files = f"{_counted(len(done), 'file')} compared with {done[0].plc}: {found}"
+        return "; ".join(filter(None, (files, missed)))
 
 
-def _not_reached(
-    error: Exception, documents: Mapping[str, Document], fmt: str, reports: Sequence[report_options.Report]
-) -> click.exceptions.Exit | click.ClickException:
-    """A PLC that is not reached: one line for people, and in reports an error of each file."""
-    from pidcfg.live.compare import not_reached
-
-    shown = Findings([not_reached(name, str(error)) for name in documents], documents, command="compare")
-    if fmt in PEOPLE:
-        report_options.write_reports(reports, lambda name: render(name, shown))
-        return click.ClickException(str(error))
-    report_options.deliver(fmt, reports, lambda name: render(name, shown))
-    return click.exceptions.Exit(Exit.UNUSABLE)
-
-
-def _summary(results: Sequence[CompareResult]) -> str:
-    count = sum(len(result.findings) for result in results)
-    files = f"{len(results)} file{'s' if len(results) > 1 else ''} compared with {results[0].plc}"
-    return f"{files}: {count} difference{'s' if count > 1 else ''}" if count else f"{files}: alike"
-
-
-def _watched(compared: Callable[[], Sequence[CompareResult]], findings: Sequence[Diagnostic], seconds: float) -> Exit:
-    """Goes on comparing; prints what comes and goes with its time. The exit code is that of the last comparison."""
+def compared_once(documents: Mapping[str, Document], compare: Callable[[Document], CompareResult]) -> Round:
+    """Every file with its PLC; one that does not answer is not asked for the next one."""
     from pidcfg.live.errors import PlcError
+    from pidcfg.live.link import SilentError
 
-    seen = {_row(d) for d in findings}
-    code, fault = (Exit.FINDINGS if findings else Exit.OK), ""
+    results, unreached = [], {}
+    dead = ""
+    for name, doc in documents.items():
+        try:
+            if not dead:
+                results.append(compare(doc))
+        except PlcError as error:
+            unreached[name] = str(error)
+            dead = str(error) if isinstance(error, SilentError) else ""
+        if dead:
+            unreached[name] = dead
+    return Round(results, unreached)
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count != 1 else ''}"
+
+
+def _watched(compared: Callable[[], Round], first: Round, seconds: float) -> Exit:
+    """Goes on comparing; prints what comes and goes with its time. The exit code is that of the last comparison."""
+    seen, code, faults = {_row(d) for d in first.shown("text")}, first.code, first.faults
     note(f"comparing every {seconds:g} s; Ctrl-C ends")
     try:
         while True:
             time.sleep(seconds)
-            try:
-                results = compared()
-            except PlcError as error:
-                if str(error) != fault:
-                    show(f"{_now()} {error}\n")
-                code, fault = Exit.UNUSABLE, str(error)
-                continue
-            now = {_row(d) for result in results for d in result.findings}
-            lines = [f"{_now()} reached again\n"] if fault else []
-            lines += [f"{_now()} differs: {row}\n" for row in sorted(now - seen)]
-            lines += [f"{_now()} no longer: {row}\n" for row in sorted(seen - now)]
-            show("".join(lines))
-            seen, code, fault = now, exit_code(results), ""
+            now = compared()
+            lines = [fault for fault in now.faults if fault not in faults]
+            lines += ["reached again"] * (bool(faults) and not now.faults)
+            code, faults = now.code, now.faults
+            if not faults:
+                rows = {_row(d) for d in now.shown()}
+                lines += [f"differs: {row}" for row in sorted(rows - seen)]
+                lines += [f"no longer: {row}" for row in sorted(seen - rows)]
+                seen = rows
+            show("".join(f"{_now()} {line}\n" for line in lines))
     except KeyboardInterrupt:
         note(f"stopped; the last comparison ended with exit code {code}")
     return code

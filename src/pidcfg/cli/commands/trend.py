@@ -12,12 +12,9 @@ from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.files.outputs import refuse_read
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
-from pidcfg.cli.terminal.progress import LINE
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from pidcfg.limits import Limits
 
 EPILOG = options.examples(
@@ -96,10 +93,11 @@ def command(
 ) -> None:
     """Record PV, set point, output and mode of each loop of a PLC as CSV, which tune reads.
 
-    Ctrl-C ends it; every row that was taken stays. The PLC is only read.
+    Ctrl-C ends it; every row that was taken stays. In a terminal the loops are drawn meanwhile. The PLC is only read.
     """
     plc_options.needed(plc)
     from pidcfg.cli.findings.collect import one_configuration, show_errors
+    from pidcfg.cli.terminal.live_chart import chart_for
     from pidcfg.live.calls import trend
 
     other = None if like is None else one_configuration(like, limits)
@@ -107,10 +105,7 @@ def command(
         refuse_read([out])
     file = File(out, force=force)
 
-    def taken(at: float, values: Mapping[str, str]) -> None:
-        shown = "  ".join(f"{name} {value}" for name, value in values.items())
-        LINE.update(f"{at:.0f} s  {shown}", None if not seconds else min(at / seconds, 1.0))
-
+    chart = chart_for(out, seconds)
     try:
         with plc_options.reached():
             result = trend(
@@ -122,12 +117,14 @@ def command(
                 map=plc_options.map_data(stated, limits),
                 interval=interval,
                 seconds=seconds,
-                taken=taken,
+                taken=None if chart is None else chart.row,
                 timeout=timeout,
                 retries=retries,
                 limits=limits,
             )
     finally:
+        if chart is not None:
+            chart.close()
         file.close()
     if not result.ok:
         show_errors(result.findings, other, "text")

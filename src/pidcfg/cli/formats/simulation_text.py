@@ -170,6 +170,8 @@ def verdict_line(outcome: Outcome, report: Report) -> str:
     total, tally = len(report.expectations), Tally.of(report.standing)
     errors = any(note.error for note in report.notes) or any(p.severity == "error" for p in report.problems)
     line = f"passed: {total} of {total} expectations, {tally.in_words()}"
+    if not report.expectations and not report.standing:
+        line = "nothing was expected of this run"
     if not any(loop.time_in_control for loop in report.loops.values()):
         line += "; no loop was in Auto or Cascade, so nothing was controlled"
     elif not report.running:

@@ -78,7 +78,12 @@ def _count(words: Mapping[int, int], like: Image | None, options: Mapping[str, A
         return count
     if like is not None:
         return len(like.settings)
-    said = f"{v_name(LOOP_COUNT)} holds 0x{words[LOOP_COUNT]:04X}: the PLC calculates no loop"
+    held = f"{v_name(LOOP_COUNT)} holds 0x{words[LOOP_COUNT]:04X}"
+    said = (
+        f"{held}, which is no number of loops from 1 to {CPU.loops}"
+        if words[LOOP_COUNT]
+        else f"{held}: the PLC calculates no loop"
+    )
     raise AreaError(f"{said}; --number-of-loops reads the table all the same", LOOP_COUNT)
 
 

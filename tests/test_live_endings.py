@@ -1,0 +1,76 @@
+"""Ctrl-C and SIGTERM: what is to end with a result ends with it, and everything else as any command does."""
+
+import io
+import os
+import signal
+
+import pytest
+
+import pidcfg
+from live_rig import CLICK, Desk, Registers, run, words_of
+from pidcfg.cli import interrupts
+
+SCENARIO = CLICK.with_name("tank.scenario.yaml")
+BOTH = [signal.SIGINT, signal.SIGTERM]
+
+
+@pytest.fixture(scope="module")
+def desk():
+    desk = Desk()
+    yield desk
+    desk.close()
+
+
+@pytest.fixture
+def handlers(monkeypatch):
+    """The handlers of the command line, which are there again after the work."""
+    before = {number: signal.getsignal(number) for number in BOTH}
+    monkeypatch.setattr(os, "register_at_fork", lambda **_: None)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    interrupts.install()
+    installed = {number: signal.getsignal(number) for number in BOTH}
+    yield
+    assert {number: signal.getsignal(number) for number in BOTH} == installed
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("handlers")
+@pytest.mark.parametrize("number", BOTH)
+def test_a_server_that_is_ended_gives_its_report(number):
+    result = pidcfg.serve(SCENARIO, listen="127.0.0.1:0", ready=lambda _: signal.raise_signal(number))
+    assert result.ok
+    assert result.outcome.report is not None
+
+
+@pytest.mark.usefixtures("handlers")
+@pytest.mark.parametrize("number", BOTH)
+def test_a_trend_that_is_ended_keeps_its_rows(desk, number):
+    out = io.StringIO()
+
+    def taken(*_):
+        if out.getvalue().count("\n") == 3:
+            signal.raise_signal(number)
+
+    with desk.plc(Registers(words_of(CLICK))) as url:
+        result = pidcfg.trend(url, out, like=CLICK, interval=0.001, taken=taken)
+    assert (result.rows, out.getvalue().count("\n")) == (2, 3)
+
+
+@pytest.mark.usefixtures("handlers")
+@pytest.mark.parametrize(
+    ("number", "ending"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, interrupts.Terminated)]
+)
+def test_a_reading_that_is_ended_is_no_result(desk, number, ending):
+    with desk.plc(Registers(words_of(CLICK), lambda _: os.kill(os.getpid(), number))) as url, pytest.raises(ending):
+        pidcfg.pull(url, like=CLICK)
+
+
+@pytest.mark.usefixtures("handlers")
+def test_the_command_ends_with_the_report(monkeypatch):
+    monkeypatch.setattr("pidcfg.cli.commands.serve._who", lambda _: signal.raise_signal(signal.SIGINT))
+    done = run("serve", SCENARIO, "--listen", "127.0.0.1:0")
+    assert done.exit_code == 0, done
+    assert "in steps of 0.1 s" in done.stdout
+    assert done.stdout.rstrip().splitlines()[-1].startswith("nothing was expected of this run")
