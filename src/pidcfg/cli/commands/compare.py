@@ -35,7 +35,7 @@ PEOPLE = ("text", "concise")
 @click.command("compare", epilog=EPILOG)
 @click.argument("files", nargs=-1, required=True, metavar="FILE…")
 @plc_options.PLC
-@plc_options.MAP
+@options.MAP
 @report_options.report_format("compare")
 @report_options.report_files("compare")
 @click.option(
@@ -67,13 +67,14 @@ def command(
     """
     plc_options.needed(plc)
     from pidcfg.cli.findings.collect import one_configuration
+    from pidcfg.encoders.map_rows import UnusableMapError
     from pidcfg.live.calls import compare
     from pidcfg.live.errors import PlcError
 
     documents = {doc.file: doc for doc in (one_configuration(name, limits) for name in files)}
     report_options.refuse_inputs(reports, files)
 
-    registers = plc_options.map_data(stated, limits)
+    registers = plc_options.map_file(stated, limits)
 
     def compared() -> list[CompareResult]:
         with usage():
@@ -84,6 +85,8 @@ def command(
 
     try:
         results = compared()
+    except UnusableMapError as error:
+        raise click.ClickException(str(error)) from None
     except PlcError as error:
         raise _not_reached(error, documents, fmt, reports) from None
     findings = [d for result in results for d in result.findings]
