@@ -38,6 +38,7 @@ MAY_IMPORT = {
     "encoders":     "refs paths control_characters display_width writer schemas",
     "vendors":      "refs schemas encoders",
     "listings":     "limits unreadable encoders vendors writer",
+    "map_files":    "limits reader diagnostics document encoders vendors listings",
     "conversion":   "refs diagnostics limits document source comments schemas encoders vendors",
     "differences":  "refs diagnostics schemas encoders vendors listings conversion",
     "tuning":       "refs limits unreadable schemas encoders vendors listings",
@@ -49,17 +50,18 @@ MAY_IMPORT = {
     "report":       "refs control_characters limits diagnostics document schemas encoders vendors conversion "
                     "differences validate explanation sim pictures",
     "scenario":     "refs limits reader diagnostics document source schemas encoders vendors listings conversion "
-                    "validate sim pictures",
+                    "validate sim pictures map_files",
     "certification": "refs limits reader writer processes diagnostics document source schemas scenario sim pictures "
                      "__init__",
     "verification": "refs processes schemas encoders vendors conversion differences sim pictures",
     "draft":        "refs control_characters limits diagnostics document source schemas scenario sim validate "
                     "verification",
-    "sheets":       "control_characters limits diagnostics document paths source templates schemas vendors validate writer",
+    "sheets":       "control_characters limits diagnostics document paths source templates schemas vendors validate "
+                    "writer",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
-                    "differences tuning validate explanation sim scenario certification verification",
+                    "differences tuning validate explanation sim scenario certification verification map_files",
     "live":         "refs limits paths reader diagnostics document schemas encoders vendors listings conversion "
-                    "differences validate sim scenario results",
+                    "differences validate sim scenario results map_files",
     "cli":          "*",
     "api":          "limits reader document encoders vendors explanation tuning validate sim scenario certification "
                     "draft results",
@@ -283,6 +285,7 @@ TYPES_AND_TEXTS = (
     *(
         "encoders.files",
         "encoders.listing.ListingError",
+        "encoders.map_rows.UnusableMapError",
         "explanation.question.QuestionError",
         "explanation.render",
         "writer.json_text",

@@ -53,6 +53,7 @@ def test_a_value_that_is_none_is_left_out(chart):
 
 
 def test_only_a_person_sees_it(monkeypatch):
+    monkeypatch.setattr(live_chart.LINE, "silent", False)
     assert chart_for("run.csv", None) is None
     monkeypatch.setattr("sys.stderr", Terminal())
     monkeypatch.setattr(live_chart, "watched", lambda: True)

@@ -1,20 +1,35 @@
-"""Modbus maps that the user states: an EZLogix, whose manual prints none, and a CLICK behind a gateway."""
+"""Modbus maps that the user states, of three vendors whose manuals print none, and of a CLICK behind a gateway."""
 
 import re
+import shutil
+import struct
+import subprocess
 
 import pytest
 
 import pidcfg
-from live_rig import CLICK, ROOT, Desk, Registers, run, words_of
-from pidcfg.encoders.listing import ListingError
+from live_rig import CLICK, Desk, Registers, run, words_of
+from map_rig import EXAMPLES, example, filled, numbered, virtual, words_by
+from pidcfg.encoders.map_rows import MapError, UnusableMapError, read_rows
 from pidcfg.encoders.maps.click import SPACE as CLICK_SPACE
-from pidcfg.encoders.maps.ezlogix import SPACE
+from pidcfg.encoders.maps.ezlogix import MAP_SPACE
 from pidcfg.encoders.modbus_map import read_map
 from pidcfg.live.errors import PlcError
+from pidcfg.sim.registers import RegisterError
+from test_serve import served
 
-OVEN = ROOT / "examples/ezlogix/oven.yaml"
-MAP = "symbol,table,register,type\nR1,holding,1000,uint16\n# the discretes\nS1,coil,200,bool\nR140,input,7\n"
+OVEN = example("ezlogix")
+MAP = "symbol,table,register,type\nR1,holding,1000,uint16\n# the discretes\nS1,coil,200,bool\nR140,input,7,uint16\n"
 GATEWAY = "C1,discrete,0,bool\nDS1,input,5000,int16\nDF1,holding,0,float32,high-first\n"
+NOBODY = "modbus://127.0.0.1:1"
+KINDS = [
+    ("ezlogix", None),
+    ("dpide", None),
+    ("dpide", "dryer"),
+    ("nextopid", None),
+    ("nextopid", "autotune"),  # an enumeration, UINT
+    ("nextopid", "diagnostics"),  # signals of several types
+]
 
 
 @pytest.fixture(scope="module")
@@ -24,23 +39,74 @@ def desk():
     desk.close()
 
 
-def test_an_ezlogix_is_pulled_and_compared_by_its_map(desk, tmp_path):
-    words = words_of(OVEN, read_map(MAP, SPACE))
-    assert ("holding", 1000 + 100) in words
-    assert ("input", 7) in words
-    with desk.plc(Registers(words)) as url:
-        assert pidcfg.compare(OVEN, url, map=MAP).same
-        result = pidcfg.pull(url, like=OVEN, map=MAP)
-        held = {cell.number: cell.raw for cell in result.image.cells}
-        assert held == pidcfg.encode(OVEN).image.words
-        assert pidcfg.encode(result.text).image.words == held
-        (tmp_path / "map.csv").write_text(MAP, "utf-8")
-        assert run("compare", OVEN, "--plc", url, "--map", tmp_path / "map.csv").exit_code == 0
-    gain = next(c for c in pidcfg.encode(OVEN).image.cells if c.field == "proportional_gain")
-    place = read_map(MAP, SPACE).place(gain.number)
-    with desk.plc(Registers(words | {(place.table, place.register): gain.raw + 100})) as url:
-        (finding,) = pidcfg.compare(OVEN, url, map=MAP).findings
-    assert gain.address in finding.message
+@pytest.mark.parametrize("order", ["low-first", "high-first"])
+@pytest.mark.parametrize(("vendor", "name"), KINDS)
+def test_what_a_map_encodes_is_pulled_and_compared(desk, vendor, name, order):
+    path = example(vendor, name)
+    text = filled(path, order, bits=order == "high-first")
+    with desk.plc(Registers(words_by(path, text))) as url:
+        assert pidcfg.compare(path, url, map=text).same
+        result = pidcfg.pull(url, like=path, map=text)
+    assert result.image.words == pidcfg.encode(path).image.words
+    assert pidcfg.encode(result.text).image.words == result.image.words
+
+
+@pytest.mark.parametrize("vendor", EXAMPLES)
+@pytest.mark.parametrize("order", ["low-first", "high-first"])
+def test_what_serve_holds_is_what_was_encoded(vendor, order):
+    path = example(vendor)
+    text = filled(path, order, bits=order == "high-first")
+    plc = virtual(vendor, text)
+    for (table, register), content in words_by(path, text).items():
+        assert plc.read(table, register, 1) == [content]
+
+
+@pytest.mark.parametrize("vendor", EXAMPLES)
+def test_a_map_of_the_other_order_is_seen(desk, vendor):
+    path = example(vendor)
+    text = filled(path)
+    with desk.plc(Registers(words_by(path, text))) as url:
+        other = text.replace("low-first", "high-first")
+        assert other == text or not pidcfg.compare(path, url, map=other).same
+
+
+def test_a_difference_names_its_register(desk):
+    path = example("nextopid")
+    text = filled(path)
+    (gain,) = (place for cell, place in numbered(path, text) if cell.address == "TIC_1.Kp")
+    words = words_by(path, text)
+    with desk.plc(Registers(words | {(gain.table, gain.register): words[gain.table, gain.register] ^ 1})) as url:
+        (finding,) = pidcfg.compare(path, url, map=text).findings
+        assert "TIC_1.Kp" in finding.message
+    with (
+        desk.plc(Registers(words | {(gain.table, gain.register + 1): 0x7F80})) as url,
+        pytest.raises(PlcError, match=r"TIC_1.Kp, holding \d+ \(\d+\), is no REAL: 0x7F800000 is not a finite"),
+    ):
+        pidcfg.compare(path, url, map=text)
+
+
+def test_what_no_register_has_is_told(desk):
+    path = example("nextopid")
+    text = re.sub(r"PidLoops.TIC_1.Direct,.*", "TIC_1.Direct,none", filled(path))
+    with desk.plc(Registers(words_by(path, text))) as url:
+        result = pidcfg.compare(path, url, map=text)
+    assert result.same
+    assert result.notes == ("not read, since the map says that no register has them: TIC_1.Direct",)
+
+
+def test_what_the_program_holds_is_told(desk):
+    path = example("dpide", "dryer")
+    text = filled(path)
+    with desk.plc(Registers(words_by(path, text))) as url:
+        (note,) = pidcfg.compare(path, url, map=text).notes
+        assert note.startswith(
+            "not read, since they are numbers of the program, without a device: AIR.MOUT_AUTO, AIR.CYCLE"
+        )
+        more = f"{text}AIR.Kc_Kp,holding,9500,float32\nAIR.CYCLE,none\n"
+    with desk.plc(Registers(words_by(path, more))) as url:
+        without, rest = pidcfg.compare(path, url, map=more).notes
+    assert "AIR.CYCLE" in without
+    assert "AIR.Kc_Kp" not in rest
 
 
 def test_words_in_the_other_order(desk):
@@ -50,44 +116,351 @@ def test_words_in_the_other_order(desk):
 
 
 def test_a_map_and_its_way_back():
-    for text, space in ((MAP, SPACE), (GATEWAY, CLICK_SPACE)):
+    for text, space in ((MAP, MAP_SPACE), (GATEWAY, CLICK_SPACE)):
         numbering = read_map(text, space)
-        for row in numbering.rows:
-            for number in range(row.start, row.start + 5):
+        for start, _ in numbering.rows:
+            for number in range(start, start + 5):
                 place = numbering.place(number)
                 for part in range(place.width):
                     assert numbering.find(place.table, place.register + part) == (number, place.shift(part) // 16)
-    assert read_map(MAP, SPACE).find("coil", 199) is None
+    assert read_map(MAP, MAP_SPACE).find("coil", 199) is None
 
 
-def test_without_a_map_there_is_one_error_that_shows_one():
-    with pytest.raises(ValueError, match=re.escape("rows like R1,holding,0,uint16 and S1,coil,0,bool")):
-        pidcfg.compare(OVEN, "modbus://127.0.0.1:1")
-    with pytest.raises(ValueError, match="parameters by name"):
-        pidcfg.compare(ROOT / "examples/dpide/oven.yaml", "modbus://127.0.0.1:1", map=MAP)
-    with pytest.raises(PlcError, match="the map does not say where S"):
-        pidcfg.compare(OVEN, "modbus://127.0.0.1:1", map="R1,holding,0")
-    with pytest.raises(PlcError, match="beyond the last register"):
-        pidcfg.compare(OVEN, "modbus://127.0.0.1:1", map="R1,holding,65500\nS1,coil,0")
+@pytest.mark.parametrize("vendor", EXAMPLES)
+def test_without_a_map_there_is_one_error_that_shows_one(vendor):
+    path = example(vendor)
+    for call in (
+        lambda: pidcfg.compare(path, NOBODY),
+        lambda: pidcfg.encode(path, "modbus"),
+        lambda: pidcfg.serve(path.with_suffix(".scenario.yaml"), seconds=0.1),
+    ):
+        with pytest.raises(
+            UnusableMapError, match=r"rows of symbol, table, register .* '\S+,(holding|coil),0,"
+        ) as error:
+            call()
+        assert "--format modbus-map" in str(error.value)
+    done = run("encode", path, "--format", "modbus")
+    assert (done.exit_code, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+
+
+def test_a_plc_without_parameters_that_a_map_could_name():
+    boiler = example("generic", "boiler")
+    for text in (None, MAP):
+        with pytest.raises(UnusableMapError, match="is no PLC"):
+            pidcfg.compare(boiler, NOBODY, map=text)
+    with pytest.raises(UnusableMapError, match="name a configuration"):
+        pidcfg.pull(NOBODY, vendor="dpide", map="D0,holding,0,float32")
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "said"),
+    [
+        ("", (1, 1), "no row"),
+        ("# nothing\n\n", (1, 1), "no row"),
+        ("R1,holding", (1, 12), "type is missing"),
+        ("R1,holding,,uint16", (1, 12), r"holding 0 is what references call 40001"),
+        (",holding,0,uint16", (1, 1), "names no symbol"),
+        ("D0,holding,0,uint16", (1, 1), "no register of this vendor, which has R1 to R65535, S1"),
+        ("R1,register,0,uint16", (1, 4), "no table; write coil, discrete, holding, input"),
+        ("R1,none", (1, 4), "cannot be without"),
+        ("R1,none,5", (1, 4), "but the row says more"),
+        ("R1,holding,x,uint16", (1, 12), "no register; write 0 to 65535"),
+        ("R1,holding,70000,uint16", (1, 12), "beyond 65535"),
+        ("R1,holding,-1,uint16", (1, 12), "no register"),
+        ("R1,holding,40001,uint16", (1, 12), "how references call holding 0; write 0, or 0x9C41 if 40001"),
+        ("R1,holding,400101,uint16", (1, 12), "how references call holding 100; write 100$"),
+        ("R1,input,30001,uint16", (1, 10), "write 0, or 0x7531"),
+        ("S1,discrete,10009,bool", (1, 13), "write 8, or 0x2719"),
+        ("R1,holding,010,uint16", (1, 12), "write 10 or 9"),
+        ("S1,coil,00001,bool", (1, 9), "write 1 or 0"),
+        ("R1,holding,0,float32", (1, 14), "uint16 or int16, not float32"),
+        ("R1,holding,0,float", (1, 14), "did you mean float32"),
+        ("R1,holding,0.3,uint16", (1, 12), "is a bit"),
+        ("R1,coil,0,uint16", (1, 11), "a coil holds a bool"),
+        ("S1,holding,0,bool", (1, 12), "say its bit, such as 0.0"),
+        ("S1,holding,0.16,bool", (1, 12), "bits of a register are 0 to 15"),
+        ("R1,holding,0,uint16,sideways", (1, 21), "has no order"),
+        ("R1,holding,0,uint16,low-first", (1, 21), "has no order"),
+        ("\ufeff R1 ; holding ; 0 ; uint16\nR1;holding;5;uint16", (2, 1), "again; first in line 1"),
+        ('"R1","holding","0","uint16","","",more', (1, 35), "7 cells"),
+        ('R1,"holding"x,0,uint16', (1, 4), "behind a quotation mark"),
+        ("register,symbol\n", (1, 1), "no column table"),
+        ("symbol,register,table\n", (1, 1), "no column type"),
+        ("symbol,register,table,kind\n", (1, 23), "'kind' is none of the columns"),
+        ("symbol,table,table,type\n", (1, 8), "twice"),
+    ],
+)
+def test_maps_that_are_none(text, place, said):
+    with pytest.raises(MapError, match=said) as error:
+        read_map(text, MAP_SPACE)
+    assert (error.value.line, error.value.column) == place
+
+
+def test_how_a_map_may_be_written():
+    plain = read_rows("DF1,holding,40001,float32\n".replace("40001", "0x9C41"))
+    (row,) = plain
+    assert (row.register, row.high_first) == (40001, False)
+    spread = ("\ufeff# map", '"# a, comment",,', "Type;Symbol;Order;Register;Table;Comment", ";;;", "")
+    (other,) = read_rows("\r\n".join((*spread[:3], 'Float32;DF1;;0x9c41;Holding;"a;b"', *spread[3:])))
+    assert other._replace(line=1, columns={}) == row._replace(columns={})
+
+
+@pytest.mark.parametrize(
+    ("vendor", "change", "said"),
+    [
+        ("ezlogix", (r"S1,.*", ""), r"^map:\d+:1: S101 \(mode of OVEN1\): no row .* add one like S1,coil,0,bool"),
+        ("ezlogix", (r"R1,.*", "R1,holding,65400,uint16"), r"R236? \(|R137 .* by line 2 of the map R137 is at 65536"),
+        (
+            "ezlogix",
+            (r"R1,.*", "R1,holding,0,uint16\nR140,holding,100,uint16"),
+            "R101 and R140 are both at holding 100",
+        ),
+        ("dpide", (r"D0,holding,1000,int32.*", ""), r"D110 \(OVEN.PID_MODE\).* is; add D110,holding,REGISTER,int32"),
+        ("dpide", (r"D0,(.*)int32,low-first", r"D0,\1int16"), r"D500 \(OVEN.I_MV\)|D110 \(OVEN.PID_MODE\)"),
+        ("dpide", (r"D0,(.*)1000,int32", r"D0,\g<1>1002,int32"), "D0 is at holding 1000 by line"),
+        ("dpide", (r"D0,(.*float32.*)", r"D0,\1\nD112,holding,1100,float32"), r"D100 \(OVEN.SV\) and D112 \(OVEN.Kc"),
+        ("dpide", (r"M0,.*", "M0,coil,65530,bool"), r"M10 \(OVEN.PID_RUN\) would be at 65540"),
+        ("dpide", (r"M0,.*", "M0,none"), "M0 begins a bank"),
+        ("nextopid", (r"(TIC_1.Kp,holding,\d+,)float32,low-first", r"\1int32"), "TIC_1.Kp is REAL: float32, not int32"),
+        ("nextopid", (r"PidLoops.TIC_1.Kp,.*", ""), "no row says where TIC_1.Kp is; add TIC_1.Kp,holding,REGISTER"),
+        ("nextopid", (r"TIC_1.Kp,", "TIC_1.Kpp,"), "'PidLoops.TIC_1.Kpp' is not a parameter.*did you mean TIC_1.Kp"),
+        ("nextopid", (r"TIC_1.Kp,holding,\d+", "TIC_1.Kp,holding,700"), "are both at holding 700 .* by lines 2 and 3"),
+        ("nextopid", (r"PidLoops.TIC_2.Kp", "Other.TIC_1.Kp"), "Other.TIC_1.Kp stands here again; first in line 3"),
+        ("nextopid", (r"PidLoops.TIC_2.Kp", "TIC_9.Kp"), "no row says where TIC_2.Kp is"),
+    ],
+)
+def test_maps_that_do_not_fit_a_configuration(vendor, change, said):
+    text = filled(example(vendor))
+    changed = re.sub(*change, text, count=1)
+    assert changed != text
+    with pytest.raises(UnusableMapError, match=said):
+        pidcfg.compare(example(vendor), NOBODY, map=changed)
+
+
+# --- a map that the configuration names ---------------------------------------------------------------------------
+
+
+def named(tmp_path, vendor, text):
+    """A configuration that names its map, which stands beside it."""
+    config = example(vendor).read_text("utf-8")
+    plc = re.search(r"^plc:.*\n((?:  .*\n)*)", config, re.MULTILINE)
+    inner = "  map: maps/plc.csv\n"
+    if plc is None:
+        config = config.replace("loops:\n", f"plc:\n{inner}loops:\n", 1)
+    elif "{" in plc.group(0).splitlines()[0]:
+        config = config.replace("plc: {", "plc: {map: maps/plc.csv, ", 1)
+    else:
+        config = config.replace(plc.group(0), plc.group(0) + inner)
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps/plc.csv").write_text(text, "utf-8")
+    (tmp_path / "plc.yaml").write_text(config, "utf-8")
+    return tmp_path / "plc.yaml"
+
+
+@pytest.mark.parametrize("vendor", EXAMPLES)
+def test_a_configuration_names_its_map(desk, tmp_path, vendor):
+    text = filled(example(vendor))
+    path = named(tmp_path, vendor, text)
+    assert not [d for d in pidcfg.check(path).findings if d.code == "PID067"]
+    with desk.plc(Registers(words_by(example(vendor), text))) as url:
+        assert pidcfg.compare(path, url).same
+        pulled = pidcfg.pull(url, like=path)
+    assert pulled.data["plc"]["map"] == "maps/plc.csv"
+    rows = pidcfg.encode(path, "modbus").text
+    assert rows == pidcfg.encode(path, "modbus", map=text).text
+    assert rows.count("\nholding,") + rows.count("\ncoil,") == len(words_by(example(vendor), text))
+    again = pidcfg.decode(pidcfg.encode(path, "json").text, vendor).text
+    assert pidcfg.encode(again, "json").text == pidcfg.encode(path, "json").text
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "no row"),
-        ("R1,holding", "2 cells"),
-        ("D0,holding,0", "not an address"),
-        ("R1,register,0", "none of coil"),
-        ("R1,holding,x", "no register"),
-        ("R1,holding,70000", "no register"),
-        ("R1,holding,65536", "no register"),
-        ("R1,holding,0,float32", "uint16 or int16"),
-        ("R1,coil,0", "which coil registers do not"),
-        ("S1,holding,0", "which holding registers do not"),
-        ("R1,holding,0,uint16,sideways", "low-first"),
-        ("R1,holding,0\nR1,holding,5", "again"),
+        (None, "cannot read .*plc.csv: No such file"),
+        ("M0,coil,0,bool", r"plc.csv:1:1: no row says where D100 \(OVEN.SV\)"),
+        ("D0,holding,9", r"plc.csv:1:14: the type is missing"),
     ],
 )
-def test_maps_that_are_none(text, said):
-    with pytest.raises(ListingError, match=said):
-        read_map(text, SPACE)
+def test_a_map_that_is_named_is_looked_at(tmp_path, text, said):
+    path = named(tmp_path, "dpide", text or "")
+    if text is None:
+        (tmp_path / "maps/plc.csv").unlink()
+    (finding,) = (d for d in pidcfg.check(path).findings if d.code == "PID067")
+    assert re.search(said, finding.message)
+    assert path.read_text("utf-8").splitlines()[finding.span.line - 1].strip() == "map: maps/plc.csv"
+    with pytest.raises(UnusableMapError, match=said):
+        pidcfg.compare(path, NOBODY)
+    assert run("compare", path, "--plc", NOBODY).exit_code != 0
+
+
+@pytest.mark.parametrize(
+    "name", ["http://plc/map.csv", "modbus://10.0.0.5", "//server/map.csv", r"\\server\map.csv", " "]
+)
+def test_a_map_is_no_host(name):
+    text = example("dpide").read_text("utf-8").replace("loops:\n", f"plc: {{map: '{name}'}}\nloops:\n", 1)
+    (finding,) = (d for d in pidcfg.check(text).findings if d.severity.label == "error")
+    assert finding.where == "plc.map"
+
+
+# --- the virtual PLC ----------------------------------------------------------------------------------------------
+
+
+def place_of(vendor, name, text):
+    """The virtual PLC, and table and register of a parameter."""
+    plc = virtual(vendor, text)
+    return plc, next(where for where, parts in plc._where.items() if parts[0].number == name)
+
+
+def float32(value):
+    """The two words of a number, the low one first."""
+    return struct.unpack("<HH", struct.pack("<f", value))
+
+
+@pytest.mark.parametrize(
+    ("vendor", "name", "contents", "code"),
+    [
+        ("dpide", "OVEN.PV", [0, 0], 2),
+        ("dpide", "OVEN.MV", [0, 0], 2),
+        ("dpide", "OVEN.SV", [0, 0x7F80], 3),
+        ("dpide", "OVEN.PID_MODE", [3, 0], 3),
+        ("nextopid", "TIC_1.PV", [0, 0], 2),
+        ("nextopid", "TIC_1.MV", [0, 0], 2),
+        ("nextopid", "TIC_2.SP_CASC", [0, 0], 2),
+        ("nextopid", "TIC_1.Kp", [0, 0x7FC0], 3),
+        ("ezlogix", 112, [1], 2),  # the error
+        ("ezlogix", 118, [1], 2),  # reserved
+        ("ezlogix", 65536 + 104, [1], 2),  # saturation
+        ("ezlogix", 2 * 65536 + 1, [1], 2),  # PV
+        ("ezlogix", 3 * 65536 + 1, [1], 4),  # CV in Auto
+    ],
+)
+def test_what_the_plc_refuses(vendor, name, contents, code):
+    plc, (table, register) = place_of(vendor, name, filled(example(vendor)))
+    plc.advance(50)
+    before = {where: plc.read(*where, 1) for where in plc._where}
+    with pytest.raises(RegisterError) as error:
+        plc.write(table, register, contents)
+    assert error.value.code == code
+    assert {where: plc.read(*where, 1) for where in plc._where} == before
+
+
+def test_an_operator_of_an_ezlogix():
+    plc, mode = place_of("ezlogix", 65536 + 101, filled(example("ezlogix")))
+    at = {parts[0].number: where for where, parts in plc._where.items()}
+    plc.advance(20)
+    plc.write(*at[102], [1700])
+    plc.write(*at[103], [333])
+    assert plc.read(*at[103], 1) == [333]
+    assert plc.run.plc.st[0].gain == 3.33
+    plc.write(*mode, [0])
+    plc.advance(20)
+    assert plc.read(*mode, 1) == [0]
+    plc.write(*at[3 * 65536 + 1], [1234])
+    plc.advance(5)
+    assert plc.read(*at[3 * 65536 + 1], 1) == [1234]
+    start = at[65536 + 105]
+    plc.write(*start, [1])
+    plc.advance(2)
+    assert plc.read(*at[113], 1) == [1]
+    plc.write(*start, [1])
+    plc.write(*start, [0])
+    plc.advance(2)
+    assert [note.text for note in plc.report().events if note.loop == "OVEN1"] == [
+        "set setpoint.value to 1700",
+        "set tuning.proportional_gain to 333",
+        "request mode manual",
+        "set output to 1234 counts",
+        "autotune start",
+        "start of an autotune stays on",
+        "autotune off",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("vendor", "setpoint", "manual", "out"),
+    [("dpide", "OVEN.SV", "OVEN.PID_MAN", "OVEN.MV"), ("nextopid", "TIC_1.SP", "TIC_1.Manual", "TIC_1.MV")],
+)
+@pytest.mark.parametrize("bits", [False, True])
+def test_an_operator_of_named_parameters(vendor, setpoint, manual, out, bits):
+    plc = virtual(vendor, filled(example(vendor), bits=bits))
+    at = {part.number: where for where, parts in reversed(plc._where.items()) for part in parts}
+    switch = {part.number: part.bit for parts in plc._where.values() for part in parts}[manual]
+    plc.advance(40)
+    plc.write(*at[setpoint], float32(61.5))
+    assert plc.read(*at[setpoint], 2) == [*float32(61.5)]
+    (register,) = plc.read(*at[manual], 1)
+    plc.write(*at[manual], [register | 1 << switch])
+    plc.advance(2)
+    held = plc.read(*at[out], 2)
+    plc.advance(40)
+    assert plc.read(*at[out], 2) == held
+    loop = setpoint.partition(".")[0]
+    report = plc.report()
+    assert [note.text for note in report.events][-2:] == [f"set {setpoint} to 61.5", f"set {manual} to TRUE"]
+    assert report.loops[loop].modes[-1].mode == "manual"
+
+
+def test_a_scenario_does_what_the_same_writes_do():
+    """A write between two base steps is the event at that time, to the bit."""
+    text = filled(example("dpide"))
+    plc, sv = place_of("dpide", "OVEN.SV", text)
+    plc.advance(120)
+    plc.write(*sv, float32(70.25))
+    plc.advance(60)
+    twin = virtual("dpide", text, f"  - {{at: {120 * plc.dt:g}, loop: OVEN, set: {{SV: 70.25}}}}\n")
+    twin.advance(180)
+    assert twin.run.net.sig == plc.run.net.sig
+
+
+@pytest.mark.parametrize("vendor", EXAMPLES)
+def test_served_pulled_and_recorded(desk, vendor, tmp_path):
+    text = filled(example(vendor))
+    (tmp_path / "map.csv").write_text(text, "utf-8")
+    plc = virtual(vendor, text)
+    plc.advance(5)
+    with served(desk, plc, speed=1e-6) as (port, _):
+        url = f"modbus://127.0.0.1:{port}"
+        assert pidcfg.compare(example(vendor), url, map=text).same
+        arguments = ("trend", "--plc", url, "--like", example(vendor), "--map", tmp_path / "map.csv", "--for", "0")
+        done = run(*arguments)
+    assert done.exit_code == 0
+    header, values = (line.split(",") for line in done.stdout.splitlines()[:2])
+    for loop in plc.run.plc.loops:
+        assert {f"{loop}.{signal}" for signal in ("PV", "SP", "OUT", "MODE")} <= set(header)
+    row = dict(zip(header, values, strict=True))
+    sig, names = plc.run.net.sig, plc.run.net.names
+    loop = plc.run.plc.loops[0]
+    assert float(row[f"{loop}.PV"]) == pytest.approx(sig[names[f"{loop}.PV"]], abs=0.1)
+    assert row[f"{loop}.MODE"] == "auto"
+
+
+OPERATED = {
+    # vendor: its set point, how mbpoll calls its type, another value, its mode, and what makes it manual
+    "ezlogix": (102, "4", "1700", 65536 + 101, "0"),
+    "dpide": ("OVEN.SV", "4:float", "95.5", "OVEN.PID_MAN", "1"),
+    "nextopid": ("TIC_1.SP", "4:float", "64.5", "TIC_1.Manual", "1"),
+}
+
+
+@pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll, a client in C, is not installed")
+@pytest.mark.parametrize("vendor", OPERATED)
+def test_mbpoll_reads_and_operates(desk, vendor):
+    name, kind, value, mode, on = OPERATED[vendor]
+    text = filled(example(vendor))
+    plc, (_, register) = place_of(vendor, name, text)
+    _, coil = next(where for where, parts in plc._where.items() if parts[0].number == mode)
+    with served(desk, plc, speed=50.0) as (port, _):
+
+        def mbpoll(register, *more, kind):
+            line = ("mbpoll", "-m", "tcp", "-p", str(port), "-0", "-1", "-q", "-t", kind, "-r", str(register))
+            return subprocess.run([*line, "127.0.0.1", *more], capture_output=True, text=True, check=False).stdout
+
+        mbpoll(register, value, kind=kind)
+        assert f"[{register}]: \t{value}\n" in mbpoll(register, kind=kind)
+        mbpoll(coil, on, kind="0")
+        for _ in range(100):
+            rows = pidcfg.pull(f"modbus://127.0.0.1:{port}", like=example(vendor), map=text).image.words
+            if plc.run.plc.mode(plc.run.plc.st[0].status) == "manual":
+                break
+    assert rows[name] == (1700 if vendor == "ezlogix" else float(value))
+    assert plc.report().loops[plc.run.plc.loops[0]].modes[-1].mode == "manual"

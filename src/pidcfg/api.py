@@ -93,6 +93,7 @@ def encode(
     changed_from_name: str | None = None,
     live: bool = False,
     allow_errors: bool = False,
+    map: Path | str | bytes | None = None,  # noqa: A002 - what the option is called
     name: str | None = None,
     files: Files = None,
     limits: Limits = DEFAULT,
@@ -100,17 +101,18 @@ def encode(
     """The PLC's memory for a configuration: every word with its address, and its texts in one of the vendor's formats.
 
     ``into``: a file that the format adds to. ``changed_from``: a listing; only words that differ from it are written,
-    ``live``: also those that the PLC or the process writes. ``allow_errors``: although rules find errors, as long as
-    every value has its word. Raises `UnwritableError` (a `ValueError`) for what the format cannot hold.
+    ``live``: also those that run. ``allow_errors``: although rules find errors, as long as every value has its word.
+    ``map``: a Modbus map, not that of ``plc.map``. Raises `UnwritableError` and `UnusableMapError`, both `ValueError`.
     """
-    from pidcfg.results.sources import checked_of
-    from pidcfg.results.words import EncodeOptions, encoded
+    from pidcfg.results.sources import checked_of, stated_map
+    from pidcfg.results.words import MODBUS, EncodeOptions, encoded
 
     refuse_unknown("format", format, format_names())
     checked, most = checked_of(source, name, files, limits), limits.file_bytes + 1
     added_to = None if into is None else source_data(into, into_name, files, most)
     old = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
-    return encoded(checked, format, EncodeOptions(added_to, old, live, allow_errors), limits)
+    plc_map = stated_map(map, checked.document, files, limits) if map is not None or format == MODBUS else None
+    return encoded(checked, format, EncodeOptions(added_to, old, live, allow_errors, plc_map), limits)
 
 
 @exact
@@ -193,8 +195,7 @@ def diff(
     A side whose name ends in .yaml or .yml, or that has no name, is a configuration, another one a listing. ``vendor``:
     the PLC family of a listing, where the other side does not tell. ``like``: a configuration that gives listings their
     names, ranges and units; else it is the other side. ``live``: also words that the PLC or the process writes.
-    ``verify``: run both sides through the same battery, in up to ``jobs`` processes, see ``alike``; ``progress`` is
-    called with the share that is done.
+    ``verify``: run both sides through the same battery, in up to ``jobs`` processes; ``progress`` is told the share.
     """
     from pidcfg.results.battery import with_verdict
     from pidcfg.results.differences import compared
@@ -273,10 +274,9 @@ def certify(
     ``seed``: of the row of samples; not given: the scenario's. ``jobs``: processes, with the same results however many
     (a script that starts some needs ``if __name__ == "__main__"``). ``cluster``: the address of a Dask scheduler, as in
     ``tcp://127.0.0.1:8786``, or ``local:2``; its workers take the place of the processes, and ``remark`` is called with
-    why one of them is left out. Where nobody is left to run the samples, a `RuntimeError` says why. ``keep_worst``: how
-    many samples the result has as scenarios. ``record``: how the signals spread, for a picture. ``keep`` is called with
-    a state now and then, and ``state`` continues there; one of another batch is an `ArgumentError`. ``progress`` is
-    called with the share that is done.
+    why one of them is left out; where nobody is left, a `RuntimeError` says why. ``keep_worst``: how many samples the
+    result has as scenarios. ``record``: how the signals spread, for a picture. ``keep`` is called with a state now and
+    then, and ``state`` continues there; one of another batch is an `ArgumentError`. ``progress``: the share done.
     """
     from pidcfg.certification.certify import Plan, certify_document
     from pidcfg.certification.cluster import is_address

@@ -70,6 +70,8 @@ PARTS = {
     "decode": "encoders.{key}.decode:decode",
     "areas": "encoders.{key}.areas:areas",
     "numbering": "encoders.{key}.files:NUMBERING",
+    "points": "encoders.{key}.points:points",
+    "tags": "encoders.{key}.areas:tags",
     "mode_register": "encoders.{key}.areas:MODE_REGISTER",
     "mode_of": "encoders.{key}.areas:mode_of",
     "context": "validate.rules.{key}.context:{Key}Context",

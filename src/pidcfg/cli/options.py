@@ -113,6 +113,13 @@ STDIN_FILENAME = click.option(
     callback=_named,
     help="What - is called: findings, settings, patterns, baselines and relative paths go by this name.",
 )
+MAP = click.option(
+    "--map",
+    "stated",
+    metavar="FILE",
+    help="The Modbus map of a PLC whose manual prints none, in place of the file's plc.map: rows such as "
+    "R1,holding,0,uint16 (encode --format modbus-map writes them to be filled in).",
+)
 OUT = click.option(
     "-o", "--output", "out", type=click.Path(dir_okay=False), help="Write to a file, never over one that differs."
 )

@@ -12,6 +12,7 @@ from pidcfg.cli.extras import need
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from pidcfg.limits import Limits
 
@@ -21,12 +22,6 @@ PLC = click.option(
     metavar="URL",
     envvar="PIDCFG_PLC",
     help="Where the PLC is: modbus://HOST[:502][?unit=1] or modbus+rtu:///DEVICE?baud=9600&parity=odd.",
-)
-MAP = click.option(
-    "--map",
-    "stated",
-    metavar="FILE",
-    help="The Modbus map of a PLC whose manual prints none, with rows such as R1,holding,0,uint16.",
 )
 TIMEOUT = click.option(
     "--timeout", type=float, default=2.0, show_default=True, metavar="SECONDS", help="How long an answer may take."
@@ -41,16 +36,18 @@ RETRIES = click.option(
 )
 
 
-def map_data(name: str | None, limits: Limits) -> bytes | None:
-    """What the file of a map holds; one that cannot be read ends the command."""
+def map_file(name: str | None, limits: Limits) -> Path | None:
+    """The file of a map; one that cannot be read ends the command."""
     if name is None:
         return None
+    from pathlib import Path
+
     from pidcfg.cli.files.inputs import read_input
 
     entry = read_input(name, limits)
     if entry.problem is not None:
         raise click.ClickException(entry.problem)
-    return entry.data
+    return Path(name)
 
 
 def needed(url: str) -> None:
@@ -63,10 +60,11 @@ def needed(url: str) -> None:
 @contextmanager
 def reached() -> Iterator[None]:
     """Ends the command with one line where the PLC cannot be reached or an option makes no sense."""
+    from pidcfg.encoders.map_rows import UnusableMapError
     from pidcfg.live.errors import PlcError
 
     try:
         with usage():
             yield
-    except PlcError as error:
+    except (PlcError, UnusableMapError) as error:
         raise click.ClickException(str(error)) from None

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.listing import Listing
+from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.memory_files import read_csv, read_json, read_text, write_csv, write_json, write_text
-from pidcfg.encoders.modbus import Numbering, read_modbus, write_modbus
+from pidcfg.encoders.modbus import Numbering, modbus_csv, read_modbus, write_modbus
 from pidcfg.encoders.tables import columns, first_line
 
 if TYPE_CHECKING:
+    from pidcfg.encoders.image import Cell
+    from pidcfg.encoders.modbus import Place
+    from pidcfg.encoders.parameters import Program
     from pidcfg.encoders.spaces import Space
 
 CONFLICT = "conflict"
@@ -90,14 +93,33 @@ def listings(space: Space, title: str, numbering: Numbering | None = None) -> di
         ),
     ]
     if numbering is not None:
-        kinds.append(
-            FileKind(
-                "modbus",
-                "Modbus map (CSV)",
-                partial(write_modbus, numbering=numbering),
-                partial(read_modbus, space=space, numbering=numbering),
-                lambda text: "table" in columns(text),
-                partial=True,
-            )
-        )
+        kinds.append(modbus_kind(space, numbering))
     return {kind.name: kind for kind in kinds}
+
+
+def modbus_kind(space: Space, numbering: Numbering) -> FileKind:
+    """The format ``modbus`` by a vendor's numbering, or one that is stated."""
+    return FileKind(
+        "modbus",
+        "Modbus map (CSV)",
+        partial(write_modbus, numbering=numbering),
+        partial(read_modbus, space=space, numbering=numbering),
+        lambda text: "table" in columns(text),
+        partial=True,
+    )
+
+
+def named_modbus_kind(cells: Callable[[Program], Iterable[tuple[Cell, Place]]]) -> FileKind:
+    """The same of named parameters; ``cells``: those that have registers, with their places."""
+
+    def read(_text: str) -> Listing:
+        raise ListingError("registers of named parameters do not say what they are of: read them from the PLC (pull)")
+
+    return FileKind(
+        "modbus",
+        "Modbus map (CSV)",
+        lambda image, checklist: modbus_csv(image, checklist, cells(image)),
+        read,
+        lambda _text: False,
+        partial=True,
+    )

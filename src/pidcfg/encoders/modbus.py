@@ -5,16 +5,17 @@ A value of two registers takes two rows, the low word first.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from pidcfg.encoders.listing import Listing, ListingError, comments, csv_text
 from pidcfg.encoders.tables import table_rows
 from pidcfg.encoders.words import WORD_MAX
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from pidcfg.encoders.image import Cell, Image
+    from pidcfg.encoders.parameters import Program
     from pidcfg.encoders.spaces import Space
 
 Table = Literal["coil", "discrete", "holding", "input"]
@@ -37,17 +38,23 @@ class Place(NamedTuple):
     width: int = 1
     high_first: bool = False
     """Of two registers the high word comes first."""
+    bit: int | None = None
+    """Of a switch in a holding or input register: its bit, 0 to 15."""
 
     def shift(self, part: int) -> int:
         """By how many bits the content of one of its registers is shifted in the value."""
         return 16 * (self.width - 1 - part if self.high_first else part)
 
 
-class Numbering(Protocol):
-    """How a vendor numbers its addresses for Modbus."""
+class Places(Protocol):
+    """Where a client finds addresses, or parameters by their names."""
 
-    def place(self, number: int) -> Place:
-        """Where an address is."""
+    def place(self, number: Any) -> Place:
+        """Where an address is; raises `LookupError` where no client finds it."""
+
+
+class Numbering(Places, Protocol):
+    """How a vendor numbers its addresses for Modbus."""
 
     def find(self, table: str, register: int) -> tuple[int, int] | None:
         """The address that a register belongs to, and which of its registers it is."""
@@ -68,13 +75,18 @@ def rows(cell: Cell, place: Place) -> Iterator[tuple[int, int, str]]:
 
 
 def write_modbus(image: Image, checklist: tuple[str, ...], numbering: Numbering) -> str:
-    """Coils and holding registers in the order of the image."""
+    """Coils and registers in the order of the image."""
+    return modbus_csv(image, checklist, ((cell, numbering.place(cell.number)) for cell in image.cells))
+
+
+def modbus_csv(image: Image | Program, checklist: tuple[str, ...], cells: Iterable[tuple[Cell, Place]]) -> str:
+    """Coils and registers, each with its value; of a switch in a register the bit stands behind a point."""
     table: list[tuple[object, ...]] = []
-    for c in image.cells:
-        place = numbering.place(c.number)
+    for c, place in cells:
         digits = min(c.kind.digits, 4)
+        bit = "" if place.bit is None else f".{place.bit}"
         for register, content, part in rows(c, place):
-            where = (place.table, register, reference(place.table, register), c.address)
+            where = (place.table, f"{register}{bit}", f"{reference(place.table, register)}{bit}", c.address)
             table.append((*where, content, f"{content:0{digits}X}", c.access, c.loop or "", c.field + part))
     return csv_text(COLUMNS, table, comments(image, checklist))
 

@@ -108,11 +108,17 @@ def content_of(text: str, kind: IecType, name: str, line: int) -> Content:
 
 def write_csv(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """A row a parameter."""
-    rows = []
-    for cell in image.cells:
-        content = ("", _harmless(cell.raw.text)) if isinstance(cell.raw, Wire) else (shown(cell.type, cell.raw), "")
-        rows.append((cell.address, cell.type.name, *content, cell.device or "", cell.loop or "", cell.field))
-    return csv_text(COLUMNS, rows, comments(image, checklist))
+    return csv_text(COLUMNS, map(csv_row, image.cells), comments(image, checklist))
+
+
+def csv_row(cell: Entry) -> tuple[object, ...]:
+    """A parameter as a row of the CSV listing."""
+    return cell.address, cell.type.name, *_content_cells(cell), cell.device or "", cell.loop or "", cell.field
+
+
+def _content_cells(cell: Entry) -> tuple[str, str]:
+    """The value of a parameter and its expression, of which it has one."""
+    return ("", _harmless(cell.raw.text)) if isinstance(cell.raw, Wire) else (shown(cell.type, cell.raw), "")
 
 
 def _harmless(expression: str) -> str:

@@ -8,30 +8,27 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.modbus_map import example, read_map
 from pidcfg.limits import DEFAULT, Limits
-from pidcfg.listings import listing_text
 from pidcfg.live.address import RTU, Address, parse_address, parse_listen
 from pidcfg.live.errors import AddressError
 from pidcfg.live.link import Patience
-from pidcfg.reader import reader_of, source_data
+from pidcfg.map_files import numbering_of
+from pidcfg.reader import reader_of
 from pidcfg.results.arguments import ArgumentError, vendor_named
 from pidcfg.results.exact import exact
-from pidcfg.results.sources import checked_of, document_of
+from pidcfg.results.sources import checked_of, document_of, stated_map
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from pidcfg.encoders.modbus import Numbering
-    from pidcfg.encoders.spaces import Space
     from pidcfg.live.compare import CompareResult
     from pidcfg.live.pull import PullResult
     from pidcfg.live.pull import Source as Plc
     from pidcfg.live.serving import ServeResult
     from pidcfg.live.trend import TrendResult
+    from pidcfg.map_files import MapFile
     from pidcfg.reader import Files
     from pidcfg.results.sources import Source
     from pidcfg.sim.trace import Sink
@@ -87,7 +84,7 @@ def compare(
     from pidcfg.live.compare import read_and_compared
 
     checked = checked_of(source, name, files, limits)
-    source_plc = source_of(plc, checked, None, {}, map_of(map, files, limits))
+    source_plc = source_of(plc, checked, None, {}, stated_map(map, checked.document, files, limits))
     return read_and_compared(checked, source_plc, patience_of(timeout, retries), limits)
 
 
@@ -104,33 +101,8 @@ def _plc_of(
     if other is None and vendor is None:
         raise ArgumentError("name a configuration (`like`) or the PLC family (`vendor`)", "like", "vendor")
     family = None if vendor is None else vendor_named(vendor)
-    return source_of(plc, other, family, options or {}, map_of(stated, files, limits))
-
-
-def map_of(stated: Path | str | bytes | None, files: Files, limits: Limits) -> str | None:
-    """The text of a map that the user states; raises `OSError` for a file that is not there."""
-    return None if stated is None else listing_text(source_data(stated, None, files, limits.file_bytes + 1)[0])
-
-
-def numbering_of(family: Vendor, stated: str | None) -> Numbering:
-    """The Modbus map of a vendor, or the one that is stated; raises `ArgumentError`."""
-    try:
-        space: Space = family.module("registers").SPACE
-    except AttributeError:
-        message = f"`plc`: {family.title} has parameters by name, and no registers that a map could number"
-        raise ArgumentError(message, "plc") from None
-    if stated is not None:
-        try:
-            return read_map(stated, space)
-        except ListingError as error:
-            raise ArgumentError(f"`map`: line {error.line}: {error}", "map") from None
-    try:
-        numbering: Numbering = family.load("numbering")
-    except LookupError:
-        cure = f"state one by `map`, a file with rows like {' and '.join(example(space))}"
-        message = f"`plc`: the manual of {family.title} prints no Modbus map; {cure}"
-        raise ArgumentError(message, "plc", "map") from None
-    return numbering
+    document = None if other is None else other.document
+    return source_of(plc, other, family, options or {}, stated_map(stated, document, files, limits))
 
 
 def source_of(
@@ -138,16 +110,21 @@ def source_of(
     like: Checked | None,
     vendor: Vendor | None,
     options: Mapping[str, object],
-    stated: str | None = None,
+    stated: MapFile | None = None,
 ) -> Plc:
-    """The PLC at a URL and what is known about it; raises `ArgumentError`."""
+    """The PLC at a URL and what is known about it; raises `ArgumentError`, `UnusableMapError`."""
     from pidcfg.live.pull import Source as Plc
 
     family = vendor or (None if like is None else like.vendor)
     if like is not None and like.vendor is not None and family is not like.vendor:
         raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
     family = family or VENDORS["dl06"]  # a file that names no vendor has findings, and nothing is read
-    return Plc(address_of(plc), family, numbering_of(family, stated), like, options)
+    encoding = None if like is None else like.encoding
+    image = encoding.image if encoding is not None and encoding.whole else None
+    if like is not None and image is None:
+        return Plc(address_of(plc), family, None, like, options)  # its findings say why; nothing is read
+    file = "FILE" if like is None else like.document.file
+    return Plc(address_of(plc), family, numbering_of(family, stated, image, file), like, options)
 
 
 def address_of(plc: str) -> Address:
@@ -205,6 +182,7 @@ def serve(
     source: Source,
     *,
     listen: str = "127.0.0.1:5020",
+    map: Path | str | bytes | None = None,  # noqa: A002 - as above
     speed: float = 1.0,
     seconds: float | None = None,
     ready: Callable[[str], None] | None = None,
@@ -215,10 +193,10 @@ def serve(
 ) -> ServeResult:
     """Serves the virtual PLC of a scenario over Modbus, ``speed`` times as fast as the clock, until Ctrl-C.
 
-    ``listen``: host and port, of which 0 is one of the system's choice, or the URL of a serial line. ``seconds``: ends
-    by itself. ``ready`` is called with the place once clients can come, ``tell`` when the simulation cannot keep up.
-    The scenario's duration and expectations do not count: whoever operates the PLC decides. Raises `PlcError` where
-    nobody can listen.
+    ``listen``: host and port, of which 0 is one of the system's choice, or the URL of a serial line. ``map``: as in
+    `pull`. ``seconds``: ends by itself. ``ready`` is called with the place once clients can come, ``tell`` when the
+    simulation cannot keep up. The scenario's duration and expectations do not count: whoever operates the PLC decides.
+    Raises `PlcError` where nobody can listen.
     """
     from pidcfg.live.serving import Serving, served
 
@@ -231,7 +209,8 @@ def serve(
     except AddressError as error:
         raise ArgumentError(f"`listen`: {error}", "listen") from None
     serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
-    return served(document_of(source, name, files, limits), serving, limits, reader_of(files))
+    stated = None if map is None else stated_map(map, None, files, limits)
+    return served(document_of(source, name, files, limits), serving, limits, reader_of(files), stated)
 
 
 def _nobody(_at: float, _values: Mapping[str, str]) -> None:

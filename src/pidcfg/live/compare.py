@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from pidcfg.differences.result import Compared, Difference
     from pidcfg.document import Document
     from pidcfg.encoders.image import Image
+    from pidcfg.encoders.parameters import Program
     from pidcfg.limits import Limits
     from pidcfg.live.link import Patience
     from pidcfg.live.pull import Source
@@ -62,14 +63,15 @@ class CompareResult:
         return findings_data(self.findings if self.ok else errors_in(self.findings))
 
 
-def compared_with(checked: Checked, source: Source, image: Image, limits: Limits) -> CompareResult:
+def compared_with(checked: Checked, source: Source, image: Image | Program, limits: Limits) -> CompareResult:
     """The comparison of a checked configuration with what was read of the PLC."""
     plc, document = str(source.address), checked.document
     diff = compared((checked, (listing(image), plc)), (document.file, plc), DiffOptions(source.vendor), limits)
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)
     findings = [finding for loop in diff.loops for finding in _findings(loop, document)]
-    return CompareResult(plc, document, tuple(ordered(findings)), diff, tuple(_notes(diff)))
+    notes = (*source.left_out, *_notes(diff))
+    return CompareResult(plc, document, tuple(ordered(findings)), diff, notes)
 
 
 def _findings(loop: Compared, document: Document) -> Iterator[Diagnostic]:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Image
+from pidcfg.encoders.map_rows import MapError
+from pidcfg.encoders.modbus_map import StatedNumbering
 from pidcfg.encoders.words import DecodeError
 from pidcfg.live.errors import PlcError
 from pidcfg.live.link import MOST, NoRegistersError, Request
+from pidcfg.map_files import space_of
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
@@ -39,14 +42,21 @@ class Registers:
     def __init__(self, vendor: Vendor, numbering: Numbering, like: Image | None, options: Mapping[str, Any]) -> None:
         self.vendor, self.numbering, self.like, self.options = vendor, numbering, like, options
         self.areas: list[Area] = []
+        self.most: Mapping[str, int] = MOST
         self._find = vendor.load("areas")
-        self.space = vendor.module("registers").SPACE
+        self.space = space_of(vendor)
 
     async def image(self, link: Link) -> Image:
         """Every register of the loops, in address order; raises `PlcError`."""
         words = await self.read(link)
         cells = {cell.number: cell for area in self.areas for cell in area.cells(self.space, words)}
-        return Image(self.vendor.key, tuple(cell for _, cell in sorted(cells.items())))
+        image = Image(self.vendor.key, tuple(cell for _, cell in sorted(cells.items())))
+        if isinstance(self.numbering, StatedNumbering):
+            try:
+                self.numbering.check(image)
+            except MapError as error:
+                raise PlcError(f"{link.address}: line {error.line} of the map: {error}") from None
+        return image
 
     async def read(self, link: Link) -> dict[int, int]:
         """Raw contents by plain number; raises `PlcError`."""
@@ -63,7 +73,7 @@ class Registers:
 
     def _owned(self, number: int) -> str:
         loop = next((area.loop for area in self.areas if area.loop and number in area.numbers), "")
-        return f"{self.space.name(number)} of {loop}" if loop else str(self.space.name(number))
+        return f"{self.name(number)} of {loop}" if loop else self.name(number)
 
     def _agree(self, number: int, one: Mapping[int, int], two: Mapping[int, int]) -> bool:
         if number not in one or number not in two:
@@ -111,7 +121,7 @@ class Registers:
 
     def _requests(self, numbers: Iterable[int]) -> Iterator[tuple[Request, dict[int, Place]]]:
         """Registers that follow each other, as many at once as the protocol allows."""
-        owner = {n: area.loop for area in self.areas for n in area.numbers}
+        owner = self.owners()
         try:
             places = {n: self.numbering.place(n) for n in dict.fromkeys(numbers)}
         except LookupError as error:
@@ -122,18 +132,27 @@ class Registers:
             end = first.register + first.width
             for n in rest[1:]:
                 place = places[n]
-                follows = (place.table, place.register) == (first.table, end)
-                if not follows or end + place.width - first.register > MOST[first.table]:
+                if place.table != first.table or place.register > end:
+                    break
+                if place.register + place.width - first.register > self.most[first.table]:
                     break
                 run.append(n)
-                end += place.width
-            loops = dict.fromkeys(owner[n] for n in run if owner[n])
+                end = max(end, place.register + place.width)
+            loops = dict.fromkeys(owner[n] for n in run if owner.get(n))
             what = self._named(run) + (f" of {', '.join(loops)}" if loops else "")
             yield Request(first.table, first.register, end - first.register, what), {n: places[n] for n in run}
             rest = rest[len(run) :]
 
+    def name(self, number: int) -> str:
+        """A register as messages name it."""
+        return str(self.space.name(number))
+
+    def owners(self) -> Mapping[int, str]:
+        """The loop that each register is of."""
+        return {n: area.loop for area in self.areas for n in area.numbers}
+
     def _named(self, run: Sequence[int]) -> str:
-        first, last = self.space.name(run[0]), self.space.name(run[-1])
+        first, last = self.name(run[0]), self.name(run[-1])
         return first if len(run) == 1 else f"{first} to {last}"
 
 
@@ -141,5 +160,7 @@ def joined(places: Mapping[int, Place], first: int, content: Sequence[int]) -> d
     """Raw contents of registers that were read from ``first`` on, of two in the order of their place."""
     return {
         n: sum(content[place.register - first + part] << place.shift(part) for part in range(place.width))
+        if place.bit is None
+        else content[place.register - first] >> place.bit & 1
         for n, place in places.items()
     }

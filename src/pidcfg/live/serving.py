@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.live.running import run
 from pidcfg.live.server import serve
 from pidcfg.live.virtual import VirtualPlc
-from pidcfg.results.arguments import ArgumentError
+from pidcfg.map_files import named_map, numbering_of
 from pidcfg.results.findings import errors_in, findings_data
 from pidcfg.scenario.load import load
 from pidcfg.scenario.outcome import Outcome
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pidcfg.document import Document
     from pidcfg.limits import Limits
     from pidcfg.live.address import Address
+    from pidcfg.map_files import MapFile
     from pidcfg.reader import Reader
     from pidcfg.results.findings import Data
 
@@ -62,15 +63,18 @@ class Serving:
     tell: Callable[[str], None]
 
 
-def served(doc: Document, serving: Serving, limits: Limits, reader: Reader) -> ServeResult:
-    """Serves the scenario of a document until it is interrupted; raises `PlcError` where it cannot listen."""
+def served(
+    doc: Document, serving: Serving, limits: Limits, reader: Reader, stated: MapFile | None = None
+) -> ServeResult:
+    """Serves the scenario of a document until it is interrupted; raises `PlcError` where it cannot listen.
+
+    ``stated``: the map, in place of the one that the configuration names; raises `UnusableMapError`.
+    """
     loaded = load(doc, limits, reader)
     if loaded.scenario is None or loaded.image is None or loaded.vendor is None:
         return ServeResult(Outcome(doc.file, loaded.config, findings=loaded.findings, documents=loaded.documents))
-    try:
-        numbering = loaded.vendor.load("numbering")
-    except LookupError:
-        raise ArgumentError(f"`source`: {loaded.vendor.title} has no Modbus map of its own", "source") from None
+    stated = stated or named_map(loaded.documents.get(loaded.config), reader, limits)
+    numbering = numbering_of(loaded.vendor, stated, loaded.image, loaded.config)
     try:
         plc = VirtualPlc(loaded, numbering)
     except UnusableError as error:

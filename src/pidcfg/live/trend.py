@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import time
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pidcfg.encoders.iec_registers import content_of
 from pidcfg.encoders.listing import csv_lines
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.encoders.settings import read_settings
+from pidcfg.encoders.symbol_map import NamedNumbering
 from pidcfg.encoders.words import DecodeError
 from pidcfg.live.link import Link
 from pidcfg.live.pull import listing
@@ -23,14 +27,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.diagnostics import Diagnostic
-    from pidcfg.encoders.image import Block
-    from pidcfg.encoders.regmap import Word
+    from pidcfg.encoders.image import Encoding
+    from pidcfg.encoders.scales import Scale
     from pidcfg.limits import Limits
     from pidcfg.live.link import Patience
     from pidcfg.live.pull import Source
     from pidcfg.live.reading import Registers
     from pidcfg.results.findings import Data
+    from pidcfg.schemas.iec import IecType
     from pidcfg.sim.trace import Sink
+    from pidcfg.vendors import Vendor
 
 D874 = Decision(
     874,
@@ -46,12 +52,13 @@ MODE = "MODE"
 
 
 class Channel(NamedTuple):
-    """A column: its title, and the register with what it is on."""
+    """A column: its title, the registers that it is of, and their contents as it shows them."""
 
     title: str
-    number: int
-    word: Word
-    block: Block
+    numbers: tuple[Any, ...]
+    show: Callable[[Mapping[Any, int]], str]
+    block: int | None = None
+    """Where the block begins that they are in: its registers are read at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,15 +112,18 @@ async def _record(source: Source, recording: Recording, patience: Patience, limi
         held = decoded([(listing(image), result.plc)], source.vendor, options, source.texts, limits)
         if held.data is None:
             return replace(result, findings=held.findings)
-        encoding = source.vendor.encoder(read_settings(source.vendor.model, held.data, "the PLC"))
-        channels = [channel for block in encoding.blocks for channel in _channels(block, source)]
+        if isinstance(source.numbering, NamedNumbering):
+            channels = list(named_channels(source.vendor, source.numbering, image))
+        else:
+            encoding = source.vendor.encoder(read_settings(source.vendor.model, held.data, "the PLC"))
+            channels = [*_registers(encoding, source), *_tags(encoding, source)]
         columns = ("time", *(channel.title for channel in channels))
         result = replace(result, columns=columns)
         recording.sink.write(csv_lines([columns]))
         rows = 0
         try:
             async for at, words in _readings(link, registers, channels, recording):
-                values = [_shown(channel, words[channel.number], source) for channel in channels]
+                values = [channel.show(words) for channel in channels]
                 recording.sink.write(csv_lines([[f"{at:.3f}", *values]]))
                 rows += 1
                 recording.taken(at, dict(zip(columns[1:], values, strict=True)))
@@ -126,8 +136,10 @@ async def _readings(link: Link, registers: Registers, channels: Sequence[Channel
     """The words of all channels again and again, with the time of each reading since the first."""
     spans: dict[int, list[int]] = {}
     for channel in channels:
-        spans.setdefault(channel.block.start, []).append(channel.number)
-    numbers = [n for span in spans.values() for n in range(min(span), max(span) + 1)]
+        if channel.block is not None:
+            spans.setdefault(channel.block, []).extend(channel.numbers)
+    numbers = [n for channel in channels if channel.block is None for n in channel.numbers]
+    numbers += [n for span in spans.values() for n in range(min(span), max(span) + 1)]
     begin, due, zero = time.monotonic(), 0.0, None
     while recording.seconds is None or due <= recording.seconds:
         await asyncio.sleep(max(0.0, begin + due - time.monotonic()))
@@ -139,22 +151,100 @@ async def _readings(link: Link, registers: Registers, channels: Sequence[Channel
         due += recording.interval * max(1, -(-late // recording.interval))
 
 
-def _channels(block: Block, source: Source) -> Iterator[Channel]:
-    """The columns of a loop, as far as this block has them."""
-    if block.loop is None or block.prefix:
-        return
-    for word in block.table.words:
-        signal = MODE if word.name == source.vendor.load("mode_register") else SIGNALS.get(str(word.path))
-        if signal is not None:
-            yield Channel(f"{block.loop}.{signal}", block.start + word.offset, word, block)
+def _registers(encoding: Encoding, source: Source) -> Iterator[Channel]:
+    """The columns of all loops, as far as their blocks have them."""
+    register = source.vendor.load("mode_register")
+    for block in encoding.blocks:
+        if block.loop is None or block.prefix:
+            continue
+        for word in block.table.words:
+            number = block.start + word.offset
+            signal = SIGNALS.get(str(word.path))
+            if word.name == register:
+                show = _mode(source.vendor.load("mode_of"), number)
+                yield Channel(f"{block.loop}.{MODE}", (number,), show, block.start)
+            elif signal is not None:
+                show = _value(word.codec, block.scales, number)
+                yield Channel(f"{block.loop}.{signal}", (number,), show, block.start)
 
 
-def _shown(channel: Channel, raw: int, source: Source) -> str:
-    """A register as the trend has it; empty: its content is no value."""
-    if channel.title.endswith(f".{MODE}"):
-        return str(source.vendor.load("mode_of")(raw))
+def _tags(encoding: Encoding, source: Source) -> Iterator[Channel]:
+    """The columns of registers outside of the blocks, as far as the map has them."""
+    with suppress(LookupError):
+        tags = source.vendor.load("tags")
+        scales = {block.loop: block.scales for block in encoding.blocks}
+        for entry in encoding.settings:
+            for signal, number, codec in tags(entry):
+                if source.numbering is not None and has_place(source.numbering, number):
+                    loop = str(entry["loop"])
+                    yield Channel(f"{loop}.{signal}", (number,), _value(codec, scales[loop], number))
+
+
+def has_place(numbering: Any, number: Any) -> bool:
+    """Whether a client finds an address."""
     try:
-        value = decode_one(channel.word.codec, raw, channel.block.scales)
-    except DecodeError:
-        return ""
-    return decimal_text(getattr(value, "value", value))
+        numbering.place(number)
+    except LookupError:
+        return False
+    return True
+
+
+def _mode(mode_of: Callable[[int], str], number: int) -> Callable[[Mapping[Any, int]], str]:
+    return lambda words: mode_of(words[number])
+
+
+def _value(codec: Any, scales: Mapping[str, Scale], number: int) -> Callable[[Mapping[Any, int]], str]:
+    """How a register is shown; empty: its content is no value."""
+
+    def show(words: Mapping[Any, int]) -> str:
+        try:
+            value = decode_one(codec, words[number], scales)
+        except DecodeError:
+            return ""
+        return decimal_text(getattr(value, "value", value))
+
+    return show
+
+
+def named_channels(vendor: Vendor, numbering: NamedNumbering, image: Any) -> Iterator[Channel]:
+    """The columns of named parameters, as far as the map has them."""
+    points = vendor.module("points")
+    loops = dict.fromkeys(point.loop for point in numbering.points.values() if point.loop)
+    for loop in loops:
+        for name, signal in points.SIGNALS.items():
+            full = f"{loop}.{name}"
+            if full in numbering.places:
+                yield Channel(f"{loop}.{signal}", (full,), _content(numbering.points[full].type, full))
+        keys = [name for name in points.MODE_KEYS if f"{loop}.{name}" in numbering.points]
+        placed = tuple(f"{loop}.{name}" for name in keys if f"{loop}.{name}" in numbering.places)
+        if placed and (points.LITERALS or len(placed) == len(keys)):
+            yield Channel(f"{loop}.{MODE}", placed, _named_mode(points.mode_of, numbering, loop, image))
+
+
+def _content(kind: IecType, name: str) -> Callable[[Mapping[Any, int]], str]:
+    def show(words: Mapping[Any, int]) -> str:
+        try:
+            content = content_of(kind, words[name])
+        except DecodeError:
+            return ""
+        return str(int(content)) if isinstance(content, bool) else decimal_text(Decimal(repr(content)))
+
+    return show
+
+
+def _named_mode(
+    mode_of: Callable[[Mapping[str, Any]], str], numbering: NamedNumbering, loop: str, image: Any
+) -> Callable[[Mapping[Any, int]], str]:
+    """How the parameters that select a mode are shown; those without a register are what the program says."""
+    prefix = f"{loop}."
+    fixed = {cell.field: cell.raw for cell in image.cells if cell.loop == loop}
+
+    def show(words: Mapping[Any, int]) -> str:
+        held = {
+            name.removeprefix(prefix): content_of(numbering.points[name].type, raw)
+            for name, raw in words.items()
+            if name.startswith(prefix)
+        }
+        return mode_of(fixed | held)
+
+    return show

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from decimal import Decimal
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.sim.registers import NO_REGISTER, RegisterError
 from pidcfg.sim.report import Note, rounded
@@ -12,13 +13,26 @@ from pidcfg.sim.run import Settings, begun
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.modbus import Numbering
+    from pidcfg.encoders.modbus import Places
     from pidcfg.scenario.load import Loaded
     from pidcfg.sim.registers import Done, Registers
     from pidcfg.sim.report import Report
 
 Where = tuple[str, int]
 """A table and the number of a register in it."""
+WORD = 0xFFFF
+
+
+class Part(NamedTuple):
+    """What a register has of a value: the bits of ``mask`` behind ``shift``, at its own bit ``bit``."""
+
+    number: int
+    shift: int
+    mask: int
+    bit: int
+    loop: int
+
+
 ENDLESS = Decimal(10) ** 9
 """Seconds of a run that ends when somebody ends it."""
 LISTED = 1000
@@ -28,7 +42,7 @@ LISTED = 1000
 class VirtualPlc:
     """A run that goes on for as long as it is wanted. Nothing is expected of it: somebody else has a hand in it."""
 
-    def __init__(self, loaded: Loaded, numbering: Numbering) -> None:
+    def __init__(self, loaded: Loaded, numbering: Places) -> None:
         if loaded.scenario is None or loaded.vendor is None:
             raise ValueError(f"{loaded.document.file} could not be loaded")
         scenario = loaded.scenario.model_copy(update={"duration": ENDLESS, "expect": (), "allow": ()})
@@ -37,11 +51,16 @@ class VirtualPlc:
         self.unlisted = 0
         self._course: Iterator[int] = self.run.course()
         self._at = self.run.zero
-        self._where: dict[Where, tuple[int, int, int]] = {}
+        self._where: dict[Where, list[Part]] = {}
         for number, loop in self.registers.places().items():
-            place = numbering.place(number)
-            for part in range(place.width):
-                self._where[place.table, place.register + part] = (number, place.shift(part), loop)
+            with suppress(LookupError):  # no client reads what the map does not have
+                place = numbering.place(number)
+                for part in range(place.width):
+                    shift, mask = (place.shift(part), WORD) if place.bit is None else (0, 1)
+                    one = Part(number, shift, mask, place.bit or 0, loop)
+                    here = self._where.setdefault((place.table, place.register + part), [])
+                    if all(other.mask != WORD and other.bit != one.bit for other in here):  # one device, several names
+                        here.append(one)
         self._held: dict[int, Mapping[int, int]] = {}
 
     @property
@@ -67,12 +86,18 @@ class VirtualPlc:
         return [self._content(table, first + k) for k in range(count)]
 
     def _content(self, table: str, register: int) -> int:
-        number, shift, loop = self._place(table, register)
-        if loop not in self._held:
-            self._held[loop] = self.registers.contents(loop)
-        return self._held[loop][number] >> shift & 0xFFFF
+        content = 0
+        for part in self._parts(table, register):
+            content |= (self._raw(part) >> part.shift & part.mask) << part.bit
+        return content
 
-    def _place(self, table: str, register: int) -> tuple[int, int, int]:
+    def _raw(self, part: Part) -> int:
+        """What a value holds now."""
+        if part.loop not in self._held:
+            self._held[part.loop] = self.registers.contents(part.loop, self.run.net.sig)
+        return self._held[part.loop][part.number]
+
+    def _parts(self, table: str, register: int) -> list[Part]:
         found = self._where.get((table, register))
         if found is None:
             raise RegisterError(NO_REGISTER, f"{table} {register} is no register of this PLC")
@@ -80,16 +105,14 @@ class VirtualPlc:
 
     def write(self, table: str, first: int, contents: Sequence[int]) -> None:
         """Registers one after the other, halves of a value together; raises `RegisterError` where one is refused."""
-        parts: dict[int, dict[int, int]] = {}
+        raws: dict[int, tuple[int, int]] = {}
         for k, content in enumerate(contents):
-            number, shift, _ = self._place(table, first + k)
-            parts.setdefault(number, {})[shift] = int(content)
-        owner = {number: loop for number, _, loop in self._where.values() if number in parts}
-        for number, written in parts.items():
-            loop = owner[number]
-            raw = self.registers.contents(loop)[number]
-            for shift, content in written.items():
-                raw = raw & ~(0xFFFF << shift) | content << shift
+            for part in self._parts(table, first + k):
+                raw, written = raws.get(part.number, (self._raw(part), int(content) >> part.bit & part.mask))
+                if part.mask == WORD or written != raw:  # of the switches in a register those that change
+                    raw = raw & ~(part.mask << part.shift) | (int(content) >> part.bit & part.mask) << part.shift
+                    raws[part.number] = (raw, part.loop)
+        for number, (raw, loop) in raws.items():
             self._write(number, raw, loop)
 
     def _write(self, number: int, raw: int, loop: int) -> None:

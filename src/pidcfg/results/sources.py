@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidcfg.document import Document
-from pidcfg.reader import Files, source_data
+from pidcfg.reader import UNNAMED, Files, reader_of, source_data
 from pidcfg.results.arguments import ArgumentError
 from pidcfg.source import read_document
 from pidcfg.validate.engine import Checked, check_document
 
 if TYPE_CHECKING:
     from pidcfg.limits import Limits
+    from pidcfg.map_files import MapFile
 
 Source = Path | str | bytes | Document
 """A file by its path, a text, or the ``document`` of another result, which is not read again."""
@@ -29,6 +30,18 @@ def document_of(source: Source, name: str | None, files: Files, limits: Limits) 
 def checked_of(source: Source, name: str | None, files: Files, limits: Limits) -> Checked:
     """A source as a checked configuration."""
     return check_document(document_of(source, name, files, limits), limits)
+
+
+def stated_map(
+    source: Path | str | bytes | None, document: Document | None, files: Files, limits: Limits
+) -> MapFile | None:
+    """A Modbus map, else the one of the configuration's ``plc.map``; raises `UnusableMapError`, `OSError`."""
+    from pidcfg.map_files import map_of_data, named_map
+
+    if source is None:
+        return named_map(document, reader_of(files), limits)
+    data, label = source_data(source, None, files, limits.file_bytes + 1)
+    return map_of_data(data, "map" if label == UNNAMED else label, limits)
 
 
 def files_of(

@@ -23,9 +23,12 @@ if TYPE_CHECKING:
     from pidcfg.document import Document
     from pidcfg.encoders.files import FileKind
     from pidcfg.limits import Limits
+    from pidcfg.map_files import MapFile
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
 
+MODBUS = "modbus"
+"""The format whose registers a user may state."""
 File = tuple[bytes, str]
 """The bytes of a file, and its name."""
 
@@ -79,7 +82,7 @@ class EncodeResult:
 def _restored(document: Document, findings: tuple[Diagnostic, ...], vendor: str | None, *others: Any) -> EncodeResult:
     """A result of `encode` from what `EncodeResult.__reduce__` made of it."""
     image, name, *rest = others
-    kind = None if vendor is None or name is None else format_of(VENDORS[vendor], name)
+    kind = None if vendor is None else VENDORS[vendor].load("formats").get(name)
     return EncodeResult(document, findings, vendor, image, kind, *rest)
 
 
@@ -95,6 +98,8 @@ class EncodeOptions:
     """Whether words that the PLC or the process writes are so, too."""
     errors: bool = False
     """Although the configuration has errors, if only every value has its word."""
+    map: MapFile | None = None
+    """A Modbus map that is stated, for the format ``modbus``."""
 
 
 def encoded(checked: Checked, name: str, options: EncodeOptions, limits: Limits) -> EncodeResult:
@@ -103,8 +108,10 @@ def encoded(checked: Checked, name: str, options: EncodeOptions, limits: Limits)
     faulty = bool(errors_in(checked.findings))
     if vendor is None or encoding is None or (faulty and not (options.errors and encoding.whole)):
         return EncodeResult(checked.document, checked.findings)
+    if options.map is not None and name != MODBUS:
+        raise ArgumentError(f"`map` is for the format {MODBUS}", "map")
     try:
-        kind: FileKind = format_of(vendor, name)
+        kind = modbus_of(checked, options.map) if name == MODBUS else format_of(vendor, name)
     except KeyError as error:
         raise ArgumentError(error.args[0], "format") from None
     result = EncodeResult(
@@ -115,6 +122,23 @@ def encoded(checked: Checked, name: str, options: EncodeOptions, limits: Limits)
             raise ArgumentError("`live` is for `changed_from` only", "live", "changed_from")
         return _with_texts(result, kind, options.into, limits)
     return _in_part(result, kind, Subject(vendor, checked.config, encoding), options, limits)
+
+
+def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
+    """The format ``modbus`` of a configuration, by its vendor's map or a stated one; raises `UnusableMapError`."""
+    from pidcfg.encoders.files import modbus_kind, named_modbus_kind
+    from pidcfg.encoders.symbol_map import NamedNumbering
+    from pidcfg.map_files import numbering_of, space_of
+
+    if checked.vendor is not None and stated is None and MODBUS in (formats := checked.vendor.load("formats")):
+        own: FileKind = formats[MODBUS]
+        return own
+    if checked.vendor is None or checked.encoding is None:
+        raise ValueError(f"{checked.document.file} has no memory")
+    numbering = numbering_of(checked.vendor, stated, checked.encoding.image, checked.document.file)
+    if isinstance(numbering, NamedNumbering):
+        return named_modbus_kind(numbering.cells)
+    return modbus_kind(space_of(checked.vendor), numbering)
 
 
 def _in_part(

@@ -16,6 +16,7 @@ from pidcfg.schemas.dpide_call import Call, or_text, parse_milliseconds
 from pidcfg.schemas.dpide_devices import Devices, Register
 from pidcfg.schemas.iec import DINT, REAL, Bool, DInt, Real, Timed
 from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.map_file import MapFile
 
 D251 = Decision(
     251,
@@ -63,6 +64,8 @@ class Plc(Model):
 
     interrupt_task: Interval | None = None
     """Interval in ms of the timed interrupt task that the instructions stand in; it replaces CYCLE."""
+    map: MapFile | None = None
+    """Modbus map (CSV), relative to this file: where devices are, for `pull`, `compare`, `serve`."""
 
 
 class Loop(Model):

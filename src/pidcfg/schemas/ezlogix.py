@@ -34,6 +34,7 @@ from pidcfg.schemas.base import (
 )
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.map_file import MapFile
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -148,6 +149,8 @@ class Plc(Model):
     """Whether loops go on while the PLC is stopped; they then need physical tags (IR; OR or O)."""
     tag_names: Template = "PID{loop}_{variable}"
     """Names of the tag list: `{loop}` is the loop's number, `{name}` its name, `{variable}` the variable."""
+    map: MapFile | None = None
+    """Modbus map (CSV), relative to this file: where registers and discretes are, for `pull`, `compare`, `serve`."""
 
 
 class Tuning(Model):
@@ -328,3 +331,5 @@ class PlcSettings(SectionSettings):
     """Whether loops go on while the PLC is stopped."""
     tag_names: Template = "PID{loop}_{variable}"
     """Names of the tag list."""
+    map: MapFile | None = None
+    """Modbus map."""

@@ -18,6 +18,7 @@ from pidcfg.schemas.base import Model, Range, Seconds, Text
 from pidcfg.schemas.common import ConfigurationFile
 from pidcfg.schemas.iec import BoolIn, Identifier, IntIn, MoveIn, RealIn, Signal, TimeIn, TuneMode, UInt, UIntIn, USInt
 from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.map_file import MapFile
 
 D200 = Decision(
     200,
@@ -427,6 +428,8 @@ class Plc(Model):
     """Interval of the cyclic task in s."""
     program: Identifier = "PidLoops"
     """Name of the program that is written."""
+    map: MapFile | None = None
+    """Modbus map (CSV), relative to this file: where parameters are, for `pull`, `compare`, `serve`."""
 
 
 class NextopidFile(ConfigurationFile):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.refs import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
 D873 = Decision(
     873,
@@ -47,8 +47,8 @@ class Registers(ABC):
         """Every register that there is, with its loop."""
 
     @abstractmethod
-    def contents(self, loop: int) -> Mapping[int, int]:
-        """What the registers of a loop hold now, raw."""
+    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:
+        """What the registers of a loop hold now, raw; ``sig``: the signals of the run."""
 
     @abstractmethod
     def write(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:

@@ -94,8 +94,9 @@ LISTING = (
 LIVE = (
     _row("PID065", "plc-differs", "A PLC holds another setting than its file.", "What runs is not what was agreed: somebody has changed the PLC or the file, or a download was never made.", "Find out who changed it; correct the file, or write its value into the PLC."),
     _unreadable("PID066", "plc-not-reached", "A PLC is not reached, or does not give what is asked for.", "Nothing has been compared: that is neither a pass nor a difference.", "Look at the cable, the address, the unit number and what the PLC allows over Modbus; the message names the function and the register."),
+    _row("PID067", "unusable-map", "The Modbus map that a configuration names cannot be used.", "A register that is missing from it, or that it has twice, would be read as another one's, or not at all.", "Correct the line of the map that the message names; `pidcfg encode FILE --format modbus-map` writes one to be filled in."),
 )
-"""What `pidcfg compare` finds."""
+"""What `pidcfg compare` finds, and what is wrong with the map that it reads by."""
 SCHEMA = (
     _row("PID020", "unknown-key", "A key is not known here.", "It would be ignored, and the setting it was meant for would keep its default.", "Correct the spelling; the message suggests the nearest key."),
     _row("PID021", "missing-key", "A required key is missing.", "It has no safe default.", "Add the key."),

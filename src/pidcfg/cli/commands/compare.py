@@ -36,7 +36,7 @@ PEOPLE = ("text", "concise")
 @click.command("compare", epilog=EPILOG)
 @click.argument("files", nargs=-1, required=True, metavar="FILE…")
 @plc_options.PLC
-@plc_options.MAP
+@options.MAP
 @report_options.report_format("compare")
 @report_options.report_files("compare")
 @click.option(
@@ -68,12 +68,13 @@ def command(
     """
     plc_options.needed(plc)
     from pidcfg.cli.findings.collect import one_configuration
+    from pidcfg.encoders.map_rows import UnusableMapError
     from pidcfg.live.calls import compare
 
     documents = {doc.file: doc for doc in (one_configuration(name, limits) for name in files)}
     report_options.refuse_inputs(reports, files)
 
-    registers = plc_options.map_data(stated, limits)
+    registers = plc_options.map_file(stated, limits)
 
     def compared() -> Round:
         with usage():
@@ -82,7 +83,10 @@ def command(
                 lambda doc: compare(doc, plc, map=registers, timeout=timeout, retries=retries, limits=limits),
             )
 
-    first = compared()
+    try:
+        first = compared()
+    except UnusableMapError as error:
+        raise click.ClickException(str(error)) from None
     shown = Findings(first.shown(fmt), documents, command="compare")
     full = Findings(first.shown(), documents, command="compare")
     if first.results or fmt not in PEOPLE:

@@ -26,6 +26,7 @@ EPILOG = options.examples(
     "pidcfg encode reactor.yaml --format json | jq '.words[0]'",
     "pidcfg encode tank.yaml --format nickname-csv --into project.csv -o merged.csv",
     "pidcfg encode reactor.yaml --format modbus --changed-from upload.csv -o changes.csv",
+    "pidcfg encode oven.yaml --format modbus --map oven-map.csv",
 )
 
 
@@ -52,6 +53,7 @@ PRINTERS = {"json": echo_json, "plcopen": echo_xml}
     help="Write only what differs from this listing, such as an upload, without what the PLC or the process writes.",
 )
 @click.option("--live", is_flag=True, help="With --changed-from: also words that the PLC or the process writes.")
+@options.MAP
 @options.STDIN_FILENAME
 @options.QUIET
 @options.LIMITS
@@ -64,6 +66,7 @@ def command(
     into: str | None,
     changed_from: str | None,
     live: bool,
+    stated: str | None,
     quiet: bool,
     limits: Limits,
 ) -> None:
@@ -71,8 +74,10 @@ def command(
     from pidcfg.api import encode
     from pidcfg.cli.commands.validate import exit_code
     from pidcfg.cli.findings.collect import show_errors
+    from pidcfg.cli.plc_options import map_file
     from pidcfg.encoders.files import CONFLICT, UnwritableError
     from pidcfg.encoders.listing import ListingError
+    from pidcfg.encoders.map_rows import UnusableMapError
 
     configuration, others = _inputs(file, (into, changed_from), fmt, limits)
     (data, name), (old, old_name) = others
@@ -87,10 +92,13 @@ def command(
                 changed_from_name=old_name,
                 live=live,
                 allow_errors=allow_errors,
+                map=map_file(stated, limits),
                 limits=limits,
             )
     except (UnwritableError, ListingError) as error:
         raise click.ClickException(f"{file}: {error}") from None
+    except UnusableMapError as error:
+        raise click.ClickException(str(error)) from None
     if result.kind is None:
         show_errors(result.findings, result.document, fmt)
         note("nothing was written")

@@ -25,7 +25,7 @@ EPILOG = options.examples(
 
 @click.command("pull", epilog=EPILOG)
 @plc_options.PLC
-@plc_options.MAP
+@options.MAP
 @click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
 @click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
 @options.output_format("yaml", *format_names())
@@ -67,7 +67,7 @@ def command(
             vendor=vendor,
             format=fmt,
             options=texts,
-            map=plc_options.map_data(stated, limits),
+            map=plc_options.map_file(stated, limits),
             timeout=timeout,
             retries=retries,
             limits=limits,

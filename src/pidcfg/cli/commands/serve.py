@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 EPILOG = options.examples(
     "pidcfg serve reactor.scenario.yaml",
     "pidcfg serve reactor.scenario.yaml --speed 10 --listen 127.0.0.1:1502",
+    "pidcfg serve oven.scenario.yaml --map oven-map.csv",
     "pidcfg serve tank.scenario.yaml --listen 'modbus+rtu:///dev/ttyUSB0?baud=38400&parity=odd'",
 )
 LISTEN = "127.0.0.1:5020"
@@ -25,6 +26,7 @@ LISTEN = "127.0.0.1:5020"
 
 @click.command("serve", epilog=EPILOG)
 @click.argument("scenario")
+@options.MAP
 @click.option(
     "--listen", default=LISTEN, show_default=True, metavar="HOST:PORT", help="Where to listen, or modbus+rtu:///DEVICE."
 )
@@ -38,7 +40,14 @@ LISTEN = "127.0.0.1:5020"
 @options.QUIET
 @options.LIMITS
 def command(
-    scenario: str, listen: str, speed: float, seconds: float | None, fmt: str, quiet: bool, limits: Limits
+    scenario: str,
+    stated: str | None,
+    listen: str,
+    speed: float,
+    seconds: float | None,
+    fmt: str,
+    quiet: bool,
+    limits: Limits,
 ) -> None:
     """Serve the virtual PLC of SCENARIO over Modbus until Ctrl-C, which prints the report of the run.
 
@@ -64,7 +73,16 @@ def command(
             )
 
     with plc_options.reached():
-        result = serve(documents[0], listen=listen, speed=speed, seconds=seconds, ready=ready, tell=note, limits=limits)
+        result = serve(
+            documents[0],
+            listen=listen,
+            map=plc_options.map_file(stated, limits),
+            speed=speed,
+            seconds=seconds,
+            ready=ready,
+            tell=note,
+            limits=limits,
+        )
     if not result.ok:
         show_errors(result.findings, documents[0], fmt)
         click.get_current_context().exit(Exit.UNUSABLE)

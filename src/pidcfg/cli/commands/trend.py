@@ -62,7 +62,7 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 
 @click.command("trend", epilog=EPILOG)
 @plc_options.PLC
-@plc_options.MAP
+@options.MAP
 @click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
 @click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
 @click.option("-o", "--output", "out", type=click.Path(dir_okay=False), help="The file; rows are in it at once.")
@@ -114,7 +114,7 @@ def command(
                 like=other,
                 vendor=vendor,
                 options=texts,
-                map=plc_options.map_data(stated, limits),
+                map=plc_options.map_file(stated, limits),
                 interval=interval,
                 seconds=seconds,
                 taken=None if chart is None else chart.row,

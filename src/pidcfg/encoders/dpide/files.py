@@ -7,12 +7,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, read_operands, write_operands
+from pidcfg.encoders.dpide.points import points
 from pidcfg.encoders.dpide.st_read import read_st
 from pidcfg.encoders.dpide.st_write import write_st
 from pidcfg.encoders.dpide.symbol_read import read_symbols
 from pidcfg.encoders.dpide.symbol_table import merge_symbols
 from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, write_symbols
 from pidcfg.encoders.files import FileKind
+from pidcfg.encoders.map_template import map_kind, symbol_rows
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN_BY_AUTOTUNE
 from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.encoders.st.lex import opening
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
     from pidcfg.schemas.dpide import DpideFile, Loop
 
+OFFERED = ("PV", "MV", "PID_RUN", "PID_MAN", "PID_MODE")
+"""Operands that run, and that a trend or an operator wants."""
 UNIT = re.compile(r"(?:PROGRAM|FUNCTION_BLOCK|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
 CALL = re.compile(r"^[^,;#\"]*\bDPIDE\s*\(", re.IGNORECASE | re.MULTILINE)
 
@@ -61,6 +65,7 @@ FORMATS = {
         carries_comments=False,
         whole=False,
     ),
+    "modbus-map": map_kind(lambda image: symbol_rows(points(image), OFFERED)),
 }
 
 

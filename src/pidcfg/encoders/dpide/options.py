@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pidcfg.encoders.options import Option, listed
 
-FORMATS = ("text", "csv", "json", "st", "operands", "symbols")
+FORMATS = ("text", "csv", "json", "st", "operands", "symbols", "modbus-map")
 
 
 def _register(text: str) -> str:

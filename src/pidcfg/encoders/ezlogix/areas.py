@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.areas import Area
 from pidcfg.encoders.ezlogix.decode import LOOP_OPTIONS
-from pidcfg.encoders.maps.ezlogix import BANKS, BLOCKS, SPACE
+from pidcfg.encoders.maps.ezlogix import BANKS, BLOCKS, MAP_SPACE, SPACE
+from pidcfg.encoders.scales import Position
 from pidcfg.encoders.settings import with_options
 from pidcfg.schemas.ezlogix import DISCRETES, REGISTERS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from pidcfg.encoders.image import Image
 
@@ -34,3 +35,11 @@ def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, An
         for entry in entries
         for key, (prefix, table) in BLOCKS.items()
     ]
+
+
+def tags(entry: Mapping[str, Any]) -> Iterator[tuple[str, int, Position]]:
+    """PV and output of a loop, which stand outside of its blocks: the signal, its register, and what it is on."""
+    for signal, key, scale in (("PV", "pv", "pv"), ("OUT", "output", "output")):
+        number = MAP_SPACE.parse(str(entry[key]["tag"]))
+        if number is not None:
+            yield signal, number, Position(scale)

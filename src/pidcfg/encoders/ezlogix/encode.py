@@ -59,5 +59,6 @@ def _plc_settings(config: EzlogixFile) -> dict[str, Any]:
             "description": config.description,
             "process_when_stopped": config.plc.process_when_stopped,
             "tag_names": None if names == Plc.model_fields["tag_names"].default else names,
+            "map": config.plc.map,
         }
     )

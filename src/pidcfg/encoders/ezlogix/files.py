@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.ezlogix.tags import merge_tags, read_tags, write_tags
 from pidcfg.encoders.files import FileKind, listings
-from pidcfg.encoders.maps.ezlogix import SPACE
+from pidcfg.encoders.map_template import map_kind, space_rows
+from pidcfg.encoders.maps.ezlogix import MAP_SPACE, SPACE
 from pidcfg.encoders.tables import columns
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ FORMATS = listings(SPACE, "register listing") | {
         merge=merge_tags,
         whole=False,
     ),
+    "modbus-map": map_kind(lambda _image: space_rows(SPACE, MAP_SPACE)),
 }
 
 

@@ -9,7 +9,7 @@ from pidcfg.encoders.options import Option, listed, one_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-FORMATS = ("text", "csv", "json", "tags")
+FORMATS = ("text", "csv", "json", "tags", "modbus-map")
 
 
 def _block(key: str) -> Callable[[str], str]:

@@ -48,6 +48,8 @@ D154 = Decision(
 )
 
 SPACE = Space((Bank(*REGISTERS[:3], kind=WORD), Bank(*DISCRETES[:3], kind=BIT)))
+MAP_SPACE = Space((*SPACE.banks, Bank("IR", 1, WORD_MAX, kind=WORD), Bank("OR", 1, WORD_MAX, kind=WORD)))
+"""What a Modbus map may speak of: the same numbers, and behind them the tags of PV and CV."""
 HUNDREDTHS, TENTHS, WHOLE = Implied(2), Implied(1), Implied()
 LEAST_SAMPLE_RATE = HUNDREDTHS.encode(Decimal(str(SAMPLE_RATE.low)))
 """The sample rate below which a register is out of range."""

@@ -23,6 +23,7 @@ from pidcfg.paths import put, steps
 from pidcfg.schemas.base import Integer, Model, Seconds, Text, plain_number
 from pidcfg.schemas.common import SectionSettings
 from pidcfg.schemas.iec import Identifier, Wire
+from pidcfg.schemas.map_file import MapFile
 from pidcfg.schemas.nextopid import Move, OutputText, Plc, PvText
 
 if TYPE_CHECKING:
@@ -72,6 +73,8 @@ class PlcSettings(SectionSettings):
     """Name of the program."""
     moves: tuple[Move, ...] = ()
     """What the program copies."""
+    map: MapFile | None = None
+    """Modbus map."""
 
 
 def decode(
@@ -95,6 +98,7 @@ def decode(
     data["plc"] = {"sample_time": plain_number(Decimal(time))}
     if plc_settings.program != Plc.model_fields["program"].default:
         data["plc"]["program"] = plc_settings.program
+    data["plc"] |= present({"map": plc_settings.map})
     signals = {name: _signal(content) for name, content in words.items() if "." not in name}
     data |= {"signals": signals} if signals else {}
     items = [read_item(entry, i) for i, entry in enumerate(settings)]

@@ -208,5 +208,6 @@ def _plc_settings(config: NextopidFile) -> dict[str, Any]:
             "sample_time": plain_number(config.plc.sample_time),
             "moves": [entry_of(move) for move in config.moves] or None,
             "program": None if program == Plc.model_fields["program"].default else program,
+            "map": config.plc.map,
         }
     )

@@ -7,18 +7,31 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.files import FileKind
+from pidcfg.encoders.map_template import map_kind, symbol_rows
 from pidcfg.encoders.nextopid.plcopen import write_plcopen
 from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
+from pidcfg.encoders.nextopid.points import points
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_st
 from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.encoders.st.lex import opening
 from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.nextopid import Plc
 
 if TYPE_CHECKING:
+    from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.nextopid import NextopidFile
 
 BEGIN = re.compile(r"(?:PROGRAM|FUNCTION(?:_BLOCK)?|TYPE|VAR(?:_[A-Z_]+)?)\s", re.IGNORECASE)
+
+
+OFFERED = ("PV", "MV", "Manual", "CASC", "SP_CASC")
+"""Parameters that run, and that a trend or an operator wants."""
+
+
+def _program(image: Program) -> str:
+    """The name of the program."""
+    return str(image.plc.get("program", Plc.model_fields["program"].default))
 
 
 def looks_like_st(text: str) -> bool:
@@ -41,6 +54,7 @@ FORMATS = {
     "plcopen": FileKind(
         "plcopen", "program in PLCopen XML", write_plcopen, lambda text: with_zeros(read_plcopen(text)), looks_like_xml
     ),
+    "modbus-map": map_kind(lambda image: symbol_rows(points(image), OFFERED, f"{_program(image)}.")),
 }
 """A pragma, with which a program may begin, begins like JSON."""
 

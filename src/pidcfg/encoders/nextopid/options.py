@@ -9,7 +9,7 @@ from pidcfg.encoders.options import Option
 if TYPE_CHECKING:
     from decimal import Decimal
 
-FORMATS = ("text", "csv", "json", "st", "plcopen")
+FORMATS = ("text", "csv", "json", "st", "plcopen", "modbus-map")
 
 
 def _seconds(text: str) -> Decimal | None:

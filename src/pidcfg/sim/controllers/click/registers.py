@@ -11,7 +11,7 @@ from pidcfg.sim.controllers.click.setting import FIXED
 from pidcfg.sim.registers import NO_REGISTER, NO_VALUE, NOT_NOW, Done, RegisterError, Registers
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, MutableSequence
+    from collections.abc import Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.regmap import Word
     from pidcfg.sim.controllers.click.plc import Click
@@ -36,7 +36,7 @@ class ClickRegisters(Registers):
         """The three blocks of each loop."""
         return {number: loop for number, (loop, _) in self._at.items()}
 
-    def contents(self, loop: int) -> Mapping[int, int]:
+    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
         """As the registers are after the last scan."""
         words, status = self.plc.memory(loop).words, self.plc.st[loop].status
         alarms = {name: int(bool(status & bit)) for name, bit in ALARMS.items()}

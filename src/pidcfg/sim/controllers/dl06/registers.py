@@ -22,7 +22,7 @@ from pidcfg.sim.registers import NO_REGISTER, NO_VALUE, Done, RegisterError, Reg
 from pidcfg.sim.terms import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, MutableSequence
+    from collections.abc import Iterator, Mapping, MutableSequence, Sequence
 
     from pidcfg.sim.controllers.dl06.plc import Dl06
 
@@ -46,7 +46,7 @@ class Dl06Registers(Registers):
         others = {number for number in self.plc.words if number not in self._tables}
         return dict.fromkeys([*others, ERROR_FLAGS], NO_LOOP) | {n: loop for n, (loop, _) in self._tables.items()}
 
-    def contents(self, loop: int) -> Mapping[int, int]:
+    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
         """As the words are after the last scan."""
         if loop == NO_LOOP:
             others = {n: raw for n, raw in self.plc.words.items() if n not in self._tables}

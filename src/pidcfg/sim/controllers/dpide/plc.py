@@ -241,6 +241,11 @@ class Dpide(NamedPlc):
         results = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate, s.tune_tf), strict=True))
         return {"done": done, "error": error, "status": status, "results": results if done else {}}
 
+    def memory(self, loop: int) -> Operands:
+        """A loop's operands as they are after the last calculation."""
+        absorb(self._contents[loop], self.st[loop])
+        return self._contents[loop] | {"PV": self.st[loop].pv}
+
     def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
         """The MV that a loop starts with, and MOUT, which holds it in manual."""
         c, s = self.cfg[loop], self.st[loop]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.encoders.maps.ezlogix import LEAST_SAMPLE_RATE, R_BLOCK, SPACE
 from pidcfg.encoders.regmap import decode_one
@@ -24,7 +24,7 @@ from pidcfg.sim.controllers.ezlogix.report import (
 from pidcfg.sim.controllers.ezlogix.setting import CV, KEYS
 from pidcfg.sim.controllers.ezlogix.signals import show
 from pidcfg.sim.controllers.ezlogix.state import Config, State
-from pidcfg.sim.controllers.ezlogix.words import absorb, configure, loop_of, tag_number, ticks, tuning
+from pidcfg.sim.controllers.ezlogix.words import Loop, absorb, configure, loop_of, tag_number, ticks, tuning
 from pidcfg.sim.notices import tell
 from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, CountsPlc, NoOptions
 from pidcfg.sim.reaction_curve import POINTS
@@ -226,23 +226,34 @@ class Ezlogix(CountsPlc):
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect, if so."""
-        registers, s = self._loops[loop], self.st[loop]
-        rows = KEYS.find(path)
-        scales = registers.scales()
+        rows: list[Any] = KEYS.find(path)
+        scales = self._loops[loop].scales()
         if rows[0] is CV:
-            return self._operate(loop, encode_row(CV, value, scales), sig)
-        absorb(registers, s)
+            return self.write_output(loop, encode_row(CV, value, scales), sig)
+        late = None
         for row, item in items_of(rows, value):
-            registers.write(row.name, encode_row(row, item, scales))  # type: ignore[union-attr]  # the blocks are Words
+            late = self.write(loop, cast("Word", row), encode_row(row, item, scales), sig)  # the blocks are Words
+        return late
+
+    def write(self, loop: int, row: Word, raw: int, sig: MutableSequence[float]) -> str | None:
+        """Write the raw content of a register; as `set` otherwise."""
+        registers, s = self._loops[loop], self.st[loop]
+        absorb(registers, s)
+        registers.write(row.name, raw)
         s.sp = float(registers.word("setpoint"))
         self._apply(loop)
-        if str(rows[0].path) == "autotune.timeout":
+        if row.name == "autotune_timeout":
             s.tune_left = self.cfg[loop].timeout
-        if str(rows[0].path).startswith("setpoint."):
+        if row.name.startswith("setpoint"):
             self._show(loop, sig)
         if self.cfg[loop].halt:
             return "the loop is not calculated: its sample rate is below 0.05 s"
-        return self._write_outer(loop, sig) if rows[0].path == "setpoint.value" else None
+        return self._write_outer(loop, sig) if row.name == "setpoint" else None
+
+    def memory(self, loop: int) -> Loop:
+        """A loop's registers and discretes as they are after the last calculation."""
+        absorb(self._loops[loop], self.st[loop])
+        return self._loops[loop]
 
     def _write_outer(self, loop: int, sig: MutableSequence[float]) -> str | None:
         """Writes the CV that stands in this loop's set point register (D177); returns what overwrites it."""
@@ -264,7 +275,7 @@ class Ezlogix(CountsPlc):
             return "the loop is in Auto and calculates the CV itself"
         return None
 
-    def _operate(self, loop: int, raw: int, sig: MutableSequence[float]) -> str | None:
+    def write_output(self, loop: int, raw: int, sig: MutableSequence[float]) -> str | None:
         """The operator writes the CV, which he can in Manual only (D172)."""
         why = self._keeps_cv(loop)
         if why is None:
