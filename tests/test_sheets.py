@@ -15,7 +15,7 @@ from pidcfg.cli.main import cli
 from pidcfg.limits import DEFAULT, Limits
 from pidcfg.results.sources import checked_of
 from pidcfg.sheets.read import SheetFaultsError, from_sheet
-from pidcfg.sheets.values import plain_text
+from pidcfg.sheets.values import number_or_text, plain_text
 from pidcfg.sheets.write import as_csv, as_workbook
 from pidcfg.source import read_document
 from pidcfg.vendors import VENDORS
@@ -143,6 +143,34 @@ def test_ends_are_those_of_pairs():
     assert key_of("output.limits high", VENDORS["dl06"]) == "output.limits high"
     with pytest.raises(UnknownColumnError):
         key_of("tuning.gain low", VENDORS["dl06"])
+
+
+def test_a_line_above_the_header_may_be_two_words_that_columns_have():
+    assert config(made("description,Tag\n" + HEAD + ROW).text).description == "Tag"
+    (fault, *_) = faults("name,gain\nA,2\n")
+    assert "row 2" in fault
+    with pytest.raises(SheetFaultsError, match="has no header"):
+        made("name,wrong\nA,2\n")
+
+
+@pytest.mark.parametrize("text", ["0017", "1e3", "+5", "1_000", "0x10", "inf", "nan", ".5", "\uff11", "True ", "yes"])
+def test_what_is_not_written_back_the_same_way_stays_a_text(text):
+    assert number_or_text(text) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("17", 17), ("-2.5", -2.5), ("1.10", 1.1), ("TRUE", True), ("false", False)]
+)
+def test_numbers_and_switches_are_no_texts(text, value):
+    assert (number_or_text(text), type(number_or_text(text))) == (value, type(value))
+
+
+def test_rows_that_fail_alike_are_named_behind_the_first():
+    rows = "".join(ROW.replace("2.5", "abc").replace("TIC-1", f"L{i}") for i in range(3))
+    (fault,) = faults(HEAD + rows)
+    assert fault.endswith("; so it is in rows 3, 4")
+    (fault,) = faults(HEAD + "\n".join(rows.splitlines()[:2]) + "\n")
+    assert fault.endswith("; so it is in row 3")
 
 
 def test_a_column_is_left_out_where_its_header_says_so():
