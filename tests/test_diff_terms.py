@@ -10,6 +10,7 @@ import diff_spoil
 import pidcfg
 from pidcfg.cli.formats.differences import as_markdown, as_text
 from pidcfg.cli.main import main
+from pidcfg.conversion.values import text_of
 from pidcfg.differences.wired import move_content
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.limits import DEFAULT
@@ -567,3 +568,18 @@ def test_a_changed_step_of_a_profile_is_the_one_word_written(line, changed, word
     old = upload(REACTOR)
     result = pidcfg.encode(edited(REACTOR, (line, changed)), "csv", changed_from=old)
     assert [row.rpartition(",")[2] for row in result.text.splitlines() if row.startswith("V")] == [word]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (2.3721e-41, "2.3721e-41"),
+        (-1e300, "-1e+300"),
+        (0.000001, "0.000001"),
+        (1234567.5, "1234567.5"),
+        (10**19, "1" + "0" * 19),
+    ],
+)
+def test_numbers_are_short(value, text):
+    assert text_of(value) == text
+    assert float(text_of(value)) == value

@@ -8,6 +8,9 @@ from typing import Any
 from pidcfg.schemas.base import Duration, Quantity, decimal_text, plain_number
 from pidcfg.schemas.rates import Rate
 
+LONGEST = 20
+"""Signs of a number that is shown without an exponent."""
+
 
 def number_of(value: Any) -> Decimal | None:
     """The number of a value in its own unit; None: it is none."""
@@ -42,4 +45,7 @@ def text_of(value: Any) -> str:
         return "-"
     if isinstance(value, bool):
         return str(value).lower()
-    return decimal_text(Decimal(repr(value))) if isinstance(value, int | float) else str(value)
+    if not isinstance(value, int | float):
+        return str(value)
+    text = decimal_text(Decimal(repr(value)))
+    return text if len(text) <= LONGEST else repr(value)
