@@ -397,6 +397,7 @@ def test_a_killed_batch_resumes_to_the_same_bytes(folder):
     refused = command("--samples", "390", "--resume", state.name)
     assert (refused.returncode, refused.stdout) == (2, "")
     assert "--resume kept.state: it cannot be continued: it has 400 samples already" in refused.stderr
+    assert "begin anew without it" in refused.stderr
 
 
 # --- the command -----------------------------------------------------------------------------------------------------

@@ -115,6 +115,8 @@ def test_margins_against_python_control():
 
 
 LOOPS = [
+    (Gains(0.9, 30, 0), Process(2, 60, 8.3), Sampling(2.0)),
+    (Gains(2.5, 40, 0), Process(0.02, 1, 4.6, integrating=True), Sampling(0.5)),
     (Gains(0.9, 30, 0), Process(2, 60, 8.3), Sampling(2.0, 0.5)),
     (Gains(1.4, 15, 4), Process(2, 40, 5), Sampling(1.0, 1.0, 0.6)),
     (Gains(0.6, 60, 3), Process(0.05, 1, 7.4, second_time_constant=5, integrating=True), Sampling(1.0, 1.0, 1.0, 8.0)),

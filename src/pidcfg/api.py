@@ -297,4 +297,4 @@ def certify(
     try:
         return CertifyResult(certify_document(doc, plan, limits, reader_of(files)))
     except StateError as error:
-        raise ArgumentError(f"`state` cannot be continued: {error}", "state") from None
+        raise ArgumentError(f"`state` cannot be continued: {error}; begin anew without it", "state") from None
