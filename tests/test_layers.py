@@ -55,7 +55,8 @@ MAY_IMPORT = {
     "verification": "refs processes schemas encoders vendors conversion differences sim pictures",
     "draft":        "refs control_characters limits diagnostics document source schemas scenario sim validate "
                     "verification",
-    "sheets":       "control_characters limits diagnostics document paths source templates schemas vendors validate writer",
+    "sheets":       "control_characters limits diagnostics document paths source templates schemas vendors validate "
+                    "writer",
     "results":      "limits reader writer diagnostics document source schemas encoders vendors listings conversion "
                     "differences tuning validate explanation sim scenario certification verification",
     "live":         "refs limits paths reader diagnostics document schemas encoders vendors listings conversion "
