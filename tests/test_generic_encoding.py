@@ -138,6 +138,8 @@ def test_what_every_loop_has_must_stand_in_the_listing(path):
     [
         ("L1.tuning.gian", 1.0, "did you mean tuning.gain"),
         ("L1.tuning.gain", True, "is not a value of LREAL"),
+        ("L1.tuning.gain", 10**309, "is not a value of LREAL"),
+        ("L1.tuning.gain", float("nan"), "is not a value of LREAL"),
         ("L1.tuning.gain", Wire("A + 1"), "expression"),
         ("L1.mode", "autotune", "is not a value of LOOP_MODE"),
         ("L1.output.limits.0", 1.0, "L1.output.limits.1"),

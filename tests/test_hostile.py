@@ -301,6 +301,20 @@ def test_the_command_line_sets_the_handlers_and_the_api_does_not():
     assert shown.stdout.strip() == "True"
 
 
+@POSIX
+@pytest.mark.parametrize(("words", "code"), [(["validate", "none.yaml"], 2), (["--version"], 0)])
+def test_a_signal_at_the_very_end_changes_nothing(tmp_path, words, code):
+    end = (
+        "import os, signal, sys\nfrom pidcfg.cli import errors, interrupts, main\nreal = interrupts.over\n"
+        "def over():\n    real()\n    os.kill(os.getpid(), signal.SIGTERM); os.kill(os.getpid(), signal.SIGINT)\n"
+        f"interrupts.over = over\nsys.argv[1:] = {words}\nmain.main()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", end], cwd=tmp_path, env=environment(), capture_output=True, check=False
+    )
+    assert (done.returncode, b"Traceback" in done.stderr) == (code, False)
+
+
 def test_a_part_that_is_whole_ends_before_its_signal_counts():
     done = []
     with pytest.raises(interrupts.Terminated), interrupts.whole():  # noqa: PT012 - the end of the block raises it

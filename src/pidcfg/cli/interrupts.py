@@ -19,14 +19,16 @@ class Terminated(BaseException):
 
 
 class _Waiting:
-    """How many parts must not be cut in two, and the signal that came meanwhile."""
+    """How many parts must not be cut in two, the signal that came meanwhile, and whether the command is over."""
 
     parts = 0
     number: int | None = None
+    over = False
 
 
 def install() -> None:
     """Takes both signals, unless whoever started the command has them ignored, or it is no main thread that runs."""
+    _Waiting.over = False
     with suppress(ValueError):
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, _take)
@@ -34,6 +36,11 @@ def install() -> None:
             signal.signal(signal.SIGINT, _take)
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=_as_before)
+
+
+def over() -> None:
+    """From here on a signal comes too late: how the command ends is known, and is about to be said."""
+    _Waiting.over = True
 
 
 def _as_before() -> None:
@@ -47,7 +54,7 @@ def _take(number: int, frame: object) -> None:
     del frame
     if _Waiting.parts:
         _Waiting.number = number
-    else:
+    elif not _Waiting.over:
         _end(number)
 
 

@@ -257,26 +257,32 @@ def main() -> None:
         interrupts.install()
         code = _run()
         _flush()
+        interrupts.over()
         sys.exit(code if isinstance(code, int) else Exit.OK)
     except click.ClickException as e:
+        interrupts.over()
         from pidcfg.cli.errors import say
 
         say(e)
         sys.exit(Exit.UNUSABLE)
     except (click.Abort, KeyboardInterrupt):
+        interrupts.over()
         _say("interrupted")
         sys.exit(Exit.INTERRUPTED)
     except interrupts.Terminated:
+        interrupts.over()
         LINE.end()
         _drop_stdout()
         sys.exit(Exit.TERMINATED)
     except OSError as e:
+        interrupts.over()
         from pidcfg.cli.errors import refused
 
         _drop_stdout()
         _say(f"Error: {refused(e)}")
         sys.exit(Exit.UNUSABLE)
     except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
+        interrupts.over()
         import traceback
 
         _say(traceback.format_exc().rstrip("\n"))

@@ -6,8 +6,10 @@ holds: a REAL is the shortest decimal that means its single-precision number, an
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from decimal import Decimal
+from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.encoders.regmap import Misfit
@@ -42,6 +44,8 @@ SHOWN = 60
 """Characters of a strange name that a message quotes."""
 Content = bool | int | float | str
 SINGLE = Single()
+LARGEST = Decimal(repr(sys.float_info.max))
+"""Of an LREAL."""
 
 
 class Elsewhere(Wire):
@@ -135,12 +139,19 @@ def store(kind: IecType, value: Decimal | Content) -> Content:
         return time_text(_milliseconds(kind, Decimal(value)))
     number = Decimal(value)
     if kind.kind == "real":
-        return float(number) if kind.double else single_value(SINGLE.encode(number))
+        return _double(kind, number) if kind.double else single_value(SINGLE.encode(number))
     if number != number.to_integral_value():
         raise EncodeError("form", f"{kind.name} holds whole numbers")
     if not kind.low <= number <= kind.high:
         raise EncodeError("range", f"is outside the range of {kind.name}", Decimal(kind.low), Decimal(kind.high))
     return int(number)
+
+
+def _double(kind: IecType, number: Decimal) -> float:
+    value = float(number)
+    if not isfinite(value):
+        raise EncodeError("range", f"is outside the range of {kind.name}", -LARGEST, LARGEST)
+    return value
 
 
 def _milliseconds(kind: IecType, seconds: Decimal) -> int:
@@ -184,7 +195,7 @@ def content_of(name: str, row: Parameter, raw: Content | Wire, kind: str) -> Con
         raise DecodeError(f"{name} is an expression; {kind} is a value", name)
     content = read(row.type, raw)
     if content is None:
-        raise DecodeError(f"{name}: {raw!r} is not a value of {row.type.name}", name)
+        raise DecodeError(f"{name}: {repr(raw)[:SHOWN]} is not a value of {row.type.name}", name)
     return content
 
 
