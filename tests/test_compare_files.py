@@ -88,3 +88,15 @@ def test_an_operated_set_point_is_told_with_its_register(desk):
     with desk.plc(Registers(words_of(CLICK) | {(HOLDING, 28873): 0x430D})) as url:
         (note,) = pidcfg.compare(CLICK, url).notes
     assert note == "TANK1: operated, and no difference: setpoint.value is 141 degF (DF101 141.0), in the file 140"
+
+
+def test_words_in_the_other_order_are_told(desk):
+    words = words_of(CLICK)
+    other = {(HOLDING, n ^ 1): raw for (table, n), raw in words.items() if table == HOLDING and n >= 28672}
+    with desk.plc(Registers(words | other)) as url:
+        result = pidcfg.compare(CLICK, url)
+        notes = [result.notes, *(pidcfg.pull(url, like=CLICK, format=name).notes for name in ("yaml", "csv"))]
+    assert not result.same
+    assert all("the two registers of a number seem to stand in the other order" in told[0] for told in notes)
+    with desk.plc(Registers(words)) as url:
+        assert not pidcfg.compare(CLICK, url).notes

@@ -9,6 +9,7 @@ import click
 
 from pidcfg.cli.arguments import usage
 from pidcfg.cli.extras import need
+from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -28,6 +29,8 @@ MAP = click.option(
     metavar="FILE",
     help="The Modbus map of a PLC whose manual prints none, with rows such as R1,holding,0,uint16.",
 )
+LIKE = click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
+VENDOR = click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
 TIMEOUT = click.option(
     "--timeout", type=float, default=2.0, show_default=True, metavar="SECONDS", help="How long an answer may take."
 )

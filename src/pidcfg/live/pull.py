@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.words import DecodeError
+from pidcfg.live.doubts import doubts
 from pidcfg.live.link import Link
 from pidcfg.live.reading import Registers
 from pidcfg.live.running import run
@@ -74,7 +75,7 @@ class PullResult:
     """The configuration as plain data; None: a listing was asked for."""
     text: str = ""
     notes: tuple[str, ...] = ()
-    """What a configuration cannot carry."""
+    """What a configuration cannot carry, and contents that seem to be none."""
 
     @property
     def ok(self) -> bool:
@@ -101,7 +102,7 @@ def pulled(source: Source, name: str, patience: Patience, limits: Limits) -> Pul
     if source.like is not None and source.image is None:
         return replace(result, findings=tuple(errors_in(source.like.findings)))
     image = read(source, patience)
-    result = replace(result, image=image)
+    result = replace(result, image=image, notes=tuple(doubts(image)))
     configuration = decoded(
         [(listing(image), str(source.address))],
         source.vendor,
@@ -115,7 +116,7 @@ def pulled(source: Source, name: str, patience: Patience, limits: Limits) -> Pul
             findings=configuration.findings,
             data=configuration.data,
             text=configuration.text,
-            notes=configuration.notes,
+            notes=(*result.notes, *configuration.notes),
         )
     return _listed(result, image, source, name, configuration.data)
 

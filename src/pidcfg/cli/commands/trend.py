@@ -12,7 +12,6 @@ from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.files.outputs import refuse_read
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
-from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from pidcfg.limits import Limits
@@ -63,8 +62,8 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 @click.command("trend", epilog=EPILOG)
 @plc_options.PLC
 @plc_options.MAP
-@click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
-@click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
+@plc_options.LIKE
+@plc_options.VENDOR
 @click.option("-o", "--output", "out", type=click.Path(dir_okay=False), help="The file; rows are in it at once.")
 @click.option("--for", "seconds", metavar="TIME", callback=_seconds, help="How long: 90, 10min; else until Ctrl-C.")
 @click.option(
