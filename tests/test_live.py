@@ -409,6 +409,34 @@ def test_arguments_that_make_no_sense(arguments, said):
         pidcfg.pull("modbus://127.0.0.1:1", **family, **arguments)
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ("pull", "--vendor", "click", "--bits", "C1990", "--integers", "DS1", "--floats", "DF1"),
+            "there is no C2001: ",
+        ),
+        (
+            ("pull", "--vendor", "click", "--bits", "C1", "--integers", "DS4490", "--floats", "DF1"),
+            "there is no DS4501: ",
+        ),
+        (("trend", "--vendor", "dl06", "--for", "-3"), "'-3' is no time; write it like 90 or '10 min'"),
+        (("trend", "--vendor", "dl06", "--for", "1e3"), "'1e3' is no time"),
+        (("trend", "--vendor", "dl06", "--interval", "0"), "--interval is 0; write seconds above 0"),
+        (("pull", "--vendor", "dl06", "--timeout", "0"), "--timeout is 0"),
+    ],
+)
+def test_options_that_make_no_sense_are_one_error(words, said):
+    done = run(*words, "--plc", "modbus://127.0.0.1:1", "--retries", "0")
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert said in done.stderr.splitlines()[-1]
+
+
+def test_how_long_a_plc_is_served_makes_sense():
+    done = run("serve", CLICK.with_name("tank.scenario.yaml"), "--for", "0")
+    assert (done.exit_code, done.stderr.splitlines()[-1]) == (2, "Error: --for is 0; write seconds above 0")
+
+
 # --- nothing is written -----------------------------------------------------------------------------------------------
 
 

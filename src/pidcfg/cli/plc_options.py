@@ -44,6 +44,10 @@ RETRIES = click.option(
 )
 
 
+FOR = {"seconds": "--for"}
+"""An option that the calls have by another name."""
+
+
 def map_data(name: str | None, limits: Limits) -> bytes | None:
     """What the file of a map holds; one that cannot be read ends the command."""
     if name is None:
@@ -69,7 +73,7 @@ def reached() -> Iterator[None]:
     from pidcfg.live.errors import PlcError
 
     try:
-        with usage():
+        with usage(FOR):
             yield
     except PlcError as error:
         raise click.ClickException(str(error)) from None

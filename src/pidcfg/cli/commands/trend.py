@@ -53,10 +53,11 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
         return None
     from pidcfg.schemas.base import parse_seconds
 
+    is_number = value.isascii() and value.replace(".", "", 1).isdecimal()
     try:
-        return float(value) if value.replace(".", "", 1).isdecimal() else float(parse_seconds(value))
-    except ValueError as error:
-        raise click.BadParameter(f"{error}; write it like 10 min", ctx, param) from None
+        return float(value) if is_number else float(parse_seconds(value))
+    except ValueError:
+        raise click.BadParameter(f"{value!r} is no time; write it like 90 or '10 min'", ctx, param) from None
 
 
 @click.command("trend", epilog=EPILOG)
@@ -129,4 +130,5 @@ def command(
         show_errors(result.findings, other, "text")
         click.get_current_context().exit(Exit.UNUSABLE)
     if not quiet:
-        note(f"{result.rows} rows of {len(result.columns) - 1} signals" + (f" in {out}" if out else ""))
+        rows = f"{result.rows} row{'s' if result.rows != 1 else ''}"
+        note(f"{rows} of {len(result.columns) - 1} signals" + (f" in {out}" if out else ""))
