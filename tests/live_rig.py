@@ -33,7 +33,7 @@ class Registers(ModbusBaseDeviceContext):
     """Registers by table and number; one that is not there is exception 2. ``before`` is called at every request."""
 
     def __init__(self, words, before=None):
-        self.words, self.before, self.requests = dict(words), before, 0
+        self.words, self.before, self.requests, self.writes = dict(words), before, 0, 0
 
     def getValues(self, func_code, address, count=1):  # noqa: N802 - pymodbus' name
         """What a client reads."""
@@ -48,6 +48,7 @@ class Registers(ModbusBaseDeviceContext):
         """Nobody has any business here."""
         del address, values
         ASKED.add(func_code)
+        self.writes += 1
         return ExcCodes.ILLEGAL_FUNCTION
 
 
@@ -94,7 +95,7 @@ class Desk:
 
     @contextmanager
     def plc(self, registers, host="127.0.0.1"):
-        """The URL of a PLC with these registers."""
+        """The URL of a PLC with these registers, to which nobody may have written in the end."""
 
         async def start():
             server = ModbusTcpServer(ModbusServerContext(registers, single=True), address=(host, 0))
@@ -104,6 +105,7 @@ class Desk:
         server, port = self.do(start())
         try:
             yield f"modbus://{f'[{host}]' if ':' in host else host}:{port}"
+            assert not registers.writes
         finally:
             self.do(server.shutdown())
 
@@ -114,6 +116,7 @@ class Desk:
         async def talk(reader, writer):
             try:
                 while head := await reader.read(260):
+                    ASKED.add(head[7])
                     reply = answer(head)
                     if reply is None:
                         break

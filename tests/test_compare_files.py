@@ -1,6 +1,7 @@
 """Several files, files that cannot be compared, and set-ups that are no values: who is told what of which file."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
@@ -88,3 +89,49 @@ def test_an_operated_set_point_is_told_with_its_register(desk):
     with desk.plc(Registers(words_of(CLICK) | {(HOLDING, 28873): 0x430D})) as url:
         (note,) = pidcfg.compare(CLICK, url).notes
     assert note == "TANK1: operated, and no difference: setpoint.value is 141 degF (DF101 141.0), in the file 140"
+
+
+def test_words_in_the_other_order_are_told(desk):
+    words = words_of(CLICK)
+    other = {(HOLDING, n ^ 1): raw for (table, n), raw in words.items() if table == HOLDING and n >= 28672}
+    with desk.plc(Registers(words | other)) as url:
+        result = pidcfg.compare(CLICK, url)
+        notes = [result.notes, *(pidcfg.pull(url, like=CLICK, format=name).notes for name in ("yaml", "csv"))]
+    assert not result.same
+    assert all("the two registers of a number seem to stand in the other order" in told[0] for told in notes)
+    with desk.plc(Registers(words)) as url:
+        assert not pidcfg.compare(CLICK, url).notes
+
+
+def test_watching_prints_what_comes_and_goes(desk, monkeypatch):
+    state = {"code": None}
+    registers = Registers(words_of(CLICK), lambda _: state["code"])
+    place, rate = (HOLDING, 105), registers.words[HOLDING, 105]
+
+    def changes(to, code=None):
+        registers.words[place], state["code"] = to, code
+
+    steps = iter([(rate + 1,), (rate + 1,), (rate + 1, 4), (rate + 1, 4), (rate,)])
+
+    def sleep(seconds):
+        assert seconds == 7.5
+        if (step := next(steps, None)) is None:
+            raise KeyboardInterrupt
+        changes(*step)
+
+    monkeypatch.setattr("pidcfg.cli.commands.compare.time", SimpleNamespace(sleep=sleep))
+    with desk.plc(registers) as url:
+        done = run("compare", CLICK, "--plc", url, "--watch", "7.5", "--retries", "0")
+    said = [line.split(" ", 2)[2] for line in done.stdout.splitlines() if line]
+    row = "14:18: sample_rate: the PLC holds 0.501 s (DS106 501), the file says 0.5 s (500)"
+    assert [words.partition(": ")[0] for words in said] == [
+        "differs",
+        url.removeprefix("modbus://"),
+        "reached again",
+        "no longer",
+    ]
+    assert row in said[0]
+    assert "exception 4 (device failure)" in said[1]
+    assert row in said[3]
+    assert done.exit_code == 0
+    assert done.stderr.endswith("stopped; the last comparison ended with exit code 0\n")

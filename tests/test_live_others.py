@@ -16,6 +16,7 @@ import pidcfg
 from apart import apart
 from live_rig import CLICK, DL06, Desk, Registers, words_of
 from pidcfg.live.address import Address, parse_address
+from pidcfg.live.errors import PlcError
 from pidcfg.live.link import Link, Patience, Request
 from test_serve import served, virtual
 
@@ -100,9 +101,11 @@ def test_a_serial_line(desk, tmp_path):
                 break
             time.sleep(0.02)
         query = "?baud=38400&parity=none"
-        listen = parse_address(f"modbus+rtu://{ends[0]}{query}")
+        listen = parse_address(f"modbus+rtu://{ends[0]}{query}&unit=3")
         with served(desk, virtual("dl06"), 1.0, listen):
-            assert pidcfg.compare(DL06, f"modbus+rtu://{ends[1]}{query}", timeout=1.0).same
+            assert pidcfg.compare(DL06, f"modbus+rtu://{ends[1]}{query}&unit=3", timeout=1.0).same
+            with pytest.raises(PlcError, match=r"no answer within 0.1 s; look at .* the parity; here it is unit 4"):
+                pidcfg.pull(f"modbus+rtu://{ends[1]}{query}&unit=4", vendor="dl06", timeout=0.1, retries=0)
     finally:
         line.terminate()
         line.wait()

@@ -9,6 +9,7 @@ import click
 
 from pidcfg.cli.arguments import usage
 from pidcfg.cli.extras import need
+from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,6 +24,8 @@ PLC = click.option(
     envvar="PIDCFG_PLC",
     help="Where the PLC is: modbus://HOST[:502][?unit=1] or modbus+rtu:///DEVICE?baud=9600&parity=odd.",
 )
+LIKE = click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
+VENDOR = click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
 TIMEOUT = click.option(
     "--timeout", type=float, default=2.0, show_default=True, metavar="SECONDS", help="How long an answer may take."
 )
@@ -34,6 +37,10 @@ RETRIES = click.option(
     metavar="COUNT",
     help="How often a request without an answer is sent again.",
 )
+
+
+FOR = {"seconds": "--for"}
+"""An option that the calls have by another name."""
 
 
 def map_file(name: str | None, limits: Limits) -> Path | None:
@@ -64,7 +71,7 @@ def reached() -> Iterator[None]:
     from pidcfg.live.errors import PlcError
 
     try:
-        with usage():
+        with usage(FOR):
             yield
     except (PlcError, UnusableMapError) as error:
         raise click.ClickException(str(error)) from None

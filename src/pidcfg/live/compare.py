@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.conversion.values import text_of
 from pidcfg.diagnostics import Diagnostic, Severity, ordered
 from pidcfg.differences.terms import CONFIGURATION
+from pidcfg.live.doubts import doubts
 from pidcfg.live.pull import listing, read
 from pidcfg.paths import steps
 from pidcfg.results.differences import DiffResult, compared
@@ -70,7 +71,7 @@ def compared_with(checked: Checked, source: Source, image: Image | Program, limi
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)
     findings = [finding for loop in diff.loops for finding in _findings(loop, document)]
-    notes = (*source.left_out, *_notes(diff))
+    notes = (*source.left_out, *doubts(image), *_notes(diff))
     return CompareResult(plc, document, tuple(ordered(findings)), diff, notes)
 
 

@@ -119,9 +119,10 @@ class Link:
                 fault = error
                 if error.is_dead:
                     self._hang_up()
-                if attempt < self.patience.retries:
-                    await asyncio.sleep(error.pause)
-        tries = f", tried {self.patience.retries + 1} times" if self.patience.retries else ""
+                if attempt == self.patience.retries or error.is_last:
+                    break
+                await asyncio.sleep(error.pause)
+        tries = f", tried {attempt + 1} times" if attempt else ""
         if self._client is None and not str(fault):
             fault = await self._reason()
         raise SilentError(f"{self.address}: {request}: {fault}{tries}; {fault.cure}")
@@ -189,7 +190,8 @@ class Link:
         try:
             is_connected = await client.ctx.connect()  # the client's own `connect` sleeps for 0.1 s
         except TERMINAL_ERRORS as error:
-            raise _Unanswered(f"the line cannot be set up: {error.args[-1]}", OTHER_DEVICE) from None
+            said = f"the line cannot be set up: {error.args[-1]}"
+            raise _Unanswered(said, "look whether the device has this baud rate and parity", is_last=True) from None
         if not is_connected:
             client.close()
             raise _Unanswered("")  # why is asked after the last try
@@ -243,11 +245,13 @@ class NoRegistersError(PlcError):
 
 
 class _Unanswered(Exception):  # noqa: N818 - it is no error before the last try
-    """A request without an answer; ``is_dead``: the connection is of no more use."""
+    """A request without an answer; ``is_dead``: the connection is of no more use; ``is_last``: nor is another one."""
 
-    def __init__(self, reason: str, cure: str = "", *, is_dead: bool = True, pause: float = 0.0) -> None:
+    def __init__(
+        self, reason: str, cure: str = "", *, is_dead: bool = True, is_last: bool = False, pause: float = 0.0
+    ) -> None:
         super().__init__(reason)
-        self.cure, self.is_dead, self.pause = cure, is_dead, pause
+        self.cure, self.is_dead, self.is_last, self.pause = cure, is_dead, is_last, pause
 
 
 def _client_of(

@@ -14,6 +14,7 @@ from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.symbol_map import NamedNumbering
 from pidcfg.encoders.words import DecodeError
+from pidcfg.live.doubts import doubts
 from pidcfg.live.link import Link
 from pidcfg.live.named import NamedRegisters, written
 from pidcfg.live.reading import Registers
@@ -95,7 +96,7 @@ class PullResult:
     """The configuration as plain data; None: a listing was asked for."""
     text: str = ""
     notes: tuple[str, ...] = ()
-    """What a configuration cannot carry."""
+    """What a configuration cannot carry, and contents that seem to be none."""
 
     @property
     def ok(self) -> bool:
@@ -130,7 +131,7 @@ def pulled(source: Source, name: str, patience: Patience, limits: Limits) -> Pul
     if source.like is not None and source.image is None:
         return replace(result, findings=tuple(errors_in(source.like.findings)))
     image = read(source, patience)
-    result = replace(result, image=image)
+    result = replace(result, image=image, notes=tuple(doubts(image)))
     configuration = decoded(
         [(listing(image), str(source.address))],
         source.vendor,
@@ -144,7 +145,7 @@ def pulled(source: Source, name: str, patience: Patience, limits: Limits) -> Pul
             findings=configuration.findings,
             data=configuration.data,
             text=configuration.text,
-            notes=(*source.left_out, *configuration.notes),
+            notes=(*source.left_out, *result.notes, *configuration.notes),
         )
     return _listed(result, image, source, name, configuration.data)
 

@@ -28,8 +28,8 @@ BEHIND = 1.0
 """Seconds behind its time after which the PLC is said not to keep up."""
 
 
-def context_of(plc: VirtualPlc) -> Any:
-    """The PLC as pymodbus' servers know one; it answers whatever unit is asked for."""
+def context_of(plc: VirtualPlc, unit: int | None = None) -> Any:
+    """The PLC as pymodbus' servers know one; without a ``unit`` it answers whichever one is asked for."""
     from pymodbus.constants import ExcCodes
     from pymodbus.datastore import ModbusBaseDeviceContext, ModbusServerContext
 
@@ -49,7 +49,8 @@ def context_of(plc: VirtualPlc) -> Any:
                 return ExcCodes(error.code)
             return None
 
-    return ModbusServerContext(Context(), single=True)  # type: ignore[no-untyped-call]
+    devices = Context() if unit is None else {unit: Context()}
+    return ModbusServerContext(devices, single=unit is None)  # type: ignore[no-untyped-call]
 
 
 async def serve(
@@ -90,7 +91,7 @@ def _server_of(plc: VirtualPlc, listen: Address) -> Any:
         "parity": PARITIES[listen.parity],
         "stopbits": listen.stop_bits,
     }
-    return ModbusSerialServer(context_of(plc), **line)
+    return ModbusSerialServer(context_of(plc, listen.unit), ignore_missing_devices=True, **line)
 
 
 def _place(server: Any, listen: Address) -> str:

@@ -10,7 +10,7 @@ from pidcfg.cli import options, plc_options
 from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import echo, note
-from pidcfg.vendors import VENDORS, format_names
+from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
     from pidcfg.limits import Limits
@@ -26,8 +26,8 @@ EPILOG = options.examples(
 @click.command("pull", epilog=EPILOG)
 @plc_options.PLC
 @options.MAP
-@click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
-@click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
+@plc_options.LIKE
+@plc_options.VENDOR
 @options.output_format("yaml", *format_names())
 @vendor_options
 @options.OUT

@@ -12,7 +12,6 @@ from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.files.outputs import refuse_read
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import note
-from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from pidcfg.limits import Limits
@@ -54,17 +53,18 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
         return None
     from pidcfg.schemas.base import parse_seconds
 
+    is_number = value.isascii() and value.replace(".", "", 1).isdecimal()
     try:
-        return float(value) if value.replace(".", "", 1).isdecimal() else float(parse_seconds(value))
-    except ValueError as error:
-        raise click.BadParameter(f"{error}; write it like 10 min", ctx, param) from None
+        return float(value) if is_number else float(parse_seconds(value))
+    except ValueError:
+        raise click.BadParameter(f"{value!r} is no time; write it like 90 or '10 min'", ctx, param) from None
 
 
 @click.command("trend", epilog=EPILOG)
 @plc_options.PLC
 @options.MAP
-@click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
-@click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
+@plc_options.LIKE
+@plc_options.VENDOR
 @click.option("-o", "--output", "out", type=click.Path(dir_okay=False), help="The file; rows are in it at once.")
 @click.option("--for", "seconds", metavar="TIME", callback=_seconds, help="How long: 90, 10min; else until Ctrl-C.")
 @click.option(
@@ -130,4 +130,5 @@ def command(
         show_errors(result.findings, other, "text")
         click.get_current_context().exit(Exit.UNUSABLE)
     if not quiet:
-        note(f"{result.rows} rows of {len(result.columns) - 1} signals" + (f" in {out}" if out else ""))
+        rows = f"{result.rows} row{'s' if result.rows != 1 else ''}"
+        note(f"{rows} of {len(result.columns) - 1} signals" + (f" in {out}" if out else ""))

@@ -13,6 +13,7 @@ from pidcfg.encoders.click.nickname_merge import merge_nicknames
 from pidcfg.encoders.files import FileKind, listings
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.encoders.modbus import Place
+from pidcfg.encoders.spaces import NoRegisterError
 from pidcfg.encoders.tables import columns, first_line
 
 if TYPE_CHECKING:
@@ -26,10 +27,12 @@ class Numbering:
 
     @staticmethod
     def place(number: int) -> Place:
-        """Where an address is."""
+        """Where an address is; raises `NoRegisterError` behind the end of its bank."""
         from pyclickplc import plc_to_modbus
 
         bank, n = SPACE.place(number)
+        if not bank.first <= n <= bank.last:
+            raise NoRegisterError(f"there is no {bank.name(n)}: the last one is {bank.name(bank.last)}")
         register, width = plc_to_modbus(bank.prefix, n)
         return Place("coil" if bank.prefix == COIL_BANK else "holding", register, width)
 
