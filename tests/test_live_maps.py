@@ -77,12 +77,25 @@ def test_a_difference_names_its_register(desk):
     words = words_by(path, text)
     with desk.plc(Registers(words | {(gain.table, gain.register): words[gain.table, gain.register] ^ 1})) as url:
         (finding,) = pidcfg.compare(path, url, map=text).findings
-        assert "TIC_1.Kp" in finding.message
+        at = f"at holding {gain.register} ({40001 + gain.register})"
+        assert f"(TIC_1.Kp 3.0000002 {at})" in finding.message
     with (
         desk.plc(Registers(words | {(gain.table, gain.register + 1): 0x7F80})) as url,
         pytest.raises(PlcError, match=r"TIC_1.Kp, holding \d+ \(\d+\), is no REAL: 0x7F800000 is not a finite"),
     ):
         pidcfg.compare(path, url, map=text)
+
+
+def test_a_difference_names_its_device_and_register(desk):
+    path = example("dpide")
+    text = filled(path)
+    words = words_by(path, text)
+    with desk.plc(Registers(words | {("holding", 1112): 1})) as url:
+        (finding,) = pidcfg.compare(path, url, map=text).findings
+    assert "(D112 40.000004 at holding 1112 (41113))" in finding.message
+    with desk.plc(Registers(words_by(OVEN, MAP) | {("holding", 1102): 801})) as url:
+        (finding,) = pidcfg.compare(OVEN, url, map=MAP).findings
+    assert "(R103 801 at holding 1102 (41103))" in finding.message
 
 
 def test_what_no_register_has_is_told(desk):
