@@ -7,6 +7,7 @@ import pytest
 
 import pidcfg
 from live_rig import CLICK, DL06, Desk, Registers, run, words_of
+from map_rig import example, filled, words_by
 
 HOLDING, GAIN, POINTER = "holding", 0o2010, 0o2074
 BREWERY = CLICK.with_name("brewery.yaml")
@@ -101,6 +102,16 @@ def test_words_in_the_other_order_are_told(desk):
     assert all("the two registers of a number seem to stand in the other order" in told[0] for told in notes)
     with desk.plc(Registers(words)) as url:
         assert not pidcfg.compare(CLICK, url).notes
+
+
+@pytest.mark.parametrize("vendor", ["dpide", "nextopid"])
+def test_parameters_in_the_other_order_are_told(desk, vendor):
+    text = filled(example(vendor))
+    other = text.replace("low-first", "high-first")
+    assert other != text
+    with desk.plc(Registers(words_by(example(vendor), text))) as url:
+        notes = [pidcfg.compare(example(vendor), url, map=one).notes for one in (text, other)]
+    assert ["other order" in " ".join(told) for told in notes] == [False, True]
 
 
 def test_watching_prints_what_comes_and_goes(desk, monkeypatch):

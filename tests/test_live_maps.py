@@ -10,11 +10,14 @@ import pytest
 import pidcfg
 from live_rig import CLICK, Desk, Registers, run, words_of
 from map_rig import EXAMPLES, example, filled, numbered, virtual, words_by
+from pidcfg.encoders.iec_registers import content_of, raw_of, types_of
 from pidcfg.encoders.map_rows import MapError, UnusableMapError, read_rows
 from pidcfg.encoders.maps.click import SPACE as CLICK_SPACE
 from pidcfg.encoders.maps.ezlogix import MAP_SPACE
 from pidcfg.encoders.modbus_map import read_map
+from pidcfg.encoders.words import DecodeError
 from pidcfg.live.errors import PlcError
+from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, DINT, INT, REAL, TIME, UINT, USINT
 from pidcfg.sim.registers import RegisterError
 from test_serve import served
 
@@ -28,7 +31,7 @@ KINDS = [
     ("dpide", "dryer"),
     ("nextopid", None),
     ("nextopid", "autotune"),  # an enumeration, UINT
-    ("nextopid", "diagnostics"),  # signals of several types
+    ("nextopid", "furnace"),  # INT
 ]
 
 
@@ -49,6 +52,42 @@ def test_what_a_map_encodes_is_pulled_and_compared(desk, vendor, name, order):
         result = pidcfg.pull(url, like=path, map=text)
     assert result.image.words == pidcfg.encode(path).image.words
     assert pidcfg.encode(result.text).image.words == result.image.words
+
+
+@pytest.mark.parametrize(
+    ("kind", "content", "raw"),
+    [
+        (BOOL, True, 1),
+        (REAL, -2.4, 0xC019999A),
+        (INT, -2, 0xFFFE),
+        (INT, 32767, 0x7FFF),
+        (UINT, 65535, 0xFFFF),
+        (USINT, 255, 0xFF),
+        (DINT, -2, 0xFFFFFFFE),
+        (DINT, 2147483647, 0x7FFFFFFF),
+        (TIME, "T#4294967295ms", 0xFFFFFFFF),
+        (AUTOTUNE_MODE, "AUTOTUNE_PID", 2),
+    ],
+)
+def test_what_a_type_is_in_registers(kind, content, raw):
+    assert raw_of(kind, content) == raw
+    assert content_of(kind, raw) == content
+    assert types_of(kind)
+
+
+@pytest.mark.parametrize(("kind", "raw"), [(USINT, 256), (AUTOTUNE_MODE, 3), (REAL, 0x7FC00000)])
+def test_what_is_no_value_of_a_type(kind, raw):
+    with pytest.raises(DecodeError):
+        content_of(kind, raw)
+
+
+def test_signals_of_a_program_have_registers_too(desk):
+    path = example("nextopid", "diagnostics")
+    text = f"{filled(path)}TT_101,input,5,float32,high-first\nHold,holding,9900,int16\nAlarm_1,discrete,3,bool\n"
+    words = words_by(path, text)
+    assert words["input", 5] == 0x4220
+    with desk.plc(Registers(words | {("holding", 9900): 0xFFFE})) as url:
+        assert pidcfg.pull(url, like=path, map=text).image.words["Hold"] == -2
 
 
 @pytest.mark.parametrize("vendor", EXAMPLES)
@@ -77,12 +116,25 @@ def test_a_difference_names_its_register(desk):
     words = words_by(path, text)
     with desk.plc(Registers(words | {(gain.table, gain.register): words[gain.table, gain.register] ^ 1})) as url:
         (finding,) = pidcfg.compare(path, url, map=text).findings
-        assert "TIC_1.Kp" in finding.message
+        at = f"at holding {gain.register} ({40001 + gain.register})"
+        assert f"(TIC_1.Kp 3.0000002 {at})" in finding.message
     with (
         desk.plc(Registers(words | {(gain.table, gain.register + 1): 0x7F80})) as url,
         pytest.raises(PlcError, match=r"TIC_1.Kp, holding \d+ \(\d+\), is no REAL: 0x7F800000 is not a finite"),
     ):
         pidcfg.compare(path, url, map=text)
+
+
+def test_a_difference_names_its_device_and_register(desk):
+    path = example("dpide")
+    text = filled(path)
+    words = words_by(path, text)
+    with desk.plc(Registers(words | {("holding", 1112): 1})) as url:
+        (finding,) = pidcfg.compare(path, url, map=text).findings
+    assert "(D112 40.000004 at holding 1112 (41113))" in finding.message
+    with desk.plc(Registers(words_by(OVEN, MAP) | {("holding", 1102): 801})) as url:
+        (finding,) = pidcfg.compare(OVEN, url, map=MAP).findings
+    assert "(R103 801 at holding 1102 (41103))" in finding.message
 
 
 def test_what_no_register_has_is_told(desk):

@@ -16,7 +16,7 @@ from pidcfg.results.findings import errors_in, findings_data
 from pidcfg.results.sides import DiffOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from pidcfg.differences.result import Compared, Difference
     from pidcfg.document import Document
@@ -70,12 +70,12 @@ def compared_with(checked: Checked, source: Source, image: Image | Program, limi
     diff = compared((checked, (listing(image), plc)), (document.file, plc), DiffOptions(source.vendor), limits)
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)
-    findings = [finding for loop in diff.loops for finding in _findings(loop, document)]
+    findings = [finding for loop in diff.loops for finding in _findings(loop, document, source.register)]
     notes = (*source.left_out, *doubts(image), *_notes(diff))
     return CompareResult(plc, document, tuple(ordered(findings)), diff, notes)
 
 
-def _findings(loop: Compared, document: Document) -> Iterator[Diagnostic]:
+def _findings(loop: Compared, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:
     index = next((i for i, name in enumerate(_names(document)) if name in {loop.loop, loop.was}), None)
     if loop.status in {"added", "removed"}:
         said = (
@@ -91,7 +91,9 @@ def _findings(loop: Compared, document: Document) -> Iterator[Diagnostic]:
             continue
         key = tuple(steps(d.key or d.field))
         path = key if index is None else ("loops", index, *key)
-        yield _finding(document, path, _message(d), loop.loop if index is not None else "", d.key)
+        yield _finding(
+            document, path, _message(d, register(d.address or "")), loop.loop if index is not None else "", d.key
+        )
 
 
 def _why(d: Difference) -> str:
@@ -108,10 +110,10 @@ def _finding(document: Document, path: Any, message: str, loop: str, key: str = 
     return Diagnostic(CODE, Severity.ERROR, message, document.file, span, path, loop, help=CURE, key=key)
 
 
-def _message(d: Difference) -> str:
-    """Both values with their unit, and the register with both contents."""
+def _message(d: Difference, register: str) -> str:
+    """Both values with their unit, and the register with both contents; by a stated map with its number."""
     unit = f" {d.unit}" if d.unit else ""
-    held = f" ({d.address} {d.word_after or '-'})" if d.address else ""
+    held = f" ({d.address} {d.word_after or '-'}{register and f' at {register}'})" if d.address else ""
     said = f" ({d.word_before})" if d.address and d.word_before else ""
     note = f"; {d.note}" if d.note else ""
     values = f"the PLC holds {_value(d.after, unit)}{held}, the file says {_value(d.before, unit)}{said}"

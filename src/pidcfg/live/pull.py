@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Image
 from pidcfg.encoders.listing import few
+from pidcfg.encoders.map_rows import shown
+from pidcfg.encoders.modbus_map import StatedNumbering
 from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.symbol_map import NamedNumbering
@@ -68,6 +70,18 @@ class Source:
             return NamedRegisters(self.vendor, self.numbering, self.image)
         options = vendor_options(self.vendor, "decode_options", self.texts)
         return Registers(self.vendor, self.numbering, self.image, options)
+
+    def register(self, address: str) -> str:
+        """Where a stated map has an address or a parameter; empty without such a map, or where it has none."""
+        with suppress(LookupError):
+            if isinstance(self.numbering, StatedNumbering):
+                number = self.numbering.space.parse(address)
+                return "" if number is None else shown(self.numbering.place(number))
+            if isinstance(self.numbering, NamedNumbering):
+                points = self.numbering.points.values()
+                name = next((point.name for point in points if address in {point.name, point.device}), "")
+                return shown(self.numbering.place(name))
+        return ""
 
     @property
     def left_out(self) -> tuple[str, ...]:

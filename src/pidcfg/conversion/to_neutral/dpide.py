@@ -49,6 +49,7 @@ NOTHING_LOST = {
     "BIAS": "0: nothing is added",
     "ERR_DBW": "0: no dead band",
     "plc.interrupt_task": "CYCLE says what it comes to",
+    "plc.map": "where this PLC's registers are",
 }
 """Fields that may come without a line in the report, and why."""
 

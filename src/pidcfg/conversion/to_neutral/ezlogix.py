@@ -58,6 +58,7 @@ NOTHING_LOST = {
     "output.offset": "at the low end of the output it adds nothing",
     "plc.process_when_stopped": "see operation.stopped where the target does something else",
     "plc.tag_names": "names in this PLC's project",
+    "plc.map": "where this PLC's registers are",
 }
 """Fields that may come without a line of their own, and why nothing is lost with them."""
 

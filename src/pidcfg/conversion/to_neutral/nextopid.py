@@ -26,6 +26,7 @@ NOTHING_LOST = {
     "ManualMV": "0, as without it",
     "plc.sample_time": "each loop says its own",
     "plc.program": "the name of the program in this PLC",
+    "plc.map": "where this PLC's registers are",
     "sample_time": "it is reported with the task's",
     "SP_CASC": "0 while cascade mode is off and nothing gives it",
     "TRK_VAL": "reported where TRK_IN or OVERR can be on",
