@@ -68,9 +68,9 @@ def words_by(path, text):
     return words
 
 
-def virtual(vendor, text, events=""):
+def virtual(vendor, text, events="", name=None):
     """The virtual PLC of an example behind a map, not yet at rest; ``events`` come before those of its scenario."""
-    scenario = example(vendor).with_suffix(".scenario.yaml")
+    scenario = example(vendor, name).with_suffix(".scenario.yaml")
     source = scenario.read_text("utf-8").replace("initial: steady\n", "").replace("events:\n", f"events:\n{events}")
     loaded = load(document_of(source, scenario.as_posix(), None, DEFAULT), DEFAULT, reader_of(None))
     return VirtualPlc(loaded, numbering_of(loaded.vendor, MapFile(text, "map.csv"), loaded.image))

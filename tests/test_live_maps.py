@@ -17,8 +17,11 @@ from pidcfg.encoders.maps.ezlogix import MAP_SPACE
 from pidcfg.encoders.modbus_map import read_map
 from pidcfg.encoders.words import DecodeError
 from pidcfg.live.errors import PlcError
+from pidcfg.live.named import NamedRegisters
+from pidcfg.map_files import MapFile, numbering_of
 from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, DINT, INT, REAL, TIME, UINT, USINT
 from pidcfg.sim.registers import RegisterError
+from pidcfg.vendors import VENDORS
 from test_serve import served
 
 OVEN = example("ezlogix")
@@ -394,6 +397,35 @@ def test_what_the_plc_refuses(vendor, name, contents, code):
         plc.write(table, register, contents)
     assert error.value.code == code
     assert {where: plc.read(*where, 1) for where in plc._where} == before
+
+
+def test_what_a_program_writes_in_every_cycle_is_its_own():
+    text = f"{filled(example('nextopid', 'diagnostics'))}Alarm_1,coil,900,bool\nManual_1,coil,901,bool\n"
+    plc = virtual("nextopid", text, name="diagnostics")
+    with pytest.raises(RegisterError, match="Alarm_1 is written by the program") as error:
+        plc.write("coil", 900, [1])
+    assert error.value.code == 2
+    modes = []
+    for switch in (0, 1):
+        plc.write("coil", 901, [switch])
+        assert plc.read("coil", 901, 1) == [switch]
+        plc.advance(5)
+        modes.append(plc.run.plc.mode(plc.run.plc.st[0].status))
+    assert modes == ["auto", "manual"]
+
+
+def test_an_as_is_asked_for_little_at_once():
+    path = example("dpide")
+    result = pidcfg.encode(path)
+    numbering = numbering_of(VENDORS["dpide"], MapFile(filled(path), "map"), result.image)
+    registers = NamedRegisters(VENDORS["dpide"], numbering, result.image)
+    assert registers.most["holding"] == 100
+    whole = list(registers._requests(registers.names))
+    registers.most = {"holding": 4, "coil": 1}
+    parts = list(registers._requests(registers.names))
+    assert max(request.count for request, _ in whole) > 4
+    assert max(request.count for request, _ in parts) <= 4
+    assert {name for _, places in parts for name in places} == set(registers.names)
 
 
 def test_an_operator_of_an_ezlogix():
