@@ -5,7 +5,8 @@ test      install everything and run all tests; further arguments go to pytest
 docs      build the documentation site into build/site
 generate  renew everything that is generated: pages, schemas, messages, golden files; --check only says what differs
 check     ruff, mypy --strict, the import rules, and whether what is generated is up to date
-bench     print the benchmarks: speed of the command and of the simulation, beside their goals; --quick for fewer rounds
+bench     print the benchmarks: speed of the command and of the simulation, beside their goals; --quick: fewer rounds;
+          --write-costs: measure anew what `--engine auto` decides by, and write it into src/pidcfg/sim/costs.py
 torture   throw hostile files, changed examples and signals at pidcfg for --minutes N, and write docs/reliability.md
 lock      renew requirements/*.txt from pyproject.toml
 
@@ -217,9 +218,12 @@ def docs() -> None:
 
 
 def bench(*arguments: str) -> None:
-    """Print every benchmark; modules are kept compiled, as they are where pidcfg is installed."""
+    """Print every benchmark, or write what a loop-step takes; modules are kept compiled, as an installation has them."""
     prepare("test")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    if "--write-costs" in arguments:
+        must(PYTHON, "tests/benchmarks/costs.py")
+        return
     for script in sorted((ROOT / "tests" / "benchmarks").glob("bench_*.py")):
         must(PYTHON, script.relative_to(ROOT), *arguments)
 

@@ -22,6 +22,7 @@ from pidcfg.cli.formats import findings as basics
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.format import Kind
+from pidcfg.cli.formats.reporters import without_word
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import cli
 from pidcfg.cli.terminal.console import echo_json, echo_xml
@@ -752,3 +753,16 @@ def test_the_page_names_every_format_and_schema():
     assert {line.split("--format ")[1].split()[0] for line in RUNS} >= {"concise", "sarif", "github", "gitlab", "junit"}
     for name in OUTPUTS:
         assert f"[`pidcfg schema {name}`](schemas/{name}.schema.json)" in PAGE
+
+
+@pytest.mark.parametrize(
+    ("text", "word", "left"),
+    [
+        ("L1 is above L10 and L1", "L1", " is above L10 and "),
+        ("xL1 L1_ éL1", "L1", "xL1 L1_ éL1"),
+        ("(TIC-101): TIC-101", "TIC-101", "(): "),
+        ("a-a-a a", "a-a", "-a a"),
+    ],
+)
+def test_a_word_is_left_out_where_it_stands_alone(text, word, left):
+    assert without_word(text, word) == left == re.sub(rf"(?<!\w){re.escape(word)}(?!\w)", "", text)

@@ -404,3 +404,9 @@ def test_an_object_that_is_missing_is_named(monkeypatch):
     monkeypatch.delattr(vendor.module("rules"), "RULES")
     with pytest.raises(LookupError, match=rf"{vendor.key} has no rules: pidcfg\.validate\.rules\..* has no RULES"):
         vendor.load("rules")
+
+
+@pytest.mark.parametrize("vendor", VENDORS.values(), ids=VENDORS)
+def test_the_beginnings_of_addresses_are_those_of_the_maps(vendor):
+    space = getattr(vendor.load("explainer"), "space", None)
+    assert vendor.banks == tuple(bank.prefix for bank in (space.banks if space else ()))

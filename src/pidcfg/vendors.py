@@ -23,6 +23,8 @@ class Vendor:
     key: str
     title: str
     prefix: str
+    banks: tuple[str, ...] = ()
+    """How its addresses begin, so that a question about one loads no other vendor; the registers are in its maps."""
 
     def load(self, what: str) -> Any:
         """The object that a row of `PARTS` names, imported on first use; raises `LookupError` where there is none."""
@@ -99,9 +101,9 @@ PARTS = {
 VENDORS = {
     v.key: v
     for v in (
-        Vendor("dl06", "AutomationDirect DirectLOGIC DL06", "DL"),
-        Vendor("click", "AutomationDirect CLICK", "CK"),
-        Vendor("ezlogix", "EZAutomation EZLogix", "EZ"),
+        Vendor("dl06", "AutomationDirect DirectLOGIC DL06", "DL", ("V",)),
+        Vendor("click", "AutomationDirect CLICK", "CK", ("C", "DS", "DF")),
+        Vendor("ezlogix", "EZAutomation EZLogix", "EZ", ("R", "S")),
         Vendor("nextopid", "Altus NextoPID", "NX"),
         Vendor("dpide", "Delta AS", "DP"),
         Vendor("generic", "Neutral form", "GN"),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pidcfg.explanation.direction import ACTION, find
 from pidcfg.explanation.mentions import mentions
 from pidcfg.explanation.page import Page
-from pidcfg.explanation.question import Question, QuestionError
+from pidcfg.explanation.question import ADDRESS, Question, QuestionError
 from pidcfg.explanation.registers import Registers
 from pidcfg.validate.catalog import CODE, current, rules, suggestion
 from pidcfg.validate.pages import as_data, page
@@ -48,12 +48,11 @@ def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[]
     except QuestionError as error:  # CK200 looks like a rule of the CLICK, and may be an error number
         problems.append(str(error))
     question = replace(question, one_vendor=len(vendors) == 1)
-    for asked in (question, replace(question, every_block=True)):
-        for key in () if pages else vendors:
-            try:
-                pages += find(key, asked)
-            except QuestionError as error:
-                problems.append(str(error))
+    if not pages:
+        pages, _ = _found(question, _with_bank(question, vendors))
+    if not pages:
+        pages, refusals = _found(question, vendors)
+        problems += refusals
     if not pages or len(vendors) == len(VENDORS):
         pages = _decision(question, decisions) + pages
     if not pages and question.config is not None and question.value is None:
@@ -61,6 +60,25 @@ def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[]
     if not pages:
         raise QuestionError(problems[0] if problems else _unknown(question, vendors))
     return pages
+
+
+def _with_bank(question: Question, vendors: Sequence[str]) -> list[str]:
+    """The vendors whose addresses begin as the question does: no other one has to be loaded."""
+    match = ADDRESS.fullmatch(question.name)
+    return [key for key in vendors if match and match.group(1).upper() in VENDORS[key].banks]
+
+
+def _found(question: Question, vendors: Sequence[str]) -> tuple[list[Page], list[str]]:
+    """What vendors know of a question, in the blocks that are meant or else in all; and why some refuse it."""
+    pages: list[Page] = []
+    problems: list[str] = []
+    for asked in (question, replace(question, every_block=True)):
+        for key in () if pages else vendors:
+            try:
+                pages += find(key, asked)
+            except QuestionError as error:
+                problems.append(str(error))
+    return pages, problems
 
 
 def _books(vendors: Iterable[str]) -> list[Book]:

@@ -62,7 +62,8 @@ def explained(
     vendors = list(VENDORS) if (key := vendor or family) is None else [key]
     if not things:
         return ExplainResult(examples=tuple(forms(vendors)), document=document)
-    check_starts(blocks, vendors)
+    if blocks:
+        check_starts(blocks, vendors)
     pages = []
     for thing in things:
         question = Question.of(thing, loop=loop, starts=blocks, config=configured)

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 EngineName = Literal["auto", "python", "numba"]
 COPYING, LOADING, COMPILING = 15_000, 900_000, 40_000_000
 """µs of CPython from which on compiled kernels pay: those that the process has kept, those that lie in the cache, and
-those that are yet to be compiled. What a run takes there is its loop-steps times the vendor's ``LOOP_STEP``, which was
-measured with the shipped examples: no clock has a part in the choice."""
+those that are yet to be compiled. What a run takes there is its loop-steps times what one takes, by vendor, in
+`pidcfg.sim.costs`: no clock has a part in the choice."""
 CHUNK = 65_536
 """Base steps between two looks of Python: what noise and trend take of the memory."""
 

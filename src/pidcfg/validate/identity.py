@@ -7,6 +7,7 @@ all loops (the list of loops, the file) has no value, since every edit would cha
 
 from __future__ import annotations
 
+import hashlib
 import json
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any
@@ -77,8 +78,6 @@ def shortened(text: str) -> str:
 
 
 def _hash(text: str) -> str:
-    import hashlib  # long texts are seldom
-
     return f"sha256:{hashlib.sha256(text.encode('utf-8', 'backslashreplace')).hexdigest()[:HASH]}"
 
 

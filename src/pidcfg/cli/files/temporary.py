@@ -7,6 +7,7 @@ free. A command that ends in any other way leaves none.
 from __future__ import annotations
 
 import atexit
+import hashlib
 import os
 import stat
 import sys
@@ -69,8 +70,6 @@ def _beginning(target: Path) -> str:
     """How the names of a target's temporary files begin."""
     name = target.name
     if len(os.fsencode(name)) > LONGEST:
-        import hashlib
-
         name = hashlib.sha256(os.fsencode(name)).hexdigest()
     return f".{name}."
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -47,6 +48,4 @@ class Reads:
 
 def hash_of(data: bytes) -> str:
     """The SHA-256 of some bytes in hexadecimal digits."""
-    import hashlib  # OpenSSL takes a while to load, and only scenarios and the cache need it
-
     return hashlib.sha256(data).hexdigest()

@@ -21,6 +21,7 @@ from pidcfg.sim.controllers.click.modes import OVERRIDE_ERROR, modes, to_manual
 from pidcfg.sim.controllers.click.plc import Click, load
 from pidcfg.sim.controllers.click.pwm import pulse
 from pidcfg.sim.controllers.click.state import AUTO, FIRST, GOAL, NAN, PID_ERROR, REQUEST, TUNING, Config, State
+from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp, finite, single
 
@@ -94,5 +95,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, calculate)
 """The hot path of compiled code."""
-LOOP_STEP = 7
+LOOP_STEP = LOOP_STEPS["click"]
 """What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

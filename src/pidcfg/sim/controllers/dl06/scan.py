@@ -38,6 +38,7 @@ from pidcfg.sim.controllers.dl06.state import (
     Config,
     State,
 )
+from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.sim.terms import NEAREST
 
 __all__ = ["INLINED", "LOOP_STEP", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
@@ -168,5 +169,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, position)
 """The hot path of compiled code."""
-LOOP_STEP = 7
+LOOP_STEP = LOOP_STEPS["dl06"]
 """What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

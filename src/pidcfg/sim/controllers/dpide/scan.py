@@ -28,6 +28,7 @@ from pidcfg.sim.controllers.dpide.state import (
     Config,
     State,
 )
+from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import finite, single
 
@@ -98,5 +99,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, calculate, derivative, effective, fetch, show)
 """The hot path of compiled code."""
-LOOP_STEP = 14
+LOOP_STEP = LOOP_STEPS["dpide"]
 """What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

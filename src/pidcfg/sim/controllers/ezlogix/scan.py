@@ -32,6 +32,7 @@ from pidcfg.sim.controllers.ezlogix.state import (
     Config,
     State,
 )
+from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.sim.plc import NoOptions as Options
 from pidcfg.sim.terms import NEAREST
 
@@ -138,5 +139,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, limit_setpoint, calculate, converted, show, show_setpoint, show_output, pulse)
 """The hot path of compiled code."""
-LOOP_STEP = 8
+LOOP_STEP = LOOP_STEPS["ezlogix"]
 """What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

@@ -30,6 +30,7 @@ from pidcfg.sim.controllers.generic.state import (
     Config,
     State,
 )
+from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp
 
@@ -105,5 +106,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, measure, compare, derivative, calculate, watch)
 """The hot path of compiled code."""
-LOOP_STEP = 6
+LOOP_STEP = LOOP_STEPS["generic"]
 """What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

@@ -19,6 +19,7 @@ from pidcfg.sim.controllers.nextopid.pwm import pwm
 from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import move, value_of, wire_in
+from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.sim.plc import NoOptions as Options
 
 __all__ = ["INLINED", "LOOP_STEP", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
@@ -92,5 +93,5 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, wire_in, value_of)
 """The hot path of compiled code."""
-LOOP_STEP = 35
+LOOP_STEP = LOOP_STEPS["nextopid"]
 """What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""
