@@ -329,6 +329,7 @@ def test_a_sample_time_that_nobody_gave(dead, constant, wanted):
         ({"vary": "gain=±30%,gain=±20%"}, "gain stands there twice"),
         ({"vary": "gain=30"}, "does not say how far it varies"),
         ({"vary": "gain=±100%"}, "must stay above 0"),
+        ({"vary": f"gain=1..{'9' * 400}"}, "goes beyond what a number holds"),
         ({"vary": "gain=-3..-1"}, "in the direction of the process's gain"),
         ({"vary": "dead-time=9..12"}, "leaves out the process's own 8"),
         ({"vary": "dead-time=12..7"}, "does not ascend"),
