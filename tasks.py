@@ -218,7 +218,7 @@ def docs() -> None:
 
 
 def bench(*arguments: str) -> None:
-    """Print every benchmark, or write what a loop-step takes; modules are kept compiled, as an installation has them."""
+    """Print every benchmark, or write what a loop-step takes; modules are kept compiled, as they are when installed."""
     prepare("test")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     if "--write-costs" in arguments:

@@ -140,13 +140,22 @@ def test_a_difference_names_its_device_and_register(desk):
     assert "(R103 801 at holding 1102 (41103))" in finding.message
 
 
-def test_what_no_register_has_is_told(desk):
+def saved(folder, text):
+    """The file of a map."""
+    (folder / "map.csv").write_text(text, "utf-8")
+    return folder / "map.csv"
+
+
+def test_what_no_register_has_is_told(desk, tmp_path):
     path = example("nextopid")
     text = re.sub(r"PidLoops.TIC_1.Direct,.*", "TIC_1.Direct,none", filled(path))
     with desk.plc(Registers(words_by(path, text))) as url:
         result = pidcfg.compare(path, url, map=text)
+        said = run("compare", path, "--plc", url, "--map", saved(tmp_path, text)).stderr
     assert result.same
+    assert result.unread == ("TIC_1.Direct",)
     assert result.notes == ("not read, since the map says that no register has them: TIC_1.Direct",)
+    assert said.endswith(": alike; 1 setting not read\n")
 
 
 def test_what_the_program_holds_is_told(desk):

@@ -48,6 +48,8 @@ class CompareResult:
     """The comparison loop by loop, file first; None: the file cannot be compared."""
     notes: tuple[str, ...] = ()
     """What is told and is no difference: set points that the operator has changed, words that are no values."""
+    unread: tuple[str, ...] = ()
+    """Settings that were not compared, since no register has them, by name."""
 
     @property
     def ok(self) -> bool:
@@ -56,7 +58,7 @@ class CompareResult:
 
     @property
     def same(self) -> bool:
-        """Whether no setting differs."""
+        """Whether no setting differs of those that were read."""
         return self.ok and not self.findings
 
     def to_json(self) -> Data:
@@ -72,7 +74,7 @@ def compared_with(checked: Checked, source: Source, image: Image | Program, limi
         return CompareResult(plc, document, diff.findings, diff)
     findings = [finding for loop in diff.loops for finding in _findings(loop, document, source.register)]
     notes = (*source.left_out, *doubts(image), *_notes(diff))
-    return CompareResult(plc, document, tuple(ordered(findings)), diff, notes)
+    return CompareResult(plc, document, tuple(ordered(findings)), diff, notes, source.unread)
 
 
 def _findings(loop: Compared, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:

@@ -84,6 +84,12 @@ class Source:
         return ""
 
     @property
+    def unread(self) -> tuple[str, ...]:
+        """Settings that are in no register, by name."""
+        named = self.numbering if isinstance(self.numbering, NamedNumbering) else None
+        return (*named.without, *named.literals) if named is not None else ()
+
+    @property
     def left_out(self) -> tuple[str, ...]:
         """Settings that are in no register, as notes."""
         if not isinstance(self.numbering, NamedNumbering):

@@ -146,7 +146,9 @@ class Round:
             return missed
         found = _counted(count, "difference") if count else "alike"
         files = f"{_counted(len(done), 'file')} compared with {done[0].plc}: {found}"
-        return "; ".join(filter(None, (files, missed)))
+        unread = sum(len(result.unread) for result in done)
+        unsaid = f"{_counted(unread, 'setting')} not read" if unread else ""
+        return "; ".join(filter(None, (files, unsaid, missed)))
 
 
 def compared_once(documents: Mapping[str, Document], compare: Callable[[Document], CompareResult]) -> Round:
