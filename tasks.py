@@ -8,6 +8,7 @@ check     ruff, mypy --strict, the import rules, and whether what is generated i
 bench     print the benchmarks: speed of the command and of the simulation, beside their goals; --quick: fewer rounds;
           --write-costs: measure anew what `--engine auto` decides by, and write it into src/pidcfg/sim/costs.py
 torture   throw hostile files, changed examples and signals at pidcfg for --minutes N, and write docs/reliability.md
+mutants   put faults into the code and see whether a test ends them: --package NAME --count N --seed N
 lock      renew requirements/*.txt from pyproject.toml
 
 Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
@@ -229,9 +230,15 @@ def bench(*arguments: str) -> None:
 
 
 def torture(*arguments: str) -> None:
-    """Run the programme of reliability for so many minutes, and write its page."""
+    """Run the programme of reliability, or parts of it, for so many minutes, and write its page."""
     prepare("test")
     must(PYTHON, "tests/reliability/torture.py", *arguments)
+
+
+def mutants(*arguments: str) -> None:
+    """Try faults in the code against the tests; the first run makes the map of the tests, which takes an hour."""
+    prepare("test")
+    must(PYTHON, "tests/reliability/mutation.py", *arguments)
 
 
 def lock() -> None:
@@ -256,6 +263,7 @@ TASKS: dict[str, Callable[..., None]] = {
     "check": check,
     "bench": bench,
     "torture": torture,
+    "mutants": mutants,
     "lock": lock,
 }
 
@@ -263,7 +271,7 @@ TASKS: dict[str, Callable[..., None]] = {
 def main(arguments: list[str]) -> None:
     """Run the named task."""
     name, *rest = arguments or ["help"]
-    if name not in TASKS or (rest and name not in {"test", "generate", "bench", "torture"}):
+    if name not in TASKS or (rest and name not in {"test", "generate", "bench", "torture", "mutants"}):
         sys.exit(__doc__)
     os.environ["PYTHONUTF8"] = "1"
     TASKS[name](*rest)

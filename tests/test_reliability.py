@@ -6,10 +6,13 @@ import sys
 
 import pytest
 
-from reliability import fuzz, hostile, kills
-from reliability.torture import PAGE, TEXT
+from living_rig import GOOD
+from reliability import codecs, copies, faults, figures, fuzz, growth, hostile, kills, mutants
+from reliability.mutation import Runner, valid
+from reliability.page import PAGE, page
+from reliability.torture import PARTS
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="timers and signals of POSIX")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="timers, signals and copies of POSIX")
 SEED = 1
 EVERY = 14
 """A case of so many is run: each kind of input and each way of spoiling comes up."""
@@ -71,18 +74,113 @@ def test_what_is_not_true_of_a_changed_example_is_seen(monkeypatch):
     assert len(rig.found.failures) == rig.found.valid > 0
 
 
-def test_a_command_that_is_ended_leaves_an_old_file_or_a_new_one():
+def test_changed_listings_keep_what_must_be_true(monkeypatch):
+    rig = codecs.Codecs(SEED)
+    for number in range(12):
+        rig.run(number)
+    assert rig.found.failures == []
+    assert rig.found.valid > 0
+    monkeypatch.setattr(codecs, "words_of", lambda _: object())
+    monkeypatch.setattr(codecs, "decode", lambda *_, **__: type("Decoded", (), {"ok": True, "text": GOOD, "notes": ()}))
+    monkeypatch.setattr(codecs, "encode", lambda *_, **__: type("Encoded", (), {"ok": False, "findings": ()}))
+    rig.run(1)
+    assert rig.found.failures[-1].endswith("what was decoded does not encode, and nothing says why")
+
+
+def test_a_command_that_is_ended_leaves_an_old_file_or_a_new_one(monkeypatch):
+    monkeypatch.setattr(kills, "COMMANDS", kills.COMMANDS[:1])
     found = kills.Kills()
-    for number in range(3):
+    for number in (1, 2, 3):
         kills.run(found, SEED, number)
     assert found.failures == []
     assert sum(found.ended.values()) + found.finished == 3
 
 
-def test_the_page_is_that_of_the_programme_with_figures_in_it():
-    def first(text: str) -> list[str]:
-        return [line.partition(" | ")[0] for line in text.splitlines() if line.startswith("| ")]
+def test_a_part_of_a_file_a_lost_one_and_one_that_is_left_are_seen():
+    before, after = {"a": b"old", "b": b"old"}, {"a": b"new", "b": b"old", "c": b"new"}
+    for found, fault in (
+        ({"a": b"ne", "b": b"old"}, ["a is neither old nor new"]),
+        ({"a": b"new"}, ["b is gone"]),
+        ({"a": b"old", "b": b"old", "d": b""}, ["d is left"]),
+        ({"a": b"old", "b": b"old", "c": b"new"}, []),
+    ):
+        assert kills._faults(found, before, after, kills.signal.SIGTERM) == fault
 
-    page = PAGE.read_text("utf-8")
-    assert first(page) == first(TEXT.replace("{seconds}", str(hostile.SECONDS)))
-    assert "{" not in page
+
+def test_a_file_that_may_not_grow_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
+    monkeypatch.setattr(faults, "COMMANDS", kills.COMMANDS[:1])
+    monkeypatch.setattr(faults, "QUOTA", (100,))
+    found = faults.Faults()
+    assert faults.quota(found, tmp_path) == 1
+    assert found.failures == []
+    outcome = faults.subprocess.CompletedProcess((), 3, b"", b"Traceback")
+    (tmp_path / "a.yaml").write_bytes(b"part")
+    faults.judged(found, "x", outcome, tmp_path, {"a.yaml": b"whole"})
+    assert len(found.failures) == 2
+
+
+def test_a_copy_that_takes_too_long_or_fails_is_told():
+    assert copies.in_a_copy(lambda: [1], 5, silent=True) == (0, [1])
+    assert copies.in_a_copy(lambda: 1 / 0, 5, silent=True) == (copies.BROKEN, None)
+    code, found = copies.in_a_copy(spinning, 1, silent=True)
+    assert code < 0
+    assert found is None
+
+
+def spinning():
+    while True:
+        pass
+
+
+def test_the_square_of_the_input_is_seen(monkeypatch):
+    clock = iter(range(10**6))
+    monkeypatch.setattr(growth, "KINDS", {"x": (1, lambda n: [next(clock) for _ in range(n * n)])})
+    monkeypatch.setattr(growth.time, "process_time", lambda: float(next(clock)))
+    assert growth.measured("x")["factor"] > growth.MOST
+    monkeypatch.setattr(growth, "KINDS", {"x": (8, lambda n: [next(clock) for _ in range(n)])})
+    assert growth.measured("x")["factor"] <= growth.MOST
+
+
+def test_a_fault_in_the_code_is_another_tree_and_another_code(monkeypatch):
+    path = "pidcfg/conversion/arithmetic.py"
+    found = list(valid(m for m in mutants.mutants(path) if m.scope[0] == "filter_time"))
+    kinds = {mutant.change.partition(" -> ")[2] for mutant in found}
+    assert {"share > ONE", "share < ONE", "return None", "ONE + share"} <= kinds
+    compared = next(mutant for mutant in found if mutant.change == "share >= ONE -> share < ONE")
+    assert [name for name, _ in mutants.changed_codes(compared)] == ["filter_time"]
+    assert (
+        mutants.drawn("conversion", 1)[:5] == mutants.drawn("conversion", 1)[:5] != mutants.drawn("conversion", 2)[:5]
+    )
+
+
+def test_a_fault_is_put_into_the_functions_that_live():
+    import pidcfg.conversion.arithmetic as module
+
+    mutant = next(
+        m for m in mutants.mutants("pidcfg/conversion/arithmetic.py") if m.change == "share >= ONE -> share < ONE"
+    )
+    ((key, code),) = mutants.changed_codes(mutant).items()
+    function = module.filter_time
+    assert (function.__code__.co_qualname, function.__code__.co_firstlineno) == key
+    before = function.__code__
+    runner = Runner.__new__(Runner)
+    runner.functions = {(before.co_filename, *key): [function]}
+    runner.caches = []
+    runner.session = type("Session", (), {"run": lambda *_: None})()
+    try:
+        runner._changed(mutant, [])
+        assert function.__code__ == code
+        assert function(module.ONE / 2, module.ONE) == 0
+    finally:
+        function.__code__ = before
+
+
+def test_the_page_is_written_from_the_figures_that_are_kept():
+    assert PAGE.read_text("utf-8") == page(figures.kept())
+
+
+def test_a_part_that_was_not_run_is_told_and_a_failure_counts():
+    assert page({}).count("This part was not run yet.") == len(PARTS)
+    kept = figures.kept()
+    worse = {**kept, "examples": {**kept["examples"], "failures": ["x"]}}
+    assert page(worse) != page(kept)

@@ -53,9 +53,12 @@ pidcfg: 1
 scenario: a step
 config: base.yaml
 duration: 60
+signals: {demand: 2}
 plants:
-  - {loop: "*", type: first-order, gain: 1, time_constant: 20, dead_time: 2}
-signals: {Load: 2 * min(time, 10) + sqrt(4) / (1 + abs(-3))}
+  FIC-102: {model: first_order, gain: 0.5, time_constant: 3, dead_time: 0.4}
+  TIC-101: {model: first_order, input: FIC-102.PV + min(demand, 10) - sqrt(4) / (1 + abs(-3)), gain: 4.0,
+    time_constant: 240, dead_time: 15}
+  LIC-103: {model: integrator, gain: -0.02, load: 1.0}
 events:
   - {at: 10, loop: TIC-101, set: {setpoint: 80}}
 expect:
@@ -173,8 +176,8 @@ def sources() -> dict[str, tuple[bytes, tuple[tuple[str, ...], ...]]]:
                     ("diff", "{}", str(EXAMPLES / name)),
                 )  # fmt: skip
     found["a.scenario.yaml"] = SCENARIO.encode(), (
-        ("validate", "{}"), ("simulate", "{}", "--engine", "python", "--limit", "loop_steps=2000"),
-        ("certify", "{}", "--samples", "1", "--limit", "loop_steps=2000"),
+        ("validate", "{}"), ("simulate", "{}", "--engine", "python", "--limit", "loop_steps=20000"),
+        ("certify", "{}", "--samples", "1", "--limit", "loop_steps=20000"),
     )  # fmt: skip
     found["record.csv"] = RECORD.encode(), (("tune", "--method", "simc", "--step", "{}"), ("init", "--from", "{}"))
     found["pidcfg.toml"] = SETTINGS.encode(), (("validate", "base.yaml", "--config", "{}"),)

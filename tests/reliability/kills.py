@@ -1,4 +1,9 @@
-"""Writing commands that are ended at random moments: an old file or a new one stays, and nothing else."""
+"""Writing commands that are ended at random moments: an old file or a new one stays, and nothing else.
+
+A command runs in a copy of this process, which has the program loaded: what is left of its time is reading, work and
+writing. How long that takes is measured once, and the moment drawn from the whole of it. A share of the commands is a
+process of its own, which is ended while it loads, too. What the new file is a run without an end tells.
+"""
 
 from __future__ import annotations
 
@@ -10,21 +15,60 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
+from typing import NoReturn
+
+from pidcfg.__main__ import main
 
 ROOT = Path(__file__).parents[2]
 REACTOR = ROOT / "examples/dl06/reactor.yaml"
-COMMANDS = (
+COMMANDS: tuple[tuple[str, ...], ...] = (
     ("encode", "a.yaml", "-o", "out.txt", "--force"),
+    ("encode", "a.yaml", "--format", "json", "-o", "out.txt", "--force"),
     ("convert", "a.yaml", "--to", "generic", "--allow-loss", "-o", "out.txt", "--force"),
-    ("report", "a.yaml", "-o", "out.txt", "--csv", "tables", "--force"),
+    ("report", "a.yaml", "-o", "out.html", "--csv", "tables", "--force"),
     ("validate", "a.yaml", "--report-output", "json=out.txt"),
+    ("validate", "wrong.yaml", "--fix"),
+    ("validate", "wrong.yaml", "--baseline", "base.json", "--create-baseline"),
     ("decode", "a.lst", "--vendor", "dl06", "-o", "out.txt", "--force"),
-    ("init", "--scenario", "a.yaml", "-o", "out.txt", "--force"),
-    ("simulate", "a.yaml", "--trend", "out.txt", "--force"),
-)
+    ("export", "a.yaml", "--format", "csv", "-o", "out.txt", "--force"),
+    ("init", "--vendor", "click", "-o", "out.txt", "--force"),
+    ("schema", "dl06", "-o", "out.txt", "--force"),
+    ("simulate", "a.scenario.yaml", "--engine", "python", "--trend", "out.txt", "--force"),
+    ("diff", "a.yaml", "other.yaml", "--report-output", "markdown=out.txt"),
+    ("tune", "--method", "simc", "--gain", "2", "--time-constant", "60", "--dead-time", "5", "--write", "other.yaml",
+     "--force"),
+)  # fmt: skip
 SIGNALS = {signal.SIGTERM: 143, signal.SIGINT: 130, signal.SIGKILL: -9}
 OLD = "old\n"
+WRONG = """\
+pidcfg: 1
+vendor: dl06
+plc: {loop_table: V2000, reset_decimals: 1}
+loops:
+  - name: A
+    sample_rate: 1
+    action: Reverse
+    tuning: {gain: 1, reset: 10}
+    pv: {range: [0, 100]}
+"""
+SCENARIO = """\
+pidcfg: 1
+scenario: a step
+config: a.yaml
+duration: 120
+plants:
+  FIC-102: {model: first_order, gain: 0.5, time_constant: 3, dead_time: 0.4}
+  TIC-101: {model: first_order, gain: 4.0, time_constant: 240, dead_time: 15}
+  LIC-103: {model: integrator, gain: -0.02, load: 1.0}
+"""
+PROCESS_EVERY = 8
+"""Commands of which one is a process of its own."""
+LATEST = 1.2
+"""The last moment, in the time that the command takes."""
+
+Files = dict[str, bytes]
 
 
 @dataclass
@@ -33,6 +77,8 @@ class Kills:
 
     ended: dict[str, int] = field(default_factory=dict)
     finished: int = 0
+    cleaned: int = 0
+    """Commands that ran again after SIGKILL, and removed what was left."""
     failures: list[str] = field(default_factory=list)
 
 
@@ -44,38 +90,94 @@ def environment() -> dict[str, str]:
 def prepared(folder: Path) -> None:
     """A configuration, a listing of it, and the file that is there before."""
     (folder / "a.yaml").write_bytes(REACTOR.read_bytes())
-    golden = next((ROOT / "examples/dl06/golden").glob("reactor*.txt"), None)
-    if golden is not None:
-        (folder / "a.lst").write_bytes(golden.read_bytes())
+    (folder / "other.yaml").write_bytes((REACTOR.parent / "oven.yaml").read_bytes())
+    (folder / "a.lst").write_bytes((REACTOR.parent / "golden" / "reactor.txt").read_bytes())
+    for name, text in (("wrong.yaml", WRONG), ("a.scenario.yaml", SCENARIO), ("out.txt", OLD), ("out.html", OLD)):
+        (folder / name).write_text(text, "utf-8")
 
 
-def run(kills: Kills, seed: int, number: int) -> None:
-    """One command that is ended after a random time, and what its folder then holds."""
-    rng = random.Random(f"{seed} {number}")
-    words, (ending, code) = rng.choice(COMMANDS), rng.choice(list(SIGNALS.items()))
+def content(folder: Path) -> Files:
+    """Every file of a folder."""
+    paths = (path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+
+
+def started(words: tuple[str, ...], folder: Path, *, alone: bool = False) -> int:
+    """The process that does a command in a folder: a copy of this one, or one of its own."""
+    if alone:
+        null = subprocess.DEVNULL
+        command = [sys.executable, "-m", "pidcfg", *words]
+        return subprocess.Popen(command, cwd=folder, env=environment(), stdout=null, stderr=null).pid
+    child = os.fork()
+    if not child:
+        _be_the_command(words, folder)
+    return child
+
+
+def _be_the_command(words: tuple[str, ...], folder: Path) -> NoReturn:
+    code = 3
+    try:
+        for number in (signal.SIGTERM, signal.SIGVTALRM):
+            signal.signal(number, signal.SIG_DFL)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        os.chdir(folder)
+        null = os.open(os.devnull, os.O_RDWR)
+        for number in (0, 1, 2):
+            os.dup2(null, number)
+        sys.argv = ["pidcfg", *words]
+        sys.stdout, sys.stderr = open(1, "w", closefd=False), open(2, "w", closefd=False)  # noqa: SIM115
+        main()
+    except SystemExit as end:
+        code = int(end.code or 0)
+    except KeyboardInterrupt:  # before the handlers are set, as while a program is loaded
+        code = 130
+    finally:
+        os._exit(code)
+
+
+@cache
+def whole(words: tuple[str, ...]) -> tuple[Files, Files, float]:
+    """The files before and after a run to its end, and the seconds it takes."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         prepared(folder)
-        (folder / "out.txt").write_text(OLD, "utf-8")
-        before = {path.name for path in folder.iterdir()}
-        process = subprocess.Popen(
-            [sys.executable, "-m", "pidcfg", *words], cwd=folder, env=environment(),
-            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-        )  # fmt: skip
-        time.sleep(rng.uniform(0.05, 1.5))
-        process.send_signal(ending)
-        _, err = process.communicate(timeout=60)
-        label = f"{seed} {number} {words[0]} {ending.name}: exit {process.returncode}"
-        if process.returncode in {0, 1}:
-            kills.finished += 1
-        elif process.returncode in {code, -ending}:
+        before, begin = content(folder), time.monotonic()
+        os.waitpid(started(words, folder), 0)
+        return before, content(folder), time.monotonic() - begin
+
+
+def run(kills: Kills, seed: int, number: int) -> None:
+    """One command that is ended at a random moment, and what its folder then holds."""
+    rng = random.Random(f"{seed} {number}")
+    words, (ending, code) = rng.choice(COMMANDS), rng.choice(list(SIGNALS.items()))
+    before, after, seconds = whole(words)
+    alone = number % PROCESS_EVERY == 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        prepared(folder)
+        child = started(words, folder, alone=alone)
+        time.sleep(rng.uniform(0, LATEST * seconds + alone))
+        os.kill(child, ending)
+        end = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        label = f"{seed} {number} {' '.join(words[:2])} {ending.name}: exit {end}"
+        if end in {code, -ending}:
             kills.ended[ending.name] = kills.ended.get(ending.name, 0) + 1
+        elif end in {0, 1}:
+            kills.finished += 1
         else:
-            kills.failures.append(f"{label}: {err.decode()[-200:]}")
-        left = {path.name for path in folder.iterdir()} - before - {"tables"}
-        if left and ending is not signal.SIGKILL:
-            kills.failures.append(f"{label}: {sorted(left)} are left")
-        content = (folder / "out.txt").read_text("utf-8")
-        whole = content == OLD or content.endswith("\n") or content.rstrip().endswith(">")
-        if not content or not whole:
-            kills.failures.append(f"{label}: the file is neither old nor whole: {content[-60:]!r}")
+            kills.failures.append(f"{label}, which is none of its exit codes")
+        kills.failures += [f"{label}: {fault}" for fault in _faults(content(folder), before, after, ending)]
+        if ending is signal.SIGKILL:
+            os.waitpid(started(words, folder), 0)
+            kills.cleaned += 1
+            left = set(content(folder)) - set(after) - set(before)
+            kills.failures += [f"{label}: {name} is still there after the next run" for name in sorted(left)]
+
+
+def _faults(found: Files, before: Files, after: Files, ending: signal.Signals) -> list[str]:
+    """What is neither the old file nor the new one, and what is left beside them."""
+    parts = [f"{name} is neither old nor new" for name, data in found.items()
+             if name in before | after and data not in {before.get(name), after.get(name)}]  # fmt: skip
+    gone = [f"{name} is gone" for name in before if name not in found and name in after]
+    left = [f"{name} is left" for name in found if name not in before | after and ending is not signal.SIGKILL]
+    return parts + gone + left

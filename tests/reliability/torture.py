@@ -1,130 +1,142 @@
-"""``python tasks.py torture [--minutes N]``: hostile files, mutants and kills until the time is over, and the page.
+"""``python tasks.py torture [PART ...] [--minutes N]``: throw at pidcfg what means harm, and write the page.
 
-The figures of the last run stand in ``docs/reliability.md``, which this program writes.
+Without a part all run that need nothing but this machine and pidcfg: `against` wants other tools. Each part keeps its
+figures beside this file when it ends.
+``docs/reliability.md`` is written from the figures of all parts.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import random
-import select
-import signal
+import resource
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from reliability import fuzz, hostile, kills
+from reliability import codecs, copies, faults, figures, fuzz, growth, hostile, kills, others
+from reliability.page import PAGE, page
 
-PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
 MOST = 60
-"""Seconds of a mutant."""
-TEXT = """\
-# Reliability
-
-What was thrown at pidcfg, and what came of it: the figures of the last run of `python tasks.py torture`, which writes
-this page.
-
-| | |
-|---|---|
-| seed | {seed} |
-| time | {minutes:.0f} min of one processor |
-| hostile files | {files} of {kinds} kinds of input, each spoiled in up to {spoils} ways |
-| commands run on them, as UTF-8, ASCII, cp1252 and in the locale C | {executions} |
-| tracebacks, exit code 3, hangs (over {seconds} s of CPU) | {tracebacks}, {bugs}, {hangs} |
-| slowest of these commands; most memory of the process that ran all of them | {slowest:.1f} s; {memory:.0f} MB |
-| changed examples | {mutants}, of which {valid} are valid |
-| encoded and decoded; converted; simulated twice; corrected | {codecs}; {conversions}; {simulations}; {fixes} |
-| not true of them | {untrue} |
-| commands ended by SIGTERM, SIGINT and SIGKILL; come to their end before | {ended}; {finished} |
-| files in part, or left behind by SIGTERM and SIGINT | {parts} |
-
-True of every changed example: only declared errors; what validates without an error encodes, and what encodes decodes
-to the same words, or a note says which differ; `--fix` twice is as once, and removes what it claims; a file does not
-differ from itself; what is converted can be read; twice is as once.
-
-Not covered: coverage-guided fuzzing, a full disk or quota, several writers at one file, and programs of ISPSoft,
-CODESYS and DirectSOFT that read what pidcfg writes.
-"""
+"""Seconds of CPU for a mutant of an example, or for a batch of listings."""
+BATCH = 100
+KEPT_EVERY = 60
+"""Seconds after which a long part keeps its figures: it may be ended at any time."""
 
 
-def main(arguments: list[str]) -> int:
-    """Hostile files, mutants and kills for so many minutes; 1 where something was found."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--minutes", type=float, default=60)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args(arguments)
-    os.environ["PIDCFG_CACHE_DIR"] = __file__
-    begin, here = time.monotonic(), Path.cwd()
-    end = begin + 60 * options.minutes
-    figures, mutants, ended = hostile.Figures(), fuzz.Fuzz(options.seed), kills.Kills()
+def cpu() -> float:
+    """Seconds of CPU of this process and of its ended children."""
+    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+
+
+def hostile_files(options: argparse.Namespace, end: float) -> dict[str, Any]:
+    """Every hostile file once, as far as the time goes."""
+    found, here = hostile.Figures(), Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         hostile.prepare(Path())
         cases = hostile.cases(options.seed)
         random.Random(options.seed).shuffle(cases)
         for number, case in enumerate(cases):
-            if time.monotonic() > begin + 0.6 * (end - begin):
+            if time.monotonic() > end:
                 break
-            hostile.judge(case, Path(), hostile.CODE_PAGES[number % 4], figures, number)
+            hostile.judge(case, Path(), hostile.CODE_PAGES[number % len(hostile.CODE_PAGES)], found, number)
         os.chdir(here)
-    number, last = 0, (time.monotonic() + 2 * end) / 3
-    while time.monotonic() < last:
-        guarded(mutants, number)
-        number += 1
-    number = 0
+    return {**vars(found), "kinds": len(hostile.sources()), "spoils": len(hostile.SPOILS)}
+
+
+def changed_examples(options: argparse.Namespace, end: float) -> dict[str, Any]:
+    """Changed examples through every step, a process each."""
+    return _rows(fuzz.Fuzz(options.seed), "examples", 1, options, end)
+
+
+def changed_listings(options: argparse.Namespace, end: float) -> dict[str, Any]:
+    """Changed listings through the codecs."""
+    return _rows(codecs.Codecs(options.seed), "codecs", BATCH, options, end)
+
+
+def _rows(rig: Any, part: str, size: int, options: argparse.Namespace, end: float) -> dict[str, Any]:
+    total, number, begin, kept = fuzz.Found(), 0, cpu(), time.monotonic()
     while time.monotonic() < end:
-        kills.run(ended, options.seed, number)
-        number += 1
-    failures = [*figures.failures, *mutants.found.failures, *ended.failures]
-    sys.stdout.writelines(f"{failure}\n" for failure in failures)
-    PAGE.write_text(page(options, (time.monotonic() - begin) / 60, figures, mutants.found, ended), "utf-8")
-    return int(bool(failures))
+        _batch(rig, total, range(number, number + size))
+        number += size
+        if time.monotonic() > kept + KEPT_EVERY:
+            kept = time.monotonic()
+            figures.keep(part, {"seed": options.seed, "cpu": cpu() - begin, **vars(total)})
+    return vars(total)
 
 
-def guarded(rig: fuzz.Fuzz, number: int) -> None:
-    """A mutant in a process of its own, which is ended where it takes too long: compiled code hears no signal."""
-    reading, writing = os.pipe()
-    child = os.fork()
-    if not child:
+def _batch(rig: Any, total: fuzz.Found, numbers: range) -> None:
+    """Some numbers of a rig in a copy; one by one where they take too long together."""
+
+    def work() -> dict[str, Any]:
         rig.found = fuzz.Found()
-        rig.run(number)
-        with os.fdopen(writing, "w", encoding="utf-8") as stream:
-            json.dump(vars(rig.found), stream)
-        os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading, encoding="utf-8") as stream:
-        ready, _, _ = select.select([stream], [], [], MOST)
-        if not ready:
-            os.kill(child, signal.SIGKILL)
-        text = stream.read()
-    os.waitpid(child, 0)
-    hang = {"mutants": 1, "failures": [f"{rig.seed} {number}: takes more than {MOST} s"]}
-    for key, value in (json.loads(text) if text else hang).items():
-        setattr(rig.found, key, getattr(rig.found, key) + value)
+        for number in numbers:
+            rig.run(number)
+        return vars(rig.found)
+
+    _, found = copies.in_a_copy(work, MOST)
+    if found is None and len(numbers) > 1:
+        for number in numbers:
+            _batch(rig, total, range(number, number + 1))
+        return
+    slow = {"mutants": 1, "failures": [f"{rig.seed} {numbers[0]}: takes more than {MOST} s of CPU, or crashes"]}
+    for key, value in (found or slow).items():
+        setattr(total, key, getattr(total, key) + value)
+    for failure in (found or slow)["failures"]:
+        sys.stdout.write(f"{failure}\n")
+        sys.stdout.flush()
 
 
-def page(
-    options: argparse.Namespace, minutes: float, figures: hostile.Figures, found: fuzz.Found, ended: kills.Kills
-) -> str:
-    """The page with its figures."""
-    values = {**vars(figures), **vars(found), "memory": figures.memory / 1024}
-    return TEXT.format(
-        **values,
-        seed=options.seed,
-        minutes=minutes,
-        kinds=len(hostile.sources()),
-        spoils=len(hostile.SPOILS),
-        seconds=hostile.SECONDS,
-        untrue=len(found.failures),
-        ended=", ".join(f"{count} by {name}" for name, count in sorted(ended.ended.items())) or "none",
-        finished=ended.finished,
-        parts=len(ended.failures),
-    )
+def ended_commands(options: argparse.Namespace, end: float) -> dict[str, Any]:
+    """Writing commands that are ended at random moments."""
+    found = kills.Kills()
+    number = 0
+    while time.monotonic() < end and sum(found.ended.values()) < options.count:
+        kills.run(found, options.seed, number)
+        number += 1
+    return {**vars(found), "commands": len(kills.COMMANDS)}
+
+
+PARTS: dict[str, Callable[[argparse.Namespace, float], dict[str, Any]]] = {
+    "hostile": hostile_files,
+    "examples": changed_examples,
+    "codecs": changed_listings,
+    "kills": ended_commands,
+    "faults": lambda *_: faults.run_all(),
+    "growth": lambda *_: growth.run_all(),
+    "against": lambda options, _: others.run_all(options.seed, options.files),
+}
+
+
+def main(arguments: list[str]) -> int:
+    """The parts one after the other, each with its share of the time; 1 where something was found."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], metavar="PART", help=", ".join(PARTS))
+    parser.add_argument("--minutes", type=float, default=60)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=300, help="commands that are ended")
+    parser.add_argument("--files", type=int, default=others.FILES, help="files for other tools")
+    options = parser.parse_args(arguments)
+    os.environ["PIDCFG_CACHE_DIR"] = __file__
+    failures = []
+    parts = options.parts or [part for part in PARTS if part != "against"]
+    for part in parts:
+        begin = cpu()
+        found = PARTS[part](options, time.monotonic() + 60 * options.minutes / len(parts))
+        figures.keep(part, {"seed": options.seed, "cpu": cpu() - begin, **found})
+        failures += found["failures"]
+        PAGE.write_text(page(figures.kept()), "utf-8")
+    sys.stdout.writelines(f"{failure}\n" for failure in failures)
+    return int(bool(failures))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,177 @@
+"""Mutants against the tests that reach them: `python tasks.py mutants --package encoders --count 150`.
+
+First a map is made, once: which functions each test calls. Then each mutant runs the tests that call its function,
+the most particular first, until one fails. It is put into the code of a copy of this process; one that lives there, or
+that changes what a module does while it is loaded, runs again as a file in a copy of the tree.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import functools
+import gc
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter, defaultdict
+from pathlib import Path
+from types import FunctionType
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from reliability import figures
+from reliability.copies import BROKEN, in_a_copy
+from reliability.mutants import PACKAGES, SOURCE, Mutant, changed_codes, drawn, mutants, tree_of
+from reliability.reached import MAP, ROOT, Reached, Session, make_map, test_files
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+SECONDS = 60
+"""Of CPU for a mutant's tests; one that needs more does not end."""
+FILES = 8
+"""Test files that are loaded for a mutant in a copy of the tree."""
+EQUAL = Path(__file__).with_name("equal_mutants.txt")
+"""Survivors that do the same as the original, a line each, with the reason."""
+
+
+class Runner:
+    """Tries mutants: in this process's copies, and as files in a copy of the tree."""
+
+    def __init__(self, session: Session, folder: Path) -> None:
+        self.session, self.reached, self.folder = session, Reached(), folder
+        self.functions = defaultdict[Any, list[FunctionType]](list)
+        for thing in gc.get_objects():
+            if isinstance(thing, FunctionType) and thing.__code__.co_filename.startswith(str(SOURCE)):
+                code = thing.__code__
+                self.functions[code.co_filename, code.co_qualname, code.co_firstlineno].append(thing)
+        self.caches = [thing for thing in gc.get_objects() if isinstance(thing, functools._lru_cache_wrapper)]
+
+    def judge(self, mutant: Mutant) -> str:
+        """How a mutant ends: ``failed``, ``time``, ``lives``, or ``unreached`` where no test calls its function."""
+        names = [name for name in self.reached.tests(mutant) if name in self.session.items]
+        if not names:
+            return "unreached"
+        if mutant.scope[0]:
+            code, _ = in_a_copy(lambda: self._changed(mutant, names), SECONDS, silent=True)
+            if code not in {0, BROKEN}:
+                return "time" if code < 0 else "failed"
+        return self._as_file(mutant, names)
+
+    def control(self, mutant: Mutant) -> str:
+        """The same tests on the code as it is."""
+        names = [name for name in self.reached.tests(mutant) if name in self.session.items]
+        code, _ = in_a_copy(lambda: self.session.run(names), SECONDS, silent=True)
+        return "lives" if not code else "failed"
+
+    def _changed(self, mutant: Mutant, names: list[str]) -> None:
+        for (name, line), code in changed_codes(mutant).items():
+            for function in self.functions[str(SOURCE / mutant.path), name, line]:
+                function.__code__ = code
+        for cached in self.caches:
+            cached.cache_clear()
+        self.session.run(names)
+
+    def _as_file(self, mutant: Mutant, names: Sequence[str]) -> str:
+        """The mutant in a copy of the tree, with the tests of a few files."""
+        files = [file for file, _ in Counter(name.partition("::")[0] for name in names).most_common(FILES)]
+        chosen = [name for name in names if name.partition("::")[0] in files]
+        path, arguments = self.folder / "src" / mutant.path, self.folder / "names.txt"
+        arguments.write_text("".join(f"{name}\n" for name in chosen), "utf-8")
+        before = path.read_text("utf-8")
+        path.write_text(ast.unparse(tree_of(mutant, mutant.path)), "utf-8")
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", f"@{arguments}"]
+        limit = functools.partial(resource.setrlimit, resource.RLIMIT_CPU, (2 * SECONDS, 2 * SECONDS))
+        environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(str(self.folder / part) for part in ("src", "tests")),
+        }
+        done = subprocess.run(
+            command, cwd=self.folder, env=environment, capture_output=True, check=False, preexec_fn=limit
+        )
+        path.write_text(before, "utf-8")
+        return "time" if done.returncode < 0 else "failed" if done.returncode else "lives"
+
+
+def copied(folder: Path) -> Path:
+    """A copy of the tree for mutants to stand in."""
+    for name in ("src", "tests", "examples", "docs"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for path in ROOT.glob("*.*"):
+        if path.is_file():
+            shutil.copy(path, folder)
+    return folder
+
+
+def equal() -> dict[str, str]:
+    """Mutants that were proved equal, with the reasons."""
+    lines = EQUAL.read_text("utf-8").splitlines() if EQUAL.exists() else []
+    return dict(line.split(" | ", 1) for line in lines if " | " in line)
+
+
+def campaign(session: Session, options: argparse.Namespace) -> None:
+    """So many valid mutants of each package, and a control run for every tenth of them."""
+    with tempfile.TemporaryDirectory() as name:
+        runner, same = Runner(session, copied(Path(name))), equal()
+        for package in options.package or PACKAGES:
+            ends, control = Counter[str](), Counter[str]()
+            for mutant in valid(chosen(package, options)):
+                if sum(ends.values()) == options.count:
+                    break
+                end = "equal" if str(mutant) in same else runner.judge(mutant)
+                ends[end] += 1
+                sys.stdout.write(f"{end:9} {mutant}\n")
+                sys.stdout.flush()
+                if sum(ends.values()) % 10 == 1:
+                    control[runner.control(mutant)] += 1
+                if not options.only:
+                    figures.keep(f"mutants-{package}", {"seed": options.seed, "ends": ends, "control": control})
+            sys.stdout.write(f"{package} {dict(ends)} control {dict(control)}\n")
+
+
+def chosen(package: str, options: argparse.Namespace) -> Iterable[Mutant]:
+    """The mutants of a package in the order of the seed, or those of a line."""
+    if not options.only:
+        return drawn(package, options.seed)
+    path, _, line = options.only.partition(":")
+    return [mutant for mutant in mutants(path) if not line or mutant.line == int(line)]
+
+
+def valid(found: Iterable[Mutant]) -> Iterator[Mutant]:
+    """Those that compile to something else."""
+    for mutant in found:
+        if ast.dump(tree_of(mutant, mutant.path)) != ast.dump(tree_of(None, mutant.path)) and (
+            not mutant.scope[0] or changed_codes(mutant)
+        ):
+            yield mutant
+
+
+def main(arguments: list[str]) -> int:
+    """Make the map or try mutants."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--map", action="store_true", help="make the map of the tests anew")
+    parser.add_argument("--package", action="append", choices=[*PACKAGES])
+    parser.add_argument("--count", type=int, default=150)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", help="the mutants of pidcfg/module.py:line alone")
+    parser.add_argument("files", nargs="*", help="test files, instead of all")
+    options = parser.parse_args(arguments)
+    if options.only:
+        options.package = [next(iter(PACKAGES))]
+    os.environ["CI"] = "true"
+    os.chdir(ROOT)
+    files = options.files or [str(path.relative_to(ROOT)) for path in test_files()]
+    work = make_map if options.map or not MAP.exists() else lambda session: campaign(session, options)
+    quiet = ("-q", "-p", "no:cacheprovider", "-s", "--import-mode=prepend")
+    return int(pytest.main([*quiet, *files], plugins=[Session(work)]))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,171 @@
+"""``docs/reliability.md`` from the figures of the parts: no figure on it is typed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from reliability import growth, hostile, others
+from reliability.mutants import PACKAGES
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
+HEAD = """\
+# Reliability
+
+What was thrown at pidcfg, and what came of it. `python tasks.py torture` runs the programme, or parts of it, and
+`python tasks.py mutants` puts faults into the code; each part keeps the figures of its last run, and this page is
+written from them. It says what was found beside what was tried.
+"""
+NOT_RUN = "This part was not run yet."
+KILLED = ("failed", "time")
+MEANT = {"encoders": "95 %", "conversion": "95 %", "rules": "92 %", "controllers": "92 %"}
+"""Share of the mutants that the tests should end."""
+
+
+def page(kept: Mapping[str, Any]) -> str:
+    """The page."""
+    parts = (HEAD, *(f"## {title}\n\n{text}\n" for title, text in _sections(kept)))
+    return "\n".join(parts)
+
+
+def _sections(kept: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+    for title, part, text in (
+        ("Hostile files", "hostile", _hostile),
+        ("Changed examples", "examples", _examples),
+        ("Changed listings", "codecs", _codecs),
+        ("Commands that are ended", "kills", _kills),
+        ("Faults of the machine", "faults", _faults),
+        ("Time and memory by the size of the input", "growth", _growth),
+        ("Beside other tools", "against", _against),
+    ):
+        yield title, text(kept[part]) if part in kept else NOT_RUN
+    yield "Faults in the code", _mutants(kept)
+
+
+def _table(head: tuple[str, ...], rows: Iterable[Iterable[object]]) -> str:
+    lines = (head, ("---",) * len(head), *rows)
+    return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in lines)
+
+
+def _run(found: Mapping[str, Any]) -> tuple[str, str]:
+    cpu = found["cpu"]
+    return "seed; CPU", f"{found['seed']}; {cpu / 60:.1f} min"
+
+
+def _wrong(found: Mapping[str, Any]) -> tuple[str, int]:
+    return "found", len(found["failures"])
+
+
+def _hostile(found: Mapping[str, Any]) -> str:
+    rows = (
+        _run(found),
+        ("files", f"{found['files']} of {found['kinds']} kinds of input, each spoiled in up to {found['spoils']} ways"),
+        ("commands run on them, as UTF-8, ASCII, cp1252 and in the locale C", found["executions"]),
+        ("tracebacks; exit code 3", f"{found['tracebacks']}; {found['bugs']}"),
+        (f"hangs (over {hostile.SECONDS} s of CPU)", found["hangs"]),
+        ("slowest command", f"{found['slowest']:.1f} s of CPU"),
+        ("most memory of the process that ran all of them", f"{found['memory'] / 1024:.0f} MB"),
+        _wrong(found),
+    )
+    return _table(("what", "figure"), rows)
+
+
+def _examples(found: Mapping[str, Any]) -> str:
+    rows = (
+        _run(found),
+        ("changed examples; of these valid", f"{found['mutants']}; {found['valid']}"),
+        ("encoded or decoded", found["codecs"]),
+        ("converted; simulated twice; corrected", f"{found['conversions']}; {found['simulations']}; {found['fixes']}"),
+        _wrong(found),
+    )
+    return (
+        f"{_table(('what', 'figure'), rows)}\n\n"
+        "True of every one: only declared errors; what validates without an error encodes, and what encodes decodes\n"
+        "to the same words, or a note says which differ; `--fix` twice is as once, and removes what it claims; a file\n"
+        "does not differ from itself; what is converted can be read; twice is as once."
+    )
+
+
+def _codecs(found: Mapping[str, Any]) -> str:
+    rows = (
+        _run(found),
+        ("listings of examples with other contents; of these decoded", f"{found['mutants']}; {found['valid']}"),
+        ("encoded or decoded", found["codecs"]),
+        _wrong(found),
+    )
+    return (
+        f"{_table(('what', 'figure'), rows)}\n\n"
+        "True of every one: only declared errors; what decodes encodes, and comes back as the same configuration or\n"
+        "the same words."
+    )
+
+
+def _kills(found: Mapping[str, Any]) -> str:
+    ended = ", ".join(f"{count} by {name}" for name, count in sorted(found["ended"].items()))
+    rows = (
+        _run(found),
+        ("commands; ended at a random moment", f"{found['commands']}; {sum(found['ended'].values())}: {ended}"),
+        ("at their end before", found["finished"]),
+        ("run again after SIGKILL, and nothing of the first one left", found["cleaned"]),
+        ("files neither old nor new; left behind; other exit codes", len(found["failures"])),
+    )
+    return _table(("what", "figure"), rows)
+
+
+def _faults(found: Mapping[str, Any]) -> str:
+    rows = ((fault, runs or "not to be made here", _of(found, fault)) for fault, runs in found["runs"].items())
+    return (
+        f"{_table(('fault', 'commands', 'found'), rows)}\n\n"
+        "After each the files are the old or the new ones, whole, with nothing beside them, and the exit code is\n"
+        "declared."
+    )
+
+
+def _of(found: Mapping[str, Any], fault: str) -> int:
+    return sum(failure.startswith(f"{fault}: ") for failure in found["failures"])
+
+
+def _growth(found: Mapping[str, Any]) -> str:
+    rows = (
+        (kind, f"{row['size']:.0f}", f"{row['seconds']:.2f} s", f"{row['factor']:.2f}", f"{row['memory']:.0f} MB")
+        for kind, row in found["kinds"].items()
+    )
+    head = ("input", "largest", "CPU", "twice the input, at most", "memory above a small one")
+    return (
+        f"{_table(head, rows)}\n\n"
+        f"Twice the input may take {growth.MOST} times the CPU (medians of {growth.TIMES}, "
+        f"{growth.DOUBLINGS} doublings), and the largest {growth.MEGABYTES} MB.\nBeyond that: {len(found['failures'])}."
+    )
+
+
+def _against(found: Mapping[str, Any]) -> str:
+    rows = ((tool, *(row[end] for end in ("answer", "crash", "time-out"))) for tool, row in found["tools"].items())
+    missing = f"\nNot installed: {', '.join(found['missing'])}." if found["missing"] else ""
+    return (
+        f"{found['files']} hostile YAML files, drawn with seed {found['seed']}; check-jsonschema with the schema that "
+        f"pidcfg prints.\n\n{_table(('tool', 'answers', 'crashes', f'over {others.SECONDS} s'), rows)}{missing}"
+    )
+
+
+def _mutants(kept: Mapping[str, Any]) -> str:
+    rows = []
+    for package in PACKAGES:
+        found = kept.get(f"mutants-{package}")
+        if found is None:
+            rows.append((package, "not run", "", "", "", MEANT[package], ""))
+            continue
+        ends = found["ends"]
+        killed, equal = sum(ends.get(end, 0) for end in KILLED), ends.get("equal", 0)
+        tried = sum(ends.values()) - equal
+        share = f"{100 * killed / tried:.0f} %" if tried else "-"
+        control = ", ".join(f"{count} {end}" for end, count in sorted(found["control"].items()))
+        rows.append((package, found["seed"], tried, equal, share, MEANT[package], control))
+    head = ("package", "seed", "faults", "equal, left out", "ended by a test", "meant", "unchanged code")
+    return (
+        "Small faults, one at a time: another comparison, operator, number or argument, a statement or a value that\n"
+        "is gone. Each runs the tests that call its function, as many as fit the time.\n\n"
+        f"{_table(head, rows)}"
+    )
