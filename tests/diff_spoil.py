@@ -105,7 +105,7 @@ def listings(checked):
             result = pidcfg.encode(checked.document, name, allow_errors=True)
         except (ValueError, UnwritableError):
             continue
-        if len(result.files) == 1 and name != "symbols":
+        if len(result.files) == 1 and name not in {"symbols", "modbus-map"}:
             yield name, result.text.encode(result.kind.encoding)
 
 

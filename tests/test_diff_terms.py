@@ -583,3 +583,14 @@ def test_a_changed_step_of_a_profile_is_the_one_word_written(line, changed, word
 def test_numbers_are_short(value, text):
     assert text_of(value) == text
     assert float(text_of(value)) == value
+
+
+def test_a_move_at_the_start_has_no_place_among_those_at_the_end():
+    """A program has the moves before all blocks first, wherever the file has them."""
+    text = (EXAMPLES / "nextopid/cascade.yaml").read_text("utf-8").split("\nmoves:")[0]
+    to = (("TIC_1", ""), ("TIC_2", ", at: start"), ("FIC_3", ""), ("TIC_1", ", at: start"))
+    moves = [f"{{move: {i}, to: {name}.ManualMV, when: {name}.Manual{at}}}" for i, (name, at) in enumerate(to)]
+    same, other = ([moves[i] for i in order] for order in ((1, 3, 0, 2), (3, 0, 1, 2)))
+    one, two, three = (f"{text}\nmoves:\n" + "".join(f"  - {move}\n" for move in rows) for rows in (moves, same, other))
+    assert pidcfg.diff(one, two).same
+    assert not pidcfg.diff(one, three).same

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.conversion.values import shown
 from pidcfg.differences.leaves import Leaf, leaves, unit_of
-from pidcfg.differences.wired import move_content
+from pidcfg.differences.wired import executed, move_content
 from pidcfg.listings import name_in
 from pidcfg.paths import dotted
 from pidcfg.schemas.base import Duration, Quantity, plain_number
@@ -241,7 +241,7 @@ def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
             if not any(overlap(key, other) for other in registers):
                 value, unit = said(leaf, plc, subject.vendor)
                 items[key] = Item(key, value, unit, value, default=is_default(leaf))
-    for name, value in flat(entry):
+    for name, value in flat(executed(entry)):
         key = name if name in TOP else f"plc.{name}"
         items.setdefault(key, Item(key, number(value), "", move_content(value) or number(value)))
     items = with_faults(items, subject.faults(""))

@@ -63,6 +63,14 @@ def move_content(value: Any) -> Any:
     return tuple(sorted(parts))
 
 
+def executed(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What stands beside the parameters, with its moves as they are executed: those before all blocks come first."""
+    moves = entry.get("moves")
+    if not isinstance(moves, list | tuple):
+        return entry
+    return {**entry, "moves": sorted(moves, key=lambda move: move.get("at") != "start")}
+
+
 def _code(text: str, names: list[str]) -> tuple[tuple[int, ...], tuple[float, ...]]:
     expression = Typed(text, {name: i for i, name in enumerate(names)}, lengths_of(names)).read()
     return expression.code, expression.constants
