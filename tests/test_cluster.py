@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import signal
 import subprocess
@@ -259,10 +260,13 @@ time.sleep(100)
 def test_a_scheduler_that_goes_away_is_named_and_what_is_ready_is_kept(alone):
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     there = subprocess.Popen([sys.executable, "-c", ELSEWHERE], stdout=subprocess.PIPE, text=True, env=environment)
-    kept = []
+    kept, loud = [], []
 
     def keep(data):
         kept.append(data)
+        names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+        if len(kept) <= 2:
+            loud.extend(name for name in names if logging.getLogger(name).isEnabledFor(logging.ERROR))
         if len(kept) == 2:
             there.kill()
 
@@ -275,4 +279,6 @@ def test_a_scheduler_that_goes_away_is_named_and_what_is_ready_is_kept(alone):
         there.wait()
         there.stdout.close()
     assert len(kept) == 3  # the last one when it was gone
+    assert not loud, "Dask's own log is no part of what the command says"
+    assert logging.getLogger("distributed.client").level != logging.CRITICAL
     assert certify(None, state=kept[-1]) == alone

@@ -63,9 +63,7 @@ def connected(address: str) -> Iterator[Client]:
         from distributed import Client, LocalCluster
     except ImportError:
         raise WorkersError("distributed is not installed; install pidcfg with its extra `cluster`") from None
-    log = logging.getLogger("distributed")
-    level = log.level
-    log.setLevel(logging.CRITICAL)  # what matters of it is said by errors and remarks
+    levels = _silenced()
     client = cluster = None
     try:
         if local := LOCAL.fullmatch(address):
@@ -87,7 +85,17 @@ def connected(address: str) -> Iterator[Client]:
             if opened is not None:
                 with suppress(Exception):  # what has gone already cannot be closed
                     opened.close(timeout=CONNECT)
-        log.setLevel(level)
+        for log, level in levels.items():
+            log.setLevel(level)
+
+
+def _silenced() -> dict[logging.Logger, int]:
+    """Dask's logs and the levels that they had; what matters of them is said by errors and remarks."""
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] == "distributed"]
+    levels = {log: log.level for log in map(logging.getLogger, ["distributed", *names])}
+    for log in levels:
+        log.setLevel(logging.CRITICAL)
+    return levels
 
 
 def results(
