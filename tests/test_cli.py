@@ -519,6 +519,7 @@ def prepared(tmp_path_factory):
     header = (folder / "nicknames.csv").read_text("utf-8").splitlines()[0]
     (folder / "project.csv").write_text(f'{header}\nX001,BIT,"Start",0,No,""\n', "utf-8")
     (folder / "kiln.yaml").write_text((ROOT / "examples/ezlogix/oven.yaml").read_text("utf-8"), "utf-8")
+    (folder / "kiln-map.csv").write_text("R1,holding,0,uint16\nS1,coil,0,bool\n", "utf-8")
     text = (folder / "reactor.yaml").read_text("utf-8")
     (folder / "main.yaml").write_text(text, "utf-8")
     (folder / "ovens.yaml").write_text(text, "utf-8")

@@ -22,7 +22,7 @@ TEXTS = {
     "nextopid": "altus-nextopid.txt",
     "dpide": "delta-as-dpide.txt",
 }
-OF_FILES = {"pidcfg", "vendor"}
+OF_FILES = {"pidcfg", "vendor", "plc.map"}
 """Keys of every file, of which no manual speaks."""
 REGISTERED = ("dl06", "click", "ezlogix")
 """Those whose memory is words, not parameters."""

@@ -837,7 +837,7 @@ def leaves(model, before=""):
             yield f"{before}{key}"
 
 
-ELSEWHERE = ("pidcfg", "vendor", "cascade_from", "ramp_soak.")
+ELSEWHERE = ("pidcfg", "vendor", "plc.map", "cascade_from", "ramp_soak.")
 """The head of the file, and keys that several registers hold together."""
 
 

@@ -40,7 +40,11 @@ def test_encode_decode_encode_is_identical(kind, config):
     assert not notes
 
 
-@pytest.mark.parametrize("kind", FORMATS)
+READ_BACK = [kind for kind in FORMATS if kind != "modbus-map"]
+"""Formats that hold contents, and not only where they are."""
+
+
+@pytest.mark.parametrize("kind", READ_BACK)
 @pytest.mark.parametrize("name", NETWORKS)
 def test_every_format_gives_the_same_network(kind, name):
     config = network(name)
@@ -57,7 +61,7 @@ def test_every_format_gives_the_same_network(kind, name):
     assert not notes
 
 
-@pytest.mark.parametrize("kind", FORMATS)
+@pytest.mark.parametrize("kind", READ_BACK)
 @pytest.mark.parametrize("name", NETWORKS)
 def test_a_listing_is_known_by_how_it_begins(kind, name):
     text = FORMATS[kind].write(encode(network(name)).image, ())

@@ -26,7 +26,7 @@ EPILOG = options.examples(
     "pidcfg encode reactor.yaml --format json | jq '.words[0]'",
     "pidcfg encode tank.yaml --format nickname-csv --into project.csv -o merged.csv",
     "pidcfg encode reactor.yaml --format modbus --changed-from upload.csv -o changes.csv",
-    "pidcfg encode oven.yaml --format modbus --map oven-map.csv",
+    "pidcfg encode kiln.yaml --format modbus --map kiln-map.csv",
 )
 
 
