@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 from html import escape
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -122,24 +123,23 @@ def points(chart: Chart, line: Line, low: float, high: float) -> list[tuple[int,
 
     The last point goes where the line is level before and after it.
     """
-    (begin, end), corners = chart.ends, list[tuple[int, int]]()
+    (begin, end), (times, values) = chart.ends, drawable(line)
     scale, span, held = SQUARE / ((end - begin) or 1.0), high - low, line.role in HELD
+    xs = [round((time - begin) * scale) for time in times]
+    ys = [round((high - value) / span * SQUARE) for value in values]
+    corners = list(zip(xs[:1], ys[:1], strict=True))
     level = False
-    for time, value in zip(*drawable(line), strict=True):
-        x, y = point = round((time - begin) * scale), round((high - value) / span * SQUARE)
-        last = corners[-1] if corners else None
-        if last is None:
-            corners.append(point)
-        elif last[1] == y:
+    for (before, height), (x, y) in pairwise(zip(xs, ys, strict=True)):
+        if y == height:
             if level:
-                corners[-1] = point
-            elif last[0] != x:
-                corners.append(point)
+                corners[-1] = (x, y)
+            elif x != before:
+                corners.append((x, y))
                 level = True
         else:
-            if held and last[0] != x:
-                corners[-1 if level else len(corners) :] = [(x, last[1])]
-            corners.append(point)
+            if held and x != before:
+                corners[-1 if level else len(corners) :] = [(x, height)]
+            corners.append((x, y))
             level = False
     return corners
 

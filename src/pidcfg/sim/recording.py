@@ -87,7 +87,7 @@ class Recording:
     def _keep(self, name: str, zero: int, places: Sequence[int], values: Sequence[float]) -> None:
         """Keeps a signal's values at these places; the first of all values belongs to base step ``zero``."""
         self.steps[name].extend([zero + place for place in places])
-        self.values[name].extend([values[place] for place in places])
+        self.values[name].extend(map(values.__getitem__, places))
 
     def end(self) -> None:
         """The run is over; what is left of a group is one."""
@@ -108,13 +108,20 @@ def kept_places(values: Sequence[float], end: int, size: int) -> Sequence[int]:
     """Where first, lowest, highest and last value of each group of this size stand, in the order of time."""
     if size == 1:
         return range(end)
-    places = list[int]()
+    places, last = list[int](), size - 1
     for first in range(0, end, size):
         group = values[first : first + size]
         low, high = min(group), max(group)
         if low == high:
-            places += first, first + size - 1
+            places += first, first + last
             continue
-        lowest, highest = group.index(low), group.index(high)
-        places += (first + place for place in sorted({0, lowest, highest, size - 1}))
+        one, two = group.index(low), group.index(high)
+        if one > two:
+            one, two = two, one
+        places.append(first)
+        if one:
+            places.append(first + one)
+        if two < last:
+            places.append(first + two)
+        places.append(first + last)
     return places
