@@ -5,9 +5,9 @@ Measured with the shipped examples and written by ``python tasks.py bench --writ
 
 LOOP_STEPS = {
     "dl06": 7,
-    "click": 7,
-    "ezlogix": 8,
-    "nextopid": 35,
-    "dpide": 14,
-    "generic": 6,
+    "click": 8,
+    "ezlogix": 6,
+    "nextopid": 24,
+    "dpide": 7,
+    "generic": 3,
 }
