@@ -2,11 +2,14 @@
 
 import asyncio
 import importlib.util
+import json
+import os
 import shutil
 import subprocess
 import time
 from pathlib import Path
 
+import pymodbus
 import pytest
 from pyclickplc import ClickClient
 from pyclickplc.server import ClickServer, MemoryDataProvider
@@ -19,6 +22,30 @@ from pidcfg.live.address import Address, parse_address
 from pidcfg.live.errors import PlcError
 from pidcfg.live.link import Link, Patience, Request
 from test_serve import served, virtual
+
+ANOTHER = os.environ.get("PIDCFG_ANOTHER_PYMODBUS", "")
+"""A Python with another version of pymodbus, which `.ci/run` makes."""
+ANOTHERS_SERVER = """
+import asyncio, json, sys
+from pymodbus import __version__
+from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
+from pymodbus.server import ModbusTcpServer
+
+async def main():
+    coils, holding = [0] * 65536, [0] * 65536
+    for table, register, content in json.load(sys.stdin):
+        (coils if table == "coil" else holding)[register] = content
+    blocks = {"co": ModbusSequentialDataBlock(0, coils), "hr": ModbusSequentialDataBlock(0, holding)}
+    slaves = ModbusSlaveContext(**blocks, zero_mode=True)
+    server = ModbusTcpServer(ModbusServerContext(slaves=slaves), address=("127.0.0.1", 0))
+    serving = asyncio.create_task(server.serve_forever())
+    while server.transport is None:
+        await asyncio.sleep(0.01)
+    print(__version__, server.transport.sockets[0].getsockname()[1], flush=True)
+    await serving
+
+asyncio.run(main())
+"""
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +85,26 @@ def test_a_click_of_pyclickplc_is_pulled(desk):
         assert "the PLC holds 7.5 %/degF (DF106 7.5), the file says 6 %/degF" in finding.message
     finally:
         desk.do(server.stop())
+
+
+@pytest.mark.skipif(not ANOTHER, reason="PIDCFG_ANOTHER_PYMODBUS names no Python with another pymodbus")
+@pytest.mark.parametrize("path", [CLICK, DL06], ids=lambda path: path.parent.name)
+def test_a_server_of_another_pymodbus_is_pulled(path):
+    rows = [(table, register, content) for (table, register), content in words_of(path).items()]
+    there = subprocess.Popen([ANOTHER, "-c", ANOTHERS_SERVER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    try:
+        json.dump(rows, there.stdin)
+        there.stdin.close()
+        version, port = there.stdout.readline().split()
+        assert version != pymodbus.__version__
+        url = f"modbus://127.0.0.1:{port}"
+        pulled = {cell.number: cell.raw for cell in pidcfg.pull(url, like=path).image.cells}
+        assert pidcfg.encode(path).image.words.items() <= pulled.items()
+        assert pidcfg.compare(path, url).same
+    finally:
+        there.kill()
+        there.wait()
+        there.stdout.close()
 
 
 def test_the_client_of_pyclickplc_reads_and_operates_a_served_click(desk):
