@@ -11,6 +11,7 @@ from reliability import codecs, copies, faults, figures, fuzz, growth, hostile, 
 from reliability.mutation import Runner, valid
 from reliability.page import PAGE, page
 from reliability.torture import PARTS
+from reliability.users import users
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="timers, signals and copies of POSIX")
 SEED = 1
@@ -173,6 +174,20 @@ def test_a_fault_is_put_into_the_functions_that_live():
         assert function(module.ONE / 2, module.ONE) == 0
     finally:
         function.__code__ = before
+
+
+def test_a_fault_in_a_table_reaches_what_is_made_from_it():
+    path = "pidcfg/encoders/maps/click.py"
+    mutant = next(m for m in mutants.mutants(path) if not m.scope[0])
+    assert ("pidcfg/encoders/click/encode.py", "encode") in users(mutant, lambda *_: True)
+    assert users(mutant, lambda *_: False) == set()
+    one = next(m for m in mutants.mutants("pidcfg/conversion/arithmetic.py") if m.scope[0] == "filter_time")
+    assert users(one, lambda *_: True) == {("pidcfg/conversion/arithmetic.py", "filter_time")}
+    assert users(one, lambda path, _: path != one.path) == {
+        ("pidcfg/conversion/operation/rules.py", "Smoothing.time"),
+        ("pidcfg/conversion/to_neutral/click.py", "_pv_filter"),
+        ("pidcfg/conversion/to_neutral/dl06.py", "_pv_filter"),
+    }
 
 
 def test_the_page_is_written_from_the_figures_that_are_kept():

@@ -168,6 +168,7 @@ def _swapped(node: ast.Call) -> list[ast.AST]:
     return [ast.Call(node.func, [node.args[1], node.args[0], *node.args[2:]], node.keywords)]
 
 
+@cache
 def mutants(path: str) -> list[Mutant]:
     """All mutants of a module, in the order of its text."""
     found = []

@@ -1,8 +1,8 @@
 """Mutants against the tests that reach them: `python tasks.py mutants --package encoders --count 150`.
 
-First a map is made, once: which functions each test calls. Then each mutant runs the tests that call its function,
-the most particular first, until one fails. It is put into the code of a copy of this process; one that lives there, or
-that changes what a module does while it is loaded, runs again as a file in a copy of the tree.
+First a map is made, once: which functions each test calls; `--map FILES` makes parts of it. Then each mutant runs the
+tests that call its function, the quick and particular ones first, until one fails. It is put into the code of a copy of
+this process; one that changes what a module does while it is loaded runs as a file in a copy of the tree.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import argparse
 import ast
 import functools
 import gc
+import importlib
 import os
 import resource
 import shutil
@@ -29,13 +30,15 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from reliability import figures
 from reliability.copies import BROKEN, in_a_copy
 from reliability.mutants import PACKAGES, SOURCE, Mutant, changed_codes, drawn, mutants, tree_of
-from reliability.reached import MAP, ROOT, Reached, Session, make_map, test_files
+from reliability.reached import MAP, ROOT, Reached, Session, key_of, make_map, test_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
 SECONDS = 60
 """Of CPU for a mutant's tests; one that needs more does not end."""
+QUIET = ("-q", "-p", "no:cacheprovider", "-p", "reliability.plain", "--assert=plain", "--tb=no")
+"""Options of pytest: that a test fails is enough."""
 FILES = 8
 """Test files that are loaded for a mutant in a copy of the tree."""
 EQUAL = Path(__file__).with_name("equal_mutants.txt")
@@ -47,12 +50,16 @@ class Runner:
 
     def __init__(self, session: Session, folder: Path) -> None:
         self.session, self.reached, self.folder = session, Reached(), folder
+        for part in PACKAGES.values():
+            for path in sorted((SOURCE / part).rglob("*.py")):
+                importlib.import_module(".".join(path.relative_to(SOURCE).with_suffix("").parts))
         self.functions = defaultdict[Any, list[FunctionType]](list)
         for thing in gc.get_objects():
             if isinstance(thing, FunctionType) and thing.__code__.co_filename.startswith(str(SOURCE)):
                 code = thing.__code__
                 self.functions[code.co_filename, code.co_qualname, code.co_firstlineno].append(thing)
         self.caches = [thing for thing in gc.get_objects() if isinstance(thing, functools._lru_cache_wrapper)]
+        gc.freeze()
 
     def judge(self, mutant: Mutant) -> str:
         """How a mutant ends: ``failed``, ``time``, ``lives``, or ``unreached`` where no test calls its function."""
@@ -63,6 +70,8 @@ class Runner:
             code, _ = in_a_copy(lambda: self._changed(mutant, names), SECONDS, silent=True)
             if code not in {0, BROKEN}:
                 return "time" if code < 0 else "failed"
+            if not code and key_of(mutant.path, mutant.scope[0]) not in self.session.loaded:
+                return "lives"
         return self._as_file(mutant, names)
 
     def control(self, mutant: Mutant) -> str:
@@ -72,22 +81,26 @@ class Runner:
         return "lives" if not code else "failed"
 
     def _changed(self, mutant: Mutant, names: list[str]) -> None:
+        put = 0
         for (name, line), code in changed_codes(mutant).items():
             for function in self.functions[str(SOURCE / mutant.path), name, line]:
                 function.__code__ = code
+                put += 1
+        if not put:
+            raise LookupError(mutant)
         for cached in self.caches:
             cached.cache_clear()
         self.session.run(names)
 
     def _as_file(self, mutant: Mutant, names: Sequence[str]) -> str:
         """The mutant in a copy of the tree, with the tests of a few files."""
-        files = [file for file, _ in Counter(name.partition("::")[0] for name in names).most_common(FILES)]
+        files = list(dict.fromkeys(name.partition("::")[0] for name in names))[:FILES]
         chosen = [name for name in names if name.partition("::")[0] in files]
         path, arguments = self.folder / "src" / mutant.path, self.folder / "names.txt"
         arguments.write_text("".join(f"{name}\n" for name in chosen), "utf-8")
         before = path.read_text("utf-8")
         path.write_text(ast.unparse(tree_of(mutant, mutant.path)), "utf-8")
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", f"@{arguments}"]
+        command = [sys.executable, "-m", "pytest", "-x", *QUIET, f"@{arguments}"]
         limit = functools.partial(resource.setrlimit, resource.RLIMIT_CPU, (2 * SECONDS, 2 * SECONDS))
         environment = {
             **os.environ,
@@ -169,8 +182,7 @@ def main(arguments: list[str]) -> int:
     os.chdir(ROOT)
     files = options.files or [str(path.relative_to(ROOT)) for path in test_files()]
     work = make_map if options.map or not MAP.exists() else lambda session: campaign(session, options)
-    quiet = ("-q", "-p", "no:cacheprovider", "-s", "--import-mode=prepend")
-    return int(pytest.main([*quiet, *files], plugins=[Session(work)]))
+    return int(pytest.main([*QUIET, "-s", "--import-mode=prepend", *files], plugins=[Session(work)]))
 
 
 if __name__ == "__main__":

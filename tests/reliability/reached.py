@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
+import cProfile
 import functools
 import json
 import os
+import re
+import resource
+import signal
 import sys
-from collections import defaultdict
-from typing import TYPE_CHECKING, Any
+from collections import Counter, defaultdict
+from pathlib import Path
+from types import CodeType
+from typing import TYPE_CHECKING
 
 import pytest
 
 from reliability.copies import in_a_copy
-from reliability.mutants import PACKAGES, SOURCE, Mutant, text_of
+from reliability.mutants import PACKAGES, SOURCE, Mutant
+from reliability.users import users
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-    from pathlib import Path
+    from collections.abc import Callable, Sequence
 
 ROOT = SOURCE.parent
 MAP = ROOT / "build" / "reached.json"
 BUDGET = 25.0
 """Seconds that the tests of a mutant took when the map was made."""
-SLOWEST = 8.0
-"""Seconds of a test that is in the map at all."""
+SLOWEST = 3.0
+"""Seconds of CPU of a test that is in the map at all; one that takes longer is ended."""
 LEFT_OUT = (
     "browser", "site", "cluster", "live", "serve", "watch", "ci", "setup", "pages", "repository", "layers", "generated",
     "code_pages", "reliability", "compile", "engines", "jobs", "threads", "environment", "report_pages", "pictures",
@@ -48,36 +54,23 @@ class Session:
 
     def __init__(self, work: Callable[[Session], None]) -> None:
         self.work, self.items = work, dict[str, pytest.Item]()
-        self.failed, self.seconds = False, 0.0
-        self.called: set[Any] | None = None
+        self.failed, self.mapping = False, False
+        self.loaded = set[str]()
+        """Functions that were called while the tests and what they import were loaded."""
+        self.profile = cProfile.Profile(builtins=False)
+        self.profile.enable()
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        self.profile.disable()
+        self.loaded = _called(self.profile)
         self.items = {item.nodeid: item for item in session.items}
         self.work(self)
         return True
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         self.failed |= report.failed
-        self.seconds += report.duration
-        if report.failed and self.called is None:
+        if report.failed and not self.mapping:
             os._exit(1)
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_setup(self) -> Iterator[None]:
-        return (yield from self._traced())
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_call(self) -> Iterator[None]:
-        return (yield from self._traced())
-
-    def _traced(self) -> Iterator[None]:
-        called = self.called
-        if called is not None:
-            sys.settrace(lambda frame, *_: called.add(frame.f_code))
-        try:
-            return (yield)
-        finally:
-            sys.settrace(None)
 
     def run(self, names: Sequence[str]) -> None:
         """The tests one after the other; ends the process where one fails."""
@@ -94,28 +87,48 @@ def make_map(session: Session) -> None:
     files = defaultdict(list)
     for name in session.items:
         files[name.partition("::")[0]].append(name)
-    found: dict[str, Any] = json.loads(MAP.read_text("utf-8")) if MAP.exists() else {}
     MAP.parent.mkdir(exist_ok=True)
     for file, names in files.items():
         code, part = in_a_copy(functools.partial(_reached, session, names), 1200, silent=True)
         sys.stdout.write(f"{file} {len(names)} {len(part or ())} {code}\n")
-        found |= part or {}
-        MAP.write_text(json.dumps(found), "utf-8")
+        sys.stdout.flush()
+        found = json.loads(MAP.read_text("utf-8")) if MAP.exists() else {}
+        MAP.write_text(json.dumps(found | (part or {})), "utf-8")
 
 
 def _reached(session: Session, names: Sequence[str]) -> dict[str, tuple[float, list[str]]]:
-    """Seconds and functions of each test that passes; what fixtures call counts for all tests of the file."""
-    found, folders = {}, tuple(f"{SOURCE / folder}/" for folder in PACKAGES.values())
+    """Seconds of CPU and functions of each test that passes."""
+    found, session.mapping = {}, True
+    signal.signal(signal.SIGPROF, lambda *_: pytest.fail("takes too long"))
     for name, following in zip(names, [*names[1:], None], strict=True):
-        session.called, session.failed, session.seconds = set(), False, 0.0
         after = session.items[following] if following else None
+        profile, before, session.failed = cProfile.Profile(builtins=False), _cpu(), False
+        signal.setitimer(signal.ITIMER_PROF, SLOWEST)
+        profile.enable()
         session.items[name].config.hook.pytest_runtest_protocol(item=session.items[name], nextitem=after)
-        calls = {code for code in session.called if code.co_filename.startswith(folders)}
-        if not session.failed and session.seconds < SLOWEST:
-            length = len(str(SOURCE)) + 1
-            keys = {key_of(code.co_filename[length:], code.co_qualname) for code in calls}
-            found[name] = (round(session.seconds, 4), sorted(keys))
+        profile.disable()
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        seconds = _cpu() - before
+        if not session.failed and seconds < SLOWEST:
+            found[name] = (round(seconds, 4), sorted(_called(profile)))
     return found
+
+
+def _cpu() -> float:
+    """Seconds of this process and of those that it started."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(part.ru_utime + part.ru_stime for part in used)
+
+
+def _called(profile: cProfile.Profile) -> set[str]:
+    """The functions of the four packages that a profile has seen."""
+    folders, length = tuple(f"{SOURCE / folder}/" for folder in PACKAGES.values()), len(str(SOURCE)) + 1
+    codes = (entry.code for entry in profile.getstats())
+    return {
+        key_of(code.co_filename[length:], code.co_qualname)
+        for code in codes
+        if isinstance(code, CodeType) and code.co_filename.startswith(folders)
+    }
 
 
 class Reached:
@@ -131,31 +144,48 @@ class Reached:
                 self.by_key[key].append(name)
 
     def tests(self, mutant: Mutant) -> list[str]:
-        """The tests of a mutant, the most particular first, as many as the budget holds."""
-        key = key_of(mutant.path, mutant.scope[0])
-        names = self.by_key.get(key) if mutant.scope[0] else None
+        """The tests of a mutant, the quick and particular ones first, as many as the budget holds.
+
+        Those that call its function; where none does, or it stands in a table, those that call what uses it.
+        """
+        names = self.by_key.get(key_of(mutant.path, mutant.scope[0])) if mutant.scope[0] else None
         chosen, spent = [], 0.0
-        order = 1 if names else -1  # a table concerns the tests that go all the way through
-        for name in sorted(names or self._of_module(mutant.path), key=lambda name: (order * self.width[name], name)):
+        for name in self._ordered(names or self._of_users(mutant), mutant.path, narrow=bool(names)):
             if spent + self.seconds[name] <= BUDGET:
                 chosen.append(name)
                 spent += self.seconds[name]
         return chosen
 
-    def _of_module(self, path: str) -> list[str]:
-        """The tests that call anything in a module, or in those that import it where it has no functions."""
-        found = self._calling(path)
-        return found or sorted({name for other in importers(path) for name in self._calling(other)})
+    def _ordered(self, names: Sequence[str], path: str, *, narrow: bool) -> list[str]:
+        """By what a test costs, how much else it calls and whether its file is about the module's subject.
 
-    def _calling(self, path: str) -> list[str]:
-        prefix = f"{path}::"
-        return sorted({name for key, names in self.by_key.items() if key.startswith(prefix) for name in names})
+        A function's tests with many parameters take turns with the others.
+        """
+        turns, words, cost = Counter[str](), _words(path), dict[str, float]()
+        for name in sorted(names, key=lambda name: (self.seconds[name], name)):
+            file, test = name.partition("[")[0].split("::", 1)
+            kin = len(words & _words(Path(file).stem))
+            turns[file + test] += 1
+            width = self.width[name] if narrow else 1
+            cost[name] = (self.seconds[name] + 0.01) * width * turns[file + test] / (1 + 2 * kin) ** 2
+        return sorted(cost, key=lambda name: (cost[name], name))
+
+    def _of_users(self, mutant: Mutant) -> list[str]:
+        """The tests that call a function which needs what a mutant changes."""
+        found = {
+            name
+            for path, function in users(mutant, self._is_called)
+            for name in self.by_key.get(key_of(path, function), ())
+        }
+        if not found:
+            prefix = f"{mutant.path}::"
+            found = {name for key, names in self.by_key.items() if key.startswith(prefix) for name in names}
+        return sorted(found)
+
+    def _is_called(self, path: str, function: str) -> bool:
+        return key_of(path, function) in self.by_key
 
 
-@functools.cache
-def importers(path: str) -> list[str]:
-    """The modules that import one."""
-    name = path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-    words = (f"from {name} import", f"import {name}\n")
-    paths = (file.relative_to(SOURCE).as_posix() for file in sorted(SOURCE.rglob("*.py")))
-    return [other for other in paths if any(word in text_of(other) for word in words)]
+def _words(path: str) -> set[str]:
+    """The words of a file's place that tell its subject."""
+    return set(re.split(r"[/_.]", path)) - {"pidcfg", "py", "test", "tests", "encode", "decode", "read", "write"}
