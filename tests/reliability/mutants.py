@@ -25,6 +25,8 @@ PACKAGES = {
     "rules": "pidcfg/validate",
     "controllers": "pidcfg/sim",
 }
+EQUAL = Path(__file__).with_name("equal_mutants.txt")
+"""Survivors that do the same as the original, a line each, with the reason."""
 COMPARED = {
     ast.Lt: (ast.LtE, ast.GtE), ast.LtE: (ast.Lt, ast.Gt), ast.Gt: (ast.GtE, ast.LtE), ast.GtE: (ast.Gt, ast.Lt),
     ast.Eq: (ast.NotEq,), ast.NotEq: (ast.Eq,), ast.In: (ast.NotIn,), ast.NotIn: (ast.In,), ast.Is: (ast.IsNot,),
@@ -220,3 +222,9 @@ def drawn(package: str, seed: int) -> list[Mutant]:
     found = [mutant for path in paths for mutant in mutants(path)]
     random.Random(f"{seed} {package}").shuffle(found)
     return found
+
+
+def equal() -> dict[str, str]:
+    """Mutants that were proved equal, with the reasons."""
+    lines = EQUAL.read_text("utf-8").splitlines() if EQUAL.exists() else []
+    return dict(line.rsplit(" | ", 1) for line in lines if " | " in line)

@@ -29,11 +29,11 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from reliability import figures
 from reliability.copies import BROKEN, in_a_copy
-from reliability.mutants import PACKAGES, SOURCE, Mutant, changed_codes, drawn, mutants, tree_of
-from reliability.reached import MAP, ROOT, Reached, Session, key_of, make_map, test_files
+from reliability.mutants import PACKAGES, SOURCE, Mutant, changed_codes, drawn, equal, mutants, tree_of
+from reliability.reached import MAP, ROOT, Reached, Session, key_of, make_map, mapped_files, test_files
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 SECONDS = 60
 """Of CPU for a mutant's tests; one that needs more does not end."""
@@ -41,8 +41,6 @@ QUIET = ("-q", "-p", "no:cacheprovider", "-p", "reliability.plain", "--assert=pl
 """Options of pytest: that a test fails is enough."""
 FILES = 8
 """Test files that are loaded for a mutant in a copy of the tree."""
-EQUAL = Path(__file__).with_name("equal_mutants.txt")
-"""Survivors that do the same as the original, a line each, with the reason."""
 
 
 class Runner:
@@ -123,38 +121,55 @@ def copied(folder: Path) -> Path:
     return folder
 
 
-def equal() -> dict[str, str]:
-    """Mutants that were proved equal, with the reasons."""
-    lines = EQUAL.read_text("utf-8").splitlines() if EQUAL.exists() else []
-    return dict(line.split(" | ", 1) for line in lines if " | " in line)
-
-
 def campaign(session: Session, options: argparse.Namespace) -> None:
     """So many valid mutants of each package, and a control run for every tenth of them."""
     with tempfile.TemporaryDirectory() as name:
         runner, same = Runner(session, copied(Path(name))), equal()
         for package in options.package or PACKAGES:
-            ends, control = Counter[str](), Counter[str]()
-            for mutant in valid(chosen(package, options)):
-                if sum(ends.values()) == options.count:
+            found = left_of(package) if options.again else Figures(options.seed)
+            for mutant in chosen(package, options):
+                if sum(found.ends.values()) == options.count and not options.again:
                     break
                 end = "equal" if str(mutant) in same else runner.judge(mutant)
-                ends[end] += 1
+                found.add(mutant, end)
                 sys.stdout.write(f"{end:9} {mutant}\n")
                 sys.stdout.flush()
-                if sum(ends.values()) % 10 == 1:
-                    control[runner.control(mutant)] += 1
+                if sum(found.ends.values()) % 10 == 1 and not options.again:
+                    found.control[runner.control(mutant)] += 1
                 if not options.only:
-                    figures.keep(f"mutants-{package}", {"seed": options.seed, "ends": ends, "control": control})
-            sys.stdout.write(f"{package} {dict(ends)} control {dict(control)}\n")
+                    figures.keep(f"mutants-{package}", vars(found))
+            sys.stdout.write(f"{package} {dict(found.ends)} control {dict(found.control)}\n")
+
+
+class Figures:
+    """How the mutants of a package ended, those that no test ended by name."""
+
+    def __init__(self, seed: int, ends: Mapping[str, int] = (), control: Mapping[str, int] = ()) -> None:
+        self.seed, self.ends, self.control = seed, Counter(ends), Counter(control)
+        self.left = list[str]()
+
+    def add(self, mutant: Mutant, end: str) -> None:
+        """One more."""
+        self.ends[end] += 1
+        self.left += [str(mutant)] if end in {"lives", "unreached"} else []
+
+
+def left_of(package: str) -> Figures:
+    """The figures that are kept, without the mutants that were left: they are tried again."""
+    kept = figures.kept()[f"mutants-{package}"]
+    ended = {end: count for end, count in kept["ends"].items() if end not in {"lives", "unreached"}}
+    return Figures(kept["seed"], ended, kept["control"])
 
 
 def chosen(package: str, options: argparse.Namespace) -> Iterable[Mutant]:
-    """The mutants of a package in the order of the seed, or those of a line."""
+    """The mutants of a package in the order of the seed, or those that were left, or those of a line."""
+    if options.again:
+        left = figures.kept()[f"mutants-{package}"]["left"]
+        return [mutant for mutant in drawn(package, options.seed) if str(mutant) in left]
     if not options.only:
-        return drawn(package, options.seed)
+        return valid(drawn(package, options.seed))
     path, _, line = options.only.partition(":")
-    return [mutant for mutant in mutants(path) if not line or mutant.line == int(line)]
+    return valid(mutant for mutant in mutants(path) if not line or mutant.line == int(line))
 
 
 def valid(found: Iterable[Mutant]) -> Iterator[Mutant]:
@@ -173,6 +188,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--package", action="append", choices=[*PACKAGES])
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--again", action="store_true", help="only those that the last run left")
     parser.add_argument("--only", help="the mutants of pidcfg/module.py:line alone")
     parser.add_argument("files", nargs="*", help="test files, instead of all")
     options = parser.parse_args(arguments)
@@ -180,7 +196,7 @@ def main(arguments: list[str]) -> int:
         options.package = [next(iter(PACKAGES))]
     os.environ["CI"] = "true"
     os.chdir(ROOT)
-    files = options.files or [str(path.relative_to(ROOT)) for path in test_files()]
+    files = options.files or (test_files() if options.map or not MAP.exists() else mapped_files())
     work = make_map if options.map or not MAP.exists() else lambda session: campaign(session, options)
     return int(pytest.main([*QUIET, "-s", "--import-mode=prepend", *files], plugins=[Session(work)]))
 

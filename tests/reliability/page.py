@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from reliability import growth, hostile, others
-from reliability.mutants import PACKAGES
+from reliability.mutants import PACKAGES, equal
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -158,14 +158,21 @@ def _mutants(kept: Mapping[str, Any]) -> str:
             rows.append((package, "not run", "", "", "", MEANT[package], ""))
             continue
         ends = found["ends"]
-        killed, equal = sum(ends.get(end, 0) for end in KILLED), ends.get("equal", 0)
-        tried = sum(ends.values()) - equal
+        killed, same = sum(ends.get(end, 0) for end in KILLED), ends.get("equal", 0)
+        tried = sum(ends.values()) - same
         share = f"{100 * killed / tried:.0f} %" if tried else "-"
         control = ", ".join(f"{count} {end}" for end, count in sorted(found["control"].items()))
-        rows.append((package, found["seed"], tried, equal, share, MEANT[package], control))
+        rows.append((package, found["seed"], tried, same, share, MEANT[package], control))
     head = ("package", "seed", "faults", "equal, left out", "ended by a test", "meant", "unchanged code")
     return (
         "Small faults, one at a time: another comparison, operator, number or argument, a statement or a value that\n"
         "is gone. Each runs the tests that call its function, as many as fit the time.\n\n"
-        f"{_table(head, rows)}"
+        f"{_table(head, rows)}{_equal()}"
     )
+
+
+def _equal() -> str:
+    """Why no test can end a fault that was left out."""
+    rows = ((f"`{mutant}`".replace("|", "\\|"), reason) for mutant, reason in sorted(equal().items()))
+    table = _table(("fault", "why it changes nothing"), rows)
+    return f"\n\nLeft out:\n\n{table}" if equal() else ""

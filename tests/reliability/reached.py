@@ -37,11 +37,15 @@ LEFT_OUT = (
 """Tests of other things: documents, processes, compiled copies of the code, which would differ from what is changed."""
 
 
-def test_files() -> list[Path]:
+def test_files() -> list[str]:
     """The files whose tests may end a mutant."""
-    return [
-        path for path in sorted((ROOT / "tests").glob("test_*.py")) if not any(word in path.stem for word in LEFT_OUT)
-    ]
+    paths = sorted((ROOT / "tests").glob("test_*.py"))
+    return [str(path.relative_to(ROOT)) for path in paths if not any(word in path.stem for word in LEFT_OUT)]
+
+
+def mapped_files() -> list[str]:
+    """Those of the map."""
+    return sorted({name.partition("::")[0] for name in json.loads(MAP.read_text("utf-8"))})
 
 
 def key_of(path: str, name: str) -> str:
