@@ -73,8 +73,10 @@ class Runner:
         return self._as_file(mutant, names)
 
     def control(self, mutant: Mutant) -> str:
-        """The same tests on the code as it is."""
+        """The same tests on the code as it is; ``unreached`` where there are none."""
         names = [name for name in self.reached.tests(mutant) if name in self.session.items]
+        if not names:
+            return "unreached"
         code, _ = in_a_copy(lambda: self.session.run(names), SECONDS, silent=True)
         return "lives" if not code else "failed"
 

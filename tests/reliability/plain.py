@@ -1,8 +1,14 @@
-"""A pytest plugin: random values that fail a test are not made smaller, since only that it fails counts here."""
+"""A pytest plugin: tests as mutants need them.
+
+Random values that fail a test are not made smaller, since only that it fails counts. The simulator runs in CPython
+alone: the compiled kernels of a mutant would have to be compiled anew, which takes longer than its tests.
+"""
 
 from __future__ import annotations
 
 from hypothesis import Phase, settings
+
+from pidcfg.sim import engine, run
 
 
 def pytest_collection() -> None:
@@ -10,3 +16,4 @@ def pytest_collection() -> None:
     profile = settings.get_profile("pidcfg-ci")
     settings.register_profile("mutants", profile, phases=(Phase.explicit, Phase.generate))
     settings.load_profile("mutants")
+    run.numba_kernels = engine.python_kernels
