@@ -546,6 +546,11 @@ def test_the_set_point_becomes_the_pv_with_bumpless_one():
     ]
 
 
+def test_a_set_point_of_which_nothing_is_said_stays_where_there_is_one():
+    told = [next(p.note for p in target(loop)[1] if p.path == "bumpless") for loop in ({"setpoint": {"value": 7}}, {})]
+    assert told == ["the set point stays", "Auto begins with the present PV"]
+
+
 def test_the_profile_is_in_the_report():
     profile = {"table": "V3000", "steps": [{"ramp_to": 60, "slope": 0.1, "soak": 10, "deviation": 2}]}
     assert "ramp to 60 at 0.1 /s, soak 10 min within 2" in lost({"ramp_soak": profile})["ramp_soak"]

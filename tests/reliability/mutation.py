@@ -30,7 +30,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from reliability import figures
 from reliability.copies import BROKEN, in_a_copy
 from reliability.mutants import PACKAGES, SOURCE, Mutant, changed_codes, drawn, equal, mutants, tree_of
-from reliability.reached import MAP, ROOT, Reached, Session, key_of, make_map, mapped_files, test_files
+from reliability.reached import BUDGET, MAP, ROOT, Reached, Session, key_of, make_map, mapped_files, test_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -46,8 +46,8 @@ FILES = 8
 class Runner:
     """Tries mutants: in this process's copies, and as files in a copy of the tree."""
 
-    def __init__(self, session: Session, folder: Path) -> None:
-        self.session, self.reached, self.folder = session, Reached(), folder
+    def __init__(self, session: Session, folder: Path, budget: float) -> None:
+        self.session, self.reached, self.folder = session, Reached(budget), folder
         for part in PACKAGES.values():
             for path in sorted((SOURCE / part).rglob("*.py")):
                 importlib.import_module(".".join(path.relative_to(SOURCE).with_suffix("").parts))
@@ -126,7 +126,7 @@ def copied(folder: Path) -> Path:
 def campaign(session: Session, options: argparse.Namespace) -> None:
     """So many valid mutants of each package, and a control run for every tenth of them."""
     with tempfile.TemporaryDirectory() as name:
-        runner, same = Runner(session, copied(Path(name))), equal()
+        runner, same = Runner(session, copied(Path(name)), options.budget), equal()
         for package in options.package or PACKAGES:
             found = left_of(package) if options.again else Figures(options.seed)
             for mutant in chosen(package, options):
@@ -190,6 +190,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--package", action="append", choices=[*PACKAGES])
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--budget", type=float, default=BUDGET, help="seconds of the tests of a mutant")
     parser.add_argument("--again", action="store_true", help="only those that the last run left")
     parser.add_argument("--only", help="the mutants of pidcfg/module.py:line alone")
     parser.add_argument("files", nargs="*", help="test files, instead of all")
