@@ -17,6 +17,7 @@ from pidcfg.conversion.from_neutral.dl06 import from_neutral
 from pidcfg.conversion.pipeline import ConvertError, convert
 from pidcfg.conversion.settle import settled
 from pidcfg.conversion.to_neutral.dl06 import NOTHING_LOST, to_neutral
+from pidcfg.conversion.to_neutral.dl06_scales import short
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import encode, reset_value, scales_of
 from pidcfg.encoders.dl06.options import CONVERT_OPTIONS
@@ -473,6 +474,10 @@ def test_alarms_of_a_square_root_loop_become_alarms_of_the_flow():
     made = one({"pv": {"range": [0, 200], "square_root": True}, "alarms": found.alarms.model_dump()})
     assert made.alarms.pv.low.value == 50
     assert made.pv.square_root
+
+
+def test_a_number_that_was_worked_out_has_ten_digits():
+    assert short(Decimal("0.0123456789049")) == Decimal("0.01234567890")
 
 
 def test_differences_cannot_be_squared():

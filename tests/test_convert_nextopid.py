@@ -299,7 +299,10 @@ def test_what_cannot_be_calculated_is_not_known(wire):
 
 
 def test_a_ring_of_wires_has_no_value():
-    assert "SP" in lost({"SP": "L2.SP"}, {"SP": "L1.SP"})
+    ring = {"SP": "L2.SP"}, {"SP": "L1.SP"}
+    assert "SP" in lost(*ring)
+    shown = convert(nextopid(*ring), NEXTOPID, GENERIC, {}).data["loops"][0]
+    assert shown["setpoint"] == {}  # the section is there to be filled in
 
 
 def test_a_wired_bias_is_a_feed_forward():

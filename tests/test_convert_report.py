@@ -536,6 +536,8 @@ def test_addresses_stay_with_the_loops_that_go():
     )
     assert [loop["device"] for loop in result.data["loops"]] == ["D0", "D200"]
     assert result.loops[1].reason == "no"
+    only = convert(config, VENDORS["generic"], VENDORS["dpide"], {"device": ["D300"]}, left_out={0: "no", 1: "no"})
+    assert [loop["device"] for loop in only.data["loops"]] == ["D300"]  # one alone is where all begin
 
 
 # --- the command -----------------------------------------------------------------------------------------------------
