@@ -63,6 +63,13 @@ def test_every_format_comes_back_with_the_same_text(kind, config):
     assert written(kind, again, ("one, two",)) == text
 
 
+def test_a_table_without_values_is_known_for_what_it_is():
+    text = "name,type\nA,REAL\n"
+    assert kind_of(text, FORMATS) is FORMATS["csv"]
+    with pytest.raises(ListingError, match="the header has no column value or expression"):
+        FORMATS["csv"].read(text)
+
+
 def test_the_table_has_a_row_for_every_operand_with_device_value_and_unit():
     config = configuration(
         devices={"SV": "D100", "PV": "D102", "MV": "D104", "PID_RUN": "M10"},

@@ -192,6 +192,10 @@ def test_every_error_number_and_status_has_a_meaning():
             (page,) = pages(f"{prefix}{code.number}")
             assert page.title == code.title
             assert page.meaning.effect
+    never_written = [code.number for code in click_meanings.CODES if click_meanings.NOT_WRITTEN in code.meaning.cure]
+    assert never_written == [error.number for error in ERRORS if error.low is not None and error.low > 0]
+    states = {(name, on) for name, _ in nextopid_meanings.STATES for on in (True, False)}
+    assert states == set(nextopid_meanings.STATES)
     bits = {r.name for kind in BLOCK_TYPES.values() for r in kind.outputs if "." in r.name and r.type.kind == "bool"}
     assert bits == set(nextopid_meanings.BITS)
     assert {name for name, _ in dpide_meanings.STATES} == {

@@ -293,6 +293,12 @@ def test_two_loops_may_share_a_counter():
     assert [entry.get("sample_time") for entry in found.settings] == [0.3, 0.3, None]
 
 
+def test_a_name_that_ends_in_a_point_is_left_out_with_its_statement():
+    assert (
+        "statements that are not about blocks of the library are left out: lines 4" in read_st(body("X := Y.;")).notes
+    )
+
+
 def test_names_that_read_like_truths_stay_names():
     found = read_st(body("A(PV := N, SP := inf);", "N : REAL; inf : REAL;"))
     assert (found.words["A.PV"], found.words["A.SP"]) == (Wire("(N)"), Wire("(inf)"))
