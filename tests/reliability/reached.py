@@ -191,6 +191,13 @@ class Reached:
         return key_of(path, function) in self.by_key
 
 
+def importing_files(path: str) -> set[str]:
+    """The test files that import a module."""
+    holder, _, name = path.removesuffix(".py").replace("/", ".").rpartition(".")
+    lines = re.compile(rf"^(from {holder}\.{name} import |from {holder} import .*\b{name}\b)", re.MULTILINE)
+    return {file for file in test_files() if lines.search((ROOT / file).read_text("utf-8"))}
+
+
 def _words(path: str) -> set[str]:
     """The words of a file's place that tell its subject."""
     return set(re.split(r"[/_.]", path)) - {"pidcfg", "py", "test", "tests", "encode", "decode", "read", "write"}
