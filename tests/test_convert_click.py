@@ -447,9 +447,12 @@ def test_a_loop_without_an_integral_begins_with_its_bias_as_output():
     loop = {"output": {"range": [0, 50], "bias": 20}, "tuning": {"integral_time": 0}}
     state = one(loop).state
     assert (state.output, state.bias) == (40, 40)
+    [put] = [put for put in puts(loop) if put.of == "output.bias"]
+    assert put.assumed
     loop["output"]["manual"] = 5
     assert one(loop).state.output == 10
     [put] = [put for put in puts(loop) if put.of == "output.bias"]
+    assert put.assumed
     assert "bring the output to 40 % in Manual" in put.note
 
 

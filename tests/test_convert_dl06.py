@@ -17,6 +17,7 @@ from pidcfg.conversion.from_neutral.dl06 import from_neutral
 from pidcfg.conversion.pipeline import ConvertError, convert
 from pidcfg.conversion.settle import settled
 from pidcfg.conversion.to_neutral.dl06 import NOTHING_LOST, to_neutral
+from pidcfg.conversion.to_neutral.dl06_scales import short
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import encode, reset_value, scales_of
 from pidcfg.encoders.dl06.options import CONVERT_OPTIONS
@@ -475,6 +476,10 @@ def test_alarms_of_a_square_root_loop_become_alarms_of_the_flow():
     assert made.pv.square_root
 
 
+def test_a_number_that_was_worked_out_has_ten_digits():
+    assert short(Decimal("0.0123456789049")) == Decimal("0.01234567890")
+
+
 def test_differences_cannot_be_squared():
     alarms = {"deviation": {"high": 5}, "rate_of_change": 1, "hysteresis": 1}
     assert set(dropped({"pv": {"range": [0, 200], "square_root": True}, "alarms": alarms})) == {
@@ -544,6 +549,11 @@ def test_the_set_point_becomes_the_pv_with_bumpless_one():
         "setpoint.follows_pv",
         None,
     ]
+
+
+def test_a_set_point_of_which_nothing_is_said_stays_where_there_is_one():
+    told = [next(p.note for p in target(loop)[1] if p.path == "bumpless") for loop in ({"setpoint": {"value": 7}}, {})]
+    assert told == ["the set point stays", "Auto begins with the present PV"]
 
 
 def test_the_profile_is_in_the_report():

@@ -203,6 +203,7 @@ def test_both_kinds_of_windup_protection_are_one():
     assert neutral({"PID_MODE": 0}).anti_windup
     assert changes(dpide({"PID_MODE": 0}))["PID_MODE"].kind == "assumed"
     assert changes(dpide({"PID_MODE": 2}))["PID_MODE"].kind == "exact"
+    assert changes(dpide({"PID_MODE": 1}))["PID_MODE"].source == 1
     assert lost({"PID_MODE": 1}) == {"PID_MODE"}
 
 

@@ -320,6 +320,12 @@ def test_pulses():
     assert one({}).output.pulse is None
 
 
+def test_the_report_goes_down_the_file():
+    fields = [field.path for field in to_neutral(ezlogix(EVERYTHING))[0].fields]
+    assert fields[:5] == ["name", "description", "mode", "action", "sample_rate"]
+    assert fields[-6:-2] == ["output.pulse.cycle_time", "output.pulse.min_on", "output.pulse.min_off", "anti_windup"]
+
+
 def test_what_an_ezlogix_does_not_have_is_told():
     loop = {
         "output": {"manual": 25, "max_rate": 2},

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import json
+from decimal import Decimal
 from functools import reduce
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,10 +25,11 @@ from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
 from pidcfg.conversion.ledger import Change
 from pidcfg.conversion.losses import MaxLoss, MaxLossError, judged, parse_max_loss
+from pidcfg.conversion.operation.rules import Operation, Windup, differing_rules
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.readback import held_lines
 from pidcfg.conversion.remainder import UNKNOWN, remaining
-from pidcfg.paths import leaves, put
+from pidcfg.paths import leaves, put, steps, value_at
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.vendors import VENDORS
 from pidcfg.writer import yaml_text
@@ -132,6 +135,51 @@ def test_every_field_of_each_source_has_a_line_in_all_targets(source):
                 assert silent == {}, target
                 unknown = [row.field for loop in result.loops for row in loop.changes if row.note == UNKNOWN]
                 assert unknown == [], target
+
+
+def keys(vendor):
+    """The keys of a vendor's loop and its sections, with the ends of what has two."""
+    paths = [path for loop in CASES[vendor][1:] for path, _, _ in leaves(loop)]
+    return {".".join(map(str, path[:n])) for path in paths for n in range(1, len(path) + 1)} | {
+        f"{'.'.join(map(str, path))}.{end}" for path in paths for end in (0, 1)
+    }
+
+
+@pytest.mark.parametrize("source", CASES)
+def test_each_line_of_a_source_has_the_value_of_its_key_and_names_neutral_ones(source):
+    config = CASES[source][0](*({**loop, "name": f"L{i}"} for i, (_, loop) in enumerate(alone(source))))
+    loops = VENDORS[source].load("to_neutral")(config)
+    for loop, given in zip(loops, config.loops, strict=True):
+        for field in loop.fields:
+            value = value_at(given, steps(field.path))
+            if isinstance(value, bool | int | str | Decimal) and field.path not in {"sample_rate", "remote_setpoint"}:
+                assert str(field.value) == str(value), field.path
+    fields = [field for loop in loops for field in loop.fields]
+    assert {field.path for field in fields} - keys(source) <= {"plc.derivative", "plc.sample_time"}
+    assert {name for field in fields for name in field.to} <= keys("generic")
+
+
+@pytest.mark.parametrize("target", CASES)
+def test_each_line_of_a_target_is_about_its_keys_and_neutral_ones(target):
+    loops = [{**loop, "name": f"L{i}"} for i, (_, loop) in enumerate(alone("generic"))]
+    for start in range(0, len(loops), TOGETHER):
+        made = VENDORS[target].load("from_neutral")(CASES["generic"][0](*loops[start : start + TOGETHER]), {})
+        fields = [field for loop in made.fields for field in loop]
+        own = {field.path for field in fields if field.path and field.path != field.of and field.path[0] != "/"}
+        assert own <= keys(target)
+        assert {field.of for field in fields} - {None} <= keys("generic")
+
+
+OFF = {"error.deadband", "alarms.hysteresis", "pv.square_root", "Tfd", "BIAS", "DeadBand"}
+
+
+@pytest.mark.parametrize("target", ["click", "dl06", "ezlogix", "nextopid"])
+def test_what_a_loop_does_not_use_is_not_written(target):
+    off = {"deadband": 0, "alarms": {"hysteresis": 0}, "pv": {**OVEN["pv"], "square_root": False}}
+    off["tuning"] = {**OVEN["tuning"], "derivative_filter": 0}
+    config = CASES["generic"][0](OVEN, {**OVEN, "name": "TIC2", **off})
+    for loop in VENDORS[target].load("from_neutral")(config, {}).data["loops"]:
+        assert not OFF & {".".join(map(str, path)) for path, _, _ in leaves(loop)}
 
 
 def test_a_field_that_no_conversion_knows_is_a_loss():
@@ -276,6 +324,13 @@ def test_moves_that_no_other_plc_has_are_lost_by_name():
     assert line.note == "copy it in the program: when TIC1.Manual"
 
 
+def test_a_move_is_lost_with_the_loop_that_it_writes():
+    loops = [{"name": name, **PIDA} for name in ("TIC1", "TIC2")]
+    moves = [{"move": 5, "to": "TIC2.ManualMV", "when": "TIC2.Manual"}]
+    result = api.convert(file_of("nextopid", *loops, plc={"sample_time": 0.1}, moves=moves), "generic")
+    assert [[c.field for c in loop.changes if c.field == "moves.0"] for loop in result.loops] == [[], ["moves.0"]]
+
+
 def test_a_dpide_keeps_its_output_in_manual_unless_the_source_has_a_manual_value():
     assert api.convert(oven(), "dpide").data["loops"][0]["MOUT_AUTO"] is True
     jumping = file_of("nextopid", {"name": "TIC1", **PIDA, "ManualMV": 20}, plc={"sample_time": 0.1})
@@ -387,6 +442,18 @@ def test_a_freeze_that_can_never_act_is_a_loss():
     assert not lines_of(full)["operation.windup"].loss
 
 
+def test_an_integral_that_runs_further_is_a_loss_and_another_way_to_stop_it_is_not():
+    narrow = CASES["generic"][0]({**OVEN, "output": {"range": [0, 100], "limits": [5, 95]}}).loops[0]
+    names = ("NONE", "FROZEN", "HELD_BEYOND", "CONDITIONAL", "PARTIAL", "WORKED_OUT")
+    stops = [Windup[name] for name in names]
+    further = [Windup.WITHIN_LIMITS, Windup.FROZEN_AT_ENDS, Windup.WITHIN_RANGE, Windup.ENDLESS]
+    for before, after in product([*stops, *further], repeat=2):
+        sides = (Operation(windup=answer) for answer in (before, after))
+        (*_, loss) = [False, *(row.loss for row in differing_rules(*sides, narrow, is_master=False))]
+        ranks = [further.index(answer) + 1 if answer in further else 0 for answer in (before, after)]
+        assert loss is (ranks[1] > ranks[0]), (before, after)
+
+
 @pytest.mark.parametrize("target", ["ezlogix", "generic"])
 def test_an_integral_that_has_an_end_does_not_get_one_without(target):
     dl06 = api.convert(oven(anti_windup=False), "dl06").text
@@ -441,6 +508,23 @@ def test_a_loop_that_the_target_refuses_is_dropped_with_its_reason():
     assert "low must be at least one count below high" in first.reason
 
 
+def test_the_reason_names_the_key_of_the_source():
+    refused = {**OVEN, "name": "L2", "alarms": {"pv": {"low": 10, "high": 10.001}}}
+    config = CASES["generic"][0]({**OVEN, "name": "L0"}, {**OVEN, "name": "L1"}, refused)
+    result = convert(config, VENDORS["generic"], VENDORS["dl06"], {}, left_out={0: "no"})
+    assert [entry.path for entry in result.missing] == [("loops", 0), ("loops", 2, "alarms", "pv", "high")]
+
+
+def test_a_master_tells_what_it_does_while_its_slave_has_another_set_point():
+    slave = {**OVEN, "name": "FIC1", "mode": "cascade", "pv": {"range": [0, 100], "unit": "%"}}
+    config = CASES["generic"][0](OVEN, {**slave, "setpoint": {"source": "TIC1"}})
+    told = [
+        [(row.source, row.target) for row in loop.changes if row.field == "operation.master"]
+        for loop in converted(config, "generic", "dl06").loops
+    ]
+    assert told == [[("its output follows the inner loop", "it goes to Manual")], []]
+
+
 def test_addresses_stay_with_the_loops_that_go():
     loops = [
         {**OVEN, "name": f"L{i}", **({"alarms": {"pv": {"low": 9, "high": 9.001}}} if i == 2 else {})}
@@ -452,6 +536,8 @@ def test_addresses_stay_with_the_loops_that_go():
     )
     assert [loop["device"] for loop in result.data["loops"]] == ["D0", "D200"]
     assert result.loops[1].reason == "no"
+    only = convert(config, VENDORS["generic"], VENDORS["dpide"], {"device": ["D300"]}, left_out={0: "no", 1: "no"})
+    assert [loop["device"] for loop in only.data["loops"]] == ["D300"]  # one alone is where all begin
 
 
 # --- the command -----------------------------------------------------------------------------------------------------

@@ -105,6 +105,14 @@ def test_a_field_that_goes_nowhere_is_dropped_and_one_that_comes_from_nowhere_as
     ]
 
 
+def test_what_the_target_has_besides_is_told_unless_every_loop_is_like_that():
+    target = [TargetField("p", "x"), TargetField("q", "y"), TargetField("r", None)]
+    assert list(changes([], target, {}, lambda name: name == "x")) == [
+        Change("q", "assumed", None, None, neutral=("y",), target_field="q"),
+        Change("r", "assumed", None, None, target_field="r"),
+    ]
+
+
 # --- what registers hold ---------------------------------------------------------------------------------------------
 
 
@@ -125,6 +133,11 @@ def test_a_field_is_read_back_as_its_own_type_and_by_its_default(path, value):
         "loops": [{**LOOP, "sample_time": "2 min", "tuning": {"gain": 2.25}, "pv": {"range": [0, 300]}, "setpoint": {}}]
     }
     assert read_back(neutral(), data, path) == value
+
+
+def test_a_field_is_read_back_whatever_is_wrong_beside_it():
+    data = {"loops": [{**LOOP, "mode": "no mode", "tuning": {"gain": 2.25, "integral_time": -1}}]}
+    assert read_back(neutral(), data, ("loops", 0, "tuning", "gain")) == Decimal("2.25")
 
 
 @pytest.fixture

@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter, defaultdict
+from itertools import islice
 from pathlib import Path
 from types import FunctionType
 from typing import TYPE_CHECKING, Any
@@ -30,7 +31,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from reliability import figures
 from reliability.copies import BROKEN, in_a_copy
 from reliability.mutants import PACKAGES, SOURCE, Mutant, changed_codes, drawn, equal, mutants, tree_of
-from reliability.reached import MAP, ROOT, Reached, Session, key_of, make_map, mapped_files, test_files
+from reliability.reached import BUDGET, MAP, ROOT, Reached, Session, key_of, make_map, mapped_files, test_files
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -46,8 +47,8 @@ FILES = 8
 class Runner:
     """Tries mutants: in this process's copies, and as files in a copy of the tree."""
 
-    def __init__(self, session: Session, folder: Path) -> None:
-        self.session, self.reached, self.folder = session, Reached(), folder
+    def __init__(self, session: Session, folder: Path, budget: float) -> None:
+        self.session, self.reached, self.folder = session, Reached(budget), folder
         for part in PACKAGES.values():
             for path in sorted((SOURCE / part).rglob("*.py")):
                 importlib.import_module(".".join(path.relative_to(SOURCE).with_suffix("").parts))
@@ -126,9 +127,9 @@ def copied(folder: Path) -> Path:
 def campaign(session: Session, options: argparse.Namespace) -> None:
     """So many valid mutants of each package, and a control run for every tenth of them."""
     with tempfile.TemporaryDirectory() as name:
-        runner, same = Runner(session, copied(Path(name))), equal()
+        runner, same = Runner(session, copied(Path(name)), options.budget), equal()
         for package in options.package or PACKAGES:
-            found = left_of(package) if options.again else Figures(options.seed)
+            found = _begun(package, options)
             for mutant in chosen(package, options):
                 if sum(found.ends.values()) == options.count and not options.again:
                     break
@@ -156,6 +157,18 @@ class Figures:
         self.left += [str(mutant)] if end in {"lives", "unreached"} else []
 
 
+def _begun(package: str, options: argparse.Namespace) -> Figures:
+    """The figures that a run begins with."""
+    if options.again:
+        return left_of(package)
+    if not options.on:
+        return Figures(options.seed)
+    kept = figures.kept()[f"mutants-{package}"]
+    found = Figures(kept["seed"], kept["ends"], kept["control"])
+    found.left += kept["left"]
+    return found
+
+
 def left_of(package: str) -> Figures:
     """The figures that are kept, without the mutants that were left: they are tried again."""
     kept = figures.kept()[f"mutants-{package}"]
@@ -169,7 +182,8 @@ def chosen(package: str, options: argparse.Namespace) -> Iterable[Mutant]:
         left = figures.kept()[f"mutants-{package}"]["left"]
         return [mutant for mutant in drawn(package, options.seed) if str(mutant) in left]
     if not options.only:
-        return valid(drawn(package, options.seed))
+        done = sum(figures.kept()[f"mutants-{package}"]["ends"].values()) if options.on else 0
+        return islice(valid(drawn(package, options.seed)), done, None)
     path, _, line = options.only.partition(":")
     return valid(mutant for mutant in mutants(path) if not line or mutant.line == int(line))
 
@@ -190,6 +204,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--package", action="append", choices=[*PACKAGES])
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--budget", type=float, default=BUDGET, help="seconds of the tests of a mutant")
+    parser.add_argument("--on", action="store_true", help="go on behind those of the last run, up to the count")
     parser.add_argument("--again", action="store_true", help="only those that the last run left")
     parser.add_argument("--only", help="the mutants of pidcfg/module.py:line alone")
     parser.add_argument("files", nargs="*", help="test files, instead of all")
