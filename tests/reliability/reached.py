@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import cProfile
 import functools
 import json
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from reliability.copies import in_a_copy
-from reliability.mutants import PACKAGES, SOURCE, Mutant
+from reliability.mutants import PACKAGES, SOURCE, Mutant, text_of
 from reliability.users import users
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ BUDGET = 8.0
 """Seconds of CPU that the tests of a mutant took when the map was made: one of the first ends it, or hardly any."""
 SLOWEST = 3.0
 """Seconds of CPU of a test that is in the map at all; one that takes longer is ended."""
+CODE = re.compile(r"\b[A-Z]{2,3}\d{3}\b")
+"""The code of a rule."""
 LEFT_OUT = (
     "browser", "site", "cluster", "live", "serve", "watch", "ci", "setup", "pages", "repository", "layers", "generated",
     "code_pages", "reliability", "compile", "engines", "jobs", "threads", "environment", "report_pages", "pictures",
@@ -155,24 +158,28 @@ class Reached:
         """
         names = self.by_key.get(key_of(mutant.path, mutant.scope[0])) if mutant.scope[0] else None
         chosen, spent = [], 0.0
-        for name in self._ordered(names or self._of_users(mutant), mutant.path, narrow=bool(names)):
+        for name in self._ordered(names or self._of_users(mutant), mutant, narrow=bool(names)):
             if spent + self.seconds[name] <= self.budget:
                 chosen.append(name)
                 spent += self.seconds[name]
         return chosen
 
-    def _ordered(self, names: Sequence[str], path: str, *, narrow: bool) -> list[str]:
+    def _ordered(self, names: Sequence[str], mutant: Mutant, *, narrow: bool) -> list[str]:
         """By what a test costs, how much else it calls and whether its file is about the module's subject.
 
-        A function's tests with many parameters take turns with the others.
+        A function's tests with many parameters take turns with the others; those that name a rule's code come first,
+        since every rule is called by every test of its vendor.
         """
-        turns, words, cost = Counter[str](), _words(path), dict[str, float]()
+        turns, words, cost = Counter[str](), _words(mutant.path), dict[str, float]()
+        near, far = codes_near(mutant)
         for name in sorted(names, key=lambda name: (self.seconds[name], name)):
             file, test = name.partition("[")[0].split("::", 1)
             kin = len(words & _words(Path(file).stem))
             turns[file + test] += 1
             width = self.width[name] if narrow else 1
             cost[name] = (self.seconds[name] + 0.01) * width * turns[file + test] / (1 + 2 * kin) ** 2
+            named = {*CODE.findall(name)}
+            cost[name] *= 0.0001 if named & near else 0.01 if named & far else 1.0
         return sorted(cost, key=lambda name: (cost[name], name))
 
     def _of_users(self, mutant: Mutant) -> list[str]:
@@ -189,6 +196,17 @@ class Reached:
 
     def _is_called(self, path: str, function: str) -> bool:
         return key_of(path, function) in self.by_key
+
+
+def codes_near(mutant: Mutant) -> tuple[set[str], set[str]]:
+    """The codes of rules in the function of a mutant, or none; and in its module."""
+    text = text_of(mutant.path)
+    parts = [
+        part
+        for part in ast.parse(text).body
+        if isinstance(part, ast.FunctionDef | ast.ClassDef) and part.lineno <= mutant.line <= (part.end_lineno or 0)
+    ]
+    return {code for part in parts for code in CODE.findall(ast.unparse(part))}, {*CODE.findall(text)}
 
 
 def _words(path: str) -> set[str]:
