@@ -22,7 +22,7 @@ from pidcfg.encoders.click.files import FORMATS, Numbering
 from pidcfg.encoders.click.nickname_csv import HEADER
 from pidcfg.encoders.click.nicknames import LONGEST_LOOP, NAMED, nicknames
 from pidcfg.encoders.files import UnwritableError, kind_of
-from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.schemas.click import ClickFile
 
@@ -721,6 +721,21 @@ def test_a_bad_dump_is_refused_with_its_line(old, dump):
         DUMP.read(dump.replace(old, new, 1))
     assert message in str(refused.value)
     assert 1 <= refused.value.line <= dump.count("\n") + 2
+
+
+def test_a_dump_has_at_most_a_hundred_columns():
+    def section(columns):
+        return f"<DS=START>\nAddress,{','.join(map(str, range(1, columns + 1)))}\n</DS=END>\n"
+
+    assert DUMP.read(section(100)).words == {}
+    with pytest.raises(ListingError, match="the header of a section is Address,1,2,3"):
+        DUMP.read(section(101))
+
+
+def test_a_file_about_more_than_loops_is_that_beside_another_one_too():
+    one = Listing(words={1: 5}, lines={1: 3}, shown={1: "DS1"})
+    one.join(Listing(mixed=True))
+    assert one.mixed
 
 
 def test_a_dump_that_is_cut_off_is_refused(dump):

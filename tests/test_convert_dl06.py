@@ -149,6 +149,8 @@ def test_gain_zero_is_no_proportional_action_and_gain_one():
     """Ki = Ts/Ti and Kr = Td/Ts then: the span of the output for the span of the PV."""
     tuning = neutral({"tuning": {"gain": 0, "reset": 30}}).tuning
     assert (tuning.proportional, tuning.gain, tuning.integral_time) == (False, Decimal("0.25"), Decimal(30))
+    [told] = [field for field in to_neutral(dl06({"tuning": {"gain": 0}}))[0].fields if field.path == "tuning.gain"]
+    assert (told.value, told.to) == (0, ("tuning.gain", "tuning.proportional"))
 
 
 def test_without_a_proportional_action_the_gain_goes_into_the_times():

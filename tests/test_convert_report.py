@@ -220,6 +220,15 @@ def test_an_exact_line_that_is_not_is_found_out():
     assert (str(gain.terms.wanted), str(gain.terms.held), gain.terms.unit) == ("2.5", "2", "%/degC")
     assert (mode.kind, mode.loss, "manual" in mode.note) == ("dropped", True, True)
     assert sample == rows[2]
+    dropped = Change("gain", "dropped", 2.5, None, loss=True, neutral=("tuning.gain",))
+    assert list(held_lines([dropped], loop_of(), after)) == [dropped]
+
+
+@pytest.mark.parametrize(("gain", "kind"), [(0.999999, "exact"), (0.99999899, "rounded")])
+def test_a_millionth_is_what_single_precision_makes(gain, kind):
+    one, two = (loop_of(tuning={"gain": number, "integral_time": 60}) for number in (gain, 1))
+    [line] = held_lines([Change("gain", "exact", gain, 1, neutral=("tuning.gain",))], one, two)
+    assert line.kind == kind
 
 
 # --- losses and their limits -----------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from command import run
 from dpide_strategies import configurations
+from pidcfg.encoders.dpide import symbol_table
 from pidcfg.encoders.dpide.decode import decode
 from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.dpide.files import FORMATS, checklist
@@ -61,6 +62,18 @@ def test_every_format_comes_back_with_the_same_text(kind, config):
     again = read_back(kind, text)
     assert encode(again).image == encode(config).image
     assert written(kind, again, ("one, two",)) == text
+
+
+def test_a_value_takes_a_register_for_each_16_bits():
+    bits = {16: {"WORD", "INT", "UINT"}, 32: {"DWORD", "DINT", "UDINT", "REAL"}, 64: {"LWORD", "LREAL"}}
+    assert {"BOOL": 0} | {name: size // 16 for size, names in bits.items() for name in names} == symbol_table.WORDS
+
+
+def test_a_table_without_values_is_known_for_what_it_is():
+    text = "name,type\nA,REAL\n"
+    assert kind_of(text, FORMATS) is FORMATS["csv"]
+    with pytest.raises(ListingError, match="the header has no column value or expression"):
+        FORMATS["csv"].read(text)
 
 
 def test_the_table_has_a_row_for_every_operand_with_device_value_and_unit():

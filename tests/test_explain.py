@@ -19,6 +19,7 @@ from pidcfg.encoders.maps import click_meanings, dl06_meanings, dpide_meanings, 
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.encoders.meanings import Meaning
 from pidcfg.encoders.parameters import ParameterTable
 from pidcfg.encoders.regmap import RegisterMap
 from pidcfg.explanation.decisions import all_decisions
@@ -182,6 +183,14 @@ def test_every_status_bit_of_the_dl06_has_a_meaning():
     assert names | {("mode_setting_2", 7)} == set(dl06_meanings.BITS)
 
 
+@pytest.mark.parametrize("module", [click_meanings, dl06_meanings, ezlogix_meanings, nextopid_meanings])
+def test_every_meaning_is_a_sentence_about_the_effect(module):
+    tables = [table.values() for table in vars(module).values() if isinstance(table, dict)]
+    rows = [row for table in tables for row in table if isinstance(row, Meaning)]
+    assert rows
+    assert all(row.effect.endswith(".") for row in rows)
+
+
 def test_every_error_number_and_status_has_a_meaning():
     assert [code.number for code in click_meanings.CODES] == [0, *(error.number for error in ERRORS)]
     assert [code.number for code in ezlogix_meanings.CODES] == list(range(11))
@@ -192,6 +201,13 @@ def test_every_error_number_and_status_has_a_meaning():
             (page,) = pages(f"{prefix}{code.number}")
             assert page.title == code.title
             assert page.meaning.effect
+    never_written = [code.number for code in click_meanings.CODES if click_meanings.NOT_WRITTEN in code.meaning.cure]
+    assert never_written == [error.number for error in ERRORS if error.low is not None and error.low > 0]
+    states = {(name, on) for name, _ in nextopid_meanings.STATES for on in (True, False)}
+    assert states == set(nextopid_meanings.STATES)
+    for start, effect in (("ErrBits.", nextopid_meanings.STOPPED), ("AutoTuneResult.Bad_", nextopid_meanings.ENDED)):
+        rows = [meaning for name, meaning in nextopid_meanings.BITS.items() if name.startswith(start)]
+        assert {row.effect for row in rows} == {effect}
     bits = {r.name for kind in BLOCK_TYPES.values() for r in kind.outputs if "." in r.name and r.type.kind == "bool"}
     assert bits == set(nextopid_meanings.BITS)
     assert {name for name, _ in dpide_meanings.STATES} == {

@@ -19,6 +19,7 @@ from pidcfg.encoders.nextopid.decode import decode
 from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.encoders.nextopid.files import checklist, looks_like_st
 from pidcfg.encoders.nextopid.st_expression import ST, depth, printed, wire_text
+from pidcfg.encoders.nextopid.st_program import cycles_of
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.nextopid.st_write import write_st
@@ -152,6 +153,15 @@ def test_names_that_differ_only_in_capitals_are_refused():
         written(NextopidFile.model_validate(data))
     with pytest.raises(UnwritableError, match="takes the name for that of a type or function of the library"):
         written(changed(name="ControlLag", type="PIDA_REAL"))
+
+
+def test_a_variable_of_the_program_is_not_called_like_a_type():
+    split = {"name": "AutoTune", "type": "ControlSplitRange", "MV": "FIC.MV", "SPLIT": 50, "Mode": 0}
+    data = copy.deepcopy(OVERRIDE)
+    data["blocks"].append(split)
+    data["loops"][0]["SP"] = "AutoTune.Mode * 2"
+    text = written(NextopidFile.model_validate(data))
+    assert "AutoTune_Mode_1 : USINT := 0;" in text  # AUTOTUNE_MODE is what the library calls an enumeration
 
 
 def test_an_interval_that_is_no_multiple_is_refused():
@@ -293,6 +303,19 @@ def test_two_loops_may_share_a_counter():
     assert [entry.get("sample_time") for entry in found.settings] == [0.3, 0.3, None]
 
 
+@pytest.mark.parametrize("plc", [{}, {"sample_time": 0}, {"sample_time": 0.3}])
+def test_the_interval_of_a_loop_is_whole_cycles_of_the_task(plc):
+    assert cycles_of({"loop": "L", "sample_time": 1}, {"sample_time": 0.5}) == 2
+    with pytest.raises(UnwritableError, match="L: 1 s is no whole number of cycles of the task"):
+        cycles_of({"loop": "L", "sample_time": 1}, plc)
+
+
+def test_a_name_that_ends_in_a_point_is_left_out_with_its_statement():
+    assert (
+        "statements that are not about blocks of the library are left out: lines 4" in read_st(body("X := Y.;")).notes
+    )
+
+
 def test_names_that_read_like_truths_stay_names():
     found = read_st(body("A(PV := N, SP := inf);", "N : REAL; inf : REAL;"))
     assert (found.words["A.PV"], found.words["A.SP"]) == (Wire("(N)"), Wire("(inf)"))
@@ -353,6 +376,8 @@ def test_names_that_read_like_truths_stay_names():
         ('(* loop: {"loop": "C", "type": "PIDA_REAL"} *)', (4, 1), "C is not declared"),
         ('(* loop: {"loop": "A", "type": "PIDA_INT"} *)', (1, 18), "declared otherwise than the comment in line 4"),
         ('(* loop: {"block": "C", "type": "PID"} *)', (4, 1), "the comment names no block of the library"),
+        ('(* loop: {"loop": "' + "C" * 99 + '"} *)', (4, 1), ': {"loop": "' + "C" * 70),
+        ("IF Z THEN A := X; END_IF", (4, 11), "A is assigned as a whole"),
         ('(* plc: {"sample_time": ' + "1" * 5000 + "} *)", (4, 1), "has too many digits"),
         ("(* plc: {oops} *)", (4, 1), "the settings are not JSON"),
         ("IF Y = 0 THEN A(); END_IF", (4, 4), "Y is not counted as in Y := (Y + 1) MOD 5"),
@@ -361,6 +386,7 @@ def test_names_that_read_like_truths_stay_names():
 def test_refused(statements, place, says):
     with pytest.raises(ListingError, match=re.escape(says)) as error:
         read_st(body(statements, "S : STRING;"))
+    assert "C" * 71 not in str(error.value)
     assert (error.value.line, error.value.column) == place
 
 
