@@ -15,9 +15,20 @@ import living_rig
 from living_rig import GOOD, run
 from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
 from pidcfg.source import read_document
-from pidcfg.validate.baseline import Baseline, Entry, compare, enters, entry, from_text, to_text, without
+from pidcfg.validate.baseline import (
+    Baseline,
+    Entry,
+    compare,
+    enters,
+    entry,
+    from_text,
+    stale_finding,
+    to_text,
+    without,
+)
 from pidcfg.validate.former_baseline import FormerEntry, SecondEntry
 from pidcfg.validate.identity import value_of
+from pidcfg.validate.quotes import Quotes
 
 TWICE = living_rig.TWICE + "    bias_freeze: true\n"
 KNOWN = "known.json"
@@ -381,3 +392,25 @@ def test_a_read_only_baseline_of_the_first_format_is_used_as_it_is(former, tmp_p
     assert (found.code, found.out) == (0, "")
     assert f"{KNOWN} is read-only" in found.err
     assert (tmp_path / KNOWN).read_bytes() == before
+
+
+def test_a_mapping_is_known_by_all_that_it_holds():
+    one, same, other = (
+        value_of(document(f"loops: [{{name: A, x: {text}}}]"), ("loops", 0, "x"))
+        for text in ("{a: 1, b: [2]}", "{b: [2.0], a: 1}", "{a: 1, b: [3]}")
+    )
+
+    assert one == same != other
+    assert one.startswith("sha256:")
+
+
+def test_a_row_that_is_gone_is_marked_from_its_first_to_its_last_character():
+    found = stale_finding("gone", "{row}", '[\n  {row},\n  {"b": 1}\n]', KNOWN)
+
+    assert found.span == Span(2, 3, 2, len("  {row},") + 1)
+
+
+def test_a_number_in_the_name_of_a_loop_is_not_quoted():
+    doc = document("loops: [{name: Oven 2}, {name: B}]")
+
+    assert Quotes(doc)._numbers("Oven 2 at 15 is above 2.5, Oven 22 at 3") == ["15", "2.5", "22", "3"]

@@ -453,3 +453,10 @@ def test_a_stored_value_outside_the_limits_is_reported_where_it_stands(key, valu
 
 def test_an_upper_limit_of_0_is_no_fraction():
     assert codes(changed(output={"limits": [-1, 0]})) == {"CK361", "CK363"}
+
+
+@pytest.mark.parametrize(
+    ("high", "high_high", "found"), [(0.8, 0.5, True), (0.5, 0.8, False), (0.5, 0, False), (0.5, 0.5, False)]
+)
+def test_deviation_points_below_one_unit_have_an_order_too(high, high_high, found):
+    assert ("CK376" in codes(changed(**{"alarms.deviation": {"high": high, "high_high": high_high}}))) == found

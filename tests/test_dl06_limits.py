@@ -73,3 +73,43 @@ def test_a_reset_of_zero_is_a_code_and_no_fast_integral():
 @pytest.mark.parametrize(("gain", "counts"), [(2, 50), (0, 25), (0.5, 12)])
 def test_what_a_count_of_noise_does_is_said_with_the_gain(gain, counts):
     assert f"moves the output by {counts} counts" in tuned(gain=gain, rate=25)["DL219"]
+
+
+@pytest.mark.parametrize(
+    ("slope", "said"),
+    [(0.0152, "stored as 0.02: the ramp takes 24.0 % less"), (0.014, "as 0.01: the ramp takes 40.0 % longer")],
+)
+def test_a_rounded_slope_makes_the_ramp_shorter_or_longer(slope, said):
+    steps = [{"ramp_to": 100, "slope": slope, "soak": 1}]
+
+    assert said in told(ramp_soak={"table": "V3000", "steps": steps})["DL285"]
+
+
+def test_an_upper_output_limit_of_zero_is_told_once():
+    limits = {low: told(output={"limits": [f"{low} counts", "0 counts"]}) for low in (0, 5)}
+
+    assert [{"DL224", "DL226"} & set(found) for found in limits.values()] == [{"DL226"}, {"DL224"}]
+
+
+def test_the_last_step_of_a_profile_is_looked_at():
+    steps = [*[{"ramp_to": 100, "slope": 1, "soak": 1}] * 7, {"ramp_to": 100, "slope": 0.0152, "soak": 1}]
+
+    assert "DL285" in told(ramp_soak={"table": "V3000", "steps": steps})
+
+
+@pytest.mark.parametrize(("count", "words"), [(8, "V7340-V7737"), (9, "words from V7340")])
+def test_a_loop_table_with_more_loops_than_there_are_is_told_by_its_beginning(count, words):
+    plc = {"loop_table": "V7340", "reset_decimals": 1, "number_of_loops": count}
+    text = json.dumps({"pidcfg": 1, "vendor": "dl06", "plc": plc, "loops": [LOOP]})
+
+    found = {d.code: d.message for d in check_document(read_document(text.encode(), "a.yaml")).findings}
+    assert found["DL204"] == f"the loop table of {count} loops occupies {words}, past the boundary at V7577"
+
+
+def test_a_key_of_another_place_is_told_its_place():
+    text = json.dumps(
+        {"pidcfg": 1, "vendor": "dl06", "plc": {"reset_decimals": 1}, "loops": [{**LOOP, "loop_table": "V2000"}]}
+    )
+    (found,) = (d for d in check_document(read_document(text.encode(), "a.yaml")).findings if d.code == "PID020")
+
+    assert "it belongs below plc" in f"{found.message} {found.help}"

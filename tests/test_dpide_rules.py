@@ -370,3 +370,8 @@ def test_terms_that_are_off_are_told_unless_the_autotune_replaces_them(loop, cod
 def test_a_term_that_is_off_is_told_once(loop, code):
     """1e39 fits no REAL: whether it is 0 cannot be said."""
     assert TERMS & {d.code for d in findings(loop)} == ({code} if code else set())
+
+
+@pytest.mark.parametrize(("low", "high", "found"), [(-4000, -1, 1), (-4000, 0, 0), (0, 4000, 0), (1, 4000, 1)])
+def test_the_zero_of_a_stopped_loop_may_be_one_of_its_limits(low, high, found):
+    assert codes({"MV_MIN": low, "MV_MAX": high}).count("DP746") == found

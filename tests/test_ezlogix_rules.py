@@ -589,3 +589,18 @@ def test_a_cycle_is_not_held_against_the_times_of_the_dialog():
     assert "EZ472" in codes(changed(**pulse, **{"tuning.integral_time": 0.4}))
     at_defaults = {"tuning.integral_time": 0.3, "tuning.derivative_time": 0.3}
     assert {"EZ428", "EZ472"} & codes(changed(**pulse, **at_defaults)) == {"EZ428"}
+
+
+def test_a_cv_that_is_written_over_the_loops_own_set_point_is_no_cascade():
+    own = f"R{1 + R_BLOCK.offset('setpoint')}"
+
+    assert [d.code for d in findings(changed(**{"output.tag": own})) if d.code in {"EZ404", "EZ405"}] == ["EZ404"]
+    assert "EZ439" in codes(changed(mode="auto", **{"output.tag": own}))
+
+
+def test_a_root_of_counts_from_zero_leaves_the_set_point_to_the_rule_for_its_word():
+    found = [
+        codes(changed(**{"pv.square_root": True, "pv.counts": [low, 4095], "setpoint.value": 100})) for low in (0, 100)
+    ]
+
+    assert [{"PID102", "EZ446"} & each for each in found] == [{"PID102"}, {"EZ446"}]

@@ -11,7 +11,10 @@ import pytest
 from command import run_text
 from pidcfg.cli.formats.findings import Findings, fingerprints
 from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.source import read_document
 from pidcfg.validate.catalog import CODE, current, former, matches, rules
+from pidcfg.validate.fixes import splice
+from pidcfg.validate.suppression import former_codes
 from pidcfg.vendors import VENDORS
 
 REMARK = re.compile(r"^(\S+) is called (\S+) now: .* understood until 1\.0$", re.MULTILINE)
@@ -208,3 +211,11 @@ def test_fingerprints_are_those_of_the_old_codes():
     ]
     findings = Findings(found, {})
     assert fingerprints(findings) == OLD_FINGERPRINTS
+
+
+def test_the_edit_of_a_former_code_writes_that_code_alone():
+    text = OVEN.replace("COMMENT", "  # pidcfg: ignore[DL254, PID242] why")
+    found = list(former_codes(read_document(text.encode(), "oven.yaml")))
+
+    assert [code for code, _ in found] == ["PID242"]
+    assert splice(text, [edit for _, edit in found]) == text.replace("PID242", "DL242")

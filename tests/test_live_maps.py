@@ -230,6 +230,7 @@ def test_a_plc_without_parameters_that_a_map_could_name():
         ("R1,none,5", (1, 4), "but the row says more"),
         ("R1,holding,x,uint16", (1, 12), "no register; write 0 to 65535"),
         ("R1,holding,70000,uint16", (1, 12), "beyond 65535"),
+        ("R1,holding,65535,uint16\nR2,holding,65536,uint16", (2, 12), "R2 would end at 65536, beyond 65535"),
         ("R1,holding,-1,uint16", (1, 12), "no register"),
         ("R1,holding,40001,uint16", (1, 12), "how references call holding 0; write 0, or 0x9C41 if 40001"),
         ("R1,holding,400101,uint16", (1, 12), "how references call holding 100; write 100$"),

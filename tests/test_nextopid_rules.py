@@ -17,11 +17,13 @@ from nextopid_rig import run
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.refs import Decision
+from pidcfg.schemas.expressions import parse
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rules.nextopid import RULES
 from pidcfg.validate.rules.nextopid import override as override_rules
 from pidcfg.validate.rules.nextopid import plants as plant_rules
+from pidcfg.validate.rules.nextopid.paths import answer
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted(p for p in (ROOT / "examples/nextopid").glob("*.yaml") if ".scenario" not in p.name)
@@ -873,3 +875,46 @@ def test_an_int_holds_what_a_wire_gives_it_or_it_is_found(value):
     found = codes(changed(type="PIDA_INT", BIAS="V"), signals=SIGNALS | {"V": float(value)})
 
     assert ("NX614" in found) == (not -32768 <= value <= 32767)
+
+
+def test_the_first_of_several_slaves_is_named():
+    loops = master("A", "B", TRK_IN=None), slave("B", "A"), slave("C", "A")
+
+    (found,) = (d.message for d in findings(*loops) if d.code == "NX668")
+    assert "must come from B.TRK_OUT" in found
+
+
+@pytest.mark.parametrize(("derivative", "found"), [(-0.5, False), (0, False), (0.05, True)])
+def test_a_filter_is_compared_with_a_derivative_time_and_with_nothing_else(derivative, found):
+    assert ("NX689" in codes(changed(Td_Kd=derivative, Tfd=0.1, Indep=False))) == found
+
+
+@pytest.mark.parametrize(
+    ("text", "sign"),
+    [
+        ("X * UP", None),
+        ("-UP", -1),
+        ("X + UP", 1),
+        ("UP - X", 1),
+        ("X - UP", -1),
+        ("2 * UP + 3 * UP", 1),
+        ("UP - 2 * UP", None),
+        ("min(-2, X) * UP", -1),
+        ("max(2, X) * UP", 1),
+        ("min(2, 3) * UP", 1),
+        ("min(2, X) * UP", None),
+        ("abs(X) * UP", 1),
+        ("abs(UP)", None),
+        ("abs(2 + 3 * 4) * UP", 1),
+        ("sqrt(X) * UP", 1),
+        ("sqrt(UP)", 1),
+        ("2 / max(1, X) * UP", 1),
+        ("2 / UP", -1),
+        ("min(X, UP)", 1),
+        ("X", 0),
+    ],
+)
+def test_the_answer_of_an_expression_has_the_sign_that_its_parts_give_it(text, sign):
+    items = [(None, 0), (None, 1)]
+
+    assert answer(parse(text, {"X": 0, "UP": 1}), lambda number: items[number]) == sign

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import cProfile
 import functools
 import json
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from reliability.copies import in_a_copy
-from reliability.mutants import PACKAGES, SOURCE, Mutant
+from reliability.mutants import PACKAGES, SOURCE, Mutant, text_of
 from reliability.users import users
 
 if TYPE_CHECKING:
@@ -30,6 +31,8 @@ BUDGET = 8.0
 """Seconds of CPU that the tests of a mutant took when the map was made: one of the first ends it, or hardly any."""
 SLOWEST = 3.0
 """Seconds of CPU of a test that is in the map at all; one that takes longer is ended."""
+CODE = re.compile(r"\b[A-Z]{2,3}\d{3}\b")
+"""The code of a rule."""
 LEFT_OUT = (
     "browser", "site", "cluster", "live", "serve", "watch", "ci", "setup", "pages", "repository", "layers", "generated",
     "code_pages", "reliability", "compile", "engines", "jobs", "threads", "environment", "report_pages", "pictures",
@@ -155,33 +158,38 @@ class Reached:
         """
         names = self.by_key.get(key_of(mutant.path, mutant.scope[0])) if mutant.scope[0] else None
         chosen, spent = [], 0.0
-        for name in self._ordered(names or self._of_users(mutant), mutant.path, narrow=bool(names)):
+        for name in self._ordered(names or self._of_users(mutant), mutant, narrow=bool(names)):
             if spent + self.seconds[name] <= self.budget:
                 chosen.append(name)
                 spent += self.seconds[name]
         return chosen
 
-    def _ordered(self, names: Sequence[str], path: str, *, narrow: bool) -> list[str]:
+    def _ordered(self, names: Sequence[str], mutant: Mutant, *, narrow: bool) -> list[str]:
         """By what a test costs, how much else it calls and whether its file is about the module's subject.
 
-        A function's tests with many parameters take turns with the others.
+        A function's tests with many parameters take turns with the others. Those that name a rule's code come first,
+        since every rule is called by every test of its vendor, and of a table those whose file imports it.
         """
-        turns, words, cost = Counter[str](), _words(path), dict[str, float]()
+        turns, words, cost = Counter[str](), _words(mutant.path), dict[str, float]()
+        near, far = codes_near(mutant)
+        files = set[str]() if narrow else importing_files(mutant.path)
         for name in sorted(names, key=lambda name: (self.seconds[name], name)):
             file, test = name.partition("[")[0].split("::", 1)
             kin = len(words & _words(Path(file).stem))
             turns[file + test] += 1
             width = self.width[name] if narrow else 1
             cost[name] = (self.seconds[name] + 0.01) * width * turns[file + test] / (1 + 2 * kin) ** 2
+            cost[name] *= 0.01 if file in files else 1.0
+            named = {*CODE.findall(name)}
+            cost[name] *= 0.0001 if named & near else 0.01 if named & far else 1.0
         return sorted(cost, key=lambda name: (cost[name], name))
 
     def _of_users(self, mutant: Mutant) -> list[str]:
-        """The tests that call a function which needs what a mutant changes."""
-        found = {
-            name
-            for path, function in users(mutant, self._is_called)
-            for name in self.by_key.get(key_of(path, function), ())
-        }
+        """The tests that call a function which needs what a mutant changes, and those whose file imports its module."""
+        keys = [key_of(*user) for user in users(mutant, self._is_called)]
+        files = importing_files(mutant.path)
+        found = {name for key in keys for name in self.by_key[key]}
+        found |= {name for name in self.seconds if name.partition("::")[0] in files}
         if not found:
             prefix = f"{mutant.path}::"
             found = {name for key, names in self.by_key.items() if key.startswith(prefix) for name in names}
@@ -196,6 +204,17 @@ def importing_files(path: str) -> set[str]:
     holder, _, name = path.removesuffix(".py").replace("/", ".").rpartition(".")
     lines = re.compile(rf"^(from {holder}\.{name} import |from {holder} import .*\b{name}\b)", re.MULTILINE)
     return {file for file in test_files() if lines.search((ROOT / file).read_text("utf-8"))}
+
+
+def codes_near(mutant: Mutant) -> tuple[set[str], set[str]]:
+    """The codes of rules in the function of a mutant, or none; and in its module."""
+    text = text_of(mutant.path)
+    parts = [
+        part
+        for part in ast.parse(text).body
+        if isinstance(part, ast.FunctionDef | ast.ClassDef) and part.lineno <= mutant.line <= (part.end_lineno or 0)
+    ]
+    return {code for part in parts for code in CODE.findall(ast.unparse(part))}, {*CODE.findall(text)}
 
 
 def _words(path: str) -> set[str]:
