@@ -48,7 +48,7 @@ class Runner:
     """Tries mutants: in this process's copies, and as files in a copy of the tree."""
 
     def __init__(self, session: Session, folder: Path, budget: float) -> None:
-        self.session, self.reached, self.folder = session, Reached(budget), folder
+        self.session, self.reached, self.folder = session, Reached(budget, session.loaded), folder
         for part in PACKAGES.values():
             for path in sorted((SOURCE / part).rglob("*.py")):
                 importlib.import_module(".".join(path.relative_to(SOURCE).with_suffix("").parts))

@@ -23,7 +23,7 @@ from reliability.mutants import PACKAGES, SOURCE, Mutant, text_of
 from reliability.users import users
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
 ROOT = SOURCE.parent
 MAP = ROOT / "build" / "reached.json"
@@ -141,8 +141,8 @@ def _called(profile: cProfile.Profile) -> set[str]:
 class Reached:
     """The map: tests by function."""
 
-    def __init__(self, budget: float = BUDGET) -> None:
-        self.budget = budget
+    def __init__(self, budget: float = BUDGET, loaded: Collection[str] = ()) -> None:
+        self.budget, self.loaded = budget, loaded
         tests = json.loads(MAP.read_text("utf-8"))
         self.seconds = {name: seconds for name, (seconds, _) in tests.items()}
         self.width = {name: len(keys) for name, (_, keys) in tests.items()}
@@ -154,9 +154,11 @@ class Reached:
     def tests(self, mutant: Mutant) -> list[str]:
         """The tests of a mutant, the quick and particular ones first, as many as the budget holds.
 
-        Those that call its function; where none does, or it stands in a table, those that call what uses it.
+        Those that call its function; where none does, or it stands in a table or in what makes one while modules are
+        loaded, those that call what uses it.
         """
-        names = self.by_key.get(key_of(mutant.path, mutant.scope[0])) if mutant.scope[0] else None
+        key = key_of(mutant.path, mutant.scope[0])
+        names = self.by_key.get(key) if mutant.scope[0] and key not in self.loaded else None
         chosen, spent = [], 0.0
         for name in self._ordered(names or self._of_users(mutant), mutant, narrow=bool(names)):
             if spent + self.seconds[name] <= self.budget:
@@ -187,8 +189,9 @@ class Reached:
     def _of_users(self, mutant: Mutant) -> list[str]:
         """The tests that call a function which needs what a mutant changes, and those whose file imports its module."""
         keys = [key_of(*user) for user in users(mutant, self._is_called)]
+        keys += [key_of(mutant.path, mutant.scope[0])]
         files = importing_files(mutant.path)
-        found = {name for key in keys for name in self.by_key[key]}
+        found = {name for key in keys for name in self.by_key.get(key, ())}
         found |= {name for name in self.seconds if name.partition("::")[0] in files}
         if not found:
             prefix = f"{mutant.path}::"
@@ -196,7 +199,8 @@ class Reached:
         return sorted(found)
 
     def _is_called(self, path: str, function: str) -> bool:
-        return key_of(path, function) in self.by_key
+        key = key_of(path, function)
+        return key in self.by_key and key not in self.loaded
 
 
 def importing_files(path: str) -> set[str]:
