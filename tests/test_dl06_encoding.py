@@ -15,6 +15,7 @@ from pidcfg.encoders.dl06.encode import encode
 from pidcfg.encoders.dl06.files import FORMATS, checklist
 from pidcfg.encoders.dl06.options import DATA_FORMATS
 from pidcfg.encoders.files import kind_of
+from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.dl06 import FORMATS as FORMATS_OF_DATA
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
 from pidcfg.encoders.words import DecodeError
@@ -340,6 +341,15 @@ def test_formats_are_told_apart_by_their_first_characters():
     for kind in FORMATS.values():
         assert kind_of(kind.write(image, ("compare",)), FORMATS) is kind
     assert kind_of("hello", FORMATS) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "place"), [("  X9 0001\n", (1, 3)), ("V2000  zzzz\n", (1, 8)), ("V2000 0001\n  V2001 \n", (2, 8))]
+)
+def test_a_listing_is_refused_at_the_column_of_what_is_wrong(text, place):
+    with pytest.raises(ListingError) as refused:
+        FORMATS["text"].read(text)
+    assert (refused.value.line, refused.value.column) == place
 
 
 def test_modbus_registers_are_the_addresses_themselves():
