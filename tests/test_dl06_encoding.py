@@ -343,6 +343,12 @@ def test_formats_are_told_apart_by_their_first_characters():
     assert kind_of("hello", FORMATS) is None
 
 
+def test_a_band_beyond_the_bits_of_its_format_is_stored_nowhere():
+    alarms = {"deviation": {"yellow": "4096 counts"}}
+    [(_, misfit)] = encode(configuration({"alarms": alarms})).misfits
+    assert (misfit.path, misfit.error.stored) == ("alarms.deviation.yellow", None)
+
+
 @pytest.mark.parametrize(
     ("text", "place"), [("  X9 0001\n", (1, 3)), ("V2000  zzzz\n", (1, 8)), ("V2000 0001\n  V2001 \n", (2, 8))]
 )
