@@ -362,3 +362,10 @@ def test_an_open_loop_auto_tune_on_a_moving_pv_is_told(moves, told):
     rig.plants[0] = Moving(rig.plants[0], moves)
     until_tuned(rig, s)
     assert any("the PV was moving when the auto-tune began" in text for text in map(str, rig.log)) is told
+
+
+def test_results_below_one_digit_are_one_digit_since_0_would_switch_them_off():
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5, reset_unit=60.0, reset_step=0.01)
+    store(rig.cfg[0], s, 0.0001, 0.0001, 0.0001, 0.5)
+
+    assert (s.gain, s.reset, s.rate) == (0.01, pytest.approx(0.6), 0.0)
