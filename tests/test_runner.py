@@ -9,6 +9,7 @@ from itertools import pairwise
 import pytest
 
 from pidcfg.sim.events import in_words
+from pidcfg.sim.recording import KEPT, POINTS, Recording
 from pidcfg.sim.run import Settings, UnusableError, simulate
 from scenario_rig import Controller, rows, run, scenario
 
@@ -579,3 +580,11 @@ def test_an_alarm_at_the_first_base_step_has_come():
     report, _ = run(text + "  - {loop: A, alarm: high, at: 0}\n  - {loop: A, alarm: high, never: true}\n")
 
     assert [(v.passed, v.value) for v in report.expectations] == [(True, 0), (False, 0)]
+
+
+@pytest.mark.parametrize(("steps", "group"), [(1, 1), (POINTS, 1), (POINTS + 1, KEPT + 1)])
+def test_a_recording_keeps_every_base_step_until_they_are_too_many(steps, group):
+    recording = Recording()
+    recording.begin(["A.PV"], steps, 0.1)
+
+    assert recording.group == group
