@@ -8,7 +8,8 @@ check     ruff, mypy --strict, the import rules, and whether what is generated i
 bench     print the benchmarks: speed of the command and of the simulation, beside their goals; --quick: fewer rounds;
           --write-costs: measure anew what `--engine auto` decides by, and write it into src/pidcfg/sim/costs.py
 torture   throw hostile files, changed examples and signals at pidcfg for --minutes N, and write docs/reliability.md
-mutants   put faults into the code and see whether a test ends them: --package NAME --count N --seed N
+mutants   put faults into the code and see whether a test ends them: --package NAME --count N --seed N; --again: those
+          that were left; --map FILES: which functions their tests call
 lock      renew requirements/*.txt from pyproject.toml
 
 Runs on Windows, macOS and Linux. A second run is quick: what is installed is remembered in .venv.
@@ -236,7 +237,7 @@ def torture(*arguments: str) -> None:
 
 
 def mutants(*arguments: str) -> None:
-    """Try faults in the code against the tests; the first run makes the map of the tests, which takes an hour."""
+    """Try faults in the code against the tests; the first run makes the map of the tests, which takes about as long as they do."""
     prepare("test")
     must(PYTHON, "tests/reliability/mutation.py", *arguments)
 

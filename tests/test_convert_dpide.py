@@ -285,6 +285,7 @@ def test_the_cycle_is_whole_milliseconds_in_its_limits(time, cycle, clamped):
     made = from_neutral(generic({"sample_time": time}), {})
     put = next(put for put in made.fields[0] if put.path == "CYCLE")
     assert (made.data["loops"][0]["CYCLE"], put.clamped) == (cycle, clamped)
+    assert put.note == ("" if time == 0.2 else "CYCLE is whole milliseconds")
 
 
 def test_a_rounded_cycle_is_reported():

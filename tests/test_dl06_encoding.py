@@ -15,6 +15,7 @@ from pidcfg.encoders.dl06.encode import encode
 from pidcfg.encoders.dl06.files import FORMATS, checklist
 from pidcfg.encoders.dl06.options import DATA_FORMATS
 from pidcfg.encoders.files import kind_of
+from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.dl06 import FORMATS as FORMATS_OF_DATA
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
 from pidcfg.encoders.words import DecodeError
@@ -200,10 +201,6 @@ def test_every_writable_word_and_bit_of_the_manual_has_a_key():
             rows = [b for b in table.bits if b.offset == word.offset]
             assert word.path or rows, f"{word.name} cannot be written"
         assert all(b.path or b.access in {"status", "reserved", "request"} for b in table.bits)
-    for table in (LOOP_TABLE, SETUP_WORDS):
-        for offset in {row.offset for row in table.bits}:
-            bits = [bit for row in table.bits if row.offset == offset for bit in row.bits]
-            assert sorted(bits) == list(range(16)), f"each bit of a word has one row: {offset:o}"
     requests = [b.title for b in LOOP_TABLE.bits if b.path is None and b.access == "request"]
     assert requests == ["Manual mode request", "Automatic mode request", "Cascade mode request"]
 
@@ -344,6 +341,21 @@ def test_formats_are_told_apart_by_their_first_characters():
     for kind in FORMATS.values():
         assert kind_of(kind.write(image, ("compare",)), FORMATS) is kind
     assert kind_of("hello", FORMATS) is None
+
+
+def test_a_band_beyond_the_bits_of_its_format_is_stored_nowhere():
+    alarms = {"deviation": {"yellow": "4096 counts"}}
+    [(_, misfit)] = encode(configuration({"alarms": alarms})).misfits
+    assert (misfit.path, misfit.error.stored) == ("alarms.deviation.yellow", None)
+
+
+@pytest.mark.parametrize(
+    ("text", "place"), [("  X9 0001\n", (1, 3)), ("V2000  zzzz\n", (1, 8)), ("V2000 0001\n  V2001 \n", (2, 8))]
+)
+def test_a_listing_is_refused_at_the_column_of_what_is_wrong(text, place):
+    with pytest.raises(ListingError) as refused:
+        FORMATS["text"].read(text)
+    assert (refused.value.line, refused.value.column) == place
 
 
 def test_modbus_registers_are_the_addresses_themselves():

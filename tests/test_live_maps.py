@@ -10,6 +10,7 @@ import pytest
 import pidcfg
 from live_rig import CLICK, Desk, Registers, run, words_of
 from map_rig import EXAMPLES, example, filled, numbered, virtual, words_by
+from pidcfg.encoders import map_template
 from pidcfg.encoders.iec_registers import content_of, raw_of, types_of
 from pidcfg.encoders.map_rows import MapError, UnusableMapError, read_rows
 from pidcfg.encoders.maps.click import SPACE as CLICK_SPACE
@@ -230,6 +231,7 @@ def test_a_plc_without_parameters_that_a_map_could_name():
         ("R1,none,5", (1, 4), "but the row says more"),
         ("R1,holding,x,uint16", (1, 12), "no register; write 0 to 65535"),
         ("R1,holding,70000,uint16", (1, 12), "beyond 65535"),
+        ("R1,holding,65535,uint16\nR2,holding,65536,uint16", (2, 12), "R2 would end at 65536, beyond 65535"),
         ("R1,holding,-1,uint16", (1, 12), "no register"),
         ("R1,holding,40001,uint16", (1, 12), "how references call holding 0; write 0, or 0x9C41 if 40001"),
         ("R1,holding,400101,uint16", (1, 12), "how references call holding 100; write 100$"),
@@ -258,6 +260,16 @@ def test_maps_that_are_none(text, place, said):
     with pytest.raises(MapError, match=said) as error:
         read_map(text, MAP_SPACE)
     assert (error.value.line, error.value.column) == place
+
+
+def test_an_example_of_a_map_has_room_for_a_float_in_two_registers():
+    rows = ["A,holding,,float32", "B,holding,,uint16", "# C,holding,,int16", "M0,coil,,bool", "M1,coil,,bool"]
+    assert list(map_template.filled(rows)) == [
+        "A,holding,0,float32",
+        "B,holding,2,uint16",
+        "M0,coil,0,bool",
+        "M1,coil,1,bool",
+    ]
 
 
 def test_how_a_map_may_be_written():

@@ -303,6 +303,11 @@ def test_two_loops_may_share_a_counter():
     assert [entry.get("sample_time") for entry in found.settings] == [0.3, 0.3, None]
 
 
+def test_a_structure_is_no_input():
+    with pytest.raises(ListingError, match="E is read by a block, and is neither a number nor a TIME nor a BOOL"):
+        read_st(body("A(PV := X, ErrBits => E); B(PV := E);", "E : PID_ERR;"))
+
+
 @pytest.mark.parametrize("plc", [{}, {"sample_time": 0}, {"sample_time": 0.3}])
 def test_the_interval_of_a_loop_is_whole_cycles_of_the_task(plc):
     assert cycles_of({"loop": "L", "sample_time": 1}, {"sample_time": 0.5}) == 2

@@ -16,7 +16,7 @@ from types import CodeType
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
 SOURCE = Path(__file__).parents[2] / "src"
 PACKAGES = {
@@ -54,9 +54,19 @@ class Mutant:
     scope: tuple[str, int]
     """Name and first line of the outermost function around it; ``("", 0)`` in the body of a module or class."""
     change: str
+    column: int
 
     def __str__(self) -> str:
         return f"{self.path}:{self.line} {self.change}"
+
+    @property
+    def exact(self) -> str:
+        """With its column: a line may have the same change twice."""
+        return f"{self} @{self.column}"
+
+    def is_in(self, names: Collection[str]) -> bool:
+        """Whether names have it, with or without its column."""
+        return str(self) in names or self.exact in names
 
 
 class Slot(NamedTuple):
@@ -177,8 +187,8 @@ def mutants(path: str) -> list[Mutant]:
     for number, slot in enumerate(slots(ast.parse(text_of(path)))):
         for variant, node in enumerate(variants(slot)):
             before, after = (_shown(part) for part in (slot.node, node))
-            line = getattr(slot.node, "lineno", 0)
-            found.append(Mutant(path, number, variant, line, slot.scope, f"{before} -> {after}"))
+            line, column = getattr(slot.node, "lineno", 0), getattr(slot.node, "col_offset", -1) + 1
+            found.append(Mutant(path, number, variant, line, slot.scope, f"{before} -> {after}", column))
     return found
 
 

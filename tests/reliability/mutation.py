@@ -48,7 +48,7 @@ class Runner:
     """Tries mutants: in this process's copies, and as files in a copy of the tree."""
 
     def __init__(self, session: Session, folder: Path, budget: float) -> None:
-        self.session, self.reached, self.folder = session, Reached(budget), folder
+        self.session, self.reached, self.folder = session, Reached(budget, session.loaded), folder
         for part in PACKAGES.values():
             for path in sorted((SOURCE / part).rglob("*.py")):
                 importlib.import_module(".".join(path.relative_to(SOURCE).with_suffix("").parts))
@@ -133,14 +133,16 @@ def campaign(session: Session, options: argparse.Namespace) -> None:
             for mutant in chosen(package, options):
                 if sum(found.ends.values()) == options.count and not options.again:
                     break
-                end = "equal" if str(mutant) in same else runner.judge(mutant)
+                end = "equal" if mutant.is_in(same) else runner.judge(mutant)
                 found.add(mutant, end)
                 sys.stdout.write(f"{end:9} {mutant}\n")
                 sys.stdout.flush()
                 if sum(found.ends.values()) % 10 == 1 and not options.again:
                     found.control[runner.control(mutant)] += 1
-                if not options.only:
+                if not (options.only or options.again):
                     figures.keep(f"mutants-{package}", vars(found))
+            if options.again:
+                figures.keep(f"mutants-{package}", vars(found))
             sys.stdout.write(f"{package} {dict(found.ends)} control {dict(found.control)}\n")
 
 
@@ -154,7 +156,7 @@ class Figures:
     def add(self, mutant: Mutant, end: str) -> None:
         """One more."""
         self.ends[end] += 1
-        self.left += [str(mutant)] if end in {"lives", "unreached"} else []
+        self.left += [mutant.exact] if end in {"lives", "unreached"} else []
 
 
 def _begun(package: str, options: argparse.Namespace) -> Figures:
@@ -179,8 +181,9 @@ def left_of(package: str) -> Figures:
 def chosen(package: str, options: argparse.Namespace) -> Iterable[Mutant]:
     """The mutants of a package in the order of the seed, or those that were left, or those of a line."""
     if options.again:
-        left = figures.kept()[f"mutants-{package}"]["left"]
-        return [mutant for mutant in drawn(package, options.seed) if str(mutant) in left]
+        kept = figures.kept()[f"mutants-{package}"]
+        before = islice(valid(drawn(package, kept["seed"])), sum(kept["ends"].values()))
+        return [mutant for mutant in before if mutant.is_in(kept["left"])]
     if not options.only:
         done = sum(figures.kept()[f"mutants-{package}"]["ends"].values()) if options.on else 0
         return islice(valid(drawn(package, options.seed)), done, None)

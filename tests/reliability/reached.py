@@ -23,7 +23,7 @@ from reliability.mutants import PACKAGES, SOURCE, Mutant, text_of
 from reliability.users import users
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
 ROOT = SOURCE.parent
 MAP = ROOT / "build" / "reached.json"
@@ -141,8 +141,8 @@ def _called(profile: cProfile.Profile) -> set[str]:
 class Reached:
     """The map: tests by function."""
 
-    def __init__(self, budget: float = BUDGET) -> None:
-        self.budget = budget
+    def __init__(self, budget: float = BUDGET, loaded: Collection[str] = ()) -> None:
+        self.budget, self.loaded = budget, loaded
         tests = json.loads(MAP.read_text("utf-8"))
         self.seconds = {name: seconds for name, (seconds, _) in tests.items()}
         self.width = {name: len(keys) for name, (_, keys) in tests.items()}
@@ -154,9 +154,11 @@ class Reached:
     def tests(self, mutant: Mutant) -> list[str]:
         """The tests of a mutant, the quick and particular ones first, as many as the budget holds.
 
-        Those that call its function; where none does, or it stands in a table, those that call what uses it.
+        Those that call its function; where none does, or it stands in a table or in what makes one while modules are
+        loaded, those that call what uses it.
         """
-        names = self.by_key.get(key_of(mutant.path, mutant.scope[0])) if mutant.scope[0] else None
+        key = key_of(mutant.path, mutant.scope[0])
+        names = self.by_key.get(key) if mutant.scope[0] and key not in self.loaded else None
         chosen, spent = [], 0.0
         for name in self._ordered(names or self._of_users(mutant), mutant, narrow=bool(names)):
             if spent + self.seconds[name] <= self.budget:
@@ -167,35 +169,45 @@ class Reached:
     def _ordered(self, names: Sequence[str], mutant: Mutant, *, narrow: bool) -> list[str]:
         """By what a test costs, how much else it calls and whether its file is about the module's subject.
 
-        A function's tests with many parameters take turns with the others; those that name a rule's code come first,
-        since every rule is called by every test of its vendor.
+        A function's tests with many parameters take turns with the others. Those that name a rule's code come first,
+        since every rule is called by every test of its vendor, and of a table those whose file imports it.
         """
         turns, words, cost = Counter[str](), _words(mutant.path), dict[str, float]()
         near, far = codes_near(mutant)
+        files = set[str]() if narrow else importing_files(mutant.path)
         for name in sorted(names, key=lambda name: (self.seconds[name], name)):
             file, test = name.partition("[")[0].split("::", 1)
             kin = len(words & _words(Path(file).stem))
             turns[file + test] += 1
             width = self.width[name] if narrow else 1
             cost[name] = (self.seconds[name] + 0.01) * width * turns[file + test] / (1 + 2 * kin) ** 2
+            cost[name] *= 0.01 if file in files else 1.0
             named = {*CODE.findall(name)}
             cost[name] *= 0.0001 if named & near else 0.01 if named & far else 1.0
         return sorted(cost, key=lambda name: (cost[name], name))
 
     def _of_users(self, mutant: Mutant) -> list[str]:
-        """The tests that call a function which needs what a mutant changes."""
-        found = {
-            name
-            for path, function in users(mutant, self._is_called)
-            for name in self.by_key.get(key_of(path, function), ())
-        }
+        """The tests that call a function which needs what a mutant changes, and those whose file imports its module."""
+        keys = [key_of(*user) for user in users(mutant, self._is_called)]
+        keys += [key_of(mutant.path, mutant.scope[0])]
+        files = importing_files(mutant.path)
+        found = {name for key in keys for name in self.by_key.get(key, ())}
+        found |= {name for name in self.seconds if name.partition("::")[0] in files}
         if not found:
             prefix = f"{mutant.path}::"
             found = {name for key, names in self.by_key.items() if key.startswith(prefix) for name in names}
         return sorted(found)
 
     def _is_called(self, path: str, function: str) -> bool:
-        return key_of(path, function) in self.by_key
+        key = key_of(path, function)
+        return key in self.by_key and key not in self.loaded
+
+
+def importing_files(path: str) -> set[str]:
+    """The test files that import a module."""
+    holder, _, name = path.removesuffix(".py").replace("/", ".").rpartition(".")
+    lines = re.compile(rf"^(from {holder}\.{name} import |from {holder} import .*\b{name}\b)", re.MULTILINE)
+    return {file for file in test_files() if lines.search((ROOT / file).read_text("utf-8"))}
 
 
 def codes_near(mutant: Mutant) -> tuple[set[str], set[str]]:
