@@ -362,3 +362,23 @@ def test_an_open_loop_auto_tune_on_a_moving_pv_is_told(moves, told):
     rig.plants[0] = Moving(rig.plants[0], moves)
     until_tuned(rig, s)
     assert any("the PV was moving when the auto-tune began" in text for text in map(str, rig.log)) is told
+
+
+def test_results_below_one_digit_are_one_digit_since_0_would_switch_them_off():
+    rig, s = open_loop(1.0, 20.0, 4.0, 0.5, reset_unit=60.0, reset_step=0.01)
+    store(rig.cfg[0], s, 0.0001, 0.0001, 0.0001, 0.5)
+
+    assert (s.gain, s.reset, s.rate) == (0.01, pytest.approx(0.6), 0.0)
+
+
+def test_a_relay_that_nothing_answers_is_given_up_and_the_controller_goes_on_as_before():
+    rig = Rig(base=5.0)
+    _, s = rig.add(Fixed(2000.0), "auto", out=1500.0, bias=1500.0, sp=2000.0, m_low=1000.0, m_high=3000.0, gain=0.5)
+    rig.step(3)
+    bias = s.bias
+    rig.tune()
+    until_tuned(rig, s)
+
+    assert rig.log == [(0, "auto-tune stopped: the PV does not answer")]
+    assert s.status & (TUNING | TUNE_ERROR) == TUNE_ERROR
+    assert (s.bias, s.m) == (bias, bias)

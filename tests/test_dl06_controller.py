@@ -544,3 +544,15 @@ def test_the_equation_of_the_manual_by_hand():
 
 def test_scan_of_no_loops_does_nothing():
     scan(0, [], [], [], [])
+
+
+def test_a_slow_loop_that_program_mode_has_stopped_takes_no_turn():
+    rig = Rig(base=0.1)
+    _, s = rig.add(Fixed(1.0), period=3.0, slow=1)
+    s.busy |= bits.STOPPED
+    rig.step()
+    assert s.due == 0
+
+    s.busy &= ~bits.STOPPED
+    rig.step()
+    assert s.due > 0

@@ -11,14 +11,16 @@ from pydantic_core import PydanticCustomError
 
 from pidcfg.encoders.dl06.encode import encode
 from pidcfg.encoders.image import Cell, Image
-from pidcfg.encoders.maps.dl06 import LOOP_TABLE
+from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_SIZE
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dl06 import Dl06File
 from pidcfg.schemas.octal import v_name
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.dl06 import state as bits
+from pidcfg.sim.controllers.dl06.registers import Dl06Registers
 from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, FLAG_BITS, MODES
 from pidcfg.sim.controllers.dl06.scan import Options, load, scan
+from pidcfg.sim.controllers.dl06.tune_open import POINTS
 from pidcfg.sim.prepare import prepare
 from pidcfg.source import read_document
 
@@ -836,3 +838,34 @@ def test_a_loop_that_is_not_calculated_misses_no_scan():
     found = prepare(Scenario.model_validate(text), machine).problems
 
     assert [p.loop for p in found if "sample rate" in p.message] == ["L3"]
+
+
+@pytest.mark.parametrize(("raw", "wanted"), [(1, "manual"), (2, "auto"), (4, "cascade")])
+def test_a_mode_whose_bit_is_written_is_requested_and_its_bit_reads_as_0(raw, wanted):
+    registers, word = Dl06Registers(machine := plc({})), 0o2000 + LOOP_TABLE.offset("mode_setting_1")
+    done = registers.write(word, raw, list(machine.sig))
+
+    assert (done.text, done.mode) == (f"request mode {wanted}", wanted)
+    assert registers.contents(0, machine.sig)[word] & raw == 0
+
+
+def test_every_loop_has_a_ramp_soak_table_and_a_tuning_buffer_of_its_own():
+    machine = plc({}, {}, {})
+    places = [(c.rs_table, RAMP_SOAK_SIZE) for c in machine.cfg] + [(c.tune_buffer, POINTS) for c in machine.cfg]
+    ends = [begin + size for begin, size in places]
+
+    assert [begin for begin, _ in places] == [0, *ends[:-1]]
+    assert ends[-1] <= len(machine.aux)
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+def test_a_word_of_a_ramp_soak_table_that_is_no_number_is_told_with_its_table(enabled):
+    steps = [{"ramp_to": 100, "slope": 1, "soak": 5}]
+    loop = {**LOOP, "ramp_soak": {"enabled": enabled, "table": "V3000", "steps": steps}}
+    image = encode(
+        Dl06File.model_validate({"pidcfg": 1, "vendor": "dl06", "plc": {"loop_table": "V2000"}, "loops": [loop]})
+    )
+    words = {cell.number: cell.raw for cell in image.image.cells} | {0o3001: 0x0A00}
+
+    texts = [problem.text for problem in load(listing(words)).problems]
+    assert [text.partition("+")[0] for text in texts] == ["ramp/soak table "] * enabled

@@ -12,9 +12,10 @@ import pytest
 
 from ezlogix_rig import COUNTDOWN, SCALED, STATUS, Rig, change, play, plc
 from pidcfg.sim.controllers.ezlogix import state as bits
-from pidcfg.sim.controllers.ezlogix.autotune import compute, fits
-from pidcfg.sim.controllers.ezlogix.report import TUNE_STATUS
+from pidcfg.sim.controllers.ezlogix.autotune import SETTLING, compute, fits, judge_answer, tell_moving
+from pidcfg.sim.controllers.ezlogix.report import REASONS, TUNE_STATUS
 from pidcfg.sim.controllers.ezlogix.state import Config, State
+from pidcfg.sim.notices import notices
 from rig_plants import FirstOrder, Fixed, Moving
 
 
@@ -470,3 +471,17 @@ def test_what_is_not_calculated_waits_with_its_autotune(given):
 
 def test_every_state_of_the_manual_has_words():
     assert sorted(TUNE_STATUS) == list(range(11))
+
+
+@pytest.mark.parametrize(("points", "complete"), [(SETTLING - 1, 0), (SETTLING, 1)])
+def test_an_answer_that_stands_has_settled_after_so_many_points(points, complete):
+    """Ten counts are an answer, and far from a tenth of the span."""
+    assert judge_answer(Config(), State(tune_points=points), [10.0] * points) == complete
+
+
+@pytest.mark.parametrize(("drift", "said"), [(0.0, []), (5.0, [MOVING])])
+def test_a_pv_that_moves_is_told_and_nobody_asked_for_a_mode(drift, said):
+    s = State(tune_drift=drift)
+    tell_moving(s, 1.0)
+
+    assert [(requested, REASONS[reason]) for requested, reason in notices(s.notice)] == [(0, text) for text in said]

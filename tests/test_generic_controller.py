@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from generic_rig import Rig
 from pidcfg.encoders.parameters import Program
 from pidcfg.sim.controllers.generic.scan import load
-from pidcfg.sim.controllers.generic.state import UNREACHED
+from pidcfg.sim.controllers.generic.state import REQUEST, UNREACHED
 from rig_plants import FirstOrder
 
 TS = 0.1
@@ -474,3 +474,14 @@ def test_a_result_that_is_no_number_leaves_the_output():
     rig.play([5])
 
     assert rig.play([float("nan"), float("-inf")]) == [5, 5]
+
+
+def test_a_mode_that_holds_already_is_no_request():
+    rig = Rig({})
+    rig.step()
+    s = rig.st[0]
+    s.busy = 0
+    rig.plc.request(0, "auto" if rig.mode() == "manual" else "manual")
+    assert s.busy == REQUEST
+    rig.plc.request(0, rig.mode())
+    assert s.busy == 0

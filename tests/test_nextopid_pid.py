@@ -13,8 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nextopid_pid_rig import Block, Process, run
+from nextopid_rig import GAINS, plc_of
+from pidcfg.schemas import expressions as grammar
+from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
 from pidcfg.sim.controllers.nextopid import decisions
 from pidcfg.sim.controllers.nextopid.decisions import PID
+from pidcfg.sim.controllers.nextopid.registers import content_of_number
 from pidcfg.sim.controllers.nextopid.state import (
     AUTO_MODE,
     CASCADE_MODE,
@@ -24,6 +28,7 @@ from pidcfg.sim.controllers.nextopid.state import (
     OVERRIDDEN,
     TRACKING_MODE,
 )
+from pidcfg.sim.controllers.nextopid.wires import value_of
 from pidcfg.sim.terms import single
 
 F = np.float32
@@ -693,3 +698,43 @@ def test_a_decision_is_named_where_it_is_carried_out(decision):
     modules = sorted(m for m in folder.glob("*.py") if m.name != "decisions.py")
 
     assert f"D{decision.number}" in "".join(m.read_text("utf-8") for m in modules)
+
+
+@pytest.mark.parametrize(
+    ("indep", "time", "integrates"),
+    [(True, 0, False), (True, 0.0005, True), (False, 0, False), (False, 0.0005, False), (False, 0.001, True)],
+)
+def test_a_gain_of_0_and_a_time_that_is_too_short_are_no_integral(indep, time, integrates):
+    gains = GAINS.replace("Ti_Ki: 10.0", f"Ti_Ki: {time}, Indep: {str(indep).lower()}")
+    text = f"""
+loops:
+  - {{name: A, type: PIDA_REAL, SP: 1, {gains}}}
+blocks:
+  - {{name: F, type: ControlLowFilter, InVar: A.MV, Tc: 5}}
+"""
+    plc = plc_of(text)
+
+    assert plc.integrates(0, plc.sig) == integrates
+    assert plc.check_input("F.Tc", 7) == 7
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "content"),
+    [
+        (BOOL, 0.0, False),
+        (BOOL, 1.0, True),
+        (REAL, math.nan, 0.0),
+        (REAL, 1.5, 1.5),
+        (INT, 3.0, 3),
+        (TIME, 1.5, "T#1500ms"),
+    ],
+)
+def test_a_register_holds_what_the_block_has(kind, value, content):
+    assert content_of_number(kind, value) == content
+
+
+def test_a_wire_reads_its_signals_and_constants():
+    code = [grammar.SIGNAL, 1, grammar.CONSTANT, 2.5, grammar.MULTIPLY, 0, grammar.SIGNAL, 0, grammar.SUBTRACT, 0]
+    aux = [float(len(code) + 1), *map(float, code), *[0.0] * 4]
+
+    assert value_of(aux, 1, len(code) + 1, [3.0, 8.0]) == 17.0

@@ -9,6 +9,7 @@ from itertools import pairwise
 import pytest
 
 from pidcfg.sim.events import in_words
+from pidcfg.sim.recording import KEPT, POINTS, Recording
 from pidcfg.sim.run import Settings, UnusableError, simulate
 from scenario_rig import Controller, rows, run, scenario
 
@@ -559,3 +560,31 @@ def test_a_sample_rate_that_changes_between_events_is_said(monkeypatch):
     assert [p.message for p in report.problems] == [
         "by 10 s: the sample rate of A, 1.5 s, is no multiple of the step, 1 s"
     ]
+
+
+def test_progress_ends_with_the_whole_run():
+    shares = []
+    simulate(scenario(FOLLOW), Controller.load, Controller, Settings("python", progress=shares.append))
+
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_an_expectation_about_the_end_says_so():
+    report, _ = run(FOLLOW + "expect:\n  - {signal: x, final: 3.4, tolerance: 0.5}\n")
+    assert report.expectations[0].text == "x 3.4 ± 0.5 at the end"
+
+
+def test_an_alarm_at_the_first_base_step_has_come():
+    text = FOLLOW + "events: [{at: 0, loop: A, set: {limit: -1}}]\nexpect:\n"
+    report, _ = run(text + "  - {loop: A, alarm: high, at: 0}\n  - {loop: A, alarm: high, never: true}\n")
+
+    assert [(v.passed, v.value) for v in report.expectations] == [(True, 0), (False, 0)]
+
+
+@pytest.mark.parametrize(("steps", "group"), [(1, 1), (POINTS, 1), (POINTS + 1, KEPT + 1)])
+def test_a_recording_keeps_every_base_step_until_they_are_too_many(steps, group):
+    recording = Recording()
+    recording.begin(["A.PV"], steps, 0.1)
+
+    assert recording.group == group

@@ -262,3 +262,22 @@ def test_a_plc_without_ramp_soak_refuses_it():
     plc.commands = plc.commands | {"ramp_soak": ()}
     found = prepare(scenario("events: [{at: 1, loop: A, ramp_soak: start}]\n" + WIRED), plc).problems
     assert (("events", 0, "ramp_soak"), "this PLC has no ramp/soak") in [(p.path, p.message) for p in found]
+
+
+@pytest.mark.parametrize("event", ["{at: 1, loop: A, mode: auto, pv: 3}", "{at: 1}"])
+def test_an_event_of_no_or_two_actions_is_marked_at_its_beginning(event):
+    (found,) = (
+        p
+        for p in prepare(scenario(WIRED + f"events: [{event}]\n"), Controller.load()).problems
+        if p.path[0] == "events"
+    )
+    assert found.key
+
+
+@pytest.mark.parametrize(("flag", "count", "told"), [(0, 2, False), (4, 9, True), (4, None, False)])
+def test_a_set_up_error_is_told_where_the_scenario_gives_the_number_of_loops(flag, count, told):
+    plc = Controller.load()
+    plc.flags["V1"] = flag
+    option = "" if count is None else f"plc: {{number_of_loops: {count}}}\n"
+
+    assert any(p.path == ("plc", "number_of_loops") for p in prepare(scenario(WIRED + option), plc).problems) == told

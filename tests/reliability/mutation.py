@@ -181,8 +181,9 @@ def left_of(package: str) -> Figures:
 def chosen(package: str, options: argparse.Namespace) -> Iterable[Mutant]:
     """The mutants of a package in the order of the seed, or those that were left, or those of a line."""
     if options.again:
-        left = figures.kept()[f"mutants-{package}"]["left"]
-        return [mutant for mutant in drawn(package, options.seed) if mutant.is_in(left)]
+        kept = figures.kept()[f"mutants-{package}"]
+        before = islice(valid(drawn(package, kept["seed"])), sum(kept["ends"].values()))
+        return [mutant for mutant in before if mutant.is_in(kept["left"])]
     if not options.only:
         done = sum(figures.kept()[f"mutants-{package}"]["ends"].values()) if options.on else 0
         return islice(valid(drawn(package, options.seed)), done, None)
