@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).with_name("figures")
-SUMMED = frozenset({"examples", "codecs", "words", "kills"})
+SUMMED = frozenset({"examples", "codecs", "words", "guided", "kills"})
 """Parts of which every run is kept, one for each seed; of the others the last one."""
 
 

@@ -37,6 +37,7 @@ def _sections(kept: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
         ("Changed examples", "examples", _examples),
         ("Changed listings", "codecs", _codecs),
         ("Words of every register", "words", _words),
+        ("Inputs that grow towards new branches", "guided", _guided),
         ("Commands that are ended", "kills", _kills),
         ("Faults of the machine", "faults", _faults),
         ("Time and memory by the size of the input", "growth", _growth),
@@ -118,6 +119,19 @@ def _words(found: Mapping[str, Any]) -> str:
         "A field of up to 16 bits gets every word, a wider one drawn patterns and made ones. True of every one: a\n"
         "word that decodes encodes to itself (−0 to 0, of several codes of one choice the first), and a number goes\n"
         "to the nearest word, of two the even one."
+    )
+
+
+def _guided(found: Mapping[str, Any]) -> str:
+    rows = (
+        (name, f"{row['executions']:,}", f"{row['seconds'] / 60:.1f} min", row["new"], f"{row['quiet'] / 60:.1f} min")
+        for name, row in found["targets"].items()
+    )
+    head = ("reader", "executions", "time", "inputs kept for a new branch", "of the time without one, at the end")
+    return (
+        f"{_table(('what', 'figure'), (_run(found), _wrong(found)))}\n\n{_table(head, rows)}\n\n"
+        "Coverage-guided (atheris). True of every one: only declared errors, within 20 s and 1 GB; a configuration\n"
+        "without an error encodes."
     )
 
 

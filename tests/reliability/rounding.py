@@ -130,7 +130,7 @@ class Singles:
             return Decimal(half.numerator) / Decimal(half.denominator) * rng.choice((1, -1))
         if rng.randrange(2):
             return Decimal(f"{rng.uniform(-1e4, 1e4):.{rng.randrange(12)}f}")
-        return Decimal(f"{rng.random()}E{rng.randint(-46, 39)}")
+        return Decimal(f"{rng.random():.17f}E{rng.randint(-46, 39)}")
 
     @staticmethod
     def is_nearest(value: Decimal, word: int) -> bool:

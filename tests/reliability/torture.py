@@ -1,7 +1,7 @@
 """``python tasks.py torture [PART ...] [--minutes N]``: throw at pidcfg what means harm, and write the page.
 
-Without a part all run that need nothing but this machine and pidcfg: `against` wants other tools. Each part keeps its
-figures beside this file when it ends.
+Without a part all run that need nothing but this machine and pidcfg: `against` wants other tools, `guided` atheris in
+a Python of its own. Each part keeps its figures beside this file when it ends.
 ``docs/reliability.md`` is written from the figures of all parts.
 """
 
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from reliability import codecs, copies, faults, figures, fuzz, growth, hostile, kills, others, words
+from reliability import codecs, copies, faults, figures, fuzz, growth, guided, hostile, kills, others, words
 from reliability.page import PAGE, page
 
 if TYPE_CHECKING:
@@ -116,6 +116,7 @@ PARTS: dict[str, Callable[[argparse.Namespace, float], dict[str, Any]]] = {
     "examples": changed_examples,
     "codecs": changed_listings,
     "words": register_words,
+    "guided": lambda options, end: guided.run_all(options.seed, end - time.monotonic()),
     "kills": ended_commands,
     "faults": lambda *_: faults.run_all(),
     "growth": lambda *_: growth.run_all(),
@@ -134,7 +135,7 @@ def main(arguments: list[str]) -> int:
     options = parser.parse_args(arguments)
     os.environ["PIDCFG_CACHE_DIR"] = __file__
     failures = []
-    parts = options.parts or [part for part in PARTS if part != "against"]
+    parts = options.parts or [part for part in PARTS if part not in {"against", "guided"}]
     for part in parts:
         begin = cpu()
         found = PARTS[part](options, time.monotonic() + 60 * options.minutes / len(parts))
