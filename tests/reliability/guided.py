@@ -1,6 +1,6 @@
 """Inputs that grow towards branches that none has reached (atheris, libFuzzer), for every reader of pidcfg.
 
-``python tests/reliability/guided.py TARGET SECONDS SEED FIGURES`` runs one reader in a process that has atheris;
+``python tests/reliability/guided.py TARGET END SEED FIGURES`` runs one reader in a process that has atheris;
 `run_all` runs each with the Python that PIDCFG_ATHERIS names, or this one. The sound files of `reliability.hostile` are
 what it begins with, and their words its dictionary. What is raised and not declared is a finding, told with its input;
 libFuzzer itself ends a reader that takes 20 s or 1 GB, which is one too.
@@ -17,85 +17,25 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from reliability.readers import TARGETS, reader, seeds
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 TESTS = Path(__file__).parents[1]
-VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic")
-TARGETS = ("yaml", "configuration", "scenario", "settings", "expression", "sheet", "record", *VENDORS)
 LONGEST, SLOWEST, LARGEST = 4096, 20, 1024
 """Bytes of an input; seconds and MB that one may take."""
 KEPT_EVERY = 5.0
 SHOWN = 300
 WORD = re.compile(rb"[A-Za-z_][A-Za-z0-9_.]{2,24}")
-NEW = re.compile(r"#\d+\s+(?:NEW|REDUCE)\s")
-Reader = Callable[[bytes], object]
+NEW = re.compile(r"#\d+\s+NEW\s")
 
 
-def reader(target: str) -> tuple[Reader, tuple[type[Exception], ...]]:
-    """What reads the input of a target, and what it may raise."""
-    import click
-
-    from pidcfg import api
-    from pidcfg.cli.findings import settings
-    from pidcfg.limits import DEFAULT
-    from pidcfg.schemas import expressions
-    from pidcfg.sheets.read import SheetFaultsError, from_sheet
-    from pidcfg.source import read_document
-    from pidcfg.tuning.record import identified
-
-    names = {"demand": 0, "FIC-102.PV": 1, "x": 2}
-
-    def configuration(data: bytes) -> None:
-        if api.check(data, name="m.yaml").ok:
-            assert api.encode(data, "json", name="m.yaml").ok, "what validates does not encode"
-
-    def listing(data: bytes) -> None:
-        result = api.decode(data, target, name="m.txt")
-        if result.ok:
-            api.encode(result.text, "json", name="m.yaml", allow_errors=True)
-
-    readers: dict[str, tuple[Reader, tuple[type[Exception], ...]]] = {
-        "yaml": (lambda data: read_document(data, "m.yaml"), ()),
-        "configuration": (configuration, ()),
-        "scenario": (lambda data: api.check(data, name="m.yaml", files={}), ()),
-        "settings": (lambda data: settings._loaded(Path("pidcfg.toml"), "pidcfg.toml", data), (click.ClickException,)),
-        "expression": (
-            lambda data: expressions.parse(data.decode("utf-8", "replace"), names),
-            (expressions.ExpressionError,),
-        ),
-        "sheet": (lambda data: from_sheet(data, "m.csv", None, DEFAULT), (SheetFaultsError,)),
-        "record": (lambda data: identified(data, "m.csv", DEFAULT), (ValueError,)),
-    }
-    return readers.get(target, (listing, ()))
-
-
-def seeds(target: str) -> list[bytes]:
-    """Sound inputs of a target."""
-    from pidcfg.sheets.write import as_csv
-    from pidcfg.source import read_document
-    from pidcfg.vendors import VENDORS as TABLE
-    from reliability import hostile
-
-    if target == "expression":
-        return [b"FIC-102.PV + min(demand, 10) - sqrt(4) / (1 + abs(-3))", b"demand * 2", b"0.5 * (x - 1e3)"]
-    sound = {kind: data for kind, (data, _) in hostile.sources().items()}
-    if target == "sheet":
-        documents = [(vendor, read_document(sound[f"{vendor}.yaml"], "m.yaml")) for vendor in VENDORS]
-        return [as_csv(document, TABLE[vendor]).encode() for vendor, document in documents]
-    wanted = {
-        "yaml": [kind for kind in sound if kind.endswith(".yaml")],
-        "configuration": [f"{vendor}.yaml" for vendor in VENDORS],
-        "scenario": ["a.scenario.yaml"],
-        "settings": ["pidcfg.toml"],
-        "record": ["record.csv"],
-    }
-    return [sound[kind] for kind in wanted.get(target, [kind for kind in sound if kind.startswith(f"{target}-")])]
-
-
-def fuzz(target: str, seconds: int, seed: int, figures: Path) -> None:
-    """Runs one target in this process, and does not return."""
+def fuzz(target: str, end: float, seed: int, figures: Path) -> None:
+    """Runs one target in this process until ``end`` of `time.time`, and does not return."""
     import atheris
 
     with atheris.instrument_imports(include=["pidcfg"]):
@@ -120,6 +60,7 @@ def fuzz(target: str, seconds: int, seed: int, figures: Path) -> None:
             if where not in known:
                 known.add(where)
                 found["failures"].append(f"{target}: {where}: {error!s:.{SHOWN}}: {data!r}")
+                kept = 0.0
         if time.monotonic() > kept + KEPT_EVERY:
             kept = time.monotonic()
             figures.write_text(json.dumps(found), "utf-8")
@@ -131,29 +72,36 @@ def fuzz(target: str, seconds: int, seed: int, figures: Path) -> None:
     words = sorted({word for data in seeds(target) for word in WORD.findall(data)})
     dictionary = figures.with_suffix(".dict")
     dictionary.write_text("".join(f'"{word.decode()}"\n' for word in words), "utf-8")
-    options = {"seed": seed, "max_total_time": seconds, "timeout": SLOWEST, "rss_limit_mb": LARGEST}
+    options = {
+        "seed": seed,
+        "max_total_time": max(1, int(end - time.time())),
+        "timeout": SLOWEST,
+        "rss_limit_mb": LARGEST,
+    }
     options |= {"max_len": max(LONGEST, *(len(data) for data in seeds(target))), "print_final_stats": 1}
     options |= {"dict": dictionary, "artifact_prefix": f"{figures.parent}/{target}-"}
     atheris.Setup([target, str(folder), *(f"-{key}={value}" for key, value in options.items())], once)
     atheris.Fuzz()
 
 
-def run_all(seed: int, seconds: float) -> dict[str, Any]:
-    """Every target with its share of the time."""
-    python = os.environ.get("PIDCFG_ATHERIS", sys.executable)
+def run_all(seed: int, seconds: float, keep: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
+    """Every target with its share of the time; what is found is kept after each."""
+    python, end = os.environ.get("PIDCFG_ATHERIS", sys.executable), time.time() + seconds
     if subprocess.run([python, "-c", "import atheris"], capture_output=True, check=False).returncode:
         sys.exit("guided: PIDCFG_ATHERIS names no Python that has atheris")
     found: dict[str, Any] = {"targets": {}, "failures": []}
     with tempfile.TemporaryDirectory() as folder:
-        for target in TARGETS:
-            row, failures = _run(python, target, int(seconds / len(TARGETS)), seed, Path(folder) / f"{target}.json")
+        for left, target in zip(range(len(TARGETS), 0, -1), TARGETS, strict=True):
+            share = time.time() + (end - time.time()) / left
+            row, failures = _run(python, target, share, seed, Path(folder) / f"{target}.json")
             found["targets"][target] = row
             found["failures"] += failures
+            keep(found)
     return found
 
 
-def _run(python: str, target: str, seconds: int, seed: int, figures: Path) -> tuple[dict[str, float], list[str]]:
-    command = [python, __file__, target, str(seconds), str(seed), str(figures)]
+def _run(python: str, target: str, until: float, seed: int, figures: Path) -> tuple[dict[str, float], list[str]]:
+    command = [python, __file__, target, str(until), str(seed), str(figures)]
     path = os.pathsep.join((str(TESTS.parent / "src"), str(TESTS)))
     begin, last = time.monotonic(), time.monotonic()
     with subprocess.Popen(
@@ -181,5 +129,4 @@ def _run(python: str, target: str, seconds: int, seed: int, figures: Path) -> tu
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, str(TESTS))
-    fuzz(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))
+    fuzz(sys.argv[1], float(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))

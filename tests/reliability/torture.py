@@ -101,6 +101,16 @@ def _batch(rig: Any, total: Any, numbers: range) -> None:
         sys.stdout.flush()
 
 
+def guided_inputs(options: argparse.Namespace, end: float) -> dict[str, Any]:
+    """Inputs that grow towards new branches, for every reader."""
+    begin = cpu()
+
+    def keep(found: dict[str, Any]) -> None:
+        figures.keep("guided", {"seed": options.seed, "cpu": cpu() - begin, **found})
+
+    return guided.run_all(options.seed, end - time.monotonic(), keep)
+
+
 def ended_commands(options: argparse.Namespace, end: float) -> dict[str, Any]:
     """Writing commands that are ended at random moments."""
     found = kills.Kills()
@@ -116,7 +126,7 @@ PARTS: dict[str, Callable[[argparse.Namespace, float], dict[str, Any]]] = {
     "examples": changed_examples,
     "codecs": changed_listings,
     "words": register_words,
-    "guided": lambda options, end: guided.run_all(options.seed, end - time.monotonic()),
+    "guided": guided_inputs,
     "kills": ended_commands,
     "faults": lambda *_: faults.run_all(),
     "growth": lambda *_: growth.run_all(),
