@@ -5,8 +5,8 @@ from __future__ import annotations
 from hypothesis import strategies as st
 
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
+from pidcfg.encoders.singles import single_bits
 from pidcfg.encoders.spaces import BIT
-from pidcfg.encoders.words import single_bits
 from pidcfg.schemas.click import ClickFile
 
 

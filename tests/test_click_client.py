@@ -17,7 +17,7 @@ from click_strategies import configurations
 from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.click.files import FORMATS
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
-from pidcfg.encoders.words import single_bits
+from pidcfg.encoders.singles import single_bits
 from pidcfg.schemas.click import ClickFile
 from pidcfg.source import read_document
 

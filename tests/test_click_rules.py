@@ -15,7 +15,7 @@ from pyclickplc.validation import FORBIDDEN_CHARS, NICKNAME_MAX_LENGTH, validate
 from click_cases import changed, checked, codes, findings
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import ERRORS, SPACE, SUFFIXES, TABLES
-from pidcfg.encoders.words import single_bits
+from pidcfg.encoders.singles import single_bits
 from pidcfg.sim.controllers.click.errors import lowest_error
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document

@@ -14,7 +14,8 @@ from pidcfg import api
 from pidcfg.encoders.dpide.decode import decode
 from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
-from pidcfg.encoders.words import DecodeError, single_bits
+from pidcfg.encoders.singles import single_bits
+from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.dpide import DpideFile, Loop
 from pidcfg.schemas.dpide_devices import BLOCK, WORD, Devices, Place, place_of
 from pidcfg.schemas.iec import BOOL, DINT, Timed, Wire

@@ -301,6 +301,20 @@ def test_the_command_line_sets_the_handlers_and_the_api_does_not():
     assert shown.stdout.strip() == "True"
 
 
+@pytest.mark.parametrize(
+    ("code", "printed"), [(130, "said registered"), (143, "said registered"), (2, "said registered apart")]
+)
+def test_an_ended_command_does_not_wait_until_it_is_taken_apart(code, printed):
+    end = (
+        "import atexit, sys\nfrom pidcfg import __main__ as program\nfrom pidcfg.cli import main\n"
+        "class Last:\n    def __del__(self): sys.stdout.write('apart')\n"
+        f"def run(): print('said'); sys.exit({code})\n"
+        "atexit.register(print, 'registered', flush=True)\nmain.main, last = run, Last()\nprogram.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", end], env=environment(), capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.split()) == (code, printed.split())
+
+
 @POSIX
 @pytest.mark.parametrize(("words", "code"), [(["validate", "none.yaml"], 2), (["--version"], 0)])
 def test_a_signal_at_the_very_end_changes_nothing(tmp_path, words, code):

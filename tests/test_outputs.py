@@ -59,6 +59,45 @@ def state(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("encode", "oven.yaml"),
+        ("convert", "oven.yaml", "--to", "generic", "--allow-loss"),
+        ("decode", "words.csv", "--vendor", "dl06"),
+        ("export", "oven.yaml"),
+        ("init", "--vendor", "click"),
+        ("schema", "dl06"),
+    ],
+)
+def test_a_dash_is_standard_output(folder, words):
+    before = state(folder)
+    printed = run(*words, "-o", "-")
+    assert (printed.exit_code, printed.stdout) == (0, run(*words).stdout)
+    assert printed.stdout
+    assert state(folder) == before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("certify", "s.yaml", "--resume", "-"),
+        ("simulate", "s.yaml", "--trend", "-"),
+        ("report", "oven.yaml", "--tables", "-"),
+        ("report", "oven.yaml", "--xlsx", "-"),
+        ("validate", "oven.yaml", "--create-baseline", "--baseline", "-"),
+        ("validate", "oven.yaml", "--report-output", "json=-"),
+    ],
+)
+def test_a_dash_is_no_file_where_only_a_file_will_do(folder, words):
+    before = sorted(folder.iterdir())
+    result = run(*words)
+    assert result.exit_code == Exit.UNUSABLE
+    assert "Error: Invalid value for" in result.stderr
+    assert result.stdout == ""
+    assert sorted(folder.iterdir()) == before
+
+
 # --- inputs ----------------------------------------------------------------------------------------------------------
 
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from living_rig import GOOD
-from reliability import codecs, copies, faults, figures, fuzz, growth, hostile, kills, mutants
+from reliability import codecs, copies, faults, figures, fuzz, growth, hostile, kills, mutants, rounding, words
 from reliability.mutation import Runner, valid
 from reliability.page import PAGE, page
 from reliability.reached import importing_files
@@ -204,3 +204,45 @@ def test_a_part_that_was_not_run_is_told_and_a_failure_counts():
     kept = figures.kept()
     worse = {**kept, "examples": {**kept["examples"], "failures": ["x"]}}
     assert page(worse) != page(kept)
+
+
+@pytest.fixture(scope="module")
+def every_field():
+    return words.Words(SEED)
+
+
+def test_words_of_every_field_come_back_and_numbers_go_to_the_nearest(every_field, monkeypatch):
+    monkeypatch.setattr(words, "WORDS", range(0, 0x10000, 4093))
+    monkeypatch.setattr(words, "MADE", words.MADE[::500])
+    monkeypatch.setattr(words, "PATTERNS", 2)
+    monkeypatch.setattr(rounding, "DRAWN", 2)
+    every_field.found = words.Found()
+    for number in range(len(every_field.fields)):
+        every_field.run(number)
+    assert every_field.found.failures == []
+    assert every_field.found.fields == len(every_field.fields) > 700
+
+
+@pytest.mark.parametrize(
+    ("field", "place", "broken"),
+    [
+        ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.words.bcd_word", lambda digits: digits),
+        ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.words.nearest", int),
+        ("dl06 Loop table (32 words a loop) setpoint", "pidcfg.encoders.scales.nearest", int),
+        ("click Floats (25 consecutive DF) pv_high", "pidcfg.encoders.singles._to_odd", float),
+        ("dl06 V address", "pidcfg.encoders.spaces.Bank.name", lambda bank, n: f"{bank.prefix}{n}"),
+        ("literal of REAL", "pidcfg.encoders.st.text.st_real", "{:.6f}".format),
+        ("literal of INT", "pidcfg.encoders.parameters.store", lambda _, value: abs(int(value))),
+    ],
+)
+def test_a_codec_that_is_wrong_is_seen(every_field, field, place, broken, monkeypatch):
+    monkeypatch.setattr(words, "WORDS", range(0, 0x10000, 257))
+    monkeypatch.setattr(words, "PATTERNS", 20)
+    monkeypatch.setattr(words, "MADE", words.MADE[::100])
+    monkeypatch.setattr(rounding, "DRAWN", 200)
+    monkeypatch.setattr(place, broken)
+    every_field.found = words.Found()
+    for number, each in enumerate(every_field.fields):
+        if each.name.startswith(field):
+            every_field.run(number)
+    assert every_field.found.failures

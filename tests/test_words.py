@@ -13,6 +13,7 @@ from pidcfg.encoders.dl06.codecs import Source
 from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE
 from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.scales import Scale
+from pidcfg.encoders.singles import Single, single_bits
 from pidcfg.encoders.spaces import BIT, INT16, SINGLE, WORD
 from pidcfg.encoders.words import (
     FLAG,
@@ -22,9 +23,7 @@ from pidcfg.encoders.words import (
     EncodeError,
     Implied,
     SignMagnitude,
-    Single,
     nearest,
-    single_bits,
 )
 from pidcfg.schemas.base import Quantity
 
@@ -245,6 +244,11 @@ def test_single_precision_shows_the_shortest_decimal_that_means_the_same(value):
         ("16777217", 0x4B800000),
         ("16777219", 0x4B800002),
         ("-0.5", 0xBF000000),
+        ("1.000000059604644775390625", 0x3F800000),  # half way
+        ("1.00000005960464477539062501", 0x3F800001),  # and more, which a double does not see
+        ("1.000000178813934326171875", 0x3F800002),
+        ("1.00000017881393432617187499", 0x3F800001),
+        ("-1.00000005960464477539062501", 0xBF800001),
     ],
 )
 def test_single_precision_rounds_to_the_nearest_ties_to_even(text, raw):

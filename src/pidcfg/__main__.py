@@ -2,7 +2,7 @@
 
 import sys
 
-INTERRUPTED = 130
+INTERRUPTED, TERMINATED = 130, 143
 
 
 def main() -> None:
@@ -11,7 +11,25 @@ def main() -> None:
         from pidcfg.cli.main import main as run
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
-    run()
+    try:
+        run()
+    except SystemExit as end:
+        if end.code in {INTERRUPTED, TERMINATED}:
+            _leave(end.code)
+        raise
+
+
+def _leave(code: int) -> None:
+    """Ends the process at once: taking a large run or compiled kernels apart takes longer than to stop the run."""
+    import atexit
+    import os
+    from contextlib import suppress
+
+    atexit._run_exitfuncs()  # noqa: SLF001 - what Python does first, too; temporary files are removed there
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError, AttributeError):
+            stream.flush()
+    os._exit(code)
 
 
 if __name__ == "__main__":

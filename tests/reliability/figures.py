@@ -1,4 +1,7 @@
-"""The figures of the programme, a file each part: what its last run found. The page is written from them alone."""
+"""The figures of the programme, a file each part. The page is written from them alone.
+
+What is tried with random numbers is tried often: such a part keeps every run, and the page has their sum.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +10,48 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).with_name("figures")
+SUMMED = frozenset({"examples", "codecs", "words", "guided", "kills"})
+"""Parts of which every run is kept, one for each seed; of the others the last one."""
 
 
 def kept() -> dict[str, Any]:
-    """The figures of all parts that were run."""
-    return {path.stem: json.loads(path.read_text("utf-8")) for path in sorted(FOLDER.glob("*.json"))}
+    """The figures of all parts that were run, added where every run is kept."""
+    return {path.stem: total(_read(path)) if path.stem in SUMMED else _read(path) for path in _paths()}
 
 
-def keep(part: str, found: object) -> None:
-    """The figures of one part in place of its earlier ones."""
+def runs(part: str) -> list[dict[str, Any]]:
+    """The runs of a part of which every run is kept."""
+    path = FOLDER / f"{part}.json"
+    return _read(path) if path.exists() else []
+
+
+def keep(part: str, found: dict[str, Any]) -> None:
+    """The figures of a run in place of those of the same seed, or of the part's earlier run."""
     FOLDER.mkdir(exist_ok=True)
-    (FOLDER / f"{part}.json").write_text(json.dumps(found, indent=1, sort_keys=True) + "\n", "utf-8")
+    every = [*(run for run in runs(part) if run["seed"] != found["seed"]), found] if part in SUMMED else found
+    (FOLDER / f"{part}.json").write_text(json.dumps(every, indent=1, sort_keys=True) + "\n", "utf-8")
+
+
+def total(every: list[dict[str, Any]]) -> dict[str, Any]:
+    """Runs as one: numbers and counts added, what was found in one list, the seeds in a row."""
+    found: dict[str, Any] = {}
+    for run in every:
+        found = _added(found, {**run, "seed": [run["seed"]]})
+    return {**found, "seed": ", ".join(map(str, sorted(found["seed"])))}
+
+
+def _added(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """The values of two sides by name; one without a name leaves the other's value."""
+    return {**one, **{name: _sum(one[name], value) if name in one else value for name, value in other.items()}}
+
+
+def _sum(one: Any, other: Any) -> Any:
+    return _added(one, other) if isinstance(one, dict) else one + other
+
+
+def _paths() -> list[Path]:
+    return sorted(FOLDER.glob("*.json"))
+
+
+def _read(path: Path) -> Any:
+    return json.loads(path.read_text("utf-8"))

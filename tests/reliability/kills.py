@@ -7,6 +7,7 @@ process of its own, which is ended while it loads, too. What the new file is a r
 
 from __future__ import annotations
 
+import atexit
 import os
 import random
 import signal
@@ -116,6 +117,7 @@ def started(words: tuple[str, ...], folder: Path, *, alone: bool = False) -> int
 
 def _be_the_command(words: tuple[str, ...], folder: Path) -> NoReturn:
     code = 3
+    atexit._clear()  # what this process does at its end is none of the copy's business
     try:
         for number in (signal.SIGTERM, signal.SIGVTALRM):
             signal.signal(number, signal.SIG_DFL)

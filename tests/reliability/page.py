@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from reliability import growth, hostile, others
+from reliability import growth, hostile, kills, others
 from reliability.mutants import PACKAGES, equal
 
 if TYPE_CHECKING:
@@ -16,8 +16,8 @@ HEAD = """\
 # Reliability
 
 What was thrown at pidcfg, and what came of it. `python tasks.py torture` runs the programme, or parts of it, and
-`python tasks.py mutants` puts faults into the code; each part keeps the figures of its last run, and this page is
-written from them. It says what was found beside what was tried.
+`python tasks.py mutants` puts faults into the code; each part keeps its figures, of all runs where seeds
+differ, and this page is written from them. It says what was found beside what was tried.
 """
 NOT_RUN = "This part was not run yet."
 KILLED = ("failed", "time")
@@ -36,6 +36,8 @@ def _sections(kept: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
         ("Hostile files", "hostile", _hostile),
         ("Changed examples", "examples", _examples),
         ("Changed listings", "codecs", _codecs),
+        ("Words of every register", "words", _words),
+        ("Inputs that grow towards new branches", "guided", _guided),
         ("Commands that are ended", "kills", _kills),
         ("Faults of the machine", "faults", _faults),
         ("Time and memory by the size of the input", "growth", _growth),
@@ -51,8 +53,8 @@ def _table(head: tuple[str, ...], rows: Iterable[Iterable[object]]) -> str:
 
 
 def _run(found: Mapping[str, Any]) -> tuple[str, str]:
-    cpu = found["cpu"]
-    return "seed; CPU", f"{found['seed']}; {cpu / 60:.1f} min"
+    minutes = found["cpu"] / 60
+    return "seeds; CPU", f"{found['seed']}; " + (f"{minutes:.1f} min" if minutes < 60 else f"{minutes / 60:.1f} h")
 
 
 def _wrong(found: Mapping[str, Any]) -> tuple[str, int]:
@@ -103,11 +105,41 @@ def _codecs(found: Mapping[str, Any]) -> str:
     )
 
 
+def _words(found: Mapping[str, Any]) -> str:
+    rows = (
+        _run(found),
+        ("fields of all tables, listings, addresses and literals, each as often as it was run", f"{found['fields']:,}"),
+        ("decoded or encoded", f"{found['executions']:,}"),
+        ("words that mean nothing, refused with a declared error", f"{found['refused']:,}"),
+        ("numbers that were encoded", f"{found['rounded']:,}"),
+        _wrong(found),
+    )
+    return (
+        f"{_table(('what', 'figure'), rows)}\n\n"
+        "A field of up to 16 bits gets every word, a wider one drawn patterns and made ones. True of every one: a\n"
+        "word that decodes encodes to itself (−0 to 0, of several codes of one choice the first), and a number goes\n"
+        "to the nearest word, of two the even one."
+    )
+
+
+def _guided(found: Mapping[str, Any]) -> str:
+    rows = (
+        (name, f"{row['executions']:,}", f"{row['seconds'] / 60:.1f} min", row["new"], f"{row['quiet'] / 60:.1f} min")
+        for name, row in found["targets"].items()
+    )
+    head = ("reader", "executions", "time", "inputs kept for a new branch", "of the time without one, at the end")
+    return (
+        f"{_table(('what', 'figure'), (_run(found), _wrong(found)))}\n\n{_table(head, rows)}\n\n"
+        "Coverage-guided (atheris). True of every one: only declared errors, within 20 s and 1 GB; a configuration\n"
+        "without an error encodes."
+    )
+
+
 def _kills(found: Mapping[str, Any]) -> str:
     ended = ", ".join(f"{count} by {name}" for name, count in sorted(found["ended"].items()))
     rows = (
         _run(found),
-        ("commands; ended at a random moment", f"{found['commands']}; {sum(found['ended'].values())}: {ended}"),
+        ("commands; ended at a random moment", f"{len(kills.COMMANDS)}; {sum(found['ended'].values())}: {ended}"),
         ("at their end before", found["finished"]),
         ("run again after SIGKILL, and nothing of the first one left", found["cleaned"]),
         ("files neither old nor new; left behind; other exit codes", len(found["failures"])),

@@ -1,7 +1,7 @@
 """``python tasks.py torture [PART ...] [--minutes N]``: throw at pidcfg what means harm, and write the page.
 
-Without a part all run that need nothing but this machine and pidcfg: `against` wants other tools. Each part keeps its
-figures beside this file when it ends.
+Without a part all run that need nothing but this machine and pidcfg: `against` wants other tools, `guided` atheris in
+a Python of its own. Each part keeps its figures beside this file when it ends.
 ``docs/reliability.md`` is written from the figures of all parts.
 """
 
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from reliability import codecs, copies, faults, figures, fuzz, growth, hostile, kills, others
+from reliability import codecs, copies, faults, figures, fuzz, growth, guided, hostile, kills, others, words
 from reliability.page import PAGE, page
 
 if TYPE_CHECKING:
@@ -63,8 +63,13 @@ def changed_listings(options: argparse.Namespace, end: float) -> dict[str, Any]:
     return _rows(codecs.Codecs(options.seed), "codecs", BATCH, options, end)
 
 
+def register_words(options: argparse.Namespace, end: float) -> dict[str, Any]:
+    """Words of every field there and back."""
+    return _rows(words.Words(options.seed), "words", 1, options, end)
+
+
 def _rows(rig: Any, part: str, size: int, options: argparse.Namespace, end: float) -> dict[str, Any]:
-    total, number, begin, kept = fuzz.Found(), 0, cpu(), time.monotonic()
+    total, number, begin, kept = type(rig.found)(), 0, cpu(), time.monotonic()
     while time.monotonic() < end:
         _batch(rig, total, range(number, number + size))
         number += size
@@ -74,11 +79,11 @@ def _rows(rig: Any, part: str, size: int, options: argparse.Namespace, end: floa
     return vars(total)
 
 
-def _batch(rig: Any, total: fuzz.Found, numbers: range) -> None:
+def _batch(rig: Any, total: Any, numbers: range) -> None:
     """Some numbers of a rig in a copy; one by one where they take too long together."""
 
     def work() -> dict[str, Any]:
-        rig.found = fuzz.Found()
+        rig.found = type(total)()
         for number in numbers:
             rig.run(number)
         return vars(rig.found)
@@ -88,12 +93,22 @@ def _batch(rig: Any, total: fuzz.Found, numbers: range) -> None:
         for number in numbers:
             _batch(rig, total, range(number, number + 1))
         return
-    slow = {"mutants": 1, "failures": [f"{rig.seed} {numbers[0]}: takes more than {MOST} s of CPU, or crashes"]}
+    slow = {"failures": [f"{rig.seed} {numbers[0]}: takes more than {MOST} s of CPU, or crashes"]}
     for key, value in (found or slow).items():
         setattr(total, key, getattr(total, key) + value)
     for failure in (found or slow)["failures"]:
         sys.stdout.write(f"{failure}\n")
         sys.stdout.flush()
+
+
+def guided_inputs(options: argparse.Namespace, end: float) -> dict[str, Any]:
+    """Inputs that grow towards new branches, for every reader."""
+    begin = cpu()
+
+    def keep(found: dict[str, Any]) -> None:
+        figures.keep("guided", {"seed": options.seed, "cpu": cpu() - begin, **found})
+
+    return guided.run_all(options.seed, end - time.monotonic(), keep)
 
 
 def ended_commands(options: argparse.Namespace, end: float) -> dict[str, Any]:
@@ -103,13 +118,15 @@ def ended_commands(options: argparse.Namespace, end: float) -> dict[str, Any]:
     while time.monotonic() < end and sum(found.ended.values()) < options.count:
         kills.run(found, options.seed, number)
         number += 1
-    return {**vars(found), "commands": len(kills.COMMANDS)}
+    return vars(found)
 
 
 PARTS: dict[str, Callable[[argparse.Namespace, float], dict[str, Any]]] = {
     "hostile": hostile_files,
     "examples": changed_examples,
     "codecs": changed_listings,
+    "words": register_words,
+    "guided": guided_inputs,
     "kills": ended_commands,
     "faults": lambda *_: faults.run_all(),
     "growth": lambda *_: growth.run_all(),
@@ -128,7 +145,7 @@ def main(arguments: list[str]) -> int:
     options = parser.parse_args(arguments)
     os.environ["PIDCFG_CACHE_DIR"] = __file__
     failures = []
-    parts = options.parts or [part for part in PARTS if part != "against"]
+    parts = options.parts or [part for part in PARTS if part not in {"against", "guided"}]
     for part in parts:
         begin = cpu()
         found = PARTS[part](options, time.monotonic() + 60 * options.minutes / len(parts))

@@ -120,8 +120,28 @@ MAP = click.option(
     help="The Modbus map of a PLC whose manual prints none, in place of the file's plc.map: rows such as "
     "R1,holding,0,uint16 (encode --format modbus-map writes them to be filled in).",
 )
+STANDARD_OUTPUT = "-"
+
+
+def or_standard_output(_ctx: click.Context, _param: click.Parameter, name: str | None) -> str | None:
+    """The name of a file; None where it is left out, or - stands for standard output."""
+    return None if name == STANDARD_OUTPUT else name
+
+
+def only_file(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
+    """The name of a file or a folder that standard output cannot be."""
+    if name == STANDARD_OUTPUT:
+        raise click.BadParameter("'-' is standard output; write a name", ctx, param)
+    return name
+
+
 OUT = click.option(
-    "-o", "--output", "out", type=click.Path(dir_okay=False), help="Write to a file, never over one that differs."
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(dir_okay=False),
+    callback=or_standard_output,
+    help="Write to a file, never over one that differs; - is standard output.",
 )
 FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differs.")
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.words import WORD_MAX, DecodeError, Single, single_bits
+from pidcfg.encoders.singles import Single, single_bits
+from pidcfg.encoders.words import WORD_MAX, DecodeError
 from pidcfg.refs import Decision
 from pidcfg.schemas.iec import time_seconds, time_text
 

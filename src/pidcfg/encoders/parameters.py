@@ -13,7 +13,8 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.encoders.regmap import Misfit
-from pidcfg.encoders.words import DecodeError, EncodeError, Single, single_value
+from pidcfg.encoders.singles import Single, single_value
+from pidcfg.encoders.words import DecodeError, EncodeError
 from pidcfg.schemas.iec import (
     AUTOTUNE_MODE,
     BOOL,

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.words import WORD_MAX, single_bits, single_value
+from pidcfg.encoders.singles import single_bits, single_value
+from pidcfg.encoders.words import WORD_MAX
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -7,10 +7,8 @@ neither ever guesses.
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Decimal
-from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pidcfg.schemas.base import EXACT
@@ -250,51 +248,3 @@ class Choice:
 
 
 FLAG = Choice({0: False, 1: True})
-
-
-def single_bits(value: float) -> int | None:
-    """The bits of the nearest single-precision number; None when there is no finite one."""
-    try:
-        return int.from_bytes(struct.pack(">f", value), "big") if isfinite(value) else None
-    except OverflowError:
-        return None
-
-
-def single_value(raw: int) -> float:
-    """The shortest decimal that means these single-precision bits, as a float: ``2.4``, not ``2.4000000953674316``."""
-    exact: float = struct.unpack(">f", raw.to_bytes(4, "big"))[0]
-    if not isfinite(exact):
-        return exact
-    return next(v for v in (float(f"{exact:.{digits}g}") for digits in range(1, 10)) if single_bits(v) == raw)
-
-
-@dataclass(frozen=True, slots=True)
-class Single:
-    """A single-precision number (IEEE 754), rounded to the nearest, ties to even."""
-
-    rounds: ClassVar[bool] = False
-
-    @property
-    def notation(self) -> str:
-        """How the register is written, for reference pages."""
-        return "float"
-
-    def encode(self, value: Decimal) -> int:
-        """A value to its bits; what is too large, or so small that it would become 0, is refused."""
-        bits = single_bits(float(value))
-        if bits is None:
-            raise EncodeError("range", "is outside the range of single precision", -LARGEST_SINGLE, LARGEST_SINGLE)
-        if value and not bits & 0x7FFFFFFF:
-            raise EncodeError("off", "rounds to 0 in single precision")
-        return 0 if bits == SINGLE_MINUS_ZERO else bits
-
-    def decode(self, raw: int) -> Decimal:
-        """Bits to the shortest decimal that means them."""
-        value = single_value(raw)
-        if not isfinite(value):
-            raise DecodeError(f"0x{raw:08X} is not a finite number")
-        return Decimal(repr(value))
-
-
-SINGLE_MINUS_ZERO = 0x80000000
-LARGEST_SINGLE = Decimal("3.4028234663852886E+38")

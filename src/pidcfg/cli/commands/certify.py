@@ -56,6 +56,7 @@ RATE_AFTER = 1.0
 @click.option(
     "--resume",
     type=click.Path(dir_okay=False),
+    callback=options.only_file,
     help="Keep in this file how far the samples have come, and continue there.",
 )
 @click.option(

@@ -37,10 +37,12 @@ EPILOG = options.examples(
 
 
 def _ending(*suffixes: str) -> Callable[[click.Context, click.Parameter, str | None], str | None]:
-    """Refuses a file name that promises another kind of file."""
+    """Refuses a file name that promises another kind of file; a page may go to standard output."""
 
     def checked(ctx: click.Context, param: click.Parameter, name: str | None) -> str | None:
-        if name not in {None, STDOUT} and Path(name or "").suffix.lower() not in suffixes:
+        if name == STDOUT and PAGE.endswith(suffixes):
+            return name
+        if name is not None and Path(name or "").suffix.lower() not in suffixes:
             ends = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}" if suffixes[1:] else suffixes[0]
             raise click.BadParameter(f"{name!r}; write a name that ends in {ends}", ctx, param)
         return name
@@ -66,7 +68,14 @@ def _field(name: str, what: str) -> options.Decorator:
 )
 @click.option("--full", is_flag=True, help="Print what is at its default, too, every word, and every signal.")
 @click.option("--sheet", is_flag=True, help="Instead of the report one sheet with all loops, for the cabinet's door.")
-@click.option("--tables", "--csv", "csv", metavar="FOLDER", help="Write the tables as CSV files into a folder.")
+@click.option(
+    "--tables",
+    "--csv",
+    "csv",
+    metavar="FOLDER",
+    callback=options.only_file,
+    help="Write the tables as CSV files into a folder.",
+)
 @click.option(
     "--xlsx", "xlsx", metavar="FILE", callback=_ending(".xlsx"), help="Write the tables as an Excel workbook."
 )

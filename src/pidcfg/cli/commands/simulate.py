@@ -57,6 +57,7 @@ DRAFTED = (
     "--csv",
     "csv",
     type=click.Path(dir_okay=False),
+    callback=options.only_file,
     help="Write the trend as CSV: time and one column a signal.",
 )
 @click.option(

@@ -65,7 +65,14 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 @options.MAP
 @plc_options.LIKE
 @plc_options.VENDOR
-@click.option("-o", "--output", "out", type=click.Path(dir_okay=False), help="The file; rows are in it at once.")
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(dir_okay=False),
+    callback=options.or_standard_output,
+    help="The file; rows are in it at once.",
+)
 @click.option("--for", "seconds", metavar="TIME", callback=_seconds, help="How long: 90, 10min; else until Ctrl-C.")
 @click.option(
     "--interval", type=float, default=1.0, show_default=True, metavar="SECONDS", help="Time between two rows."

@@ -11,9 +11,10 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.regmap import RegisterMap, Word
+from pidcfg.encoders.singles import Single
 from pidcfg.encoders.spaces import BIT, INT16, SINGLE, Bank, Space
 from pidcfg.encoders.tuned import TunedWords
-from pidcfg.encoders.words import FLAG, Choice, Implied, Single
+from pidcfg.encoders.words import FLAG, Choice, Implied
 from pidcfg.encoders.written import Written
 from pidcfg.refs import CLICK, CLICK_HELP, Decision
 from pidcfg.schemas import click as limits

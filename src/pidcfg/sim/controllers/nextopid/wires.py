@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.words import LARGEST_SINGLE
+from pidcfg.encoders.singles import LARGEST_SINGLE
 from pidcfg.refs import Decision
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
