@@ -8,11 +8,11 @@ neither ever guesses.
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Decimal
 from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from pidcfg.frozen import frozen
 from pidcfg.schemas.base import EXACT
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def bcd_digits(word: int) -> int:
     return int(text)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bcd:
     """Four BCD digits with an implied decimal point. ``off``: digits that switch it off, or do ``special``."""
 
@@ -110,7 +110,7 @@ class Bcd:
         return bcd_digits(word) * self.step
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Binary:
     """An unsigned binary word from 0 to ``high``."""
 
@@ -144,7 +144,7 @@ class Binary:
         return word
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pointer(Binary):
     """A word that holds the address of another one; 0 points nowhere."""
 
@@ -154,7 +154,7 @@ class Pointer(Binary):
         return name(word) if word else "none"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SignMagnitude:
     """A magnitude up to ``high`` with bit 15 as its sign; −0 and stray bits between are not values."""
 
@@ -186,7 +186,7 @@ class SignMagnitude:
         return -magnitude if word & SIGN else magnitude
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Implied:
     """A whole number with an implied point, ``least`` (negative: two's complement) to ``most``; `off` as `Bcd`."""
 
@@ -224,7 +224,7 @@ class Implied:
         return (word - 0x10000 if self.least < 0 and word & SIGN else word) * self.step
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Choice:
     """A switch: each of its two states by its value in the file."""
 
@@ -268,7 +268,7 @@ def single_value(raw: int) -> float:
     return next(v for v in (float(f"{exact:.{digits}g}") for digits in range(1, 10)) if single_bits(v) == raw)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Single:
     """A single-precision number (IEEE 754), rounded to the nearest, ties to even."""
 
