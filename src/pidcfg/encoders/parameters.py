@@ -83,8 +83,7 @@ class ParameterTable(NamedTuple):
         return next(row for row in self.rows if row.name == name)
 
 
-@frozen
-class Entry:
+class Entry(NamedTuple):
     """One parameter: its full name, its type, and its content, or the expression that it is wired to."""
 
     address: str
