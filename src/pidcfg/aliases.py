@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.document import Document, Node, span_of
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pidcfg.diagnostics import Diagnostic
     from pidcfg.paths import Path
 
-ANY_SIZE = Limits(*[1 << 40] * len(Limits.__slots__))
+ANY_SIZE = Limits(*[1 << 40] * len(fields(Limits)))
 """The text has been read within its limits before."""
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
+from functools import total_ordering
 from typing import TYPE_CHECKING
+
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from pidcfg.paths import Path
@@ -23,7 +25,8 @@ class Severity(IntEnum):
         return self.name.lower()
 
 
-@dataclass(frozen=True, slots=True, order=True)
+@total_ordering
+@frozen
 class Span:
     """Where something is written: 1-based lines and columns, the end exclusive."""
 
@@ -32,12 +35,20 @@ class Span:
     end_line: int
     end_column: int
 
+    def __lt__(self, other: Span) -> bool:
+        return (self.line, self.column, self.end_line, self.end_column) < (
+            other.line,
+            other.column,
+            other.end_line,
+            other.end_column,
+        )
+
 
 START = Span(1, 1, 1, 1)
 """The place of a finding that concerns a file as a whole."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Edit:
     """A text to be put in the place of another one."""
 
@@ -45,7 +56,7 @@ class Edit:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Diagnostic:
     """One finding, complete: what, where, how bad, what the PLC would do, and the cure."""
 

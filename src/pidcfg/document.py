@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import START, Diagnostic, Span
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from pidcfg.paths import Path
@@ -48,7 +49,7 @@ class Node:
         return None
 
 
-@dataclass(frozen=True)
+@frozen
 class Document:
     """A file as read: data, positions and what was wrong with its text."""
 

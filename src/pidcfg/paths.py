@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 Path = tuple[str | int, ...]
 """Keys and indices from the top of a file, or from a loop."""
-SEQUENCES = (list, tuple)
+CONTAINERS = (dict, list, tuple)
 
 
 @lru_cache(maxsize=4096)
@@ -32,12 +32,12 @@ def dotted(path: Sequence[str | int]) -> str:
 def value_at(data: Any, path: Sequence[str | int]) -> Any:
     """What stands at a path of plain data or of models; None where there is nothing."""
     for step in path:
-        if isinstance(data, dict):
-            data = data.get(step)
-        elif isinstance(data, SEQUENCES):
-            data = data[step] if isinstance(step, int) and step < len(data) else None
-        else:
+        if not isinstance(data, CONTAINERS):
             data = getattr(data, str(step), None)
+        elif isinstance(data, dict):
+            data = data.get(step)
+        else:
+            data = data[step] if isinstance(step, int) and step < len(data) else None
         if data is None:
             return None
     return data

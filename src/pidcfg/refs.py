@@ -5,10 +5,10 @@ Tables and rules carry these as data, so that documentation can quote them and a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from pidcfg.frozen import frozen
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Manual:
     """A vendor's text that facts are taken from."""
 
@@ -20,7 +20,7 @@ class Manual:
         return Ref(self, place)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Ref:
     """A place in a manual."""
 
@@ -31,7 +31,7 @@ class Ref:
         return f"{self.manual.short}, {self.place}"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Decision:
     """What pidcfg does where a manual is silent, misprinted or contradicts itself.
 

@@ -6,9 +6,10 @@ vendor.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Vendor:
     """A PLC family: its key, from which the names of its modules follow, its title, and how its rules' codes begin."""
 

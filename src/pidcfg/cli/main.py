@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
 from enum import IntEnum
@@ -94,8 +93,6 @@ SYNONYMS = {
 COMPLETE = "_PIDCFG_COMPLETE"
 """The variable by which a shell asks for completions."""
 
-FEW_COLLECTIONS = (100_000, 20, 20)
-"""A command is short and makes few cycles: searching for them after every 700 objects took a fifth of its time."""
 NO_PLUGINS = ("PYDANTIC_DISABLE_PLUGINS", "__all__")
 """No package that happens to be installed beside this one has a say in how a file is read; nor is it searched for."""
 
@@ -249,7 +246,6 @@ def _run() -> object:
 
 def main() -> None:
     """A traceback makes Python exit 1, which CI would read as findings; a bug must not."""
-    gc.set_threshold(*FEW_COLLECTIONS)
     os.environ.setdefault(*NO_PLUGINS)
     _open_streams()
     glyphs.install()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.settings import S, read_settings
 from pidcfg.encoders.words import DecodeError
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -21,7 +21,7 @@ class NoValueError(DecodeError):
     """A register of a listing whose content is no value of its format; ``place`` is its address."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LoopBlock:
     """One block of a loop in a listing: its raw registers by name, and the values of its settings by path."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.memory_files import read_csv, read_json, read_text, write_csv, write_json, write_text
 from pidcfg.encoders.modbus import Numbering, modbus_csv, read_modbus, write_modbus
 from pidcfg.encoders.tables import columns, first_line
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from pidcfg.encoders.image import Cell
@@ -32,7 +32,7 @@ class UnwritableError(ValueError):
     """What a format cannot hold, although the PLC can: named with its loop or address."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FileKind:
     """One output format: its name, what it is for, writer, reader, and how a file of it begins."""
 

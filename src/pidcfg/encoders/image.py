@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.spaces import WORD, Kind, NoRegisterError
+from pidcfg.frozen import frozen
 from pidcfg.paths import steps
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from pidcfg.paths import Path
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Cell:
     """One register: its address as the vendor writes it and as a number, its raw content, and what it is."""
 
@@ -46,7 +47,7 @@ class Cell:
         return self.kind.text(self.raw)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Image:
     """A vendor's memory, and what no register holds: ``settings`` one mapping a loop, ``plc`` for the whole file."""
 
@@ -61,7 +62,7 @@ class Image:
         return {cell.number: cell.raw for cell in self.cells}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Block:
     """A register block at its address, and the place in the configuration that it comes from."""
 
@@ -97,7 +98,7 @@ def no_registers(block: Block, space: Space) -> NoRegisterError:
     return NoRegisterError(f"the block{whose} at {space.name(block.start)} goes on behind the last register")
 
 
-@dataclass(frozen=True)
+@frozen
 class Encoding:
     """The blocks of a configuration in the order they are written; where they overlap, the later wins."""
 
@@ -136,7 +137,7 @@ class Encoding:
         return tuple(((*b.place, *steps(r.path)), r) for b in self.blocks for r in b.encoded.rounded)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Decoded:
     """A configuration as plain data in the order of its file, and notes on what it could not carry."""
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.parameters import Content, Parameter, ParameterTable
     from pidcfg.encoders.settings import LoopOption
     from pidcfg.encoders.values import Data
+    from pidcfg.paths import Path
     from pidcfg.schemas.base import Model
     from pidcfg.schemas.iec import Wire
 
@@ -76,6 +77,11 @@ class NamedLoops:
         """The parameters by name."""
         return {row.name: row for row in self.table.rows}
 
+    @cached_property
+    def places(self) -> list[tuple[Parameter, Path | None]]:
+        """The parameters in their order, each with its place in a loop; None for one that the file never gives."""
+        return [(row, None if row.name in self.first else steps(row.name)) for row in self.table.rows]
+
     def split(self, name: str) -> tuple[str, str]:
         """The loop and the parameter of a full name; two empty texts for another name.
 
@@ -92,8 +98,8 @@ class NamedLoops:
 
     def values_of(self, loop: Any) -> Iterator[tuple[Parameter, Any]]:
         """Parameters with their values; what is not given and has no default is left out."""
-        for row in self.table.rows:
-            value = self.first.get(row.name, value_at(loop, steps(row.name)))
+        for row, path in self.places:
+            value = self.first[row.name] if path is None else value_at(loop, path)
             if value is not None:
                 yield row, value
 

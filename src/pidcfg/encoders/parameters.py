@@ -7,7 +7,7 @@ holds: a REAL is the shortest decimal that means its single-precision number, an
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, field
+from dataclasses import field
 from decimal import Decimal
 from math import isfinite
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from pidcfg.encoders.regmap import Misfit
 from pidcfg.encoders.singles import Single, single_value
 from pidcfg.encoders.words import DecodeError, EncodeError
+from pidcfg.frozen import frozen
 from pidcfg.schemas.iec import (
     AUTOTUNE_MODE,
     BOOL,
@@ -83,8 +84,7 @@ class ParameterTable(NamedTuple):
         return next(row for row in self.rows if row.name == name)
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(NamedTuple):
     """One parameter: its full name, its type, and its content, or the expression that it is wired to."""
 
     address: str
@@ -101,7 +101,7 @@ class Entry:
         return self.address
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Program:
     """A vendor's named parameters in the order of the configuration, and what no parameter holds."""
 
@@ -116,7 +116,7 @@ class Program:
         return {cell.address: cell.raw for cell in self.cells}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ProgramEncoding:
     """A configuration's program, and the values that did not go in as written, each with its place."""
 

@@ -6,11 +6,12 @@ the register documentation and the word tests all walk the same rows; nothing el
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 from pidcfg.encoders.scales import Distance, Position
 from pidcfg.encoders.words import Binary, DecodeError, EncodeError
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -55,7 +56,7 @@ class ScaledCodec(Protocol):
         """Raw content to a quantity; raises `DecodeError`."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Word:
     """One register: its offset from the block's start, its name, where its value stands in the file, and its codec."""
 
@@ -72,7 +73,7 @@ class Word:
     """Another key of the file that says the same in other words."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bits:
     """One choice inside a bit word: the bits from least to most significant, and the value of each code."""
 
@@ -118,7 +119,7 @@ class Named(Protocol):
         """The unit of its value."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Misfit:
     """A value that its register or parameter cannot hold."""
 
@@ -128,7 +129,7 @@ class Misfit:
     error: EncodeError
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Rounded:
     """A value that its register holds only rounded."""
 
@@ -138,7 +139,7 @@ class Rounded:
     stored: Decimal
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Encoded:
     """The words of one block, and what did not go in as written."""
 
@@ -147,7 +148,7 @@ class Encoded:
     rounded: list[Rounded]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RegisterMap:
     """A block of registers of fixed size."""
 

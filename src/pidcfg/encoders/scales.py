@@ -7,12 +7,12 @@ root of its PV is compared with that root.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from pidcfg.encoders.words import Binary, EncodeError, nearest
+from pidcfg.frozen import frozen
 from pidcfg.schemas.base import EXACT, Quantity
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class CountsCodec(Protocol):
         """The word to counts."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Format:
     """A data format of PV, set point and output."""
 
@@ -70,7 +70,7 @@ class Format:
         return self.codec.high - self.codec.low
 
 
-@dataclass(frozen=True)
+@frozen
 class Scale:
     """A data format with engineering values at its ends (None: raw counts)."""
 
@@ -173,7 +173,7 @@ def shortest(exact: Decimal, same: Callable[[Quantity], bool], counts: int | Dec
     return Quantity(Decimal(counts), counts=True)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Position:
     """A word that holds a value on a named scale (``pv``, ``sp`` or ``output``)."""
 
@@ -209,7 +209,7 @@ class Position:
         return scale.value(scale.format.codec.decode(word))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Distance:
     """A word that holds a difference on a named scale: never negative, up to the format's maximum."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from decimal import Decimal
 from math import inf, isfinite, nextafter
 from typing import ClassVar
 
 from pidcfg.encoders.words import DecodeError, EncodeError
+from pidcfg.frozen import frozen
 
 SINGLE_MINUS_ZERO = 0x80000000
 LARGEST_SINGLE = Decimal("3.4028234663852886E+38")
@@ -39,7 +39,7 @@ def _to_odd(value: Decimal) -> float:
     return nextafter(double, inf if value > exact else -inf)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Single:
     """A single-precision number (IEEE 754), rounded to the nearest, ties to even."""
 

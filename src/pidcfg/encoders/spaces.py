@@ -8,12 +8,12 @@ single-precision number.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.singles import single_bits, single_value
 from pidcfg.encoders.words import WORD_MAX
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ BANK = 1 << 16
 Value = bool | int | float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Kind:
     """What one address holds: how its raw bits are shown, and read again (None: it cannot hold that value)."""
 
@@ -84,7 +84,7 @@ class NoRegisterError(LookupError):
     """A register that does not exist: it lies behind the last one of its bank."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bank:
     """Registers with one prefix, from ``first`` to ``last``."""
 
@@ -99,7 +99,7 @@ class Bank:
         return f"{self.prefix}{n:{'o' if self.octal else 'd'}}"
 
 
-@dataclass(frozen=True)
+@frozen
 class Space:
     """All banks of a vendor."""
 

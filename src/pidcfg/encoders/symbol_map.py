@@ -238,5 +238,5 @@ def row_text(point: Point, register: str = "", symbol: str = "") -> str:
 
 def with_contents(program: Program, contents: Mapping[str, Content]) -> Program:
     """A program with other contents of some of its parameters."""
-    cells = (replace(cell, raw=contents.get(cell.address, cell.raw)) for cell in program.cells)
+    cells = (cell._replace(raw=contents.get(cell.address, cell.raw)) for cell in program.cells)
     return replace(program, cells=tuple(cells))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Literal, Protocol, cast, get_args
 
+from pidcfg.frozen import frozen
 from pidcfg.schemas.limits import limits_at
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class Tuned(Protocol):
         """What two neighbours differ by; None: a number in floating point."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TunedWords:
     """Registers of gain, integral and derivative time."""
 
@@ -101,7 +101,7 @@ class TunedWords:
         return getattr(self.table.word(name).codec, "step", None)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LoopTuning:
     """How one loop of a file holds the three numbers, and what of it the gains of a rule depend on."""
 

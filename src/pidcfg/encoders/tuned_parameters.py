@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.parameters import store
+from pidcfg.frozen import frozen
 from pidcfg.schemas.document import models_of
 from pidcfg.schemas.limits import limits_at
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.limits import Limits
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TunedParameters:
     """Parameters of gain, integral and derivative time, in the dependent form and in engineering units."""
 

@@ -7,10 +7,10 @@ neither ever guesses.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from pidcfg.frozen import frozen
 from pidcfg.schemas.base import EXACT
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def bcd_digits(word: int) -> int:
     return int(text)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bcd:
     """Four BCD digits with an implied decimal point. ``off``: digits that switch it off, or do ``special``."""
 
@@ -108,7 +108,7 @@ class Bcd:
         return bcd_digits(word) * self.step
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Binary:
     """An unsigned binary word from 0 to ``high``."""
 
@@ -142,7 +142,7 @@ class Binary:
         return word
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pointer(Binary):
     """A word that holds the address of another one; 0 points nowhere."""
 
@@ -152,7 +152,7 @@ class Pointer(Binary):
         return name(word) if word else "none"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SignMagnitude:
     """A magnitude up to ``high`` with bit 15 as its sign; −0 and stray bits between are not values."""
 
@@ -184,7 +184,7 @@ class SignMagnitude:
         return -magnitude if word & SIGN else magnitude
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Implied:
     """A whole number with an implied point, ``least`` (negative: two's complement) to ``most``; `off` as `Bcd`."""
 
@@ -222,7 +222,7 @@ class Implied:
         return (word - 0x10000 if self.least < 0 and word & SIGN else word) * self.step
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Choice:
     """A switch: each of its two states by its value in the file."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.diagnostics import Severity, ordered
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -74,7 +74,7 @@ def errors_in(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
     return tuple(d for d in findings if d.severity is Severity.ERROR)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LoadResult:
     """A file as data: what it is, what it says, and what is wrong with its text and its keys."""
 
@@ -106,7 +106,7 @@ class LoadResult:
         return {"version": 1, **content, "findings": findings}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class CheckResult:
     """All findings of a configuration, or of a scenario."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from math import inf
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from pydantic_core import PydanticCustomError
 
 from pidcfg.document import Plain
+from pidcfg.frozen import frozen
 from pidcfg.paths import dotted, leaves, steps, value_at
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import DURATION, SECONDS, decimal_text, parse_seconds
@@ -56,7 +56,7 @@ class Ends(NamedTuple):
     """None: uniform."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Uncertainty:
     """One number that varies."""
 

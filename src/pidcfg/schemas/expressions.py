@@ -13,6 +13,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from pidcfg.frozen import frozen
 from pidcfg.schemas.names import nearest
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class ExpressionError(ValueError):
         self.message, self.offset, self.cure = message, offset, cure
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Expression:
     """An expression as read: pairs of op code and operand, the constants, and the signals it uses."""
 

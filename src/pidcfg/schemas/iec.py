@@ -7,12 +7,12 @@ blocks' parameters. What an expression means is known only once all names are (`
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import BeforeValidator, WithJsonSchema
 
+from pidcfg.frozen import frozen
 from pidcfg.schemas.base import (
     DURATION,
     DURATION_PATTERN,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 Kind = Literal["bool", "whole", "real", "word", "time"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class IecType:
     """An elementary type: its name, for whole numbers its ends, for an enumeration its words."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING, Any, get_args
 
+from pidcfg.frozen import frozen
 from pidcfg.schemas.base import plain_number
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pidcfg.refs import Basis
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Limits:
     """What the manual allows for a number: inclusive, in ``unit``; ``severity`` of passing them is an error."""
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
+from pidcfg.frozen import frozen
 from pidcfg.limits import DEFAULT, Limits
 from pidcfg.odd_signs import plain
 from pidcfg.validate.checklist import is_to_check, lines
@@ -33,7 +34,7 @@ MOST_TEXTS = 8
 """Faults of one rule at one key that a message describes before it only counts."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Checked:
     """The outcome for one file: findings in order, and its vendor, model and image as far as they exist."""
 

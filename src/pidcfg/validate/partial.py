@@ -7,10 +7,10 @@ that are missing, and is told; what follows from several loops may do so, and wa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.frozen import frozen
 from pidcfg.validate.identity import LOOPS, loop_name
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ SHOWN = 3
 """Loops that the remark names."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Readable:
     """The loops of a file that can be read, by their places, and those that cannot."""
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.diagnostics import Severity
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from pidcfg.paths import Path
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 PLACEHOLDER = re.compile(r"\{(\w+)")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Finding:
     """One fault: where it stands, the values of the rule's message, and what differs from the label."""
 
@@ -53,7 +54,7 @@ FIRST_VERSION = "0.1"
 """The version that has all the rules there are."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Rule:
     """A rule: its label, and a check that takes the vendor's `Context`."""
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
+from pidcfg.frozen import frozen
 from pidcfg.schemas.base import decimal_text
 from pidcfg.validate.rule import Finding
 
@@ -51,7 +51,7 @@ EncodingT = TypeVar("EncodingT")
 Value = TypeVar("Value")
 
 
-@dataclass(frozen=True)
+@frozen
 class View(Generic[LoopT]):
     """A loop and its place in the file."""
 
@@ -87,7 +87,7 @@ class View(Generic[LoopT]):
         return Finding(("loops", self.index, *path), values, key=True, plc_effect=plc_effect, severity=severity)
 
 
-@dataclass(frozen=True)
+@frozen
 class Context(Generic[ConfigT, EncodingT]):
     """A configuration with its encoding."""
 

@@ -17,6 +17,7 @@ from pidcfg.cli.files.folders import is_for_pidcfg
 from pidcfg.cli.files.identity import mention, remember
 from pidcfg.cli.terminal.progress import held
 from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.frozen import frozen
 from pidcfg.reader import SUFFIXES, Disk, refusal
 from pidcfg.source import Document, Node, read_document
 
@@ -36,7 +37,7 @@ MOST_BESIDE = 1000
 """Names of a folder that are compared with one that is not there."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Input:
     """A file's name as reports print it, and its bytes; or why there are none."""
 

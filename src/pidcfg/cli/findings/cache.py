@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,7 +78,7 @@ class Cache:
         files = [entry.name, *(others[other] for other in reads.hashes)]
         if any(d.file not in files for d in findings) or _names_one(findings, files):
             return
-        rows = [[files.index(d.file), *astuple(replace(d, file=""))] for d in findings]
+        rows = [_row(d, files.index(d.file)) for d in findings]
         self.store.put(self._key(entry), [reads.hashes, rows])
 
     def _key(self, entry: Input) -> str:
@@ -99,6 +99,18 @@ def _texts(d: Diagnostic) -> Iterator[str]:
     """What a finding says in words."""
     yield from filter(None, (d.message, d.help, d.plc_effect, d.value, d.quotes))
     yield from (edit.text for edit in d.edits)
+
+
+def _row(d: Diagnostic, at: int) -> list[Any]:
+    """A finding as it is kept: its values in their order, the name of its file as its number among those read."""
+    values = {f.name: getattr(d, f.name) for f in fields(d)}
+    edits = [(_place(edit.span), edit.text) for edit in d.edits]
+    return [at, *(values | {"file": "", "span": _place(d.span), "edits": edits}).values()]
+
+
+def _place(span: Span) -> tuple[int, int, int, int]:
+    """Where something is written, as four numbers."""
+    return span.line, span.column, span.end_line, span.end_column
 
 
 def _finding(row: list[Any], files: Sequence[str]) -> Diagnostic:

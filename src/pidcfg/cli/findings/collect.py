@@ -61,9 +61,10 @@ def _checked(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Document
         return
     from concurrent.futures import ProcessPoolExecutor
 
+    yield check_input(inputs[0], limits)  # a process that is forked has what this one has loaded for it
     with ProcessPoolExecutor(processors) as pool:
         with held():
-            checked = pool.map(check_input, inputs, repeat(limits), chunksize=CHUNK)
+            checked = pool.map(check_input, inputs[1:], repeat(limits), chunksize=CHUNK)
         yield from checked
 
 

@@ -12,6 +12,7 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.files.inputs import UNNAMED
 from pidcfg.diagnostics import ordered
+from pidcfg.frozen import frozen
 from pidcfg.reader import refuse_pipe
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ LARGEST = 64 << 20
 """Bytes of a baseline."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Rules:
     """What the options choose: beginnings of codes, and what is to be done with a baseline."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ import click
 from pidcfg.cli.files.identity import relative
 from pidcfg.cli.findings.settings_keys import LARGEST, OPTIONS, PER_FILE
 from pidcfg.cli.options import only_file
+from pidcfg.frozen import frozen
 from pidcfg.reader import refuse_pipe
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ PARAMETERS = {"format": "fmt"}
 """Keys whose option is kept under another name."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Settings:
     """What a settings file says; without a file nothing."""
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidcfg.diagnostics import Severity
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ CHARACTERS = 32
 """Of a fingerprint, in hexadecimal: 128 bits."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Findings:
     """The findings of some files; ``documents`` has every file that was looked at, also those without findings."""
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING
+
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -25,7 +26,7 @@ class Kind(Enum):
     XML = auto()
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Format:
     """A format; each module of this package that stands in `FORMATS` has one, as ``FORMAT``."""
 

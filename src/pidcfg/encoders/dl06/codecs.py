@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.words import SIGN, Bcd, EncodeError
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.scales import Scale
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SpanBcd:
     """A BCD word that holds a difference on a named scale per second."""
 
@@ -41,7 +41,7 @@ class SpanBcd:
             return False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Source:
     """Where an auto transfer goes: base, slot and channel, or with bit 15 a V-memory address."""
 

@@ -5,12 +5,12 @@ The controller reports them as bits (V7642, +35, bit 10 of +06); the validator s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RAMP_SOAK_SIZE, Cpu
 from pidcfg.encoders.words import DecodeError, bcd_digits
+from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +21,7 @@ TABLE_OUTSIDE_LOWER, TABLE_OUTSIDE_UPPER, TABLE_IN_SYSTEM = 1, 2, 16
 """Bits of +35."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Setup:
     """What the CPU makes of V7640 and V7641 when it goes from Program to Run."""
 

@@ -6,7 +6,6 @@ own nicknames add to the loop's name.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from pidcfg.encoders.spaces import BIT, INT16, SINGLE, Bank, Space
 from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import FLAG, Choice, Implied
 from pidcfg.encoders.written import Written
+from pidcfg.frozen import frozen
 from pidcfg.refs import CLICK, CLICK_HELP, Decision
 from pidcfg.schemas import click as limits
 from pidcfg.schemas.click import BITS, D100, D101, FLOATS, INTEGERS
@@ -178,7 +178,7 @@ UNUSED = {"pv.filter": Decimal(100)}
 """What a register holds whose function is not used and has no default, so that no error number comes from it."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PidError:
     """One of the PLC's PID errors: its number, the register, and its limits, both ends inclusive (None: no limit).
 

@@ -7,7 +7,7 @@ controller. ``read`` is the manual's column "Read on the Fly": ``*`` alarm words
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import Decimal
 
 from pidcfg.encoders.dl06.codecs import Source, SpanBcd
@@ -17,6 +17,7 @@ from pidcfg.encoders.spaces import WORD, Bank, Space
 from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import Bcd, Binary, Pointer, SignMagnitude
 from pidcfg.encoders.written import D345, Written
+from pidcfg.frozen import frozen
 from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.octal import HIGHEST
 from pidcfg.schemas.units import RESET_UNIT
@@ -253,7 +254,7 @@ LOOP_TABLES = {
 TUNED = TunedWords(LOOP_TABLE, "gain", "reset", "rate", "span", Decimal(0), "direct", "reverse")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Cpu:
     """What differs between the CPUs of the family, as octal addresses, both ends inclusive."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING
@@ -13,6 +12,7 @@ from pidcfg.encoders.spaces import BIT, WORD, Bank, Space
 from pidcfg.encoders.tuned import TunedWords
 from pidcfg.encoders.words import FLAG, WORD_MAX, Choice, EncodeError, Implied
 from pidcfg.encoders.written import Written
+from pidcfg.frozen import frozen
 from pidcfg.refs import EZLOGIX, Decision
 from pidcfg.schemas.ezlogix import (
     AUTOTUNE,
@@ -130,7 +130,7 @@ def highest(limits: Limits, codec: Implied) -> float:
     return float(codec.encode(Decimal(str(limits.high))))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Window:
     """Counts of a scale whose ends lie anywhere within a word; one outside the ends is told, and stored all the same."""
 

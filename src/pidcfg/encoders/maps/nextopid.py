@@ -6,12 +6,12 @@ order in which the virtual PLC keeps them: what the tuning blocks have more than
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, get_args
 
 from pidcfg.encoders.parameters import Parameter, ParameterTable
 from pidcfg.encoders.tuned_parameters import TunedParameters
 from pidcfg.encoders.written import Written
+from pidcfg.frozen import frozen
 from pidcfg.refs import NEXTOPID, Decision
 from pidcfg.schemas import nextopid as schema
 from pidcfg.schemas.iec import BOOL, INT, REAL, IecType
@@ -109,7 +109,7 @@ UNITS = {
 Outputs = tuple[tuple[str, IecType, str], ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BlockType:
     """A function block or function of the library."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
@@ -15,6 +14,7 @@ from pidcfg.encoders.parameters import Entry, Parameter, Program, stored
 from pidcfg.encoders.regmap import Misfit
 from pidcfg.encoders.values import plain, present
 from pidcfg.encoders.words import EncodeError
+from pidcfg.frozen import frozen
 from pidcfg.paths import steps, value_at
 from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.expressions import ExpressionError
@@ -40,7 +40,7 @@ class WireError(EncodeError):
         self.offset, self.cure = error.offset, error.cure
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Placed:
     """A block of the configuration, with its place in the file."""
 
@@ -73,7 +73,7 @@ def placed(config: NextopidFile) -> list[Placed]:
     return [Placed(place, cast("Item", item), BLOCK_TYPES[item.type]) for place, item in both]
 
 
-@dataclass(frozen=True)
+@frozen
 class NextopidEncoding:
     """The program of a configuration, how it is wired, and what did not go in as written."""
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
+from pidcfg.frozen import frozen
 from pidcfg.refs import Decision
 from pidcfg.schemas.conditions import KINDS, TRUTHS, Typed
 from pidcfg.schemas.expressions import SIGNAL, Expression, ExpressionError, lengths_of, never_a_value
@@ -58,7 +58,7 @@ Wires = dict[tuple[int, str], Expression]
 """What is wired: by the number of the instance and the parameter."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Layout:
     """Everything that has a value: the signals, then the parameters of each block in the order of its table."""
 

@@ -204,7 +204,7 @@ class Nextopid(Facts):
             return cell
         loop, _, row = cell.address.partition(".")
         value = self._value(loop, row)
-        return replace(cell, raw=value if cell.type.kind == "real" else int(value))
+        return cell._replace(raw=value if cell.type.kind == "real" else int(value))
 
     def _of(self, loop: int, row: str, sig: Sequence[float]) -> float:
         number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")

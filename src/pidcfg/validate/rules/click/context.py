@@ -6,7 +6,6 @@ only one of them. Each is worked out once, when the first rule asks for it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 from typing import Any
@@ -16,6 +15,7 @@ from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.mapping import switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
 from pidcfg.encoders.regmap import decode_one
+from pidcfg.frozen import frozen
 from pidcfg.schemas.click import ClickFile, Loop
 from pidcfg.validate.ideas.blocks import Extent, extents_of
 from pidcfg.validate.views import Context, Pair, View, complete, with_unit
@@ -29,7 +29,7 @@ NO_INTEGRAL = Decimal(1000)
 """The reset time in s from which the help takes the integral for removed."""
 
 
-@dataclass(frozen=True)
+@frozen
 class LoopView(View[Loop]):
     """A loop, its place in the file, and what its registers hold."""
 
@@ -174,7 +174,7 @@ class LoopView(View[Loop]):
         return None if ends is None else ends[1] - ends[0]
 
 
-@dataclass(frozen=True)
+@frozen
 class ClickContext(Context[ClickFile, Encoding]):
     """A configuration with its encoding, and its loops one by one."""
 

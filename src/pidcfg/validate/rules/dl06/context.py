@@ -6,7 +6,6 @@ them. Each value is worked out once, when the first rule asks for it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -29,6 +28,7 @@ from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
 from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.scales import Position, Scale
 from pidcfg.encoders.words import bcd_digits, bcd_word
+from pidcfg.frozen import frozen
 from pidcfg.schemas.base import Quantity, decimal_text
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
 from pidcfg.schemas.octal import v_name
@@ -46,7 +46,7 @@ def counts_text(counts: Decimal | int) -> str:
     return f"{decimal_text(Decimal(counts))} count{'' if counts == 1 else 's'}"
 
 
-@dataclass(frozen=True)
+@frozen
 class Pair:
     """A ramp and its soak: their place in the list of steps, and what their four words hold (None: does not fit)."""
 
@@ -57,7 +57,7 @@ class Pair:
     soak: Decimal | None
 
 
-@dataclass(frozen=True)
+@frozen
 class LoopView(View[Loop]):
     """A loop, its place in the file and in memory, and what its words hold."""
 
@@ -207,7 +207,7 @@ class LoopView(View[Loop]):
         return self.scales["pv"].format.minimum < 0
 
 
-@dataclass(frozen=True)
+@frozen
 class Dl06Context(Context[Dl06File, Encoding]):
     """A configuration, its image, and its loops one by one."""
 

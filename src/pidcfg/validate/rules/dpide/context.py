@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 
 from pidcfg.encoders.maps.dpide import LOOPS
 from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.encoders.words import EncodeError
+from pidcfg.frozen import frozen
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.validate.views import Context, View, with_unit
 
 
-@dataclass(frozen=True)
+@frozen
 class LoopView(View[Loop]):
     """A loop, its place in the file, and what its operands hold."""
 
@@ -87,7 +87,7 @@ class LoopView(View[Loop]):
         return with_unit(value, self.loop.output.unit)
 
 
-@dataclass(frozen=True)
+@frozen
 class DpideContext(Context[DpideFile, ProgramEncoding]):
     """A configuration with its encoding, and its loops one by one."""
 

@@ -6,7 +6,6 @@ one of them. Each is worked out once, when the first rule asks for it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
 from pidcfg.encoders.regmap import decode_one
+from pidcfg.frozen import frozen
 from pidcfg.schemas.ezlogix import REGISTERS, EzlogixFile, Loop
 from pidcfg.validate.ideas.blocks import Extent, extents_of
 from pidcfg.validate.views import Context, View, complete, with_unit
@@ -30,7 +30,7 @@ ROOT_PLACES = (("setpoint", "value"), ("setpoint", "limits", 0), ("setpoint", "l
 """Places whose counts mean nothing where the root of counts that do not begin at 0 is taken."""
 
 
-@dataclass(frozen=True)
+@frozen
 class LoopView(View[Loop]):
     """A loop, its place in the file, and what its registers hold."""
 
@@ -126,7 +126,7 @@ def register_number(tag: str) -> int | None:
     return int(tag[1:]) if tag.startswith(REGISTERS.prefix) else None
 
 
-@dataclass(frozen=True)
+@frozen
 class EzlogixContext(Context[EzlogixFile, Encoding]):
     """A configuration with its encoding, and its loops one by one."""
 

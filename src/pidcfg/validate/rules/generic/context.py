@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.parameters import ProgramEncoding
+from pidcfg.frozen import frozen
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.validate.views import Context, Pair, View, with_unit
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
 
-@dataclass(frozen=True)
+@frozen
 class LoopView(View[Loop]):
     """A loop and its place in the file."""
 
@@ -32,7 +32,7 @@ class LoopView(View[Loop]):
         return with_unit(value, self.loop.output.unit)
 
 
-@dataclass(frozen=True)
+@frozen
 class GenericContext(Context[GenericFile, ProgramEncoding]):
     """A configuration with its encoding, and its loops one by one."""
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from pidcfg.frozen import frozen
 from pidcfg.refs import Decision
 from pidcfg.schemas.iec import Timed
 from pidcfg.validate.rules.nextopid.links import Network
@@ -23,7 +23,7 @@ D208 = Decision(
 )
 
 
-@dataclass(frozen=True)
+@frozen
 class NextopidContext(Program):
     """A program with its cascades and overrides."""
 

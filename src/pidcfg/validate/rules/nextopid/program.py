@@ -7,13 +7,13 @@ and is quoted as such, or of another block's parameter that has a value (D208). 
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
 from pidcfg.encoders.nextopid.encode import NextopidEncoding, Placed
+from pidcfg.frozen import frozen
 from pidcfg.paths import steps, value_at
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, NextopidFile
@@ -34,7 +34,7 @@ TIME_CONSTANTS = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag
 """The parameter of filters and lags that is their time constant."""
 
 
-@dataclass(frozen=True)
+@frozen
 class BlockView:
     """A block or loop, its place in the file, and what is known of its parameters."""
 
@@ -169,7 +169,7 @@ class BlockView:
         return Finding((*self.placed.place, *steps(key)), values, plc_effect=plc_effect, severity=severity)
 
 
-@dataclass(frozen=True)
+@frozen
 class Program(Context[NextopidFile, NextopidEncoding]):
     """A configuration with its encoding, and its blocks one by one."""
 
