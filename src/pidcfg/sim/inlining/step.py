@@ -53,7 +53,7 @@ def step_of(
     frame = Frame(kernel, 0, {name: name for name in source.parameters})
     groups = dict(zip(source.parameters, arguments, strict=True))
     head: Lines = []
-    rest = list(source.body)
+    rest = [node for node in source.body if not _is_text(node)]
     while rest and _takes_apart(rest[0], groups, frame):
         head.append(ast.unparse(rest.pop(0)))
     unpacked = list(head)
@@ -71,6 +71,11 @@ def step_of(
     return _compiled("\n".join(lines) + "\n", kernel.__name__, writer.used)
 
 
+def _is_text(node: ast.stmt) -> bool:
+    """Whether a statement is a docstring."""
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+
+
 def _length(meant: Fact | str) -> str:
     """That a list has as many records as were written out."""
     return f"len({meant.name}) == {len(meant.rows)}" if isinstance(meant, Records) and meant.few else ""
@@ -79,8 +84,6 @@ def _length(meant: Fact | str) -> str:
 def _takes_apart(node: ast.stmt, groups: Mapping[str, Any], frame: Frame) -> bool:
     """Whether a statement takes a named tuple apart; notes what its names are then."""
     match node:
-        case ast.Expr(value=ast.Constant()):
-            return True
         case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Name(id=name)) if name in groups:
             group = groups[name]
             kinds = get_type_hints(type(group))
