@@ -200,7 +200,6 @@ class Statements(Expressions):
             out += once(self.block(body, frame, turn), turn)
             most = max(most, self.count)
         self.count = most
-        frame.names.pop(name, None)
 
 
 def _independent(targets: list[ast.expr], values: list[ast.expr]) -> bool:
