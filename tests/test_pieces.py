@@ -216,9 +216,8 @@ def test_the_pieces_used_last_are_kept_and_what_cannot_be_written_is_run_as_it_i
 def test_random_runs_leave_the_same_bits_in_pieces_and_not(vendor, monkeypatch):
     monkeypatch.setattr(pieces, "LONG", 0)
     rng = random.Random(f"{vendor} in pieces")
-    written = 0
-    for _ in range(3):
-        loops, steps = rng.randint(1, 2), rng.randint(100, 300)
+    for loops in (1, 2, 1):
+        steps = rng.randint(100, 300)
         case = loaded(configuration(vendor, loops), random_scenario(rng, vendor, loops, steps))
         several = python_kernels(case.controller).advance.__self__
         monkeypatch.setattr(pieces, "FEWEST_STEPS", 10**9)
@@ -226,9 +225,8 @@ def test_random_runs_leave_the_same_bits_in_pieces_and_not(vendor, monkeypatch):
         several.steps.clear()
         monkeypatch.setattr(pieces, "FEWEST_STEPS", 1)
         assert repr(outcome(case, "python")) == repr(plain)
-        written += len(several.steps)
+        assert several.steps
         assert all("= scan(" not in step.text and "measure_loop(" not in step.text for step in several.steps)
-    assert written >= 3
 
 
 def test_more_loops_run_kernel_by_kernel(monkeypatch):
