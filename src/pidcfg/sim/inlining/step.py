@@ -13,13 +13,12 @@ What the text took for granted (how many loops there are, which options are off)
 from __future__ import annotations
 
 import ast
-import linecache
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
 
 from pidcfg.sim.inlining.facts import Fact, Facts, Frame, Records
-from pidcfg.sim.inlining.kernels import Kernel, NotInlinedError, effects_of, source_of
+from pidcfg.sim.inlining.kernels import Kernel, effects_of, source_of
 from pidcfg.sim.inlining.lines import Lines, Sync, rendered
 from pidcfg.sim.inlining.statements import Statements
 
@@ -97,12 +96,7 @@ def _takes_apart(node: ast.stmt, groups: Mapping[str, Any], frame: Frame) -> boo
 
 
 def _compiled(text: str, name: str, used: Mapping[str, Any]) -> Step:
-    """The functions of a text; a traceback shows its lines."""
-    place = f"<{name} in one piece, {hash(text):x}>"
+    """The functions of a text."""
     names = dict(used)
-    exec(compile(text, place, "exec"), names)  # noqa: S102 - our own kernels, written anew
-    linecache.cache[place] = (len(text), None, text.splitlines(keepends=True), place)
+    exec(compile(text, f"<{name} in one piece>", "exec"), names)  # noqa: S102 - our own kernels, written anew
     return Step(text, names["run"], names["fits"])
-
-
-__all__ = ["NotInlinedError", "Step", "step_of"]
