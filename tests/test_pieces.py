@@ -116,9 +116,13 @@ def reaches(k, group):
         if 0.0 <= s.x < cfg[i].limit:
             s.count = -s.count
     at = k % len(sig)
-    while at < 2:
-        sig[at] -= early(cfg[0], sig[at])
+    while at < 3:
         at += 1
+        if sig[at] > 6.0:
+            continue
+        if sig[at] < -6.0:
+            break
+        sig[at] -= early(cfg[0], sig[at])
     return k + at
 
 
