@@ -26,7 +26,7 @@ from pidcfg.sim.compile import (
 from pidcfg.sim.controllers.dl06 import scan as dl06
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
+from pidcfg.sim.controllers.dl06.scan import INLINED, PATH, Config, State, scan
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
 from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
 from pidcfg.sim.controllers.nextopid import scan as nextopid
@@ -155,7 +155,7 @@ def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
             for c, s in zip(cfg, st, strict=True):
                 random_event(rng, c, s)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise)
+            advance(drive, fast, head, (cfg, st, aux, sig), noise, (*INLINED, *PATH))
             for c, s in zip(cfg, st, strict=True):
                 seen |= s.status
                 soaked |= s.aux_status

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from pidcfg.sim import kernel
 from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
 from pidcfg.sim.meters import watch_end
-from pidcfg.sim.metrics import Band, Gauge, measure_loop, read_gauges, watch_bands
+from pidcfg.sim.metrics import Band, Gauge, follow_step, measure_loop, read_gauges, watch_bands
 from pidcfg.sim.noise import Normals, agrees, normals, uniform, word
-from pidcfg.sim.plants import step_plants
+from pidcfg.sim.pieces import Pieces
+from pidcfg.sim.plants import add_noise, step_plants
 from pidcfg.sim.swings import watch_swings
 
 if TYPE_CHECKING:
@@ -153,13 +154,20 @@ class Kernels(NamedTuple):
 
 
 def python_kernels(controller: Controller) -> Kernels:
-    """The vendor's ``scan`` in the place of the empty one."""
-    names = {**vars(kernel), "scan": controller.scan}
-    return Kernels(*(FunctionType(f.__code__, names, f.__name__) for f in ENTRIES))
+    """The vendor's ``scan`` in the place of the empty one, and base steps in one piece where that pays."""
+    if controller.scan not in IN_PIECES:
+        names = {**vars(kernel), "scan": controller.scan}
+        advance, settle = (FunctionType(f.__code__, names, f.__name__) for f in ENTRIES)
+        hot = frozenset((*inlined(controller), *controller.PATH, *USUAL))
+        pieces = Pieces(advance, kernel.advance, {kernel.scan: controller.scan}, hot, controller.LOOP_STEP)
+        IN_PIECES[controller.scan] = Kernels(pieces.advance, settle)
+    return IN_PIECES[controller.scan]
 
 
 HOT = (step_plants, measure_loop, watch_bands, read_gauges, watch_end, watch_swings)
 """Kernels whose calls would cost more than their code takes room."""
+USUAL = (add_noise, kernel.read_channels, follow_step)
+"""Further kernels that many runs need at most base steps, for CPython."""
 ENTRIES = (kernel.advance, kernel.settle)
 
 
@@ -170,6 +178,8 @@ def inlined(controller: Controller) -> tuple[Callable[..., Any], ...]:
 
 KEPT: dict[Scan, Kernels] = {}
 """Compiled kernels by the vendor's ``scan``: loading them costs more than a short run."""
+IN_PIECES: dict[Scan, Kernels] = {}
+"""CPython's, which keep what was written for earlier runs."""
 
 
 def numba_kernels(controller: Controller) -> Kernels:

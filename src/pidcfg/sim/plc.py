@@ -297,4 +297,5 @@ class Controller(Protocol):
     scan: Scan
     LOOP_STEP: int
     INLINED: tuple[Callable[..., Any], ...]
-    """The kernels of its hot path, which compiled code puts into the scan itself."""
+    PATH: tuple[Callable[..., Any], ...]
+    """Kernels that most samples run: the first are put into the scan by compiled code, all by `pidcfg.sim.pieces`."""

@@ -25,7 +25,7 @@ from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp, finite, single
 
-__all__ = ["INLINED", "LOOP_STEP", "Click", "Config", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "LOOP_STEP", "PATH", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
 
 def control(c: Config, s: State, sig: list[float]) -> None:
@@ -95,5 +95,7 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, calculate)
 """The hot path of compiled code."""
+PATH = (control,)
+"""What it calls at most samples, for CPython."""
 LOOP_STEP = LOOP_STEPS["click"]
 """What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

@@ -12,7 +12,16 @@ a loop with a pulse output, PULSE are written.
 from __future__ import annotations
 
 from pidcfg.sim.controllers.generic.alarms import pulse, watch
-from pidcfg.sim.controllers.generic.equation import by_hand, calculate, compare, derivative, measure, put_back
+from pidcfg.sim.controllers.generic.equation import (
+    by_hand,
+    calculate,
+    compare,
+    derivative,
+    limited,
+    measure,
+    move,
+    put_back,
+)
 from pidcfg.sim.controllers.generic.plc import Generic, load
 from pidcfg.sim.controllers.generic.state import (
     AUTO,
@@ -34,7 +43,7 @@ from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp
 
-__all__ = ["INLINED", "LOOP_STEP", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
+__all__ = ["INLINED", "LOOP_STEP", "PATH", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 
 
 def switch(c: Config, s: State) -> None:
@@ -106,5 +115,7 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, measure, compare, derivative, calculate, watch)
 """The hot path of compiled code."""
+PATH = (follows, move, limited, put_back)
+"""What it calls at most samples, for CPython."""
 LOOP_STEP = LOOP_STEPS["generic"]
 """What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

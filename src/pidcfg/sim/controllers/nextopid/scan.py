@@ -9,11 +9,20 @@ files or names: see `memory` for how a program becomes `Config` and `State`.
 from __future__ import annotations
 
 from pidcfg.sim.controllers.nextopid import slots
+from pidcfg.sim.controllers.nextopid.actions import derivative, increment, integral_gain, proportional
+from pidcfg.sim.controllers.nextopid.bits import bad_limits, limited_inputs, negative
 from pidcfg.sim.controllers.nextopid.delay import delay, delay_lag
-from pidcfg.sim.controllers.nextopid.equation import pid
+from pidcfg.sim.controllers.nextopid.equation import (
+    calculate_automatic,
+    manipulate,
+    mode_in_force,
+    pid,
+    write_outputs,
+)
 from pidcfg.sim.controllers.nextopid.filters import lag, lead_lag, low_filter
 from pidcfg.sim.controllers.nextopid.modes import keep_results, operate
 from pidcfg.sim.controllers.nextopid.on_off import on_off
+from pidcfg.sim.controllers.nextopid.output_limits import limited
 from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
 from pidcfg.sim.controllers.nextopid.pwm import pwm
 from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range
@@ -22,7 +31,7 @@ from pidcfg.sim.controllers.nextopid.wires import move, value_of, wire_in
 from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.sim.plc import NoOptions as Options
 
-__all__ = ["INLINED", "LOOP_STEP", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
+__all__ = ["INLINED", "LOOP_STEP", "PATH", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
 
 def call(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
@@ -67,17 +76,16 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
     """The task at ``tick``: the operator's commands, what the program around assigns, moves, calls in turn, moves."""
     count = len(cfg)
     for i in range(count):
-        c = cfg[i]
         if st[i].command != 0:
-            operate(c, st[i], sig)
-        if c.early > 0:
-            wire_in(c, st[i], aux, sig, c.wires + c.early)
+            operate(cfg[i], st[i], sig)
+        if cfg[i].early > 0:
+            wire_in(cfg[i], st[i], aux, sig, cfg[i].wires + cfg[i].early)
     if count > 0 and cfg[0].moves < cfg[0].moves_first:
         move(st[0], tick, aux, sig, cfg[0].moves, cfg[0].moves_first)
     for turn in range(count):
-        i = cfg[turn].turn
-        c = cfg[i]
-        s = st[i]
+        called = cfg[turn].turn
+        c = cfg[called]
+        s = st[called]
         if tick >= s.due:
             s.due = tick + s.period
             if c.wires < c.wires_end:
@@ -93,5 +101,22 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, wire_in, value_of)
 """The hot path of compiled code."""
+PATH = (
+    call,
+    pid,
+    manipulate,
+    derivative,
+    calculate_automatic,
+    limited_inputs,
+    limited,
+    increment,
+    proportional,
+    integral_gain,
+    bad_limits,
+    negative,
+    mode_in_force,
+    write_outputs,
+)
+"""What it calls at most samples, for CPython."""
 LOOP_STEP = LOOP_STEPS["nextopid"]
 """What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""

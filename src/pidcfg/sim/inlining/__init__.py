@@ -1,0 +1,1 @@
+"""The base step in one piece, for CPython."""
