@@ -410,7 +410,8 @@ def test_a_row_that_is_gone_is_marked_from_its_first_to_its_last_character():
     assert found.span == Span(2, 3, 2, len("  {row},") + 1)
 
 
-def test_a_number_in_the_name_of_a_loop_is_not_quoted():
-    doc = document("loops: [{name: Oven 2}, {name: B}]")
+def test_a_number_in_the_name_of_a_loop_is_not_quoted_and_one_beside_it_is():
+    doc = document('loops: [{name: Oven 2}, {name: "7"}, {name: B}]')
 
-    assert Quotes(doc)._numbers("Oven 2 at 15 is above 2.5, Oven 22 at 3") == ["15", "2.5", "22", "3"]
+    numbers = Quotes(doc)._numbers("Oven 2 at 15 is above 2.5, Oven 22 at 3; 7 at 7.5 is above 0.7 and -7, not 7.")
+    assert numbers == ["15", "2.5", "22", "3", "7.5", "0.7", "-7"]

@@ -485,3 +485,13 @@ def test_a_pv_that_moves_is_told_and_nobody_asked_for_a_mode(drift, said):
     tell_moving(s, 1.0)
 
     assert [(requested, REASONS[reason]) for requested, reason in notices(s.notice)] == [(0, text) for text in said]
+
+
+@pytest.mark.parametrize(("points", "complete"), [(SETTLING - 1, 0), (SETTLING, 1)])
+def test_an_answer_that_flattens_is_complete_after_so_many_points(points, complete):
+    """20 counts a point, then 5: it rises a quarter as fast as it did, and has not settled."""
+    s = State(tune_points=points)
+    curve = [20.0 * min(k, 12) + 5.0 * max(k - 12, 0) for k in range(points)]
+
+    assert judge_answer(Config(), s, curve) == complete
+    assert s.tune_change == pytest.approx((curve[-1] + curve[-1 - complete]) / 2 * (1.5 if complete else 1))

@@ -445,3 +445,16 @@ def test_an_on_off_block_starts_on_or_off(value, seen):
         assert "output: 2 is neither on nor off" in [d.message for d in result.findings]
     else:
         assert result.report.signals["TANK.MV"] == Range(seen, seen, seen)
+
+
+def test_a_lead_lag_is_called_in_its_program():
+    text = f"""
+signals: {{X: 20.0}}
+blocks:
+  - {{name: F, type: ControlLeadLag, InVar: X, G: 2, Tlead: 1, Tlag: 4, Max_OutVar: 100}}
+loops:
+  - {{name: A, type: PIDA_REAL, SP: 50, PV: F.OutVar, {GAINS}}}
+"""
+    report = run(text, "duration: 60\nexpect:\n  - {signal: F.OutVar, final: 40, tolerance: 0.1}\n")
+
+    assert [(v.passed, v.text) for v in report.expectations] == [(True, "F.OutVar 40 ± 0.1 at the end")]

@@ -31,6 +31,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from reliability import figures
 from reliability.copies import BROKEN, in_a_copy
 from reliability.mutants import PACKAGES, SOURCE, Mutant, changed_codes, drawn, equal, mutants, tree_of
+from reliability.page import PAGE, page
 from reliability.reached import BUDGET, MAP, ROOT, Reached, Session, key_of, make_map, mapped_files, test_files
 
 if TYPE_CHECKING:
@@ -143,6 +144,8 @@ def campaign(session: Session, options: argparse.Namespace) -> None:
                     figures.keep(f"mutants-{package}", vars(found))
             if options.again:
                 figures.keep(f"mutants-{package}", vars(found))
+            if not options.only:
+                PAGE.write_text(page(figures.kept()), "utf-8")
             sys.stdout.write(f"{package} {dict(found.ends)} control {dict(found.control)}\n")
 
 

@@ -47,11 +47,11 @@ class Quotes:
 
     @cached_property
     def _numbered(self) -> re.Pattern[str] | None:
-        """The names of loops, blocks and signals that hold a number of their own: ``Oven 2``."""
+        """The names of loops, blocks and signals that hold a number of their own, ``Oven 2``; 2.5 holds no name."""
         lists = [items for items in (self._doc.data or {}).values() if isinstance(items, list)]
         names = {str(item["name"]) for items in lists for item in items if _is_named(item)}
         several = sorted(filter(NUMBER.search, names), key=len, reverse=True)
-        return re.compile(rf"(?<!\w)(?:{'|'.join(map(re.escape, several))})(?!\w)") if several else None
+        return re.compile(rf"(?<![\w.\-])(?:{'|'.join(map(re.escape, several))})(?!\w|\.\d)") if several else None
 
 
 def _is_named(item: Any) -> bool:
