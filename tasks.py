@@ -237,7 +237,7 @@ def torture(*arguments: str) -> None:
 
 
 def mutants(*arguments: str) -> None:
-    """Try faults in the code against the tests; the first run makes the map of the tests, which takes about as long as they do."""
+    """Try faults in the code against the tests; the first run maps the tests, which takes about as long as they do."""
     prepare("test")
     must(PYTHON, "tests/reliability/mutation.py", *arguments)
 
