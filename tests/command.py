@@ -6,6 +6,7 @@ most of what a short command takes. The copy ends without a word to pytest.
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import subprocess
@@ -15,7 +16,7 @@ import traceback
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, BinaryIO, NoReturn
 
-from pidcfg.cli.main import main
+from pidcfg.__main__ import main
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,6 +57,7 @@ def _content(file: BinaryIO) -> bytes:
 
 def _be_the_command(args: Sequence[str], cwd: Path | None, env: dict[str, str], files: Sequence[BinaryIO]) -> NoReturn:
     code: object = CRASHED
+    gc.freeze()  # what pytest holds is not searched for cycles, and so stays shared
     try:
         if cwd is not None:
             os.chdir(cwd)

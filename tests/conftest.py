@@ -1,5 +1,6 @@
 """The same surroundings for every test, whatever terminal or CI runs them."""
 
+import gc
 import ipaddress
 import os
 import socket
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import settings
 
 from browser import browser  # noqa: F401 - a fixture, for every test that opens a page
+from pidcfg.__main__ import FEW_COLLECTIONS
 
 SCRUBBED = (
     "NO_COLOR",
@@ -22,6 +24,8 @@ SCRUBBED = (
     "CI_PROJECT_DIR",
 )
 """Variables that change what a command prints, beside those of its own options."""
+
+gc.set_threshold(*FEW_COLLECTIONS)
 
 # A slow machine is no failure; random tests are about values, not about time. In CI they draw the same values each
 # time, and fewer of them: what stops a change there is the change itself. New values are drawn by those who develop.

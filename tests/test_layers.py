@@ -405,7 +405,7 @@ def loaded_by(code):
 
 def modules_of_pidcfg(loaded):
     """Those of pidcfg among some modules, named below it."""
-    return {name.removeprefix("pidcfg.") for name in loaded if name.startswith("pidcfg.")}
+    return {name.removeprefix("pidcfg.") for name in loaded if name.startswith("pidcfg.")} - {"__main__"}
 
 
 def vendors_of(modules):
@@ -418,7 +418,7 @@ def loaded_by_command(command):
     """The modules that a command has imported when it ends."""
     return loaded_by(f"""
 import sys
-from pidcfg.cli.main import main
+from pidcfg.__main__ import main
 sys.argv = ["pidcfg", *{command.split()}]
 try:
     main()
