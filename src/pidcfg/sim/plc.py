@@ -285,7 +285,7 @@ class CountsPlc(Plc):
 
 
 class Controller(Protocol):
-    """A vendor's controller module."""
+    """A vendor's controller module; compiled code puts ``INLINED`` into the scan, `pidcfg.sim.pieces` ``PATH``, too."""
 
     Options: type[Any]
     """A dataclass: what a scenario may choose about the PLC (its key ``plc``); times in ticks."""
@@ -298,4 +298,3 @@ class Controller(Protocol):
     LOOP_STEP: int
     INLINED: tuple[Callable[..., Any], ...]
     PATH: tuple[Callable[..., Any], ...]
-    """Kernels that most samples run: the first are put into the scan by compiled code, all by `pidcfg.sim.pieces`."""

@@ -284,9 +284,7 @@ ISOLATED = click.option(
 SHOW = click.option("--show-settings", is_flag=True, help="Print the settings in force and their file, and stop.")
 FIX = click.option("--fix", is_flag=True, help="Correct what has one reading only, and report the rest.")
 DIFF = click.option("--diff", is_flag=True, help="Show what --fix would change; write nothing, exit 1 if anything.")
-BASELINE = click.option(
-    "--baseline", metavar="FILE", callback=only_file, help="Leave out the findings that this file knows."
-)
+BASELINE = click.option("--baseline", metavar="FILE", callback=only_file, help="Leave out what this file knows.")
 CREATE = click.option("--create-baseline", "create", is_flag=True, help="Write the findings there are to --baseline.")
 SHRINK = click.option(
     "--shrink-baseline",
