@@ -1,8 +1,10 @@
 """Ctrl-C and SIGTERM: what is to end with a result ends with it, and everything else as any command does."""
 
+import asyncio
 import io
 import os
 import signal
+import threading
 
 import pytest
 
@@ -25,6 +27,8 @@ def desk():
 def handlers(monkeypatch):
     """The handlers of the command line, which are there again after the work."""
     before = {number: signal.getsignal(number) for number in BOTH}
+    running = asyncio._get_running_loop()
+    asyncio._set_running_loop(None)  # that of a browser, if a test before this one has begun it
     monkeypatch.setattr(os, "register_at_fork", lambda **_: None)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -34,6 +38,7 @@ def handlers(monkeypatch):
     assert {number: signal.getsignal(number) for number in BOTH} == installed
     for number, handler in before.items():
         signal.signal(number, handler)
+    asyncio._set_running_loop(running)
 
 
 @pytest.mark.usefixtures("handlers")
@@ -42,6 +47,17 @@ def test_a_server_that_is_ended_gives_its_report(number):
     result = pidcfg.serve(SCENARIO, listen="127.0.0.1:0", ready=lambda _: signal.raise_signal(number))
     assert result.ok
     assert result.outcome.report is not None
+
+
+@pytest.mark.usefixtures("handlers")
+def test_a_server_in_a_notebook_is_ended_by_ctrl_c():
+    main = threading.main_thread().ident
+
+    async def cell():
+        ready = lambda _: signal.pthread_kill(main, signal.SIGINT)  # noqa: E731
+        return pidcfg.serve(SCENARIO, listen="127.0.0.1:0", ready=ready)
+
+    assert asyncio.run(cell()).outcome.report is not None
 
 
 @pytest.mark.usefixtures("handlers")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import threading
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -27,10 +28,24 @@ def run(work: Coroutine[Any, Any, R]) -> R:
         asyncio.get_running_loop()
     except RuntimeError:
         return _Ending().run(work)
+    return _beside(work)
+
+
+def _beside(work: Coroutine[Any, Any, R]) -> R:
+    """The result of the work in a thread of its own; what interrupts the wait for it, Ctrl-C say, cancels it."""
     from concurrent.futures import ThreadPoolExecutor
 
+    ending = _Ending()
     with ThreadPoolExecutor(1) as pool:
-        return pool.submit(asyncio.run, _quiet(work)).result()
+        future = pool.submit(asyncio.run, ending.watched(work))
+        try:
+            return future.result()
+        except BaseException:
+            if not future.done():
+                ending.cancel()
+                with suppress(asyncio.CancelledError):
+                    return future.result()
+            raise
 
 
 class _Ending:
@@ -40,12 +55,13 @@ class _Ending:
         self._before: dict[int, Callable[[int, Any], Any]] = {}
         self._cancel: Callable[[], Any] | None = None
         self._came: int | None = None
+        self._begun = threading.Event()
 
     def run(self, work: Coroutine[Any, Any, R]) -> R:
         """The result of the work; a signal that ended it without one does what it would have done."""
         self._install()
         try:
-            return asyncio.run(self._watched(work))
+            return asyncio.run(self.watched(work))
         except asyncio.CancelledError:
             if self._came is not None:
                 self._before[self._came](self._came, None)
@@ -71,10 +87,18 @@ class _Ending:
         self._came = number
         self._cancel()
 
-    async def _watched(self, work: Coroutine[Any, Any, R]) -> R:
+    def cancel(self) -> None:
+        """Cancels the work from another thread, as soon as it has begun."""
+        self._begun.wait()
+        if self._cancel is not None:
+            self._cancel()
+
+    async def watched(self, work: Coroutine[Any, Any, R]) -> R:
+        """The work, which can be cancelled while it is running."""
         loop, task = asyncio.get_running_loop(), asyncio.current_task()
         if task is not None:
             self._cancel = partial(loop.call_soon_threadsafe, task.cancel)  # wakes a loop that waits
+        self._begun.set()
         try:
             return await _quiet(work)
         finally:
