@@ -1,8 +1,8 @@
 """Measures what a loop-step takes in CPython, vendor by vendor, and writes the table that `auto` decides by.
 
 Run it with ``python tasks.py bench --write-costs``, on a machine that is idle. Every shipped example runs as `pidcfg
-simulate` runs it; of its rounds the quickest counts, of a vendor's examples the median. What is written is small whole
-numbers of µs: the choice needs their size alone, and is the same wherever it is made.
+simulate` runs it, kernel by kernel; of its rounds the quickest counts, of a vendor's examples the median. What is
+written is small whole numbers of µs: the choice needs their size alone, and is the same wherever it is made.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rounds import QUICK_ROUNDS, cpu, race
 from pidcfg.limits import Limits
 from pidcfg.reader import DISK
 from pidcfg.scenario.load import Loaded, load
-from pidcfg.sim import costs
+from pidcfg.sim import costs, pieces
 from pidcfg.sim.costs import LOOP_STEPS
 from pidcfg.source import read_document
 
@@ -53,6 +53,7 @@ def written(text: str, measured: dict[str, int]) -> str:
 
 def main() -> None:
     """All vendors of the table."""
+    pieces.FEWEST_STEPS = 1 << 62
     measured = {}
     for vendor, before in LOOP_STEPS.items():
         measured[vendor] = max(1, round(statistics.median(map(microseconds, examples(vendor)))))
