@@ -45,7 +45,9 @@ FLOAT = 8
 
 def with_word(image, number, raw):
     """An image with another content of one word."""
-    return replace(image, cells=tuple(replace(c, raw=raw) if c.number == number else c for c in image.cells))
+    place, cell = next((i, cell) for i, cell in enumerate(image.cells) if cell.number == number)
+    new = cell._replace(raw=raw) if isinstance(cell, tuple) else replace(cell, raw=raw)
+    return replace(image, cells=(*image.cells[:place], new, *image.cells[place + 1 :]))
 
 
 def refused(image, where, value):

@@ -167,6 +167,7 @@ class Controller:
 
     scan = staticmethod(scan)
     LOOP_STEP = 7
+    INLINED = PATH = ()
 
     @dataclass
     class Options:

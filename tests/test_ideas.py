@@ -5,6 +5,7 @@ from decimal import Decimal
 
 import pytest
 
+from pidcfg.frozen import frozen
 from pidcfg.validate.ideas.alarms import (
     alarm_beyond,
     alarm_within,
@@ -19,12 +20,12 @@ from pidcfg.validate.ideas.limits import NUMBERS, outside_limits
 from pidcfg.validate.views import View, complete, number_text, value_or_switch, with_unit
 
 
-@dataclass(frozen=True)
+@frozen
 class Loop:
     name: str
 
 
-@dataclass(frozen=True)
+@frozen
 class Registers(View[Loop]):
     """A loop whose registers are given by name; what has none does not fit."""
 
