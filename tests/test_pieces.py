@@ -184,15 +184,23 @@ def pieces_of_skips():
     return Pieces(skips, skips, {}, frozenset(SMALL), 10)
 
 
-def test_a_long_call_has_a_piece_at_once_and_short_ones_after_many():
+def test_a_long_run_has_pieces_at_once_and_short_ones_after_many():
     group, several = random_group(random.Random(3)), pieces_of_skips()
     long, often = pieces.LONG // 10, pieces.OFTEN // 10
 
-    assert several.step(long - 1, (1, group)) is None
-    step = several.step(long, (1, group))
-    assert step is not None
-    assert several.step(pieces.FEWEST_STEPS, (1, group)) is step
+    several.begin(long - 1)
+    assert several.step(100, (1, group)) is None
+    several.begin(long)
     assert several.step(pieces.FEWEST_STEPS - 1, (1, group)) is None
+    step = several.step(pieces.FEWEST_STEPS, (1, group))
+    assert step is not None
+    several.begin(0)
+    assert several.step(100, (1, group)) is step
+
+    several = pieces_of_skips()
+    several.begin(pieces.EACH // 10 * 2)
+    others = [group._replace(cfg=[Setting(on=a), Setting(on=b)]) for a, b in ((0, 0), (0, 1), (1, 0))]
+    assert [several.step(100, (1, one)) is not None for one in others] == [True, True, False]
 
     several = pieces_of_skips()
     short = [several.step(often // 100, (1, group)) for _ in range(100)]
@@ -218,7 +226,7 @@ def test_the_pieces_used_last_are_kept_and_what_cannot_be_written_is_run_as_it_i
 
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_random_runs_leave_the_same_bits_in_pieces_and_not(vendor, monkeypatch):
-    monkeypatch.setattr(pieces, "LONG", 0)
+    monkeypatch.setattr(pieces, "OFTEN", 0)
     rng = random.Random(f"{vendor} in pieces")
     for loops in (1, 2, 1):
         steps = rng.randint(100, 300)
@@ -234,7 +242,7 @@ def test_random_runs_leave_the_same_bits_in_pieces_and_not(vendor, monkeypatch):
 
 
 def test_more_loops_run_kernel_by_kernel(monkeypatch):
-    monkeypatch.setattr(pieces, "LONG", 0)
+    monkeypatch.setattr(pieces, "OFTEN", 0)
     monkeypatch.setattr(pieces, "MOST_LOOPS", 1)
     case = loaded(configuration("dl06", 2), random_scenario(random.Random(5), "dl06", 2, 100))
     several = python_kernels(case.controller).advance.__self__

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.engine import EngineName
     from pidcfg.sim.recording import Recording
 
-PLAIN, FAST, WRITTEN, LONG = 20_000, 1_000_000, 100_000, 8_000_000
+PLAIN, FAST, WRITTEN, LONG = 60_000, 1_000_000, 100_000, 8_000_000
 """Loop-steps of a run: in CPython, compiled, compiled with a trend (text for the most part), and beside C: from so many
 on `auto` compiles in any case."""
 GOALS = {"dl06": 1.3, "ezlogix": 1.1, "click": 1.0, "dpide": 0.9, "nextopid": 0.6}

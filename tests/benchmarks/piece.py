@@ -15,7 +15,7 @@ def text_of(vendor: str) -> str:
     """The piece with which the vendor's production run begins, and what it is right for."""
     case = production.loaded(production.configuration(vendor, 1), production.scenario(vendor, 1, 2000, noise=False))
     several: Any = python_kernels(case.controller).advance
-    pieces.LONG = 0
+    pieces.OFTEN = 0
     production.ours(case, "python")
     return str(several.__self__.steps[-1].text)
 

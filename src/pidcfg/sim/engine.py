@@ -153,15 +153,20 @@ class Kernels(NamedTuple):
     """`pidcfg.sim.noise.normals`, compiled; None: Python draws the noise."""
 
 
-def python_kernels(controller: Controller) -> Kernels:
-    """The vendor's ``scan`` in the place of the empty one, and base steps in one piece where that pays."""
+def python_kernels(controller: Controller, steps: int = 0) -> Kernels:
+    """The vendor's ``scan`` in the place of the empty one, and base steps in one piece where that pays.
+
+    ``steps``: base steps of the run, or of those of a call that are like it.
+    """
     if controller.scan not in IN_PIECES:
         names = {**vars(kernel), "scan": controller.scan}
         advance, settle = (FunctionType(f.__code__, names, f.__name__) for f in ENTRIES)
         hot = frozenset((*inlined(controller), *controller.PATH, *USUAL))
         pieces = Pieces(advance, kernel.advance, {kernel.scan: controller.scan}, hot, controller.LOOP_STEP)
-        IN_PIECES[controller.scan] = Kernels(pieces.advance, settle)
-    return IN_PIECES[controller.scan]
+        IN_PIECES[controller.scan] = pieces, Kernels(pieces.advance, settle)
+    pieces, kernels = IN_PIECES[controller.scan]
+    pieces.begin(steps)
+    return kernels
 
 
 HOT = (step_plants, measure_loop, watch_bands, read_gauges, watch_end, watch_swings)
@@ -178,7 +183,7 @@ def inlined(controller: Controller) -> tuple[Callable[..., Any], ...]:
 
 KEPT: dict[Scan, Kernels] = {}
 """Compiled kernels by the vendor's ``scan``: loading them costs more than a short run."""
-IN_PIECES: dict[Scan, Kernels] = {}
+IN_PIECES: dict[Scan, tuple[Pieces, Kernels]] = {}
 """CPython's, which keep what was written for earlier runs."""
 
 

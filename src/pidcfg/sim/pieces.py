@@ -2,7 +2,7 @@
 
 The results are the same to the bit, so that nothing but speed hangs on the choice; it goes by the base steps to run
 and a constant a vendor, never by a clock. To write a piece takes as long as to run some thousand base steps, so one is
-written for a call that is far longer, or when so much has run without one that others of the kind will follow.
+written for a run that is far longer, or when so much has run without one that others of the kind will follow.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ MOST_LOOPS = 4
 """More loops gain little: their variables are too many for short instructions."""
 FEWEST_STEPS = 32
 """Base steps for which it pays to put fields into variables and back."""
-LONG, OFTEN = 150_000, 500_000
-"""µs a loop, in CPython: of a call for which a piece is written at once, and of those before it that had none."""
+LONG, OFTEN = 200_000, 500_000
+"""µs a loop, in CPython: of a run for which pieces are written at once, and of runs before it that had none."""
+EACH = 100_000
+"""µs a loop of such a run for each piece that is written: events change what is in use."""
 MOST_PIECES = 16
 SMALL = 40
 """Expressions and statements of a kernel that is put in the place of its call wherever it stands."""
@@ -44,6 +46,13 @@ class Pieces:
     """The one used last first."""
     without: int = 0
     """µs a loop that ran without a piece since one was written last."""
+    allowed: int = 0
+    """Pieces that are still written for this run."""
+
+    def begin(self, steps: int) -> None:
+        """A run of so many base steps begins."""
+        work = steps * self.loop_step
+        self.allowed = work // EACH if work >= LONG else 0
 
     def advance(
         self, k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], meters: Meters, log: Log
@@ -61,11 +70,10 @@ class Pieces:
             if step.fits(*arguments):
                 self.steps.insert(0, self.steps.pop(i))
                 return step
-        work = turns * self.loop_step
-        self.without += work
-        if work < LONG and self.without < OFTEN:
+        self.without += turns * self.loop_step
+        if not self.allowed and self.without < OFTEN:
             return None
-        self.without = 0
+        self.allowed, self.without = max(0, self.allowed - 1), 0
         try:
             self.steps.insert(0, step_of(self.kernel, arguments, self.swap, self.in_place))
         except NotInlinedError:

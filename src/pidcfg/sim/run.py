@@ -148,7 +148,7 @@ class Run:
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         onsets = [w for w in watches.values() if isinstance(w, Onset)]
         engine = choose(settings.engine, (last + 1) * len(meters), controller, settings.runs)
-        kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
+        kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller, last + 1)
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
