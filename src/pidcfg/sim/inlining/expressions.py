@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(slots=True)
-class Expressions:
+class Expressions(ABC):
     """What expressions share; `pidcfg.sim.inlining.statements.Statements` adds statements and calls put in place."""
 
     swap: Mapping[Kernel, Kernel]
@@ -201,9 +202,9 @@ class Expressions:
                 self.facts.guards, self.before = before
         return self._called(kernel, node, frame, out)
 
+    @abstractmethod
     def in_place(self, kernel: Kernel, node: ast.Call, frame: Frame, out: Lines) -> str:
         """The lines of a kernel in the place of its call."""
-        raise NotImplementedError
 
     def _called(self, kernel: Kernel, node: ast.Call, frame: Frame, out: Lines) -> str:
         """A call as it is; what it reads in records is put there before, and what it writes is fetched after."""
