@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from datetime import date
+from decimal import Decimal
 from pathlib import Path
 
 import openpyxl
@@ -30,7 +31,7 @@ ROW = "TIC-1,Oven,direct,2,2.5,180,0,200,degC,85\n"
 
 def sheets(path):
     doc = read_document(path.read_bytes(), path.name)
-    vendor = VENDORS[path.parent.name]
+    vendor = VENDORS[doc.data["vendor"]]
     return as_csv(doc, vendor).encode(), as_csv(doc, vendor, comma=True).encode(), as_workbook(doc, vendor)
 
 
@@ -163,6 +164,17 @@ def test_what_is_not_written_back_the_same_way_stays_a_text(text):
 )
 def test_numbers_and_switches_are_no_texts(text, value):
     assert (number_or_text(text), type(number_or_text(text))) == (value, type(value))
+
+
+@pytest.mark.parametrize("number", ["1e3", "1E+03", "1.5e2", "2.5E-01", "+5", ".5", "5.", "1000000000000", "0.00001"])
+def test_a_number_comes_back_however_it_is_written(number, tmp_path):
+    text = (EXAMPLES / "generic/boiler.yaml").read_text("utf-8").replace("gain: 1.2", f"gain: {number}")
+    (tmp_path / "boiler.yaml").write_text(text, "utf-8")
+    wanted = config(text)
+    assert wanted.loops[0].tuning.gain == Decimal(number)
+    for data in sheets(tmp_path / "boiler.yaml"):
+        assert config(from_sheet(data, "loops", None, DEFAULT).text) == wanted
+    assert config(plain_text(read_document(text.encode(), "boiler.yaml"))) == wanted
 
 
 def test_rows_that_fail_alike_are_named_behind_the_first():

@@ -8,6 +8,7 @@ import re
 from typing import Any
 
 from pidcfg.control_characters import CONTROL
+from pidcfg.document import Plain
 
 IN_QUOTES = re.compile(f"[{CONTROL}]")
 """Control characters that JSON, and YAML in double quotes, may hold as they are."""
@@ -38,9 +39,18 @@ def yaml_text(data: dict[str, Any]) -> str:
     yaml = YAML()
     yaml.width = 1000
     yaml.indent(mapping=2, sequence=4, offset=2)
+    yaml.representer.add_representer(Plain, _plain)
     out = io.StringIO()
     yaml.dump(_styled(data), out)
     return _without_controls(out.getvalue())
+
+
+def _plain(representer: Any, text: Plain) -> Any:
+    """A text that stands without quotes, whatever another reader takes it for."""
+    from ruamel.yaml.nodes import ScalarNode
+    from ruamel.yaml.resolver import VersionedResolver
+
+    return representer.represent_scalar(VersionedResolver().resolve(ScalarNode, str(text), (True, False)), str(text))
 
 
 def _styled(value: Any, *, flow: bool = False) -> Any:

@@ -8,7 +8,7 @@ import traceback
 from typing import Any
 
 from pidcfg.api import decode, encode
-from reliability.fuzz import EXAMPLES, Found, words_of
+from reliability.fuzz import SOUND, Found, words_of
 
 EDGES = (0, 1, 2, 3, 255, 256, 4095, 4096, 9998, 9999, 0x7FFF, 0x8000, 0x9999, 0xA000, 0xFFFF)
 """Contents of a register that mean something somewhere."""
@@ -21,7 +21,7 @@ class Codecs:
 
     def __init__(self, seed: int) -> None:
         self.seed = seed
-        self.listings = [(path, json.loads(encode(path, "json").text)) for path in EXAMPLES]
+        self.listings = [(path, json.loads(encode(path, "json").text)) for path in SOUND]
         self.found = Found()
 
     def run(self, number: int) -> None:

@@ -2,32 +2,45 @@
 
 from __future__ import annotations
 
-import copy
-import json
 import random
 import traceback
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from unittest.mock import patch
 
+from conversion_measure import unspoken
 from pidcfg.api import check, convert, decode, diff, encode, simulate
-from pidcfg.document import Plain
+from pidcfg.encoders.files import UnwritableError
 from pidcfg.limits import DEFAULT
 from pidcfg.results.argument_types import ArgumentError
+from pidcfg.sheets.read import from_sheet
+from pidcfg.sheets.write import as_csv
+from pidcfg.sim import engine, pieces
 from pidcfg.source import read_document
+from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import Fixer
 from pidcfg.vendors import VENDORS
+from reliability import commands
+from reliability.mutations import file_of, mutated
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from pidcfg.results.runs import SimulateResult
+
+    Step = tuple[str, Callable[[], None]]
 
 ROOT = Path(__file__).parents[2]
-EXAMPLES = [
-    p for p in sorted((ROOT / "examples").rglob("*.yaml")) if ".scenario" not in p.name and "mistakes" not in str(p)
-]
-VALUES = ("0", "1", "-1", "0.1", "99.99", "100", "0.04", "65535", "32767.5", "1e-9", "1e9", "3.4e38", "true", "false",
-          "off", "V2000", "V7640", "DS1", "DF500", "x", "[0, 100]", "[100, 0]", "[]", "{}", "1 min", "500 ms", "auto",
-          "manual", "cascade", "direct", "reverse", "2048 counts", "999 %")  # fmt: skip
-"""Values that mean something somewhere."""
-STEPS = 5_000
-"""Loop-steps of a simulation."""
+EXAMPLES = [p for p in sorted((ROOT / "examples").rglob("*.yaml")) if ".scenario" not in p.name]
+SOUND = [p for p in EXAMPLES if p.parent.name != "mistakes"]
+LIMITS = replace(DEFAULT, loop_steps=40_000)
+DURATIONS = ("20 s", "100 s", "10 min", "1 h")
+"""Of a changed scenario: loop-steps are what it costs."""
+SIMULATED = 3
+"""Of so many valid mutants one is simulated."""
+NAME = "m.yaml"
 
 
 @dataclass
@@ -38,69 +51,39 @@ class Found:
     valid: int = 0
     codecs: int = 0
     conversions: int = 0
+    sheets: int = 0
     simulations: int = 0
+    compiled: int = 0
     fixes: int = 0
+    commands: int = 0
+    branches: int = 0
+    """New ones."""
     failures: list[str] = field(default_factory=list)
-
-
-def written(value: Any) -> str:
-    """Data of the reader as YAML in flow style, plain texts as they were."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)}: {written(inner)}" for key, inner in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(written, value)) + "]"
-    return "" if value is None else str(value) if isinstance(value, Plain) else json.dumps(value, ensure_ascii=False)
-
-
-def file_of(data: dict[str, Any]) -> str:
-    """A configuration, a key a line."""
-    return "".join(f"{key}: {written(value)}\n" for key, value in data.items())
-
-
-def _places(value: Any, above: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    return [place for key, inner in items for place in ((*above, key), *_places(inner, (*above, key)))]
-
-
-def _value(data: Any, place: tuple[Any, ...]) -> Any:
-    for step in place:
-        data = data[step]
-    return data
-
-
-def mutated(data: dict[str, Any], donor: dict[str, Any], rng: random.Random) -> dict[str, Any]:
-    """A copy with one to three changes: a value, a key gone, an item twice, a part of another example."""
-    data = copy.deepcopy(data)
-    for _ in range(rng.choice((1, 1, 1, 2, 3))):
-        places = [place for place in _places(data) if place[0] not in {"pidcfg", "vendor"}]
-        if not places:
-            break
-        place = rng.choice(places)
-        parent, kind = _value(data, place[:-1]), rng.randrange(6)
-        if kind == 0:
-            del parent[place[-1]]
-        elif kind == 1 and isinstance(parent, list):
-            parent.insert(place[-1], copy.deepcopy(parent[place[-1]]))
-        elif kind == 2:
-            others = [other for other in _places(donor) if other[-1] == place[-1]]
-            if others:
-                parent[place[-1]] = copy.deepcopy(_value(donor, rng.choice(others)))
-        elif kind == 3:
-            others = [other for other in _places(donor) if isinstance(other[-1], str) and other[0] == place[0]]
-            if others and isinstance(parent, dict):
-                other = rng.choice(others)
-                parent[other[-1]] = copy.deepcopy(_value(donor, other))
-        elif kind == 4 and isinstance(parent[place[-1]], Plain) and parent[place[-1]].replace(".", "").isdigit():
-            factor = rng.choice((0.0, 0.01, 0.5, 1.01, 2.0, 10.0, 1000.0, -1.0))
-            parent[place[-1]] = Plain(f"{float(parent[place[-1]]) * factor:g}")
-        else:
-            parent[place[-1]] = Plain(rng.choice(VALUES))
-    return data
 
 
 def words_of(image: Any) -> Any:
     """What an image says, place by place."""
     return [(cell.number, cell.raw) for cell in image.cells]
+
+
+@contextmanager
+def plain() -> Iterator[str]:
+    """CPython kernel by kernel."""
+    with patch.object(pieces, "MOST_LOOPS", 0):
+        yield "python"
+
+
+@contextmanager
+def in_pieces() -> Iterator[str]:
+    """CPython with each base step in one piece, however short the run."""
+    with patch.multiple(pieces, MOST_LOOPS=4, LONG=0, EACH=1, FEWEST_STEPS=1):
+        yield "python"
+
+
+@contextmanager
+def compiled() -> Iterator[str]:
+    """Compiled kernels."""
+    yield "numba"
 
 
 class Fuzz:
@@ -109,10 +92,19 @@ class Fuzz:
     def __init__(self, seed: int) -> None:
         self.seed = seed
         self.examples = [(p, read_document(p.read_bytes(), p.name).data) for p in EXAMPLES]
+        self.scenarios = {p: _data(p.with_suffix(".scenario.yaml")) for p in SOUND}
         self.found = Found()
 
+    def prepare(self) -> None:
+        """Compiles what is to be in the memory of every copy of this process."""
+        if engine.installed():
+            for path, data in self.scenarios.items():
+                text = file_of({**data, "duration": DURATIONS[0], "events": [], "expect": []})
+                files = {str(data["config"]): path.read_text("utf-8")}
+                simulate(text, engine="numba", name="s.yaml", files=files)
+
     def run(self, number: int, *, deep: bool = True) -> None:
-        """One mutant through all steps; ``deep``: conversion and simulation too."""
+        """One mutant through all steps; ``deep``: conversion, simulation and commands too."""
         rng = random.Random(f"{self.seed} {number}")
         path, data = rng.choice(self.examples)
         donors = [d for p, d in self.examples if p.parent == path.parent]
@@ -120,7 +112,7 @@ class Fuzz:
         self.found.mutants += 1
         step = "check"
         try:
-            for name, work in self._steps(text, rng, deep=deep):
+            for name, work in self._steps(text, path, rng, deep=deep):
                 step = name
                 work()
         except AssertionError as error:
@@ -131,24 +123,40 @@ class Fuzz:
     def _failed(self, number: int, path: Path, step: str, why: str) -> None:
         self.found.failures.append(f"{self.seed} {number} {path.parent.name}/{path.stem} {step}: {why}")
 
-    def _steps(self, text: str, rng: random.Random, *, deep: bool) -> Any:
-        result = check(text, name="m.yaml")
+    def _steps(self, text: str, path: Path, rng: random.Random, *, deep: bool) -> Iterator[Step]:
+        result = check(text, name=NAME)
+        vendor = str(read_document(text.encode(), NAME).data["vendor"])
+        target = rng.choice([key for key in VENDORS if key != vendor])
         yield "fix", lambda: self._fix(text)
+        if deep:
+            scenario = self._scenario(path, rng)
+            yield "command", lambda: self._command(text, scenario, vendor, rng, ok=result.ok)
+            yield "diff with the example", lambda: self._other(path.read_text("utf-8"), text)
         if not result.ok:
+            if deep:
+                yield f"convert to {target}", lambda: self._refused(text, target)
             return
         self.found.valid += 1
-        vendor = str(read_document(text.encode(), "m.yaml").data["vendor"])
-        yield "encode", lambda: self._codec(text, vendor)
+        yield "encode", lambda: self._codec(text, vendor, rng.choice([*VENDORS[vendor].load("formats"), "json"]))
         if deep:
+            yield "sheet", lambda: self._sheet(text, vendor)
             yield "diff", lambda: self._same(text)
-            target = rng.choice([key for key in VENDORS if key != vendor])
             yield f"convert to {target}", lambda: self._convert(text, target)
-            if rng.randrange(4) == 0:
-                yield "simulate", lambda: self._simulate(text)
+            if rng.randrange(SIMULATED) == 0:
+                yield "simulate", lambda: self._simulate(text, path, scenario)
+
+    def _scenario(self, path: Path, rng: random.Random) -> str:
+        """The example's scenario, mostly changed, and shorter."""
+        near = [data for p, data in self.scenarios.items() if p.parent == path.parent]
+        data = self.scenarios.get(path) or rng.choice(list(self.scenarios.values()))
+        if rng.randrange(3):
+            data = mutated(data, rng.choice(near or [data]), rng)
+        return file_of({**data, "config": NAME, "duration": rng.choice(DURATIONS)})
+
+    # --- the steps ----------------------------------------------------------------------------------------------------
 
     def _fix(self, text: str) -> None:
-        fixer = Fixer(lambda b: read_document(b, "m.yaml"), lambda d: list(check(d.text, name="m.yaml").findings),
-                      bool)  # fmt: skip
+        fixer = Fixer(lambda b: read_document(b, NAME), lambda d: list(check(d.text, name=NAME).findings), bool)
         once = fixer.fix(text.encode())
         if once.fixed:
             self.found.fixes += 1
@@ -157,8 +165,27 @@ class Fuzz:
             codes = {(d.code, d.path) for d in once.left}
             assert not any((d.code, d.path) in codes for d in once.fixed), "a finding that was corrected is still there"
 
-    def _codec(self, text: str, vendor: str) -> None:
-        first = encode(text, "json", name="m.yaml")
+    def _command(self, text: str, scenario: str, vendor: str, rng: random.Random, *, ok: bool) -> None:
+        self.found.commands += 1
+        commands.run(text, scenario, vendor, rng, ok=ok)
+
+    def _other(self, example: str, text: str) -> None:
+        result = diff(example, text)
+        if result.ok and result.same:
+            one, two = (encode(side, "json", name=NAME) for side in (example, text))
+            images = one.image and two.image
+            assert not images or words_of(one.image) == words_of(two.image), (
+                "two files are the same, and their words differ"
+            )
+
+    def _refused(self, text: str, target: str) -> None:
+        """A file with errors: every call says so in its findings."""
+        assert encode(text, "json", name=NAME, allow_errors=True).findings, "nothing is said of a file with errors"
+        assert convert(text, target, name=NAME).data is None, "a file with errors was converted"
+        assert simulate(text, name=NAME, limits=LIMITS).findings, "a file with errors was simulated without a word"
+
+    def _codec(self, text: str, vendor: str, name: str) -> None:
+        first = encode(text, "json", name=NAME)
         assert first.ok, "what validates does not encode"
         back = decode(first.text, vendor, name="m.json")
         assert back.ok, f"what encodes does not decode: {back.findings[:1]}"
@@ -168,6 +195,32 @@ class Fuzz:
         assert second.ok, f"what was decoded does not encode: {faults[:2]}"
         noted = any("these words differ" in note for note in back.notes)
         assert noted or words_of(first.image) == words_of(second.image), "other words come back, and no note says so"
+        if name != "json" and VENDORS[vendor].load("formats")[name].whole:
+            self._format(text, vendor, name, first.image)
+
+    def _format(self, text: str, vendor: str, name: str, image: Any) -> None:
+        """The same through a format that holds every register."""
+        try:
+            written_so = encode(text, name, name=NAME)
+        except UnwritableError:
+            return
+        if not written_so.ok or not written_so.text:
+            return
+        back = decode(written_so.text, vendor, format=name, like=text, name="m.txt")
+        self.found.codecs += 2
+        assert back.ok, f"{name}: what encodes does not decode: {back.findings[:1]}"
+        second = encode(back.text, "json", name="b.yaml", allow_errors=True)
+        noted = any("these words differ" in note for note in back.notes)
+        assert second.ok, f"{name}: what was decoded does not encode"
+        assert noted or words_of(image) == words_of(second.image), f"{name}: other words come back, and no note says so"
+
+    def _sheet(self, text: str, vendor: str) -> None:
+        document = read_document(text.encode(), NAME)
+        sheet = as_csv(document, VENDORS[vendor])
+        back = from_sheet(sheet.encode(), "m.csv", None, DEFAULT)
+        self.found.sheets += 1
+        one, two = (check_document(doc).config for doc in (document, read_document(back.text.encode(), "b.yaml")))
+        assert one == two, "a sheet comes back as another configuration"
 
     def _same(self, text: str) -> None:
         result = diff(text, text)
@@ -175,20 +228,49 @@ class Fuzz:
 
     def _convert(self, text: str, target: str) -> None:
         try:
-            result = convert(text, target, name="m.yaml")
+            result = convert(text, target, name=NAME)
         except ArgumentError:
             return
         self.found.conversions += 1
-        if result.text:
-            again = check(result.text, name="c.yaml")
-            faults = [d.code for d in again.findings if d.code.startswith("PID0") and d.severity.name == "ERROR"]
-            assert not faults, f"the converted file is refused: {faults[:3]}"
-            assert result.text == convert(text, target, name="m.yaml").text, "twice is not the same"
+        if not result.text:
+            return
+        again = check(result.text, name="c.yaml")
+        faults = [d.code for d in again.findings if d.code.startswith("PID0") and d.severity.name == "ERROR"]
+        assert not faults, f"the converted file is refused: {faults[:3]}"
+        assert result.text == convert(text, target, name=NAME).text, "twice is not the same"
+        config = check_document(read_document(text.encode(), NAME)).config
+        silent = [f for i, _ in result.pairs for f in unspoken(config, i, result.loops[i].changes)]
+        assert not silent, f"no line of the report speaks of {silent[:3]}"
 
-    def _simulate(self, text: str) -> None:
-        import dataclasses
-
-        limits = dataclasses.replace(DEFAULT, loop_steps=STEPS)
-        once = [simulate(text, engine="python", name="m.yaml", limits=limits).to_json() for _ in range(2)]
+    def _simulate(self, text: str, path: Path, scenario: str) -> None:
+        """The scenario of the example, changed as well, or the one that is drafted: the same in every engine."""
+        if len(scenario) % 2 and path in self.scenarios:
+            source, files = scenario, {NAME: text}
+            fine = check(source, name="s.yaml", files=files).ok
+        else:
+            source, files, fine = text, None, False
+        results = [self._run(source, files, way) for way in self._ways()]
         self.found.simulations += 1
-        assert once[0] == once[1], "two runs differ"
+        assert not fine or results[0][0] != "refused", f"checked without an error, and not run: {results[0][1]}"
+        assert all(one == results[0] for one in results), "engines differ"
+
+    def _ways(self) -> list[Callable[[], Any]]:
+        ways: list[Callable[[], Any]] = [plain, in_pieces]
+        if engine.installed():
+            self.found.compiled += 1
+            ways.append(compiled)
+        return ways
+
+    def _run(self, source: str, files: dict[str, str] | None, way: Callable[[], Any]) -> tuple[str, str]:
+        with way() as name:
+            result: SimulateResult = simulate(source, engine=name, name="s.yaml", files=files, limits=LIMITS)
+        if result.report is None:
+            return "refused", repr([d.message for d in result.findings])
+        data = result.to_json()
+        data.pop("engine")
+        return "ran", repr(data)
+
+
+def _data(path: Path) -> dict[str, Any]:
+    data: dict[str, Any] = read_document(path.read_bytes(), path.name).data
+    return data

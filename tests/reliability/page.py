@@ -79,15 +79,22 @@ def _examples(found: Mapping[str, Any]) -> str:
     rows = (
         _run(found),
         ("changed examples; of these valid", f"{found['mutants']}; {found['valid']}"),
-        ("encoded or decoded", found["codecs"]),
-        ("converted; simulated twice; corrected", f"{found['conversions']}; {found['simulations']}; {found['fixes']}"),
+        ("encoded or decoded; as a sheet and back", f"{found['codecs']}; {found['sheets']}"),
+        ("converted; corrected", f"{found['conversions']}; {found['fixes']}"),
+        ("simulated twice, of these compiled too", f"{found['simulations']}; {found['compiled']}"),
+        ("commands run on them", found["commands"]),
+        ("branches of the code that no example before had taken, of every sixth", found["branches"]),
+        ("CPU without a new one, at the end of each run", ", ".join(f"{s / 60:.0f} min" for s in found["quiet"])),
         _wrong(found),
     )
     return (
         f"{_table(('what', 'figure'), rows)}\n\n"
         "True of every one: only declared errors; what validates without an error encodes, and what encodes decodes\n"
-        "to the same words, or a note says which differ; `--fix` twice is as once, and removes what it claims; a file\n"
-        "does not differ from itself; what is converted can be read; twice is as once."
+        "to the same words, or a note says which differ, in every format that holds all of them; a sheet comes back as\n"
+        "the same configuration; `--fix` twice is as once, and removes what it claims; a file does not differ from\n"
+        "itself, and none with other words is the same; what is converted can be read, a line speaks of each field, and\n"
+        "twice is as once; a scenario without an error runs, and kernel by kernel, in pieces and compiled it gives the\n"
+        "same figures; a command ends with a declared exit code, says why, and changes no file that it should not."
     )
 
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from reliability import codecs, copies, faults, figures, fuzz, growth, guided, hostile, kills, others, words
+from reliability import branches, codecs, copies, faults, figures, fuzz, growth, guided, hostile, kills, others, words
 from reliability.page import PAGE, page
 
 if TYPE_CHECKING:
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 MOST = 60
 """Seconds of CPU for a mutant of an example, or for a batch of listings."""
-BATCH = 100
+BATCH, SOME = 100, 6
+"""Listings and mutants of examples that share a copy of the process."""
 KEPT_EVERY = 60
 """Seconds after which a long part keeps its figures: it may be ended at any time."""
 
@@ -54,8 +55,11 @@ def hostile_files(options: argparse.Namespace, end: float) -> dict[str, Any]:
 
 
 def changed_examples(options: argparse.Namespace, end: float) -> dict[str, Any]:
-    """Changed examples through every step, a process each."""
-    return _rows(fuzz.Fuzz(options.seed), "examples", 1, options, end)
+    """Changed examples through every step, and whether they still reach anything new."""
+    rig = fuzz.Fuzz(options.seed)
+    rig.prepare()
+    known = branches.Known()
+    return {**_rows(rig, "examples", SOME, options, end, known), "quiet": [known.quiet()]}
 
 
 def changed_listings(options: argparse.Namespace, end: float) -> dict[str, Any]:
@@ -68,32 +72,42 @@ def register_words(options: argparse.Namespace, end: float) -> dict[str, Any]:
     return _rows(words.Words(options.seed), "words", 1, options, end)
 
 
-def _rows(rig: Any, part: str, size: int, options: argparse.Namespace, end: float) -> dict[str, Any]:
+def _rows(
+    rig: Any, part: str, size: int, options: argparse.Namespace, end: float, known: branches.Known | None = None
+) -> dict[str, Any]:
     total, number, begin, kept = type(rig.found)(), 0, cpu(), time.monotonic()
     while time.monotonic() < end:
-        _batch(rig, total, range(number, number + size))
+        _batch(rig, total, range(number, number + size), known)
         number += size
         if time.monotonic() > kept + KEPT_EVERY:
             kept = time.monotonic()
-            figures.keep(part, {"seed": options.seed, "cpu": cpu() - begin, **vars(total)})
+            quiet = {} if known is None else {"quiet": [known.quiet()]}
+            figures.keep(part, {"seed": options.seed, "cpu": cpu() - begin, **vars(total), **quiet})
     return vars(total)
 
 
-def _batch(rig: Any, total: Any, numbers: range) -> None:
-    """Some numbers of a rig in a copy; one by one where they take too long together."""
+def _batch(rig: Any, total: Any, numbers: range, known: branches.Known | None = None) -> None:
+    """Some numbers of a rig in a copy; one by one where they take too long together.
+
+    ``known``: the branches that were taken before; the first of the numbers shows whether it takes another.
+    """
 
     def work() -> dict[str, Any]:
         rig.found = type(total)()
-        for number in numbers:
+        new = [] if known is None else known.new(lambda: rig.run(numbers[0]))
+        for number in numbers if known is None else numbers[1:]:
             rig.run(number)
-        return vars(rig.found)
+        return {**vars(rig.found), "new": new}
 
     _, found = copies.in_a_copy(work, MOST)
     if found is None and len(numbers) > 1:
         for number in numbers:
-            _batch(rig, total, range(number, number + 1))
+            _batch(rig, total, range(number, number + 1), known)
         return
     slow = {"failures": [f"{rig.seed} {numbers[0]}: takes more than {MOST} s of CPU, or crashes"]}
+    new = (found or {}).pop("new", [])
+    if known is not None:
+        total.branches += known.add(new)
     for key, value in (found or slow).items():
         setattr(total, key, getattr(total, key) + value)
     for failure in (found or slow)["failures"]:
