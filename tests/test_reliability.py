@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+import random
 import sys
+from pathlib import Path
 
 import pytest
 
 from living_rig import GOOD
-from reliability import codecs, copies, faults, figures, fuzz, growth, hostile, kills, mutants, rounding, words
+from reliability import (
+    codecs,
+    commands,
+    copies,
+    faults,
+    figures,
+    fuzz,
+    growth,
+    hostile,
+    kills,
+    mutants,
+    rounding,
+    words,
+)
 from reliability.mutation import Runner, valid
 from reliability.page import PAGE, page
 from reliability.reached import importing_files
@@ -16,6 +31,7 @@ from reliability.users import users
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="timers, signals and copies of POSIX")
 SEED = 1
+BOILER = Path(__file__).parents[1] / "examples" / "generic" / "boiler.yaml"
 EVERY = 14
 """A case of so many is run: each kind of input and each way of spoiling comes up."""
 
@@ -59,21 +75,49 @@ def test_a_traceback_a_bug_and_an_escape_are_seen(tmp_path, monkeypatch):
     assert (figures.tracebacks, figures.bugs, len(figures.failures)) == (1, 1, 1)
 
 
-def test_changed_examples_keep_what_must_be_true():
-    rig = fuzz.Fuzz(SEED)
-    for number in range(12):
-        rig.run(number, deep=number == 0)
-    assert rig.found.failures == []
-    assert rig.found.mutants == 12
-    assert rig.found.valid > 0
+@pytest.fixture
+def changed(monkeypatch):
+    """Changed examples without compiled kernels, which take half a minute; the pieces of CPython are tried."""
+    monkeypatch.setattr(fuzz.engine, "installed", lambda: False)
+    return fuzz.Fuzz(SEED)
 
 
-def test_what_is_not_true_of_a_changed_example_is_seen(monkeypatch):
-    rig = fuzz.Fuzz(SEED)
-    monkeypatch.setattr(fuzz, "words_of", lambda _: object())
+def test_changed_examples_keep_what_must_be_true(changed):
     for number in range(12):
-        rig.run(number, deep=False)
-    assert len(rig.found.failures) == rig.found.valid > 0
+        changed.run(number, deep=number % 4 == 0)
+    assert changed.found.failures == []
+    assert changed.found.mutants == 12
+    assert changed.found.valid > 0
+
+
+def test_every_command_of_a_changed_example_ends_as_it_must(changed, monkeypatch):
+    text, scenario = (path.read_text("utf-8") for path in (BOILER, BOILER.with_suffix(".scenario.yaml")))
+    scenario = scenario.replace("boiler.yaml", commands.CONFIG)
+    for line in commands.LINES[::9]:
+        monkeypatch.setattr(commands, "LINES", (line,))
+        commands.run(text, scenario, "generic", random.Random(SEED), ok=True)
+
+
+@pytest.mark.parametrize(
+    ("place", "fault", "told"),
+    [
+        ("reliability.fuzz.words_of", lambda _: object(), "encode: other words come back, and no note says so"),
+        ("reliability.fuzz.unspoken", lambda *_: ["gain"], "no line of the report speaks of ['gain']"),
+        ("reliability.fuzz.Fuzz._run", lambda *args: ("ran", args[-1].__name__), "simulate: engines differ"),
+        ("pidcfg.sheets.write.number_or_text", lambda _: 7, "sheet: "),
+        ("command.main", lambda: sys.exit(3), " ends with 3: "),
+        ("command.main", lambda: sys.exit(2), " ends with 2 and says nothing"),
+        ("command.main", lambda: sys.exit(Path(commands.CONFIG).write_text("")), f" changes {{'{commands.CONFIG}'}}"),
+        ("command.main", lambda: sys.exit(Path(".m.yaml.1").touch()), " leaves ['.m.yaml.1']"),
+    ],
+)
+def test_what_is_not_true_of_a_changed_example_is_seen(changed, place, fault, told, monkeypatch):
+    monkeypatch.setattr(place, fault)
+    for number in range(60):
+        changed.run(number)
+        if any(told in failure for failure in changed.found.failures):
+            return
+    pytest.fail(f"{changed.found}")
 
 
 def test_changed_listings_keep_what_must_be_true(monkeypatch):

@@ -8,13 +8,18 @@ import re
 from typing import Any
 
 from pidcfg.control_characters import CONTROL
-from pidcfg.document import Plain
 
 IN_QUOTES = re.compile(f"[{CONTROL}]")
 """Control characters that JSON, and YAML in double quotes, may hold as they are."""
 WIDTH = 110
 ENDS_A_TEXT = frozenset("?:")
 """Signs that some readers take for the end of a text in flow style."""
+
+
+class Number(str):
+    """A number as it is written, whichever of its forms: it stands without quotes."""
+
+    __slots__ = ()
 
 
 def json_text(data: object, *, allow_nan: bool = True) -> str:
@@ -39,14 +44,14 @@ def yaml_text(data: dict[str, Any]) -> str:
     yaml = YAML()
     yaml.width = 1000
     yaml.indent(mapping=2, sequence=4, offset=2)
-    yaml.representer.add_representer(Plain, _plain)
+    yaml.representer.add_representer(Number, _number)
     out = io.StringIO()
     yaml.dump(_styled(data), out)
     return _without_controls(out.getvalue())
 
 
-def _plain(representer: Any, text: Plain) -> Any:
-    """A text that stands without quotes, whatever another reader takes it for."""
+def _number(representer: Any, text: Number) -> Any:
+    """A node whose tag is the one that its text means to any reader, so that it needs neither quotes nor a tag."""
     from ruamel.yaml.nodes import ScalarNode
     from ruamel.yaml.resolver import VersionedResolver
 

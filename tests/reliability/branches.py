@@ -1,4 +1,4 @@
-"""Branches of pidcfg that some work takes (coverage.py): whether the next changed example still reaches anything new."""
+"""Branches of pidcfg that some work takes (coverage.py): whether changed examples still reach anything new."""
 
 from __future__ import annotations
 

@@ -174,9 +174,7 @@ class Fuzz:
         if result.ok and result.same:
             one, two = (encode(side, "json", name=NAME) for side in (example, text))
             images = one.image and two.image
-            assert not images or words_of(one.image) == words_of(two.image), (
-                "two files are the same, and their words differ"
-            )
+            assert not images or words_of(one.image) == words_of(two.image), "the same, and their words differ"
 
     def _refused(self, text: str, target: str) -> None:
         """A file with errors: every call says so in its findings."""

@@ -6,8 +6,8 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.document import Plain
-from pidcfg.schemas.base import LEADING_ZERO, NUMBER
-from pidcfg.writer import yaml_text
+from pidcfg.schemas.base import NUMBER
+from pidcfg.writer import Number, yaml_text
 
 if TYPE_CHECKING:
     from pidcfg.document import Document
@@ -32,7 +32,7 @@ def native(value: Any) -> Any:
 
 
 def number_or_text(text: str) -> Any:
-    """A plain text as a number or a switch where it is written back the same way; another number stays plain."""
+    """A plain text as a number or a switch where it is written back the same way; another number as it is."""
     if text.lower() in {"true", "false"}:
         return text.lower() == "true"
     for kind in (int, float):
@@ -44,4 +44,4 @@ def number_or_text(text: str) -> Any:
             continue
         if str(number) == text or (kind is float and text.rstrip("0").rstrip(".") == f"{number:.15g}"):
             return number
-    return Plain(text) if NUMBER.fullmatch(text) else str(text)
+    return Number(text) if NUMBER.fullmatch(text) else str(text)
