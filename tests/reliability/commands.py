@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 CONFIG, SCENARIO = "m.yaml", "s.scenario.yaml"
 FINDINGS = ("text", "concise", "json", "sarif", "github", "gitlab", "junit", "markdown")
 VERDICTS = ("text", "json", "sarif", "github", "gitlab", "junit")
-SMALL = "--limit loop-steps=40000"
+SMALL = "--limit loop_steps=40000"
 LINES = (
     *(f"validate m.yaml s.scenario.yaml --no-cache --format {name}" for name in FINDINGS),
     "validate m.yaml --no-cache --statistics --strict",
@@ -23,7 +23,7 @@ LINES = (
     "validate m.yaml --no-cache --fix",
     "encode m.yaml --format {format}",
     "encode m.yaml --format {format} --allow-errors",
-    *(f"convert m.yaml --to {{target}} --allow-loss --report {name}" for name in ("text", "json")),
+    *(f"convert m.yaml --to {{target}} --allow-loss --report {name} -o c.yaml" for name in ("text", "json")),
     "convert m.yaml --to {target} --report-output markdown=r.md -o c.yaml",
     *(f"export m.yaml --format {name} -o e.{name}" for name in ("yaml", "csv", "xlsx")),
     "export m.yaml --format csv --decimal-comma",
@@ -31,15 +31,15 @@ LINES = (
     f"report s.scenario.yaml {SMALL} -o r.html --full --tables t --xlsx r.xlsx",
     "report m.yaml -o r.html --sheet",
     *(f"simulate s.scenario.yaml {SMALL} --format {name}" for name in VERDICTS),
-    f"simulate s.scenario.yaml {SMALL} --csv - --every 7",
+    f"simulate s.scenario.yaml {SMALL} --csv t.csv --every 7",
     f"simulate s.scenario.yaml {SMALL} --plot p.svg --plot p.html --plot -",
     f"simulate m.yaml {SMALL} --strict",
     f"certify s.scenario.yaml {SMALL} --samples 4 --jobs 1",
     "diff m.yaml n.yaml --format text",
     "diff m.yaml n.yaml --format json",
     "diff m.yaml n.yaml --format markdown",
-    "tune --gain 2 --time-constant 60 --dead-time 5 --for {vendor} --write m.yaml --diff",
-    "tune --gain 2 --time-constant 60 --dead-time 5 --for {vendor} --write m.yaml",
+    "tune --method simc --gain 2 --time-constant 60 --dead-time 5 --for {vendor} --write m.yaml --diff",
+    "tune --method simc --gain 2 --time-constant 60 --dead-time 5 --for {vendor} --write m.yaml",
 )  # fmt: skip
 ENDINGS = frozenset({0, 1, 2})
 """Exit codes that are declared for what a user gives; 3 is a bug."""
@@ -62,6 +62,7 @@ def run(text: str, scenario: str, vendor: str, rng: random.Random, *, ok: bool) 
     told = done.stderr.decode("utf-8", "replace")[-SHOWN:]
     assert done.returncode in ENDINGS, f"{line} ends with {done.returncode}: {told}"
     assert "Traceback" not in told, f"{line}: {told}"
+    assert "Usage: " not in told, f"{line}: {told}"
     assert done.returncode != 2 or told.strip(), f"{line} ends with 2 and says nothing"
     changes = ("--fix", "--write") if "--diff" not in line else ()
     assert len(kept) == len(files) or any(word in line for word in changes), f"{line} changes {set(files) - kept}"
