@@ -154,6 +154,14 @@ def test_a_line_above_the_header_may_be_two_words_that_columns_have():
         made("name,wrong\nA,2\n")
 
 
+def test_the_name_of_a_file_may_be_a_word_that_columns_have():
+    text = (EXAMPLES / "dpide/oven.yaml").read_text("utf-8")
+    doc = read_document(text.replace("name: Curing oven", "name: manual", 1).encode(), "a.yaml")
+    assert doc.data["name"] == "manual"
+    back = from_sheet(as_csv(doc, VENDORS["dpide"]).encode(), "loops", None, DEFAULT)
+    assert config(back.text) == config(plain_text(doc))
+
+
 @pytest.mark.parametrize("text", ["0017", "1e3", "+5", "1_000", "0x10", "inf", "nan", ".5", "\uff11", "True ", "yes"])
 def test_what_is_not_written_back_the_same_way_stays_a_text(text):
     assert number_or_text(text) == text

@@ -89,18 +89,27 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
 
 def _split(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence[Cell], list[Sequence[Cell]]]:
     """What stands above the header, the header, and the rows of loops."""
-    for number, row in enumerate(sheet.rows):
-        known = [cell for cell in row if any(is_known(cell.text, vendor) for vendor in VENDORS.values())]
-        if len(known) >= LEAST_KNOWN and not (
-            row[0].text.partition(".")[0] in HEAD and len(row) <= LEAST_KNOWN and row[0].text != "name"
-        ):
-            rows = list(sheet.rows[number + 1 :])
-            if not rows:
-                raise SheetError(f"{name} has a header and no loops below it")
-            return list(sheet.rows[:number]), row, rows
-    raise SheetError(
-        f"{name} has no header; one row names the columns, such as name, gain, reset, range low, range high"
-    )
+    headers = [number for number, row in enumerate(sheet.rows) if _is_header(row)]
+    if not headers:
+        raise SheetError(
+            f"{name} has no header; one row names the columns, such as name, gain, reset, range low, range high"
+        )
+    body = next((number for number, row in enumerate(sheet.rows) if not _is_head(row)), headers[0])
+    number = body if body in headers else headers[0]
+    rows = list(sheet.rows[number + 1 :])
+    if not rows:
+        raise SheetError(f"{name} has a header and no loops below it")
+    return list(sheet.rows[:number]), sheet.rows[number], rows
+
+
+def _is_header(row: Sequence[Cell]) -> bool:
+    known = [cell for cell in row if any(is_known(cell.text, vendor) for vendor in VENDORS.values())]
+    return len(known) >= LEAST_KNOWN and not (_is_head(row) and row[0].text != "name")
+
+
+def _is_head(row: Sequence[Cell]) -> bool:
+    """Whether a row may concern the whole file: a key of the file and its value."""
+    return row[0].text.partition(".")[0] in HEAD and len(row) <= LEAST_KNOWN
 
 
 def _said(
