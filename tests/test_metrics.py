@@ -70,6 +70,13 @@ def test_a_pv_has_settled_when_it_stays_within_the_band(pvs, time, sign):
     assert settling_time(m, band, 2 + len(pvs) - 1, 0.5) == time
 
 
+def test_a_step_at_the_very_beginning_has_a_rise_time_of_its_own():
+    m, _ = measured([9.0, 0.0, 9.0], event=0)
+    assert (rise_time(m, 0.5), m.rise_from, m.rise_to) == (0.0, 0, 0)
+    m, _ = measured([1.0, 9.0, 9.5], event=0)
+    assert rise_time(m, 0.5) == 0.5
+
+
 def test_an_earlier_step_and_a_loop_that_left_auto_settle_nothing():
     m, band = measured([10.0, 10.0])
     band.outside = 1

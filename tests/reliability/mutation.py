@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 SECONDS = 60
 """Of CPU for a mutant's tests; one that needs more does not end."""
+PATIENT = 40.0
+"""Seconds of the tests of a mutant that is tried again: there are few of them."""
 QUIET = ("-q", "-p", "no:cacheprovider", "-p", "reliability.plain", "--assert=plain", "--tb=no")
 """Options of pytest: that a test fails is enough."""
 LEFT = ("lives", "unreached")
@@ -233,12 +235,13 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--package", action="append", choices=[*PACKAGES])
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--budget", type=float, default=BUDGET, help="seconds of the tests of a mutant")
+    parser.add_argument("--budget", type=float, help=f"seconds of the tests of a mutant, {BUDGET:g} unless given")
     parser.add_argument("--on", action="store_true", help="go on behind those of the seed's run, up to the count")
     parser.add_argument("--again", action="store_true", help="only those that the seed's run left")
     parser.add_argument("--only", help="the mutants of pidcfg/module.py:line alone")
     parser.add_argument("files", nargs="*", help="test files, instead of all")
     options = parser.parse_args(arguments)
+    options.budget = options.budget or (PATIENT if options.again else BUDGET)
     if options.only:
         options.package = [next(iter(PACKAGES))]
     os.environ["CI"] = "true"

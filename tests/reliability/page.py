@@ -197,7 +197,8 @@ def _mutants(kept: Mapping[str, Any]) -> str:
         "Small faults, one at a time: another comparison, operator, number or argument, a statement or a value that\n"
         "is gone. Each runs the tests that call its function, as many as fit the time. A seed draws them anew: what\n"
         "ended at first is the rate of the tests as they were before its faults were seen, what ends now that of the\n"
-        "tests that came of them. Left out is what changes nothing, and what stands in code that was deleted since.\n\n"
+        "tests that came of them, with more time. Left out is what changes nothing, and what stands in code that was\n"
+        "deleted since.\n\n"
         f"{_table(head, rows) if rows else NOT_RUN}{_equal()}"
     )
 
