@@ -123,6 +123,12 @@ def test_the_integrals_count_base_steps_in_control_and_time_in_s():
     assert (m.pv_low, m.pv_high, m.sp_low, m.sp_high, m.out_low, m.out_high) == (0, 6, 0, 3, 2, 8)
 
 
+@pytest.mark.parametrize("steps", [0, 1, 2])
+def test_a_single_base_step_in_control_has_integrals(steps):
+    found = loop_metrics(Meter(0, 1, 2, control_steps=steps), Band(0, 0.05), 9, 1.0, [4.0, 2.0])
+    assert {found[name] for name in ("iae", "ise", "itae")} == {0.0 if steps else None}
+
+
 def test_a_loop_that_was_never_in_control_has_no_integrals_and_no_final_error():
     found = loop_metrics(Meter(0, 1, 2), Band(0, 0.05), 9, 1.0, [4.0, 2.0])
     assert {name for name, value in found.items() if value is not None} == {"total_variation"}
