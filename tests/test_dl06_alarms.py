@@ -175,6 +175,22 @@ def test_the_quiet_band_never_hides_an_alarm(pvs, limits, hysteresis):
         assert s.status & ALARMS == expected(0, pvs[:n], limits, hysteresis)
 
 
+@pytest.mark.parametrize(
+    ("fields", "band"),
+    [
+        ({"low_low": 1.0, "low": 90.0, "high": 3000.0, "high_high": 4000.0}, (90.0, 3000.0)),
+        ({"low": 0.0, "high": 4000.0, "yellow": 100.0, "red": 300.0}, (1900.0, 2100.0)),
+        ({"low": 1950.0, "high": 2050.0, "yellow": 300.0, "red": 200.0}, (1950.0, 2050.0)),
+        ({"low_low": 1990.0, "high_high": 2010.0, "red": 200.0}, (1990.0, 2010.0)),
+    ],
+)
+def test_the_quiet_band_is_as_wide_as_the_thresholds_allow(fields, band):
+    rig = Rig()
+    _, s = rig.add(Fixed(2000.0), sp=2000.0, **fields)
+    rig.step()
+    assert (s.quiet_low, s.quiet_high) == band
+
+
 def test_absolute_alarms_are_bits_three_to_six():
     assert PV_ALARMS == 0b1111000
     assert ALARMS == 0b1111111000

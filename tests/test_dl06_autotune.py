@@ -289,6 +289,15 @@ def test_a_closed_loop_starts_only_near_its_set_point(distance, starts, reverse)
         assert rig.log == [(0, apart)]
 
 
+@pytest.mark.parametrize("high", [2000.0, 1999.0])
+def test_a_relay_needs_limits_to_switch_between(high):
+    rig, s = closed_loop(0.5, 20.0, 4.0, 0.5, low=2000.0, high=high)
+    rig.step()
+
+    assert s.status & (TUNING | TUNE_ERROR) == TUNE_ERROR
+    assert rig.log == [(0, "auto-tune stopped: output limits leave nothing to switch between")]
+
+
 def test_limits_at_the_ends_of_the_range_set_bit_thirteen_and_the_tune_goes_on():
     rig, s = closed_loop(0.5, 20.0, 4.0, 0.5, low=0.0, high=4095.0)
     until_tuned(rig, s)

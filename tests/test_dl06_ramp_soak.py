@@ -239,6 +239,12 @@ def test_a_start_can_be_refused(change, reason):
 
     assert (s.sp, s.aux_status, rig.log) == (100.0, 0, [(0, reason)])
     assert s.rs_error == change.get("rs_fault", 0)
+    rig.cfg[0].rs_enabled, rig.cfg[0].rs_fault = 1, 0
+    rig.step()
+    assert (s.rs_step, rig.log) == (0, [(0, reason)]), "the command was taken"
+    rig.command(RS_START)
+    rig.step()
+    assert s.rs_step == 1
 
 
 @pytest.mark.parametrize("command", [RS_HOLD, RS_RESUME, RS_JOG])

@@ -274,6 +274,7 @@ def test_what_cannot_be_set_is_refused(key, value, message, cure):
         ("CYCLE", 250, None),
         ("MV_MAX", 5, "MV_MAX is below MV_MIN: each is taken for the other"),
         ("MV_MAX", 50, None),
+        ("I_MV", 5, None),
     ],
 )
 def test_what_does_not_act_as_it_stands_is_told(key, value, effect):

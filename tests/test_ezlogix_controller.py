@@ -137,6 +137,11 @@ def test_the_square_root_of_the_pv_is_compared_with_the_set_point():
     assert backwards == [round(1000 + 2 * math.sqrt(4095.0)), round(1000 + 4 * math.sqrt(4095.0))]
 
 
+def test_a_square_root_begins_at_0_and_one_count_has_the_root_of_one_count():
+    outs = controlled([1.0, 0.0, -4.0, 4.0], sp=0.0, gain=1.0, root=1, scale=64.0, direct=1, offset=1000.0)
+    assert outs == [1064.0, 1000.0, 1000.0, 1128.0]
+
+
 def test_the_deadband_of_a_square_root_loop_is_on_the_roots_scale():
     outs = controlled([1024.0, 961.0], sp=30.0, gain=1.0, root=1, scale=64.0, direct=1, deadband=1.5, offset=1000.0)
 

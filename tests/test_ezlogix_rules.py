@@ -309,6 +309,20 @@ def test_a_tag_list_can_be_written_exactly_when_no_rule_of_names_finds_anything(
         assert len(tags(result.encoding.image)) == len(names) * (len(VARIABLES) - 3)
 
 
+def test_loops_are_numbered_from_1_in_the_tags_that_collide():
+    """``A`` of loop 11 and ``A1`` of loop 1 have the same tags where the number follows the name."""
+    names = ["A1", *(f"Zone {letter}" for letter in "BCDEFGHIJ"), "A"]
+    loops = [
+        changed(min(n, 10), name=name, registers=f"R{32 * n}", discretes=f"S{8 * n}") for n, name in enumerate(names, 1)
+    ]
+    found = [d for d in checked(*loops, tag_names="{name}{loop}_{variable}").findings if d.code == "EZ412"]
+
+    assert sorted(d.message for d in found) == [
+        "the tag A11_SampleRate of this loop is also one of loop A",
+        "the tag A11_SampleRate of this loop is also one of loop A1",
+    ]
+
+
 # --- action ----------------------------------------------------------------------------------------------------------
 
 

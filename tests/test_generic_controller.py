@@ -226,6 +226,7 @@ def test_the_output_of_manual_may_be_set_together_with_the_mode():
 def test_without_an_integral_the_end_of_manual_bumps_and_says_so():
     rig = Rig({"mode": "manual", "setpoint": {"value": 50}, "output": {"range": [0, 100], "manual": 60}})
     assert rig.play([40]) == [60]
+    assert rig.signal("BIAS") == 0, "there is no integral that could make up for it"
     rig.plc.request(0, "auto")
 
     assert rig.play([40]) == [10]

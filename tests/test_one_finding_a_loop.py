@@ -45,6 +45,7 @@ def test_what_concerns_several_loops_is_reported_at_each_of_them(cases):
     for doc, outcome in cases:
         rows = (*outcome.findings, *outcome.to_check)
         for d in rows:
+            assert not d.loop or d.loop not in d.with_loops, (doc.file, d)
             for name in d.with_loops:
                 shared += 1
                 other = [e for e in rows if (e.code, e.loop) == (d.code, name)]

@@ -20,6 +20,7 @@ from reliability import (
     hostile,
     kills,
     mutants,
+    mutation,
     rounding,
     words,
 )
@@ -234,6 +235,22 @@ def test_a_fault_in_a_table_reaches_what_is_made_from_it():
     }
 
 
+def test_what_a_run_left_is_tried_again_where_it_stands_now(tmp_path, monkeypatch):
+    """Lines of code above it may have come or gone; what was seen at first is kept."""
+    monkeypatch.setattr(figures, "FOLDER", tmp_path)
+    path = "pidcfg/conversion/arithmetic.py"
+    one = next(mutant for mutant in mutants.mutants(path) if mutant.change == "share >= ONE -> share < ONE")
+    moved, gone = one.exact.replace(f":{one.line} ", f":{one.line + 7} "), f"{path}:9 no_such_code -> pass @1"
+    run = {"first": {"failed": 8, "lives": 2}, "ends": {"failed": 8, "lives": 2}, "left": [moved, gone], "control": {}}
+    for seed in (3, 4):
+        figures.keep("mutants-conversion", {**run, "seed": seed})
+
+    assert list(mutation.again("conversion", 3, lambda _: "failed")) == [(one, "failed"), (None, "gone")]
+    changed = {**run, "seed": 3, "ends": {"failed": 9, "gone": 1}, "left": []}
+    assert figures.kept()["mutants-conversion"] == [changed, {**run, "seed": 4}]
+    assert "| conversion | 3 | 9 | 1 | 80 % (8 of 10) | 100 % (9 of 9) |" in page(figures.kept())
+
+
 def test_a_test_file_names_the_modules_that_it_looks_into():
     assert "tests/test_explain.py" in importing_files("pidcfg/encoders/maps/click_meanings.py")
     assert "tests/test_explain.py" not in importing_files("pidcfg/encoders/maps/generic.py")
@@ -244,7 +261,7 @@ def test_the_page_is_written_from_the_figures_that_are_kept():
 
 
 def test_a_part_that_was_not_run_is_told_and_a_failure_counts():
-    assert page({}).count("This part was not run yet.") == len(PARTS)
+    assert page({}).count("This part was not run yet.") == len(PARTS) + 1
     kept = figures.kept()
     worse = {**kept, "examples": {**kept["examples"], "failures": ["x"]}}
     assert page(worse) != page(kept)

@@ -195,6 +195,11 @@ def test_a_connected_pv_can_break_too():
     assert rows(trend)["A.PV"][:6] == [0, 0, 7, 7, 0, 0]
 
 
+def test_a_pv_to_which_nothing_is_wired_can_break_and_comes_back_to_the_low_end():
+    _, trend = run("plants:\n  B: {model: dead_time}\nevents: [{at: 2, loop: A, pv: 7, for: 2}]\n")
+    assert rows(trend)["A.PV"][:6] == [0, 0, 7, 7, 0, 0]
+
+
 def test_modes_are_logged_with_time_request_and_reason():
     report, _ = run(
         FOLLOW + "events:\n  - {at: 2, loop: A, mode: manual}\n  - {at: 3, loop: A, set: {gain: 0}}\n"

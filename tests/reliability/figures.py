@@ -6,16 +6,19 @@ What is tried with random numbers is tried often: such a part keeps every run, a
 from __future__ import annotations
 
 import json
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).with_name("figures")
 SUMMED = frozenset({"examples", "codecs", "words", "guided", "kills"})
-"""Parts of which every run is kept, one for each seed; of the others the last one."""
+"""Parts of which every run is kept, one for each seed, and the sum is shown."""
+LISTED = "mutants-"
+"""So begin the parts of which every run is kept and shown; of all others only the last one is."""
 
 
 def kept() -> dict[str, Any]:
-    """The figures of all parts that were run, added where every run is kept."""
+    """The figures of all parts that were run: added, or the list of runs, where every run is kept."""
     return {path.stem: total(_read(path)) if path.stem in SUMMED else _read(path) for path in _paths()}
 
 
@@ -25,10 +28,20 @@ def runs(part: str) -> list[dict[str, Any]]:
     return _read(path) if path.exists() else []
 
 
+def run_of(part: str, seed: int) -> dict[str, Any]:
+    """The run of a seed; raises `ValueError` where there was none."""
+    found = [run for run in runs(part) if run["seed"] == seed]
+    if not found:
+        raise ValueError(f"{part} was not run with seed {seed}")
+    return found[0]
+
+
 def keep(part: str, found: dict[str, Any]) -> None:
     """The figures of a run in place of those of the same seed, or of the part's earlier run."""
     FOLDER.mkdir(exist_ok=True)
-    every = [*(run for run in runs(part) if run["seed"] != found["seed"]), found] if part in SUMMED else found
+    every: Any = found
+    if part in SUMMED or part.startswith(LISTED):
+        every = sorted([*(run for run in runs(part) if run["seed"] != found["seed"]), found], key=itemgetter("seed"))
     (FOLDER / f"{part}.json").write_text(json.dumps(every, indent=1, sort_keys=True) + "\n", "utf-8")
 
 

@@ -21,7 +21,7 @@ import tempfile
 from collections import Counter, defaultdict
 from itertools import islice
 from pathlib import Path
-from types import FunctionType
+from types import FunctionType, MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -35,12 +35,16 @@ from reliability.page import PAGE, page
 from reliability.reached import BUDGET, MAP, ROOT, Reached, Session, key_of, make_map, mapped_files, test_files
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 SECONDS = 60
 """Of CPU for a mutant's tests; one that needs more does not end."""
+PATIENT = 40.0
+"""Seconds of the tests of a mutant that is tried again: there are few of them."""
 QUIET = ("-q", "-p", "no:cacheprovider", "-p", "reliability.plain", "--assert=plain", "--tb=no")
 """Options of pytest: that a test fails is enough."""
+LEFT = ("lives", "unreached")
+"""Ends of a mutant that no test has ended."""
 FILES = 8
 """Test files that are loaded for a mutant in a copy of the tree."""
 
@@ -129,66 +133,87 @@ def campaign(session: Session, options: argparse.Namespace) -> None:
     """So many valid mutants of each package, and a control run for every tenth of them."""
     with tempfile.TemporaryDirectory() as name:
         runner, same = Runner(session, copied(Path(name)), options.budget), equal()
+
+        def judge(mutant: Mutant) -> str:
+            return "equal" if mutant.is_in(same) else runner.judge(mutant)
+
         for package in options.package or PACKAGES:
-            found = _begun(package, options)
-            for mutant in chosen(package, options):
-                if sum(found.ends.values()) == options.count and not options.again:
-                    break
-                end = "equal" if mutant.is_in(same) else runner.judge(mutant)
-                found.add(mutant, end)
-                sys.stdout.write(f"{end:9} {mutant}\n")
-                sys.stdout.flush()
-                if sum(found.ends.values()) % 10 == 1 and not options.again:
-                    found.control[runner.control(mutant)] += 1
-                if not (options.only or options.again):
-                    figures.keep(f"mutants-{package}", vars(found))
             if options.again:
-                figures.keep(f"mutants-{package}", vars(found))
+                for mutant, end in again(package, options.seed, judge):
+                    _say(end, mutant)
+            else:
+                first_run(package, options, runner, judge)
             if not options.only:
                 PAGE.write_text(page(figures.kept()), "utf-8")
-            sys.stdout.write(f"{package} {dict(found.ends)} control {dict(found.control)}\n")
+
+
+def first_run(package: str, options: argparse.Namespace, runner: Runner, judge: Callable[[Mutant], str]) -> None:
+    """Mutants in the order of the seed, up to the count."""
+    found = Figures(options.seed, figures.run_of(f"mutants-{package}", options.seed) if options.on else {})
+    for mutant in chosen(package, options):
+        if sum(found.ends.values()) == options.count:
+            break
+        end = judge(mutant)
+        found.add(mutant, end)
+        _say(end, mutant)
+        if sum(found.ends.values()) % 10 == 1:
+            found.control[runner.control(mutant)] += 1
+        if not options.only:
+            figures.keep(f"mutants-{package}", vars(found))
+    sys.stdout.write(f"{package} {dict(found.ends)} control {dict(found.control)}\n")
+
+
+def _say(end: str, mutant: Mutant | None) -> None:
+    sys.stdout.write(f"{end:9} {mutant or ''}\n")
+    sys.stdout.flush()
 
 
 class Figures:
-    """How the mutants of a package ended, those that no test ended by name."""
+    """How the mutants of a package ended, at first and now, and by name those that no test ended."""
 
-    def __init__(self, seed: int, ends: Mapping[str, int] = (), control: Mapping[str, int] = ()) -> None:
-        self.seed, self.ends, self.control = seed, Counter(ends), Counter(control)
-        self.left = list[str]()
+    def __init__(self, seed: int, kept: Mapping[str, Any] = MappingProxyType({})) -> None:
+        self.seed, self.control = seed, Counter(kept.get("control", ()))
+        self.first, self.ends = Counter(kept.get("first", ())), Counter(kept.get("ends", ()))
+        self.left = list[str](kept.get("left", ()))
 
     def add(self, mutant: Mutant, end: str) -> None:
-        """One more."""
+        """One more of a first run."""
+        self.first[end] += 1
         self.ends[end] += 1
-        self.left += [mutant.exact] if end in {"lives", "unreached"} else []
+        self.left += [mutant.exact] if end in LEFT else []
+
+    def change(self, name: str, mutant: Mutant | None, end: str) -> None:
+        """One that was left ended like this now."""
+        self.ends.subtract([next(one for one in LEFT if self.ends[one])])
+        self.ends[end] += 1
+        self.ends = +self.ends
+        self.left.remove(name)
+        self.left += [mutant.exact] if mutant and end in LEFT else []
 
 
-def _begun(package: str, options: argparse.Namespace) -> Figures:
-    """The figures that a run begins with."""
-    if options.again:
-        return left_of(package)
-    if not options.on:
-        return Figures(options.seed)
-    kept = figures.kept()[f"mutants-{package}"]
-    found = Figures(kept["seed"], kept["ends"], kept["control"])
-    found.left += kept["left"]
-    return found
+def again(package: str, seed: int, judge: Callable[[Mutant], str]) -> Iterator[tuple[Mutant | None, str]]:
+    """Those that a run left, tried again; ``gone`` where the code is not there any more."""
+    found = Figures(seed, figures.run_of(f"mutants-{package}", seed))
+    for name in list(found.left):
+        mutant = now(name)
+        end = judge(mutant) if mutant else "gone"
+        found.change(name, mutant, end)
+        figures.keep(f"mutants-{package}", vars(found))
+        yield mutant, end
 
 
-def left_of(package: str) -> Figures:
-    """The figures that are kept, without the mutants that were left: they are tried again."""
-    kept = figures.kept()[f"mutants-{package}"]
-    ended = {end: count for end, count in kept["ends"].items() if end not in {"lives", "unreached"}}
-    return Figures(kept["seed"], ended, kept["control"])
+def now(name: str) -> Mutant | None:
+    """A mutant by an earlier name: lines may stand elsewhere in the module now, but not its code."""
+    path, _, rest = name.partition(":")
+    line, _, change = rest.partition(" ")
+    same = [m for m in mutants(path) if m.exact.partition(" ")[2] == change] if (SOURCE / path).is_file() else []
+    return min(same, key=lambda mutant: abs(mutant.line - int(line)), default=None)
 
 
 def chosen(package: str, options: argparse.Namespace) -> Iterable[Mutant]:
-    """The mutants of a package in the order of the seed, or those that were left, or those of a line."""
-    if options.again:
-        kept = figures.kept()[f"mutants-{package}"]
-        before = islice(valid(drawn(package, kept["seed"])), sum(kept["ends"].values()))
-        return [mutant for mutant in before if mutant.is_in(kept["left"])]
+    """The mutants of a package in the order of the seed, or those of a line."""
     if not options.only:
-        done = sum(figures.kept()[f"mutants-{package}"]["ends"].values()) if options.on else 0
+        done = sum(figures.run_of(f"mutants-{package}", options.seed)["ends"].values()) if options.on else 0
         return islice(valid(drawn(package, options.seed)), done, None)
     path, _, line = options.only.partition(":")
     return valid(mutant for mutant in mutants(path) if not line or mutant.line == int(line))
@@ -210,12 +235,13 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--package", action="append", choices=[*PACKAGES])
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--budget", type=float, default=BUDGET, help="seconds of the tests of a mutant")
-    parser.add_argument("--on", action="store_true", help="go on behind those of the last run, up to the count")
-    parser.add_argument("--again", action="store_true", help="only those that the last run left")
+    parser.add_argument("--budget", type=float, help=f"seconds of the tests of a mutant, {BUDGET:g} unless given")
+    parser.add_argument("--on", action="store_true", help="go on behind those of the seed's run, up to the count")
+    parser.add_argument("--again", action="store_true", help="only those that the seed's run left")
     parser.add_argument("--only", help="the mutants of pidcfg/module.py:line alone")
     parser.add_argument("files", nargs="*", help="test files, instead of all")
     options = parser.parse_args(arguments)
+    options.budget = options.budget or (PATIENT if options.again else BUDGET)
     if options.only:
         options.package = [next(iter(PACKAGES))]
     os.environ["CI"] = "true"

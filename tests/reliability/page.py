@@ -20,7 +20,8 @@ What was thrown at pidcfg, and what came of it. `python tasks.py torture` runs t
 differ, and this page is written from them. It says what was found beside what was tried.
 """
 NOT_RUN = "This part was not run yet."
-KILLED = ("failed", "time")
+KILLED, LIVE = ("failed", "time"), ("lives", "unreached")
+"""Ends of a mutant."""
 MEANT = {"encoders": "95 %", "conversion": "95 %", "rules": "92 %", "controllers": "92 %"}
 """Share of the mutants that the tests should end."""
 
@@ -192,22 +193,28 @@ def _against(found: Mapping[str, Any]) -> str:
 def _mutants(kept: Mapping[str, Any]) -> str:
     rows = []
     for package in PACKAGES:
-        found = kept.get(f"mutants-{package}")
-        if found is None:
-            rows.append((package, "not run", "", "", "", MEANT[package], ""))
-            continue
-        ends = found["ends"]
-        killed, same = sum(ends.get(end, 0) for end in KILLED), ends.get("equal", 0)
-        tried = sum(ends.values()) - same
-        share = f"{100 * killed / tried:.0f} %" if tried else "-"
-        control = ", ".join(f"{count} {end}" for end, count in sorted(found["control"].items()))
-        rows.append((package, found["seed"], tried, same, share, MEANT[package], control))
-    head = ("package", "seed", "faults", "equal, left out", "ended by a test", "meant", "unchanged code")
+        for found in kept.get(f"mutants-{package}", ()):
+            ends = found["ends"]
+            out = ends.get("equal", 0) + ends.get("gone", 0)
+            control = ", ".join(f"{count} {end}" for end, count in sorted(found["control"].items()))
+            shares = _killed(found["first"]), _killed(ends), MEANT[package]
+            rows.append((package, found["seed"], sum(ends.values()) - out, out, *shares, control))
+    head = ("package", "seed", "faults", "left out", "ended at first", "ended now", "meant", "unchanged code")
     return (
         "Small faults, one at a time: another comparison, operator, number or argument, a statement or a value that\n"
-        "is gone. Each runs the tests that call its function, as many as fit the time.\n\n"
-        f"{_table(head, rows)}{_equal()}"
+        "is gone. Each runs the tests that call its function, as many as fit the time. A seed draws them anew: what\n"
+        "ended at first is the rate of the tests as they were before its faults were seen, what ends now that of the\n"
+        "tests that came of them, with more time. Left out is what changes nothing, and what stands in code that was\n"
+        "deleted since.\n\n"
+        f"{_table(head, rows) if rows else NOT_RUN}{_equal()}"
     )
+
+
+def _killed(ends: Mapping[str, int]) -> str:
+    """Those that a test ended, of all that change something."""
+    killed = sum(ends.get(end, 0) for end in KILLED)
+    tried = killed + sum(ends.get(end, 0) for end in LIVE)
+    return f"{100 * killed / tried:.0f} % ({killed} of {tried})" if tried else "not kept"
 
 
 def _equal() -> str:

@@ -1,0 +1,282 @@
+"""What a loop's signals and its mode must show at the end: each judgement at the limit at which it changes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace as Facts
+
+import pytest
+
+from pidcfg.schemas.scenario_fields import Never
+from pidcfg.sim.meters import Meter
+from pidcfg.sim.standing import signals, watch
+from pidcfg.sim.standing.looks import Look
+from pidcfg.sim.standing.modes import not_in_mode
+from pidcfg.sim.standing.signals import alarm_stands, oscillates, out_of_range, pulse_ripple, pv_not_driven
+from pidcfg.sim.standing.watch import aim
+
+AUTO, TUNING, HIGH, LOW = 2, 4, 8, 16
+
+
+def judged(judgement):
+    """How a judgement ends, with its words."""
+    return "passed" if judgement.passed and judgement.judged else "unjudged" if judgement.passed else "failed"
+
+
+@pytest.fixture(autouse=True)
+def nothing_moves(monkeypatch):
+    monkeypatch.setattr(signals, "effect", lambda *_: 0.0)
+    monkeypatch.setattr(signals, "answer", lambda *_: -2.0)
+    monkeypatch.setattr(signals, "noise_of", lambda scenario, *_: scenario.noise)
+
+
+def evidence(**given):
+    """A run of 1000 base steps of 0.5 s with one loop, whose PV has a span of 100 and 1000 counts."""
+    fields = {name: value for name, value in given.items() if name in Meter.__slots__}
+    meter = Meter(0, 1, 2, **{"late": 667, "wanted": AUTO, "seen": AUTO, "status": AUTO, **fields})
+    plc = Facts(
+        loops=["A"],
+        cfg=[Facts(sig_in=0, sig_pv=0, sig_sp=1, sig_out=2, period=500_000)],
+        scales=[(0.0, 100.0, 1000)],
+        pv_range=lambda _: given.get("range", (0.0, 100.0)),
+        only_switches=lambda _: given.get("switches", False),
+        pulse_cycle=lambda _: given.get("cycle", 0.0),
+        tuning_flags=("tuning",),
+        flag_bits={"tuning": TUNING},
+        alarm_bits={"high": HIGH, "low": LOW},
+        outer_alarms=("high", "low"),
+        modes={"auto": AUTO},
+        mode=lambda status: "auto" if status & AUTO else "manual",
+        profile_step=lambda aux: aux,
+        mode_keys=(),
+    )
+    events = given.get("events", [])
+    return Facts(
+        plc=plc,
+        net=None,
+        meters=[meter],
+        scenario=Facts(expect=given.get("expect", []), noise=given.get("noise", 0.0)),
+        influence=Facts(
+            driven=[given.get("driven", True)], drives=lambda _: given.get("drives", True), of_output=lambda _: {0}
+        ),
+        effects=[given.get("effect", 50.0)],
+        paces=[Facts(integrates=given.get("integrates", False), seconds=given.get("pace", 10.0), lags=8.0)],
+        span=lambda _: 100.0,
+        least=lambda _: 0.2,
+        given=given.get("given", {}),
+        sig=given.get("sig", [50.0, 50.0, 0.0]),
+        seconds=lambda k: k / 2,
+        last=1000,
+        step=500_000,
+        swings=given.get("swings", {}),
+        reasons=given.get("reasons", {}),
+        family=lambda _: {0},
+        events=lambda: iter(()),
+        events_on=lambda _, since: [time for time in events if time >= since / 2],
+        mode=lambda _: plc.mode(meter.status),
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "found", "text"),
+    [
+        ({}, "passed", "its output moves its PV"),
+        ({"drives": False}, "passed", "a signal that the scenario sets moves its PV"),
+        ({"driven": False}, "failed", "nothing that its output does reaches its PV, so nothing is controlled"),
+        ({"effect": 0.4}, "passed", "its output moves its PV"),
+        ({"effect": 0.39}, "failed", "its whole output moves its PV by no more than 0.39, so nothing is controlled"),
+        ({"effect": 0.0}, "passed", "its output moves its PV"),
+        ({"effect": 0.0008, "integrates": True}, "passed", "its output moves its PV"),
+        (
+            {"effect": 0.00079, "integrates": True},
+            "failed",
+            "its whole output moves its PV by no more than 0.395, so nothing is controlled",
+        ),
+        ({"blind_steps": 100}, "passed", "its output moves its PV"),
+        ({"blind_steps": 101}, "failed", "it is in control for 50.5 s with a sensor that is broken for good"),
+        ({"control_steps": 100, "cut_from": 0}, "passed", "its output moves its PV"),
+        (
+            {"control_steps": 101, "cut_from": 0},
+            "failed",
+            "it is in control for 50.5 s while a plant without gain keeps its output from its PV",
+        ),
+        (
+            {"blind_steps": 101, "expect": [Facts(loop="A", alarm="high", flag=None, mode=None)]},
+            "unjudged",
+            "it is in control for 50.5 s with a sensor that is broken for good: an expectation looks at what follows",
+        ),
+        (
+            {"blind_steps": 101, "expect": [Facts(loop="B", alarm="high", flag=None, mode=None)]},
+            "failed",
+            "it is in control for 50.5 s with a sensor that is broken for good",
+        ),
+        (
+            {"blind_steps": 101, "expect": [Facts(loop="A", alarm=None, flag=None, mode=None)]},
+            "failed",
+            "it is in control for 50.5 s with a sensor that is broken for good",
+        ),
+    ],
+)
+def test_an_output_moves_its_pv_by_four_counts_and_for_nine_tenths_of_the_run(given, found, text):
+    judgement = pv_not_driven(evidence(**given), 0)
+    assert (judged(judgement), judgement.text) == (found, text)
+
+
+@pytest.mark.parametrize(
+    ("given", "found", "text"),
+    [
+        ({}, "passed", "its PV ends inside its range"),
+        ({"range": None}, "unjudged", "its configuration gives no range of the PV"),
+        ({"broken": 1, "sig": [200.0, 50.0, 0.0]}, "unjudged", "an event has broken its sensor"),
+        ({"sig": [100.2, 50.0, 0.0]}, "passed", "its PV ends inside its range"),
+        ({"sig": [-0.2, 50.0, 0.0]}, "passed", "its PV ends inside its range"),
+        ({"sig": [100.3, 50.0, 0.0]}, "failed", "its PV ends at 100.3, outside its range of 0 to 100"),
+        ({"sig": [-0.3, 50.0, 0.0]}, "failed", "its PV ends at -0.3, outside its range of 0 to 100"),
+        ({"sig": [106.0, 50.0, 0.0], "noise": 1.0}, "passed", "its PV ends inside its range"),
+        ({"sig": [106.1, 50.0, 0.0], "noise": 1.0}, "failed", "its PV ends at 106.1, outside its range of 0 to 100"),
+        ({"range": (100.0, 0.0)}, "passed", "its PV ends inside its range"),
+        ({"sig": [50.0, 100.2, 0.0]}, "passed", "its PV ends inside its range"),
+        ({"sig": [50.0, 100.3, 0.0]}, "failed", "its set point is 100.3, outside its PV's range of 0 to 100"),
+        ({"given": {0: -0.3}}, "failed", "its set point is -0.3, outside its PV's range of 0 to 100"),
+        (
+            {"sig": [101.0, 50.0, 0.0], "events": [450.0, 460.0]},
+            "unjudged",
+            "its PV ends at 101, outside its range of 0 to 100: an event at 450 s",
+        ),
+        ({"sig": [101.0, 50.0, 0.0], "events": [449.0]}, "failed", "its PV ends at 101, outside its range of 0 to 100"),
+        (
+            {"sig": [101.0, 50.0, 0.0], "events": [440.0], "pace": 60.0},
+            "unjudged",
+            "its PV ends at 101, outside its range of 0 to 100: an event at 440 s",
+        ),
+    ],
+)
+def test_a_pv_and_its_set_point_end_inside_the_range(given, found, text):
+    judgement = out_of_range(evidence(**given), 0)
+    assert (judged(judgement), judgement.text) == (found, text)
+
+
+SWINGS = signals.Swings(40.0, 3.0, 700)
+SAID = "its PV oscillates with a period of 20 s and an amplitude of 3"
+
+
+@pytest.mark.parametrize(
+    ("given", "found", "why"),
+    [
+        ({}, "failed", ""),
+        ({"switches": True}, "unjudged", ": its output is on or off"),
+        ({"cycle": 5.0}, "unjudged", ": it is the ripple of its pulses"),
+        ({"cycle": 4.99}, "failed", ""),
+        ({"late_status": TUNING}, "unjudged", ": an auto-tune runs in the last third"),
+        ({"ever": TUNING}, "failed", ""),
+        ({"late_aux": 1}, "unjudged", ": a profile runs in the last third"),
+        ({"ever_aux": 1}, "failed", ""),
+        ({"late": 700, "ever": TUNING}, "failed", ""),
+        ({"late": 701, "ever": TUNING}, "unjudged", ": an auto-tune runs in the run"),
+        ({"late": 701, "ever_aux": 1}, "unjudged", ": a profile runs in the run"),
+        ({"late": 701, "late_status": TUNING}, "failed", ""),
+    ],
+)
+def test_an_oscillation_is_the_loops_own_unless_something_else_makes_it(given, found, why):
+    judgement = oscillates(evidence(swings={0: SWINGS}, **given), 0)
+    assert (judged(judgement), judgement.text) == (found, SAID + why)
+    assert judgement.passed or judgement.at == 350.0
+
+
+@pytest.mark.parametrize(("events", "found"), [([], "failed"), ([400.0], "failed"), ([350.0, 400.0], "unjudged")])
+def test_two_events_in_the_last_third_may_make_a_pv_swing(monkeypatch, events, found):
+    monkeypatch.setattr(signals, "oscillation", lambda *_: (40.0, 3.0))
+    judgement = oscillates(evidence(events=events), 0)
+    assert judged(judgement) == found
+    assert judgement.text == SAID + (": 2 events move it in the last third" if events[1:] else "")
+    own = oscillates(evidence(events=events, swings={0: SWINGS}), 0)
+    assert judged(own) == "failed", "one between two events is no event's"
+
+
+def test_pulses_of_half_a_cycle_ripple_by_what_the_plant_lets_through():
+    assert pulse_ripple(evidence(), 0) == 0.0
+    assert pulse_ripple(evidence(cycle=4.0), 0) == 2.0 * 4.0 / (4 * 8.0)
+    assert pulse_ripple(evidence(cycle=16.0), 0) == 2.0 / 4
+
+
+@pytest.mark.parametrize(
+    ("given", "text", "at"),
+    [
+        ({}, "no alarm of the outermost kind stands", None),
+        ({"alarm_steps": 100, "alarms": HIGH}, "no alarm of the outermost kind stands", None),
+        ({"alarm_steps": 150, "alarms": HIGH | LOW}, "high and low stands for 75 s, 15 % of the run", None),
+        (
+            {"alarm": 1, "alarm_since": 900, "alarms": HIGH, "status": AUTO | HIGH},
+            "high stands at the end, since 450 s",
+            450,
+        ),
+        (
+            {"alarm": 1, "alarm_since": 0, "alarms": HIGH | LOW, "status": AUTO | LOW},
+            "low stands at the end, since 0 s",
+            0,
+        ),
+    ],
+)
+def test_an_alarm_may_stand_for_a_tenth_of_the_run_and_not_at_its_end(given, text, at):
+    judgement = alarm_stands(evidence(**given), 0)
+    assert (judgement.text, judgement.passed) == (text, text.startswith("no "))
+    assert judgement.passed or at is None or judgement.at == at
+
+
+@pytest.mark.parametrize(
+    ("given", "found", "text"),
+    [
+        ({}, "passed", "reaches auto and ends in it"),
+        ({"wanted": 0}, "passed", "reaches each mode that it is meant for"),
+        ({"seen": 1, "status": 1}, "failed", "is meant for auto and stays in manual"),
+        ({"seen": 1, "status": 1, "reasons": {0: "no"}}, "failed", "is meant for auto and stays in manual: no"),
+        ({"missed": 0}, "failed", "does not come into its mode until 0 s"),
+        ({"missed": 8, "reasons": {0: "no"}}, "failed", "does not come into its mode until 4 s: no"),
+        ({"status": 1, "left": 30}, "failed", "is meant for auto and ends in manual, from 15 s"),
+        (
+            {"status": 1, "left": 30, "expect": [Facts(loop="A", mode="manual")]},
+            "unjudged",
+            "in manual from 15 s: an expectation names manual",
+        ),
+        (
+            {"status": 1, "left": 30, "expect": [Facts(loop="B", mode="manual"), Facts(loop="A", mode="auto")]},
+            "failed",
+            "is meant for auto and ends in manual, from 15 s",
+        ),
+        (
+            {"expect": [Facts(loop="A", mode=Never(mode="auto"))]},
+            "unjudged",
+            "A is expected never to be in auto",
+        ),
+        ({"expect": [Facts(loop="A", mode=Never(mode="manual"))]}, "passed", "reaches auto and ends in it"),
+    ],
+)
+def test_a_loop_reaches_its_mode_and_ends_in_it(given, found, text):
+    judgement = not_in_mode(evidence(**given), 0)
+    assert (judged(judgement), judgement.text) == (found, text)
+
+
+@pytest.mark.parametrize(
+    ("look", "pace", "watched"),
+    [
+        (Look(500, 550, 600, 0, final=False, following=1.0), 20.0, 420),
+        (Look(500, 550, 600, 450, final=False, following=1.0), 20.0, 450),
+        (Look(900, 950, 1000, 0, final=True, following=1.0), 20.0, 667),
+    ],
+)
+def test_a_loop_is_watched_from_four_plant_times_before_the_window_on(look, pace, watched):
+    m = Meter(0, 1, 2, late=667, early_error=1.0, final_error=1.0, early_sp=1.0, final_sp=1.0, side=1)
+    aim(m, look, pace)
+    assert (m.window, m.middle, m.watched) == (look.start, look.middle, watched)
+    assert (m.early_error, m.final_error, m.early_sp, m.final_sp, m.side) == (0.0, 0.0, 0.0, 0.0, 0)
+
+
+@pytest.mark.parametrize(
+    ("scale", "noise", "least"),
+    [((0.0, 100.0, 1000), 0.0, 1.0), ((100.0, 0.0, 200), 0.0, 2.0), ((0.0, 100.0, 1000), 0.5, 5.0)],
+)
+def test_a_swing_passes_counts_share_of_the_span_and_noise(monkeypatch, scale, noise, least):
+    monkeypatch.setattr(watch, "noise_of", lambda *_: noise)
+    e = evidence(expect=[Facts(loop="A", alarm="high", never=None), Facts(loop="A", alarm="low", never=True)])
+    e.plc.scales, e.plc.goals, e.plc.control_bits = [scale], ["auto"], AUTO
+    (m,) = watch.meters_of(e.scenario, e.plc, e.net, 1000)
+    assert (m.least, m.late, m.wanted, m.control_bits, m.outer_bits) == (least, 667, AUTO, AUTO, LOW)
