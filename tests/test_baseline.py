@@ -38,6 +38,13 @@ ROW = (
 )
 
 
+def counts(version, entries):
+    """A baseline with entries that stand for 600,000 findings each."""
+    quotes = {"quotes": None} if version == 3 else {}
+    row = {**json.loads(ROW)["findings"][0], **quotes, "count": 600_000}
+    return json.dumps({"version": version, "findings": [row] * entries})
+
+
 def document(text):
     return read_document(text.encode(), "a.yaml")
 
@@ -185,6 +192,8 @@ def test_paths_are_seen_from_the_baseline(validate, tmp_path, monkeypatch, capsy
         (ROW.replace('"value": null', '"value": 15'), "text or null"),
         (ROW.replace('"loop": "A"', '"loop": null'), "must have the texts"),
         ("[" * 100_000, "not JSON"),
+        (counts(3, 2), "more than 1000000 findings"),
+        (counts(2, 2), "more than 1000000 findings"),
     ],
 )
 def test_a_baseline_that_cannot_be_read_is_unusable_input(validate, tmp_path, text, words):

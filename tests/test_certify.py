@@ -332,10 +332,26 @@ def test_a_state_of_a_machine_that_calculates_otherwise_is_refused():
     state = json.loads(states[-1].splitlines()[1])
     assert state["trial"][0] == 30
     for trial in ([30, "0" * 64], [29, state["trial"][1]]):
-        body = json_of(state | {"trial": trial})
-        changed = f"{sha256(body.encode()).hexdigest()}\n{body}\n".encode()
         with pytest.raises(ArgumentError, match="this machine does not calculate alike"):
-            certify(scenario(), samples=40, state=changed)
+            certify(scenario(), samples=40, state=signed(json_of(state | {"trial": trial})))
+
+
+@pytest.fixture(scope="module")
+def kept_state():
+    """A state after 64 samples."""
+    states = []
+    certify(scenario(), samples=64, keep=states.append)
+    return states[-1]
+
+
+def signed(body):
+    """A state with its checksum."""
+    return f"{sha256(body.encode()).hexdigest()}\n{body}\n".encode()
+
+
+def changed(state, key, value):
+    """The body of a state with another value."""
+    return json_of(json.loads(state.splitlines()[1]) | {key: value})
 
 
 @pytest.mark.parametrize(
@@ -345,14 +361,21 @@ def test_a_state_of_a_machine_that_calculates_otherwise_is_refused():
         (lambda state: state.replace(b'"samples":64', b'"samples":65'), "damaged"),
         (lambda _: b"", "damaged"),
         (lambda _: b"\xff\xfe", "no file of --resume"),
+        (lambda _: signed("{}"), "damaged"),
+        (lambda _: signed("[]"), "damaged"),
+        (lambda _: signed("no JSON"), "damaged"),
+        (lambda _: signed("[" * 100_000), "damaged"),
+        (lambda state: signed(changed(state, "tally", {})), "damaged"),
+        (lambda state: signed(changed(state, "tally", None)), "damaged"),
+        (lambda state: signed(changed(state, "trial", [1])), "damaged"),
+        (lambda state: signed(changed(state, "trial", ["x", ""])), "damaged"),
+        (lambda state: signed(changed(state, "ahead", 3)), "damaged"),
         (lambda state: state, "it has 64 samples already, more than 60"),
     ],
 )
-def test_a_state_that_does_not_fit_is_refused(change, message):
-    states = []
-    certify(scenario(), samples=64, keep=states.append)
+def test_a_state_that_does_not_fit_is_refused(kept_state, change, message):
     with pytest.raises(ArgumentError, match=message):
-        certify(scenario(), samples=60, state=change(states[-1]))
+        certify(scenario(), samples=60, state=change(kept_state))
 
 
 @pytest.mark.parametrize("what", ["seed", "scenario", "configuration", "program"])

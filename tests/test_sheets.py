@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import io
+import random
+import zipfile
+from contextlib import suppress
 from datetime import date
 from decimal import Decimal
 from pathlib import Path
@@ -289,6 +292,56 @@ def test_a_workbook_that_unpacks_to_too_much():
     stream = io.BytesIO()
     book.save(stream)
     assert "when it is unpacked" in faults(stream.getvalue(), limits=Limits(file_bytes=30000))[0]
+
+
+def repacked(data, change):
+    """A workbook, each part of which went through ``change`` with its name."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as new:
+        for entry in old.infolist():
+            new.writestr(entry.filename, change(entry.filename, old.read(entry)))
+    return stream.getvalue()
+
+
+PARTS = ("[Content_Types].xml", "xl/workbook.xml", "xl/styles.xml", "docProps/core.xml", "xl/worksheets/sheet1.xml")
+
+
+@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize(
+    "damage", [lambda text: text[:-9], lambda text: text.replace(b"<", b"<&", 1), lambda _: b"", lambda _: b"<x/>"]
+)
+def test_a_damaged_workbook_is_no_workbook(part, damage):
+    data = repacked(book_of(), lambda name, text: damage(text) if name == part else text)
+    assert data != book_of()
+    with suppress(SheetFaultsError):  # without its properties a workbook may be whole
+        from_sheet(data, "l.xlsx", "dl06", DEFAULT)
+
+
+def test_a_workbook_with_a_changed_byte_is_no_workbook():
+    rng, book = random.Random(1), book_of()
+    for _ in range(20):
+        data = bytearray(book)
+        data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+        with suppress(SheetFaultsError):
+            from_sheet(bytes(data), "l.xlsx", "dl06", DEFAULT)
+
+
+@pytest.mark.parametrize("other", [False, True])
+def test_a_cell_far_out_is_told_and_not_reached_cell_by_cell(other):
+    def change(sheet):
+        (sheet.parent.create_sheet("far") if other else sheet)["XFD1048576"] = 1
+
+    if other:
+        assert made(book_of(change)).remarks[0] == "only the first sheet is read; also there: far"
+    else:
+        assert "its cells reach to XFD1048576, and it may have 50000" in faults(book_of(change))[0]
+
+
+def test_a_small_workbook_of_many_cells_is_refused_before_they_are_read():
+    cells = b"<row>" + b"<c/>" * 10**6 + b"</row></sheetData>"
+    data = repacked(book_of(), lambda _, text: text.replace(b"</sheetData>", cells))
+    assert len(data) < 20_000
+    assert "more than 500000 elements" in faults(data)[0]
 
 
 def test_names_that_are_formulas_are_texts_in_the_sheet_and_the_same_when_read():

@@ -1,71 +1,237 @@
-"""Every reader of pidcfg as a function of bytes, what it may raise, and sound inputs."""
+"""Every reader of pidcfg as a function of bytes, with what it may raise.
+
+Listings are read format by format, apart from what their words mean; meanings get words, not texts: five bytes are the
+number of a word and its content, so that everything that is tried reaches the decoder.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
-VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic")
-TARGETS = ("yaml", "configuration", "scenario", "settings", "expression", "sheet", "record", *VENDORS)
+from reliability.small import SHEET, VENDORS, encoded, having, packed, parts, texts
+
+TEXTS = (
+    *("yaml", "configuration", "scenario", "settings", "baseline", "expression", "question", "address"),
+    *("sheet", "workbook", "record", "step", "map", "nicknames", "state"),
+)
+FORMATS = (
+    *("text", "csv", "json", "modbus", "ihex", "nickname-csv", "cdv", "data-dump", "tags", "st", "plcopen"),
+    *("operands", "symbols"),
+)
+TARGETS = (*TEXTS, *FORMATS, *(f"{vendor}-words" for vendor in VENDORS))
 Reader = Callable[[bytes], object]
+NAMES = {"demand": 0, "FIC-102.PV": 1, "x": 2}
+CONTENT = struct.Struct("<BI")
+"""The number of a word, and what it holds: a whole number, a 32-bit real, a switch, or one of the texts."""
+CONTENTS = ("", "T#0ms", "T#1s", "TRUE", "auto", "x.y", "A + B", "1e400")
 
 
 def reader(target: str) -> tuple[Reader, tuple[type[Exception], ...]]:
     """What reads the input of a target, and what it may raise."""
-    import click
+    if target.endswith("-words"):
+        return _words(target.removesuffix("-words"))
+    return _format(target) if target in FORMATS else globals()[f"_{target}"]()
 
-    from pidcfg import api
-    from pidcfg.cli.findings import settings
-    from pidcfg.limits import DEFAULT
-    from pidcfg.schemas import expressions
-    from pidcfg.sheets.read import SheetFaultsError, from_sheet
+
+# --- configurations, scenarios, settings -----------------------------------------------------------------------------
+
+
+def _yaml() -> tuple[Reader, tuple[type[Exception], ...]]:
     from pidcfg.source import read_document
-    from pidcfg.tuning.record import identified
 
-    names = {"demand": 0, "FIC-102.PV": 1, "x": 2}
+    return lambda data: read_document(data, "m.yaml"), ()
 
-    def configuration(data: bytes) -> None:
+
+def _configuration() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg import api
+
+    def read(data: bytes) -> None:
         if api.check(data, name="m.yaml").ok:
             assert api.encode(data, "json", name="m.yaml").ok, "what validates does not encode"
 
-    def listing(data: bytes) -> None:
-        result = api.decode(data, target, name="m.txt")
-        if result.ok:
-            api.encode(result.text, "json", name="m.yaml", allow_errors=True)
-
-    readers: dict[str, tuple[Reader, tuple[type[Exception], ...]]] = {
-        "yaml": (lambda data: read_document(data, "m.yaml"), ()),
-        "configuration": (configuration, ()),
-        "scenario": (lambda data: api.check(data, name="m.yaml", files={}), ()),
-        "settings": (lambda data: settings._loaded(Path("pidcfg.toml"), "pidcfg.toml", data), (click.ClickException,)),
-        "expression": (
-            lambda data: expressions.parse(data.decode("utf-8", "replace"), names),
-            (expressions.ExpressionError,),
-        ),
-        "sheet": (lambda data: from_sheet(data, "m.csv", None, DEFAULT), (SheetFaultsError,)),
-        "record": (lambda data: identified(data, "m.csv", DEFAULT), (ValueError,)),
-    }
-    return readers.get(target, (listing, ()))
+    return read, ()
 
 
-def seeds(target: str) -> list[bytes]:
-    """Sound inputs of a target."""
-    from pidcfg.sheets.write import as_csv
-    from pidcfg.source import read_document
-    from pidcfg.vendors import VENDORS as TABLE
+def _scenario() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg import api
     from reliability import hostile
 
-    if target == "expression":
-        return [b"FIC-102.PV + min(demand, 10) - sqrt(4) / (1 + abs(-3))", b"demand * 2", b"0.5 * (x - 1e3)"]
-    sound = {kind: data for kind, (data, _) in hostile.sources().items()}
-    if target == "sheet":
-        documents = [(vendor, read_document(sound[f"{vendor}.yaml"], "m.yaml")) for vendor in VENDORS]
-        return [as_csv(document, TABLE[vendor]).encode() for vendor, document in documents]
-    wanted = {
-        "yaml": [kind for kind in sound if kind.endswith(".yaml")],
-        "configuration": [f"{vendor}.yaml" for vendor in VENDORS],
-        "scenario": ["a.scenario.yaml"],
-        "settings": ["pidcfg.toml"],
-        "record": ["record.csv"],
-    }
-    return [sound[kind] for kind in wanted.get(target, [kind for kind in sound if kind.startswith(f"{target}-")])]
+    files = {"base.yaml": (hostile.EXAMPLES / hostile.CONFIGURATIONS["dl06"]).read_bytes()}
+    return lambda data: api.check(data, name="m.yaml", files=files), ()
+
+
+def _settings() -> tuple[Reader, tuple[type[Exception], ...]]:
+    import click
+
+    from pidcfg.cli.findings import settings
+
+    return lambda data: settings._loaded(Path("pidcfg.toml"), "pidcfg.toml", data), (click.ClickException,)
+
+
+def _baseline() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg.validate.baseline import BaselineError, from_text, to_text
+
+    def read(data: bytes) -> None:
+        baseline = from_text(data.decode("utf-8", "replace"))
+        assert from_text(to_text(baseline)) == baseline, "a baseline is written otherwise"
+
+    return read, (BaselineError,)
+
+
+def _expression() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg.schemas import expressions
+
+    return lambda data: expressions.parse(data.decode("utf-8", "replace"), NAMES), (expressions.ExpressionError,)
+
+
+def _question() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg import api
+
+    return lambda data: api.explain(data.decode("utf-8", "replace"), vendor="dl06"), (ValueError,)
+
+
+def _address() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg.live.address import parse_address, parse_listen
+    from pidcfg.live.errors import AddressError
+
+    def read(data: bytes) -> None:
+        text = data.decode("utf-8", "replace")
+        (parse_address if "://" in text else parse_listen)(text)
+
+    return read, (AddressError,)
+
+
+# --- tables ----------------------------------------------------------------------------------------------------------
+
+
+def _sheet() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg.limits import DEFAULT
+    from pidcfg.sheets.read import SheetFaultsError, from_sheet
+
+    return lambda data: from_sheet(data, "m.csv", None, DEFAULT), (SheetFaultsError,)
+
+
+def _workbook() -> tuple[Reader, tuple[type[Exception], ...]]:
+    """The XML of the first sheet in a sound workbook, or a whole one."""
+    from pidcfg.sheets.table import WORKBOOK
+
+    read, declared = _sheet()
+    sound = parts()
+    return lambda data: read(data if data.startswith(WORKBOOK) else packed({**sound, SHEET: data})), declared
+
+
+def _record() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg.limits import DEFAULT
+    from pidcfg.tuning.record import UnreadableRecordError, read_record
+
+    return lambda data: read_record(data, "m.csv", DEFAULT), (UnreadableRecordError,)
+
+
+def _step() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg.limits import DEFAULT
+    from pidcfg.tuning.record import UnreadableRecordError, identified
+
+    return lambda data: identified(data, "m.csv", DEFAULT), (UnreadableRecordError,)
+
+
+def _map() -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg.encoders.map_rows import UnusableMapError
+    from pidcfg.limits import DEFAULT
+    from pidcfg.map_files import map_of_data, numbering_of
+    from pidcfg.vendors import VENDORS as TABLE
+
+    images = [(TABLE[vendor], encoded(vendor, "json").image) for vendor in ("ezlogix", "nextopid", "dpide")]
+
+    def read(data: bytes) -> None:
+        stated, refused = map_of_data(data, "m.csv", DEFAULT), 0
+        for vendor, image in images:
+            try:
+                numbering_of(vendor, stated, image)
+            except UnusableMapError:
+                refused += 1
+
+    return read, (UnusableMapError,)
+
+
+def _nicknames() -> tuple[Reader, tuple[type[Exception], ...]]:
+    """A file of the user's that a CLICK's nicknames go into."""
+    from pidcfg.encoders.click.nickname_merge import merge_nicknames
+    from pidcfg.encoders.listing import ListingError
+
+    image = encoded("click", "json").image
+    return lambda data: merge_nicknames(image, data.decode("utf-8", "replace")), (ListingError,)
+
+
+def _state() -> tuple[Reader, tuple[type[Exception], ...]]:
+    """The body of a state of ``--resume`` with its key and a right checksum."""
+    from pidcfg.certification.state import StateError, read
+
+    def read_body(data: bytes) -> None:
+        body = data.decode("utf-8", "replace").strip("\n")
+        read(f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}\n".encode(), "k", None, 0)  # type: ignore[arg-type]
+
+    return read_body, (StateError,)
+
+
+# --- listings --------------------------------------------------------------------------------------------------------
+
+
+def _format(name: str) -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg.encoders.listing import ListingError
+    from pidcfg.limits import DEFAULT
+    from pidcfg.listings import read_listing
+    from pidcfg.vendors import VENDORS as TABLE
+
+    vendors = [TABLE[vendor] for vendor in having(name)]
+
+    def read(data: bytes) -> None:
+        refused = []
+        for vendor in vendors:
+            try:
+                read_listing(data, vendor, DEFAULT, name)
+            except ListingError as error:
+                refused.append(error)
+
+    return read, ()
+
+
+def _words(vendor: str) -> tuple[Reader, tuple[type[Exception], ...]]:
+    """The words of a starter with others in their places."""
+    from pidcfg.encoders.listing import ListingError
+    from pidcfg.limits import DEFAULT
+    from pidcfg.listings import decode_listing, read_listing
+    from pidcfg.vendors import VENDORS as TABLE
+
+    document = json.loads(texts(vendor, "json")[0])
+    valued = [number for number, word in enumerate(document["words"]) if "value" in word]
+    contents = (
+        *CONTENTS,
+        *sorted({value for word in document["words"] if isinstance(value := word.get("value"), str)}),
+    )
+
+    def read(data: bytes) -> None:
+        words = list(document["words"])
+        for number, content in CONTENT.iter_unpack(data[: len(data) // CONTENT.size * CONTENT.size]):
+            at = valued[number % len(valued)]
+            words[at] = {key: value for key, value in words[at].items() if key != "hex"}
+            words[at]["value"] = _content(words[at]["value"], content, contents)
+        text = json.dumps({**document, "words": words}).encode()
+        decode_listing(read_listing(text, TABLE[vendor], DEFAULT, "json"), TABLE[vendor], {})
+
+    return read, (ListingError,)
+
+
+def _content(old: object, content: int, contents: tuple[str, ...]) -> object:
+    """A content of the type that a word has."""
+    if isinstance(old, bool):
+        return bool(content & 1)
+    if isinstance(old, float):
+        real = struct.unpack("<f", content.to_bytes(4, "little"))[0]
+        return real if abs(real) < float("inf") else 0.0
+    if isinstance(old, int):
+        return content & 0xFFFF
+    return contents[content % len(contents)]

@@ -30,6 +30,7 @@ KEPT = Decision(
     "A result that is put together from two programs, two scenarios or two ways to calculate would be nobody's.",
 )
 FORMAT = 2
+DAMAGED = "it is damaged, or no file of --resume"
 
 
 class StateError(ValueError):
@@ -71,21 +72,34 @@ def written(progress: Progress, key: str) -> bytes:
 def read(data: bytes, key: str, job: Job, samples: int) -> Progress:
     """What a state holds; raises `StateError`."""
     try:
-        checksum, _, rest = data.decode().partition("\n")
-        body = rest.removesuffix("\n")
-        if hashlib.sha256(body.encode()).hexdigest() != checksum:
-            raise StateError("it is damaged, or no file of --resume")
-        state: dict[str, Any] = json.loads(body)
-    except UnicodeDecodeError:
-        raise StateError("it is no file of --resume") from None
-    if state["key"] != key:
-        raise StateError("it belongs to another scenario, configuration, seed or program")
-    tally = Tally.of_state(state["tally"])
-    if tally.samples > samples:
+        state = _body(data, key)
+        tally = Tally.of_state(state["tally"])
+        ahead = {block.first: block for block in map(Tally.of_state, state["ahead"]) if block.samples == BLOCK}
+        count, digest = int(state["trial"][0]), state["trial"][1]
+        too_many = tally.samples > samples
+    except StateError:
+        raise
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
+        raise StateError(DAMAGED) from None
+    if too_many:
         raise StateError(f"it has {tally.samples} samples already, more than {samples}")
     trial = Trial()
-    trial.run(job, state["trial"][0])
-    if trial.digest != state["trial"][1]:
+    trial.run(job, count)
+    if trial.digest != digest:
         raise StateError("its first samples come out otherwise here: this machine does not calculate alike")
-    ahead = {block.first: block for block in map(Tally.of_state, state["ahead"]) if block.samples == BLOCK}
     return Progress(tally, trial, ahead)
+
+
+def _body(data: bytes, key: str) -> Any:
+    """The document of a state whose checksum and key are right."""
+    try:
+        checksum, _, rest = data.decode().partition("\n")
+    except UnicodeDecodeError:
+        raise StateError("it is no file of --resume") from None
+    body = rest.removesuffix("\n")
+    if hashlib.sha256(body.encode()).hexdigest() != checksum:
+        raise StateError(DAMAGED)
+    state = json.loads(body)
+    if state["key"] != key:
+        raise StateError("it belongs to another scenario, configuration, seed or program")
+    return state

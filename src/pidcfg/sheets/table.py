@@ -25,6 +25,9 @@ THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 GROUPED = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d+)?")
 MOST_UNPACKED = 50
 """Times the limit on the size of a file that a workbook may have without its compression."""
+MOST_ELEMENTS = 10
+"""Elements of XML that a workbook may have for each cell that is allowed."""
+BLOCK = 1 << 16
 WORKBOOK = b"PK\x03\x04"
 
 
@@ -136,30 +139,60 @@ def _cells(row: Sequence[Any], number: int) -> list[Cell]:
 
 def _workbook(data: bytes, name: str, limits: Limits) -> tuple[list[list[Cell]], tuple[str, ...]]:
     """The first sheet with what its formulas gave when it was saved, and the names of others that hold anything."""
+    book, written = _books(data, name, limits)
+    sheet = book.worksheets[0]
+    if sheet.merged_cells.ranges:
+        raise SheetError(
+            f"{name}: the cells {min(map(str, sheet.merged_cells.ranges))} are merged, and only the first of "
+            "them has a value; unmerge them, and write the value into each row that has it"
+        )
+    if _area(sheet) > limits.nodes:
+        last = Cell("", sheet.max_row, sheet.max_column)
+        raise SheetError(
+            f"{name}: its cells reach to {last.place}, and it may have {limits.nodes}; delete the rows and columns "
+            "behind the loops"
+        )
+    rows = []
+    for row, as_written in zip(sheet.iter_rows(), written.worksheets[0].iter_rows(), strict=True):
+        cells = [_cell(*pair, name) for pair in zip(row, as_written, strict=True)]
+        rows.append([cell for cell in cells if cell is not None])
+    others = book.worksheets[1:]
+    return rows, tuple(o.title for o in others if _area(o) > limits.nodes or any(any(row) for row in o.values))
+
+
+def _books(data: bytes, name: str, limits: Limits) -> tuple[Any, Any]:
+    """A workbook with the results of its formulas, and as it is written."""
     from openpyxl import load_workbook
 
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as package:
-            if sum(entry.file_size for entry in package.infolist()) > MOST_UNPACKED * limits.file_bytes:
-                raise SheetError(f"{name} is larger than {MOST_UNPACKED * limits.file_bytes} bytes when it is unpacked")
-        book = load_workbook(io.BytesIO(data), data_only=True)
-        written = load_workbook(io.BytesIO(data)).worksheets[0]
-        sheet = book.worksheets[0]
-        if sheet.merged_cells.ranges:
-            raise SheetError(
-                f"{name}: the cells {min(map(str, sheet.merged_cells.ranges))} are merged, and only the first of "
-                "them has a value; unmerge them, and write the value into each row that has it"
-            )
-        rows = []
-        for row, as_written in zip(sheet.iter_rows(), written.iter_rows(), strict=True):
-            cells = [_cell(*pair, name) for pair in zip(row, as_written, strict=True)]
-            rows.append([cell for cell in cells if cell is not None])
-        others = [other.title for other in book.worksheets[1:] if any(any(row) for row in other.values)]
-        return rows, tuple(others)
-    except (zipfile.BadZipFile, KeyError, ValueError, IndexError) as error:
-        if isinstance(error, SheetError):
-            raise
+        _refuse_bombs(data, name, limits)
+        book, written = load_workbook(io.BytesIO(data), data_only=True), load_workbook(io.BytesIO(data))
+    except SheetError:
+        raise
+    except Exception:  # noqa: BLE001 - openpyxl lets through whatever its parsers raise
         raise SheetError(f"{name} is no workbook that can be read; save it as XLSX or CSV") from None
+    if not book.worksheets:
+        raise SheetError(f"{name} has no sheet with cells")
+    return book, written
+
+
+def _refuse_bombs(data: bytes, name: str, limits: Limits) -> None:
+    """Raises `SheetError` for a workbook that is small and makes much of it; its parts are read, and not kept."""
+    elements = 0
+    with zipfile.ZipFile(io.BytesIO(data)) as package:
+        if sum(entry.file_size for entry in package.infolist()) > MOST_UNPACKED * limits.file_bytes:
+            raise SheetError(f"{name} is larger than {MOST_UNPACKED * limits.file_bytes} bytes when it is unpacked")
+        for entry in package.infolist():
+            with package.open(entry) as part:
+                while block := part.read(BLOCK):
+                    elements += block.count(b"<")
+                    if elements > MOST_ELEMENTS * limits.nodes:
+                        raise SheetError(f"{name} has more than {MOST_ELEMENTS * limits.nodes} elements")
+
+
+def _area(sheet: Any) -> int:
+    """Cells from the first to the last one of a sheet, as many as openpyxl would make."""
+    return int(sheet.max_row * sheet.max_column)
 
 
 def _cell(cell: Any, written: Any, name: str) -> Cell | None:

@@ -158,6 +158,8 @@ def from_text(text: str) -> Baseline:
     baseline = Baseline()
     for number, row in enumerate(data["findings"]):
         _read(number, row, baseline, version)
+        if len(baseline.entries) + len(baseline.former) > MOST:
+            raise BaselineError(f"1:1: findings[{number}]: the counts up to here are more than {MOST} findings")
     return baseline
 
 
@@ -181,7 +183,7 @@ def _read(number: int, row: Any, baseline: Baseline, version: int) -> None:
 
 
 MOST = 1_000_000
-"""Findings that one entry may stand for."""
+"""Findings that a baseline may stand for."""
 OR_NULL = ("value", "quotes")
 """Keys of an entry that may have nothing to say."""
 
