@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -197,3 +198,16 @@ def test_the_cure_of_a_listing_that_cannot_be_read_is_none_that_fails_too(tmp_pa
     with pytest.raises(SystemExit):
         main()
     assert cure in capsys.readouterr().err
+
+
+LOOPS = re.compile("^loops:.*", re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("name", ["nextopid/ratio", "dl06/reactor"])
+def test_a_file_that_has_lost_its_loops_differs(name):
+    text = (EXAMPLES / f"{name}.yaml").read_text("utf-8")
+    without = LOOPS.sub("loops: []", text)
+    for sides in ((text, without), (without, text)):
+        result = pidcfg.diff(*sides)
+        assert result.ok and not result.same  # noqa: PT018
+    assert pidcfg.diff(without, without).same

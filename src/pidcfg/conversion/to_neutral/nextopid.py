@@ -70,7 +70,7 @@ def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
             _refuse(b)
         else:
             take(b, b.item, b.item, FIELDS)
-    if not any(b.loop.missing for b in builders):
+    if builders and not any(b.loop.missing for b in builders):
         blocks_and_signals(network, builders)
         moves(network, builders)
     return [b.loop for b in builders]
