@@ -28,6 +28,7 @@ import subprocess
 import tempfile
 import tomllib
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
@@ -54,6 +55,19 @@ def run(*command: str | Path) -> int:
     words = [str(word) for word in command]
     print("$", *words, flush=True)
     return subprocess.run(words, cwd=ROOT, check=False).returncode
+
+
+def printed(arguments: tuple[str, ...]) -> subprocess.CompletedProcess[bytes]:
+    """What Python prints on some arguments, errors among the rest, in the project's folder."""
+    return subprocess.run((PYTHON, *arguments), cwd=ROOT, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+
+def show(arguments: tuple[str, ...], done: subprocess.CompletedProcess[bytes]) -> int:
+    """Show a command with what it has printed and return its exit code."""
+    print("$", PYTHON, *arguments, flush=True)
+    sys.stdout.buffer.write(done.stdout)
+    sys.stdout.flush()
+    return done.returncode
 
 
 def must(*command: str | Path) -> None:
@@ -186,22 +200,31 @@ def demo() -> None:
 
 
 def test(*arguments: str) -> None:
-    """Install everything and run all tests, a process per processor; or what the arguments name."""
+    """Install everything and run all tests, a process per processor; or what the arguments name.
+
+    Modules are kept compiled, as they are when installed: hundreds of tests start the command as a process.
+    """
     prepare("test")
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     must(PYTHON, "-m", "pytest", *(arguments or ("--numprocesses", "auto", "--dist", "worksteal")))
 
 
+CHECKS: tuple[tuple[str, ...], ...] = (
+    ("-m", "ruff", "check", "."),
+    ("-m", "ruff", "format", "--check", "."),
+    ("-m", "mypy", "--strict"),
+    ("-m", "pytest", "-q", "tests/test_layers.py"),
+    (GENERATED, "--check"),
+)
+
+
 def check() -> None:
-    """Run every check, also after one has failed, and say which did."""
+    """Run every check, beside each other and also after one has failed; show them in order and say which failed."""
     prepare("test")
-    steps: tuple[tuple[str, ...], ...] = (
-        ("-m", "ruff", "check", "."),
-        ("-m", "ruff", "format", "--check", "."),
-        ("-m", "mypy", "--strict"),
-        ("-m", "pytest", "-q", "tests/test_layers.py"),
-        (GENERATED, "--check"),
-    )
-    failed = [" ".join(step) for step in steps if run(PYTHON, *step)]
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        shown = pool.map(printed, CHECKS)
+        failed = [" ".join(step) for step, code in zip(CHECKS, map(show, CHECKS, shown), strict=True) if code]
     if failed:
         sys.exit("failed: " + "; ".join(failed))
     print("all checks passed")

@@ -20,14 +20,12 @@ def number(low: str = "-5000", high: str = "5000") -> st.SearchStrategy:
     return st.decimals(low, high, places=4)
 
 
-FLAGS = maybe(st.booleans())
+FLAGS = st.booleans()
 
 
 def part(**keys: st.SearchStrategy) -> st.SearchStrategy:
     """A section whose keys may be missing."""
-    return st.fixed_dictionaries(
-        {}, optional={key: value.filter(lambda v: v is not None) for key, value in keys.items()}
-    )
+    return st.fixed_dictionaries({}, optional=keys)
 
 
 @st.composite
@@ -51,7 +49,7 @@ def loops(draw, index: int):
             "derivative_gain": draw(number("0", "6000")),
         },
         "derivative_gain_limit": draw(maybe(st.integers(0, 100))),
-        "derivative_gain_limit_enabled": draw(FLAGS),
+        "derivative_gain_limit_enabled": draw(maybe(FLAGS)),
         "pv": {
             "range": (low, low + draw(number("0.5", "9000"))),
             **draw(

@@ -39,7 +39,7 @@ CALLS = {
     "check": lambda: pidcfg.check(Path("line/tank.scenario.yaml"), files=FILES),
     "encode": lambda: pidcfg.encode(Path("line/tank.yaml"), files=FILES),
     "decode": lambda: pidcfg.decode(pidcfg.encode(Path("line/tank.yaml"), files=FILES).text, "click", files={}),
-    "convert": lambda: pidcfg.convert(Path("line/tank.yaml"), "dpide", verify=True, files=FILES),
+    "convert": lambda: pidcfg.convert(Path("line/chiller.yaml"), "click", verify=True, files=FILES),
     "diff": lambda: pidcfg.diff(Path("line/tank.yaml"), Path("line/./tank.yaml"), files=FILES),
     "simulate": lambda: pidcfg.simulate(Path("line/tank.scenario.yaml"), engine="python", record=True, files=FILES),
     "certify": lambda: pidcfg.certify(Path("line/chiller.scenario.yaml"), samples=1, record=True, files=FILES),

@@ -76,9 +76,9 @@ def test_convert(path, tmp_path):
 
 
 def test_convert_and_verify(tmp_path):
-    path = Path("examples/click/tank.yaml")
-    args = (path, "--to", "dpide", "-o", tmp_path / "x.yaml", "--report", "json", "--allow-loss", "--verify")
-    result = api.convert(path, "dpide", verify=True)
+    path = Path("examples/dpide/chiller.yaml")
+    args = (path, "--to", "click", "-o", tmp_path / "x.yaml", "--report", "json", "--allow-loss", "--verify")
+    result = api.convert(path, "click", verify=True)
     assert json.loads(printed("convert", *args)) == result.to_json()
     assert result.verified
 
@@ -104,7 +104,7 @@ def test_simulate(path):
     assert shown == api.simulate(path, engine="python").to_json()
 
 
-@pytest.mark.parametrize("path", named([CONFIGURATIONS[0], *CASES[:2]]))
+@pytest.mark.parametrize("path", named([ROOT / "examples/click/tank.yaml", *CASES[:2]]))
 def test_simulate_what_is_no_scenario(path):
     shown = json.loads(printed("simulate", path, "--format", "json", "--engine", "python"))
     assert shown == api.simulate(path, engine="python").to_json()

@@ -619,7 +619,7 @@ ASIDE = {"pv.range", "pv.input_range"}
 """What only the autotune and other controllers look at."""
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(configurations())
 def test_there_and_back_are_the_same_registers(config):
     found = to_neutral(config)

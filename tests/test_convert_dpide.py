@@ -359,7 +359,7 @@ def near(a: Any, b: Any) -> bool:
     return bool(a == b)
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(configurations())
 def test_any_configuration_is_asked_about_or_is_a_neutral_one(config):
     for i, found in enumerate(to_neutral(config)):

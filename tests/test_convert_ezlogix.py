@@ -483,7 +483,7 @@ def cells(config: EzlogixFile) -> dict:
     return found
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.filter_too_much, HealthCheck.too_slow])
 @given(configurations())
 def test_there_and_back_are_the_same_registers(config):
     found = to_neutral(config)

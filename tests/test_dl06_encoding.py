@@ -25,9 +25,7 @@ from pidcfg.validate.engine import check_document
 from pidcfg.writer import yaml_text
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "dl06"
-SLOW = settings(
-    max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
-)
+SLOW = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 
 LOOP = {"name": "L", "sample_rate": 0.2, "action": "direct", "tuning": {"gain": 1}}
 
@@ -235,11 +233,14 @@ def test_every_path_of_the_map_exists_in_the_schema():
 @SLOW
 @given(configurations())
 def test_encode_decode_encode_is_identical(config):
-    """For random configurations, through every file format that carries all words."""
-    image = encode(config).image
+    """For random configurations, through every file that carries all words; what two hold alike is decoded once."""
+    image, decoded = encode(config).image, []
     for kind in FORMATS.values():
         listing = kind.read(kind.write(image, ()))
         assert listing.words == image.words, kind.name
+        if (listing.settings, listing.plc) in decoded:
+            continue
+        decoded.append((listing.settings, listing.plc))
         again = decode(
             listing.words,
             listing.settings,

@@ -48,7 +48,7 @@ OPERANDS = (
     "MV",
 )
 """In the order of the instruction."""
-SLOW = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SLOW = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 LOOP = {"device": "D500", "SV": 80, "CYCLE": 1000, "Kc_Kp": 12, "Ti_Ki": 180, "Td_Kd": 20, "MV_MAX": 4000, "MV_MIN": 0}
 
 

@@ -30,7 +30,7 @@ from pidcfg.schemas.dpide import DpideFile
 from pidcfg.vendors import VENDORS
 from test_dpide_encoding import configuration
 
-SLOW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SLOW = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 READABLE = ("text", "csv", "json", "operands")
 SYMBOL_NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9_]{0,9}", fullmatch=True)
 

@@ -315,7 +315,7 @@ def test_a_double_integer_that_is_too_large_is_an_error():
     assert "PID102" in codes({"PID_MODE": 2**31})
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(configurations())
 def test_rules_judge_any_configuration_and_symbols_are_written_when_they_say_so(config):
     encoding = encode(config)

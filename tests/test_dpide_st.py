@@ -26,7 +26,7 @@ from test_dpide_encoding import configuration
 
 DATA = Path(__file__).parent / "data" / "dpide"
 EXAMPLES = (1, 2, 3, 4, 5)
-SLOW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SLOW = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 NAMES = st.from_regex(r"[A-Za-z][A-Za-z0-9]{0,4}(?:[ .\-/#][0-9]{1,3})?", fullmatch=True).map(str.upper)
 
 

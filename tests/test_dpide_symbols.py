@@ -21,7 +21,7 @@ from test_dpide_encoding import configuration
 from test_dpide_files import USERS, merged
 from test_dpide_st import DATA, NAMES, by_name
 
-SLOW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+SLOW = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 HEAD = "Class,Identifiers,Address,Type,Initial Value,Comment\r\n"
 
 

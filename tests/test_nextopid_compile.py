@@ -13,7 +13,7 @@ from pidcfg.sim.controllers.nextopid import modes, slots
 from pidcfg.sim.controllers.nextopid.scan import INLINED, PATH, scan
 from pidcfg.sim.inlining import facts
 
-PROGRAMS, SEGMENTS, STEPS, TICKS = 250, 4, 60, 100_000
+PROGRAMS, SEGMENTS, STEPS, TICKS = 120, 4, 60, 100_000
 
 
 def move_plants(k, loops, cfg, sig, noise):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from reliability import (
     kills,
     mutants,
     mutation,
+    order,
     rounding,
     words,
 )
@@ -254,6 +256,43 @@ def test_what_a_run_left_is_tried_again_where_it_stands_now(tmp_path, monkeypatc
 def test_a_test_file_names_the_modules_that_it_looks_into():
     assert "tests/test_explain.py" in importing_files("pidcfg/encoders/maps/click_meanings.py")
     assert "tests/test_explain.py" not in importing_files("pidcfg/encoders/maps/generic.py")
+
+
+def test_an_order_keeps_all_tests_and_files_together_and_is_that_of_its_seed():
+    names = [f"{file}::test_{i}" for file in "abcd" for i in range(5)]
+    orders = [[names[i] for i in order.shuffled(names, seed, freely=False)] for seed in (1, 1, 2)]
+    assert orders[0] == orders[1] != orders[2]
+    assert sorted(orders[0]) == names != orders[0]
+    files = [name[0] for name in orders[0]]
+    assert sum(one != two for one, two in pairwise(files)) == 3
+    free = order.shuffled(names, 1, freely=True)
+    assert sorted(free) == list(range(len(names)))
+    assert sum(names[i][0] != names[j][0] for i, j in pairwise(free)) > 3
+
+
+def test_a_test_that_fails_in_an_order_and_passes_alone_is_a_flip():
+    alone = {"flips": "passed", "broken": "failed"}
+
+    def ran(arguments, **variables):
+        if len(arguments) == 1:
+            return {arguments[0]: alone[arguments[0]]}
+        assert variables == {order.SEED: "7"}
+        return {"good": "passed", "away": "skipped", "flips": "failed", "broken": "failed"}
+
+    found = order.run_one(["tests"], 7, 3, freely=False, ran=ran)
+    assert (found["passed"], found["skipped"], found["failed"]) == (1, 1, 2)
+    assert (found["flips"], found["broken"]) == (["flips"], ["broken"])
+
+
+def test_the_plugin_shuffles_and_tells_how_each_test_ended(tmp_path):
+    Path(tmp_path / "test_two.py").write_text(
+        "seen = []\n\ndef test_one():\n    seen.append(1)\n\ndef test_two():\n    assert seen\n", "utf-8"
+    )
+    plain = order.outcomes([str(tmp_path), "--rootdir", str(tmp_path)])
+    assert plain == {"test_two.py::test_one": "passed", "test_two.py::test_two": "passed"}
+    seed = next(seed for seed in range(9) if order.shuffled(list(plain), seed, freely=False) == [1, 0])
+    ends = order.outcomes([str(tmp_path), "--rootdir", str(tmp_path)], **{order.SEED: str(seed)})
+    assert ends == {"test_two.py::test_one": "passed", "test_two.py::test_two": "failed"}
 
 
 def test_the_page_is_written_from_the_figures_that_are_kept():

@@ -176,13 +176,20 @@ def test_what_a_failing_command_returns_is_what_the_task_returns(tasks, monkeypa
     assert end.value.code == 5
 
 
-def test_a_failing_check_does_not_hide_the_others(tasks, monkeypatch):
+def test_a_failing_check_does_not_hide_the_others_and_all_are_shown_in_order(tasks, monkeypatch, capsys):
     monkeypatch.setattr(tasks, "prepare", lambda _purpose: None)
-    monkeypatch.setattr(tasks, "run", lambda *command: int("mypy" in command or "--check" in command))
+
+    def printed(arguments):
+        code = int("mypy" in arguments or "--check" in arguments)
+        return subprocess.CompletedProcess(arguments, code, f"said by {arguments[1]}\n".encode())
+
+    monkeypatch.setattr(tasks, "printed", printed)
 
     with pytest.raises(SystemExit) as end:
         tasks.main(["check"])
 
+    said = [line for line in capsys.readouterr().out.splitlines() if line.startswith("said by ")]
+    assert said == [f"said by {step[1]}" for step in tasks.CHECKS]
     assert end.value.code == "failed: -m ruff format --check .; -m mypy --strict; tests/generated.py --check"
 
 

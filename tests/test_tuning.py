@@ -130,7 +130,7 @@ def answer(past: float, process: Process) -> float:
     return 1 - math.exp(-past / process.time_constant) if past > 0 else 0.0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     gain=st.floats(0.1, 20).flatmap(lambda g: st.sampled_from([g, -g])),
     constant=st.floats(0.1, 1000),

@@ -43,6 +43,7 @@ def _sections(kept: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
         ("Faults of the machine", "faults", _faults),
         ("Time and memory by the size of the input", "growth", _growth),
         ("Beside other tools", "against", _against),
+        ("Tests in other orders", "order", _order),
     ):
         yield title, text(kept[part]) if part in kept else NOT_RUN
     yield "Faults in the code", _mutants(kept)
@@ -188,6 +189,20 @@ def _against(found: Mapping[str, Any]) -> str:
         f"{found['files']} hostile YAML files, drawn with seed {found['seed']}; check-jsonschema with the schema that "
         f"pidcfg prints.\n\n{_table(('tool', 'answers', 'crashes', f'over {others.SECONDS} s'), rows)}{missing}"
     )
+
+
+def _order(found: Mapping[str, Any]) -> str:
+    rows = (
+        (run["seed"], run["workers"], *_counts(run), ", ".join(map("`{}`".format, run["flips"])) or "-")
+        for run in found["runs"]
+    )
+    how = "all of them freely" if any(run["freely"] for run in found["runs"]) else "files, and tests inside of each"
+    head = ("seed", "workers", "passed", "skipped", "failed", "failed here and passed alone", "which")
+    return f"{_table(head, rows)}\n\nThe ordinary tests in the order of a seed ({how}); what fails is run again alone."
+
+
+def _counts(run: Mapping[str, Any]) -> tuple[int, ...]:
+    return run["passed"], run["skipped"], run["failed"], len(run["flips"])
 
 
 def _mutants(kept: Mapping[str, Any]) -> str:

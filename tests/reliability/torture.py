@@ -1,7 +1,8 @@
 """``python tasks.py torture [PART ...] [--minutes N]``: throw at pidcfg what means harm, and write the page.
 
 Without a part all run that need nothing but this machine and pidcfg: `against` wants other tools, `guided` atheris in
-a Python of its own. Each part keeps its figures beside this file when it ends.
+a Python of its own, and `order` takes three times as long as the ordinary tests. Each part keeps its figures beside
+this file when it ends.
 ``docs/reliability.md`` is written from the figures of all parts.
 """
 
@@ -19,7 +20,21 @@ from typing import TYPE_CHECKING, Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from reliability import branches, codecs, copies, faults, figures, fuzz, growth, guided, hostile, kills, others, words
+from reliability import (
+    branches,
+    codecs,
+    copies,
+    faults,
+    figures,
+    fuzz,
+    growth,
+    guided,
+    hostile,
+    kills,
+    order,
+    others,
+    words,
+)
 from reliability.page import PAGE, page
 
 if TYPE_CHECKING:
@@ -145,7 +160,17 @@ PARTS: dict[str, Callable[[argparse.Namespace, float], dict[str, Any]]] = {
     "faults": lambda *_: faults.run_all(),
     "growth": lambda *_: growth.run_all(),
     "against": lambda options, _: others.run_all(options.seed, options.files),
+    "order": lambda options, _: order.run_all(options.seed, options.tests, options.workers, freely=options.freely),
 }
+
+
+ON_DEMAND = frozenset({"against", "guided", "order"})
+"""Parts that run where they are named alone."""
+
+
+def numbers(text: str) -> tuple[int, ...]:
+    """Numbers with commas between them."""
+    return tuple(map(int, text.split(",")))
 
 
 def main(arguments: list[str]) -> int:
@@ -156,10 +181,13 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=300, help="commands that are ended")
     parser.add_argument("--files", type=int, default=others.FILES, help="files for other tools")
+    parser.add_argument("--tests", nargs="+", default=["tests"], help="files whose order is changed")
+    parser.add_argument("--workers", type=numbers, default=order.WORKERS, help="of each order, such as 2,3,1")
+    parser.add_argument("--freely", action="store_true", help="tests leave their file: its fixtures are made again")
     options = parser.parse_args(arguments)
     os.environ["PIDCFG_CACHE_DIR"] = __file__
     failures = []
-    parts = options.parts or [part for part in PARTS if part not in {"against", "guided"}]
+    parts = options.parts or [part for part in PARTS if part not in ON_DEMAND]
     for part in parts:
         begin = cpu()
         found = PARTS[part](options, time.monotonic() + 60 * options.minutes / len(parts))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import exp, hypot, inf, sqrt
+from operator import mul
 from statistics import fmean
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -85,10 +86,11 @@ def response(times: Sequence[float], output: Sequence[Segment], dead: float, con
     out: list[float] = []
     state = value = slope = 0.0
     at, k = min(times[0], output[0].time + dead), 0
+    changes = [segment.time + dead for segment in output]
     for time in times:
-        while k < len(output) and output[k].time + dead <= time:
-            state = _step(state, value, slope, output[k].time + dead - at, constant)
-            at, value, slope = output[k].time + dead, output[k].value, output[k].slope
+        while k < len(changes) and changes[k] <= time:
+            state = _step(state, value, slope, changes[k] - at, constant)
+            at, value, slope = changes[k], output[k].value, output[k].slope
             k += 1
         state = _step(state, value, slope, time - at, constant)
         value, at = value + slope * (time - at), time
@@ -158,7 +160,7 @@ def _linear(
     rest = samples.value
     for weight, column in zip(solved, columns, strict=True):
         rest = [y - weight * x for y, x in zip(rest, column, strict=True)]
-    return (solved[0], solved[1] if drift else 0.0, solved[-1]), sum(y * y for y in rest)
+    return (solved[0], solved[1] if drift else 0.0, solved[-1]), _dot(rest, rest)
 
 
 def least_squares(columns: Sequence[Sequence[float]], values: Sequence[float]) -> list[float] | None:
@@ -167,14 +169,20 @@ def least_squares(columns: Sequence[Sequence[float]], values: Sequence[float]) -
     if inverse is None:
         return None
     middle = fmean(values)
-    right = [sum(x * (y - middle) for x, y in zip(column, values, strict=True)) for column in columns]
-    weights = [sum(a * b for a, b in zip(row, right, strict=True)) for row in inverse]
+    around = [y - middle for y in values]
+    right = [_dot(column, around) for column in columns]
+    weights = [_dot(row, right) for row in inverse]
     weights[0] += middle / columns[0][0]
     return weights
 
 
 def _normal(columns: Sequence[Sequence[float]]) -> list[list[float]]:
-    return [[sum(a * b for a, b in zip(x, y, strict=True)) for y in columns] for x in columns]
+    half = [[_dot(x, y) for y in columns[: i + 1]] for i, x in enumerate(columns)]
+    return [[half[max(i, j)][min(i, j)] for j in range(len(columns))] for i in range(len(columns))]
+
+
+def _dot(x: Sequence[float], y: Sequence[float]) -> float:
+    return float(sum(map(mul, x, y)))
 
 
 def _inverse(matrix: Sequence[Sequence[float]]) -> list[list[float]] | None:
