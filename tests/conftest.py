@@ -9,6 +9,7 @@ import pytest
 from hypothesis import settings
 
 from browser import browser  # noqa: F401 - a fixture, for every test that opens a page
+from pidcfg import processes
 from pidcfg.__main__ import FEW_COLLECTIONS
 
 SCRUBBED = (
@@ -54,3 +55,4 @@ def plain_environment(monkeypatch):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("PIDCFG_CACHE_DIR", __file__)  # no folder, so no cache: tests change rules while they run
     monkeypatch.setenv("PYTHONUTF8", "1")
+    monkeypatch.setattr(processes, "cores", lambda: 1)  # the others are busy with tests; who means more says --jobs

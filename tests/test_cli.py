@@ -513,9 +513,11 @@ def prepared(tmp_path_factory):
     rows = [f"2026-03-02,08:{t // 60:02}:{t % 60:02},{pv:.4f},{20 + 10 * (t >= 120)}" for t, pv in pvs]
     (folder / "step.csv").write_text("Date,Time,Temperature,Valve\n" + "\n".join(rows) + "\n", "utf-8")
     (folder / "chiller.yaml").write_text((ROOT / "examples/dpide/chiller.yaml").read_text("utf-8"), "utf-8")
-    # It is run 500 times: seconds in the place of minutes.
+    # It is run 500 times: seconds in the place of minutes, and it begins as it stands.
     scenario = (ROOT / "examples/dpide/chiller.scenario.yaml").read_text("utf-8")
-    (folder / "chiller.scenario.yaml").write_text(re.sub(r"(\d) min", r"\1 s", scenario), "utf-8")
+    (folder / "chiller.scenario.yaml").write_text(
+        re.sub(r"(\d) min", r"\1 s", scenario.replace("initial: steady\n", "")), "utf-8"
+    )
     (folder / "tank.yaml").write_text((ROOT / "examples/click/tank.yaml").read_text("utf-8"), "utf-8")
     run("encode", "tank.yaml", "--format", "nickname-csv", "-o", "nicknames.csv", cwd=folder)
     header = (folder / "nicknames.csv").read_text("utf-8").splitlines()[0]
