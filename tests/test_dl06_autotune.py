@@ -19,7 +19,7 @@ import pytest
 
 from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import state as bits
-from pidcfg.sim.controllers.dl06.state import MODES, TUNE, TUNE_ERROR, TUNING
+from pidcfg.sim.controllers.dl06.state import MODES, TUNE, TUNE_ERROR, TUNING, Config, State
 from pidcfg.sim.controllers.dl06.tune_closed import begin_relay
 from pidcfg.sim.controllers.dl06.tune_results import digits, store
 from rig_plants import FirstOrder, Fixed, Moving
@@ -391,3 +391,20 @@ def test_a_relay_that_nothing_answers_is_given_up_and_the_controller_goes_on_as_
     assert rig.log == [(0, "auto-tune stopped: the PV does not answer")]
     assert s.status & (TUNING | TUNE_ERROR) == TUNE_ERROR
     assert (s.bias, s.m) == (bias, bias)
+
+
+@pytest.mark.parametrize(
+    ("results", "stored"),
+    [
+        ((1e9, 1e9, 1e9, 1e9), (99.99, 999.8, 99.99, 99_990_000)),
+        ((99.99, 999.8, 99.99, 99.99), (99.99, 999.8, 99.99, 99_990_000)),
+        ((99.98, 999.7, 99.98, 99.98), (99.98, 999.7, 99.98, 99_980_000)),
+        ((0.0, 0.0, -5.0, 0.0), (0.01, 0.1, 0.0, 50_000)),
+        ((0.01, 0.1, 0.0, 0.05), (0.01, 0.1, 0.0, 50_000)),
+        ((0.02, 0.2, 0.01, 0.06), (0.02, 0.2, 0.01, 60_000)),
+    ],
+)
+def test_results_are_stored_within_what_their_words_hold(results, stored):
+    s = State()
+    store(Config(reset_unit=1.0, reset_step=0.1, least_period=50_000), s, *results)
+    assert (s.gain, s.reset, s.rate, s.period) == pytest.approx(stored)

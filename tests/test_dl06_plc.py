@@ -849,6 +849,27 @@ def test_a_mode_whose_bit_is_written_is_requested_and_its_bit_reads_as_0(raw, wa
     assert registers.contents(0, machine.sig)[word] & raw == 0
 
 
+def test_a_client_reads_what_the_controller_has_written():
+    machine = plc({}, {})
+    registers, s = Dl06Registers(machine), machine.st[1]
+    s.sp, s.pv, s.bias, s.out = 1200.4, 70.0, 4095.0, 5000.0
+    s.status, s.aux_status, s.rs_error = bits.AUTO | bits.LOW, bits.RS_COMPLETE | 3 * bits.RS_STEP | bits.RS_JOG, 16
+    held = registers.contents(1, machine.sig)
+    table = 0o2000 + LOOP_TABLE.size
+    names = ("setpoint", "pv", "bias", "output", "mode_and_alarm_status", "ramp_soak_flags", "ramp_soak_errors")
+    found = {name: held[table + LOOP_TABLE.offset(name)] for name in names}
+
+    assert found == {
+        "setpoint": 1200,
+        "pv": 70,
+        "bias": 4095,
+        "output": 4095,
+        "mode_and_alarm_status": bits.AUTO | bits.LOW,
+        "ramp_soak_flags": bits.RS_COMPLETE | 3 * bits.RS_STEP,
+        "ramp_soak_errors": 16,
+    }
+
+
 def test_every_loop_has_a_ramp_soak_table_and_a_tuning_buffer_of_its_own():
     machine = plc({}, {}, {})
     places = [(c.rs_table, RAMP_SOAK_SIZE) for c in machine.cfg] + [(c.tune_buffer, POINTS) for c in machine.cfg]

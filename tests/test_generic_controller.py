@@ -10,8 +10,9 @@ from pydantic_core import PydanticCustomError
 
 from generic_rig import Rig
 from pidcfg.encoders.parameters import Program
+from pidcfg.sim.controllers.generic.equation import derivative
 from pidcfg.sim.controllers.generic.scan import load
-from pidcfg.sim.controllers.generic.state import REQUEST, UNREACHED
+from pidcfg.sim.controllers.generic.state import REQUEST, UNREACHED, Config, State
 from rig_plants import FirstOrder
 
 TS = 0.1
@@ -486,3 +487,9 @@ def test_a_mode_that_holds_already_is_no_request():
     assert s.busy == REQUEST
     rig.plc.request(0, rig.mode())
     assert s.busy == 0
+
+
+def test_without_a_filter_the_derivative_is_exact_whatever_came_before():
+    s = State(pv=3.0, pv1=1.0, kd=2.0, d_share=1.0, y=1e17)
+    assert derivative(Config(of_error=0, raises=0), s) == 4.0
+    assert s.y == 2.0

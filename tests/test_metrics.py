@@ -7,7 +7,7 @@ from types import SimpleNamespace as Facts
 import pytest
 
 from pidcfg.sim.influence import Influence
-from pidcfg.sim.meters import Meter
+from pidcfg.sim.meters import NEVER, Meter
 from pidcfg.sim.metrics import (
     Band,
     Gauge,
@@ -149,3 +149,12 @@ def test_an_event_that_changes_nothing_concerns_no_loop():
     influence = Influence(Facts(), Facts(cfg=cfg, loops=["A", "B"]), idle=[event])
 
     assert [influence.concerns(one, loop) for one in (event, same) for loop in (0, 1)] == [False, False, True, False]
+
+
+def test_nothing_is_known_of_a_loop_before_its_first_base_step():
+    """−1 is not yet, or never; every sum and every bit is 0."""
+    meter = Meter(0, 0, 0)
+    known = {name: value for name in Meter.__slots__ if (value := getattr(meter, name)) != 0}
+    not_yet = ("status", "aux_status", "event", "rise_from", "rise_to", "left", "missed", "blind_from", "cut_from")
+    later = ("watched", "window", "middle", "late", "swung")
+    assert known == {**dict.fromkeys((*not_yet, "extreme_at"), -1), **dict.fromkeys(later, NEVER), "course": 1}

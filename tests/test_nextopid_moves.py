@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from nextopid_rig import HEAD, findings, image_of, run
+from nextopid_rig import HEAD, findings, image_of, plc_of, run
 from pidcfg import check_text
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.bumpless import bumpless_moves
@@ -350,3 +350,10 @@ def test_figure_16_1_as_an_engineer_writes_it():
 def test_only_the_move_of_figure_16_1_holds_the_output(row, holds):
     encoding = encode(model_of(moves(row)))
     assert (bumpless_moves(encoding, 1).holds_mv == 0) is holds
+
+
+def test_a_program_without_moves_executes_none():
+    plc = plc_of(
+        f"loops: [{{name: A, type: PIDA_REAL, SP: 50, {GAINS}}}, {{name: B, type: PIDA_REAL, SP: 5, {GAINS}}}]\n"
+    )
+    assert [(c.moves, c.moves_first, c.moves_end) for c in plc.cfg] == [(0, 0, 0)] * 2

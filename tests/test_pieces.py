@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import random
+import token
 from collections.abc import MutableSequence, Sequence  # noqa: TC003 - the groups' annotations are read
 from dataclasses import astuple, dataclass, replace
 from typing import NamedTuple
@@ -170,6 +172,36 @@ def test_a_piece_fits_only_what_it_took_for_granted():
     assert step.fits(1, group._replace(cfg=[Setting(limit=9.0, on=1), Setting(on=1)]))  # a number, no option
     assert not step.fits(1, group._replace(cfg=[Setting(on=1), Setting(on=0)]))
     assert not step.fits(1, group._replace(st=group.st[:1], cfg=group.cfg[:1]))
+
+
+def of_a_module(k, group):
+    cfg, st, sig = group
+    if cfg[0].on == token.NAME:
+        sig[0] = add(st[0], 1.0)
+    else:
+        sig[0] = early(cfg[0], st[0].x)
+    return k
+
+
+@pytest.mark.parametrize(("on", "taken", "other"), [(1, "1.0", "0.5"), (0, "0.5", "1.0")])
+def test_a_branch_that_a_constant_of_a_module_decides_is_left_out(on, taken, other):
+    group = random_group(random.Random(3))._replace(cfg=[Setting(on=on), Setting()])
+    step = step_of(of_a_module, (1, group), {}, SMALL.__contains__)
+    assert (taken in step.text, other in step.text, "token" in step.text) == (True, False, False)
+    copy = Group(group.cfg, [replace(one) for one in group.st], list(group.sig))
+    assert of_a_module(1, group) == step.run(1, copy)
+    assert (group.sig, group.st) == (copy.sig, copy.st)
+
+
+def without_end(k, group):
+    _cfg, _st, sig = group
+    sig[0] = min(math.inf, sig[0])
+    return k
+
+
+def test_an_infinity_of_a_module_has_no_literal_and_its_kernel_is_run_as_it_is():
+    with pytest.raises(NotInlinedError):
+        step_of(without_end, (1, random_group(random.Random(3))), {}, SMALL.__contains__)
 
 
 def test_what_is_no_plain_text_is_left_alone():

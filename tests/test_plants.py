@@ -6,6 +6,8 @@ import pytest
 
 from pidcfg.sim.parameters import set_parameters
 from pidcfg.sim.plants import MODELS, Plant, add_noise, second_order, settle_at, step_plants
+from pidcfg.sim.prepare import prepare
+from scenario_rig import Controller, scenario
 
 TOLERANCE = 1e-12
 """Relative to a response of order 1: the steps are exact, only rounding adds up."""
@@ -155,3 +157,19 @@ def test_noise_belongs_to_the_measurement_and_not_to_the_plant():
     add_noise(1, 2, [plant, quiet], [9.0, 9.0, 9.0, -2.0], sig)
     assert sig == [3.0, 2.0, 4.0]
     assert plant.y == 3.0
+
+
+@pytest.mark.parametrize(
+    ("text", "longest"),
+    [
+        ("{model: first_order, gain: 0.001, time_constant: 3}", 3.0),
+        ("{model: integrator, gain: 0.1}", 10.0),
+        ("{model: integrator, gain: -0.1, dead_time: 12}", 12.0),
+        ("{model: integrator, gain: 0}", 0.0),
+        ("{model: second_order, time_constants: [2, 5]}", 5.0),
+        ("{model: lead_lag, lead: 9, lag: 4}", 4.0),
+    ],
+)
+def test_the_longest_time_of_a_network_is_a_lag_a_dead_time_or_what_an_integrator_takes_for_1(text, longest):
+    net = prepare(scenario(f"plants:\n  A: {text}\n  B: {{model: dead_time}}\n"), Controller.load())
+    assert net.longest() == longest

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from pidcfg.sim.compile import records, write_back
+import math
+from collections.abc import MutableSequence  # noqa: TC003 - the annotations of `doubled` are read
+
+import pytest
+
+from pidcfg.sim.compile import native_single, on_lists, records, write_back
 from pidcfg.sim.controllers.generic.state import State
+from pidcfg.sim.terms import single
 
 
 def test_what_compiled_code_has_written_comes_back():
@@ -21,3 +27,23 @@ def test_what_compiled_code_has_written_comes_back():
 
 def test_no_objects_are_an_array_without_rows():
     assert len(records([], State)) == 0
+
+
+@pytest.mark.filterwarnings("ignore:overflow encountered in cast")
+@pytest.mark.parametrize("value", [0.0, 0.1, -1 / 3, 16777217.0, 3.4028235677973366e38, 1e39, 1e-46, -math.inf])
+def test_compiled_code_rounds_to_single_precision_as_python_does(value):
+    assert native_single(value) == single(value)
+    assert type(native_single(value)) is float
+
+
+def doubled(k: int, values: MutableSequence[float], states: MutableSequence[State]) -> int:
+    for i in range(len(values)):
+        values[i] *= 2
+        states[i]["sp"] += values[i]
+    return k + len(values)
+
+
+def test_a_function_of_arrays_is_called_with_lists_of_objects():
+    values, states = [1.0, 2.5], [State(sp=1.0), State(sp=2.0)]
+    assert on_lists(doubled, doubled, {})(3, values, states) == 5
+    assert (values, [state.sp for state in states]) == ([2.0, 5.0], [3.0, 7.0])

@@ -280,3 +280,22 @@ def test_a_swing_passes_counts_share_of_the_span_and_noise(monkeypatch, scale, n
     e.plc.scales, e.plc.goals, e.plc.control_bits = [scale], ["auto"], AUTO
     (m,) = watch.meters_of(e.scenario, e.plc, e.net, 1000)
     assert (m.least, m.late, m.wanted, m.control_bits, m.outer_bits) == (least, 667, AUTO, AUTO, LOW)
+
+
+@pytest.mark.parametrize(
+    ("sigmas", "events", "noise"),
+    [([], [], 0.0), ([3.0], [], 3.0), ([3.0, 4.0], [], 5.0), ([3.0, 4.0], [5, 0], 41**0.5), ([3.0], [2], 3.0)],
+)
+def test_the_noise_of_a_pv_is_that_of_all_transmitters_at_its_largest(monkeypatch, sigmas, events, noise):
+    monkeypatch.setattr(watch, "_passed_on", lambda *found: found[-1])
+    names = [f"p{n}" for n, _ in enumerate(sigmas)]
+    net = Facts(
+        noisy=names,
+        plant_of={name: n for n, name in enumerate(names)},
+        plants=[Facts(sigma=sigma, measured=0) for sigma in sigmas],
+    )
+    later = [Facts(plant=None, loop="p0", disturb={"noise": event}) for event in events]
+    other = Facts(plant="p0", loop=None, disturb={"gain": 99})
+    assert (
+        watch.noise_of(Facts(events=[*later, other, Facts(plant="p0", loop=None, disturb=None)]), None, net, 0) == noise
+    )

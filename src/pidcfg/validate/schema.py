@@ -192,9 +192,10 @@ def _text_of(model: type[BaseModel], place: Path) -> str | None:
 
 
 def _shape(kind: str, key: str, value: object, inner: type[BaseModel] | None) -> str | None:
-    """The cure of a mapping in the place of a list, or of anything else in the place of a mapping."""
-    if KINDS.get(kind) == "a list" and isinstance(value, dict):
-        first, content = next(iter(value.items()), ("name", None))
+    """The cure of anything else in the place of a list of mappings, or of a mapping."""
+    if KINDS.get(kind) == "a list" and (inner or isinstance(value, dict)):
+        given = value if isinstance(value, dict) else dict.fromkeys(keys_of(inner)) if inner else {}
+        first, content = next(iter(given.items()), ("name", None))
         item = f"- name: {first}" if isinstance(content, dict) and key == "loops" else f"- {first}: …"
         return f"begin each item of {key} with a dash: '{item}'"
     if kind in KINDS and inner is not None:

@@ -38,7 +38,7 @@ def number_of(token: Token) -> int | Decimal | bool:
         raise token.error(f"a number of more than {MAX_DIGITS} digits")
     prefix, _, rest = text.rpartition("#")
     kind, _, base = prefix.upper().rpartition("#")
-    base, kind = (base, kind) if base in BASES else ("", base if not kind else prefix.upper())
+    base, kind = (base, kind) if base in BASES else ("", prefix.upper())
     try:
         if kind == "BOOL":
             return {"1": True, "0": False, **TRUTHS}[rest.upper()]

@@ -133,14 +133,12 @@ class Facts:
         if name in frame.names:
             meant = frame.names[name]
             return None if isinstance(meant, str) else meant
-        value = None if name in source_of(frame.kernel).stores else constant(frame.kernel, name)
-        return None if value is None or not _finite(value) else literal(value)
+        return _written(None if name in source_of(frame.kernel).stores else constant(frame.kernel, name))
 
     def _field(self, base: ast.expr, attr: str, frame: Frame) -> Known | None:
         if isinstance(base, ast.Name) and base.id not in frame.names:
             module = frame.kernel.__globals__.get(base.id)
-            value = getattr(module, attr, None) if isinstance(module, ModuleType) else None
-            return literal(value) if isinstance(value, int | float | tuple) else None
+            return _written(getattr(module, attr, None) if isinstance(module, ModuleType) else None)
         record = self.of(base, frame)
         if isinstance(record, Record) and (record.records.fixed or attr not in self.written):
             row = record.records.rows[record.index]
@@ -208,6 +206,11 @@ class Facts:
         if not known.literal:
             self.guards[f"bool({known.text})"] = bool(known.value)
         return bool(known.value)
+
+
+def _written(value: Any) -> Known | None:
+    """A constant as it is written; None for what is no number, and for infinities, which have no literal."""
+    return literal(value) if isinstance(value, int | float | tuple) and _finite(value) else None
 
 
 def _finite(value: Any) -> bool:
