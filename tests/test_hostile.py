@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from living_rig import GOOD, call, run
-from pidcfg.api import check_text
+from pidcfg.api import check, check_text
 from pidcfg.cli import interrupts
 from pidcfg.cli.files import outputs, temporary
 from pidcfg.encoders.ihex import read_ihex
@@ -378,3 +378,18 @@ def test_a_number_of_tune_is_finite_and_not_nothing(monkeypatch, capsysbinary, o
     given = [word for name, number in words.items() for word in (f"--{name}", number)]
     found = call(monkeypatch, capsysbinary, "tune", "--method", "zn-open", *given)
     assert (found.code, f"--{option}" in found.err) == ((0, False) if (option, value) == ("gain", "-1") else (2, True))
+
+
+@pytest.mark.parametrize(
+    "text", ["V2000 hunter2", "address,hex\nhunter2,1", '{"version": "hunter2", "words": []}', "hunter2"]
+)
+def test_a_file_that_a_scenario_names_outside_of_its_folder_is_not_quoted(tmp_path, text):
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    (tmp_path / "secret.txt").write_text(text, "utf-8")
+    (inner / "secret.txt").write_text(text, "utf-8")
+    for name, quoted in (("../secret.txt", False), ("secret.txt", text != "hunter2")):
+        (inner / "a.scenario.yaml").write_text(f"pidcfg: 1\nscenario: x\nconfig: {name}\nduration: 1\n", "utf-8")
+        found = check(inner / "a.scenario.yaml").findings
+        assert any("secret.txt: line" in d.message for d in found)
+        assert ("hunter2" in repr(found)) == quoted

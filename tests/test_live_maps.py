@@ -349,6 +349,27 @@ def test_a_configuration_names_its_map(desk, tmp_path, vendor):
     assert pidcfg.encode(again, "json").text == pidcfg.encode(path, "json").text
 
 
+@pytest.mark.parametrize("link", [False, True])
+def test_a_map_outside_of_the_folder_is_used_and_never_quoted(tmp_path, link):
+    (tmp_path / "inner").mkdir()
+    path, secret = named(tmp_path / "inner", "dpide", ""), tmp_path / "secret.env"
+    place = path.parent / "maps/plc.csv"
+    for text, quoted in (("KEY=hunter2,abc", "hunter2"), (filled(example("dpide")), "")):
+        secret.write_text(text, "utf-8")
+        if link:
+            place.unlink()
+            place.symlink_to(secret)
+        else:
+            path.write_text(path.read_text("utf-8").replace("maps/plc.csv", "../secret.env"), "utf-8")
+        found = [d for d in pidcfg.check(path).findings if d.code == "PID067"]
+        assert len(found) == bool(quoted)
+        assert not quoted or "outside of the configuration's folder is not quoted" in found[0].message
+        assert not [d for d in found if "hunter2" in repr(d)]
+        if quoted:
+            with pytest.raises(UnusableMapError, match="hunter2"):
+                pidcfg.encode(path, "modbus", map=secret)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -23,7 +23,9 @@ from reliability import (
     mutants,
     mutation,
     order,
+    readers,
     rounding,
+    small,
     words,
 )
 from reliability.mutation import Runner, valid
@@ -76,6 +78,21 @@ def test_a_traceback_a_bug_and_an_escape_are_seen(tmp_path, monkeypatch):
     monkeypatch.setattr("pidcfg.cli.findings.collect.check_input", lambda *_: 1 / 0)
     hostile.judge(case, tmp_path, hostile.CODE_PAGES[0], figures)
     assert (figures.tracebacks, figures.bugs, len(figures.failures)) == (1, 1, 1)
+
+
+def test_every_reader_takes_what_is_sound_and_refuses_what_is_not_as_it_says():
+    refused = []
+    for target in readers.TARGETS:
+        read, declared = readers.reader(target)
+        for data in (small.seeds(target)[0], b"\xff\x00: ["):
+            try:
+                read(data)
+            except declared:
+                refused.append((target, data == small.seeds(target)[0]))
+    assert [target for target, sound in refused if sound] == ["workbook", "generic-words"], (
+        "of these the sound input is refused: a formula without a result, and an empty text for a mode"
+    )
+    assert len(refused) > 10
 
 
 @pytest.fixture

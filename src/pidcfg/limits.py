@@ -15,7 +15,6 @@ class Limits:
     aliases: int = 100
     scalar_bytes: int = 4 << 10
     key_bytes: int = 256
-    number_digits: int = 32
     loops: int = 1_000
     files: int = 10_000
     loop_steps: int = 100_000_000

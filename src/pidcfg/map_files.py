@@ -11,7 +11,7 @@ from pidcfg.encoders.map_template import FORMAT, example
 from pidcfg.encoders.modbus_map import read_map
 from pidcfg.encoders.symbol_map import NamedNumbering, read_symbol_map
 from pidcfg.listings import listing_text, refuse_large
-from pidcfg.reader import refusal
+from pidcfg.reader import may_be_quoted, refusal
 from pidcfg.vendors import format_of
 
 if TYPE_CHECKING:
@@ -33,6 +33,11 @@ class MapFile(NamedTuple):
 
     text: str
     name: str
+    quoted: bool = True
+    """Whether messages may say what stands in it."""
+
+
+UNQUOTED = "this row cannot be used; --map FILE says why (a file outside of the configuration's folder is not quoted)"
 
 
 def map_of_data(data: bytes, name: str, limits: Limits) -> MapFile:
@@ -57,7 +62,7 @@ def named_map(document: Document | None, reader: Reader, limits: Limits) -> MapF
         span = document.locate(PATH)
         cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"
         raise UnusableMapError(f"{refusal(name, error)}: {cure}", document.file, span.line, span.column) from None
-    return map_of_data(data, name, limits)
+    return map_of_data(data, name, limits)._replace(quoted=may_be_quoted(reader, document.file, name))
 
 
 def numbering_of(
@@ -76,7 +81,8 @@ def numbering_of(
     try:
         return _stated(vendor, stated, image)
     except MapError as error:
-        raise UnusableMapError(str(error), stated.name, error.line, error.column) from None
+        said = str(error) if stated.quoted else UNQUOTED
+        raise UnusableMapError(said, stated.name, error.line, error.column) from None
 
 
 def _stated(vendor: Vendor, stated: MapFile, image: Any) -> Numbering | NamedNumbering:

@@ -104,6 +104,17 @@ def source_data(source: Path | str | bytes, name: str | None, files: Files, most
     return data_of(source), name or UNNAMED
 
 
+def may_be_quoted(reader: Reader, file: str, named: str) -> bool:
+    """Whether messages may say what stands in a file that ``file`` names: it lies in the folder of that one, or below.
+
+    A configuration of a stranger could name any file, and its lines would stand in the log of whoever checks it. Links
+    are followed; texts that the caller has given are his own.
+    """
+    if not isinstance(reader, Disk):
+        return True
+    return Path(os.path.realpath(named)).is_relative_to(os.path.realpath(Path(file).parent))
+
+
 def refusal(name: str, error: OSError | ValueError) -> str:
     """Why a file cannot be read, in words."""
     if isinstance(error, OSError):

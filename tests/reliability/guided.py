@@ -89,7 +89,10 @@ def _in_a_copy(target: str, seconds: float, seed: int, folder: Path) -> tuple[di
         os.dup2(to_here, sys.stderr.fileno())
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         os.close(from_copy)
-        _fuzz(target, seconds, seed, folder)
+        try:
+            _fuzz(target, seconds, seed, folder)
+        finally:
+            os._exit(1)  # what this process cleans up at its end is not the copy's
     os.close(to_here)
     tail: list[str] = []
     with os.fdopen(from_copy, encoding="utf-8", errors="replace") as lines:
@@ -143,11 +146,11 @@ def _fuzz(target: str, seconds: float, seed: int, folder: Path) -> None:
     for number, data in enumerate(sound):
         (folder / "corpus" / str(number)).write_bytes(data)
     words = sorted({word for data in sound for word in WORD.findall(data)})
-    dictionary = folder / "words.dict"
+    dictionary = folder / "words"
     dictionary.write_text("".join(f'"{word.decode()}"\n' for word in words), "utf-8")
     options: dict[str, Any] = {"seed": seed, "max_total_time": max(1, round(seconds)), "print_final_stats": 1}
     options |= {"timeout": SLOWEST, "rss_limit_mb": LARGEST, "max_len": max(LONGEST, *(len(data) for data in sound))}
-    options |= {"dict": dictionary, "artifact_prefix": f"{folder}/input-"}
+    options |= {"artifact_prefix": f"{folder}/input-"} | ({"dict": dictionary} if words else {})
     atheris.Setup([target, str(folder / "corpus"), *(f"-{key}={value}" for key, value in options.items())], once)
     atheris.Fuzz()
 

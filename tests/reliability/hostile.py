@@ -20,6 +20,7 @@ from pathlib import Path
 from pidcfg.api import encode
 from pidcfg.cli import main as command_line
 from pidcfg.cli.terminal import glyphs
+from reliability import small
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -184,6 +185,16 @@ def sources() -> dict[str, tuple[bytes, tuple[tuple[str, ...], ...]]]:
     found["baseline.json"] = b'{"version": 2, "findings": []}', (("validate", "base.yaml", "--baseline", "{}"),)
     found["sheet.csv"] = b"vendor,dl06\nname,X\nname,mode,tuning.gain\nA,auto,1\nB,auto,2\n", (
         ("init", "--from", "{}"), ("init", "--vendor", "dl06", "--from", "{}"),
+    )  # fmt: skip
+    found["sheet.xlsx"] = small.packed(small.parts()), (("init", "--from", "{}"),)
+    found["map.csv"] = b"symbol,table,register,type\nR0,holding,0,uint16\nS0,coil,0,bool\n", (
+        ("encode", str(EXAMPLES / "ezlogix/oven.yaml"), "--format", "modbus", "--map", "{}"),
+    )  # fmt: skip
+    found["names.csv"] = encode(EXAMPLES / "click/tank.yaml", "nickname-csv").text.encode(), (
+        ("encode", str(EXAMPLES / "click/tank.yaml"), "--format", "nickname-csv", "--into", "{}"),
+    )  # fmt: skip
+    found["kept.state"] = b"0" * 64 + b'\n{"key": "x", "tally": {}, "trial": [0, ""], "ahead": []}\n', (
+        ("certify", str(EXAMPLES / "dpide/chiller.scenario.yaml"), "--samples", "1", "--resume", "{}"),
     )  # fmt: skip
     return found
 

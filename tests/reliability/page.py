@@ -133,14 +133,24 @@ def _words(found: Mapping[str, Any]) -> str:
 
 def _guided(found: Mapping[str, Any]) -> str:
     rows = (
-        (name, f"{row['executions']:,}", f"{row['seconds'] / 60:.1f} min", row["new"], f"{row['quiet'] / 60:.1f} min")
-        for name, row in found["targets"].items()
+        (
+            name,
+            f"{row['executions']:,}",
+            f"{row['executions'] / row['cpu']:,.0f}",
+            f"{row['seconds'] / 60:.1f} min",
+            row["new"],
+            f"{row['quiet']:.0f} s",
+        )
+        for name, row in sorted(found["targets"].items())
     )
-    head = ("reader", "executions", "time", "inputs kept for a new branch", "of the time without one, at the end")
+    head = ("reader", "executions", "a second of CPU", "time", "inputs kept for a new branch", "without one at the end")
     return (
         f"{_table(('what', 'figure'), (_run(found), _wrong(found)))}\n\n{_table(head, rows)}\n\n"
         "Coverage-guided (atheris). True of every one: only declared errors, within 20 s and 1 GB; a configuration\n"
-        "without an error encodes."
+        "without an error encodes; a baseline is written as it is read. Formats of listings are read apart from what\n"
+        "their words mean, each for every vendor that has it; `-words` puts other contents into a vendor's words.\n\n"
+        "`PIDCFG_ATHERIS` names the Python: of a virtual environment with atheris and `requirements/run.txt` and\n"
+        "`report.txt`, in which pidcfg itself is not installed."
     )
 
 
@@ -187,7 +197,10 @@ def _against(found: Mapping[str, Any]) -> str:
     missing = f"\nNot installed: {', '.join(found['missing'])}." if found["missing"] else ""
     return (
         f"{found['files']} hostile YAML files, drawn with seed {found['seed']}; check-jsonschema with the schema that "
-        f"pidcfg prints.\n\n{_table(('tool', 'answers', 'crashes', f'over {others.SECONDS} s'), rows)}{missing}"
+        f"pidcfg prints.\n\n{_table(('tool', 'answers', 'crashes', f'over {others.SECONDS} s'), rows)}{missing}\n\n"
+        "`python tasks.py torture against` looks for the others on the PATH and in the folder that `PIDCFG_OTHERS`\n"
+        "names, such as `others/bin` after `python -m venv others` and\n"
+        "`others/bin/pip install yamllint check-jsonschema zizmor`."
     )
 
 

@@ -109,8 +109,8 @@ def packed(parts: dict[str, bytes]) -> bytes:
 def _maps() -> Seeds:
     from pidcfg.encoders.map_template import FORMAT, filled
 
-    texts = [texts(vendor, FORMAT)[0].decode() for vendor in ("ezlogix", "nextopid", "dpide")]
-    rows = [[row for row in text.splitlines() if not row.startswith("#")] for text in texts]
+    whole = [texts(vendor, FORMAT)[0].decode() for vendor in ("ezlogix", "nextopid", "dpide")]
+    rows = [[row for row in text.splitlines() if not row.startswith("#")] for text in whole]
     return ["\n".join([head, *filled(body)]).encode() for head, *body in rows]
 
 

@@ -8,6 +8,7 @@ from decimal import Decimal
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.control_characters import printable
 from pidcfg.report.texts import text
 
 if TYPE_CHECKING:
@@ -35,10 +36,10 @@ def workbook(tables: Sequence[Table], title: Title) -> bytes:
     with xlsxwriter.Workbook(stream, options) as book:
         book.set_properties(
             {
-                "title": title.title,
-                "author": title.author or "",
+                "title": printable(title.title),
+                "author": printable(title.author or ""),
                 "created": CREATED,
-                "company": title.customer or "",
+                "company": printable(title.customer or ""),
                 "comments": f"pidcfg {title.version}",
             }
         )
@@ -77,7 +78,7 @@ def _sheet(sheet: Any, table: Table, formats: dict[str, Any], title: Title) -> N
 
 def _plain(name: str) -> str:
     """A text in a header, where & begins a command; a header holds 255 characters."""
-    return name[:80].replace("&", "&&")
+    return printable(name)[:80].replace("&", "&&")
 
 
 def _write(sheet: Any, place: tuple[int, int], value: Value, formats: dict[str, Any]) -> None:
@@ -86,7 +87,7 @@ def _write(sheet: Any, place: tuple[int, int], value: Value, formats: dict[str, 
     if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
         sheet.write_number(*place, float(value) if isinstance(value, Decimal) else value, formats["number"])
     else:
-        sheet.write_string(*place, text(value)[:MOST_CHARACTERS], formats["text"])
+        sheet.write_string(*place, printable(text(value))[:MOST_CHARACTERS], formats["text"])
 
 
 def lines(row: Sequence[Value], columns: Sequence[int]) -> int:

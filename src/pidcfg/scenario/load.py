@@ -11,7 +11,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
 from pidcfg.listings import check_settings, read_listing
 from pidcfg.paths import dotted, leaves, steps
-from pidcfg.reader import DISK, STREAMS, SUFFIXES, Reader, refusal
+from pidcfg.reader import DISK, STREAMS, SUFFIXES, Reader, may_be_quoted, refusal
 from pidcfg.scenario.vary import uncertainties
 from pidcfg.schemas.base import SECONDS
 from pidcfg.schemas.scenario import Scenario
@@ -198,7 +198,7 @@ def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits, reader: Rea
     if PurePath(loaded.config).suffix.lower() in SUFFIXES:
         _use_configuration(loaded, data, limits)
     else:
-        _use_listing(loaded, data, limits)
+        _use_listing(loaded, data, limits, quoted=may_be_quoted(reader, loaded.document.file, loaded.config))
 
 
 def _use_configuration(loaded: Loaded, data: bytes, limits: Limits) -> None:
@@ -223,7 +223,7 @@ def _use_configuration(loaded: Loaded, data: bytes, limits: Limits) -> None:
     loaded.checked, loaded.vendor, loaded.image = checked, checked.vendor, checked.encoding.image
 
 
-def _use_listing(loaded: Loaded, data: bytes, limits: Limits) -> None:
+def _use_listing(loaded: Loaded, data: bytes, limits: Limits, *, quoted: bool) -> None:
     """Takes the words of a memory listing as they are, once what stands beside them is known to be sound.
 
     The vendor is the one that can read it; of those that cannot, the one that it names, or that got furthest, says why.
@@ -238,7 +238,11 @@ def _use_listing(loaded: Loaded, data: bytes, limits: Limits) -> None:
         _use_words(loaded, vendor, listing)
         return
     _, line, worst = max(wrong, key=lambda row: row[:2])
-    loaded.refuse(f"{loaded.config}: line {line}: {worst}")
+    if quoted:
+        loaded.refuse(f"{loaded.config}: line {line}: {worst}")
+    else:
+        told = f"'pidcfg decode {loaded.config} --vendor VENDOR' says why (a file outside of this folder is not quoted)"
+        loaded.refuse(f"{loaded.config}: line {line} cannot be read as one of a memory listing", told)
 
 
 def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
