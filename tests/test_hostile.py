@@ -21,6 +21,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.limits import DEFAULT
 from pidcfg.listings import read_listing
+from pidcfg.store import Store
 from pidcfg.vendors import VENDORS
 
 SOURCE = Path(__file__).parents[1] / "src" / "pidcfg"
@@ -288,6 +289,37 @@ def test_a_name_that_is_no_utf_8_stands_in_a_file(tmp_path, monkeypatch, capsysb
     Path(name).write_text(TWICE, "utf-8")
     found = call(monkeypatch, capsysbinary, *words, name)
     assert (found.code, "?.yaml" in Path("o.html").read_text("utf-8")) == (1, True)
+
+
+@POSIX
+@pytest.mark.skipif(sys.platform == "darwin", reason="names of files that are no UTF-8")
+def test_a_name_that_is_no_utf_8_stands_in_a_workbook(tmp_path, monkeypatch, capsysbinary):
+    monkeypatch.chdir(tmp_path)
+    name = os.fsdecode(b"\xff.yaml")
+    Path(name).write_text(TWICE, "utf-8")
+    title = [word for option in ("project", "customer", "author") for word in (f"--{option}", "\udcff")]
+    assert call(monkeypatch, capsysbinary, "report", name, "-o", "o.html", "--xlsx", "o.xlsx", *title).code == 1
+    assert Path("o.xlsx").stat().st_size
+
+
+@POSIX
+def test_a_pipe_or_what_is_too_long_in_the_cache_is_a_miss(tmp_path, monkeypatch):
+    monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path))
+    kept = Store.open("x")
+    kept.put("aa1", 1)
+    place = tmp_path / "x" / "aa" / "aa1"
+    assert kept.get("aa1") == 1
+    for spoil in (os.mkfifo, os.mkdir):
+        place.unlink()
+        spoil(place)
+        signal.alarm(20)
+        assert kept.get("aa1") is None
+        signal.alarm(0)
+    for size, found in ((11, 123), (10, None)):
+        monkeypatch.setattr("pidcfg.store.ENTRY_BYTES", 11)
+        kept.put("aa2", 123)
+        monkeypatch.setattr("pidcfg.store.ENTRY_BYTES", size)
+        assert kept.get("aa2") == found
 
 
 @POSIX
