@@ -11,15 +11,17 @@ from pathlib import Path
 
 import pytest
 
-from living_rig import GOOD, call, run
+from living_rig import GOOD, TWICE, call, run
 from pidcfg.api import check, check_text
 from pidcfg.cli import interrupts
 from pidcfg.cli.files import outputs, temporary
+from pidcfg.cli.files.edited import difference
 from pidcfg.encoders.ihex import read_ihex
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.limits import DEFAULT
 from pidcfg.listings import read_listing
+from pidcfg.store import Store
 from pidcfg.vendors import VENDORS
 
 SOURCE = Path(__file__).parents[1] / "src" / "pidcfg"
@@ -197,7 +199,14 @@ def test_everything_that_is_printed_passes_the_one_exit():
     assert found == WRITERS
 
 
-NAMES = ["x\n::error::forged", "x\x1b[31m", "x\u202ey", "x\u2028::error::forged", "x\u200fy"]
+NAMES = [
+    "x\n::error::forged",
+    "x\x1b[31m",
+    "x\u202ey",
+    "x\u2028::error::forged",
+    "x\u200fy",
+    "\x1b[31mx\n::error::forged",
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -223,6 +232,39 @@ def test_no_name_begins_a_line_of_its_own_or_reaches_the_terminal(tmp_path, monk
     assert not any(line.startswith("::error") for line in shown.splitlines())
 
 
+@pytest.mark.parametrize("variable", ["PIDCFG_ENCODE_CHANGED_FROM", "PIDCFG_ENCODE_NONE\n::error::forged"])
+def test_no_variable_begins_a_line_of_its_own(tmp_path, monkeypatch, capsysbinary, variable):
+    monkeypatch.chdir(tmp_path)
+    Path("a.yaml").write_text(GOOD, "utf-8")
+    monkeypatch.setenv(variable, "\x1b[31mx\n::error::forged")
+    found = call(monkeypatch, capsysbinary, "encode", "a.yaml", "b.yaml")
+    assert (found.code, variable[:18] in found.err) == (2, True)
+    assert not any(line.startswith("::error") for line in found.err.splitlines())
+
+
+@POSIX
+@pytest.mark.parametrize("name", ["x\n::error::forged.yaml", "\x1b[31mx\n::error::forged.yaml"])
+def test_no_remark_about_a_file_begins_a_line_of_its_own(tmp_path, monkeypatch, capsysbinary, name):
+    monkeypatch.chdir(tmp_path)
+    outputs = {}
+    for words in (
+        ["validate", "--fix", name],
+        ["validate", "-v", name],
+        ["init", "--vendor", "dl06", "-o", f"new{name}"],
+    ):
+        Path(name).write_text(GOOD.replace("action:", "Action:"), "utf-8")
+        outputs[words[1]] = call(monkeypatch, capsysbinary, *words).err
+    assert all("forged.yaml" in text for text in outputs.values())
+    assert not any(line.startswith("::error") for text in outputs.values() for line in text.splitlines())
+
+
+def test_a_patch_quotes_a_name_that_turns_the_writing_round():
+    assert difference("x\u202ey.yaml", b"a\n", b"b\n").splitlines()[:2] == [
+        '--- "x\\342\\200\\256y.yaml"',
+        '+++ "x\\342\\200\\256y.yaml"',
+    ]
+
+
 # --- writing ---------------------------------------------------------------------------------------------------------
 
 
@@ -236,6 +278,48 @@ def test_a_temporary_file_is_named_after_its_target_and_locked(tmp_path):
         os.close(number)
         temporary.discard(name)
     assert [*tmp_path.iterdir()] == []
+
+
+@POSIX
+@pytest.mark.skipif(sys.platform == "darwin", reason="names of files that are no UTF-8")
+@pytest.mark.parametrize("words", [["report", "-o", "o.html"], ["validate", "--report-output", "json=o.html"]])
+def test_a_name_that_is_no_utf_8_stands_in_a_file(tmp_path, monkeypatch, capsysbinary, words):
+    monkeypatch.chdir(tmp_path)
+    name = os.fsdecode(b"\xff.yaml")
+    Path(name).write_text(TWICE, "utf-8")
+    found = call(monkeypatch, capsysbinary, *words, name)
+    assert (found.code, "?.yaml" in Path("o.html").read_text("utf-8")) == (1, True)
+
+
+@POSIX
+@pytest.mark.skipif(sys.platform == "darwin", reason="names of files that are no UTF-8")
+def test_a_name_that_is_no_utf_8_stands_in_a_workbook(tmp_path, monkeypatch, capsysbinary):
+    monkeypatch.chdir(tmp_path)
+    name = os.fsdecode(b"\xff.yaml")
+    Path(name).write_text(TWICE, "utf-8")
+    title = [word for option in ("project", "customer", "author") for word in (f"--{option}", "\udcff")]
+    assert call(monkeypatch, capsysbinary, "report", name, "-o", "o.html", "--xlsx", "o.xlsx", *title).code == 1
+    assert Path("o.xlsx").stat().st_size
+
+
+@POSIX
+def test_a_pipe_or_what_is_too_long_in_the_cache_is_a_miss(tmp_path, monkeypatch):
+    monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path))
+    kept = Store.open("x")
+    kept.put("aa1", 1)
+    place = tmp_path / "x" / "aa" / "aa1"
+    assert kept.get("aa1") == 1
+    for spoil in (os.mkfifo, os.mkdir):
+        place.unlink()
+        spoil(place)
+        signal.alarm(20)
+        assert kept.get("aa1") is None
+        signal.alarm(0)
+    for size, found in ((11, 123), (10, None)):
+        monkeypatch.setattr("pidcfg.store.ENTRY_BYTES", 11)
+        kept.put("aa2", 123)
+        monkeypatch.setattr("pidcfg.store.ENTRY_BYTES", size)
+        assert kept.get("aa2") == found
 
 
 @POSIX
@@ -393,3 +477,26 @@ def test_a_file_that_a_scenario_names_outside_of_its_folder_is_not_quoted(tmp_pa
         found = check(inner / "a.scenario.yaml").findings
         assert any("secret.txt: line" in d.message for d in found)
         assert ("hunter2" in repr(found)) == quoted
+
+
+# --- plants ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("keys", "key"),
+    [
+        ("model: second_order, time_constant: 1e-300, damping: 1", "time_constant"),
+        ("model: second_order, time_constants: [1e-200, 1e-200]", "time_constants"),
+        ("model: lead_lag, lead: 1e12, lag: 1e-300", "lag"),
+    ],
+)
+@pytest.mark.parametrize("number", ["1e-13", "1e-300"])
+def test_a_plant_so_fast_that_its_numbers_are_lost_is_refused(tmp_path, monkeypatch, capsysbinary, keys, key, number):
+    (tmp_path / "a.yaml").write_text(GOOD, "utf-8")
+    scenario = tmp_path / "a.scenario.yaml"
+    text = f"pidcfg: 1\nscenario: x\nconfig: a.yaml\nduration: 60\nplants:\n  A: {{{keys}}}\n"
+    scenario.write_text(text.replace("1e-200", "1e-300").replace("1e-300", number), "utf-8")
+    found = call(monkeypatch, capsysbinary, "simulate", scenario)
+    assert (found.code, f"{key} is below 1e-12" in found.out + found.err) == (2, True)
+    scenario.write_text(text.replace("1e-200", "1e-300").replace("1e-300", "1e-12"), "utf-8")
+    assert call(monkeypatch, capsysbinary, "simulate", scenario).code in {0, 1}

@@ -24,6 +24,8 @@ SHELF_BYTES = 512 << 10
 """How much lies in one of the 256 shelves before its oldest half goes: 128 MiB in all."""
 ENTRY_BYTES = 64 << 10
 """What is larger is not kept."""
+CHECKSUM = 65
+"""Bytes of a checksum and the line break before it."""
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
@@ -58,7 +60,7 @@ class Store:
     def get(self, key: str) -> Any:
         """The value that was kept under a key; None where none is whole."""
         try:
-            text, _, checksum = self._path(key).read_bytes().rpartition(b"\n")
+            text, _, checksum = _read(self._path(key)).rpartition(b"\n")
             if checksum.decode() != hashlib.sha256(text).hexdigest():
                 return None
             kept, value = json.loads(text)
@@ -79,6 +81,15 @@ class Store:
 
     def _path(self, key: str) -> Path:
         return self.folder / key[:2] / key
+
+
+def _read(path: Path) -> bytes:
+    """The bytes of a regular file, as many as an entry may have; raises `OSError` where something else is there."""
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with os.fdopen(handle, "rb") as stream:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            raise OSError("a pipe or a device in the place of an entry")
+        return stream.read(ENTRY_BYTES + CHECKSUM)
 
 
 def _write(path: Path, data: bytes) -> None:

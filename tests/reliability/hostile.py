@@ -7,12 +7,14 @@ this process, on streams of a code page, and must end with a declared exit code,
 from __future__ import annotations
 
 import io
+import os
 import random
 import re
 import resource
 import signal
 import sys
 import time
+import zlib
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -26,6 +28,10 @@ ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
 CODE_PAGES = (("utf-8", "strict"), ("ascii", "strict"), ("cp1252", "strict"), ("ascii", "surrogateescape"))
 """UTF-8, ASCII, a code page of Windows, and what Python makes of the locale C."""
+NAMES = ("", "x\n::error::x", "\x1b[31mx\n::error::x", "\udcff", "\u202e") if os.name == "posix" else ("",)
+"""What the name of a file begins with; most systems but Windows take any byte."""
+SHOWN = re.compile("[\x1b\x07\x9b\u202e\u2066]|^::error::x", re.MULTILINE)
+"""What must reach no terminal and no log."""
 DECLARED = {0, 1, 2}
 SECONDS = 20
 """Of CPU for a command; what takes longer counts as a hang."""
@@ -122,6 +128,7 @@ def _lines(data: bytes, rng: random.Random, times: int) -> bytes:
 NUMBERS = (b"1e1000000000000000000", b"-0", b"1e400", b"nan", b"9" * 5000, b"0x" + b"F" * 300, b"1e-9999999999", b"1_0")
 WORDS = (
     b"\x1b[31m::error::x", "\u202e\u2028".encode(), b"__class__", b"../../../etc/passwd", b"CON", b"=1+1", b"<script>",
+    b'"\\e[31mx\\n::error::x"',
     b"${IFS}", b"%n%s", b"a" * 5000, b"a." * 3000 + b"a", b"*x", b"&x [*x]", b"!!python/object:os.system", b"<<",
 )  # fmt: skip
 
@@ -258,6 +265,7 @@ def command(words: list[str], code_page: tuple[str, str] = CODE_PAGES[0]) -> tup
 def judge(case: Case, folder: Path, code_page: tuple[str, str], figures: Figures, only: int | None = None) -> None:
     """Runs the commands of a case in a folder, or one of them; what must not be is counted and told."""
     name = re.sub(r"[^\w.-]", "", case.name)
+    name = f"{NAMES[zlib.crc32(name.encode()) % len(NAMES)]}{name}"
     (folder / name).write_bytes(case.data)
     figures.files += 1
     commands = case.commands if only is None else [case.commands[only % len(case.commands)]]
@@ -272,7 +280,7 @@ def judge(case: Case, folder: Path, code_page: tuple[str, str], figures: Figures
         figures.tracebacks += traceback
         figures.bugs += code == 3
         figures.hangs += code == -1
-        escapes = re.search("[\x1b\x07\x9b\u202e\u2066]", out + err) if words[0] not in {"export", "decode"} else None
+        escapes = SHOWN.search(f"{out}\n{err}") if words[0] not in {"export", "decode"} else None
         if code not in DECLARED or traceback or escapes:
             last = err.strip().splitlines()[-2:]
             figures.failures.append(f"{' '.join(line)} [{code_page[0]}]: exit {code}, {taken:.1f} s: {last}")

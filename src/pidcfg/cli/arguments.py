@@ -59,8 +59,8 @@ def usage(options: Mapping[str, str] = NOTHING) -> Iterator[None]:
 
 def refuse_all(faults: Sequence[str]) -> NoReturn:
     """Ends the command with everything that is wrong with its files."""
-    from pidcfg.cli.terminal.console import note
+    from pidcfg.cli.terminal.console import remark
 
     for fault in faults[:-1]:
-        note(f"Error: {fault}")
+        remark(f"Error: {fault}")
     raise click.ClickException(faults[-1])

@@ -29,7 +29,7 @@ def say(error: click.ClickException) -> None:
         text.write(f"Also missing: {hint(parameter, error.ctx)}\n")  # type: ignore[attr-defined]
     shown = text.getvalue().rstrip("\n")
     if error.message and not isinstance(error, click.exceptions.NoArgsIsHelpError):
-        shown = shown.replace(error.message, one_line(error.message))
+        shown = shown.replace(click.unstyle(error.message), one_line(error.message))  # show leaves sequences out
     note(shown)
 
 
@@ -50,4 +50,4 @@ def refused(error: OSError) -> str:
     except OSError:
         return "the working directory is gone; change to one that is there"
     what = f" {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
-    return f"cannot write or read{what}: {error.strerror or error}"
+    return one_line(f"cannot write or read{what}: {error.strerror or error}")

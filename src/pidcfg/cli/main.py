@@ -155,14 +155,14 @@ class LazyGroup(click.Group):
 
             return completed(command)
         for remark in environment.unknown(command, cmd_name):
-            _say(f"note: {remark}")
+            _remark(remark)
         return command
 
     def _name_variables(self, ctx: click.Context) -> None:
         """Says which variables may have had a part in an error that names no option."""
         name = ctx.invoked_subcommand
         for setting in environment.in_force(load(name)) if name in COMMANDS else ():
-            _say(f"note: the environment sets {setting}")
+            _remark(f"the environment sets {setting}")
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -225,6 +225,13 @@ def _say(text: str) -> None:
     from pidcfg.cli.terminal.console import note
 
     note(text)
+
+
+def _remark(text: str) -> None:
+    """A remark on a variable, in one line whatever its name and its value hold."""
+    from pidcfg.cli.terminal.console import remark
+
+    remark(f"note: {text}")
 
 
 def _flush() -> None:

@@ -20,7 +20,7 @@ from pidcfg.cli.files.identity import NAMES, READ
 from pidcfg.cli.files.inputs import STDIN, expand
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import colour
-from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.console import note, remark
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.reader import SUFFIXES
 
@@ -88,7 +88,7 @@ class WatchCommand(click.Command):
                 seen, changed = next_change(ctx, seen)
                 clear()
                 if not ctx.params["quiet"]:
-                    note(f"changed: {', '.join(changed)}")
+                    remark(f"changed: {', '.join(changed)}")
         except KeyboardInterrupt:
             if colour.terminal(sys.stderr):
                 note("")  # the terminal has written ^C
@@ -111,7 +111,7 @@ class WatchCommand(click.Command):
         except BrokenPipeError:
             raise
         except OSError as error:
-            note(f"Error: {refused(error)}")
+            remark(f"Error: {refused(error)}")
             return Exit.UNUSABLE
         finally:
             LINE.end()

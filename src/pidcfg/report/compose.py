@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from pidcfg.control_characters import one_line
 from pidcfg.report.content import Content
 from pidcfg.report.sheets import gravest_first
 
@@ -23,14 +24,15 @@ def compose(
     runs: Sequence[RunSheet],
     findings: Sequence[Diagnostic],
 ) -> Content:
-    """The whole report; ``findings`` are those of all files."""
-    return Content(
+    """The whole report; ``findings`` are those of all files, whose names are shown in one line."""
+    content = Content(
         title=title,
         files=tuple(files),
         plcs=tuple(numbered(sheet, f"plc-{i}") for i, sheet in enumerate(configurations, start=1)),
         runs=tuple(replace(run, anchor=f"run-{i}") for i, run in enumerate(runs, start=1)),
         findings=tuple(gravest_first(findings)),
     )
+    return renamed(content, one_line)
 
 
 def numbered(sheet: PlcSheet, anchor: str) -> PlcSheet:

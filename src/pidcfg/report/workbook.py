@@ -36,10 +36,10 @@ def workbook(tables: Sequence[Table], title: Title) -> bytes:
     with xlsxwriter.Workbook(stream, options) as book:
         book.set_properties(
             {
-                "title": printable(title.title),
-                "author": printable(title.author or ""),
+                "title": _encodable(title.title),
+                "author": _encodable(title.author or ""),
                 "created": CREATED,
-                "company": printable(title.customer or ""),
+                "company": _encodable(title.customer or ""),
                 "comments": f"pidcfg {title.version}",
             }
         )
@@ -78,7 +78,12 @@ def _sheet(sheet: Any, table: Table, formats: dict[str, Any], title: Title) -> N
 
 def _plain(name: str) -> str:
     """A text in a header, where & begins a command; a header holds 255 characters."""
-    return printable(name)[:80].replace("&", "&&")
+    return _encodable(name)[:80].replace("&", "&&")
+
+
+def _encodable(words: str) -> str:
+    """A printable text, with a question mark for a byte of a name that is none of UTF-8, as the workbook is."""
+    return printable(words).encode("utf-8", "replace").decode()
 
 
 def _write(sheet: Any, place: tuple[int, int], value: Value, formats: dict[str, Any]) -> None:
@@ -87,7 +92,7 @@ def _write(sheet: Any, place: tuple[int, int], value: Value, formats: dict[str, 
     if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
         sheet.write_number(*place, float(value) if isinstance(value, Decimal) else value, formats["number"])
     else:
-        sheet.write_string(*place, printable(text(value))[:MOST_CHARACTERS], formats["text"])
+        sheet.write_string(*place, _encodable(text(value))[:MOST_CHARACTERS], formats["text"])
 
 
 def lines(row: Sequence[Value], columns: Sequence[int]) -> int:

@@ -14,7 +14,7 @@ from pidcfg.paths import dotted, leaves, steps, value_at
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import DURATION, SECONDS, decimal_text, parse_seconds
 from pidcfg.schemas.scenario_vary import Amount, Spread, parse_amount
-from pidcfg.sim.check_scenario import LARGEST, MODEL_KEYS, NOT_NEGATIVE, OWN_KEYS, POSITIVE
+from pidcfg.sim.check_scenario import LARGEST, MODEL_KEYS, NOT_NEGATIVE, OWN_KEYS, POSITIVE, SMALLEST
 from pidcfg.sim.events import SETPOINT
 from pidcfg.sim.problems import Problem, unknown
 
@@ -174,6 +174,8 @@ def of_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty:
             raise VaryError(f"{key} must be {wanted}, and a normal spread without limits goes below", cure)
         if lowest < 0 or (above and lowest == 0):
             raise VaryError(f"{key} must be {wanted}, and {spread} goes down to {lowest:g}", "narrow it")
+    if above and lowest < SMALLEST:
+        raise VaryError(f"{key} goes below {SMALLEST:g}", "narrow it")
     if max(abs(lowest), abs(highest)) > LARGEST:
         raise VaryError(f"{key} goes beyond {LARGEST:g}")
     return Uncertainty("plants", name, key, str(spread), ends)

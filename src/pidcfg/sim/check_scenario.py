@@ -24,6 +24,8 @@ SAMPLES = 10
 """Of a loop: in fewer nothing of it can be judged."""
 LARGEST = Decimal("1e12")
 """Largest magnitude of a plant's number; larger ones are typing mistakes and would overflow the arithmetic."""
+SMALLEST = 1 / LARGEST
+"""Smallest number of those that are above 0; the square of a smaller one is lost in the arithmetic."""
 
 ACTIONS = ("set", "disturb", "mode", "ramp_soak", "autotune", "pv", "plc")
 OF_A_LOOP = ("mode", "ramp_soak", "autotune", "pv")
@@ -159,6 +161,10 @@ def _check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
         elif key in POSITIVE and value <= 0:
             message = f"{key} is {value:f}{unit}; it must be above 0{unit}"
             yield Problem((*path, key), message, "value", help="a plant without a lag is dead_time")
+        elif key in POSITIVE and value < SMALLEST:
+            yield Problem(
+                (*path, key), f"{key} is below {SMALLEST:g}{unit}", "value", help="a plant without a lag is dead_time"
+            )
         elif key in NOT_NEGATIVE and value < 0:
             yield Problem(
                 (*path, key), f"{key} is {value:f}{unit}; it must not be negative", "value", help="write 0 or more"
@@ -271,7 +277,7 @@ def _check_disturb(path: Path, event: Event, scenario: Scenario) -> Iterator[Pro
         has = [k for k in DISTURBED if getattr(plant, k) is not None and (k not in OWN_KEYS or _fits(plant, k))]
         if key not in has:
             yield unknown(place, f"number of {name} that can change", key, has, key=True)
-        elif abs(value) > LARGEST or (value < 0 and key in NOT_NEGATIVE) or (value <= 0 and key in POSITIVE):
+        elif abs(value) > LARGEST or (value < 0 and key in NOT_NEGATIVE) or (value < SMALLEST and key in POSITIVE):
             yield Problem(place, f"{key} cannot be {value}", "value")
 
 

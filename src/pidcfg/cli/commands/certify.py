@@ -16,7 +16,7 @@ from pidcfg.cli.files.inputs import FILES, read_inputs
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.certification import render_batches
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal import console
 from pidcfg.cli.terminal.progress import LINE, held
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ class Rate:
 def remark(text: str) -> None:
     """What is worth knowing on the way; the line goes on after it."""
     with held():
-        note(f"note: {text}")
+        console.remark(f"note: {text}")
 
 
 def _continued(resume: str | None) -> str:

@@ -14,7 +14,7 @@ from pidcfg.cli.arguments import usage
 from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import note, show
+from pidcfg.cli.terminal.console import note, remark, show
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -93,10 +93,10 @@ def command(
         report_options.deliver(fmt, (), lambda name: render(name, shown))
     report_options.write_reports(reports, lambda name: render(name, full))
     for line in () if quiet else first.notes:
-        note(f"note: {line}")
+        remark(f"note: {line}")
     if fmt in PEOPLE:
         for fault in first.faults:
-            note(f"Error: {fault}")
+            remark(f"Error: {fault}")
         if first.results and not quiet:
             note(first.summary)
     code = first.code

@@ -13,7 +13,7 @@ from pidcfg.cli.arguments import VerifyCommand, usage
 from pidcfg.cli.files import plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, echo_json, note
+from pidcfg.cli.terminal.console import echo, echo_json, note, remark
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.vendors import VENDORS
 
@@ -181,7 +181,7 @@ def put(text: str, out: str | None, written: Collection[str]) -> None:
     if out is None:
         echo(text)
     for name in written:
-        note(f"{name}: written")
+        remark(f"{name}: written")
     if out is not None and written:
         next_step("validate", out)
 

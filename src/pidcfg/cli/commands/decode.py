@@ -10,7 +10,7 @@ from pidcfg.cli import options
 from pidcfg.cli.arguments import refuse_all, usage
 from pidcfg.cli.files.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.console import echo, note, remark
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def command(
         write_files({out: result.text}, force=force)
     if not quiet:
         for line in result.notes:
-            note(f"note: {line}")
+            remark(f"note: {line}")
     if out is not None and not annotate:
         from pidcfg.cli.terminal.next_step import next_step
 

@@ -12,7 +12,7 @@ from pidcfg.cli.arguments import VerifyCommand, usage
 from pidcfg.cli.files import plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.console import remark
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.vendors import VENDORS
 
@@ -110,7 +110,7 @@ def command(
     if not result.ok:
         refuse(result, fmt)
     for line in result.notes:
-        note(f"note: {line}")
+        remark(f"note: {line}")
     charts = [loop.chart for loop in result.verified or ()]
     pictures = plots.drawn(plot, charts, f"{Path(before).name} and {Path(after).name}")
     report_options.deliver(fmt, reports, lambda name: render(name, result), pictures, force=force)
@@ -170,5 +170,5 @@ def refuse(result: DiffResult, fmt: str) -> NoReturn:
     if UNSAID not in codes:
         raise click.ClickException(f"{name} cannot be compared")
     for d in findings:
-        note(f"{name}: {d.message}")
+        remark(f"{name}: {d.message}")
     raise click.ClickException(f"{name} does not say what its values mean")

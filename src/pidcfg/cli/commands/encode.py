@@ -9,7 +9,7 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.arguments import refuse_all, usage
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, echo_json, echo_xml, note
+from pidcfg.cli.terminal.console import echo, echo_json, echo_xml, note, remark
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
@@ -156,10 +156,10 @@ def tell(kind: FileKind, names: list[str], checklist: tuple[str, ...], values: i
     """What is to be checked by eye, and what was written."""
     if out is not None or not kind.carries_comments:
         for item in checklist:
-            note(f"check after the download: {item}")
+            remark(f"check after the download: {item}")
     if names:
         count = f"{values} values" if kind.whole else kind.title
-        note(f"{', '.join(names)}: {count}")
+        remark(f"{', '.join(names)}: {count}")
 
 
 def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bool) -> list[str]:

@@ -9,7 +9,7 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli.arguments import usage
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo_json, markdown, note, show
+from pidcfg.cli.terminal.console import echo_json, markdown, note, remark, show
 from pidcfg.vendors import VENDORS
 from pidcfg.writer import json_text
 
@@ -89,7 +89,7 @@ def command(
         with usage({"config": str(config)}):
             result = explain(*things, vendor=vendor, loop=loop, blocks=blocks, config=configuration, limits=limits)
     except QuestionError as error:
-        note(f"Error: {error}")
+        remark(f"Error: {error}")
         note("'pidcfg explain' without arguments shows what can be asked for.")
         click.get_current_context().exit(Exit.UNUSABLE)
     if not result.ok:

@@ -9,7 +9,7 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.extras import need
-from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.console import echo, remark
 
 if TYPE_CHECKING:
     from pidcfg.document import Document
@@ -78,7 +78,7 @@ def command(
         return
     write_files({out: text}, force=force)
     if not quiet:
-        note(f"{out}: written")
+        remark(f"{out}: written")
     next_step(*(("validate", out) if kind == "yaml" else ("init", "--from", out)), quiet=quiet)
 
 

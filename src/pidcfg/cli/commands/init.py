@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.console import echo, remark
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def command(
         return
     write_files({out: text}, force=force)
     if not quiet:
-        note(f"{out}: written")
+        remark(f"{out}: written")
     next_step("validate" if config is None else "simulate", out, quiet=quiet)
 
 
@@ -115,6 +115,6 @@ def _from_sheet(sheet: str, vendor: str | None, limits: Limits, *, quiet: bool) 
         made = from_sheet(entry.data, sheet, vendor, limits)
     except SheetFaultsError as error:
         refuse_all(error.faults)
-    for remark in () if quiet else (*made.remarks, *(d.message for d in made.findings)):
-        note(f"note: {remark}")
+    for text in () if quiet else (*made.remarks, *(d.message for d in made.findings)):
+        remark(f"note: {text}")
     return made.text

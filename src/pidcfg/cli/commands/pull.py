@@ -9,7 +9,7 @@ import click
 from pidcfg.cli import options, plc_options
 from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.console import echo, remark
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
@@ -81,4 +81,4 @@ def command(
         write_files({out: result.text}, force=force)
     if not quiet:
         for line in result.notes:
-            note(f"note: {line}")
+            remark(f"note: {line}")

@@ -17,7 +17,7 @@ from pidcfg.cli.files.inputs import FILES, STDIN, document, name_of, read_input,
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.simulation import render_runs
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.console import remark
 from pidcfg.cli.terminal.detail import Detail
 from pidcfg.cli.terminal.progress import LINE
 from pidcfg.diagnostics import Severity
@@ -135,7 +135,7 @@ def command(
         if plots.TERMINAL in plot:
             plots.show(charts)
     for text in () if quiet else remarks(outcomes, fmt, csv):
-        note(text)
+        remark(text)
     detail.end()
     if len(outcomes) == 1:
         _next_step(outcomes[0], quiet=quiet, fmt=fmt)
@@ -148,7 +148,7 @@ def _nothing_to_run(paths: Sequence[str], plot: Sequence[str], *, quiet: bool) -
     if plot:
         raise click.UsageError(f"{where} to draw; one begins with 'scenario: …'")
     if not quiet:
-        note(f"{where}, so nothing was run; one begins with 'scenario: …'")
+        remark(f"{where}, so nothing was run; one begins with 'scenario: …'")
 
 
 def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
@@ -204,7 +204,7 @@ def tell_drafts(documents: Iterable[Document]) -> None:
     """Names the configurations that run without a scenario, and how to get it as a file."""
     for doc in documents:
         if doc.data is not None and "vendor" in doc.data:
-            note(DRAFTED.format(file=doc.file, name=doc.file.removesuffix(".yaml").removesuffix(".yml")))
+            remark(DRAFTED.format(file=doc.file, name=doc.file.removesuffix(".yaml").removesuffix(".yml")))
 
 
 def scenarios_of(documents: list[Document], paths: Sequence[str]) -> list[Document]:

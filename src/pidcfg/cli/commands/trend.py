@@ -11,7 +11,7 @@ from pidcfg.cli import options, plc_options
 from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.files.outputs import refuse_read
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.console import remark
 
 if TYPE_CHECKING:
     from pidcfg.limits import Limits
@@ -138,4 +138,4 @@ def command(
         click.get_current_context().exit(Exit.UNUSABLE)
     if not quiet:
         rows = f"{result.rows} row{'s' if result.rows != 1 else ''}"
-        note(f"{rows} of {len(result.columns) - 1} signals" + (f" in {out}" if out else ""))
+        remark(f"{rows} of {len(result.columns) - 1} signals" + (f" in {out}" if out else ""))

@@ -13,7 +13,7 @@ from pidcfg.cli.arguments import NUMBER, usage
 from pidcfg.cli.files import plots
 from pidcfg.cli.files.inputs import STDIN
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo_json, note, show
+from pidcfg.cli.terminal.console import echo_json, remark, show
 from pidcfg.tuning.methods import METHODS
 from pidcfg.tuning.rules import TuningError
 from pidcfg.vendors import VENDORS
@@ -147,7 +147,7 @@ def command(
     result = replace(result, numbers=in_order)
     for value in () if result.vendor is None else result.vendor.values:
         if value.problem is not None:
-            note(f"{value.key}: {value.problem}")
+            remark(f"{value.key}: {value.problem}")
     charts = [chart_of(result)] if plot else []
     pictures = plots.drawn(plot, charts, f"{result.method.name}, {result.form}")
     changed = result.written is not None and save(result.written, diff=diff)

@@ -13,7 +13,7 @@ from pidcfg.cli.formats import render, report_options, statistics
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.reporters import summary
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli.terminal.console import echo, note, remark
 from pidcfg.cli.terminal.detail import Detail
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import Diagnostic, Severity
@@ -112,8 +112,8 @@ def command(
     else:
         report_options.deliver(fmt, reports, lambda name: render(name, shown), aside=piped)
     remarks = [f"{entry.name}: {entry.remark}" for entry in gathered if entry.remark is not None]
-    for remark in () if quiet else (*remarks, *left.remarks):
-        note(remark)
+    for text in () if quiet else (*remarks, *left.remarks):
+        remark(text)
     detail.listed("left out, without a pidcfg key:", skipped)
     detail.listed("not reported:", left.reasons)
     detail.end()

@@ -13,6 +13,7 @@ import click
 
 from pidcfg.cli.files.outputs import write_files
 from pidcfg.cli.terminal.console import echo
+from pidcfg.control_characters import UNPRINTABLE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -31,7 +32,7 @@ def difference(name: str, before: bytes, after: bytes) -> str:
 
 def _quoted(name: str) -> str:
     """A name as `patch` and git write it in a header: in quotes where it would end early, a tab behind blanks."""
-    if any(c < " " or c in '"\\\x7f' or "\ud800" <= c <= "\udfff" for c in name):
+    if UNPRINTABLE.search(name) or any(c in '\t\n"\\' or "\ud800" <= c <= "\udfff" for c in name):
         data = os.fsencode(name)
         return '"' + "".join(chr(b) if b in PRINTED else f"\\{b:03o}" for b in data) + '"'
     return f"{name}\t" if " " in name else name

@@ -14,6 +14,7 @@ from pidcfg.cli.files import temporary as beside
 from pidcfg.cli.files.identity import one_file, was_read
 from pidcfg.cli.files.temporary import temporary_for
 from pidcfg.cli.interrupts import whole
+from pidcfg.cli.terminal.glyphs import encodable
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -49,7 +50,7 @@ def write_files(
     beside their targets already. ``over_inputs``: files that were read may be replaced, for commands that correct
     them.
     """
-    contents = {name: file.encode() if isinstance(file, str) else file for name, file in files.items()}
+    contents = {name: to_bytes(file) if isinstance(file, str) else file for name, file in files.items()}
     names = [*(entry.name for entry in streamed), *contents]
     problem = one_file(names)
     if problem is not None:
@@ -72,6 +73,11 @@ def write_files(
         raise _failed(name, error) from None
     finally:
         discard(staged)
+
+
+def to_bytes(text: str) -> bytes:
+    """A text as UTF-8; a byte of a file's name that is none of UTF-8 shows as on the terminal."""
+    return encodable(text, "utf-8").encode()
 
 
 def refuse_read(names: Collection[str]) -> None:

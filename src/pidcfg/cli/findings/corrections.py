@@ -18,7 +18,7 @@ from pidcfg.cli.findings import settings
 from pidcfg.cli.findings.policy import count, read_baseline
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import named
-from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.console import note, remark
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import number_of, ordered
 from pidcfg.scenario.check import check_any
@@ -60,7 +60,7 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
         replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changed})
     if not quiet:
         for entry, fixed in changed:
-            note(f"{entry.name}: {_tally(fixed)}")
+            remark(f"{entry.name}: {_tally(fixed)}")
         note(f"{total} corrected")
     return [replace(entry, data=fixed.data) for entry, fixed in done]
 

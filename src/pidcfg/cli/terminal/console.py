@@ -13,7 +13,7 @@ import click
 from pidcfg.cli.terminal import colour
 from pidcfg.cli.terminal.glyphs import encodable, fits
 from pidcfg.cli.terminal.progress import LINE
-from pidcfg.control_characters import printable
+from pidcfg.control_characters import one_line, printable
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -65,6 +65,11 @@ def note(text: str) -> None:
         click.echo(colour.painted(text) if coloured else text, err=True, color=coloured)
     except OSError:  # nobody reads it, or the disk is full: a remark that is lost changes no exit code
         drop(sys.stderr)
+
+
+def remark(text: str) -> None:
+    """A note that has one line to itself, whatever the names and values in it hold."""
+    note(one_line(text))
 
 
 def _put(text: str, *, color: bool) -> None:

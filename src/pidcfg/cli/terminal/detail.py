@@ -10,7 +10,7 @@ import click
 
 from pidcfg import __version__
 from pidcfg.cli import environment
-from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.console import remark
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -32,7 +32,7 @@ class Detail:
     def say(self, *lines: str) -> None:
         """Lines for whoever wants to know."""
         for line in lines if self.wanted else ():
-            note(line)
+            remark(line)
 
     def listed(self, what: str, names: Iterable[str]) -> None:
         """A line for each name."""

@@ -6,7 +6,7 @@ import os
 import re
 import sys
 
-from pidcfg.cli.terminal.console import note
+from pidcfg.cli.terminal.console import remark
 
 SAFE = re.compile(r"[\w@%+=:,./-]+")
 """A word that a shell takes as it is."""
@@ -16,7 +16,7 @@ def next_step(*words: str, quiet: bool = False, fmt: str = "text") -> None:
     """Names the command that is usually next, ``words`` behind ``pidcfg``."""
     if quiet or fmt != "text" or "CI" in os.environ or not sys.stderr.isatty():
         return
-    note(f"next: pidcfg {' '.join(word if SAFE.fullmatch(word) else _quoted(word) for word in words)}")
+    remark(f"next: pidcfg {' '.join(word if SAFE.fullmatch(word) else _quoted(word) for word in words)}")
 
 
 def _quoted(word: str) -> str:
