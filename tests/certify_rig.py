@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from pathlib import Path
 
 from pidcfg import processes
@@ -70,13 +71,22 @@ def normal(mean, sigma, low=float("-inf"), high=float("inf")):
     return Uncertainty("plants", "TIC-1", "gain", "normal", Ends(low, high, mean, sigma))
 
 
+HAS_BEGUN = []
+"""Not empty in the process that has run the first part."""
+
+
 def killed_once(samples):
-    """A part whose process is ended from outside, the first time."""
+    """A part whose process is ended from outside, the first time: it has handed in the first part, the others wait."""
     mark = Path(os.environ["KILLED_ONCE"])
-    if samples[0] == 8 and not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGTERM)
-    return processes._work(samples)
+    if samples[0] and not mark.exists():
+        if HAS_BEGUN:
+            mark.touch()
+            os.kill(os.getpid(), signal.SIGTERM)
+        while not mark.exists():
+            time.sleep(0.005)
+    found = processes._work(samples)
+    HAS_BEGUN.extend([True] * (samples[0] == 0))
+    return found
 
 
 def killed_always(samples):
