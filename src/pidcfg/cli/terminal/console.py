@@ -18,6 +18,9 @@ from pidcfg.control_characters import one_line, printable
 if TYPE_CHECKING:
     from typing import TextIO
 
+WIDEST = 1000
+"""Columns of a page: COLUMNS may say any number."""
+
 
 def echo(text: str) -> None:
     """A result as it is: a file's text, never coloured; where a code page lacks some of it, a note says so."""
@@ -99,7 +102,7 @@ def markdown(text: str) -> None:
     from rich.console import Console
     from rich.markdown import Markdown
 
-    page, width = StringIO(), shutil.get_terminal_size().columns
+    page, width = StringIO(), min(shutil.get_terminal_size().columns, WIDEST)
     Console(file=page, force_terminal=True, color_system="standard", legacy_windows=False, width=width).print(
         Markdown(text)
     )
