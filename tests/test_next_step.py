@@ -15,7 +15,7 @@ def terminal(monkeypatch):
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     lines = []
-    monkeypatch.setattr(module, "note", lines.append)
+    monkeypatch.setattr(module, "remark", lines.append)
     return lines
 
 

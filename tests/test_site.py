@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.long("Sphinx builds the whole site once, as a reader gets it")
+
 ROOT = Path(__file__).parents[1]
 NARROW, WIDE = 400, 1280
 BEYOND = (

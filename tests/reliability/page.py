@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +48,7 @@ def _sections(kept: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
     ):
         yield title, text(kept[part]) if part in kept else NOT_RUN
     yield "Faults in the code", _mutants(kept)
+    yield "Long tests", _long()
 
 
 def _table(head: tuple[str, ...], rows: Iterable[Iterable[object]]) -> str:
@@ -212,6 +214,16 @@ def _order(found: Mapping[str, Any]) -> str:
     how = "all of them freely" if any(run["freely"] for run in found["runs"]) else "files, and tests inside of each"
     head = ("seed", "workers", "passed", "skipped", "failed", "failed here and passed alone", "which")
     return f"{_table(head, rows)}\n\nThe ordinary tests in the order of a seed ({how}); what fails is run again alone."
+
+
+LONG = re.compile(r"pytest\.mark\.long\(\s*\"([^\"]+)\"")
+
+
+def _long() -> str:
+    """The tests that are marked so, by their files."""
+    paths = sorted(PAGE.parents[1].glob("tests/test_*.py"))
+    rows = [(f"`{path.name}`", reason) for path in paths for reason in LONG.findall(path.read_text("utf-8"))]
+    return f"Ordinary tests that take more than 10 s of CPU:\n\n{_table(('file', 'why'), rows)}"
 
 
 def _counts(run: Mapping[str, Any]) -> tuple[int, ...]:
