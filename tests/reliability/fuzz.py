@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import traceback
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -15,6 +16,7 @@ from pidcfg.api import check, convert, decode, diff, encode, simulate
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.limits import DEFAULT
 from pidcfg.results.argument_types import ArgumentError
+from pidcfg.schemas.iec import Wire
 from pidcfg.sheets.read import from_sheet
 from pidcfg.sheets.write import as_csv
 from pidcfg.sim import engine, pieces
@@ -42,6 +44,7 @@ TOO_LONG = f"loop-steps; the limit is {LIMITS.loop_steps}"
 SIMULATED = 3
 """Of so many valid mutants one is simulated."""
 NAME = "m.yaml"
+TENTHS = re.compile(r"\b([0-9]+)\.0+\b")
 
 
 @dataclass
@@ -65,6 +68,11 @@ class Found:
 def words_of(image: Any) -> Any:
     """What an image says, place by place."""
     return [(cell.number, cell.raw) for cell in image.cells]
+
+
+def meant(image: Any) -> Any:
+    """The same, where 2 and 2.0 in an expression are one number."""
+    return [(place, TENTHS.sub(r"\1", raw.text) if isinstance(raw, Wire) else raw) for place, raw in words_of(image)]
 
 
 @contextmanager
@@ -176,7 +184,7 @@ class Fuzz:
         if result.ok and result.same:
             one, two = (encode(side, "json", name=NAME) for side in (example, text))
             images = one.image and two.image
-            assert not images or words_of(one.image) == words_of(two.image), "the same, and their words differ"
+            assert not images or meant(one.image) == meant(two.image), "the same, and their words differ"
 
     def _refused(self, text: str, target: str) -> None:
         """A file with errors: every call says so in its findings."""
