@@ -61,6 +61,24 @@ def test_a_server_in_a_notebook_is_ended_by_ctrl_c():
 
 
 @pytest.mark.usefixtures("handlers")
+def test_ctrl_c_before_the_work_has_begun_ends_it_in_a_notebook_too(monkeypatch):
+    from concurrent.futures import ThreadPoolExecutor
+
+    submit = ThreadPoolExecutor.submit
+
+    def late(pool, *work):
+        signal.raise_signal(signal.SIGINT)
+        return submit(pool, *work)
+
+    async def cell():
+        return pidcfg.serve(SCENARIO, listen="127.0.0.1:0")
+
+    monkeypatch.setattr(ThreadPoolExecutor, "submit", late)
+    with pytest.raises(KeyboardInterrupt):
+        asyncio.run(cell())
+
+
+@pytest.mark.usefixtures("handlers")
 @pytest.mark.parametrize("number", BOTH)
 def test_a_trend_that_is_ended_keeps_its_rows(desk, number):
     out = io.StringIO()

@@ -301,7 +301,9 @@ def test_a_test_that_fails_in_an_order_and_passes_alone_is_a_flip():
     assert (found["flips"], found["broken"]) == (["flips"], ["broken"])
 
 
-def test_the_plugin_shuffles_and_tells_how_each_test_ended(tmp_path):
+def test_the_plugin_shuffles_and_tells_how_each_test_ended(tmp_path, monkeypatch):
+    for name in (order.SEED, order.FREELY, order.OUTCOMES):
+        monkeypatch.delenv(name, raising=False)
     Path(tmp_path / "test_two.py").write_text(
         "seen = []\n\ndef test_one():\n    seen.append(1)\n\ndef test_two():\n    assert seen\n", "utf-8"
     )
@@ -310,6 +312,9 @@ def test_the_plugin_shuffles_and_tells_how_each_test_ended(tmp_path):
     seed = next(seed for seed in range(9) if order.shuffled(list(plain), seed, freely=False) == [1, 0])
     ends = order.outcomes([str(tmp_path), "--rootdir", str(tmp_path)], **{order.SEED: str(seed)})
     assert ends == {"test_two.py::test_one": "passed", "test_two.py::test_two": "failed"}
+    broken_off = "def test_one():\n    raise KeyboardInterrupt\n\ndef test_two(): ...\n"
+    (tmp_path / "test_two.py").write_text(broken_off, "utf-8")
+    assert order.outcomes([str(tmp_path), "--rootdir", str(tmp_path)]) == {"2 tests that did not run": "failed"}
 
 
 def test_the_page_is_written_from_the_figures_that_are_kept():

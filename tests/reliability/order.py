@@ -47,6 +47,7 @@ def shuffled(names: Sequence[str], seed: int, *, freely: bool) -> list[int]:
 
 # --- the plugin ------------------------------------------------------------------------------------------------------
 
+PHASES: dict[str, str] = {}
 ENDS: dict[str, str] = {}
 
 
@@ -57,11 +58,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         names = [item.nodeid for item in items]
         places = shuffled(names, int(os.environ[SEED]), freely=FREELY in os.environ)
         items[:] = [items[place] for place in places]
+    if OUTCOMES in os.environ:
+        Path(os.environ[OUTCOMES]).with_suffix(".count").write_text(str(len(items)), "utf-8")
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """The worst of what a test's three phases say; of an xdist run the workers tell the process that started them."""
-    ENDS[report.nodeid] = max(ENDS.get(report.nodeid, "passed"), report.outcome, key=WORST.index)
+    """The worst of what a test's three phases say, once the last one has ended; xdist's workers tell their parent."""
+    worst = PHASES[report.nodeid] = max(PHASES.get(report.nodeid, "passed"), report.outcome, key=WORST.index)
+    if report.when == "teardown" or worst == "failed":
+        ENDS[report.nodeid] = worst
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
@@ -74,7 +79,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 
 def outcomes(arguments: Sequence[str], **variables: str) -> dict[str, str]:
-    """How each test of a run of pytest ended."""
+    """How each test of a run of pytest ended; tests that did not run, because it broke off, are a failure in one."""
     with tempfile.TemporaryDirectory() as folder:
         kept = Path(folder) / "outcomes.json"
         paths = os.pathsep.join(filter(None, (str(ROOT / "tests"), os.environ.get("PYTHONPATH"))))
@@ -82,7 +87,9 @@ def outcomes(arguments: Sequence[str], **variables: str) -> dict[str, str]:
         command = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "reliability.order")
         subprocess.run((*command, *arguments), cwd=ROOT, env=env, check=False, stdout=subprocess.DEVNULL)
         found: dict[str, str] = json.loads(kept.read_text("utf-8")) if kept.exists() else {}
-        return found
+        count = kept.with_suffix(".count")
+        missing = int(count.read_text("utf-8")) - len(found) if count.exists() else 0
+        return {**found, f"{missing} tests that did not run": "failed"} if missing else found
 
 
 def run_one(

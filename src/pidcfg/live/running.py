@@ -24,28 +24,20 @@ def run(work: Coroutine[Any, Any, R]) -> R:
     Ctrl-C and SIGTERM cancel the work, which may come to an end with what it has; otherwise they do what they did
     before. A signal that is ignored, or whose default nobody has changed, stays as it is.
     """
+    ending = _Ending()
     try:
         asyncio.get_running_loop()
     except RuntimeError:
-        return _Ending().run(work)
-    return _beside(work)
+        return ending.around(lambda: asyncio.run(ending.watched(work)))
+    return ending.around(lambda: _beside(ending.watched(work)))
 
 
 def _beside(work: Coroutine[Any, Any, R]) -> R:
-    """The result of the work in a thread of its own; what interrupts the wait for it, Ctrl-C say, cancels it."""
+    """The result of the work in a thread of its own."""
     from concurrent.futures import ThreadPoolExecutor
 
-    ending = _Ending()
     with ThreadPoolExecutor(1) as pool:
-        future = pool.submit(asyncio.run, ending.watched(work))
-        try:
-            return future.result()
-        except BaseException:
-            if not future.done():
-                ending.cancel()
-                with suppress(asyncio.CancelledError):
-                    return future.result()
-            raise
+        return pool.submit(asyncio.run, work).result()
 
 
 class _Ending:
@@ -53,15 +45,14 @@ class _Ending:
 
     def __init__(self) -> None:
         self._before: dict[int, Callable[[int, Any], Any]] = {}
-        self._cancel: Callable[[], Any] | None = None
+        self._cancel: Callable[[], object] | None = None
         self._came: int | None = None
-        self._begun = threading.Event()
 
-    def run(self, work: Coroutine[Any, Any, R]) -> R:
-        """The result of the work; a signal that ended it without one does what it would have done."""
+    def around(self, work: Callable[[], R]) -> R:
+        """What the work gives; a signal that ended it without a result does what it would have done."""
         self._install()
         try:
-            return asyncio.run(self.watched(work))
+            return work()
         except asyncio.CancelledError:
             if self._came is not None:
                 self._before[self._came](self._came, None)
@@ -81,28 +72,25 @@ class _Ending:
                 signal.signal(number, self._end)
 
     def _end(self, number: int, frame: object) -> None:
-        if self._came is not None or self._cancel is None:
+        if self._came is not None:
             self._before[number](number, frame)
             return
         self._came = number
-        self._cancel()
-
-    def cancel(self) -> None:
-        """Cancels the work from another thread, as soon as it has begun."""
-        self._begun.wait()
         if self._cancel is not None:
-            self._cancel()
+            with suppress(RuntimeError):  # its loop has just been closed
+                self._cancel()
 
     async def watched(self, work: Coroutine[Any, Any, R]) -> R:
-        """The work, which can be cancelled while it is running."""
-        loop, task = asyncio.get_running_loop(), asyncio.current_task()
-        if task is not None:
-            self._cancel = partial(loop.call_soon_threadsafe, task.cancel)  # wakes a loop that waits
-        self._begun.set()
+        """The work, which a signal cancels while it is running, or as it begins."""
+        loop, task = asyncio.get_running_loop(), asyncio.ensure_future(_quiet(work))
+        self._cancel = partial(loop.call_soon_threadsafe, task.cancel)  # wakes a loop that waits
+        if self._came is not None:
+            task.cancel()
         try:
-            return await _quiet(work)
+            return await task
         finally:
             self._cancel = None
+            work.close()
 
 
 async def _quiet(work: Coroutine[Any, Any, R]) -> R:
