@@ -25,6 +25,7 @@ from pidcfg.store import Store
 from pidcfg.vendors import VENDORS
 
 SOURCE = Path(__file__).parents[1] / "src" / "pidcfg"
+EZLOGIX = Path(__file__).parents[1] / "examples" / "ezlogix" / "oven.yaml"
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals, locks and pipes of POSIX")
 
 
@@ -484,6 +485,22 @@ def test_a_file_that_a_scenario_names_outside_of_its_folder_is_not_quoted(tmp_pa
         found = check(inner / "a.scenario.yaml").findings
         assert any("secret.txt: line" in d.message for d in found)
         assert ("hunter2" in repr(found)) == quoted
+
+
+def test_no_command_quotes_a_file_outside_of_the_folder(tmp_path, monkeypatch, capsysbinary):
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    (tmp_path / ".env").write_text("KEY=hunter2,abc", "utf-8")
+    plc = "pidcfg: 1\nvendor: ezlogix\nplc: {map: ../.env}\n"
+    oven = EZLOGIX.read_text("utf-8").partition("loops:\n")[2]
+    (inner / "a.yaml").write_text(f"{plc}loops:\n{oven}", "utf-8")
+    (inner / "a.scenario.yaml").write_text("pidcfg: 1\nscenario: x\nconfig: ../.env\nduration: 1\n", "utf-8")
+    lines = ("validate --no-cache", "validate --no-cache --format json", "simulate", "encode --format modbus")
+    for line in lines:
+        for name in ("a.yaml", "a.scenario.yaml"):
+            found = call(monkeypatch, capsysbinary, *line.split(), inner / name)
+            assert "hunter2" not in found.out + found.err, (line, name)
+            assert found.code in {1, 2} or (line, name) == ("simulate", "a.yaml"), (line, name)
 
 
 # --- plants ----------------------------------------------------------------------------------------------------------

@@ -110,7 +110,7 @@ def may_be_quoted(reader: Reader, file: str, named: str) -> bool:
     A configuration of a stranger could name any file, and its lines would stand in the log of whoever checks it. Links
     are followed; texts that the caller has given are his own.
     """
-    if not isinstance(reader, Disk):
+    if isinstance(reader, Texts):
         return True
     return Path(os.path.realpath(named)).is_relative_to(os.path.realpath(Path(file).parent))
 
