@@ -118,15 +118,13 @@ def make_venv() -> None:
     stamp.write_text(MAKER, "utf-8")
 
 
-LATER = {"demo": (), "test": ("--no-compile",)}
-"""Of what tests need, most modules are never imported: those that are, are compiled then."""
 PIP = ("-m", "pip", "--disable-pip-version-check", "--no-input", "install", "--quiet")
 
 
 def install_locked(purpose: str) -> bool:
     """Install the tested versions, checked by their hashes."""
     files = [word for name in NEEDED_BY[purpose] for word in ("-r", f"requirements/{name}.txt")]
-    return run(PYTHON, *PIP, *LATER[purpose], "--require-hashes", *files) == 0
+    return run(PYTHON, *PIP, "--require-hashes", *files) == 0
 
 
 def install_ranges(purpose: str) -> None:
@@ -139,7 +137,7 @@ def install_ranges(purpose: str) -> None:
 
 def install_fast() -> None:
     """Numba is optional: without it the simulation runs in Python, and so do its tests. CI needs it."""
-    if run(PYTHON, *PIP, *LATER["test"], "--require-hashes", "-r", "requirements/fast.txt"):
+    if run(PYTHON, *PIP, "--require-hashes", "-r", "requirements/fast.txt"):
         if "CI" in os.environ:
             sys.exit("numba does not install")
         print("numba does not install here; going on without the extra `fast`", flush=True)
