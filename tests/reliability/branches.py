@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-import resource
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from reliability import copies
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -37,7 +38,7 @@ class Known:
 
     def __init__(self) -> None:
         self.arcs = _kept()
-        self.since = _cpu()
+        self.since = copies.cpu()
 
     def new(self, work: Callable[[], object]) -> list[Arc]:
         """Does some work, and gives the branches that nothing has taken before."""
@@ -48,19 +49,14 @@ class Known:
         new = {(str(name), int(start), int(end)) for name, start, end in arcs} - self.arcs
         if new:
             self.arcs |= new | _kept()
-            self.since = _cpu()
-            KEPT.parent.mkdir(exist_ok=True)
-            KEPT.write_text(json.dumps(sorted(self.arcs)), "utf-8")
+            self.since = copies.cpu()
+            copies.keep(KEPT, json.dumps(sorted(self.arcs)))
         return len(new)
 
     def quiet(self) -> float:
         """Seconds of CPU since the last new branch."""
-        return _cpu() - self.since
+        return copies.cpu() - self.since
 
 
 def _kept() -> set[Arc]:
     return {(name, start, end) for name, start, end in json.loads(KEPT.read_text("utf-8"))} if KEPT.exists() else set()
-
-
-def _cpu() -> float:
-    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))

@@ -13,11 +13,25 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
 BROKEN = 70
 """The exit code of work that ended with an exception."""
 WAITING = 6
 """Times the allowed seconds of CPU that a copy may last by the clock: others want the processors too."""
+
+
+def cpu() -> float:
+    """Seconds of CPU of this process and of its ended children."""
+    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+
+
+def keep(path: Path, text: str) -> None:
+    """Writes a file as a whole: runs beside each other read and write the same ones."""
+    path.parent.mkdir(exist_ok=True)
+    part = path.with_name(f"{path.name}.{os.getpid()}")
+    part.write_text(text, "utf-8")
+    part.replace(path)
 
 
 def in_a_copy(work: Callable[[], object], seconds: int, *, silent: bool = False) -> tuple[int, Any]:

@@ -10,6 +10,8 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
+from reliability import copies
+
 FOLDER = Path(__file__).with_name("figures")
 SUMMED = frozenset({"examples", "codecs", "words", "guided", "kills"})
 """Parts of which every run is kept, one for each seed, and the sum is shown."""
@@ -38,11 +40,10 @@ def run_of(part: str, seed: int) -> dict[str, Any]:
 
 def keep(part: str, found: dict[str, Any]) -> None:
     """The figures of a run in place of those of the same seed, or of the part's earlier run."""
-    FOLDER.mkdir(exist_ok=True)
     every: Any = found
     if part in SUMMED or part.startswith(LISTED):
         every = sorted([*(run for run in runs(part) if run["seed"] != found["seed"]), found], key=itemgetter("seed"))
-    (FOLDER / f"{part}.json").write_text(json.dumps(every, indent=1, sort_keys=True) + "\n", "utf-8")
+    copies.keep(FOLDER / f"{part}.json", json.dumps(every, indent=1, sort_keys=True) + "\n")
 
 
 def total(every: list[dict[str, Any]]) -> dict[str, Any]:

@@ -8,7 +8,6 @@ import functools
 import json
 import os
 import re
-import resource
 import signal
 import sys
 from collections import Counter, defaultdict
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from reliability.copies import in_a_copy
+from reliability.copies import cpu, in_a_copy
 from reliability.mutants import PACKAGES, SOURCE, Mutant, text_of
 from reliability.users import users
 
@@ -109,22 +108,16 @@ def _reached(session: Session, names: Sequence[str]) -> dict[str, tuple[float, l
     signal.signal(signal.SIGPROF, lambda *_: pytest.fail("takes too long"))
     for name, following in zip(names, [*names[1:], None], strict=True):
         after = session.items[following] if following else None
-        profile, before, session.failed = cProfile.Profile(builtins=False), _cpu(), False
+        profile, before, session.failed = cProfile.Profile(builtins=False), cpu(), False
         signal.setitimer(signal.ITIMER_PROF, SLOWEST)
         profile.enable()
         session.items[name].config.hook.pytest_runtest_protocol(item=session.items[name], nextitem=after)
         profile.disable()
         signal.setitimer(signal.ITIMER_PROF, 0)
-        seconds = _cpu() - before
+        seconds = cpu() - before
         if not session.failed and seconds < SLOWEST:
             found[name] = (round(seconds, 4), sorted(_called(profile)))
     return found
-
-
-def _cpu() -> float:
-    """Seconds of this process and of those that it started."""
-    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(part.ru_utime + part.ru_stime for part in used)
 
 
 def _called(profile: cProfile.Profile) -> set[str]:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import os
 import random
-import resource
 import sys
 import tempfile
 import time
@@ -46,11 +45,6 @@ BATCH, SOME = 100, 6
 """Listings and mutants of examples that share a copy of the process."""
 KEPT_EVERY = 60
 """Seconds after which a long part keeps its figures: it may be ended at any time."""
-
-
-def cpu() -> float:
-    """Seconds of CPU of this process and of its ended children."""
-    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
 
 
 def hostile_files(options: argparse.Namespace, end: float) -> dict[str, Any]:
@@ -90,14 +84,14 @@ def register_words(options: argparse.Namespace, end: float) -> dict[str, Any]:
 def _rows(
     rig: Any, part: str, size: int, options: argparse.Namespace, end: float, known: branches.Known | None = None
 ) -> dict[str, Any]:
-    total, number, begin, kept = type(rig.found)(), 0, cpu(), time.monotonic()
+    total, number, begin, kept = type(rig.found)(), 0, copies.cpu(), time.monotonic()
     while time.monotonic() < end:
         _batch(rig, total, range(number, number + size), known)
         number += size
         if time.monotonic() > kept + KEPT_EVERY:
             kept = time.monotonic()
             quiet = {} if known is None else {"quiet": [known.quiet()]}
-            figures.keep(part, {"seed": options.seed, "cpu": cpu() - begin, **vars(total), **quiet})
+            figures.keep(part, {"seed": options.seed, "cpu": copies.cpu() - begin, **vars(total), **quiet})
     return vars(total)
 
 
@@ -132,10 +126,10 @@ def _batch(rig: Any, total: Any, numbers: range, known: branches.Known | None = 
 
 def guided_inputs(options: argparse.Namespace, end: float) -> dict[str, Any]:
     """Inputs that grow towards new branches, for every reader."""
-    begin = cpu()
+    begin = copies.cpu()
 
     def keep(found: dict[str, Any]) -> None:
-        figures.keep("guided", {"seed": options.seed, "cpu": cpu() - begin, **found})
+        figures.keep("guided", {"seed": options.seed, "cpu": copies.cpu() - begin, **found})
 
     return guided.run_all(options.seed, end - time.monotonic(), keep)
 
@@ -189,9 +183,9 @@ def main(arguments: list[str]) -> int:
     failures = []
     parts = options.parts or [part for part in PARTS if part not in ON_DEMAND]
     for part in parts:
-        begin = cpu()
+        begin = copies.cpu()
         found = PARTS[part](options, time.monotonic() + 60 * options.minutes / len(parts))
-        figures.keep(part, {"seed": options.seed, "cpu": cpu() - begin, **found})
+        figures.keep(part, {"seed": options.seed, "cpu": copies.cpu() - begin, **found})
         failures += found["failures"]
         PAGE.write_text(page(figures.kept()), "utf-8")
     sys.stdout.writelines(f"{failure}\n" for failure in failures)
