@@ -323,6 +323,11 @@ def test_a_pipe_or_what_is_too_long_in_the_cache_is_a_miss(tmp_path, monkeypatch
         signal.alarm(20)
         assert kept.get("aa1") is None
         signal.alarm(0)
+    place.rmdir()
+    os.mkfifo(place)
+    writer = os.open(place, os.O_RDWR)  # somebody may write to it, and does not
+    assert kept.get("aa1") is None
+    os.close(writer)
     for size, found in ((11, 123), (10, None)):
         monkeypatch.setattr("pidcfg.store.ENTRY_BYTES", 11)
         kept.put("aa2", 123)

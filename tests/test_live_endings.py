@@ -1,10 +1,12 @@
 """Ctrl-C and SIGTERM: what is to end with a result ends with it, and everything else as any command does."""
 
 import asyncio
+import gc
 import io
 import os
 import signal
 import threading
+import warnings
 
 import pytest
 
@@ -74,8 +76,11 @@ def test_ctrl_c_before_the_work_has_begun_ends_it_in_a_notebook_too(monkeypatch)
         return pidcfg.serve(SCENARIO, listen="127.0.0.1:0")
 
     monkeypatch.setattr(ThreadPoolExecutor, "submit", late)
-    with pytest.raises(KeyboardInterrupt):
-        asyncio.run(cell())
+    with warnings.catch_warnings(record=True, action="always") as told:
+        with pytest.raises(KeyboardInterrupt):
+            asyncio.run(cell())
+        gc.collect()
+    assert told == []
 
 
 @pytest.mark.usefixtures("handlers")

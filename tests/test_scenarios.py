@@ -195,6 +195,14 @@ REFUSED = [
         "events.0.disturb.noise",
         "cannot be",
     ),
+    *(
+        (
+            PLANTS + f"{{model: first_order, time_constant: 1}}\nevents: [{{at: 1, loop: A, disturb: {number}}}]\n",
+            "events.0.disturb.time_constant",
+            "time_constant cannot be",
+        )
+        for number in ("{time_constant: 0}", "{time_constant: 1e-13}")
+    ),
     ("plc: {step_bias: true}\n", "plc.step_bias", "'step_bias' is no option of this PLC"),
     ("step: 1\nplc: {scan_time: 1}\n", "step", "do not go together"),
     ("expect: [{loop: A, max: 3}]\n", "expect.0", "about nothing"),

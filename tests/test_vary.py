@@ -91,6 +91,22 @@ def test_a_mistake_is_reported_where_it_stands(vary, message, column):
     assert ran.report is None
 
 
+@pytest.mark.parametrize(
+    ("low", "message"),
+    [
+        ("0", "time_constant must be above 0, and 0 s to 1 s goes down to 0"),
+        ("1e-13", "time_constant goes below 1e-12"),
+        ("1e-12", None),
+    ],
+)
+def test_a_time_constant_stays_above_what_the_arithmetic_loses(low, message):
+    text = scenario(plants(f"time_constant: {{uniform: [{low} s, 1 s]}}")).replace(
+        "model: dead_time, gain: 2", "model: first_order, time_constant: 1 s"
+    )
+    found = pidcfg.check(text, name="run.scenario.yaml", files={"loop.yaml": CONFIG}).findings
+    assert [d.message for d in found if d.severity.label == "error"] == ([message] if message else [])
+
+
 @pytest.mark.parametrize("share", ["0 %", "100 %", "120", "-5 %"])
 def test_a_share_that_no_samples_can_show_is_refused(share):
     (found,) = checked(plants("gain: ±3 %"), expect=PASSES.replace("90 %", share))

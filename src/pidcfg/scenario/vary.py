@@ -174,7 +174,7 @@ def of_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty:
             raise VaryError(f"{key} must be {wanted}, and a normal spread without limits goes below", cure)
         if lowest < 0 or (above and lowest == 0):
             raise VaryError(f"{key} must be {wanted}, and {spread} goes down to {lowest:g}", "narrow it")
-    if above and lowest < SMALLEST:
+    if above and lowest < float(SMALLEST):
         raise VaryError(f"{key} goes below {SMALLEST:g}", "narrow it")
     if max(abs(lowest), abs(highest)) > LARGEST:
         raise VaryError(f"{key} goes beyond {LARGEST:g}")
