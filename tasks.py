@@ -105,6 +105,7 @@ def prepare(purpose: str) -> None:
     if purpose == "test":
         install_fast()
     must(PYTHON, *PIP, "--no-deps", "--no-build-isolation", "--editable", ".")
+    run(PYTHON, "-m", "compileall", "-qq", "-j", "0", VENV / ("Lib" if os.name == "nt" else "lib"))
     stamp.write_text(wanted, "utf-8")
 
 
@@ -118,7 +119,8 @@ def make_venv() -> None:
     stamp.write_text(MAKER, "utf-8")
 
 
-PIP = ("-m", "pip", "--disable-pip-version-check", "--no-input", "install", "--quiet")
+PIP = ("-m", "pip", "--disable-pip-version-check", "--no-input", "install", "--quiet", "--no-compile")
+"""Modules are compiled at the end, on all processors."""
 
 
 def install_locked(purpose: str) -> bool:

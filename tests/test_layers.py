@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -212,7 +213,10 @@ def module_name(path):
     return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
 
 
-TREES = {module_name(path): ast.parse(path.read_bytes()) for path in sorted(SRC.rglob("*.py"))}
+@cache
+def trees():
+    """Every module as it is parsed, by name."""
+    return {module_name(path): ast.parse(path.read_bytes()) for path in sorted(SRC.rglob("*.py"))}
 
 
 def imports(tree):
@@ -231,9 +235,9 @@ def within(module, parts):
 
 def imported_modules(module):
     """The modules of pidcfg that one imports, wherever in it, also those that are imported for their types alone."""
-    for name, _ in imports(TREES[module]):
+    for name, _ in imports(trees()[module]):
         target = name.removeprefix("pidcfg.")
-        while target and target not in TREES:
+        while target and target not in trees():
             target = target.rpartition(".")[0]
         if name.startswith("pidcfg.") and target and target != module:
             yield target
@@ -260,7 +264,7 @@ def report(breaches):
 
 def test_imports_point_down_and_never_up():
     breaches = []
-    for module, tree in TREES.items():
+    for module, tree in trees().items():
         part = module.split(".")[0]
         allowed = (part, "frozen", "paths", *(MAY_IMPORT if MAY_IMPORT[part] == "*" else MAY_IMPORT[part].split()))
         for name, line in imports(tree):
@@ -273,7 +277,7 @@ def test_imports_point_down_and_never_up():
 
 def test_no_modules_import_each_other_in_a_circle():
     breaches = [
-        " ".join(sorted(circle)) for circle in circles({module: set(imported_modules(module)) for module in TREES})
+        " ".join(sorted(circle)) for circle in circles({module: set(imported_modules(module)) for module in trees()})
     ]
     assert not breaches, report(breaches)
 
@@ -286,7 +290,7 @@ def test_a_circle_is_seen_however_long_it_is():
 
 def test_packages_from_outside_are_known_to_the_modules_that_need_them():
     breaches = []
-    for module, tree in TREES.items():
+    for module, tree in trees().items():
         for name, line in imports(tree):
             package = name.split(".")[0]
             if package != "pidcfg" and package not in STANDARD and not within(module, ONLY_IN.get(package, "").split()):
@@ -318,9 +322,9 @@ TYPES_AND_TEXTS = (
 @pytest.mark.parametrize("call", CALLS)
 def test_a_command_makes_the_call_of_its_name_and_no_other(call):
     module = "cli.commands.validate" if call == "check" else f"cli.commands.{call}"
-    names = [name.removeprefix("pidcfg.") for name, _ in imports(TREES[module]) if name.startswith("pidcfg.")]
+    names = [name.removeprefix("pidcfg.") for name, _ in imports(trees()[module]) if name.startswith("pidcfg.")]
     assert [name for name in names if not within(name, TYPES_AND_TEXTS)] == []
-    through = TREES["cli.findings.collect"] if call == "check" else TREES[module]
+    through = trees()["cli.findings.collect"] if call == "check" else trees()[module]
     assert {name for name, _ in imports(through) if name.startswith("pidcfg.api.")} == {f"pidcfg.api.{call}"}
 
 
@@ -337,7 +341,7 @@ def vendor_of(module):
 def test_vendors_do_not_know_each_other_and_the_rest_knows_none():
     breaches = [
         f"{module}:{line} imports {name}"
-        for module, tree in TREES.items()
+        for module, tree in trees().items()
         for name, line in imports(tree)
         if name.startswith("pidcfg.") and vendor_of(name.removeprefix("pidcfg.")) not in {None, vendor_of(module)}
     ]
@@ -347,7 +351,7 @@ def test_vendors_do_not_know_each_other_and_the_rest_knows_none():
 def test_only_the_table_of_vendors_asks_which_vendor_it_is():
     breaches = [
         f"{module}:{node.lineno} compares with {constant.value!r}"
-        for module, tree in TREES.items()
+        for module, tree in trees().items()
         if module != "vendors"
         for node in ast.walk(tree)
         if isinstance(node, (ast.Compare, ast.MatchValue))
@@ -359,7 +363,7 @@ def test_only_the_table_of_vendors_asks_which_vendor_it_is():
 
 def test_no_exception_outlives_its_reason():
     assert set(LONG_FUNCTIONS) == {name for name, length in function_lengths() if length > LONGEST_FUNCTION}
-    assert set(LONG_MODULES) <= set(TREES)
+    assert set(LONG_MODULES) <= set(trees())
 
 
 def module_lengths():
@@ -370,7 +374,7 @@ def module_lengths():
 
 def function_lengths():
     """Every function with its number of lines, from its docstring to its end; parameters are a table above it."""
-    for module, tree in TREES.items():
+    for module, tree in trees().items():
         for node in ast.walk(tree):
             if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
                 yield f"{module}.{node.name}", node.end_lineno - node.body[0].lineno + 1

@@ -22,7 +22,8 @@ from pidcfg.report.content import Title
 from pidcfg.report.csv_files import csv_files, safe
 from pidcfg.report.page import css_string, page
 from pidcfg.report.sheets import plc_sheet
-from pidcfg.report.tables import tables_of
+from pidcfg.report.tables import Table, tables_of
+from pidcfg.report.workbook import workbook
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document, is_scenario
 
@@ -374,6 +375,20 @@ def test_the_workbook_in_a_spreadsheet_library(tmp_path):
     assert words["DF101"][6].value == "0x430C0000"
     assert book.properties.created == dt.datetime(2000, 1, 1)  # noqa: DTZ001 - as the file has it
     assert all(sheet.column_dimensions["A"].width > 5 for sheet in book)
+
+
+def test_a_control_character_in_a_title_or_cell_is_shown_as_one(tmp_path):
+    book = workbook([Table("t", "T", ("x",), (("a\x1b[31m",),))], Title("t\x1b", version="1", author="a\x1b"))
+    (tmp_path / "t.xlsx").write_bytes(book)
+    read = openpyxl.load_workbook(tmp_path / "t.xlsx")
+    assert read["T"]["A2"].value == "a\ufffd[31m"
+    assert (read.properties.title, read.properties.creator) == ("t\ufffd", "a\ufffd")
+
+
+def test_a_name_with_a_line_break_is_shown_in_one_line():
+    content = sheets((EXAMPLES / "dl06/oven.yaml").read_text("utf-8"), "a\nb.yaml")
+    findings = [*content.findings, *(d for plc in content.plcs for loop in plc.loops for d in loop.findings)]
+    assert {content.plcs[0].file, *(d.file for d in findings)} == {"a b.yaml"}
 
 
 # --- the command -----------------------------------------------------------------------------------------------------
