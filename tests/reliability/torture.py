@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 MOST = 60
 """Seconds of CPU for a mutant of an example, or for a batch of listings."""
+WATCHED = 4
+"""Times as long takes what is watched for new branches."""
 BATCH, SOME = 100, 6
 """Listings and mutants of examples that share a copy of the process."""
 KEPT_EVERY = 60
@@ -108,12 +110,13 @@ def _batch(rig: Any, total: Any, numbers: range, known: branches.Known | None = 
             rig.run(number)
         return {**vars(rig.found), "new": new}
 
-    _, found = copies.in_a_copy(work, MOST)
+    most = MOST if known is None else WATCHED * MOST
+    _, found = copies.in_a_copy(work, most)
     if found is None and len(numbers) > 1:
         for number in numbers:
             _batch(rig, total, range(number, number + 1), known)
         return
-    slow = {"failures": [f"{rig.seed} {numbers[0]}: takes more than {MOST} s of CPU, or crashes"]}
+    slow = {"failures": [f"{rig.seed} {numbers[0]}: takes more than {most} s of CPU, or crashes"]}
     new = (found or {}).pop("new", [])
     if known is not None:
         total.branches += known.add(new)
