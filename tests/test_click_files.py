@@ -21,6 +21,7 @@ from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.click.files import FORMATS, Numbering
 from pidcfg.encoders.click.nickname_csv import HEADER
 from pidcfg.encoders.click.nicknames import LONGEST_LOOP, NAMED, nicknames
+from pidcfg.encoders.click.package import read_with
 from pidcfg.encoders.files import UnwritableError, kind_of
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.maps.click import SPACE
@@ -883,3 +884,12 @@ def test_a_name_that_does_not_fit_writes_nothing(folder):
         "plant.yaml: loop REACTOR: the nickname 'REACTOR_SEL_AutotunePIDPI' has 25 characters" in result.stderr.decode()
     )
     assert not (folder / "n.csv").exists()
+
+
+@pytest.mark.parametrize("kind", [ValueError, KeyError, OverflowError])
+def test_what_pyclickplc_refuses_is_a_listing_that_cannot_be_read(kind):
+    def read(path):
+        raise kind(path.read_text("utf-8"))
+
+    with pytest.raises(ListingError, match=r"pyclickplc refuses the file: .*as it stands"):
+        read_with(read, b"as it stands")

@@ -231,6 +231,28 @@ def test_a_millionth_is_what_single_precision_makes(gain, kind):
     assert line.kind == kind
 
 
+def test_a_line_about_a_section_has_the_worst_of_its_numbers():
+    output = {"range": [0, 100], "unit": "%", "limits": [5, 85]}
+    one, two = loop_of(output=output), loop_of(output={**output, "limits": [5, 80]})
+    [line] = held_lines([Change("limits", "exact", [5, 85], [5, 85], neutral=("output.limits",))], one, two)
+    assert (line.kind, str(line.terms.wanted), str(line.terms.held)) == ("rounded", "85", "80")
+
+
+def test_a_signal_has_one_line_whether_or_not_a_block_reads_it():
+    block = {"name": "D", "type": "ControlDelay", "InVar": "Two", "DelayTime": 1}
+    file = {"plc": {"sample_time": 0.1}, "signals": {"Two": 2, "Alone": 3, "PV": 4}, "blocks": [block]}
+    loops = [{**PIDA, "name": name, "PV": "PV", "BIAS": bias} for name, bias in (("A", 0), ("B", "D.OutVar"))]
+    result = api.convert(file_of("nextopid", *loops, **file), "dl06")
+    told = [row.field for loop in result.loops for row in loop.changes if row.field.startswith("signals.")]
+    assert sorted(told) == ["signals.Alone", "signals.PV", "signals.Two"]
+
+
+@pytest.mark.parametrize(("time", "told"), [(5, True), (0, False)])
+def test_what_manual_does_with_a_rate_is_told_of_a_loop_that_has_one(time, told):
+    result = api.convert(oven(tuning={"gain": 2.5, "integral_time": 60, "derivative_time": time}), "dl06")
+    assert ("operation.rate" in lines_of(result)) is told
+
+
 # --- losses and their limits -----------------------------------------------------------------------------------------
 
 
