@@ -71,6 +71,12 @@ def test_moves_are_executed_in_the_order_of_the_file():
     assert (report.signals["N"].final, report.signals["Level"].final) == (13, 26)
 
 
+@pytest.mark.parametrize(("value", "held"), [("N * 30000", 32767), ("N * -30000", -32768), ("N * 3.3", 7)])
+def test_a_move_to_an_int_holds_what_its_word_holds(value, held):
+    report = run(moves(f"move: {value}, to: N, when: N = 2"), "duration: 1\n")
+    assert report.signals["N"].final == held
+
+
 def test_a_move_without_a_value_writes_nothing_and_is_told():
     report = run(moves("move: 1 / (Level - 3), to: Level"), "duration: 1\n")
     assert report.signals["Level"].final == 3
