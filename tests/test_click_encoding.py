@@ -17,7 +17,7 @@ from pidcfg.encoders.click.decode import decode
 from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.click.files import FORMATS
 from pidcfg.encoders.maps.click import BLOCKS, C_BLOCK, DF_BLOCK, DS_BLOCK, ERRORS, SPACE, SUFFIXES, TABLES
-from pidcfg.encoders.modbus import Place
+from pidcfg.encoders.modbus import Place, reference
 from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.click import ClickFile
 from pidcfg.source import read_document
@@ -297,3 +297,16 @@ def test_a_coil_of_a_modbus_map_is_on_or_off(value, fits):
     found = pidcfg.decode(f"{table}\n{row}\n", "click", format="modbus", annotate=True)
     said = [d.message for d in found.findings]
     assert any(f"{value} is not the state of a switch" in message for message in said) is not fits
+
+
+@pytest.mark.parametrize(
+    ("table", "last", "next_one"),
+    [
+        ("coil", "09999", "10000"),
+        ("discrete", "19999", "110000"),
+        ("input", "39999", "310000"),
+        ("holding", "49999", "410000"),
+    ],
+)
+def test_a_reference_has_five_digits_up_to_9999_and_six_from_there(table, last, next_one):
+    assert (reference(table, 9_998), reference(table, 9_999)) == (last, next_one)

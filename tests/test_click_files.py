@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import random
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -18,7 +18,7 @@ from click_strategies import configurations
 from command import run
 from pidcfg.encoders.click.dataview import CODES, ROWS, write_dataviews
 from pidcfg.encoders.click.encode import encode
-from pidcfg.encoders.click.files import FORMATS, Numbering
+from pidcfg.encoders.click.files import FORMATS, Numbering, checklist
 from pidcfg.encoders.click.nickname_csv import HEADER
 from pidcfg.encoders.click.nicknames import LONGEST_LOOP, NAMED, nicknames
 from pidcfg.encoders.click.package import read_with
@@ -26,9 +26,7 @@ from pidcfg.encoders.files import UnwritableError, kind_of
 from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.schemas.click import ClickFile
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pidcfg.source import read_document
 
 NICKNAMES, DATAVIEW, DUMP = FORMATS["nickname-csv"], FORMATS["cdv"], FORMATS["data-dump"]
 HEAD = ",".join(HEADER)
@@ -893,3 +891,16 @@ def test_what_pyclickplc_refuses_is_a_listing_that_cannot_be_read(kind):
 
     with pytest.raises(ListingError, match=r"pyclickplc refuses the file: .*as it stands"):
         read_with(read, b"as it stands")
+
+
+def test_the_checklist_names_the_loops_whose_action_nobody_has_verified():
+    text = (Path(__file__).parents[1] / "examples/click/booster.yaml").read_bytes()
+    config = ClickFile.model_validate(read_document(text, "x.yaml").data)
+    names = [f"{loop.name} ({loop.action})" for loop in config.loops]
+    loops = [loop.model_copy(update={"action_verified": i == 0}) for i, loop in enumerate(config.loops)]
+    verified = config.model_copy(update={"loops": loops})
+    (item,) = [item for item in checklist(verified) if "action_verified" in item]
+    assert names[0] not in item
+    assert all(name in item for name in names[1:])
+    done = verified.model_copy(update={"loops": verified.loops[:1]})
+    assert not [item for item in checklist(done) if "action_verified" in item]

@@ -426,6 +426,20 @@ def test_a_signal_at_the_very_end_changes_nothing(tmp_path, words, code):
     assert (done.returncode, b"Traceback" in done.stderr) == (code, False)
 
 
+@POSIX
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (0, 3)])
+def test_a_signal_of_which_a_library_makes_an_error_of_its_own_is_no_bug(number, code):
+    """pydantic does while it builds a model: SchemaError, with the text of whatever was raised."""
+    end = (
+        "import os, signal, sys\nfrom pidcfg.cli import main\ndef cli(**_):\n"
+        f"    try:\n        os.kill(os.getpid(), {int(number)}); os.stat('.'); raise ValueError\n"
+        "    except BaseException as error:\n        raise ValueError(repr(error)) from None\n"
+        "main.cli = cli\nmain.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", end], env=environment(), capture_output=True, text=True, check=False)
+    assert (done.returncode, "This is a bug" in done.stderr) == (code, code == 3)
+
+
 def test_a_part_that_is_whole_ends_before_its_signal_counts():
     done = []
     with pytest.raises(interrupts.Terminated), interrupts.whole():  # noqa: PT012 - the end of the block raises it

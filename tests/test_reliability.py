@@ -155,6 +155,7 @@ def test_changed_listings_keep_what_must_be_true(monkeypatch):
 
 def test_a_command_that_is_ended_leaves_an_old_file_or_a_new_one(monkeypatch):
     monkeypatch.setattr(kills, "COMMANDS", kills.COMMANDS[:1])
+    monkeypatch.setattr(kills, "LIVE", ())
     found = kills.Kills()
     for number in (1, 2, 3):
         kills.run(found, SEED, number)
@@ -171,6 +172,12 @@ def test_a_part_of_a_file_a_lost_one_and_one_that_is_left_are_seen():
         ({"a": b"old", "b": b"old", "c": b"new"}, []),
     ):
         assert kills._faults(found, before, after, kills.signal.SIGTERM) == fault
+
+
+def test_a_file_that_grows_by_rows_ends_behind_any_of_them():
+    after = {kills.ROWS: b"a,b\n1,2\n3,4\n"}
+    for data, faults in ((b"", 0), (b"a,b\n1,2\n", 0), (b"a,b\n1,2", 1), (b"a,b\n1,2\n3\n", 1)):
+        assert len(kills._faults({kills.ROWS: data}, {}, after, kills.signal.SIGTERM)) == faults
 
 
 def test_a_file_that_may_not_grow_is_written_whole_or_not_at_all(tmp_path, monkeypatch):

@@ -417,6 +417,7 @@ def test_the_loop_of_a_file_is_the_one_that_is_searched(text, loop):
     ("vendor", "old", "new", "sampling"),
     [
         ("dl06", "unit: degC", "unit: degC\n      filter: 0.4", {"pv_share": 0.4}),
+        ("dl06", "unit: degC", "unit: degC\n      filter: 0.4\n      filter_enabled: false", {"pv_share": 1.0}),
         ("click", "filter: 80", "filter: 30", {"pv_share": 0.3, "sample_time": 0.5}),
         ("dpide", "Tf: 2.0", "Tf: 3.0", {"derivative_share": 0.25, "sample_time": 1.0}),
         ("nextopid", "Tfd: 0.0", "Tfd: 0.1", {"derivative_share": 1 - math.exp(-1), "sample_time": 0.1}),

@@ -10,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pidcfg.encoders.dl06.codecs import Source
-from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, SPACE
+from pidcfg.encoders.memory_files import read_csv
 from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.singles import Single, single_bits
@@ -25,7 +27,11 @@ from pidcfg.encoders.words import (
     SignMagnitude,
     nearest,
 )
+from pidcfg.encoders.written import Written, writer_of
+from pidcfg.refs import DL06
 from pidcfg.schemas.base import Quantity
+
+BASIS = DL06.at("Loop Table Word Definitions")
 
 WORDS = range(0x10000)
 
@@ -253,3 +259,32 @@ def test_single_precision_shows_the_shortest_decimal_that_means_the_same(value):
 )
 def test_single_precision_rounds_to_the_nearest_ties_to_even(text, raw):
     assert Single().encode(Decimal(text)) == raw
+
+
+@pytest.mark.parametrize(
+    ("codec", "text"),
+    [
+        (Implied(), "integer"),
+        (Implied(least=-1), "signed integer"),
+        (Implied(2, off=(0, 9999)), "integer of 0.01, 0 and 9999 off"),
+    ],
+)
+def test_a_number_with_an_implied_point_says_how_it_is_written(codec, text):
+    assert codec.notation == text
+
+
+@pytest.mark.parametrize(("name", "auto", "by"), [("mode", True, "a"), ("mode", False, "b"), ("other", True, None)])
+def test_the_first_writer_of_a_register_that_holds_for_the_loop_is_named(name, auto, by):
+    rows = [
+        Written("mode", "live", "a", BASIS, lambda values: values["auto"]),
+        Written("mode", "live", "b", BASIS),
+        Written("gain", "live", "c", BASIS),
+    ]
+    found = writer_of(rows, name, {"auto": auto})
+    assert (found and found.by) == by
+
+
+def test_a_row_of_a_listing_is_refused_at_its_line_and_column():
+    with pytest.raises(ListingError) as found:
+        read_csv("address,hex\nV2000,0001\nDS1,0001\n", SPACE)
+    assert (found.value.line, found.value.column) == (3, 1)

@@ -1,4 +1,4 @@
-"""Writing commands that are ended at random moments: an old file or a new one stays, and nothing else.
+"""Commands that write or talk to a PLC, ended at random moments: an old file or a new one stays, and nothing else.
 
 A command runs in a copy of this process, which has the program loaded: what is left of its time is reading, work and
 writing. How long that takes is measured once, and the moment drawn from the whole of it. A share of the commands is a
@@ -10,6 +10,7 @@ from __future__ import annotations
 import atexit
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,7 +24,7 @@ from typing import NoReturn
 from pidcfg.__main__ import main
 
 ROOT = Path(__file__).parents[2]
-REACTOR = ROOT / "examples/dl06/reactor.yaml"
+REACTOR, TANK = ROOT / "examples/dl06/reactor.yaml", ROOT / "examples/click/tank.yaml"
 COMMANDS: tuple[tuple[str, ...], ...] = (
     ("encode", "a.yaml", "-o", "out.txt", "--force"),
     ("encode", "a.yaml", "--format", "json", "-o", "out.txt", "--force"),
@@ -41,6 +42,15 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("tune", "--method", "simc", "--gain", "2", "--time-constant", "60", "--dead-time", "5", "--write", "other.yaml",
      "--force"),
 )  # fmt: skip
+ROWS = "rows.csv"
+PLC = "PLC"
+"""In a command the address of the virtual PLC, which a process of its own serves."""
+LIVE: tuple[tuple[str, ...], ...] = (
+    ("pull", "--plc", PLC, "--like", "tank.yaml", "-o", "out.txt", "--force"),
+    ("compare", "tank.yaml", "--plc", PLC, "--report-output", "json=out.txt"),
+    ("trend", "--plc", PLC, "--like", "tank.yaml", "-o", ROWS, "--interval", "0.02", "--for", "1"),
+    ("serve", "tank.scenario.yaml", "--listen", "127.0.0.1:0", "--for", "1"),
+)
 SIGNALS = {signal.SIGTERM: 143, signal.SIGINT: 130, signal.SIGKILL: -9}
 OLD = "old\n"
 WRONG = """\
@@ -64,6 +74,21 @@ plants:
   TIC-101: {model: first_order, gain: 4.0, time_constant: 240, dead_time: 15}
   LIC-103: {model: integrator, gain: -0.02, load: 1.0}
 """
+STILL = """\
+pidcfg: 1
+scenario: nothing happens
+config: tank.yaml
+duration: 60
+plants:
+  TANK1: {model: dead_time, gain: 0, load: 140}
+"""
+TEXTS = {
+    "wrong.yaml": WRONG,
+    "a.scenario.yaml": SCENARIO,
+    "tank.scenario.yaml": STILL,
+    "out.txt": OLD,
+    "out.html": OLD,
+}
 PROCESS_EVERY = 8
 """Commands of which one is a process of its own."""
 LATEST = 1.2
@@ -93,7 +118,8 @@ def prepared(folder: Path) -> None:
     (folder / "a.yaml").write_bytes(REACTOR.read_bytes())
     (folder / "other.yaml").write_bytes((REACTOR.parent / "oven.yaml").read_bytes())
     (folder / "a.lst").write_bytes((REACTOR.parent / "golden" / "reactor.txt").read_bytes())
-    for name, text in (("wrong.yaml", WRONG), ("a.scenario.yaml", SCENARIO), ("out.txt", OLD), ("out.html", OLD)):
+    (folder / "tank.yaml").write_bytes(TANK.read_bytes())
+    for name, text in TEXTS.items():
         (folder / name).write_text(text, "utf-8")
 
 
@@ -103,8 +129,24 @@ def content(folder: Path) -> Files:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
+@cache
+def plc() -> str:
+    """Where the virtual PLC is that live commands read; it is there until this process ends."""
+    folder = Path(tempfile.mkdtemp())
+    prepared(folder)
+    command = [sys.executable, "-m", "pidcfg", "serve", "tank.scenario.yaml", "--listen", "127.0.0.1:0"]
+    null, pipe = subprocess.DEVNULL, subprocess.PIPE
+    server = subprocess.Popen(command, cwd=folder, env=environment(), stdout=null, stderr=pipe, text=True)
+    atexit.register(shutil.rmtree, folder)
+    atexit.register(server.communicate)
+    atexit.register(server.terminate)
+    assert server.stderr is not None
+    return f"modbus://{server.stderr.readline().partition(' at ')[2].partition(',')[0]}"
+
+
 def started(words: tuple[str, ...], folder: Path, *, alone: bool = False) -> int:
     """The process that does a command in a folder: a copy of this one, or one of its own."""
+    words = tuple(plc() if word == PLC else word for word in words)
     if alone:
         null = subprocess.DEVNULL
         command = [sys.executable, "-m", "pidcfg", *words]
@@ -151,7 +193,7 @@ def whole(words: tuple[str, ...]) -> tuple[Files, Files, float]:
 def run(kills: Kills, seed: int, number: int) -> None:
     """One command that is ended at a random moment, and what its folder then holds."""
     rng = random.Random(f"{seed} {number}")
-    words, (ending, code) = rng.choice(COMMANDS), rng.choice(list(SIGNALS.items()))
+    words, (ending, code) = rng.choice(COMMANDS + LIVE), rng.choice(list(SIGNALS.items()))
     before, after, seconds = whole(words)
     alone = number % PROCESS_EVERY == 0
     with tempfile.TemporaryDirectory() as name:
@@ -176,10 +218,17 @@ def run(kills: Kills, seed: int, number: int) -> None:
             kills.failures += [f"{label}: {name} is still there after the next run" for name in sorted(left)]
 
 
+def whole_rows(data: bytes) -> bool:
+    """Whether a file has nothing but whole rows: one that grows by a row at a time may end anywhere else."""
+    lines = data.decode().splitlines(keepends=True)
+    return all(line.endswith("\n") and line.count(",") == lines[0].count(",") for line in lines)
+
+
 def _faults(found: Files, before: Files, after: Files, ending: signal.Signals) -> list[str]:
     """What is neither the old file nor the new one, and what is left beside them."""
     parts = [f"{name} is neither old nor new" for name, data in found.items()
-             if name in before | after and data not in {before.get(name), after.get(name)}]  # fmt: skip
+             if name in before | after and data not in {before.get(name), after.get(name)}
+             and not (name == ROWS and whole_rows(data))]  # fmt: skip
     gone = [f"{name} is gone" for name in before if name not in found and name in after]
     left = [f"{name} is left" for name in found if name not in before | after and ending is not signal.SIGKILL]
     return parts + gone + left

@@ -160,7 +160,10 @@ def _kills(found: Mapping[str, Any]) -> str:
     ended = ", ".join(f"{count} by {name}" for name, count in sorted(found["ended"].items()))
     rows = (
         _run(found),
-        ("commands; ended at a random moment", f"{len(kills.COMMANDS)}; {sum(found['ended'].values())}: {ended}"),
+        (
+            "commands; ended at a random moment",
+            f"{len(kills.COMMANDS + kills.LIVE)}; {sum(found['ended'].values())}: {ended}",
+        ),
         ("at their end before", found["finished"]),
         ("run again after SIGKILL, and nothing of the first one left", found["cleaned"]),
         ("files neither old nor new; left behind; other exit codes", len(found["failures"])),

@@ -24,11 +24,13 @@ class _Waiting:
     parts = 0
     number: int | None = None
     over = False
+    ended: int | None = None
+    """The signal that has ended the command."""
 
 
 def install() -> None:
     """Takes both signals, unless whoever started the command has them ignored, or it is no main thread that runs."""
-    _Waiting.over = False
+    _Waiting.over, _Waiting.ended = False, None
     with suppress(ValueError):
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, _take)
@@ -36,6 +38,12 @@ def install() -> None:
             signal.signal(signal.SIGINT, _take)
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=_as_before)
+
+
+def again() -> None:
+    """Ends the command once more by the signal that has, if any: a library may make an error of its own of that."""
+    if _Waiting.ended is not None:
+        _end(_Waiting.ended)
 
 
 def over() -> None:
@@ -59,6 +67,7 @@ def _take(number: int, frame: object) -> None:
 
 
 def _end(number: int) -> None:
+    _Waiting.ended = number
     raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
 
 

@@ -248,7 +248,11 @@ def _run() -> object:
         from pidcfg.cli.completion.shells import register
 
         register()
-    return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
+    try:
+        return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
+    except Exception:
+        interrupts.again()
+        raise
 
 
 def main() -> None:
