@@ -176,8 +176,8 @@ def test_a_part_of_a_file_a_lost_one_and_one_that_is_left_are_seen():
 
 def test_a_file_that_grows_by_rows_ends_behind_any_of_them():
     after = {kills.ROWS: b"a,b\n1,2\n3,4\n"}
-    for data, faults in ((b"", 0), (b"a,b\n1,2\n", 0), (b"a,b\n1,2", 1), (b"a,b\n1,2\n3\n", 1)):
-        assert len(kills._faults({kills.ROWS: data}, {}, after, kills.signal.SIGTERM)) == faults
+    for data, count in ((b"", 0), (b"a,b\n1,2\n", 0), (b"a,b\n1,2", 1), (b"a,b\n1,2\n3\n", 1)):
+        assert len(kills._faults({kills.ROWS: data}, {}, after, kills.signal.SIGTERM)) == count
 
 
 def test_a_file_that_may_not_grow_is_written_whole_or_not_at_all(tmp_path, monkeypatch):

@@ -40,10 +40,15 @@ def install() -> None:
         os.register_at_fork(after_in_child=_as_before)
 
 
-def again() -> None:
-    """Ends the command once more by the signal that has, if any: a library may make an error of its own of that."""
-    if _Waiting.ended is not None:
-        _end(_Waiting.ended)
+@contextmanager
+def kept() -> Iterator[None]:
+    """A signal that has ended the work stays one, although a library may make an error of its own of that."""
+    try:
+        yield
+    except Exception:
+        if _Waiting.ended is not None:
+            _end(_Waiting.ended)
+        raise
 
 
 def over() -> None:

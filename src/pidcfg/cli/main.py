@@ -248,11 +248,8 @@ def _run() -> object:
         from pidcfg.cli.completion.shells import register
 
         register()
-    try:
+    with interrupts.kept():
         return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
-    except Exception:
-        interrupts.again()
-        raise
 
 
 def main() -> None:
