@@ -13,7 +13,7 @@ from dpide_strategies import configurations
 from pidcfg.conversion.arithmetic import dependent, independent
 from pidcfg.conversion.from_neutral.dpide import from_neutral
 from pidcfg.conversion.pipeline import ConvertError, convert, neutral_loops
-from pidcfg.conversion.to_neutral.dpide import AROUND, NOTHING_LOST, to_neutral
+from pidcfg.conversion.to_neutral.dpide import AROUND, DEAD_BAND, NOTHING_LOST, to_neutral
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.dpide.options import CONVERT_OPTIONS
@@ -449,3 +449,8 @@ def test_what_stands_around_the_instruction_is_named_elsewhere(field):
     changes = convert(dpide(FULL), DPIDE, VENDORS["ezlogix"], {}).loops[0].changes
     (line,) = [change for change in changes if change.field == field]
     assert (line.kind, line.note) == ("dropped", AROUND[field])
+
+
+def test_what_a_dead_band_does_is_told_of_a_loop_that_has_one():
+    assert changes(dpide({"ERR_DBW": 0.5}))["ERR_DBW"].note == DEAD_BAND
+    assert DEAD_BAND not in [line.note for line in changes(dpide({"ERR_DBW": 0})).values()]

@@ -28,7 +28,8 @@ from pidcfg.conversion.losses import MaxLoss, MaxLossError, judged, parse_max_lo
 from pidcfg.conversion.operation.rules import Operation, Windup, differing_rules
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.readback import held_lines
-from pidcfg.conversion.remainder import UNKNOWN, remaining
+from pidcfg.conversion.remainder import UNKNOWN, beside, remaining
+from pidcfg.conversion.values import text_of
 from pidcfg.paths import leaves, put, steps, value_at
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.vendors import VENDORS
@@ -773,3 +774,37 @@ def test_quiet_tells_only_what_is_lost():
     assert set(lines) < set(whole)
     assert told[0].startswith("TANK1: ")
     assert not any("exact " in line or "assumed " in line for line in told[1:])
+
+
+@pytest.mark.parametrize(
+    ("note", "told"), [("", "the result has manual there"), ("x", "x; the result has manual there")]
+)
+def test_what_the_result_has_instead_stands_behind_the_note(note, told):
+    rows = [Change("mode", "exact", "auto", "auto", neutral=("mode",), note=note)]
+    [line] = held_lines(rows, loop_of(), loop_of(mode="manual"))
+    assert line.note == told
+
+
+def test_the_parameters_of_a_block_that_no_line_is_about_are_lost():
+    block = {"name": "D", "type": "ControlDelay", "InVar": 3, "DelayTime": 1}
+    file = {"plc": {"sample_time": 0.1}, "blocks": [block], "loops": [{**PIDA, "name": "A"}]}
+    config = VENDORS["nextopid"].model.model_validate({"pidcfg": 1, "vendor": "nextopid", **file})
+    lost = {row.field: row.loss for row in beside(config, [], {})}
+    assert lost == dict.fromkeys((f"blocks.D.{key}" for key in block), True)
+    assert list(beside(config, [Change("blocks.D", "dropped", None, None)], {})) == []
+
+
+@pytest.mark.parametrize("state", [{}, {"limits_enabled": False}])
+def test_limits_in_counts_are_shown_as_the_file_has_them(state):
+    loop = {"name": "A", "sample_rate": 1, "action": "direct", "tuning": {"gain": 1, "reset": 10}}
+    setpoint = {"value": "2000 counts", "limits": ["100 counts", "4000 counts"], **state}
+    text = file_of("dl06", {**loop, "pv": {"range": [0, 100]}, "setpoint": setpoint}, plc={"loop_table": "V2000"})
+    result = api.convert(text, "generic")
+    assert lines_of(result)["setpoint.limits"].source == ["100 counts", "4000 counts"]
+
+
+@pytest.mark.parametrize(
+    ("number", "text"), [(1e18, "1" + 18 * "0"), (1e-18, "0." + 17 * "0" + "1"), (1e-19, "1e-19"), (None, "-")]
+)
+def test_a_number_of_up_to_20_signs_is_shown_without_an_exponent(number, text):
+    assert text_of(number) == text

@@ -918,3 +918,9 @@ def test_the_answer_of_an_expression_has_the_sign_that_its_parts_give_it(text, s
     items = [(None, 0), (None, 1)]
 
     assert answer(parse(text, {"X": 0, "UP": 1}), lambda number: items[number]) == sign
+
+
+def test_limits_that_are_wired_in_a_circle_have_no_known_value():
+    gains = "SP: 4, Kp: 1, Ti_Ki: 10.0, Td_Kd: 0.0, MaxMV: 100.0, MinPV: 0.0, MaxPV: 100.0"
+    loops = "".join(f"  - {{name: {a}, type: PIDA_REAL, MinMV: {b}.MinMV, {gains}}}\n" for a, b in ("AB", "BA"))
+    assert "NX" not in str(rig_findings(f"loops:\n{loops}"))

@@ -49,3 +49,18 @@ def test_every_register_has_its_loop_and_its_content(example, shared):
     assert wrong == (MODE_WORDS if vendor.key == "dl06" else set())
     if vendor.key == "dpide":
         assert next(iter(places)) == "VAT.MV", "of several operands in one device MV says what it holds"
+
+
+def test_the_request_bit_of_the_auto_tune_starts_it():
+    """DL06, bit 7 of +01."""
+    image = check_document(read_document((EXAMPLES / "dl06/reactor.yaml").read_bytes(), "x.yaml")).encoding.image
+    module = VENDORS["dl06"].module("controller")
+    plc = module.load(image, module.Options())
+    begun = []
+    plc.autotune = begun.append
+    registers = VENDORS["dl06"].load("virtual")(plc)
+    setting = registers.contents(0, plc.sig)[0o2001]
+    assert "auto-tune start" not in registers.write(0o2001, setting, plc.sig).text
+    assert begun == []
+    assert registers.write(0o2001, setting | 0x80, plc.sig).text == "auto-tune start"
+    assert begun == [0]

@@ -197,7 +197,7 @@ def _kind(put: TargetField) -> Kind:
 
 
 def _joined(*notes: str) -> str:
-    return "; ".join(note for note in notes if note)
+    return "; ".join(dict.fromkeys(filter(None, notes)))
 
 
 def overlap(name: str, other: str) -> bool:
