@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from decimal import Decimal
+from types import SimpleNamespace
 
 import pytest
 from pydantic import ValidationError
 
+import pidcfg
+from certify_rig import CONFIG
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.scenario_fields import Bound
+from pidcfg.sim.influence import read_by
+from pidcfg.sim.kernel import Channel
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.prepare import base_step, options, prepare
 from scenario_rig import Controller, problems, scenario
@@ -289,3 +294,13 @@ def test_a_set_up_error_is_told_where_the_scenario_gives_the_number_of_loops(fla
     option = "" if count is None else f"plc: {{number_of_loops: {count}}}\n"
 
     assert any(p.path == ("plc", "number_of_loops") for p in prepare(scenario(WIRED + option), plc).problems) == told
+
+
+def test_a_signal_with_the_name_of_one_of_the_plc_is_reported_at_its_name():
+    text = "pidcfg: 1\nscenario: x\nconfig: loop.yaml\nduration: 10\nsignals: {TIC-1.PV: 77}\nplants: {}\n"
+    found = pidcfg.check(text, name="x.scenario.yaml", files={"loop.yaml": CONFIG}).findings
+    assert [(d.span.line, d.span.column) for d in found if "a signal of the PLC" in d.message] == [(5, 11)]
+
+
+def test_a_plant_that_reads_the_first_signal_is_influenced_by_it():
+    assert read_by(SimpleNamespace(), Channel(target=3, source=0)) == (0,)
