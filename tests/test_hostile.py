@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import pidcfg
 from living_rig import GOOD, TWICE, call, run
 from pidcfg.api import check, check_text
 from pidcfg.cli import interrupts
@@ -520,6 +521,50 @@ def test_no_command_quotes_a_file_outside_of_the_folder(tmp_path, monkeypatch, c
             found = call(monkeypatch, capsysbinary, *line.split(), inner / name)
             assert "hunter2" not in found.out + found.err, (line, name)
             assert found.code in {1, 2} or (line, name) == ("simulate", "a.yaml"), (line, name)
+
+
+# --- numbers ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", ["1_0", "\u0661\u0662", "\u00b2", "9" * 5000])
+@pytest.mark.parametrize(
+    "words",
+    [
+        "validate a.yaml --limit loops={}",
+        "certify a.yaml --samples {}",
+        "certify a.yaml --seed {}",
+        "diff a.yaml a.yaml --jobs {}",
+        "tune --method simc --gain {} --time-constant 60 --dead-time 5",
+        "convert a.yaml --to click --max-deviation {}",
+        "convert a.yaml --to click --max-loss gain={}%",
+        "compare a.yaml --plc modbus://127.0.0.1:1 --watch {}",
+    ],
+)
+def test_an_option_takes_a_number_as_everybody_writes_it(tmp_path, monkeypatch, capsysbinary, words, number):
+    """Python reads digits of all scripts, and 1_0 as 10."""
+    (tmp_path / "a.yaml").write_text(GOOD, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    found = call(monkeypatch, capsysbinary, *words.format(number).split())
+    assert (found.code, "This is a bug" in found.err) == (2, False)
+    assert "Error: " in found.err
+
+
+@pytest.mark.parametrize("digits", [4096, 4097])
+def test_a_number_without_end_in_a_listing_is_refused_where_it_stands(tmp_path, monkeypatch, capsysbinary, digits):
+    (tmp_path / "a.lst").write_text(f"table,register,value\nholding,{'0' * (digits - 4)}1024,1\n", "utf-8")
+    found = call(monkeypatch, capsysbinary, "decode", tmp_path / "a.lst", "--vendor", "dl06")
+    told = "a.lst:2:9: error PID041: a number of 4097 digits; the limit is 4096"
+    assert (found.code, "This is a bug" in found.err, told in found.err) == (2, False, digits == 4097)
+
+
+@pytest.mark.parametrize("time", ["1e999", '"abc"', "[1]", '{"a": 1}', "true"])
+def test_a_program_whose_comments_say_no_time_of_its_task_is_refused(tmp_path, monkeypatch, capsysbinary, time):
+    examples = Path(__file__).parents[1] / "examples"
+    text = pidcfg.encode(examples / "nextopid/cascade.yaml", "plcopen").text
+    assert '"sample_time": 0.2' in text
+    (tmp_path / "a.xml").write_text(text.replace('"sample_time": 0.2', f'"sample_time": {time}'), "utf-8")
+    found = call(monkeypatch, capsysbinary, "decode", tmp_path / "a.xml", "--vendor", "nextopid")
+    assert (found.code, "and the comments say" in found.err) == (2, True)
 
 
 # --- plants ----------------------------------------------------------------------------------------------------------

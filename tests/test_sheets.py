@@ -465,6 +465,13 @@ def test_names_that_look_like_numbers_stay():
             assert [loop.name for loop in config(from_sheet(data, "x", None, DEFAULT).text).loops] == names
 
 
+@pytest.mark.parametrize("name", ["FALSE", "1.10", "1e3", "007"])
+def test_a_name_of_the_whole_file_that_looks_like_another_value_stays(name):
+    doc = read_document(made(HEAD + ROW).text.replace("loops:", f"name: {name}\nloops:").encode(), "x.yaml")
+    for data in (as_csv(doc, VENDORS["dl06"]).encode(), as_workbook(doc, VENDORS["dl06"])):
+        assert config(from_sheet(data, "x", None, DEFAULT).text).name == name
+
+
 @pytest.mark.parametrize(
     ("place", "value", "form", "message"),
     [

@@ -31,6 +31,8 @@ NOTHING = {bool: False, int: 0, float: 0.0}
 CONFIGURATION = re.compile(r"^pidcfg:", re.MULTILINE)
 SEPARATED = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
 """An address or name, and behind it another sign than the blank of a text listing."""
+ENDLESS = re.compile(r"(?<![0-9])[0-9]{4097,}")
+"""A number of more digits than a value of a file may have signs, and than Python reads."""
 HEADERS = "the header 'address,hex', or 'address,value' where the numbers are decimal"
 HEAD = 1000
 """Characters in which a listing names its vendor."""
@@ -100,11 +102,16 @@ def exact_text(data: bytes, encoding: str) -> str:
 
 def _decoded(data: bytes, encoding: str) -> str:
     try:
-        return data.decode(encoding)
+        text = data.decode(encoding)
     except UnicodeDecodeError as error:
         place = f"byte 0x{data[error.start]:02X} at {error.start}" if error.start < len(data) else "the end of the file"
         name = encoding.upper().removesuffix("-SIG").removesuffix("-LE")
         raise ListingError(f"{place} is not {name}; save the file as {name}") from None
+    if endless := ENDLESS.search(text):
+        begin = text.rfind("\n", 0, endless.start()) + 1
+        line, column = text.count("\n", 0, begin) + 1, endless.start() - begin + 1
+        raise ListingError(f"a number of {len(endless[0])} digits; the limit is 4096", line, column)
+    return text
 
 
 def together(listings: list[Listing]) -> Listing:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -11,24 +11,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
 NOTHING: Mapping[str, str] = {}
-
-
-class Number(click.ParamType[float]):
-    """A number of the command line; what looks like one in another spelling is refused with its cure."""
-
-    name = "float"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """The number; the message says how to write what is none."""
-        from pidcfg.schemas.misread import alone
-
-        try:
-            return float(value)
-        except ValueError:
-            self.fail(f"{value!r} is not a number; {alone(str(value))}", param, ctx)
-
-
-NUMBER = Number()
 
 
 class VerifyCommand(click.Command):

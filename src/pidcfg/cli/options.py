@@ -2,17 +2,67 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import click
+from click.types import IntParamType
 
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.limits import DEFAULT, Limits
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+
+def is_plain(value: Any) -> bool:
+    """Whether a number is spelled as everybody reads it: Python takes 1_0 and the digits of other scripts, too."""
+    return not isinstance(value, str) or (value.isascii() and "_" not in value)
+
+
+class Integer(IntParamType):
+    """A whole number of the command line."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number."""
+        if not is_plain(value):
+            self.fail(f"{value!r} is not a whole number; write digits alone", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class Whole(Integer, click.IntRange):
+    """A whole number of the command line within limits."""
+
+
+class Real(click.FloatRange):
+    """A number of the command line within limits."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number."""
+        return super().convert(NUMBER.convert(value, param, ctx), param, ctx)
+
+
+class Number(click.ParamType[float]):
+    """A number of the command line; what looks like one in another spelling is refused with its cure."""
+
+    name = "float"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number; the message says how to write what is none."""
+        from pidcfg.schemas.misread import alone
+
+        number = None
+        with suppress(ValueError):
+            number = float(value) if is_plain(value) else None
+        if number is None:
+            self.fail(f"{value!r} is not a number; {alone(str(value))}", param, ctx)
+        return number
+
+
+NUMBER = Number()
 
 
 class Words(click.ParamType[list[str], str | list[str]]):
@@ -36,14 +86,18 @@ class Words(click.ParamType[list[str], str | list[str]]):
         return codes
 
 
+LIMIT = re.compile(r"0*[1-9][0-9]{0,17}")
+"""A limit: a whole number above 0."""
+
+
 def parse_limits(ctx: click.Context, param: click.Parameter, values: tuple[str, ...]) -> Limits:
     """``NAME=VALUE`` pairs as limits."""
     limits = DEFAULT
     names = [f.name for f in fields(Limits)]
     for text in values:
         name, _, number = text.partition("=")
-        if name not in names or not number.isdigit() or int(number) < 1:
-            raise click.BadParameter(f"{text!r}; write NAME=VALUE with one of {', '.join(names)}", ctx, param)
+        if name not in names or not LIMIT.fullmatch(number):
+            raise click.BadParameter(f"{text[:60]!r}; write NAME=VALUE with one of {', '.join(names)}", ctx, param)
         limits = replace(limits, **{name: int(number)})
     return limits
 
@@ -148,7 +202,7 @@ FORCE = click.option("--force", is_flag=True, help="Overwrite a file that differ
 
 JOBS = click.option(
     "--jobs",
-    type=click.IntRange(1),
+    type=Whole(1),
     metavar="N",
     help="Processes; the results are the same with any number.  [default: the cores of this machine]",
 )

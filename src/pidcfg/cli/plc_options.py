@@ -9,6 +9,7 @@ import click
 
 from pidcfg.cli.arguments import usage
 from pidcfg.cli.extras import need
+from pidcfg.cli.options import NUMBER, Integer
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -27,11 +28,11 @@ PLC = click.option(
 LIKE = click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
 VENDOR = click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
 TIMEOUT = click.option(
-    "--timeout", type=float, default=2.0, show_default=True, metavar="SECONDS", help="How long an answer may take."
+    "--timeout", type=NUMBER, default=2.0, show_default=True, metavar="SECONDS", help="How long an answer may take."
 )
 RETRIES = click.option(
     "--retries",
-    type=int,
+    type=Integer(),
     default=2,
     show_default=True,
     metavar="COUNT",

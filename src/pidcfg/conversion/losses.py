@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.conversion.ledger import LOSSES
 from pidcfg.refs import Decision
+from pidcfg.schemas.base import NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,10 +71,8 @@ def parse_max_loss(text: str) -> MaxLoss:
     limits = {}
     for part in text.split(","):
         name, _, percent = (piece.strip() for piece in part.partition("="))
-        try:
-            value = float(percent.removesuffix("%").strip())
-        except ValueError:
-            value = -1.0
+        percent = percent.removesuffix("%").strip()
+        value = float(percent) if NUMBER.fullmatch(percent) else -1.0
         if name not in names or not 0 <= value < float("inf"):
             raise MaxLossError(f"{part.strip()!r}; write limits such as gain=2%,time=5% ({', '.join(names)})")
         limits[name] = value

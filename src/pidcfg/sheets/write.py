@@ -37,7 +37,7 @@ def table_of(doc: Document, vendor: Vendor) -> tuple[list[tuple[str, Value]], li
     head: list[tuple[str, Value]] = [("vendor", vendor.key)]
     for key, value in data.items():
         if key not in {"pidcfg", "vendor", "loops"}:
-            head += [(f"{key}{'.' if below else ''}{below}", cell) for below, cell in _cells(value)]
+            head += _cells(value, key)
     rows = [dict(_cells(loop)) for loop in data["loops"]]
     order = order_of(vendor)
     names = {name: None for row in rows for name in row}

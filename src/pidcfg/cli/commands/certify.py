@@ -45,8 +45,10 @@ RATE_AFTER = 1.0
 @click.argument("paths", nargs=-1, required=True, metavar="SCENARIO...")
 @report_options.report_format("certify")
 @report_options.report_files("certify", "--output")
-@click.option("--samples", type=click.IntRange(1), default=DEFAULT_SAMPLES, show_default=True, help="How many to run.")
-@click.option("--seed", type=int, help="Of the row of samples.  [default: seed of vary, else of the scenario]")
+@click.option("--samples", type=options.Whole(1), default=DEFAULT_SAMPLES, show_default=True, help="How many to run.")
+@click.option(
+    "--seed", type=options.Integer(), help="Of the row of samples.  [default: seed of vary, else of the scenario]"
+)
 @options.JOBS
 @click.option(
     "--cluster",
@@ -61,7 +63,7 @@ RATE_AFTER = 1.0
 )
 @click.option(
     "--keep-worst",
-    type=click.IntRange(0, MOST_KEPT),
+    type=options.Whole(0, MOST_KEPT),
     help="Write the N worst samples as scenarios beside theirs: NAME.sample-I.scenario.yaml.",
     metavar="N",
 )

@@ -41,7 +41,7 @@ PEOPLE = ("text", "concise")
 @report_options.report_files("compare")
 @click.option(
     "--watch",
-    type=click.FloatRange(min=0.1),
+    type=options.Real(min=0.1),
     metavar="SECONDS",
     help="Compare again and again, and print what changes with its time, until Ctrl-C.",
 )

@@ -45,8 +45,8 @@ def percent(ctx: click.Context, param: click.Parameter, text: str | None) -> flo
     if text is None:
         return None
     try:
-        value = float(text.removesuffix("%").strip())
-    except ValueError:
+        value = options.NUMBER.convert(text.removesuffix("%").strip(), None, None)
+    except click.UsageError:
         value = -1.0
     if not 0 <= value < float("inf"):
         raise click.BadParameter(f"{text!r}; write a percentage like 1 %", ctx, param)

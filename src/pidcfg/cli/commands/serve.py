@@ -31,10 +31,15 @@ LISTEN = "127.0.0.1:5020"
     "--listen", default=LISTEN, show_default=True, metavar="HOST:PORT", help="Where to listen, or modbus+rtu:///DEVICE."
 )
 @click.option(
-    "--speed", type=float, default=1.0, show_default=True, metavar="FACTOR", help="How many times as fast as the clock."
+    "--speed",
+    type=options.NUMBER,
+    default=1.0,
+    show_default=True,
+    metavar="FACTOR",
+    help="How many times as fast as the clock.",
 )
 @click.option(
-    "--for", "seconds", type=float, metavar="SECONDS", help="End by itself after so many seconds of the clock."
+    "--for", "seconds", type=options.NUMBER, metavar="SECONDS", help="End by itself after so many seconds of the clock."
 )
 @options.output_format("text", "json")
 @options.QUIET

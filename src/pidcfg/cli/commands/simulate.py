@@ -61,7 +61,7 @@ DRAFTED = (
     help="Write the trend as CSV: time and one column a signal.",
 )
 @click.option(
-    "--every", type=click.IntRange(1), default=1, show_default=True, help="Rows of the trend: one every N base steps."
+    "--every", type=options.Whole(1), default=1, show_default=True, help="Rows of the trend: one every N base steps."
 )
 @plots.PLOT
 @plots.LOOPS

@@ -75,7 +75,7 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 )
 @click.option("--for", "seconds", metavar="TIME", callback=_seconds, help="How long: 90, 10min; else until Ctrl-C.")
 @click.option(
-    "--interval", type=float, default=1.0, show_default=True, metavar="SECONDS", help="Time between two rows."
+    "--interval", type=options.NUMBER, default=1.0, show_default=True, metavar="SECONDS", help="Time between two rows."
 )
 @vendor_options
 @options.FORCE

@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import NUMBER, usage
+from pidcfg.cli.arguments import usage
 from pidcfg.cli.files import plots
 from pidcfg.cli.files.inputs import STDIN
 from pidcfg.cli.main import Exit
@@ -46,7 +46,7 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
             return value
         raise click.BadParameter(f"{value:g}; write a number {'other than' if signed else 'above'} 0", ctx, param)
 
-    return click.option(f"--{name}", type=NUMBER, metavar="N", help=text, callback=check)
+    return click.option(f"--{name}", type=options.NUMBER, metavar="N", help=text, callback=check)
 
 
 @click.command("tune", epilog=EPILOG)
@@ -74,7 +74,7 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @number("ms", "robust: limit of the maximum sensitivity on every plant, 1.1 to 3; 1.6 when not given.")
 @click.option(
     "--samples",
-    type=click.IntRange(0),
+    type=options.Whole(0),
     default=60,
     show_default=True,
     help="robust: plants that certify tries on the virtual PLC; 0 for none.",
@@ -83,16 +83,18 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
 @click.option(
     "--columns", metavar="LIST", help="Its columns by name or number: time=…,output=…,pv=…; time=1+2 for date and time."
 )
-@click.option("--rest", type=NUMBER, metavar="VALUE", help="The output before the record, if it stepped at its start.")
+@click.option(
+    "--rest", type=options.NUMBER, metavar="VALUE", help="The output before the record, if it stepped at its start."
+)
 @click.option("--from", "start", metavar="TIME", help="The record counts from here: s, 2 min, or a stamp of its own.")
 @click.option("--until", metavar="TIME", help="The record counts until here.")
 @click.option("--for", "vendor", type=click.Choice(list(VENDORS)), help="Show the numbers as this PLC holds them.")
 @click.option(
-    "--pv-range", type=NUMBER, nargs=2, metavar="LOW HIGH", help="Engineering values of the PV at 0 and 100 %."
+    "--pv-range", type=options.NUMBER, nargs=2, metavar="LOW HIGH", help="Engineering values of the PV at 0 and 100 %."
 )
 @click.option(
     "--output-range",
-    type=NUMBER,
+    type=options.NUMBER,
     nargs=2,
     metavar="LOW HIGH",
     help="The output at 0 and 100 %; 0 and 100 when not given.",

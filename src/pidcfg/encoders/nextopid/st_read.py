@@ -89,9 +89,17 @@ def with_zeros(listing: Listing) -> Listing:
 def _with_task(plc: Mapping[str, Any], interval: Decimal, at: Token) -> dict[str, Any]:
     """What is beside the parameters, with the interval of the task; raises `ListingError` where the comments differ."""
     said = plc.get("sample_time")
-    if said is not None and parse_seconds(said) != interval:
+    if said is not None and not _is_time(said, interval):
         raise at.error(f"the task calls the program every {decimal_text(interval)} s, and the comments say {said}")
     return {**plc, "sample_time": plain_number(interval)}
+
+
+def _is_time(said: Any, interval: Decimal) -> bool:
+    """Whether a comment says that time; what is none is another one."""
+    try:
+        return parse_seconds(said) == interval
+    except (ValueError, TypeError):
+        return False
 
 
 def _with_program(plc: Mapping[str, Any], program: Token) -> dict[str, Any]:
