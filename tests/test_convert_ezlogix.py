@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from decimal import Decimal
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
@@ -13,6 +14,8 @@ import neutral_strategies
 from ezlogix_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg.conversion.from_neutral.ezlogix import from_neutral
+from pidcfg.conversion.from_neutral.ezlogix_stopped import stopped_section
+from pidcfg.conversion.operation.rules import Stopped
 from pidcfg.conversion.pipeline import ConvertError, convert
 from pidcfg.conversion.settle import settled
 from pidcfg.conversion.to_neutral.ezlogix import NOTHING_LOST, to_neutral
@@ -555,3 +558,18 @@ def test_a_set_point_beyond_its_limits_becomes_the_limit_and_is_told(value, held
     assert made.data["loops"][0]["setpoint"]["value"] == held
     (change,) = (change for loop in made.fields for change in loop if change.path == "setpoint.value")
     assert change.clamped is (held != value)
+
+
+@pytest.mark.parametrize(
+    ("stopped", "told"),
+    [
+        (Stopped.GOES_ON, "the dialog's check box"),
+        (Stopped.STANDS, "clear the dialog's check box: its default is to go on"),
+    ],
+)
+def test_the_check_box_of_a_stopped_plc_is_told_as_it_must_be(stopped, told):
+    marks = []
+    builder = SimpleNamespace(mark=lambda *words: marks.append(words))
+    goes_on = stopped is Stopped.GOES_ON
+    assert stopped_section([builder], [SimpleNamespace(stopped=stopped)]) == {"process_when_stopped": goes_on}
+    assert marks == [("/plc.process_when_stopped", None, told)]

@@ -804,7 +804,8 @@ def test_limits_in_counts_are_shown_as_the_file_has_them(state):
 
 
 @pytest.mark.parametrize(
-    ("number", "text"), [(1e18, "1" + 18 * "0"), (1e-18, "0." + 17 * "0" + "1"), (1e-19, "1e-19"), (None, "-")]
+    ("number", "text"),
+    [(1e19, "1" + 19 * "0"), (1e20, "1e+20"), (1e-18, "0." + 17 * "0" + "1"), (1e-19, "1e-19"), (None, "-")],
 )
 def test_a_number_of_up_to_20_signs_is_shown_without_an_exponent(number, text):
     assert text_of(number) == text

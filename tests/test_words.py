@@ -285,6 +285,7 @@ def test_the_first_writer_of_a_register_that_holds_for_the_loop_is_named(name, a
 
 
 def test_a_row_of_a_listing_is_refused_at_its_line_and_column():
-    with pytest.raises(ListingError) as found:
-        read_csv("address,hex\nV2000,0001\nDS1,0001\n", SPACE)
-    assert (found.value.line, found.value.column) == (3, 1)
+    for row in ("DS1,0001", "V2001,XYZ"):
+        with pytest.raises(ListingError) as found:
+            read_csv(f"address,hex\nV2000,0001\n{row}\n", SPACE)
+        assert (found.value.line, found.value.column) == (3, 1)

@@ -142,7 +142,6 @@ def call(unit: Unit, i: int) -> Iterator[str]:
                 yield f"{name} := {text};"
             text = name
         arguments += [] if text is None else [f"{row.name} := {text}"]
-    arguments.sort(key=lambda text: " => " in text.partition("(")[0])
     name = block.kind.name if block.kind.function else block.name
     yield from wrapped(f"{name}(", arguments, ");")
 
