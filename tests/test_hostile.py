@@ -549,6 +549,13 @@ def test_an_option_takes_a_number_as_everybody_writes_it(tmp_path, monkeypatch, 
     assert "Error: " in found.err
 
 
+@pytest.mark.parametrize(("number", "code"), [("0" * 5000 + "7", 2), ("007", 0), ("0", 2), ("-7", 2)])
+def test_a_limit_is_a_whole_number_above_0(tmp_path, monkeypatch, capsysbinary, number, code):
+    (tmp_path / "a.yaml").write_text(GOOD, "utf-8")
+    found = call(monkeypatch, capsysbinary, "validate", tmp_path / "a.yaml", "--limit", f"loops={number}")
+    assert (found.code, "write NAME=VALUE" in found.err) == (code, code == 2)
+
+
 @pytest.mark.parametrize("digits", [4096, 4097])
 def test_a_number_without_end_in_a_listing_is_refused_where_it_stands(tmp_path, monkeypatch, capsysbinary, digits):
     (tmp_path / "a.lst").write_text(f"table,register,value\nholding,{'0' * (digits - 4)}1024,1\n", "utf-8")

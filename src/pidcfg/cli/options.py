@@ -86,7 +86,7 @@ class Words(click.ParamType[list[str], str | list[str]]):
         return codes
 
 
-LIMIT = re.compile(r"0*[1-9][0-9]{0,17}")
+LIMIT = re.compile(r"0{0,9}[1-9][0-9]{0,17}")
 """A limit: a whole number above 0."""
 
 
