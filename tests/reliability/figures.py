@@ -13,7 +13,7 @@ from typing import Any
 from reliability import copies
 
 FOLDER = Path(__file__).with_name("figures")
-SUMMED = frozenset({"examples", "codecs", "words", "guided", "kills"})
+SUMMED = frozenset({"examples", "codecs", "words", "guided", "kills", "order"})
 """Parts of which every run is kept, one for each seed, and the sum is shown."""
 LISTED = "mutants-"
 """So begin the parts of which every run is kept and shown; of all others only the last one is."""
