@@ -51,6 +51,7 @@ LIVE: tuple[tuple[str, ...], ...] = (
     ("trend", "--plc", PLC, "--like", "tank.yaml", "-o", ROWS, "--interval", "0.02", "--for", "1"),
     ("serve", "tank.scenario.yaml", "--listen", "127.0.0.1:0", "--for", "1"),
 )
+ENDINGS = {signal.SIGTERM, signal.SIGINT}
 SIGNALS = {signal.SIGTERM: 143, signal.SIGINT: 130, signal.SIGKILL: -9}
 OLD = "old\n"
 WRONG = """\
@@ -151,19 +152,22 @@ def started(words: tuple[str, ...], folder: Path, *, alone: bool = False) -> int
         null = subprocess.DEVNULL
         command = [sys.executable, "-m", "pidcfg", *words]
         return subprocess.Popen(command, cwd=folder, env=environment(), stdout=null, stderr=null).pid
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, ENDINGS)  # until the copy is the command
     child = os.fork()
     if not child:
-        _be_the_command(words, folder)
+        _be_the_command(words, folder, mask)
+    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
     return child
 
 
-def _be_the_command(words: tuple[str, ...], folder: Path) -> NoReturn:
+def _be_the_command(words: tuple[str, ...], folder: Path, mask: set[signal.Signals]) -> NoReturn:
     code = 3
     atexit._clear()  # what this process does at its end is none of the copy's business
     try:
         for number in (signal.SIGTERM, signal.SIGVTALRM):
             signal.signal(number, signal.SIG_DFL)
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         os.chdir(folder)
         null = os.open(os.devnull, os.O_RDWR)
         for number in (0, 1, 2):
