@@ -54,7 +54,7 @@ def test_a_configuration_names_the_loops_as_far_as_it_has_them():
     ],
 )
 def test_a_profile_is_read_where_its_32_words_are_user_memory(start, there):
-    """Manual, memory map: V400 to V677, V1200 to V7577, V10000 to V17777."""
+    """User memory: V400 to V677 and V10000 to V17777 (Addr + 36), V1200 up to the boundary at V7577 (V7642, bit 3)."""
     pairs = [Area(start + 4 * k, RAMP_SOAK_PAIR, "LOOP-1", f"ramp_soak[{k}].") for k in range(8)] if there else []
     found = areas({**WORDS, PROFILE: start}, None, {"number_of_loops": 1})
     assert found == [SETUP, Area(0o2000, LOOP_TABLES[1], "LOOP-1"), *pairs]

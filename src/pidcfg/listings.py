@@ -15,6 +15,7 @@ from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.settings import read_settings
 from pidcfg.encoders.tables import first_line
 from pidcfg.encoders.words import DecodeError
+from pidcfg.limits import DEFAULT
 from pidcfg.unreadable import binary_file
 from pidcfg.vendors import VENDORS
 
@@ -31,8 +32,9 @@ NOTHING = {bool: False, int: 0, float: 0.0}
 CONFIGURATION = re.compile(r"^pidcfg:", re.MULTILINE)
 SEPARATED = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
 """An address or name, and behind it another sign than the blank of a text listing."""
-ENDLESS = re.compile(r"(?<![0-9])[0-9]{4097,}")
-"""A number of more digits than a value of a file may have signs, and than Python reads."""
+MOST_DIGITS = DEFAULT.scalar_bytes
+"""Digits of a number: as many as a value of a configuration may have signs, and fewer than Python reads."""
+ENDLESS = re.compile(rf"(?<![0-9])[0-9]{{{MOST_DIGITS + 1},}}")
 HEADERS = "the header 'address,hex', or 'address,value' where the numbers are decimal"
 HEAD = 1000
 """Characters in which a listing names its vendor."""
@@ -110,7 +112,7 @@ def _decoded(data: bytes, encoding: str) -> str:
     if endless := ENDLESS.search(text):
         begin = text.rfind("\n", 0, endless.start()) + 1
         line, column = text.count("\n", 0, begin) + 1, endless.start() - begin + 1
-        raise ListingError(f"a number of {len(endless[0])} digits; the limit is 4096", line, column)
+        raise ListingError(f"a number of {len(endless[0])} digits; the limit is {MOST_DIGITS}", line, column)
     return text
 
 
