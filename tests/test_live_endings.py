@@ -73,7 +73,7 @@ def test_ctrl_c_before_the_work_has_begun_ends_it_in_a_notebook_too(monkeypatch)
         return submit(pool, *work)
 
     async def cell():
-        return pidcfg.serve(SCENARIO, listen="127.0.0.1:0")
+        return pidcfg.serve(SCENARIO, listen="127.0.0.1:0", seconds=20)
 
     monkeypatch.setattr(ThreadPoolExecutor, "submit", late)
     with warnings.catch_warnings(record=True, action="always") as told:
