@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 from dataclasses import dataclass, field
 
-from pidcfg.schemas.base import Quantity, parse_number
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.numbers import parse_number
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.plc import Plc as BasePlc
 from pidcfg.sim.prepare import prepare

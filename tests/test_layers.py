@@ -176,7 +176,6 @@ MODULES = {
 LONG_MODULES = {
     # module or package         why it may have more than 300 lines
     "encoders.maps":            "tables",
-    "schemas.base":             "a table: one parser for every type of field",
     "schemas.dl06":             "a table: one field for every word and bit",
     "schemas.click":            "a table: one field for every register",
     "schemas.ezlogix":          "a table: one field for every register",

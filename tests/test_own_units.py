@@ -8,7 +8,7 @@ import pytest
 
 from one_loop import PLANT
 from pidcfg.document import LINE_BREAK
-from pidcfg.schemas.base import NUMBER
+from pidcfg.schemas.numbers import NUMBER
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.own_units import _unit_of

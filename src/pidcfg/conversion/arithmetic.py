@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.schemas.base import EXACT, plain_number
+from pidcfg.schemas.numbers import EXACT, plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.conversion.ledger import LOSSES
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import NUMBER
+from pidcfg.schemas.numbers import NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

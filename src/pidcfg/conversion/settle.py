@@ -18,8 +18,8 @@ from pidcfg.conversion.losses import KINDS
 from pidcfg.conversion.values import number_of
 from pidcfg.encoders.scales import Distance, Position
 from pidcfg.paths import dotted, put, steps, value_at
-from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.limits import limits_at
+from pidcfg.schemas.numbers import plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -5,7 +5,8 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Any
 
-from pidcfg.schemas.base import Duration, Quantity, decimal_text, plain_number
+from pidcfg.schemas.base import Duration, Quantity
+from pidcfg.schemas.numbers import decimal_text, plain_number
 from pidcfg.schemas.rates import Rate
 
 LONGEST = 20

@@ -16,8 +16,9 @@ from pidcfg.differences.leaves import Leaf, leaves, unit_of
 from pidcfg.differences.wired import executed, move_content
 from pidcfg.listings import name_in
 from pidcfg.paths import dotted
-from pidcfg.schemas.base import Duration, Quantity, plain_number
+from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.numbers import plain_number
 from pidcfg.schemas.rates import Rate
 from pidcfg.schemas.units import units_of
 

@@ -23,8 +23,8 @@ from pidcfg.encoders.listing import (
 )
 from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, read, shown
 from pidcfg.encoders.tables import columns, first_line, table_rows
-from pidcfg.schemas.base import NUMBER
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
+from pidcfg.schemas.numbers import NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from pidcfg.encoders.words import Binary, EncodeError, nearest
 from pidcfg.frozen import frozen
-from pidcfg.schemas.base import EXACT, Quantity
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.numbers import EXACT
 
 if TYPE_CHECKING:
     from collections.abc import Callable

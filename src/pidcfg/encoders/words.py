@@ -11,7 +11,7 @@ from decimal import ROUND_HALF_EVEN, Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pidcfg.frozen import frozen
-from pidcfg.schemas.base import EXACT
+from pidcfg.schemas.numbers import EXACT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -34,9 +34,9 @@ from pidcfg.explanation.book import Direction
 from pidcfg.explanation.find_register import RegisterBook
 from pidcfg.explanation.registers import FILE, Block
 from pidcfg.explanation.values import UNKNOWN, Placement, Scaling, special_code
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
 from pidcfg.schemas.limits import limits_at
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.octal import v_name
 from pidcfg.schemas.units import RESET_UNIT, RESET_UNITS, units_of
 

@@ -12,9 +12,9 @@ from pidcfg.explanation.annotate import Line
 from pidcfg.explanation.book import WRITERS, Book, Part, Record
 from pidcfg.explanation.page import Value
 from pidcfg.explanation.texts import first_sentence, key_text, limits_text
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.limits import limits_at
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.units import SIDES, unit_text, units_of
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.regmap import decode_one, scale_of
 from pidcfg.encoders.scales import Position, before_root
 from pidcfg.encoders.words import Choice, DecodeError
-from pidcfg.schemas.base import Quantity, decimal_text
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.units import unit_text
 
 if TYPE_CHECKING:

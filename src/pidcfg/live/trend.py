@@ -21,7 +21,7 @@ from pidcfg.live.running import run
 from pidcfg.refs import Decision
 from pidcfg.results.findings import errors_in, findings_data
 from pidcfg.results.words import DecodeOptions, decoded
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

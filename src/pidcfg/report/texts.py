@@ -6,8 +6,9 @@ from decimal import Decimal
 from math import floor, isfinite, log10
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.schemas.base import Duration, Quantity, decimal_text
+from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from pidcfg.report.content import Value

@@ -11,8 +11,9 @@ from pidcfg.diagnostics import Severity
 from pidcfg.paths import steps, value_at
 from pidcfg.results.arguments import ArgumentError
 from pidcfg.results.findings import checked, errors_in, finding_data
-from pidcfg.schemas.base import DURATION, SECONDS, UNIT_WORDS, decimal_text
+from pidcfg.schemas.base import DURATION, SECONDS, UNIT_WORDS
 from pidcfg.schemas.names import nearest
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.source import read_document
 from pidcfg.tuning.fit import DIGITS, fit_loop
 from pidcfg.tuning.rules import TuningError

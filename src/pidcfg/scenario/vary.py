@@ -12,7 +12,8 @@ from pidcfg.document import Plain
 from pidcfg.frozen import frozen
 from pidcfg.paths import dotted, leaves, steps, value_at
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import DURATION, SECONDS, decimal_text, parse_seconds
+from pidcfg.schemas.base import DURATION, SECONDS, parse_seconds
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario_vary import Amount, Spread, parse_amount
 from pidcfg.sim.check_scenario import LARGEST, MODEL_KEYS, NOT_NEGATIVE, OWN_KEYS, POSITIVE, SMALLEST
 from pidcfg.sim.events import SETPOINT

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, NamedTuple
 
-from pidcfg.schemas.base import refuse
+from pidcfg.schemas.numbers import refuse
 
 LONGEST = 9
 """Digits of an address that still reads as one."""

@@ -15,7 +15,6 @@ from pidcfg.refs import CLICK, CLICK_HELP, Decision
 from pidcfg.schemas.addresses import BankRange
 from pidcfg.schemas.base import (
     DURATION_PATTERN,
-    NUMBER,
     Flag,
     Integer,
     Model,
@@ -26,13 +25,11 @@ from pidcfg.schemas.base import (
     Seconds,
     Text,
     parse_duration,
-    parse_integer,
-    parse_number,
     parse_pair,
-    refuse,
 )
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.numbers import NUMBER, parse_integer, parse_number, refuse
 from pidcfg.schemas.rates import RATE_SCHEMA, Rate, parse_rate
 
 D100 = Decision(

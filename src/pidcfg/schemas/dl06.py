@@ -28,11 +28,10 @@ from pidcfg.schemas.base import (
     Seconds,
     Text,
     parse_duration,
-    parse_integer,
-    refuse,
 )
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.numbers import parse_integer, refuse
 from pidcfg.schemas.octal import VAddress
 from pidcfg.schemas.rates import AnyRate
 from pidcfg.schemas.units import RESET_UNIT

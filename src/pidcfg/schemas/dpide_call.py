@@ -8,10 +8,11 @@ from typing import Annotated
 from pydantic import WithJsonSchema
 
 from pidcfg.refs import DPIDE, Decision
-from pidcfg.schemas.base import DURATION_PATTERN, Model, Parser, parse_duration, refuse
+from pidcfg.schemas.base import DURATION_PATTERN, Model, Parser, parse_duration
 from pidcfg.schemas.dpide_devices import DIGITS, Flag
 from pidcfg.schemas.iec import INT, Identifier
 from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.numbers import refuse
 
 D600 = Decision(
     600,

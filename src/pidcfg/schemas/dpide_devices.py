@@ -8,7 +8,8 @@ from typing import Annotated, NamedTuple
 from pydantic import WithJsonSchema
 
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import Model, Parser, refuse
+from pidcfg.schemas.base import Model, Parser
+from pidcfg.schemas.numbers import refuse
 
 D250 = Decision(
     250,

@@ -27,14 +27,13 @@ from pidcfg.schemas.base import (
     Range,
     Seconds,
     Text,
-    parse_integer,
     parse_pair,
     parse_text,
-    refuse,
 )
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.map_file import MapFile
+from pidcfg.schemas.numbers import parse_integer, refuse
 
 if TYPE_CHECKING:
     from collections.abc import Callable

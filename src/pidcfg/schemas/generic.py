@@ -10,16 +10,7 @@ from decimal import Decimal
 from typing import Annotated, Literal
 
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import (
-    Flag,
-    Model,
-    Name,
-    Number,
-    OffSeconds,
-    Range,
-    Seconds,
-    Text,
-)
+from pidcfg.schemas.base import Flag, Model, Name, Number, OffSeconds, Range, Seconds, Text
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
 

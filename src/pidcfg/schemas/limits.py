@@ -8,7 +8,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, get_args
 
 from pidcfg.frozen import frozen
-from pidcfg.schemas.base import plain_number
+from pidcfg.schemas.numbers import plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

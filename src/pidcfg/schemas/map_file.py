@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import PlainValidator, WithJsonSchema
 
-from pidcfg.schemas.base import parse_text, refuse
+from pidcfg.schemas.base import parse_text
+from pidcfg.schemas.numbers import refuse
 
 HOSTS = ("//", "\\\\")
 """How a name begins that is looked for on another machine."""

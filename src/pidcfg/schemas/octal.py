@@ -7,7 +7,8 @@ from typing import Annotated
 
 from pydantic import WithJsonSchema
 
-from pidcfg.schemas.base import Parser, refuse
+from pidcfg.schemas.base import Parser
+from pidcfg.schemas.numbers import refuse
 
 V_ADDRESS = re.compile(r"V([0-7]{1,6})")
 BARE = re.compile(r"[0-9]+")

@@ -7,7 +7,8 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import WithJsonSchema
 
-from pidcfg.schemas.base import EXACT, NUMBER, Parser, Quantity, number_text, parse_quantity, refuse
+from pidcfg.schemas.base import Parser, Quantity, parse_quantity
+from pidcfg.schemas.numbers import EXACT, NUMBER, number_text, refuse
 
 
 class Rate(NamedTuple):

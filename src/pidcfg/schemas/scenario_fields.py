@@ -13,16 +13,13 @@ from pidcfg.schemas.base import (
     TRUTHS,
     Parser,
     Quantity,
-    number_text,
     parse_flag,
-    parse_integer,
-    parse_number,
     parse_pair,
     parse_quantity,
     parse_seconds,
     parse_text,
-    refuse,
 )
+from pidcfg.schemas.numbers import number_text, parse_integer, parse_number, refuse
 
 
 class Bound(NamedTuple):

@@ -9,18 +9,8 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, WithJsonSchema
 
-from pidcfg.schemas.base import (
-    NUMBER,
-    Integer,
-    Model,
-    Name,
-    Parser,
-    decimal_text,
-    number_text,
-    parse_number,
-    parse_pair,
-    refuse,
-)
+from pidcfg.schemas.base import Integer, Model, Name, Parser, parse_pair
+from pidcfg.schemas.numbers import NUMBER, decimal_text, number_text, parse_number, refuse
 
 AMOUNT = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) *([^\s0-9.].*)")
 SHARE = re.compile(r"(?:±|\+-|\+/-) ?([0-9.]+) ?%")

@@ -6,7 +6,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.document import Plain
-from pidcfg.schemas.base import NUMBER
+from pidcfg.schemas.numbers import NUMBER
 from pidcfg.writer import Number, yaml_text
 
 if TYPE_CHECKING:

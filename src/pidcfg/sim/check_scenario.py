@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from pydantic_core import PydanticCustomError
 
 from pidcfg.paths import Path, dotted, leaves, steps
-from pidcfg.schemas.base import parse_number
 from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
+from pidcfg.schemas.numbers import parse_number
 from pidcfg.sim.check_expectations import check_expectation
 from pidcfg.sim.loop_facts import IN_CONTROL
 from pidcfg.sim.plc import TICKS, Plc

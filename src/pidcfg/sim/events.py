@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from pidcfg.paths import dotted, leaves
-from pidcfg.schemas.base import Quantity, parse_number
+from pidcfg.schemas.numbers import parse_number
 from pidcfg.sim.loop_facts import IN_CONTROL
 from pidcfg.sim.meters import break_sensor, cut_off, repair_sensor, want
 from pidcfg.sim.metrics import begin_step
@@ -19,6 +19,7 @@ from pidcfg.sim.report import Note, rounded
 if TYPE_CHECKING:
     from decimal import Decimal
 
+    from pidcfg.schemas.base import Quantity
     from pidcfg.schemas.scenario import Event, Scenario
     from pidcfg.sim.engine import Machine
     from pidcfg.sim.influence import Influence

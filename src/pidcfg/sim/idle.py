@@ -11,7 +11,7 @@ from copy import copy
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.paths import dotted, leaves
-from pidcfg.schemas.base import parse_number
+from pidcfg.schemas.numbers import parse_number
 from pidcfg.sim.parameters import numbers_of
 
 if TYPE_CHECKING:

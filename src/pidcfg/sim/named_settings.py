@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, cast
 from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
 from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import dotted
-from pidcfg.schemas.base import Quantity, parse_flag, parse_integer, parse_number, parse_seconds, refuse
+from pidcfg.schemas.base import Quantity, parse_flag, parse_seconds
 from pidcfg.schemas.names import nearest, spoken
+from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
 from pidcfg.sim.settings import FITS
 
 if TYPE_CHECKING:

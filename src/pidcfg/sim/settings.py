@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word, encode_one
 from pidcfg.encoders.words import EncodeError
 from pidcfg.paths import dotted
-from pidcfg.schemas.base import parse_flag, parse_number, refuse
+from pidcfg.schemas.base import parse_flag
 from pidcfg.schemas.names import spoken
+from pidcfg.schemas.numbers import parse_number, refuse
 from pidcfg.schemas.units import SIDES
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.tuned import FULL_OUTPUT, LoopTuning
 from pidcfg.encoders.words import EncodeError
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.document import Plain
 from pidcfg.encoders.units import units_by_path
 from pidcfg.paths import value_at
-from pidcfg.schemas.base import NUMBER
 from pidcfg.schemas.misread import WITH_UNIT, range_of
+from pidcfg.schemas.numbers import NUMBER
 from pidcfg.schemas.units import unit_text, units_of
 
 if TYPE_CHECKING:

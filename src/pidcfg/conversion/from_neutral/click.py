@@ -26,8 +26,8 @@ from pidcfg.encoders.maps.click import BLOCKS
 from pidcfg.encoders.words import nearest
 from pidcfg.paths import is_given
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.click import BITS, DERIVATIVE, FLOATS, GAIN, INTEGERS, RESET, SAMPLE_RATE
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -11,7 +11,8 @@ from pidcfg.conversion.to_neutral.dl06_scales import distance, short, squared
 from pidcfg.encoders.values import quantity
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import Quantity, decimal_text
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from pidcfg.conversion.builder import TargetBuilder

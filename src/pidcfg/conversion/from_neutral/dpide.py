@@ -13,9 +13,9 @@ from pidcfg.conversion.unmatched import ALARMS, unmatched
 from pidcfg.encoders.values import present
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.schemas.dpide import Loop as Instruction
+from pidcfg.schemas.numbers import plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -18,8 +18,8 @@ from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL
 from pidcfg.encoders.words import nearest
 from pidcfg.paths import is_given
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, parse_counts
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -17,8 +17,8 @@ from pidcfg.conversion.to_neutral.nextopid import HELD
 from pidcfg.conversion.unmatched import ALARMS, unmatched
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, Controller, PidaReal
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -12,7 +12,7 @@ from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on
 from pidcfg.encoders.mapping import switched_on
 from pidcfg.paths import is_given
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

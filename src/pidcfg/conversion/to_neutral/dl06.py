@@ -18,7 +18,8 @@ from pidcfg.conversion.to_neutral.dl06_source import NOTHING, Dl06Loop, active, 
 from pidcfg.encoders.dl06.encode import OUTPUT_OFFSET, loop_start, reset_value, scales
 from pidcfg.encoders.maps.dl06 import RESET
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import SECONDS, Quantity, decimal_text
+from pidcfg.schemas.base import SECONDS, Quantity
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.octal import v_name
 
 if TYPE_CHECKING:

@@ -8,11 +8,12 @@ from pidcfg.conversion.arithmetic import ZERO, product, quotient, rounded
 from pidcfg.conversion.to_neutral.dl06_scales import distance, flow, position
 from pidcfg.conversion.to_neutral.dl06_source import NOTHING, OFF, active, shown
 from pidcfg.encoders.dl06.encode import deviation_alarms_on, pv_alarms_on
-from pidcfg.schemas.base import EXACT, Quantity
+from pidcfg.schemas.numbers import EXACT
 
 if TYPE_CHECKING:
     from pidcfg.conversion.builder import NeutralBuilder
     from pidcfg.conversion.to_neutral.dl06_source import Dl06Loop
+    from pidcfg.schemas.base import Quantity
 
 PV_POINTS = ("low_low", "low", "high", "high_high")
 DEVIATIONS = {"yellow": "high", "red": "high_high"}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.conversion.arithmetic import ZERO, product, quotient, rounded
 from pidcfg.encoders.scales import is_raw
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import EXACT
+from pidcfg.schemas.numbers import EXACT
 
 if TYPE_CHECKING:
     from pidcfg.encoders.scales import Scale

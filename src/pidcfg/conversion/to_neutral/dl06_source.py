@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.to_neutral.dl06_scales import position
 from pidcfg.encoders.mapping import switched_on
-from pidcfg.schemas.base import Quantity, decimal_text
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from pidcfg.conversion.builder import NeutralBuilder

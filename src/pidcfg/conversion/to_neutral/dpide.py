@@ -10,8 +10,8 @@ from pidcfg.conversion.builder import NeutralBuilder
 from pidcfg.conversion.same import Same, same, take
 from pidcfg.paths import steps, value_at
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
+from pidcfg.schemas.numbers import plain_number
 
 if TYPE_CHECKING:
     from pidcfg.conversion.ledger import NeutralLoop

@@ -15,8 +15,8 @@ from pidcfg.encoders.maps.ezlogix import R_BLOCK
 from pidcfg.encoders.scales import is_raw
 from pidcfg.paths import is_given
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import EXACT, plain_number
 from pidcfg.schemas.ezlogix import CV_FULL, REGISTERS
+from pidcfg.schemas.numbers import EXACT, plain_number
 
 if TYPE_CHECKING:
     from pidcfg.conversion.ledger import NeutralLoop

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from pidcfg.conversion.ledger import COMMON, NeutralLoop, SourceField
 from pidcfg.paths import dotted, given_fields
-from pidcfg.schemas.base import plain_number
+from pidcfg.schemas.numbers import plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

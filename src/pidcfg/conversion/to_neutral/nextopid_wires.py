@@ -12,10 +12,10 @@ from pidcfg.conversion.arithmetic import Span, rounded
 from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.refs import Decision
 from pidcfg.schemas import expressions as ops
-from pidcfg.schemas.base import EXACT
 from pidcfg.schemas.conditions import CONDITIONAL
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import LowFilter, OnOff, PidaReal, Pwm
+from pidcfg.schemas.numbers import EXACT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

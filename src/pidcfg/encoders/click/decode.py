@@ -14,8 +14,8 @@ from pidcfg.encoders.mapping import defaults_of, file_data
 from pidcfg.encoders.maps.click import BANKS, BLOCKS, SPACE, UNUSED
 from pidcfg.encoders.settings import LoopOption, read_settings, settings_values, with_options
 from pidcfg.encoders.values import Data, present
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.click import Loop, LoopSettings, PlcSettings
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

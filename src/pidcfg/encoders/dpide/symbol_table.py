@@ -13,7 +13,7 @@ from pidcfg.encoders.dpide.symbols import COLUMNS, Symbol, symbol_line, symbols
 from pidcfg.encoders.files import CONFLICT
 from pidcfg.encoders.listing import ListingError
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import NUMBER
+from pidcfg.schemas.numbers import NUMBER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

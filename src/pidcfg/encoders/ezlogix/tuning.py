@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.ezlogix.encode import scales_of
 from pidcfg.encoders.maps.ezlogix import TUNED
 from pidcfg.encoders.tuned import LoopTuning
-from pidcfg.schemas.base import EXACT
 from pidcfg.schemas.ezlogix import CV_FULL
+from pidcfg.schemas.numbers import EXACT
 
 if TYPE_CHECKING:
     from pidcfg.schemas.ezlogix import EzlogixFile, Loop

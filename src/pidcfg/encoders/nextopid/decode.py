@@ -20,11 +20,12 @@ from pidcfg.encoders.settings import RefusedError, read_settings
 from pidcfg.encoders.values import Data, present
 from pidcfg.encoders.words import DecodeError
 from pidcfg.paths import put, steps
-from pidcfg.schemas.base import Integer, Model, Seconds, Text, plain_number
+from pidcfg.schemas.base import Integer, Model, Seconds, Text
 from pidcfg.schemas.common import SectionSettings
 from pidcfg.schemas.iec import Identifier, Wire
 from pidcfg.schemas.map_file import MapFile
 from pidcfg.schemas.nextopid import Move, OutputText, Plc, PvText
+from pidcfg.schemas.numbers import plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -16,10 +16,10 @@ from pidcfg.encoders.values import plain, present
 from pidcfg.encoders.words import EncodeError
 from pidcfg.frozen import frozen
 from pidcfg.paths import steps, value_at
-from pidcfg.schemas.base import plain_number
 from pidcfg.schemas.expressions import ExpressionError
 from pidcfg.schemas.iec import BOOL, REAL, Wire, signal_type
 from pidcfg.schemas.nextopid import Controller, Plc
+from pidcfg.schemas.numbers import plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -15,8 +15,8 @@ from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_write import write_st
 from pidcfg.encoders.parameter_files import parameter_listings
 from pidcfg.encoders.st.lex import opening
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.nextopid import Plc
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from pidcfg.encoders.parameters import Program

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.nextopid.st_program import Unit, unused_name
 from pidcfg.encoders.nextopid.st_write import header, statements
 from pidcfg.encoders.st.text import literal
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

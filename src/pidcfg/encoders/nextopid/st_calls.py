@@ -7,7 +7,7 @@ assignment inside IF, a second call of a block, an assignment after the call.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.nextopid.st_branches import BRANCHES, Branches, Guarded, is_latch
 from pidcfg.encoders.nextopid.st_foreign import STRUCTURE, Foreign
@@ -15,12 +15,12 @@ from pidcfg.encoders.nextopid.st_scope import LIBRARY
 from pidcfg.encoders.st.lex import END, NAME, Token
 from pidcfg.encoders.st.parse import ENDS, Statement, arguments, chain
 from pidcfg.encoders.st.values import INTEGERS, number_of
-from pidcfg.schemas.base import parse_seconds, plain_number
+from pidcfg.schemas.base import parse_seconds
+from pidcfg.schemas.numbers import plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from decimal import Decimal
-    from typing import Any
 
     from pidcfg.encoders.nextopid.st_scope import Item, Scope
     from pidcfg.encoders.parameters import Parameter

@@ -14,10 +14,11 @@ from pidcfg.encoders.nextopid.st_source import parse_st
 from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.nextopid.wiring import Layout
 from pidcfg.encoders.st.values import content_of
-from pidcfg.schemas.base import decimal_text, parse_seconds, plain_number
+from pidcfg.schemas.base import parse_seconds
 from pidcfg.schemas.expressions import MAX_LENGTH, ExpressionError
 from pidcfg.schemas.iec import REAL, Wire
 from pidcfg.schemas.nextopid import Plc
+from pidcfg.schemas.numbers import decimal_text, plain_number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

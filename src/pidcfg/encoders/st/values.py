@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.parameters import read, store
 from pidcfg.encoders.st.lex import NAME
 from pidcfg.encoders.st.parse import is_literal
-from pidcfg.schemas.base import MAX_DIGITS
 from pidcfg.schemas.iec import TYPED, Timed, time_seconds
+from pidcfg.schemas.numbers import MAX_DIGITS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -11,8 +11,8 @@ from pydantic import BaseModel
 
 from pidcfg.paths import value_at
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import MAX_DIGITS, decimal_text
 from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.numbers import MAX_DIGITS, decimal_text
 from pidcfg.schemas.units import SIDES, unit_text, units_of
 from pidcfg.validate.ideas.duplicates import in_words
 from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning

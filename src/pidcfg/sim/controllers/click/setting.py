@@ -9,8 +9,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.encoders.maps.click import TABLES
-from pidcfg.schemas.base import Quantity, parse_integer, parse_number, parse_seconds, refuse
+from pidcfg.schemas.base import Quantity, parse_seconds
 from pidcfg.schemas.click import parse_sample_rate, parse_unit_rate
+from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
 from pidcfg.schemas.rates import Rate
 from pidcfg.sim.settings import Keys, Row, encode_row, items_of, rows_of
 

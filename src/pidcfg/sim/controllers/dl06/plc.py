@@ -10,7 +10,7 @@ from math import sqrt
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, TABLE_POINTER
-from pidcfg.schemas.base import refuse
+from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.dl06 import modes as dl06_modes
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06 import timing as dl06_timing

@@ -15,8 +15,9 @@ from pidcfg.encoders.maps.dl06 import LOOP_TABLES, RESET
 from pidcfg.encoders.regmap import Bits, Word, decode_one
 from pidcfg.encoders.scales import Scale
 from pidcfg.encoders.words import Bcd
-from pidcfg.schemas.base import parse_number, parse_quantity, parse_seconds, parse_text
+from pidcfg.schemas.base import parse_quantity, parse_seconds, parse_text
 from pidcfg.schemas.dl06 import Reset, parse_reset
+from pidcfg.schemas.numbers import parse_number
 from pidcfg.schemas.octal import parse_v_address
 from pidcfg.schemas.rates import Rate, parse_rate
 from pidcfg.sim.settings import Keys, Row, check_fit, encode_row, rows_of

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import LOOPS
 from pidcfg.encoders.settings import read_settings
-from pidcfg.schemas.base import refuse
 from pidcfg.schemas.dpide import PlcSettings, Scale
+from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.dpide import report
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.modes import enter

@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import TABLES
-from pidcfg.schemas.base import parse_integer, refuse
 from pidcfg.schemas.dpide import parse_time
 from pidcfg.schemas.dpide_call import parse_milliseconds
 from pidcfg.schemas.iec import Timed
+from pidcfg.schemas.numbers import parse_integer, refuse
 from pidcfg.sim.named_settings import NamedKeys, parameters_of, parse_plain
 
 if TYPE_CHECKING:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, S_BLOCK
 from pidcfg.encoders.regmap import Word
 from pidcfg.encoders.scales import Position
-from pidcfg.schemas.base import parse_integer, parse_number, parse_off_seconds, parse_quantity, parse_seconds
+from pidcfg.schemas.base import parse_off_seconds, parse_quantity, parse_seconds
 from pidcfg.schemas.ezlogix import LIMITS
+from pidcfg.schemas.numbers import parse_integer, parse_number
 from pidcfg.sim.settings import Keys, rows_of
 
 if TYPE_CHECKING:

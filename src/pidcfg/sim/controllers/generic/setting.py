@@ -8,9 +8,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.generic import ROWS, TABLES
-from pidcfg.schemas.base import parse_off_seconds, parse_seconds, refuse
+from pidcfg.schemas.base import parse_off_seconds, parse_seconds
 from pidcfg.schemas.generic import Loop
 from pidcfg.schemas.limits import limits_at
+from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.named_settings import NamedKeys, Parser, parameters_of, parse_plain
 
 if TYPE_CHECKING:

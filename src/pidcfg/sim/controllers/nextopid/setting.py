@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.schemas.base import parse_duration, parse_seconds, refuse
+from pidcfg.schemas.base import parse_duration, parse_seconds
+from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.named_settings import NamedKeys
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.click import OUTPUT_BELOW_ZERO
 from pidcfg.refs import CLICK, Decision
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.click import EFFECT, ERRORS
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.views import number_text
 

@@ -6,7 +6,7 @@ from decimal import Decimal
 from math import log
 
 from pidcfg.refs import CLICK, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_LIMIT, LoopView
 from pidcfg.validate.views import value_or_switch

@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 
 from pidcfg.refs import CLICK, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_INTEGRAL, LoopView
 from pidcfg.validate.views import number_text

@@ -7,7 +7,7 @@ from decimal import Decimal
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.mapping import switched_on
 from pidcfg.refs import DL06, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.ideas.alarms import PV_POINTS, alarm_beyond, neighbours_out_of_order
 from pidcfg.validate.rule import Finding, Findings, error, per_loop, warning
 from pidcfg.validate.rules.dl06.context import LoopView, counts_text

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.rule import Findings, checklist, info, per_loop, warning
 
 if TYPE_CHECKING:

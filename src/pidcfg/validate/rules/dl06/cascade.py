@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.diagnostics import Severity
 from pidcfg.encoders.dl06.encode import OUTPUT_OFFSET, loop_start
 from pidcfg.refs import DL06, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.octal import v_name
 from pidcfg.validate.ideas.cascades import rings
 from pidcfg.validate.ideas.duplicates import at_both, in_words, sharing

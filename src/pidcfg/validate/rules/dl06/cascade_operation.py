@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.ideas.duplicates import at_both
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.cascade import link_key

@@ -29,13 +29,14 @@ from pidcfg.encoders.regmap import scale_of
 from pidcfg.encoders.scales import Position, Scale
 from pidcfg.encoders.words import bcd_digits, bcd_word
 from pidcfg.frozen import frozen
-from pidcfg.schemas.base import Quantity, decimal_text
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.octal import v_name
 from pidcfg.validate.views import Context, View, complete
 
 if TYPE_CHECKING:
     from pidcfg.paths import Path
+    from pidcfg.schemas.base import Quantity
 
 WORDS = {word.name: word for word in LOOP_TABLE.words}
 NINES = 9999

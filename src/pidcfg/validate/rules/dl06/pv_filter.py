@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import DL06, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.ideas.alarms import PV_POINTS
 from pidcfg.validate.rule import Findings, info, per_loop, warning
 from pidcfg.validate.views import value_or_switch

@@ -9,7 +9,7 @@ from pidcfg.encoders.dl06.encode import loop_start
 from pidcfg.encoders.dl06.setup import OUTSIDE_LOWER, OUTSIDE_UPPER, STRADDLES, TOO_MANY
 from pidcfg.encoders.maps.dl06 import CPU
 from pidcfg.refs import DL06, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.octal import v_name
 from pidcfg.validate.rule import Findings, error, finding, warning
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.encoders.words import nearest
 from pidcfg.refs import DL06, Decision
-from pidcfg.schemas.base import EXACT
+from pidcfg.schemas.numbers import EXACT
 from pidcfg.validate.ideas.alarms import PV_POINTS
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 

@@ -9,7 +9,7 @@ from pidcfg.encoders.dl06.encode import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.encoders.words import EncodeError, bcd_digits, nearest
 from pidcfg.refs import DL06, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.context import NINES
 from pidcfg.validate.views import value_or_switch

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.dpide import TABLE, WRITTEN_BY_AUTOTUNE
 from pidcfg.refs import DPIDE, Decision
-from pidcfg.schemas.base import decimal_text
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:

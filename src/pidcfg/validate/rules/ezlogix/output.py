@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.ideas.limits import NUMBERS, outside_limits
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.equation import at_defaults
 from pidcfg.validate.views import number_text

@@ -7,8 +7,8 @@ from itertools import combinations, permutations
 from typing import TYPE_CHECKING
 
 from pidcfg.refs import Decision
-from pidcfg.schemas.base import decimal_text
 from pidcfg.schemas.ezlogix import CV_FULL
+from pidcfg.schemas.numbers import decimal_text
 from pidcfg.validate.ideas.duplicates import at_both
 from pidcfg.validate.rule import Findings, info, warning
 from pidcfg.validate.views import with_unit

@@ -1,0 +1,169 @@
+"""Numbers as a file may write them: decimal, exact, finite, and of no more digits than a person means.
+
+What cannot be read raises a `PydanticCustomError` whose type names the kind of mistake (``number_form``,
+``leading_zero`` …), so that the validator can give it a code of its own.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from decimal import ROUND_HALF_EVEN, Context, Decimal, InvalidOperation
+from typing import Any, NoReturn
+
+from pydantic_core import PydanticCustomError
+
+NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+LEADING_ZERO = re.compile(r"[-+]?0[0-9]")
+OTHER_NOTATION = re.compile(r"[-+]?(?:0[xob][0-9a-fA-F_]+|[0-9][0-9_]*_[0-9_.]*|[0-9]+(?::[0-9]+)+)")
+BASED = re.compile(r"[-+]?(?:0x[0-9a-fA-F]+|0o[0-7]+|0b[01]+)")
+BCD = re.compile(r"[-+]?0x(?P<digits>[0-9]+)")
+THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(?:_[0-9]{3})+")
+NOT_FINITE = re.compile(r"[-+]?\.?(?:inf|infinity|nan)", re.IGNORECASE)
+MAX_DIGITS = 32
+EXACT = Context(prec=100, rounding=ROUND_HALF_EVEN)
+"""Three times the digits that a file may write: products are exact, and quotients round as if they were."""
+MAX_EXPONENT = 300
+"""Of a number that a file may write; a computer can hold 308."""
+FINITE = "write a number that a register can hold"
+
+
+def plain_number(value: Decimal) -> int | float:
+    """A Decimal as JSON and YAML write it: an integer where it is one of not too many digits."""
+    return int(value) if value == value.to_integral_value() and value.adjusted() < MAX_DIGITS else float(value)
+
+
+def decimal_text(value: Decimal) -> str:
+    """A Decimal without an exponent or needless zeros."""
+    text = f"{value:f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def refuse(kind: str, message: str, **context: Any) -> NoReturn:
+    """Raises the error that the validator turns into a finding; ``only``: the one text that can be meant."""
+    raise PydanticCustomError(kind, "{text}", {"text": message, **context})
+
+
+def parse_number(value: object) -> Decimal:
+    """A finite decimal number; text must be unquoted."""
+    if isinstance(value, bool) or value is None:
+        refuse("number_type", f"{shown(value)} is not a number")
+    if isinstance(value, Decimal | int | float):
+        return _finite(Decimal(str(value)), str(value))
+    if not isinstance(value, str):
+        refuse("number_type", f"a {kind_of(value)} stands where a number is wanted")
+    if type(value) is str and NUMBER.fullmatch(value):
+        refuse(
+            "number_type",
+            f'"{value}" is text; a number is written without quotes',
+            help=f"write {value}",
+            only=None if LEADING_ZERO.match(value) else value,
+        )
+    return number_text(value, alone=True)
+
+
+def number_text(text: str, *, alone: bool = False) -> Decimal:
+    """The number that a text spells, by the rules of this file format rather than YAML's; ``alone``: without a unit."""
+    if NUMBER.fullmatch(text):
+        if LEADING_ZERO.match(text):
+            _refuse_leading_zero(text, alone=alone)
+        if len(text) > MAX_DIGITS and sum(c.isdigit() for c in text) > MAX_DIGITS:
+            refuse("too_many_digits", f"a number of more than {MAX_DIGITS} digits")
+        return _finite(_exact(text), text)
+    if NOT_FINITE.fullmatch(text):
+        refuse("not_finite", f"{text} is not a finite number", help=FINITE)
+    if OTHER_NOTATION.fullmatch(text):
+        refuse(
+            "number_form",
+            f"{text} is not a decimal number",
+            help=_as_decimal(text),
+            only=_only_decimal(text) if alone else None,
+        )
+    return refuse("number_type", f"{text!r} is not a number", help=help_of(text))
+
+
+def _exact(text: str) -> Decimal:
+    """The number of a text; one whose exponent `Decimal` cannot hold is as far outside of the limits as one can be."""
+    try:
+        return Decimal(text)
+    except InvalidOperation:
+        mantissa, _, exponent = text.lower().partition("e")
+        return Decimal(f"{mantissa}e{'-' * exponent.startswith('-')}{MAX_EXPONENT**2}")
+
+
+def help_of(text: str) -> str:
+    """The cure of a text that is no number."""
+    from pidcfg.schemas.misread import ANY, cure
+
+    return cure(text) or ANY
+
+
+def _refuse_leading_zero(text: str, *, alone: bool) -> NoReturn:
+    sign, digits = ("-", text[1:]) if text[0] == "-" else ("", text.lstrip("+"))
+    decimal = sign + (digits.lstrip("0") if digits.lstrip("0")[:1].isdigit() else "0" + digits.lstrip("0"))
+    octal = f"{sign}{int(digits, 8)}" if set(digits) <= set("01234567") else decimal
+    if octal != decimal:
+        refuse(
+            "leading_zero",
+            f"{text} can be read as octal ({octal}) or as decimal ({decimal})",
+            help=f"write {octal} or {decimal}",
+        )
+    refuse(
+        "leading_zero",
+        f"{text} has a leading zero, which some read as octal",
+        help=f"write {decimal}",
+        only=decimal if alone else None,
+    )
+
+
+def _only_decimal(text: str) -> str | None:
+    """The decimal number of a notation that says its base, or of one that groups thousands."""
+    return None if _bcd(text) or not (BASED.fullmatch(text) or THOUSANDS.fullmatch(text)) else _as_decimal(text)[6:]
+
+
+def _bcd(text: str) -> str | None:
+    """What hexadecimal digits mean where they are a word in BCD, when that is another number."""
+    match = BCD.fullmatch(text)
+    digits = match["digits"].lstrip("0") if match else ""
+    return f"{'-' * text.startswith('-')}{digits}" if len(digits) > 1 else None
+
+
+def _as_decimal(text: str) -> str:
+    if ":" in text:
+        return "write one number; a duration carries a unit, as in 90 min"
+    if decimal := _bcd(text):
+        return f"write {int(text, 0)}, or {decimal} where the digits are BCD"
+    try:
+        return f"write {int(text, 0)}"
+    except ValueError:
+        return f"write {text.replace('_', '')}"
+
+
+def _finite(number: Decimal, text: str) -> Decimal:
+    if not number.is_finite():
+        refuse("not_finite", f"{text} is not a finite number", help=FINITE)
+    if number.adjusted() > MAX_EXPONENT:
+        refuse("not_finite", f"{text} is too large; the limit is 1e{MAX_EXPONENT}", help="write a smaller number")
+    if number.adjusted() < -MAX_EXPONENT:
+        refuse("not_finite", f"{text} is too small; the limit is 1e-{MAX_EXPONENT}", help="write 0 where that is meant")
+    return number + 0
+
+
+def kind_of(value: object) -> str:
+    """What kind of value stands where another is wanted."""
+    if isinstance(value, Mapping):
+        return "mapping"
+    return "list" if isinstance(value, list | tuple) else type(value).__name__
+
+
+def shown(value: object) -> str:
+    """A value that is none of the wanted kind, as a file has it."""
+    return "nothing" if value is None else str(value).lower()
+
+
+def parse_integer(value: object) -> int:
+    """A whole number."""
+    number = parse_number(value)
+    if number != number.to_integral_value():
+        refuse("number_type", f"{value} is not a whole number")
+    return int(number)
