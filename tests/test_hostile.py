@@ -564,6 +564,15 @@ def test_a_number_without_end_in_a_listing_is_refused_where_it_stands(tmp_path, 
     assert (found.code, "This is a bug" in found.err, told in found.err) == (2, False, digits == 4097)
 
 
+@pytest.mark.parametrize("vendor", ["ezlogix", "nextopid", "dpide"])
+def test_a_modbus_listing_by_a_map_is_refused_with_what_to_do(tmp_path, monkeypatch, capsysbinary, vendor):
+    (tmp_path / "m.csv").write_text("table,register,value\nholding,0,1\n", "utf-8")
+    found = call(monkeypatch, capsysbinary, "decode", tmp_path / "m.csv", "--vendor", vendor)
+    told = "m.csv:1:1: error PID041: this is a Modbus listing, whose registers only a map of the project explains: "
+    assert (found.code, told in found.err) == (2, True)
+    assert "or read the PLC itself with 'pidcfg pull --map'" in found.err
+
+
 @pytest.mark.parametrize("time", ["1e999", '"abc"', "[1]", '{"a": 1}', "true"])
 def test_a_program_whose_comments_say_no_time_of_its_task_is_refused(tmp_path, monkeypatch, capsysbinary, time):
     examples = Path(__file__).parents[1] / "examples"

@@ -254,6 +254,8 @@ def test_a_plc_without_parameters_that_a_map_could_name():
         ("symbol,register,table\n", (1, 1), "no column type"),
         ("symbol,register,table,kind\n", (1, 23), "'kind' is none of the columns"),
         ("symbol,table,table,type\n", (1, 8), "twice"),
+        ("device,table,register,type\nR1,holding,0,uint16", (1, 1), "'device' is none of the columns"),
+        ("register,holding,0,uint16", (1, 1), "'register' is no register"),
     ],
 )
 def test_maps_that_are_none(text, place, said):

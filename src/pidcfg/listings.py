@@ -13,7 +13,7 @@ from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.settings import read_settings
-from pidcfg.encoders.tables import first_line
+from pidcfg.encoders.tables import columns, first_line
 from pidcfg.encoders.words import DecodeError
 from pidcfg.limits import DEFAULT
 from pidcfg.unreadable import binary_file
@@ -36,6 +36,7 @@ MOST_DIGITS = DEFAULT.scalar_bytes
 """Digits of a number: as many as a value of a configuration may have signs, and fewer than Python reads."""
 ENDLESS = re.compile(rf"(?<![0-9])[0-9]{{{MOST_DIGITS + 1},}}")
 HEADERS = "the header 'address,hex', or 'address,value' where the numbers are decimal"
+INSTEAD = "decode what 'pidcfg encode' writes as text, csv or json, or read the PLC itself with 'pidcfg pull --map'"
 HEAD = 1000
 """Characters in which a listing names its vendor."""
 
@@ -65,6 +66,8 @@ def _no_listing(text: str, kinds: Mapping[str, FileKind]) -> str:
         return "the file is empty: export the listing again"
     if CONFIGURATION.search(text):
         return "this is a file of pidcfg and no listing; 'pidcfg encode' writes the words of a configuration"
+    if {"table", "register"} <= set(columns(text)):
+        return f"this is a Modbus listing, whose registers only a map of the project explains: {INSTEAD}"
     problem = f"this is no memory listing that pidcfg reads ({', '.join(kinds)})"
     row = SEPARATED.match(first_line(text))
     if row is None or not kinds["text"].looks_like(f"{row['name']} "):

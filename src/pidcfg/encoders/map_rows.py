@@ -124,7 +124,7 @@ def read_rows(text: str) -> list[Row]:
         if not content.strip(f" \t{between}") or content.lstrip().startswith(COMMENT):
             continue
         cells = list(_cells(content, between, line))
-        if is_first and HEADER[0] in {text.lower() for text, _ in cells}:
+        if is_first and _is_header({text.lower() for text, _ in cells}):
             header = _header(cells, line)
         else:
             rows.append(_row(cells, header, line))
@@ -132,6 +132,11 @@ def read_rows(text: str) -> list[Row]:
     if not rows:
         raise MapError("the map has no row; write one like R100,holding,99,uint16")
     return rows
+
+
+def _is_header(cells: set[str]) -> bool:
+    """Whether the first line names the columns: the symbol's, or, where that has another name, two of the others."""
+    return HEADER[0] in cells or len(cells & {*HEADER[1:]}) > 1
 
 
 def _cells(content: str, between: str, line: int) -> Iterator[tuple[str, int]]:
