@@ -56,3 +56,13 @@ def plain_environment(monkeypatch):
     monkeypatch.setenv("PIDCFG_CACHE_DIR", __file__)  # no folder, so no cache: tests change rules while they run
     monkeypatch.setenv("PYTHONUTF8", "1")
     monkeypatch.setattr(processes, "cores", lambda: 1)  # the others are busy with tests; who means more says --jobs
+
+
+@pytest.fixture(scope="module")
+def desk():
+    """Modbus servers that answer as a test wants, in a thread of their own."""
+    from live_rig import Desk
+
+    desk = Desk()
+    yield desk
+    desk.close()

@@ -6,18 +6,11 @@ from types import SimpleNamespace
 import pytest
 
 import pidcfg
-from live_rig import CLICK, DL06, Desk, Registers, run, words_of
+from live_rig import CLICK, DL06, Registers, run, words_of
 from map_rig import example, filled, words_by
 
 HOLDING, GAIN, POINTER = "holding", 0o2010, 0o2074
 BREWERY = CLICK.with_name("brewery.yaml")
-
-
-@pytest.fixture(scope="module")
-def desk():
-    desk = Desk()
-    yield desk
-    desk.close()
 
 
 @pytest.fixture(scope="module")

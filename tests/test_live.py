@@ -12,7 +12,7 @@ from itertools import count
 import pytest
 
 import pidcfg
-from live_rig import ASKED, CLICK, DL06, READS, ROOT, Desk, Registers, run, words_of
+from live_rig import ASKED, CLICK, DL06, READS, ROOT, Registers, run, words_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
 from pidcfg.limits import DEFAULT
 from pidcfg.live.address import Address, parse_address, parse_listen
@@ -25,13 +25,6 @@ from pidcfg.live.reading import READINGS
 
 HOLDING, GAIN, SP, V7640 = "holding", 0o2010, 0o2002, 0o7640
 NO_ANSWER = {"timeout": 0.05, "retries": 1}
-
-
-@pytest.fixture(scope="module")
-def desk():
-    desk = Desk()
-    yield desk
-    desk.close()
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from itertools import count
 import pytest
 
 import pidcfg
-from live_rig import DL06, Desk, Registers, words_of
+from live_rig import DL06, Registers, words_of
 from pidcfg.cli.terminal import live_chart
 from pidcfg.cli.terminal.live_chart import EVERY, LiveChart, chart_for
 
@@ -82,8 +82,8 @@ def test_it_is_drawn_and_its_last_picture_stays(monkeypatch):
     assert "4 s, until Ctrl-C, 5 rows" in stream.getvalue().splitlines()[-2]
 
 
-def test_a_row_that_comes_late_has_the_time_of_its_values():
-    desk, numbers = Desk(), count()
+def test_a_row_that_comes_late_has_the_time_of_its_values(desk):
+    numbers = count()
 
     def slow(registers):
         if next(numbers) == 12:
@@ -91,11 +91,8 @@ def test_a_row_that_comes_late_has_the_time_of_its_values():
             registers.words["holding", 0o2003] = 0x0123
 
     out = io.StringIO()
-    try:
-        with desk.plc(Registers(words_of(DL06), slow)) as url:
-            pidcfg.trend(url, out, like=DL06, seconds=0.2, interval=0.05)
-    finally:
-        desk.close()
+    with desk.plc(Registers(words_of(DL06), slow)) as url:
+        pidcfg.trend(url, out, like=DL06, seconds=0.2, interval=0.05)
     rows = [row.split(",") for row in out.getvalue().splitlines()]
     column, first = rows[0].index("FIC-102.PV"), rows[1]
     assert float(first[0]) == 0

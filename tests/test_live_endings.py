@@ -11,18 +11,11 @@ import warnings
 import pytest
 
 import pidcfg
-from live_rig import CLICK, Desk, Registers, run, words_of
+from live_rig import CLICK, Registers, run, words_of
 from pidcfg.cli import interrupts
 
 SCENARIO = CLICK.with_name("tank.scenario.yaml")
 BOTH = [signal.SIGINT, signal.SIGTERM]
-
-
-@pytest.fixture(scope="module")
-def desk():
-    desk = Desk()
-    yield desk
-    desk.close()
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 import pidcfg
-from live_rig import CLICK, Desk, Registers, run, words_of
+from live_rig import CLICK, Registers, run, words_of
 from map_rig import EXAMPLES, example, filled, numbered, virtual, words_by
 from pidcfg.encoders import map_template
 from pidcfg.encoders.iec_registers import content_of, raw_of, types_of
@@ -37,13 +37,6 @@ KINDS = [
     ("nextopid", "autotune"),  # an enumeration, UINT
     ("nextopid", "furnace"),  # INT
 ]
-
-
-@pytest.fixture(scope="module")
-def desk():
-    desk = Desk()
-    yield desk
-    desk.close()
 
 
 @pytest.mark.parametrize("order", ["low-first", "high-first"])

@@ -17,7 +17,7 @@ from pymodbus.client import AsyncModbusTcpClient
 
 import pidcfg
 from apart import apart
-from live_rig import CLICK, DL06, Desk, Registers, words_of
+from live_rig import CLICK, DL06, Registers, words_of
 from pidcfg.live.address import Address, parse_address
 from pidcfg.live.errors import PlcError
 from pidcfg.live.link import Link, Patience, Request
@@ -46,13 +46,6 @@ async def main():
 
 asyncio.run(main())
 """
-
-
-@pytest.fixture(scope="module")
-def desk():
-    desk = Desk()
-    yield desk
-    desk.close()
 
 
 def free_port(desk):

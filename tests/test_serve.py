@@ -15,7 +15,7 @@ from threading import Event
 import pytest
 
 import pidcfg
-from live_rig import CLICK, DL06, Desk, run
+from live_rig import CLICK, DL06, run
 from pidcfg.encoders.words import bcd_word
 from pidcfg.limits import DEFAULT
 from pidcfg.live.address import Address
@@ -76,13 +76,6 @@ def served(desk, plc, speed=1000.0, listen=LOOPBACK):
 async def gathered(task):
     """The end of a task."""
     await asyncio.wait([task], timeout=10)
-
-
-@pytest.fixture(scope="module")
-def desk():
-    desk = Desk()
-    yield desk
-    desk.close()
 
 
 @pytest.mark.parametrize("vendor", SCENARIOS)
