@@ -246,6 +246,13 @@ def test_a_derivative_filter_becomes_a_limit_of_its_gain(constant, limit):
     assert ("tuning.derivative_filter" in dropped({"tuning": tuning})) == (limit is None)
 
 
+@pytest.mark.parametrize(("constant", "limit"), [(2.5, None), (600, 10)])
+def test_without_a_proportional_action_the_filter_is_that_of_the_derivative_time_which_is_written(constant, limit):
+    tuning = {"gain": 1, "proportional": False, "integral_time": 10, "derivative_time": 60}
+    loop = one({"tuning": {**tuning, "derivative_filter": constant}, "output": {"range": [0, 100]}})
+    assert (loop.tuning.derivative_gain, loop.derivative_gain_limit) == (6000, limit)
+
+
 def test_a_filter_longer_than_the_derivative_is_clamped_and_one_between_whole_limits_is_rounded():
     long = {"tuning": {"derivative_time": 4, "derivative_filter": 20}}
     between = {"tuning": {"derivative_time": 4, "derivative_filter": Decimal("0.39")}}
@@ -366,6 +373,13 @@ def test_a_limit_that_is_not_given_is_the_end_of_the_range_and_said_so():
     assert not said["setpoint.lower_limit"].assumed
 
 
+def test_a_limit_that_is_not_given_is_the_end_of_the_instruments_range():
+    loop = {"pv": {"range": [0, 100], "input_range": [-50, 150]}, "setpoint": {"lower_limit": 110}}
+    assert neutral(loop).setpoint.limits == (110, 150)
+    loop["setpoint"] = {"upper_limit": -10}
+    assert neutral(loop).setpoint.limits == (-50, -10)
+
+
 def test_limits_without_a_range_between_them_are_lost_by_name():
     assert set(lost({"setpoint": {"lower_limit": 50, "upper_limit": 50}})) == {
         "setpoint.lower_limit",
@@ -456,6 +470,28 @@ def test_a_loop_without_an_integral_begins_with_its_bias_as_output():
     assert "bring the output to 40 % in Manual" in put.note
 
 
+@pytest.mark.parametrize(
+    ("output", "integral", "state"),
+    [
+        ({"range": [-50, 50]}, 0, {"output": 50, "bias": 50}),
+        ({"range": [-50, 50]}, 60, {}),
+        ({"range": [4, 20]}, 0, {"output": 0, "bias": 0}),
+        ({"range": [0, 50]}, 0, {}),
+        ({"range": [0, 50], "limits": [10, 40], "bias": 2, "manual": 12}, 0, {"output": 24, "bias": 20}),
+        ({"range": [0, 50], "limits": [10, 40], "bias": 45}, 0, {"output": 80, "bias": 80}),
+    ],
+)
+def test_a_bias_that_is_not_given_is_0_without_an_integral(output, integral, state):
+    made = from_neutral(generic({"output": output, "tuning": {"integral_time": integral}}), {})
+    assert made.data["loops"][0].get("state", {}) == state
+
+
+@pytest.mark.parametrize(("reset", "bias"), [(100, None), (5999.9, None), (6000, 57.5)])
+def test_the_bias_of_a_loop_with_an_integral_is_the_integral_and_no_constant(reset, bias):
+    found = to_neutral(click({"tuning": {"reset_time": reset}, "state": {"bias": 57.5, "output": 40}}))[0]
+    assert found.data["output"].get("bias") == bias
+
+
 def test_output_limits_that_do_not_ascend_must_be_mended_first():
     [missing] = to_neutral(click({"output": {"limits": [60, 60]}}))[0].missing
     assert missing.path == ("loops", 0, "output", "limits")
@@ -511,6 +547,8 @@ def test_a_point_that_is_not_given_is_told_where_its_0_matters():
     assert set(lost({"alarms": {"deviation": {"high": 5}}})) == {"alarms.deviation.high_high"}
     below = {"pv": {"range": [-50, 0], "input_range": [-50, 0]}, "alarms": {"pv": {"low": -40, "low_low": -45}}}
     assert set(lost(below)) == set()
+    wider = {"pv": {"range": [0, 200], "input_range": [-50, 200]}, "alarms": {"pv": {"high": 150, "high_high": 190}}}
+    assert {"alarms.pv.low", "alarms.pv.low_low"} <= set(lost(wider))
 
 
 @pytest.mark.parametrize(

@@ -202,7 +202,10 @@ def test_reset_times_are_seconds_and_the_codes_are_off(reset, unit, decimals, se
         (1200, {}, "20", "minutes"),
         (0, {}, None, None),
         (99.98, {"reset_decimals": 2}, "99.98", "seconds"),
-        (99.99, {"reset_decimals": 2}, "1.6665", "minutes"),
+        (99.99, {"reset_decimals": 2}, "99.98", "seconds"),
+        (100.1, {"reset_decimals": 2}, "1.668333333", "minutes"),
+        (1000.9, {}, "999.8", "seconds"),
+        (1000.91, {}, "16.68183333", "minutes"),
         (59988, {}, "999.8", "minutes"),
     ],
 )

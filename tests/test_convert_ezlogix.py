@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from decimal import Decimal
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 import neutral_strategies
 from ezlogix_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
+from pidcfg import api
 from pidcfg.conversion.from_neutral.ezlogix import from_neutral
 from pidcfg.conversion.from_neutral.ezlogix_stopped import stopped_section
 from pidcfg.conversion.operation.rules import Stopped
@@ -285,10 +287,34 @@ def test_the_offset_is_a_place_on_the_scale_of_the_output(span, offset, integral
     assert to_neutral(ezlogix(loop))[0].data["output"].get("bias") == bias
 
 
-def test_the_bias_becomes_the_offset_and_none_is_0_counts():
-    assert one({"output": {"range": [-50, 50], "bias": 0}}).output.offset.value == 0
-    kept = encode(EzlogixFile.model_validate(from_neutral(generic({"output": {"range": [-50, 50]}}), {}).data))
-    assert next(c.raw for c in kept.image.cells if c.field == "cv_offset") == 0
+@pytest.mark.parametrize(
+    ("output", "integral", "counts"),
+    [
+        ({"range": [-50, 50], "bias": 0}, 60, 2048),
+        ({"range": [-50, 50]}, 60, 0),
+        ({"range": [-50, 50]}, 0, 2048),
+        ({"range": [-50, 50], "bias": -50}, 0, 0),
+        ({"range": [0, 50]}, 0, 0),
+    ],
+)
+def test_the_bias_becomes_the_offset_and_none_is_0_without_an_integral(output, integral, counts):
+    loop = {"output": output, "tuning": {"integral_time": integral}}
+    kept = encode(EzlogixFile.model_validate(from_neutral(generic(loop), {}).data))
+    assert next(c.raw for c in kept.image.cells if c.field == "cv_offset") == counts
+
+
+@pytest.mark.parametrize("given", [{}, {"BIAS": 0}])
+def test_a_bias_of_0_that_an_output_of_4_to_20_does_not_have_is_a_loss(given):
+    loop = {"name": "A", "device": "D500", "SV": 50, "CYCLE": 1000, "Kc_Kp": 0.3, "Ti_Ki": 0, "Td_Kd": 0}
+    loop |= {"PID_EQ": True, "PID_DIR": True, "MV_MAX": 20, "MV_MIN": 4, "MOUT_AUTO": True, "pv": {"range": [0, 100]}}
+    file = {"pidcfg": 1, "vendor": "dpide", "loops": [{**loop, "output": {"range": [4, 20], "unit": "mA"}, **given}]}
+    for target, key in (("ezlogix", "output.offset"), ("click", "state.bias"), ("dl06", "state.bias")):
+        result = api.convert(json.dumps(file), target)
+        [line] = [line for entry in result.loops for line in entry.changes if line.target_field == key]
+        assert (target, line.kind, line.loss) == (target, "clamped", True)
+
+
+def test_a_bias_is_a_value_of_the_output():
     assert stored({"output": {"range": [4, 20], "bias": 12}})["output.offset"].kind == "exact"
 
 
@@ -495,9 +521,11 @@ def test_there_and_back_are_the_same_registers(config):
     counts = [loop.pv.counts or (0, 4095) for loop in config.loops]
     made = from_neutral(file, {"pv_counts": counts})
     there, again = cells(config), cells(EzlogixFile.model_validate(made.data))
-    for neutral_loop, loop in zip(found, config.loops, strict=True):
+    for neutral_loop, loop, puts in zip(found, config.loops, made.fields, strict=True):
         gone = {field.path for field in neutral_loop.fields if not field.to}
         different = {key for (name, key), raw in there.items() if name == loop.name and again[name, key] != raw}
+        if any(put.path == "output.pulse.min_on" and put.clamped for put in puts):  # the whole cycle: never on
+            different -= {"min_on"}
         low, at, high = (there[loop.name, name] for name in ("setpoint_low", "setpoint", "setpoint_high"))
         given = loop.setpoint.value is not None and "setpoint.limits" not in gone
         if (

@@ -159,9 +159,10 @@ def changes(
         if any(overlap(name, other) for other in from_source):
             continue
         for put in puts:
-            if put.path and (put.assumed or not (name in COMMON or (put.of is not None and is_default(put.of)))):
-                held = stored.get(put.path, Stored(None))
-                kind = _worst("assumed", held.kind, _kind(put))
+            held = stored.get(put.path, Stored(None))
+            kind = _worst("assumed", held.kind, _kind(put))
+            is_plain = name in COMMON or (put.of is not None and is_default(put.of))
+            if put.path and (put.assumed or kind in LOSSES or not is_plain):
                 note = _joined(put.note, held.note)
                 neutral = (name,) if put.of else ()
                 row = Change(put.path, kind, None, held.value, held.error_percent, note, kind in LOSSES, neutral)

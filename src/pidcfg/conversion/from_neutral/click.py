@@ -51,8 +51,7 @@ BY_PROGRAM = {
 }
 """Neutral fields that a loop does not have, with what to program instead."""
 MODES = {follows: mode for mode, follows in FOLLOWS.items()}
-LEAST_GAIN, LEAST_RESET = Decimal(str(GAIN.low)), Decimal(str(RESET.low))
-MOST_RATE = Decimal(str(DERIVATIVE.high))
+LEAST_GAIN, LEAST_RESET, MOST_RATE = (Decimal(str(end)) for end in (GAIN.low, RESET.low, DERIVATIVE.high))
 LEAST_SAMPLE, MOST_SAMPLE = Decimal(str(SAMPLE_RATE.low)), Decimal(str(SAMPLE_RATE.high))
 SETPOINT, OUTPUT_REGISTER = 0, 8
 """Where set point and output stand in the block of floats."""
@@ -126,13 +125,20 @@ def _bumpless(b: TargetBuilder, c: ClickLoop) -> None:
 # --- equation --------------------------------------------------------------------------------------------------------
 
 
+def _terms(loop: Loop) -> tuple[Decimal, Decimal, Decimal]:
+    """Gain, reset time and derivative time as they are written."""
+    tuning, per_cent = loop.tuning, quotient(HUNDRED, width(loop.output.range))
+    gain, reset, rate = product(tuning.gain, per_cent), tuning.integral_time, tuning.derivative_time
+    if tuning.proportional or not gain:
+        return gain, reset, rate
+    share = quotient(_smallest_gain(gain, reset, rate), gain)
+    return product(gain, share), product(reset, share), quotient(rate, share)
+
+
 def _tuning(b: TargetBuilder, c: ClickLoop) -> None:
     tuning = c.neutral.tuning
-    per_cent = quotient(HUNDRED, width(c.neutral.output.range))
-    gain, reset, rate = product(tuning.gain, per_cent), tuning.integral_time, tuning.derivative_time
+    gain, reset, rate = _terms(c.neutral)
     if not tuning.proportional:
-        share = quotient(_smallest_gain(gain, reset, rate), gain) if gain else ONE
-        gain, reset, rate = product(gain, share), product(reset, share), quotient(rate, share)
         b.drop(
             "tuning.proportional",
             "P cannot be switched off: the gain is the smallest there is, and the times are changed with it",
@@ -158,7 +164,7 @@ def _smallest_gain(gain: Decimal, reset: Decimal, rate: Decimal) -> Decimal:
 
 
 def _derivative_filter(b: TargetBuilder, c: ClickLoop) -> None:
-    constant, rate = c.neutral.tuning.derivative_filter, c.neutral.tuning.derivative_time
+    constant, (_, _, rate) = c.neutral.tuning.derivative_filter, _terms(c.neutral)
     if not constant:
         return
     if not rate:
@@ -219,22 +225,23 @@ def _output(b: TargetBuilder, c: ClickLoop) -> None:
         b.drop("output.unit", f"the output is in %: {note}")
     if output.manual is not None:
         b.put("state.output", rescaled(output.manual, span, OUTPUT), "output.manual")
-    if is_given(c.neutral, ("output", "bias")):
-        _bias(b, c.neutral, rescaled(output.bias, span, OUTPUT))
+    bias = rescaled(output.bias, span, OUTPUT)
+    if is_given(c.neutral, ("output", "bias")) or (bias and not c.neutral.tuning.integral_time):
+        _bias(b, c.neutral, bias, held)
 
 
-def _bias(b: TargetBuilder, loop: Loop, percent: Decimal) -> None:
+def _bias(b: TargetBuilder, loop: Loop, bias: Decimal, limits: Sequence[Decimal]) -> None:
     """The output in Manual becomes the bias in Auto: without an integral it begins with the wanted one."""
     if loop.tuning.integral_time:
-        b.put("state.bias", percent, "output.bias", "Auto begins with the output as it stands in Manual", assumed=True)
-    elif loop.output.manual is None:
-        b.put(
-            "state.bias", percent, "output.bias", "Auto makes the bias of the output, which begins there", assumed=True
-        )
-        b.put("state.output", percent, None, "Auto makes the bias of the output")
-    else:
-        note = f"bring the output to {decimal_text(percent)} % in Manual before going to Auto: it becomes the bias"
-        b.put("state.bias", percent, "output.bias", note, assumed=True)
+        b.put("state.bias", bias, "output.bias", "Auto begins with the output as it stands in Manual", assumed=True)
+        return
+    held = min(max(bias, limits[0]), limits[1])
+    note = "Auto makes the bias of the output, which begins there"
+    if loop.output.manual is not None:
+        note = f"bring the output to {decimal_text(held)} % in Manual before going to Auto: it becomes the bias"
+    b.put("state.bias", held, "output.bias", note, exact=bias, assumed=held == bias, clamped=held != bias)
+    if loop.output.manual is None:
+        b.put("state.output", held, None, "Auto makes the bias of the output")
 
 
 def _pulse(b: TargetBuilder, c: ClickLoop) -> None:

@@ -163,12 +163,14 @@ def _tuning(b: TargetBuilder, t: Dl06Target) -> None:
 
 
 def _reset(b: TargetBuilder, time: Decimal, decimals: int) -> None:
-    """The reset time: in seconds where they hold it, else in minutes, at most one digit below the off code."""
-    longest = LARGEST_DIGITS * RESET[decimals].step
-    unit = "seconds" if time <= longest else "minutes"
-    value = time if unit == "seconds" else quotient(time, SECONDS["min"])
-    note = "" if value <= longest else f"the longest reset is {longest} min"
-    b.put("tuning.reset", short(min(value, longest)), "tuning.integral_time", note, clamped=bool(note))
+    """The reset time in seconds or minutes, whichever is nearer, at most one digit below the off code."""
+    step = RESET[decimals].step
+    longest, minutes = LARGEST_DIGITS * step, quotient(time, SECONDS["min"])
+    away = abs(minutes.quantize(step) * SECONDS["min"] - time)
+    unit, value = ("seconds", time) if time - longest <= away else ("minutes", minutes)
+    note = f"the longest reset is {longest} min" if minutes > longest else ""
+    held = short(min(value, longest))
+    b.put("tuning.reset", held, "tuning.integral_time", note, exact=short(value), clamped=bool(note))
     b.data["tuning"]["reset_unit"] = unit
 
 

@@ -53,6 +53,7 @@ BY_PROGRAM = {
     "alarms.hysteresis": "switch alarms off in the program when the PV is back by as much",
 }
 """Neutral fields that a loop does not have, with what to program instead."""
+NO_BIAS = "without an integral the output is gain x error + offset, and an offset of 0 counts is the low end"
 ALGORITHMS = {what: algorithm for algorithm, what in ACTS_ON.items()}
 
 
@@ -170,6 +171,8 @@ def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
     output = e.neutral.output
     if is_given(output, ("bias",)):
         b.put("output.offset", output.bias, "output.bias")
+    elif not e.neutral.tuning.integral_time and output.bias != output.range[0]:
+        b.put("output.offset", output.bias, "output.bias", NO_BIAS, assumed=True)
     if output.manual is not None:
         counts = nearest(rescaled(output.manual, output.range, (ZERO, FULL)))
         if counts:

@@ -55,7 +55,7 @@ PLACES = ("bits", "integers", "floats", "output.pwm.bit")
 NOTHING_LOST = {
     **dict.fromkeys(PLACES, "a place in this PLC, which means nothing elsewhere"),
     "action_verified": "the action is to be verified again in the new PLC",
-    **dict.fromkeys(("state.raw_pv", "state.pv"), "the controller writes it"),
+    **dict.fromkeys(("state.raw_pv", "state.pv", "state.bias"), "the controller writes it"),
     **dict.fromkeys(SWITCHES, "it shows in what it switches"),
     **dict.fromkeys(("autotune.method", "autotune.type", "autotune.hysteresis"), "as every loop has it: the default"),
     "error.curve": "linear is the neutral form",
@@ -160,17 +160,16 @@ def _error(b: NeutralBuilder, loop: Loop) -> None:
 # --- PV, set point and output ----------------------------------------------------------------------------------------
 
 
+def _measured(loop: Loop) -> tuple[Decimal, Decimal]:
+    """The range of the PV: the instrument's, where the file gives it."""
+    return loop.pv.input_range or loop.pv.range
+
+
 def _pv_range(b: NeutralBuilder, loop: Loop) -> None:
     pv = loop.pv
     if pv.input_range is None:
-        b.put(
-            "pv.range",
-            list(pv.range),
-            "pv.range",
-            list(pv.range),
-            assumed=True,
-            note="the range of the process is taken for that of the instrument; pv.input_range gives the instrument's",
-        )
+        note = "the range of the process is taken for that of the instrument; pv.input_range gives the instrument's"
+        b.put("pv.range", list(pv.range), "pv.range", list(pv.range), note, assumed=True)
     else:
         b.put("pv.input_range", list(pv.input_range), "pv.range", list(pv.input_range))
         if pv.range == pv.input_range:
@@ -191,7 +190,7 @@ def _setpoint_limits(b: NeutralBuilder, loop: Loop) -> None:
     if low is None and high is None:
         return
     fields = {"setpoint.lower_limit": low, "setpoint.upper_limit": high}
-    ends = [pv_end if end is None else end for end, pv_end in zip(fields.values(), loop.pv.range, strict=True)]
+    ends = [pv_end if end is None else end for end, pv_end in zip(fields.values(), _measured(loop), strict=True)]
     if ends[0] >= ends[1]:
         for path, value in fields.items():
             if value is not None:
@@ -216,11 +215,12 @@ def _output(b: NeutralBuilder, loop: Loop) -> None:
 
 
 def _bias(b: NeutralBuilder, loop: Loop) -> None:
-    """The bias register; without an integral Auto makes it of the output, so that this one counts where it is alone."""
+    """The bias register of a loop without an integral (D283); Auto makes it of the output, which counts where alone."""
     bias, output = loop.state.bias, loop.state.output
-    if bias is not None:
+    is_constant = loop.tuning.reset_time >= NO_INTEGRAL
+    if bias is not None and is_constant:
         b.put("state.bias", bias, "output.bias", bias)
-    elif output is not None and loop.tuning.reset_time >= NO_INTEGRAL:
+    elif output is not None and is_constant:
         b.put("state.output", output, "output.bias", output, "a change to Auto makes it the bias")
 
 
@@ -241,7 +241,7 @@ def _points(
 
 
 def _pv_alarms(b: NeutralBuilder, loop: Loop) -> None:
-    pv, (low, high) = loop.alarms.pv, loop.pv.range
+    pv, (low, high) = loop.alarms.pv, _measured(loop)
     if pv is None:
         return
     harmless = {"low_low": low >= 0, "low": low >= 0, "high": high <= 0, "high_high": high <= 0}

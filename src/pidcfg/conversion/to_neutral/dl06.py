@@ -32,8 +32,9 @@ if TYPE_CHECKING:
 D283 = Decision(
     283,
     "the bias is a constant only without an integral",
-    "`state.bias`, else `state.output`, becomes the neutral bias of a loop whose reset is off (0 counts without both); "
-    "with an integral it is a running value and is not carried over. The other way a bias is written to the bias word.",
+    "`state.bias`, else `state.output`, becomes the neutral bias of a DL06 or CLICK loop without an integral (of a "
+    "DL06 0 counts without both); with one it is a running value and is not carried over. The other way a bias is "
+    "written to the bias word, and where the file gives none, 0 of the output's range, which may be a word above 0.",
     "The bias word is the integrator. A change to Auto sets it to the output, whatever it was.",
 )
 
