@@ -175,7 +175,22 @@ def test_a_loop_that_comes_into_auto_late_is_not_judged(vendor):
     edits = (WEAK, ("duration: 200", "duration: 1000"))
     found = verdict(outcome(vendor, *edits, more=late), "saturated")
     assert (found.passed, found.judged) == (True, False)
-    assert found.text.endswith("an event at 960 s")
+    assert found.text == "it is in auto from 960 s on only"
+
+
+@pytest.mark.parametrize("vendor", [vendor for vendor in VENDORS if vendor != "dpide"])
+@pytest.mark.parametrize("at", [900, 950, 999, 1000])
+def test_a_loop_that_comes_into_auto_in_the_last_tenth_is_judged_only_at_its_set_point(vendor, at):
+    late = f"  - {{at: 0, loop: TANK, mode: manual}}\n  - {{at: {at}, loop: TANK, mode: auto}}\n"
+    found = outcome(vendor, ("duration: 200", "duration: 1000"), more=late)
+    judged = [verdict(found, kind).judged for kind in ("saturated", "error-stands")]
+    assert judged == [at == 900, at == 900]
+
+
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_a_pv_that_has_not_come_to_its_set_point_is_not_said_to_be_there(vendor):
+    found = verdict(outcome(vendor, ("duration: 200", "duration: 8"), ("at: 80", "at: 1")), "error-stands")
+    assert (found.passed, found.text) == (True, "its PV is on its way to its set point")
 
 
 @pytest.mark.parametrize("vendor", VENDORS)
@@ -321,9 +336,11 @@ def test_a_sensor_that_is_broken_for_good_leaves_nothing_controlled(vendor):
     found = verdict(outcome(vendor, more=broken), "pv-not-driven")
     assert not found.passed
     assert "100 s with a sensor that is broken for good" in found.text
+    for end in (100, 1e6):
+        assert verdict(outcome(vendor, more=broken.replace("50}", f"50, for: {end}}}")), "pv-not-driven") == found
     assert "pv-not-driven" in failures(outcome(vendor, more=f"{broken}  - {{at: 150, loop: TANK, pv: 40, for: 20}}\n"))
     for harmless in (
-        broken.replace("50}", "50, for: 80}"),
+        broken.replace("50}", "50, for: 99}"),
         broken.replace("at: 100", "at: 185"),
         f"{broken}  - {{at: 105, loop: TANK, mode: manual}}\n",
         f"{broken}expect:\n  - {{loop: TANK, mode: auto}}\n",
@@ -377,6 +394,11 @@ def test_a_selector_of_an_output_and_a_constant_is_a_limit(wires):
     config = [("loops:", SELECTED.replace("OTHER", "30.0")), ("    TRK_IN", f"{wires}    TRK_IN")]
     found = failures(outcome("nextopid", ("{model:", "{input: LAST.MV, model:"), config=config))
     assert found == {"error-stands" if wires else "saturated"}
+
+
+def test_an_override_input_without_a_selector_leaves_nothing_out():
+    found = outcome("nextopid", WEAK, config=[("Kp: ", "OVERR: true\n    TRK_VAL: -500\n    Kp: ")])
+    assert failures(found) == {"saturated"}
 
 
 @pytest.mark.parametrize("after", [False, True])

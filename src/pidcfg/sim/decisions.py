@@ -120,7 +120,8 @@ RUN = (
         "four more. Inside the limits one lasts that would need more than four plant times and has had four, or two "
         "if it stands still, unless the set point moves; of a plant that integrates only one that stands still. At a "
         "limit the run is judged by the last look that tells, and by the first if no event came before it; inside the "
-        "limits by every look.",
+        "limits by every look. A loop that comes into Auto or Cascade within the time looked at is judged only if it "
+        "is at its set point in all of the second half.",
         "Shorter looks take a dead time for a fault, longer ones what happened before; a mean is free of noise and "
         "ripple. What the end of a run shows is often an event's doing, and a short run says nothing of a slow plant: "
         "against its plant a heat-up is on its way at any moment, and the textbooks' most careful tuning answers "
@@ -140,8 +141,8 @@ RUN = (
         344,
         "a sensor that is broken for good controls nothing",
         "A loop that is in Auto or Cascade for more than a tenth of the run with a sensor that an event has broken "
-        "without an end is not driven, unless an expectation looks at an alarm, a flag or the mode of that loop. A "
-        "fault with an end is the scenario's wish.",
+        "without an end in the run is not driven, unless an expectation looks at an alarm, a flag or the mode of that "
+        "loop. A fault with an end is the scenario's wish.",
         "Its output no longer answers to its PV; who breaks a sensor to see the alarm writes the alarm down.",
     ),
     Decision(
@@ -159,7 +160,8 @@ RUN = (
         "without a slave that is itself at a limit, and one of two loops of opposite effect at its lower limit while "
         "the other is inside its limits and sees the same PV (to 5 % of span) are not judged; where both are above "
         "5 % of their way they work against each other, and the verdict says so. The reason has to hold when the "
-        "window ends. A master is at a limit, too, where its slave's output or set point is.",
+        "window ends. A master is at a limit, too, where its slave's output or set point is. A loop whose output a "
+        "plant takes as it is, is not left out, whatever OVERR says.",
         "There the output at its limit is what the program wants. The smaller of an output and a constant is a limit "
         "of the output like any other.",
     ),

@@ -150,7 +150,9 @@ class Agenda:
         """What an operator does to a loop, or a sensor by itself."""
         if event.pv is not None and event.loop is not None:
             self.break_sensor(event.loop, loop, event.pv, number)
-            break_sensor(self.machine.meters[loop], k, for_good=event.duration is None)
+            end = None if event.duration is None else event.at + event.duration
+            for_good = end is None or end >= self.scenario.duration
+            break_sensor(self.machine.meters[loop], k, for_good=for_good)
         elif event.mode is not None:
             self.journal.requested[loop] = event.mode
             self.plc.request(loop, event.mode)

@@ -44,6 +44,9 @@ def look_at(e: Evidence, i: int, look: Look) -> Found | None:
     m = e.meters[i]
     if not m.control or not e.plc.in_run:
         return None
+    late = _too_late(e, i, look)
+    if late:
+        return Found(look, late, late)
     limit = _limit(e, i)
     if limit:
         return Found(look, _saturated(e, i, look, limit), Judgement(passed=True, text="its output is at a limit"))
@@ -52,6 +55,15 @@ def look_at(e: Evidence, i: int, look: Look) -> Found | None:
     if against:
         inside = unjudged(f"{against} works against it: both move one PV, with opposite effects")
     return Found(look, inside, _stands(e, i, look))
+
+
+def _too_late(e: Evidence, i: int, look: Look) -> Judgement | None:
+    """Why nothing is known of a loop that came into control in the window; None: it did not, or is at its set point."""
+    m = e.meters[i]
+    whole = m.control_since <= look.start
+    if whole or (m.control_since <= look.middle and abs(e.errors(i)[1]) <= allowed_error(e, i)):
+        return None
+    return too_early(f"it is in {e.mode(i)} from {e.seconds(m.control_since):g} s on only")
 
 
 def saturated(e: Evidence, i: int) -> Judgement:
@@ -90,12 +102,13 @@ def _saturated(e: Evidence, i: int, look: Look, limit: str) -> Judgement:
 
 
 def _stands(e: Evidence, i: int, look: Look) -> Judgement:
-    passed = Judgement(passed=True, text="its PV comes to its set point, and stays there")
     early, late = e.errors(i)
+    if abs(late) <= allowed_error(e, i):
+        return Judgement(passed=True, text="its PV comes to its set point, and stays there")
     due = _due(e, i, look, abs(early))
     moving = e.least(i) if e.paces[i].integrates else max(due, e.least(i))
-    if abs(late) <= allowed_error(e, i) or abs(early - late) >= moving:
-        return passed
+    if abs(early - late) >= moving:
+        return Judgement(passed=True, text="its PV is on its way to its set point")
     if look.stage > look.start:
         return too_early(f"an error of {abs(late):.4g}: an event at {e.seconds(look.stage):g} s")
     if left_out(e, i):

@@ -1,7 +1,8 @@
 """Whether another loop's output is taken in the place of a loop's own: by a selector, by ``min`` or ``max``.
 
 Design. What is taken instead has to follow another loop's output. The smaller or larger of an output and a constant, or
-of an output and a signal from outside, is a limit of the output: a loop that stands at it is saturated.
+of an output and a signal from outside, is a limit of the output: a loop that stands at it is saturated. So is one whose
+output a plant takes as it is, whatever the loop's own inputs say.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ def left_out(e: Evidence, i: int) -> bool:
     out, others = cfg[i].sig_out, {c.sig_out for c in cfg} - {cfg[i].sig_out}
     own = e.influence.reach([out], without=pvs | others)
     rivals = e.influence.reach(others, without=pvs | {out})
+    if any(out in read_by(e.net, plant) and not _leaves_out(e, plant, out, rivals) for plant in e.net.plants):
+        return False
     return e.plc.left_out(i, e.sig, own, rivals) or _selected_away(e, i, rivals)
 
 
