@@ -418,3 +418,28 @@ def test_the_checklist_says_what_no_download_does():
     assert "L1 (cascade), L2 (auto), inner loops first: new loops begin in Manual" in modes
     assert "in Manual and the PLC stopped; of L2 set bit 15 of +00 to 0 before" in changes
     assert checklist(configuration(transfer, reset_decimals=1)) == (transition, changes.partition(";")[0])
+
+
+@pytest.mark.parametrize(
+    ("form", "slope", "most"),
+    [
+        ("15-bit unipolar", "0.7", "0.6103 degC/s"),
+        ("12-bit unipolar", "5", "4.8835 degC/s"),
+        ("16-bit unipolar", "0.5", "0.30515 degC/s"),
+    ],
+)
+def test_a_slope_beyond_its_word_is_told_the_limit_in_its_own_unit(form, slope, most):
+    text = f"""\
+pidcfg: 1
+vendor: dl06
+plc: {{loop_table: V2000}}
+loops:
+  - name: K
+    sample_rate: 0.5
+    action: direct
+    tuning: {{gain: 2.5, reset: 60}}
+    pv: {{range: [0, 200], unit: degC, format: {form}}}
+    ramp_soak: {{table: V3000, steps: [{{ramp_to: 100, slope: {slope}, soak: 1}}]}}
+"""
+    [found] = [d.message for d in check_document(read_document(text.encode(), "a.yaml")).findings if d.code == "PID102"]
+    assert found == f"slope is {slope} degC/s, but its word holds 0 to {most}"

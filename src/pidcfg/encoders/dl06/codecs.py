@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.scales import is_raw
 from pidcfg.encoders.words import SIGN, Bcd, EncodeError
 from pidcfg.frozen import frozen
 
@@ -26,7 +27,16 @@ class SpanBcd:
         return "BCD counts a second"
 
     def encode(self, value: Any, scale: Scale) -> int:
-        """A quantity to counts in BCD."""
+        """A quantity to counts in BCD; the limits of an error are in the quantity's own unit."""
+        try:
+            return self._word(value, scale)
+        except EncodeError as error:
+            if error.fault != "range" or is_raw(value, scale):
+                raise
+            most = self.decode(self.bcd.encode(self.bcd.high), scale).value
+            raise EncodeError(error.fault, str(error), error.low, most) from None
+
+    def _word(self, value: Any, scale: Scale) -> int:
         return self.bcd.encode(scale.distance(value))
 
     def decode(self, word: int, scale: Scale) -> Any:
@@ -36,7 +46,7 @@ class SpanBcd:
 
     def _same(self, value: Any, scale: Scale, word: int) -> bool:
         try:
-            return self.encode(value, scale) == word
+            return self._word(value, scale) == word
         except EncodeError:
             return False
 

@@ -152,7 +152,7 @@ def value_exceeds_word(context: AnyContext) -> Findings:
 
     Why: the register has no digits or bits for it, so the loop would run with another value.
 
-    Fix: lower the value, or widen the range or the data format that it is scaled with.
+    Fix: write a value that the word holds, or change the range or the data format that it is scaled with.
     """
     for path, misfit in _misfits(context, "range"):
         low, high = misfit.error.low, misfit.error.high

@@ -111,8 +111,8 @@ def reset_beyond_its_word(context: Dl06Context) -> Findings:
 
     Why: the word has four digits of seconds or of minutes, and its ends 0000 and 9999 switch the integral off.
 
-    Fix: for a longer time than the word holds, give the time its unit and write `reset_unit: minutes`; a time is never
-    negative, the direction of control is `action`.
+    Fix: write a time that the word holds; one that is too long in seconds gets its unit, and `reset_unit: minutes`. A
+    time is never negative, the direction of control is `action`.
     """
     step = RESET[context.config.plc.reset_decimals].step
     for view in context.loops:
