@@ -87,7 +87,7 @@ def _examples(found: Mapping[str, Any]) -> str:
         ("converted; corrected", f"{found['conversions']}; {found['fixes']}"),
         ("simulated twice, of these compiled too", f"{found['simulations']}; {found['compiled']}"),
         ("commands run on them", found["commands"]),
-        ("branches of the code that no example before had taken, of every sixth", found["branches"]),
+        ("branches of the code that none before it on that machine had taken, of every sixth", found["branches"]),
         ("CPU without a new one, at the end of each run", ", ".join(f"{s / 60:.0f} min" for s in found["quiet"])),
         _wrong(found),
     )
