@@ -100,7 +100,7 @@ def test_the_cure_of_a_text_that_is_no_number(text, says):
             "value: 1e300",
             (10, 23),
             "setpoint is 1e+300 degC, but its word holds 0 to 400",
-            "lower the value",
+            "write a value that the word holds",
         ),
         (
             "  - name",
