@@ -206,6 +206,8 @@ def test_reset_times_are_seconds_and_the_codes_are_off(reset, unit, decimals, se
         (100.1, {"reset_decimals": 2}, "1.668333333", "minutes"),
         (1000.9, {}, "999.8", "seconds"),
         (1000.91, {}, "16.68183333", "minutes"),
+        (1e35, {}, "999.8", "minutes"),
+        (1e300, {"reset_decimals": 2}, "99.98", "minutes"),
         (59988, {}, "999.8", "minutes"),
     ],
 )

@@ -225,21 +225,20 @@ def _output(b: TargetBuilder, c: ClickLoop) -> None:
         b.drop("output.unit", f"the output is in %: {note}")
     if output.manual is not None:
         b.put("state.output", rescaled(output.manual, span, OUTPUT), "output.manual")
-    bias = rescaled(output.bias, span, OUTPUT)
-    if is_given(c.neutral, ("output", "bias")) or (bias and not c.neutral.tuning.integral_time):
-        _bias(b, c.neutral, bias, held)
+    _bias(b, c.neutral, rescaled(output.bias, span, OUTPUT), held)
 
 
 def _bias(b: TargetBuilder, loop: Loop, bias: Decimal, limits: Sequence[Decimal]) -> None:
     """The output in Manual becomes the bias in Auto: without an integral it begins with the wanted one."""
-    if loop.tuning.integral_time:
+    given, held = is_given(loop, ("output", "bias")), min(max(bias, limits[0]), limits[1])
+    if given and loop.tuning.integral_time:
         b.put("state.bias", bias, "output.bias", "Auto begins with the output as it stands in Manual", assumed=True)
+    if loop.tuning.integral_time or not (given or bias or held or loop.output.manual):
         return
-    held = min(max(bias, limits[0]), limits[1])
     note = "Auto makes the bias of the output, which begins there"
     if loop.output.manual is not None:
         note = f"bring the output to {decimal_text(held)} % in Manual before going to Auto: it becomes the bias"
-    b.put("state.bias", held, "output.bias", note, exact=bias, assumed=held == bias, clamped=held != bias)
+    b.put("state.bias", held, "output.bias", note, assumed=held == bias, clamped=held != bias)
     if loop.output.manual is None:
         b.put("state.output", held, None, "Auto makes the bias of the output")
 

@@ -166,9 +166,9 @@ def _reset(b: TargetBuilder, time: Decimal, decimals: int) -> None:
     """The reset time in seconds or minutes, whichever is nearer, at most one digit below the off code."""
     step = RESET[decimals].step
     longest, minutes = LARGEST_DIGITS * step, quotient(time, SECONDS["min"])
-    away = abs(minutes.quantize(step) * SECONDS["min"] - time)
-    unit, value = ("seconds", time) if time - longest <= away else ("minutes", minutes)
     note = f"the longest reset is {longest} min" if minutes > longest else ""
+    away = ZERO if note else abs(minutes.quantize(step) * SECONDS["min"] - time)
+    unit, value = ("seconds", time) if time - longest <= away else ("minutes", minutes)
     held = short(min(value, longest))
     b.put("tuning.reset", held, "tuning.integral_time", note, exact=short(value), clamped=bool(note))
     b.data["tuning"]["reset_unit"] = unit
