@@ -11,6 +11,7 @@ from hypothesis import settings
 from browser import browser  # noqa: F401 - a fixture, for every test that opens a page
 from pidcfg import processes
 from pidcfg.__main__ import FEW_COLLECTIONS
+from pidcfg.cli.findings import collect
 
 SCRUBBED = (
     "NO_COLOR",
@@ -53,7 +54,7 @@ socket.socket.connect = connect_here
 def plain_environment(monkeypatch):
     for name in (*SCRUBBED, *(name for name in os.environ if name.startswith("PIDCFG_"))):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("PIDCFG_CACHE_DIR", __file__)  # no folder, so no cache: tests change rules while they run
+    monkeypatch.setattr(collect, "_cache", lambda _: None)  # no findings are kept: tests change rules while they run
     monkeypatch.setenv("PYTHONUTF8", "1")
     monkeypatch.setattr(processes, "cores", lambda: 1)  # the others are busy with tests; who means more says --jobs
 

@@ -8,7 +8,9 @@ import shutil
 import signal
 import subprocess
 import sys
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -16,14 +18,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pidcfg import store
-from pidcfg.cli.findings import cache
+from pidcfg.cli.findings import cache, collect
 from pidcfg.cli.main import cli
 from pidcfg.limits import DEFAULT
-from pidcfg.store import Store
+from pidcfg.store import Store, cache_folder
 from pidcfg.validate.catalog import FILE_RULES, rules
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 REACTOR = "dl06/reactor.yaml"
+CACHE = collect._cache
 FORMATS = ("text", "json", "sarif", "junit", "github", "concise")
 
 
@@ -34,6 +37,7 @@ def place(tmp_path, monkeypatch):
     shutil.copytree(EXAMPLES, work)
     monkeypatch.chdir(work)
     monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(collect, "_cache", CACHE)
     return tmp_path / "cache" / "findings"
 
 
@@ -228,21 +232,93 @@ def test_entries_of_another_shape_are_misses(place):
 # --- the folder ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
-def test_a_folder_that_others_may_write_to_is_not_used(place):
-    place.mkdir(parents=True)
-    place.chmod(0o777)
+posix = pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
+
+
+@posix
+@pytest.mark.parametrize("part", ["cache/findings", "cache", "."])
+def test_a_folder_that_others_may_write_to_is_not_used(place, part):
     plain = validate(REACTOR)
+    shutil.rmtree(place)
+    (place / "../.." / part).resolve().mkdir(parents=True, exist_ok=True)
+    (place / "../.." / part).resolve().chmod(0o777)
+    code, text, said = validate(REACTOR)
+    assert (code, text) == plain[:2]
+    assert said == f"note: findings are not kept: others may write to {(place / '../..' / part).resolve()}\n" + plain[2]
     assert not entries(place)
-    place.chmod(0o700)
+    (place / "../.." / part).resolve().chmod(0o700)
     assert validate(REACTOR) == plain
     assert entries(place)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
-def test_the_folder_is_made_for_its_user_alone(place):
-    validate(REACTOR)
-    assert place.stat().st_mode & 0o777 == 0o700
+@posix
+@pytest.mark.parametrize("mode", [0o702, 0o720, 0o1777])
+def test_the_folder_itself_is_for_its_user_alone(tmp_path, monkeypatch, mode):
+    monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path))
+    cache_folder("x").chmod(mode)
+    with pytest.raises(store.UnsafeFolderError):
+        cache_folder("x")
+
+
+@posix
+@pytest.mark.parametrize(
+    ("last", "mode", "owner", "safe"),
+    [
+        # the folder itself?  mode   owner: the user (7), root (0), another (8)   whether it is used
+        (True, 0o755, 7, True),
+        (True, 0o755, 0, False),
+        (True, 0o755, 8, False),
+        (True, 0o775, 7, False),
+        (True, 0o757, 7, False),
+        (True, 0o1757, 7, False),
+        (False, 0o755, 7, True),
+        (False, 0o755, 0, True),
+        (False, 0o755, 8, False),
+        (False, 0o775, 0, False),
+        (False, 0o777, 0, False),
+        (False, 0o1777, 0, True),
+        (False, 0o1777, 8, False),
+    ],
+)
+def test_who_may_own_and_write_to_a_part_of_the_way(last, mode, owner, safe):
+    facts = SimpleNamespace(st_mode=mode, st_uid=owner)
+    with nullcontext() if safe else pytest.raises(store.UnsafeFolderError, match="/x"):
+        store._refuse_others(Path("/x"), facts, 7, last=last)
+
+
+@posix
+def test_a_link_leads_to_a_folder_that_is_looked_at(tmp_path, monkeypatch):
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o777)
+    (tmp_path / "open" / "own").mkdir(mode=0o700)
+    (tmp_path / "link").symlink_to(tmp_path / "open" / "own")
+    monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path / "link"))
+    with pytest.raises(store.UnsafeFolderError, match="open"):
+        cache_folder("x")
+    (tmp_path / "open").chmod(0o700)
+    assert cache_folder("x") == tmp_path / "open" / "own" / "x"
+
+
+@posix
+def test_every_folder_that_is_made_is_for_its_user_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path / "a" / "b"))
+    before = os.umask(0)
+    try:
+        folder = cache_folder("x")
+        Store(folder).put("ab12", 1)
+    finally:
+        os.umask(before)
+    assert {path.stat().st_mode & 0o777 for path in (*folder.parents[:2], folder, folder / "ab")} == {0o700}
+
+
+@pytest.mark.skipif(sys.platform in {"win32", "darwin"}, reason="XDG")
+@pytest.mark.parametrize("value", ["rel", "", "./rel"])
+def test_a_relative_xdg_folder_is_none(place, tmp_path, monkeypatch, value):
+    monkeypatch.delenv("PIDCFG_CACHE_DIR")
+    monkeypatch.setenv("XDG_CACHE_HOME", value)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert cache_folder("x") == tmp_path / "home" / ".cache" / "pidcfg" / "x"
+    assert not Path("rel").exists()
 
 
 def test_a_place_that_is_no_folder_does_no_harm(place, monkeypatch):
@@ -263,9 +339,8 @@ def test_a_full_disk_leaves_nothing(place, monkeypatch, fails):
     assert not entries(place)
 
 
-def test_the_size_is_bounded(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "SHELF_BYTES", 5_000)
-    one = Store(tmp_path)
+def test_the_size_is_bounded(tmp_path):
+    one = Store(tmp_path, shelf_bytes=5_000)
     for i in range(200):
         one.put(f"ab{i:04}", ["x" * 400])
     kept = entries(tmp_path)
@@ -275,9 +350,11 @@ def test_the_size_is_bounded(tmp_path, monkeypatch):
 
 
 def test_what_is_too_large_is_not_kept(tmp_path):
-    one = Store(tmp_path)
-    one.put("ab12", "x" * store.ENTRY_BYTES)
+    one = Store(tmp_path, entry_bytes=1000)
+    one.put("ab12", "x" * 999)
     assert not entries(tmp_path)
+    one.put("ab12", "x" * 998)
+    assert one.get("ab12") == "x" * 998
 
 
 # --- several runs ----------------------------------------------------------------------------------------------------

@@ -1,9 +1,15 @@
 """Compiled kernels: the same source through numba gives the same bits, over random loops with every feature."""
 
+import errno
+import os
 import random
+import runpy
 import struct
+import sys
 from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -12,8 +18,8 @@ import pytest
 from compile_rig import advance, vector
 from pidcfg.sim.compile import OPTIONS as COMPILE_OPTIONS
 from pidcfg.sim.compile import (
+    NotKeptWarning,
     bind,
-    cache_folder,
     compiled,
     fingerprint,
     kept,
@@ -21,6 +27,7 @@ from pidcfg.sim.compile import (
     reachable,
     record_type,
     records,
+    say_not_kept,
     write_back,
 )
 from pidcfg.sim.controllers.dl06 import scan as dl06
@@ -261,25 +268,121 @@ def test_the_cache_key_follows_how_it_is_compiled(monkeypatch):
     assert len(keys | {fingerprint([one], {})}) == 3
 
 
-def test_kept_tells_whether_compiled_code_lies_in_the_cache(monkeypatch, tmp_path):
-    monkeypatch.setattr("pidcfg.sim.compile.user_cache", lambda: tmp_path)
-    assert not kept([calls], {})
+@pytest.fixture
+def kernels(monkeypatch, tmp_path):
+    """The folder of compiled kernels, empty."""
+    monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path))
+    say_not_kept.cache_clear()
+    return tmp_path / "kernels"
+
+
+def files(kernels):
+    return sorted(path for path in kernels.rglob("*") if path.is_file())
+
+
+def test_kept_tells_whether_the_kernels_that_are_called_lie_in_the_cache(kernels):
+    both = [calls, two]
+    assert not kept([calls], both, {})
+    assert compiled(both)[calls](1) == 20
+
+    assert kept([calls], both, {})
+    assert not kept(both, both, {}), "one that was not called is yet to be compiled"
+    assert not kept([calls], both, {one: two})
+    assert not kept([two], [two], {})
+    assert len(files(kernels)) == 1, "what it calls needs no file of its own"
+
+
+def test_kernels_of_an_installation_somewhere_else_are_the_same(kernels, tmp_path):
+    """Not where the source lies counts, but what is compiled."""
+    (tmp_path / "one.py").write_text(text := "def f(x):\n    return 3 * x\n")
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "one.py").write_text(text)
+    compiled_here, found_there = (
+        runpy.run_path(str(folder / "one.py"), run_name="one")["f"] for folder in (tmp_path, tmp_path / "there")
+    )
+    assert compiled([compiled_here])[compiled_here](2) == 6
+    assert kept([found_there], [found_there], {})
+
+
+def test_another_kind_of_argument_is_compiled_anew(kernels):
+    assert compiled([calls])[calls](1) == 20
+    assert compiled([calls])[calls](1.5) == 25.0
     assert compiled([calls])[calls](1) == 20
 
-    assert kept([calls], {})
-    assert not kept([calls], {one: two})
-    assert not kept([two], {})
+
+def cut(good, other):
+    return good[:-100]
 
 
-def test_without_a_writable_cache_nothing_is_kept(monkeypatch, tmp_path):
+def empty(good, other):
+    return b""
+
+
+def changed(good, other):
+    return good[:200] + bytes([good[200] ^ 1]) + good[201:]
+
+
+def exchanged(good, other):
+    return other
+
+
+def planted(good, other):
+    """What ran when numba read its own files: a pickle that calls something."""
+    return b"cos\nmkdir\n(S'/tmp/pidcfg-was-here'\ntR."
+
+
+@pytest.mark.parametrize("spoil", [cut, empty, changed, exchanged, planted])
+def test_a_damaged_kernel_is_compiled_anew_and_healed(kernels, monkeypatch, spoil):
+    compiled([two])[two](1)
+    (other,) = files(kernels)
+    compiled([calls])[calls](1)
+    (path,) = set(files(kernels)) - {other}
+    path.write_bytes(spoil(path.read_bytes(), other.read_bytes()))
+    read = []
+    monkeypatch.setattr("pidcfg.sim.compile.pickle", SimpleNamespace(loads=read.append))
+
+    assert not kept([calls], [calls], {})
+    assert compiled([calls])[calls](1) == 20
+    assert read == [], "nothing of it reached numba"
+    assert kept([calls], [calls], {})
+    monkeypatch.undo()
+
+
+def refuse(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_full_disk_does_not_end_a_run(kernels, monkeypatch):
+    monkeypatch.setattr(Path, "replace", refuse)
+    built = compiled([calls, two])
+    with pytest.warns(NotKeptWarning, match="not kept, the next run compiles anew: No space left on device"):
+        assert built[calls](1) == 20
+    assert built[two](1) == 3, "and it is said once"
+    assert files(kernels) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
+def test_a_folder_of_somebody_else_gives_and_gets_nothing(kernels, monkeypatch):
+    compiled([calls])[calls](1)
+    kernels.chmod(0o777)
+    monkeypatch.setattr("pidcfg.sim.compile.pickle", SimpleNamespace(loads=refuse))
+    before = [path.read_bytes() for path in files(kernels)]
+
+    assert not kept([calls], [calls], {})
+    with pytest.warns(NotKeptWarning, match=f"others may write to {kernels}"):
+        assert compiled([calls])[calls](1) == 20
+    assert [path.read_bytes() for path in files(kernels)] == before
+
+
+def test_where_nothing_can_be_kept_kernels_run(monkeypatch, tmp_path):
+    say_not_kept.cache_clear()
     blocked = tmp_path / "file"
     blocked.write_text("")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
-    monkeypatch.setenv("LOCALAPPDATA", str(blocked))
-    monkeypatch.setattr("pidcfg.store.Path.home", lambda: blocked)
+    monkeypatch.setenv("PIDCFG_CACHE_DIR", str(blocked))
 
-    assert cache_folder([one], {}) is None
-    assert compiled([one])[one](1) == 2
+    assert not kept([one], [one], {})
+    with pytest.warns(NotKeptWarning):
+        assert compiled([one])[one](1) == 2
 
 
 def singles(values, out):

@@ -14,7 +14,7 @@ import pytest
 import pidcfg
 from living_rig import GOOD, TWICE, call, run
 from pidcfg.api import check, check_text
-from pidcfg.cli import interrupts
+from pidcfg.cli import interrupts, main
 from pidcfg.cli.files import outputs, temporary
 from pidcfg.cli.files.edited import difference
 from pidcfg.encoders.ihex import read_ihex
@@ -22,7 +22,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.limits import DEFAULT
 from pidcfg.listings import read_listing
-from pidcfg.store import Store
+from pidcfg.store import Store, cache_folder
 from pidcfg.vendors import VENDORS
 
 SOURCE = Path(__file__).parents[1] / "src" / "pidcfg"
@@ -181,8 +181,19 @@ WRITERS = {
     "pidcfg.cli.terminal.console": {"echo"},
     "pidcfg.cli.files.edited": {"write"},
     "pidcfg.cli.findings.corrections": {"write"},
+    "pidcfg.sim.compile": {"warn"},
 }
-"""Who writes to the streams: the one exit, and two that hand on the bytes of a user's own file."""
+"""Who writes to the streams: the one exit, two that hand on the bytes of a user's own file, and a warning, which the
+command line leads to the one exit."""
+
+
+def test_a_warning_passes_the_one_exit(monkeypatch, capsys):
+    monkeypatch.setattr(main.warnings, "showwarning", None)
+    monkeypatch.setattr("sys.argv", ["pidcfg", "--version"])
+    with pytest.raises(SystemExit):
+        main.main()
+    main.warnings.showwarning(UserWarning("a\x1b[31m\n::error::b"), UserWarning, "file.py", 1)
+    assert capsys.readouterr().err == "note: a\ufffd[31m ::error::b\n"
 
 
 def test_everything_that_is_printed_passes_the_one_exit():
@@ -314,7 +325,7 @@ def test_a_name_that_is_no_utf_8_stands_in_a_workbook(tmp_path, monkeypatch, cap
 @POSIX
 def test_a_pipe_or_what_is_too_long_in_the_cache_is_a_miss(tmp_path, monkeypatch):
     monkeypatch.setenv("PIDCFG_CACHE_DIR", str(tmp_path))
-    kept = Store.open("x")
+    kept = Store(cache_folder("x"))
     kept.put("aa1", 1)
     place = tmp_path / "x" / "aa" / "aa1"
     assert kept.get("aa1") == 1
@@ -329,11 +340,9 @@ def test_a_pipe_or_what_is_too_long_in_the_cache_is_a_miss(tmp_path, monkeypatch
     writer = os.open(place, os.O_RDWR)  # somebody may write to it, and does not
     assert kept.get("aa1") is None
     os.close(writer)
-    for size, found in ((11, 123), (10, None)):
-        monkeypatch.setattr("pidcfg.store.ENTRY_BYTES", 11)
-        kept.put("aa2", 123)
-        monkeypatch.setattr("pidcfg.store.ENTRY_BYTES", size)
-        assert kept.get("aa2") == found
+    kept.put("aa2", 123)
+    for size, found in ((3, 123), (2, None)):
+        assert Store(kept.folder, entry_bytes=size).get("aa2") == found
 
 
 @POSIX

@@ -2,7 +2,7 @@
 
 A worker is a function that one call of ``make`` returns, in this process or in one that is started anew, as every
 system can; ``make`` and what it is given travel there, then items and results. Processes end with the one that has
-started them, and do not hear Ctrl-C.
+started them, do not hear Ctrl-C, and warn of nothing.
 """
 
 from __future__ import annotations
@@ -124,7 +124,9 @@ def _deaf() -> Iterator[None]:
 def _begin(stop: Connection, make: Callable[..., Callable[[Any], Any]], given: tuple[object, ...]) -> None:
     """A new process makes its worker; it ends with its parent, which alone hears Ctrl-C."""
     import threading
+    import warnings
 
+    warnings.simplefilter("ignore")  # what there is to say, the parent says
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_when_told, args=(stop,), daemon=True).start()
     _Mine.worker = make(*given)

@@ -2,12 +2,13 @@
 
 An entry repeats its key and ends with its checksum: whatever is cut off, changed, of another version or in the place of
 another one is a miss. Entries are written beside their place and moved there, so that a reader sees the old one or the
-new one. Who may write to the folder is trusted as who may write to the installation: it is made for its user alone, and
-one that others may write to is not used.
+new one. Who may write to the folder is trusted as who may write to the installation, compiled code lies there: so it is
+the user's alone, and so is the way to it.
 """
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -27,6 +28,12 @@ ENTRY_BYTES = 64 << 10
 CHECKSUM = 65
 """Bytes of a checksum and the line break before it."""
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+ROOT = 0
+"""The user to whom the folders above a home belong."""
+
+
+class UnsafeFolderError(OSError):
+    """Somebody else could put files into the cache folder, or another folder into its place."""
 
 
 def user_cache() -> Path:
@@ -35,7 +42,37 @@ def user_cache() -> Path:
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches"
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    named = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return named if named.is_absolute() else Path.home() / ".cache"
+
+
+def cache_folder(name: str) -> Path:
+    """The folder of a name in the user's cache, made where there is none; links are followed once, here.
+
+    Raises `UnsafeFolderError` where it is not the user's alone, and `OSError` where there can be none.
+    """
+    try:
+        place = os.environ.get(PLACE)
+        folder = ((Path(place) if place else user_cache() / "pidcfg") / name).resolve()
+    except (RuntimeError, ValueError) as error:
+        raise OSError(errno.ENOENT, str(error)) from error
+    for part in (*reversed(folder.parents), folder):
+        if not part.exists():
+            part.mkdir(mode=0o700, exist_ok=True)
+        if hasattr(os, "geteuid"):
+            _refuse_others(part, part.lstat(), os.geteuid(), last=part == folder)
+    return folder
+
+
+def _refuse_others(part: Path, facts: os.stat_result, user: int, *, last: bool) -> None:
+    """Raises where another user than ``user`` and root could exchange what lies in a part of the way.
+
+    In a folder such as /tmp all may write, but exchange only what is their own: that will do, except for the ``last``.
+    """
+    if facts.st_uid not in ({user} if last else {user, ROOT}):
+        raise UnsafeFolderError(errno.EPERM, f"{part} belongs to another user")
+    if facts.st_mode & OTHERS_WRITE and (last or not facts.st_mode & stat.S_ISVTX):
+        raise UnsafeFolderError(errno.EPERM, f"others may write to {part}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,53 +80,56 @@ class Store:
     """Entries in a folder, by keys of hexadecimal digits."""
 
     folder: Path
-
-    @classmethod
-    def open(cls, name: str) -> Store | None:
-        """The folder of that name in the user's cache; None where there is none that is the user's own."""
-        try:
-            place = os.environ.get(PLACE)
-            folder = (Path(place) if place else user_cache() / "pidcfg") / name
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            facts = folder.stat()
-        except (OSError, RuntimeError, ValueError):
-            return None
-        mine = not hasattr(os, "geteuid") or facts.st_uid == os.geteuid()
-        return cls(folder) if mine and not (sys.platform != "win32" and facts.st_mode & OTHERS_WRITE) else None
+    entry_bytes: int = ENTRY_BYTES
+    shelf_bytes: int = SHELF_BYTES
 
     def get(self, key: str) -> Any:
-        """The value that was kept under a key; None where none is whole."""
+        """The value of plain data that was kept under a key; None where none is whole."""
+        data = self.read(key)
         try:
-            text, _, checksum = _read(self._path(key)).rpartition(b"\n")
-            if checksum.decode() != hashlib.sha256(text).hexdigest():
-                return None
-            kept, value = json.loads(text)
-        except (OSError, ValueError, RecursionError):
+            return None if data is None else json.loads(data)
+        except (ValueError, RecursionError):
             return None
-        return value if kept == key else None
 
     def put(self, key: str, value: Any) -> None:
         """Keeps a value of plain data, if that can be done."""
-        text = json.dumps([key, value], separators=(",", ":")).encode()
-        if len(text) > ENTRY_BYTES:
+        with suppress(OSError):
+            self.write(key, json.dumps(value, separators=(",", ":")).encode())
+
+    def read(self, key: str) -> bytes | None:
+        """The bytes that were kept under a key; None where none are whole."""
+        try:
+            text, _, checksum = _read(self._path(key), self._most(key)).rpartition(b"\n")
+        except OSError:
+            return None
+        whole = checksum == hashlib.sha256(text).hexdigest().encode()
+        head = f"{key}\n".encode()
+        return text.removeprefix(head) if whole and text.startswith(head) else None
+
+    def write(self, key: str, data: bytes) -> None:
+        """Keeps bytes, unless they are too many; raises `OSError` where that cannot be done."""
+        text = f"{key}\n".encode() + data
+        if len(data) > self.entry_bytes:
             return
         path = self._path(key)
-        with suppress(OSError):
-            path.parent.mkdir(mode=0o700, exist_ok=True)
-            _make_room(path.parent)
-            _write(path, text + b"\n" + hashlib.sha256(text).hexdigest().encode())
+        path.parent.mkdir(mode=0o700, exist_ok=True)
+        _make_room(path.parent, self.shelf_bytes)
+        _write(path, text + b"\n" + hashlib.sha256(text).hexdigest().encode())
 
     def _path(self, key: str) -> Path:
         return self.folder / key[:2] / key
 
+    def _most(self, key: str) -> int:
+        return len(key) + 1 + self.entry_bytes + CHECKSUM
 
-def _read(path: Path) -> bytes:
-    """The bytes of a regular file, as many as an entry may have; raises `OSError` where something else is there."""
+
+def _read(path: Path, most: int) -> bytes:
+    """The first bytes of a regular file; raises `OSError` where something else is there."""
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     with os.fdopen(handle, "rb") as stream:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
             raise OSError("a pipe or a device in the place of an entry")
-        return stream.read(ENTRY_BYTES + CHECKSUM)
+        return stream.read(most)
 
 
 def _write(path: Path, data: bytes) -> None:
@@ -108,11 +148,11 @@ def _write(path: Path, data: bytes) -> None:
             raise
 
 
-def _make_room(shelf: Path) -> None:
+def _make_room(shelf: Path, most: int) -> None:
     """Removes the oldest half of a shelf that is full, with what killed writers have left there."""
     with os.scandir(shelf) as entries:
         found = [(facts.st_mtime, facts.st_size, entry.path) for entry in entries if (facts := _facts(entry))]
-    if sum(size for _, size, _ in found) <= SHELF_BYTES:
+    if sum(size for _, size, _ in found) <= most:
         return
     for _, _, path in sorted(found)[: len(found) // 2 + 1]:
         with suppress(OSError):

@@ -96,7 +96,7 @@ class Twin:
         self.code = built(folder)
         self.seconds = 0.0
         self.compiled = engine.numba_kernels(controller())
-        self.by_hand = engine.Kernels(self.advance, self.compiled.settle, self.normals)
+        self.by_hand = engine.Kernels(self.advance, self.compiled.settle, lambda: self.normals)
         self.timed = self.with_clocks()
 
     def run(self, work: Callable[[], Any]) -> float:
@@ -134,7 +134,8 @@ class Twin:
         try:
             engine.KEPT.clear()
             engine.fast_normals.cache_clear()
-            return engine.numba_kernels(controller())
+            drawn = engine.fast_normals()
+            return engine.numba_kernels(controller())._replace(normals=lambda: drawn)
         finally:
             compilation.on_lists = plain
             engine.fast_normals.cache_clear()

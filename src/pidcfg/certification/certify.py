@@ -16,7 +16,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.reader import DISK, Reader
 from pidcfg.scenario.axes import axes_of
 from pidcfg.scenario.load import load
-from pidcfg.sim.engine import choose
+from pidcfg.sim.engine import calls_of, choose
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.prepare import base_step, prepare
 from pidcfg.sim.problems import Problem
@@ -81,7 +81,8 @@ def certify_document(doc: Document, plan: Plan, limits: Limits, reader: Reader =
         return replace(outcome, findings=loaded.findings)
     batch = Batch(loaded.document, varies, seed_of(scenario, plan.seed))
     steps = int(scenario.duration * TICKS) // base_step(scenario, plc) + 1
-    engine = choose("auto", steps * len(plc.loops) * plan.samples, loaded.controller)
+    work = steps * len(plc.loops) * plan.samples
+    engine = choose("auto", work, loaded.controller, calls_of(scenario, net))
     try:
         report = simulate(scenario, loaded.plc, loaded.controller, Settings(engine, max_loop_steps=limits.loop_steps))
     except UnusableError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from enum import IntEnum
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -228,10 +229,15 @@ def _say(text: str) -> None:
 
 
 def _remark(text: str) -> None:
-    """A remark on a variable, in one line whatever its name and its value hold."""
+    """A remark in one line, whatever the names and values in it hold."""
     from pidcfg.cli.terminal.console import remark
 
     remark(f"note: {text}")
+
+
+def _warn(message: Warning | str, *_: object, **__: object) -> None:
+    """What a part below the command line warns of."""
+    _remark(str(message))
 
 
 def _flush() -> None:
@@ -255,6 +261,7 @@ def _run() -> object:
 def main() -> None:
     """A traceback makes Python exit 1, which CI would read as findings; a bug must not."""
     os.environ.setdefault(*NO_PLUGINS)
+    warnings.showwarning = _warn
     _open_streams()
     glyphs.install()
     try:

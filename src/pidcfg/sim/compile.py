@@ -4,36 +4,41 @@
 self, unedited otherwise. `bind` does the same for CPython, so that a vendor's ``scan`` can take the place of another
 function. `records` and `write_back` carry flat dataclasses to structured arrays and home again.
 
-numba's disk cache looks at the file of a function and not at what it calls, so the cache folder is named after a hash
-of all kernels together with the constants they use.
+Compiled code lies in the user's cache (`pidcfg.store`), which checks an entry before numba sees any of it. numba's own
+files are not used: they are run as they are found, and know the file of a function and not what it calls. An entry is
+named after a hash of all kernels together with the constants they use.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
+import pickle
 import sys
+import warnings
+import zlib
 from array import array
 from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
 from dataclasses import fields
 from functools import cache
 from operator import attrgetter
 from types import FunctionType, ModuleType
-from typing import TYPE_CHECKING, Any, get_args, get_origin, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 import numba
 import numpy as np
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
+from numba.core.registry import cpu_target
+from numba.core.serialize import dumps
 
 from pidcfg.sim.terms import single
-from pidcfg.store import user_cache
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pidcfg.store import Store, cache_folder
 
 Kernel = Callable[..., Any]
 TYPES = {"int": np.int64, "float": np.float64}
 """NumPy's type for each annotation that a kernel's record may have."""
-FOLDER = "pidcfg"
+ENTRY_BYTES, SHELF_BYTES = 8 << 20, 16 << 20
+"""Of a compiled kernel as it is kept, and of those that lie together."""
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
 """Kernels divide by nothing that can be 0, are called by nobody in C, and create no objects to count references of."""
 
@@ -58,16 +63,13 @@ def compiled(
     """
     swap, entries, hot = with_native(replaced), set(functions), set(inlined)
     originals = reachable(sorted(entries, key=identity), swap)
-    folder = cache_folder(originals, swap, hot)
+    key = fingerprint(originals, swap, hot)
     built: dict[Kernel, Kernel] = {}
-    settings = vars(numba.config)
-    kept, settings["CACHE_DIR"] = settings["CACHE_DIR"], str(folder or "")
-    try:
-        for f in originals:
-            options = OPTIONS | {"forceinline": f in hot, "no_cpython_wrapper": f not in entries}
-            built[f] = numba.njit(cache=folder is not None, **options)(rebuilt(f))
-    finally:
-        settings["CACHE_DIR"] = kept
+    for f in originals:
+        options = OPTIONS | {"forceinline": f in hot, "no_cpython_wrapper": f not in entries}
+        built[f] = numba.njit(**options)(rebuilt(f))
+        if f in entries:
+            vars(built[f])["_cache"] = KernelCache(entry_name(key, f))
     connect(originals, built, swap)
     return built
 
@@ -212,24 +214,77 @@ def group_fields(kind: Any) -> list[Any]:
 # --- cache -----------------------------------------------------------------------------------------------------------
 
 
-def cache_folder(
-    functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel], inlined: Iterable[Kernel] = ()
-) -> Path | None:
-    """Where compiled code of exactly these kernels is kept; None where nothing can be written."""
-    folder = user_cache() / FOLDER / "kernels" / fingerprint(functions, replaced, inlined)
+class NotKeptWarning(UserWarning):
+    """Compiled kernels could not be kept, so that the next run compiles them anew."""
+
+
+@cache
+def say_not_kept(why: str) -> None:
+    """Warns once, however many kernels there are: numba makes Python forget what it has warned of."""
+    warnings.warn(f"compiled kernels are not kept, the next run compiles anew: {why}", NotKeptWarning, stacklevel=2)
+
+
+class KernelCache(NullCache):
+    """Where numba looks for a kernel's machine code before it compiles, and leaves it afterwards."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def load_overload(self, sig: object, target_context: Any) -> Any:
+        """The compiled code for these argument types; None where none is kept."""
+        target_context.refresh()
+        data = read_entry(self.name)
+        types, code = data[:HASH_BYTES], data[HASH_BYTES:]
+        if types != hash_of(sig):
+            return None
+        return CompileResult._rebuild(target_context, *pickle.loads(zlib.decompress(code)))  # noqa: S301, SLF001 - a checked entry
+
+    def save_overload(self, sig: object, data: Any) -> None:
+        """Keeps compiled code, or says why it cannot be kept."""
+        code = zlib.compress(dumps(data._reduce()), 1)  # noqa: SLF001 - as numba's own cache does
+        try:
+            kernel_store().write(self.name, hash_of(sig) + code)
+        except OSError as error:
+            say_not_kept(error.strerror or str(error))
+
+
+HASH_BYTES = 32
+
+
+def hash_of(value: object) -> bytes:
+    """A hash of a value by what `repr` says of it."""
+    return hashlib.sha256(repr(value).encode()).digest()
+
+
+def kernel_store() -> Store:
+    """Where compiled kernels are kept; raises `OSError` where they cannot be."""
+    return Store(cache_folder("kernels"), ENTRY_BYTES, SHELF_BYTES)
+
+
+def read_entry(name: str) -> bytes:
+    """A compiled kernel as it is kept, after its checksum; nothing where there is none."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        return kernel_store().read(name) or b""
     except OSError:
-        return None
-    return folder if os.access(folder, os.W_OK) else None
+        return b""
 
 
-def kept(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel], inlined: Iterable[Kernel] = ()) -> bool:
-    """Whether the compiled functions lie in the cache: starting takes a second then, not a quarter of a minute."""
-    entries = set(functions)
+def entry_name(key: str, f: Kernel) -> str:
+    """What a kernel's machine code for this processor is kept under; ``key``: the `fingerprint` of all it may call."""
+    processor = cpu_target.target_context.codegen().magic_tuple()
+    return hash_of((key, identity(f), processor)).hex()
+
+
+def kept(
+    called: Iterable[Kernel],
+    functions: Iterable[Kernel],
+    replaced: Mapping[Kernel, Kernel],
+    inlined: Iterable[Kernel] = (),
+) -> bool:
+    """Whether those of the compiled functions that are called lie in the cache: a second then, not a quarter minute."""
     swap = with_native(replaced)
-    folder = cache_folder(reachable(sorted(entries, key=identity), swap), swap, inlined)
-    return folder is not None and all(any(folder.rglob(f"*.{f.__name__}-*.nbi")) for f in entries)
+    key = fingerprint(reachable(sorted(set(functions), key=identity), swap), swap, inlined)
+    return all(read_entry(entry_name(key, f)) for f in called)
 
 
 def fingerprint(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel], inlined: Iterable[Kernel] = ()) -> str:

@@ -24,6 +24,7 @@ from pidcfg.sim.swings import watch_swings
 if TYPE_CHECKING:
     from collections.abc import Callable, MutableSequence, Sequence
 
+    from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.meters import Meter, Onset
     from pidcfg.sim.network import Network
     from pidcfg.sim.plc import Controller, Plc, Scan
@@ -38,9 +39,13 @@ CHUNK = 65_536
 
 
 def choose(
-    wanted: EngineName, loop_steps: int, controller: Controller, runs: int | None = None
+    wanted: EngineName,
+    loop_steps: int,
+    controller: Controller,
+    calls: tuple[Callable[..., Any], ...] = (),
+    runs: int | None = None,
 ) -> Literal["python", "numba"]:
-    """The engine of a run of ``loop_steps``.
+    """The engine of a run of ``loop_steps`` that ``calls`` these kernels beside `kernel.advance`.
 
     ``runs``: of a call in which others follow that are taken to be like this one; what has run before it, in this
     process or another, then has no part in the choice. None: it stands alone, and kernels that were kept count.
@@ -52,15 +57,23 @@ def choose(
         return "numba" if work >= COPYING else "python"
     if work < LOADING or not installed():
         return "python"
-    return "numba" if work >= COMPILING or _in_cache(controller.scan, inlined(controller)) else "python"
+    return "numba" if work >= COMPILING or _in_cache(controller.scan, inlined(controller), calls) else "python"
 
 
 @cache
-def _in_cache(scan: Scan, inlined: tuple[Callable[..., Any], ...]) -> bool:
-    """Whether a vendor's compiled kernels lay in the cache when this process first asked."""
+def _in_cache(scan: Scan, inlined: tuple[Callable[..., Any], ...], calls: tuple[Callable[..., Any], ...]) -> bool:
+    """Whether the compiled kernels of a run lay in the cache when this process first asked."""
     from pidcfg.sim import compile as compiler
 
-    return compiler.kept(ENTRIES, {kernel.scan: scan}, inlined)
+    of_vendor = (kernel.advance, *(f for f in calls if f in ENTRIES))
+    return compiler.kept(of_vendor, ENTRIES, {kernel.scan: scan}, inlined) and (
+        normals not in calls or compiler.kept([normals], [normals], {}, DRAWN)
+    )
+
+
+def calls_of(scenario: Scenario, net: Network) -> tuple[Callable[..., Any], ...]:
+    """The kernels that a run calls beside `kernel.advance`."""
+    return (kernel.settle,) * (scenario.initial == "steady") + (normals,) * bool(net.noisy)
 
 
 def installed() -> bool:
@@ -149,8 +162,8 @@ class Kernels(NamedTuple):
 
     advance: Callable[[int, int, int, World, Loops[Any, Any], Meters, Log], int]
     settle: Callable[[int, int, World, Loops[Any, Any], MutableSequence[Span]], int]
-    normals: Normals | None = None
-    """`pidcfg.sim.noise.normals`, compiled; None: Python draws the noise."""
+    normals: Callable[[], Normals | None] = lambda: None
+    """`pidcfg.sim.noise.normals`, compiled for the first run that has noise; None: Python draws it."""
 
 
 def python_kernels(controller: Controller, steps: int = 0) -> Kernels:
@@ -174,6 +187,8 @@ HOT = (step_plants, measure_loop, watch_bands, read_gauges, watch_end, watch_swi
 USUAL = (add_noise, kernel.read_channels, follow_step)
 """Further kernels that many runs need at most base steps, for CPython."""
 ENTRIES = (kernel.advance, kernel.settle)
+DRAWN = (word, uniform)
+"""Kernels within `pidcfg.sim.noise.normals`."""
 
 
 def inlined(controller: Controller) -> tuple[Callable[..., Any], ...]:
@@ -196,7 +211,7 @@ def numba_kernels(controller: Controller) -> Kernels:
     built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, inlined(controller))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
     advance, settle = (compiler.on_lists(built[f], f, vendor) for f in ENTRIES)
-    KEPT[controller.scan] = Kernels(advance, settle, fast_normals())
+    KEPT[controller.scan] = Kernels(advance, settle, fast_normals)
     return KEPT[controller.scan]
 
 
@@ -205,5 +220,5 @@ def fast_normals() -> Normals | None:
     """`pidcfg.sim.noise.normals` compiled, where it draws what Python draws."""
     from pidcfg.sim import compile as compiler
 
-    fast = compiler.on_lists(compiler.compiled([normals], inlined=(word, uniform))[normals], normals, {})
+    fast = compiler.on_lists(compiler.compiled([normals], inlined=DRAWN)[normals], normals, {})
     return fast if agrees(fast) else None

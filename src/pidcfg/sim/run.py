@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
-from pidcfg.sim.engine import CHUNK, EngineName, Machine, choose, numba_kernels, python_kernels
+from pidcfg.sim.engine import CHUNK, EngineName, Machine, calls_of, choose, numba_kernels, python_kernels
 from pidcfg.sim.events import Agenda
 from pidcfg.sim.expect import Outcome, Watch, alarms_off, placed, verdict, watches_of
 from pidcfg.sim.faults import faults
@@ -147,7 +147,8 @@ class Run:
         bands += [w for w in watches.values() if isinstance(w, Band)]
         gauges += [w for w in watches.values() if isinstance(w, Gauge)]
         onsets = [w for w in watches.values() if isinstance(w, Onset)]
-        engine = choose(settings.engine, (last + 1) * len(meters), controller, settings.runs)
+        work = (last + 1) * len(meters)
+        engine = choose(settings.engine, work, controller, calls_of(scenario, net), settings.runs)
         kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller, last + 1)
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
@@ -163,7 +164,8 @@ class Run:
 
     def course(self) -> Iterator[int]:
         """Runs from time 0 to the end; yields the next base step at each look, from the beginning of the pre-roll."""
-        self.noise = Noise([f"{self.scenario.seed}/{name}" for name in self.net.noisy], self.machine.kernels.normals)
+        fast = self.machine.kernels.normals() if self.net.noisy else None
+        self.noise = Noise([f"{self.scenario.seed}/{name}" for name in self.net.noisy], fast)
         if self.settings.trend is not None:
             self.trend = Trend(self.settings.trend, list(self.net.names), self.step, self.settings.every)
         if self.settings.recording is not None:

@@ -18,9 +18,10 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.files.inputs import FILES
 from pidcfg.cli.findings.reads import hash_of
+from pidcfg.cli.terminal.console import remark
 from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.document import Document, Node
-from pidcfg.store import Store
+from pidcfg.store import Store, UnsafeFolderError, cache_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -47,8 +48,13 @@ class Cache:
     @classmethod
     def open(cls, limits: Limits) -> Cache | None:
         """The user's cache; None where there is none."""
-        store = Store.open("findings")
-        return None if store is None else cls(store, limits, _ground(limits))
+        try:
+            return cls(Store(cache_folder("findings")), limits, _ground(limits))
+        except UnsafeFolderError as error:
+            remark(f"note: findings are not kept: {error.strerror}")
+        except OSError:
+            pass
+        return None
 
     def get(self, entry: Input) -> tuple[Document, list[Diagnostic]] | None:
         """An input's text and kept findings; None where it has to be checked."""
