@@ -8,7 +8,7 @@ from dataclasses import asdict
 import pytest
 
 from benchmarks.production import SETPOINTS, STEP, VENDORS, configuration, limit_cycle, loaded, ours
-from pidcfg.sim import engine
+from pidcfg.sim import engine, run
 from pidcfg.sim.recording import Recording
 
 SCENARIOS = 4
@@ -89,3 +89,38 @@ def test_a_loop_whose_alarms_come_and_go_leaves_the_same_bits_and_the_same_log()
     report, _ = check(loaded(*limit_cycle(1500)))
 
     assert len(report["loops"]["T1"]["alarms"]) > 20
+
+
+class ChosenError(Exception):
+    """Which engine a run would have taken."""
+
+
+@pytest.mark.parametrize("drawn", [False, True])
+@pytest.mark.parametrize("steady", [False, True])
+@pytest.mark.parametrize("vendor", VENDORS)
+def test_auto_asks_for_the_compiled_kernels_that_a_run_calls_and_for_no_others(monkeypatch, vendor, steady, drawn):
+    compiler = pytest.importorskip("pidcfg.sim.compile", reason="the extra fast")
+
+    def choose(*arguments):
+        raise ChosenError(true(*arguments))
+
+    def kept(wanted, *_):
+        asked.update(f.__name__ for f in wanted)
+        return missing not in {f.__name__ for f in wanted}
+
+    true = run.choose
+    monkeypatch.setattr(run, "choose", choose)
+    monkeypatch.setattr(compiler, "kept", kept)
+    monkeypatch.setattr(engine, "LOADING", 0)
+    monkeypatch.setattr(engine, "KEPT", {})
+    text = f"pidcfg: 1\nscenario: s\nconfig: c.yaml\nduration: 9\nstep: {STEP}\n" + "initial: steady\n" * steady
+    text += "plants: {T1: {model: first_order, gain: 0.5, time_constant: 2" + ", noise: 1" * drawn + "}}\n"
+    case = loaded(configuration(vendor, 1), text)
+    called = {"advance", *["settle"] * steady, *["normals"] * drawn}
+    for missing in ("", *called):
+        asked = set()
+        engine._in_cache.cache_clear()
+        with pytest.raises(ChosenError, match="python" if missing else "numba"):
+            ours(case, "auto")
+        assert asked == called or (missing and asked < called)
+    engine._in_cache.cache_clear()
