@@ -6,8 +6,7 @@ docs      build the documentation site into build/site
 generate  renew everything that is generated: pages, schemas, messages, golden files; --check only says what differs
 check     ruff, mypy --strict, the import rules, and whether what is generated is up to date
 bench     print the benchmarks: speed of the command and of the simulation, beside their goals; --quick: fewer rounds;
-          --write-costs: measure anew what `--engine auto` decides by, and write it into src/pidcfg/sim/costs.py;
-          --show VENDOR: print the base step in one piece, as CPython runs it
+          --write-costs: measure anew what `--engine auto` decides by, and write it into src/pidcfg/sim/costs.py
 torture   throw hostile files, changed examples and signals at pidcfg for --minutes N, and write docs/reliability.md
 mutants   put faults into the code and see whether a test ends them: --package NAME --count N --seed N; --again: those
           that were left; --map FILES: which functions their tests call
@@ -251,9 +250,6 @@ def bench(*arguments: str) -> None:
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     if "--write-costs" in arguments:
         must(PYTHON, "tests/benchmarks/costs.py")
-        return
-    if arguments[:1] == ("--show",):
-        must(PYTHON, "tests/benchmarks/piece.py", *arguments[1:])
         return
     for script in sorted((ROOT / "tests" / "benchmarks").glob("bench_*.py")):
         must(PYTHON, script.relative_to(ROOT), *arguments)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.numbers import parse_number
 from pidcfg.schemas.scenario import Scenario
+from pidcfg.sim.costs import Cost
 from pidcfg.sim.plc import Plc as BasePlc
 from pidcfg.sim.prepare import prepare
 from pidcfg.sim.report import ScanTime
@@ -167,8 +168,8 @@ class Controller:
     """The vendor's module."""
 
     scan = staticmethod(scan)
-    LOOP_STEP = 7
-    INLINED = PATH = ()
+    COST = Cost(7, 20)
+    INLINED = ()
 
     @dataclass
     class Options:

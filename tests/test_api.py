@@ -23,7 +23,6 @@ import pidcfg
 from pidcfg.encoders.files import UnwritableError
 from pidcfg.limits import DEFAULT
 from pidcfg.reader import Texts
-from pidcfg.sim import pieces
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
@@ -97,7 +96,6 @@ def test_with_files_nothing_is_read_from_disk(name, monkeypatch):
         raise AssertionError(f"reads {args}")
 
     with monkeypatch.context() as patch:
-        patch.setattr(pieces, "MOST_LOOPS", 0)  # a piece is written after enough runs, from the kernels' source
         for owner in (builtins, io, os):
             patch.setattr(owner, "open", refuse)
         for method in ("open", "read_bytes", "read_text", "stat", "is_dir", "exists"):

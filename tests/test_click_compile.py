@@ -12,7 +12,7 @@ from compile_rig import advance
 from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.click import state as bits
 from pidcfg.sim.controllers.click.report import SIGNALS
-from pidcfg.sim.controllers.click.scan import INLINED, PATH, load, scan
+from pidcfg.sim.controllers.click.scan import INLINED, load, scan
 
 PLCS = 200
 SEGMENTS, STEPS = 4, 150
@@ -113,7 +113,7 @@ def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
             for i in range(len(cfg)):
                 random_event(rng, plc, i)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise, (*INLINED, *PATH))
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
             for c, s in zip(cfg, st, strict=True):
                 seen |= s.status
                 errors.add(s.error)

@@ -5,6 +5,7 @@ import os
 import random
 import runpy
 import struct
+import subprocess
 import sys
 from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
@@ -19,7 +20,6 @@ from compile_rig import advance, vector
 from pidcfg.sim.compile import OPTIONS as COMPILE_OPTIONS
 from pidcfg.sim.compile import (
     NotKeptWarning,
-    bind,
     compiled,
     fingerprint,
     kept,
@@ -33,7 +33,7 @@ from pidcfg.sim.compile import (
 from pidcfg.sim.controllers.dl06 import scan as dl06
 from pidcfg.sim.controllers.dl06 import state as bits
 from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.scan import INLINED, PATH, Config, State, scan
+from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
 from pidcfg.sim.controllers.dl06.tune_open import POINTS
 from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
 from pidcfg.sim.controllers.nextopid import scan as nextopid
@@ -162,7 +162,7 @@ def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
             for c, s in zip(cfg, st, strict=True):
                 random_event(rng, c, s)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise, (*INLINED, *PATH))
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
             for c, s in zip(cfg, st, strict=True):
                 seen |= s.status
                 soaked |= s.aux_status
@@ -230,12 +230,6 @@ def two(x):
 
 def calls(x):
     return 10 * one(x)
-
-
-def test_bind_puts_another_function_in_place():
-    assert bind([calls], {})[calls](1) == 20
-    assert bind([calls], {one: two})[calls](1) == 30
-    assert calls(1) == 20
 
 
 def test_everything_that_is_called_is_found():
@@ -346,6 +340,15 @@ def test_a_damaged_kernel_is_compiled_anew_and_healed(kernels, monkeypatch, spoi
     assert read == [], "nothing of it reached numba"
     assert kept([calls], [calls], {})
     monkeypatch.undo()
+
+
+@pytest.mark.parametrize("text", ["disable_jit: [", "cpu_name: nonsense", "disable_jit: 1"])
+def test_a_settings_file_of_numba_in_the_working_folder_is_not_read(tmp_path, text):
+    (tmp_path / ".numba_config.yaml").write_text(text)
+    code = "import yaml; from pidcfg.sim import compile; n = compile.numba.config; n.reload_config(); "
+    code += "import sys; print(n.DISABLE_JIT, n.CPU_NAME, sys.modules['yaml'] is yaml)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("0 None True\n", "")
 
 
 def refuse(*_):

@@ -11,7 +11,7 @@ from dpide_rig import program_of
 from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.dpide import state as bits
 from pidcfg.sim.controllers.dpide.report import SIGNALS
-from pidcfg.sim.controllers.dpide.scan import INLINED, PATH, load, scan
+from pidcfg.sim.controllers.dpide.scan import INLINED, load, scan
 from pidcfg.sim.records import NEVER
 
 PLCS = 220
@@ -119,7 +119,7 @@ def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
                 if segment:
                     random_event(rng, plc, i, sig)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise, (*INLINED, *PATH))
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
             for s in st:
                 seen |= s.status
                 ends.add(s.tune_done)

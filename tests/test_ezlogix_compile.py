@@ -11,7 +11,7 @@ from ezlogix_rig import COLUMNS, SIGNALS
 from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.ezlogix import state as bits
 from pidcfg.sim.controllers.ezlogix.equation import coefficients
-from pidcfg.sim.controllers.ezlogix.scan import INLINED, PATH, Config, State, scan
+from pidcfg.sim.controllers.ezlogix.scan import INLINED, Config, State, scan
 from pidcfg.sim.reaction_curve import POINTS
 from pidcfg.sim.terms import nearest
 
@@ -108,7 +108,7 @@ def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
             for c, s in zip(cfg, st, strict=True):
                 random_event(rng, c, s)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise, (*INLINED, *PATH))
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
             for c, s in zip(cfg, st, strict=True):
                 seen |= s.status
                 ends.add(s.tune_last)

@@ -11,7 +11,7 @@ from generic_rig import Rig
 from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.generic import state as bits
 from pidcfg.sim.controllers.generic.report import SIGNALS
-from pidcfg.sim.controllers.generic.scan import INLINED, PATH, scan
+from pidcfg.sim.controllers.generic.scan import INLINED, scan
 
 FILES = 160
 SEGMENTS, STEPS = 4, 250
@@ -112,7 +112,7 @@ def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
                 if segment:
                     random_event(rng, plc, i, sig)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise, (*INLINED, *PATH))
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
             for s in st:
                 seen |= s.status
                 notices.add(plc.describe(s.notice))

@@ -10,8 +10,7 @@ from compile_rig import advance
 from nextopid_rig import plc_of, random_program
 from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.nextopid import modes, slots
-from pidcfg.sim.controllers.nextopid.scan import INLINED, PATH, scan
-from pidcfg.sim.inlining import facts
+from pidcfg.sim.controllers.nextopid.scan import INLINED, scan
 
 PROGRAMS, SEGMENTS, STEPS, TICKS = 120, 4, 60, 100_000
 
@@ -57,8 +56,7 @@ def fast():
     return compiled([drive], inlined=INLINED)[drive]
 
 
-def test_random_programs_run_to_the_same_bits_compiled_and_not(fast, monkeypatch):
-    monkeypatch.setattr(facts, "MOST_RECORDS", 64)
+def test_random_programs_run_to_the_same_bits_compiled_and_not(fast):
     rng = random.Random(41)
     seen, tuned, faults = set(), set(), 0
     for _ in range(PROGRAMS):
@@ -69,7 +67,7 @@ def test_random_programs_run_to_the_same_bits_compiled_and_not(fast, monkeypatch
         for segment in range(SEGMENTS):
             disturb(rng, plc, st, sig)
             head = segment * STEPS, (segment + 1) * STEPS, len(plc.loops)
-            advance(drive, fast, head, (cfg, st, aux, sig), noise, (*INLINED, *PATH))
+            advance(drive, fast, head, (cfg, st, aux, sig), noise)
         seen |= {c.kind for c in cfg}
         tuned |= {s.tune_end for s in st}
         faults += sum(s.fault != 0 for s in st)

@@ -14,7 +14,7 @@ from pidcfg.sim.run import Settings, simulate
 from pidcfg.source import read_document
 
 CONFIGURATION, SCENARIO = "case.yaml", "case.scenario.yaml"
-CONTROLLER = ("Options", "Config", "State", "load", "INLINED", "PATH", "LOOP_STEP")
+CONTROLLER = ("Options", "Config", "State", "load", "INLINED", "COST")
 """What the runner wants of a controller beside its scan."""
 
 

@@ -97,8 +97,8 @@ def _examples(found: Mapping[str, Any]) -> str:
         "to the same words, or a note says which differ, in every format that holds all of them; a sheet comes back\n"
         "as the same configuration; `--fix` twice is as once, and removes what it claims; a file does not differ from\n"
         "itself, and none with other words is the same; what is converted can be read, a line speaks of each field,\n"
-        "and twice is as once; a scenario without an error runs, and gives the same figures kernel by kernel, in\n"
-        "pieces and compiled; a command ends with a declared exit code, says why, and changes no file but its own."
+        "and twice is as once; a scenario without an error runs, and gives the same figures twice and\n"
+        "compiled; a command ends with a declared exit code, says why, and changes no file but its own."
     )
 
 

@@ -1,8 +1,8 @@
 """The same kernels, compiled: numba over NumPy records in place of CPython over slots dataclasses.
 
 `compiled` rebuilds functions and all that they call with globals in which every one of them is its compiled
-self, unedited otherwise. `bind` does the same for CPython, so that a vendor's ``scan`` can take the place of another
-function. `records` and `write_back` carry flat dataclasses to structured arrays and home again.
+self, unedited otherwise, and a vendor's ``scan`` stands in the place of another function. `records` and `write_back`
+carry flat dataclasses to structured arrays and home again.
 
 Compiled code lies in the user's cache (`pidcfg.store`), which checks an entry before numba sees any of it. numba's own
 files are not used: they are run as they are found, and know the file of a function and not what it calls. An entry is
@@ -12,27 +12,48 @@ named after a hash of all kernels together with the constants they use.
 from __future__ import annotations
 
 import hashlib
+import os
 import pickle
 import sys
 import warnings
 import zlib
 from array import array
-from collections.abc import Callable, Iterable, Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from functools import cache
 from operator import attrgetter
 from types import FunctionType, ModuleType
 from typing import Any, get_args, get_origin, get_type_hints
 
-import numba
 import numpy as np
-from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
-from numba.core.registry import cpu_target
-from numba.core.serialize import dumps
 
 from pidcfg.sim.terms import single
 from pidcfg.store import Store, cache_folder
+
+
+@contextmanager
+def without_settings_file() -> Iterator[None]:
+    """Numba reads .numba_config.yaml of the folder that one works in, which nobody named: here it does without."""
+    parser = sys.modules.get("yaml")
+    sys.modules["yaml"] = None  # type: ignore[assignment] # as if it were not installed
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            yield
+    finally:
+        del sys.modules["yaml"]
+        if parser is not None:
+            sys.modules["yaml"] = parser
+
+
+with without_settings_file():
+    import numba
+    from numba.core.caching import NullCache
+    from numba.core.compiler import CompileResult
+    from numba.core.registry import cpu_target
+    from numba.core.serialize import dumps
+
+vars(numba.config)["_config_fname"] = os.devnull  # it looks again for each kernel
 
 Kernel = Callable[..., Any]
 TYPES = {"int": np.int64, "float": np.float64}
@@ -41,14 +62,6 @@ ENTRY_BYTES, SHELF_BYTES = 8 << 20, 16 << 20
 """Of a compiled kernel as it is kept, and of those that lie together."""
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
 """Kernels divide by nothing that can be 0, are called by nobody in C, and create no objects to count references of."""
-
-
-def bind(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> dict[Kernel, Kernel]:
-    """The functions rebuilt for CPython, with all they call, so that the new stands in place of each replaced one."""
-    originals = reachable(functions, replaced)
-    built: dict[Kernel, Kernel] = {f: rebuilt(f) for f in originals}
-    connect(originals, built, replaced)
-    return built
 
 
 def compiled(

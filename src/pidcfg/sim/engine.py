@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from pidcfg.sim import kernel
 from pidcfg.sim.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
 from pidcfg.sim.meters import watch_end
-from pidcfg.sim.metrics import Band, Gauge, follow_step, measure_loop, read_gauges, watch_bands
+from pidcfg.sim.metrics import Band, Gauge, measure_loop, read_gauges, watch_bands
 from pidcfg.sim.noise import Normals, agrees, normals, uniform, word
-from pidcfg.sim.pieces import Pieces
-from pidcfg.sim.plants import add_noise, step_plants
+from pidcfg.sim.plants import step_plants
 from pidcfg.sim.swings import watch_swings
 
 if TYPE_CHECKING:
@@ -30,10 +29,9 @@ if TYPE_CHECKING:
     from pidcfg.sim.plc import Controller, Plc, Scan
 
 EngineName = Literal["auto", "python", "numba"]
-COPYING, LOADING, COMPILING = 15_000, 900_000, 40_000_000
-"""µs of CPython from which on compiled kernels pay: those that the process has kept, those that lie in the cache, and
-those that are yet to be compiled. What a run takes there is its loop-steps times what one takes, by vendor, in
-`pidcfg.sim.costs`: no clock has a part in the choice."""
+COPYING, LOADING = 15_000, 1_000_000
+"""µs of CPython from which on compiled kernels pay: those that the process has kept, and those that lie in the cache.
+What a run takes there, and what compiling takes, stands in `pidcfg.sim.costs`."""
 CHUNK = 65_536
 """Base steps between two looks of Python: what noise and trend take of the memory."""
 
@@ -52,12 +50,13 @@ def choose(
     """
     if wanted != "auto":
         return wanted
-    work = loop_steps * controller.LOOP_STEP * (runs or 1)
+    work = loop_steps * controller.COST.loop_step * (runs or 1)
     if runs is None and controller.scan in KEPT:
         return "numba" if work >= COPYING else "python"
     if work < LOADING or not installed():
         return "python"
-    return "numba" if work >= COMPILING or _in_cache(controller.scan, inlined(controller), calls) else "python"
+    compiles = work >= LOADING + 1_000_000 * controller.COST.compiling
+    return "numba" if compiles or _in_cache(controller.scan, inlined(controller), calls) else "python"
 
 
 @cache
@@ -166,26 +165,14 @@ class Kernels(NamedTuple):
     """`pidcfg.sim.noise.normals`, compiled for the first run that has noise; None: Python draws it."""
 
 
-def python_kernels(controller: Controller, steps: int = 0) -> Kernels:
-    """The vendor's ``scan`` in the place of the empty one, and base steps in one piece where that pays.
-
-    ``steps``: base steps of the run, or of those of a call that are like it.
-    """
-    if controller.scan not in IN_PIECES:
-        names = {**vars(kernel), "scan": controller.scan}
-        advance, settle = (FunctionType(f.__code__, names, f.__name__) for f in ENTRIES)
-        hot = frozenset((*inlined(controller), *controller.PATH, *USUAL))
-        pieces = Pieces(advance, kernel.advance, {kernel.scan: controller.scan}, hot, controller.LOOP_STEP)
-        IN_PIECES[controller.scan] = pieces, Kernels(pieces.advance, settle)
-    pieces, kernels = IN_PIECES[controller.scan]
-    pieces.begin(steps)
-    return kernels
+def python_kernels(controller: Controller) -> Kernels:
+    """The vendor's ``scan`` in the place of the empty one."""
+    names = {**vars(kernel), "scan": controller.scan}
+    return Kernels(*(FunctionType(f.__code__, names, f.__name__) for f in ENTRIES))
 
 
 HOT = (step_plants, measure_loop, watch_bands, read_gauges, watch_end, watch_swings)
 """Kernels whose calls would cost more than their code takes room."""
-USUAL = (add_noise, kernel.read_channels, follow_step)
-"""Further kernels that many runs need at most base steps, for CPython."""
 ENTRIES = (kernel.advance, kernel.settle)
 DRAWN = (word, uniform)
 """Kernels within `pidcfg.sim.noise.normals`."""
@@ -198,8 +185,6 @@ def inlined(controller: Controller) -> tuple[Callable[..., Any], ...]:
 
 KEPT: dict[Scan, Kernels] = {}
 """Compiled kernels by the vendor's ``scan``: loading them costs more than a short run."""
-IN_PIECES: dict[Scan, tuple[Pieces, Kernels]] = {}
-"""CPython's, which keep what was written for earlier runs."""
 
 
 def numba_kernels(controller: Controller) -> Kernels:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
     from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.costs import Cost
     from pidcfg.sim.report import ScanTime
 
 TICKS = 1_000_000
@@ -285,7 +286,7 @@ class CountsPlc(Plc):
 
 
 class Controller(Protocol):
-    """A vendor's controller module; compiled code puts ``INLINED`` into the scan, `pidcfg.sim.pieces` ``PATH``, too."""
+    """A vendor's controller module; compiled code puts ``INLINED`` into the scan."""
 
     Options: type[Any]
     """A dataclass: what a scenario may choose about the PLC (its key ``plc``); times in ticks."""
@@ -295,6 +296,5 @@ class Controller(Protocol):
     load: Callable[..., Plc]
     """A `Plc` of an image and options, as it stands at the program-to-run transition."""
     scan: Scan
-    LOOP_STEP: int
+    COST: Cost
     INLINED: tuple[Callable[..., Any], ...]
-    PATH: tuple[Callable[..., Any], ...]

@@ -149,7 +149,7 @@ class Run:
         onsets = [w for w in watches.values() if isinstance(w, Onset)]
         work = (last + 1) * len(meters)
         engine = choose(settings.engine, work, controller, calls_of(scenario, net), settings.runs)
-        kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller, last + 1)
+        kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
         machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
         journal = Journal(plc, step / TICKS)
         agenda = Agenda(scenario, plc, net, machine, journal, influence, step)

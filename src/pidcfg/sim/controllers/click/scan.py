@@ -21,11 +21,11 @@ from pidcfg.sim.controllers.click.modes import OVERRIDE_ERROR, modes, to_manual
 from pidcfg.sim.controllers.click.plc import Click, load
 from pidcfg.sim.controllers.click.pwm import pulse
 from pidcfg.sim.controllers.click.state import AUTO, FIRST, GOAL, NAN, PID_ERROR, REQUEST, TUNING, Config, State
-from pidcfg.sim.costs import LOOP_STEPS
+from pidcfg.sim.costs import COSTS
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp, finite, single
 
-__all__ = ["INLINED", "LOOP_STEP", "PATH", "Click", "Config", "Options", "State", "load", "sample", "scan"]
+__all__ = ["COST", "INLINED", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
 
 def control(c: Config, s: State, sig: list[float]) -> None:
@@ -95,7 +95,4 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, calculate)
 """The hot path of compiled code."""
-PATH = (control,)
-"""What it calls at most samples, for CPython."""
-LOOP_STEP = LOOP_STEPS["click"]
-"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""
+COST = COSTS["click"]

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from pidcfg.sim.controllers.dl06.alarms import alarms
 from pidcfg.sim.controllers.dl06.autotune import tune
-from pidcfg.sim.controllers.dl06.equation import calculate, position, shaped, velocity
+from pidcfg.sim.controllers.dl06.equation import calculate, position
 from pidcfg.sim.controllers.dl06.memory import Options
 from pidcfg.sim.controllers.dl06.modes import OVERRIDE_OVERFLOW, modes, to_manual
 from pidcfg.sim.controllers.dl06.plc import Dl06, load
@@ -38,10 +38,10 @@ from pidcfg.sim.controllers.dl06.state import (
     Config,
     State,
 )
-from pidcfg.sim.costs import LOOP_STEPS
+from pidcfg.sim.costs import COSTS
 from pidcfg.sim.terms import NEAREST
 
-__all__ = ["INLINED", "LOOP_STEP", "PATH", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
+__all__ = ["COST", "INLINED", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
 
 LARGEST = 2147483647.0
 """An output beyond a signed 32-bit number of counts is an overflow (D40)."""
@@ -169,7 +169,4 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, position)
 """The hot path of compiled code."""
-PATH = (calculate, velocity, shaped)
-"""What it calls at most samples, for CPython."""
-LOOP_STEP = LOOP_STEPS["dl06"]
-"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""
+COST = COSTS["dl06"]

@@ -12,7 +12,7 @@ counts, are written as the operands say.
 from __future__ import annotations
 
 from pidcfg.sim.controllers.dpide.autotune import tune
-from pidcfg.sim.controllers.dpide.equation import calculate, derivative, effective, put_back
+from pidcfg.sim.controllers.dpide.equation import calculate, derivative, effective
 from pidcfg.sim.controllers.dpide.modes import halt, switch
 from pidcfg.sim.controllers.dpide.plc import Dpide, load
 from pidcfg.sim.controllers.dpide.signals import show
@@ -28,11 +28,11 @@ from pidcfg.sim.controllers.dpide.state import (
     Config,
     State,
 )
-from pidcfg.sim.costs import LOOP_STEPS
+from pidcfg.sim.costs import COSTS
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import finite, single
 
-__all__ = ["INLINED", "LOOP_STEP", "PATH", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
+__all__ = ["COST", "INLINED", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
 
 
 def by_hand(c: Config, s: State) -> None:
@@ -99,7 +99,4 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, calculate, derivative, effective, fetch, show)
 """The hot path of compiled code."""
-PATH = (put_back, by_hand)
-"""What it calls at most samples, for CPython."""
-LOOP_STEP = LOOP_STEPS["dpide"]
-"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""
+COST = COSTS["dpide"]

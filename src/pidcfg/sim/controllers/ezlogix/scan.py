@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import sqrt
 
 from pidcfg.sim.controllers.ezlogix.autotune import tune
-from pidcfg.sim.controllers.ezlogix.equation import FULL, calculate, integrate
+from pidcfg.sim.controllers.ezlogix.equation import FULL, calculate
 from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
 from pidcfg.sim.controllers.ezlogix.pulse import pulse
 from pidcfg.sim.controllers.ezlogix.signals import show, show_output, show_setpoint
@@ -32,11 +32,11 @@ from pidcfg.sim.controllers.ezlogix.state import (
     Config,
     State,
 )
-from pidcfg.sim.costs import LOOP_STEPS
+from pidcfg.sim.costs import COSTS
 from pidcfg.sim.plc import NoOptions as Options
 from pidcfg.sim.terms import NEAREST
 
-__all__ = ["INLINED", "LOOP_STEP", "PATH", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
+__all__ = ["COST", "INLINED", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
 
 ERROR_MOST = 32767.0
 """Base+11, the error, is a signed word that stays within this (D169)."""
@@ -139,7 +139,4 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, limit_setpoint, calculate, converted, show, show_setpoint, show_output, pulse)
 """The hot path of compiled code."""
-PATH = (integrate,)
-"""What it calls at most samples, for CPython."""
-LOOP_STEP = LOOP_STEPS["ezlogix"]
-"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""
+COST = COSTS["ezlogix"]

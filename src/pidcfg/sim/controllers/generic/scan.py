@@ -17,9 +17,7 @@ from pidcfg.sim.controllers.generic.equation import (
     calculate,
     compare,
     derivative,
-    limited,
     measure,
-    move,
     put_back,
 )
 from pidcfg.sim.controllers.generic.plc import Generic, load
@@ -39,11 +37,11 @@ from pidcfg.sim.controllers.generic.state import (
     Config,
     State,
 )
-from pidcfg.sim.costs import LOOP_STEPS
+from pidcfg.sim.costs import COSTS
 from pidcfg.sim.plc import ScanOptions as Options
 from pidcfg.sim.terms import clamp
 
-__all__ = ["INLINED", "LOOP_STEP", "PATH", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
+__all__ = ["COST", "INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 
 
 def switch(c: Config, s: State) -> None:
@@ -115,7 +113,4 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, sample, measure, compare, derivative, calculate, watch)
 """The hot path of compiled code."""
-PATH = (follows, move, limited, put_back)
-"""What it calls at most samples, for CPython."""
-LOOP_STEP = LOOP_STEPS["generic"]
-"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""
+COST = COSTS["generic"]

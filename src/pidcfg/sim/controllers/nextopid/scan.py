@@ -9,29 +9,22 @@ files or names: see `memory` for how a program becomes `Config` and `State`.
 from __future__ import annotations
 
 from pidcfg.sim.controllers.nextopid import slots
-from pidcfg.sim.controllers.nextopid.actions import derivative, increment, integral_gain, proportional
-from pidcfg.sim.controllers.nextopid.bits import bad_limits, limited_inputs, negative
 from pidcfg.sim.controllers.nextopid.delay import delay, delay_lag
 from pidcfg.sim.controllers.nextopid.equation import (
-    calculate_automatic,
-    manipulate,
-    mode_in_force,
     pid,
-    write_outputs,
 )
 from pidcfg.sim.controllers.nextopid.filters import lag, lead_lag, low_filter
 from pidcfg.sim.controllers.nextopid.modes import keep_results, operate
 from pidcfg.sim.controllers.nextopid.on_off import on_off
-from pidcfg.sim.controllers.nextopid.output_limits import limited
 from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
 from pidcfg.sim.controllers.nextopid.pwm import pwm
 from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range
 from pidcfg.sim.controllers.nextopid.state import Config, State
 from pidcfg.sim.controllers.nextopid.wires import move, value_of, wire_in
-from pidcfg.sim.costs import LOOP_STEPS
+from pidcfg.sim.costs import COSTS
 from pidcfg.sim.plc import NoOptions as Options
 
-__all__ = ["INLINED", "LOOP_STEP", "PATH", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
+__all__ = ["COST", "INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
 
 def call(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
@@ -101,22 +94,4 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 
 INLINED = (scan, wire_in, value_of)
 """The hot path of compiled code."""
-PATH = (
-    call,
-    pid,
-    manipulate,
-    derivative,
-    calculate_automatic,
-    limited_inputs,
-    limited,
-    increment,
-    proportional,
-    integral_gain,
-    bad_limits,
-    negative,
-    mode_in_force,
-    write_outputs,
-)
-"""What it calls at most samples, for CPython."""
-LOOP_STEP = LOOP_STEPS["nextopid"]
-"""What a loop-step takes in CPython, in µs: see `pidcfg.sim.engine.choose`."""
+COST = COSTS["nextopid"]

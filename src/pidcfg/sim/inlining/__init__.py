@@ -1,1 +1,0 @@
-"""The base step in one piece, for CPython."""
