@@ -288,16 +288,16 @@ def kind_of(prop: Any, schema: Any) -> str:
     if "const" in prop:
         return f"`{prop['const']}`"
     if "anyOf" in prop:
-        return " or ".join(dict.fromkeys(kind_of(p, schema) for p in prop["anyOf"]))
+        texts_last = sorted(prop["anyOf"], key=lambda kind: "pattern" in kind)
+        return " or ".join(dict.fromkeys(kind_of(kind, schema) for kind in texts_last))
     if "$ref" in prop:
         return "section"
     if prop.get("type") == "array":
         return f"list of {kind_of(prop.get('items', prop.get('prefixItems', [{}])[0]), schema)}"
     limits = [f"{text} {prop[key]}" for key, text in (("minimum", "from"), ("maximum", "to")) if key in prop]
-    kinds = prop.get("type", "value")
+    kinds = f"text like `{prop['examples'][0]}`" if "pattern" in prop else prop.get("type", "value")
     word = " or ".join(kinds) if isinstance(kinds, list) else kinds
-    pattern = prop.get("pattern")
-    return (f"`{pattern}`".replace("|", "\\|") if pattern else word) + (" " + " ".join(limits) if limits else "")
+    return word + (" " + " ".join(limits) if limits else "")
 
 
 def main() -> None:

@@ -474,7 +474,7 @@ def test_the_json_schema_accepts_the_examples_and_refuses_what_validate_refuses(
     schema = json.loads(run("schema", "dl06").stdout)
     gain = schema["$defs"]["Tuning"]["properties"]["gain"]
     assert (gain["minimum"], gain["maximum"], gain["x-unit"]) == (0, 99.99, "%/%")
-    rate = schema["$defs"]["Loop"]["properties"]["sample_rate"]["anyOf"][0]
+    rate = schema["$defs"]["Loop"]["properties"]["sample_rate"]["anyOf"][1]
     assert (rate["minimum"], rate["maximum"]) == (0.05, 99.99)
     assert schema["$defs"]["Loop"]["additionalProperties"] is False
 

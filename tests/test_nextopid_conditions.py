@@ -270,12 +270,23 @@ def test_signals_keep_their_types_in_every_format(form):
         ("0.4 ms", "Count is 0.0004, but raw counts are whole numbers"),
         ("T#50d", "its word holds 0 to 4294967.295"),
         ("BOOL#2", "'2' is not true or false"),
+        ("T#5\u017f", "'T#5\u017f' is not a TIME"),
+        ("T#\uff11s", "'T#\uff11s' is not a TIME"),
+        ("t\u0131me#5s", "'t\u0131me#5s' is not a number"),
     ],
 )
 def test_first_values_that_a_type_does_not_hold(value, says):
     text = loop("Man").replace("INT#7", value)
     messages = [d.message + (d.help or "") for d in check_text(HEAD + text).findings if d.severity.name == "ERROR"]
     assert any(says in message for message in messages), messages
+
+
+@pytest.mark.parametrize(
+    ("value", "meant"), [("BOOL#1", True), ("BOOL#0", False), ("bool#TRUE", True), ("BOOL#false", False)]
+)
+def test_a_first_value_may_say_that_it_is_a_bool(value, meant):
+    text = loop("Man").replace("Man: false", f"Man: {value}")
+    assert NextopidFile.model_validate(_data(text)).signals["Man"] is meant
 
 
 def test_a_condition_decides_the_mode_of_a_run():

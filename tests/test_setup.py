@@ -2,6 +2,7 @@
 
 import ast
 import importlib.util
+import json
 import os
 import re
 import shutil
@@ -21,6 +22,7 @@ from pidcfg.cli.main import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+NODE = ROOT / "tests/node"
 LOCKS = sorted((ROOT / "requirements").glob("*.txt"))
 EXTRAS = PYPROJECT["project"]["optional-dependencies"]
 RANGES = {"run": PYPROJECT["project"]["dependencies"], **EXTRAS, **PYPROJECT["dependency-groups"]}
@@ -33,7 +35,7 @@ def tracked_files():
     """What a clean clone holds; without git, everything."""
     if not (ROOT / ".git").exists():
         files = (path.relative_to(ROOT) for path in ROOT.rglob("*") if path.is_file())
-        return [path for path in files if not {".venv", "__pycache__"} & set(path.parts)]
+        return [path for path in files if not {".venv", "__pycache__", "node_modules"} & set(path.parts)]
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout.decode()
     return [Path(name) for name in listed.split("\0") if name and (ROOT / name).is_file()]
 
@@ -128,9 +130,20 @@ def test_no_package_is_locked_twice_at_different_versions():
     assert len(pinned) == len({name for name, _ in pinned})
 
 
+def test_what_npm_installs_is_exact_hashed_and_from_its_registry_if_from_anywhere():
+    own, *packages = json.loads((NODE / "package-lock.json").read_text("utf-8"))["packages"].values()
+    assert own["devDependencies"] == json.loads((NODE / "package.json").read_text("utf-8"))["devDependencies"]
+    assert len(packages) > 10
+    for package in packages:
+        assert re.fullmatch(r"[0-9.]+", package["version"]), package
+        assert package["integrity"].startswith("sha512-"), package
+        assert package.get("resolved", "https://registry.npmjs.org/").startswith("https://registry.npmjs.org/"), package
+
+
 def test_every_dependency_has_its_reason():
     text = (ROOT / "docs" / "dependencies.md").read_text("utf-8")
     wanted = {Requirement(line).name for lines in RANGES.values() for line in lines}
+    wanted |= json.loads((NODE / "package.json").read_text("utf-8"))["devDependencies"].keys()
 
     assert set(re.findall(r"^\| `([\w.-]+)`", text, re.MULTILINE)) == wanted
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, NamedTuple
 
-from pidcfg.schemas.numbers import refuse
+from pidcfg.schemas.numbers import refuse, text_schema
 
 LONGEST = 9
 """Digits of an address that still reads as one."""
@@ -25,7 +25,7 @@ class BankRange(NamedTuple):
         """The number of an address of this bank; another spelling of one is refused with the right one."""
         if isinstance(value, int) and not isinstance(value, bool):
             return self._inside(value)
-        example = f"write it like {self.prefix}{self.first + 100}"
+        example = f"write it like {self._example}"
         if not isinstance(value, str):
             refuse("address_form", f"{self.what} is wanted", help=example)
         match = LIKE_ADDRESS.fullmatch(value.upper())
@@ -47,6 +47,10 @@ class BankRange(NamedTuple):
         return number
 
     @property
+    def _example(self) -> str:
+        return f"{self.prefix}{self.first + 100}"
+
+    @property
     def schema(self) -> dict[str, Any]:
         """The JSON Schema of an address."""
-        return {"type": "string", "pattern": f"^{self.prefix}[1-9][0-9]*$"}
+        return text_schema(f"{self.prefix}[1-9][0-9]{{0,{len(str(self.last)) - 1}}}", self._example)

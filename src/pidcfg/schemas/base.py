@@ -13,7 +13,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 from pydantic import BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
 from pydantic_core.core_schema import no_info_plain_validator_function
 
-from pidcfg.schemas.numbers import NUMBER, help_of, kind_of, number_text, parse_integer, parse_number, refuse, shown
+from pidcfg.schemas.numbers import (
+    NUMBER,
+    SIGNED,
+    help_of,
+    kind_of,
+    number_schema,
+    number_text,
+    parse_integer,
+    parse_number,
+    refuse,
+    shown,
+    text_schema,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,11 +40,15 @@ CONTROL = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 NAME_LENGTH = 64
 
 SECONDS = {"ms": Decimal("0.001"), "s": Decimal(1), "min": Decimal(60), "h": Decimal(3600)}
-DURATION = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?(ms|s|sec|second|seconds|min|minute|minutes|h|hour|hours)")
 UNIT_WORDS = {"sec": "s", "second": "s", "seconds": "s", "minute": "min", "minutes": "min", "hour": "h", "hours": "h"}
-DURATION_PATTERN = r"^[-+]?[0-9.]+ ?(ms|s|sec|seconds?|min|minutes?|h|hours?)$"
+TIME_UNITS = "|".join((*SECONDS, *UNIT_WORDS))
+DURATION = re.compile(rf"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) ?({TIME_UNITS})")
+DURATION_FORM = f"{SIGNED} ?(?:{TIME_UNITS})"
+DURATION_TEXT = text_schema(DURATION_FORM, "250 ms", "2 min")
+DURATION_SCHEMA = number_schema(DURATION_TEXT)
 COUNTS = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) counts?")
-COUNTS_PATTERN = r"^[-+]?[0-9.]+ counts?$"
+COUNTS_TEXT = text_schema(f"{SIGNED} counts?", "2048 counts")
+QUANTITY_SCHEMA = number_schema(COUNTS_TEXT)
 
 
 class Model(BaseModel):
@@ -204,15 +220,8 @@ def parse_range(value: object) -> tuple[Decimal, Decimal]:
     return low, high
 
 
-def _quantity_schema() -> dict[str, Any]:
-    return {"anyOf": [{"type": "number"}, {"type": "string", "pattern": COUNTS_PATTERN}]}
-
-
-def _duration_schema() -> dict[str, Any]:
-    return {"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}]}
-
-
-def _pair_schema(item: dict[str, Any]) -> dict[str, Any]:
+def pair_schema(item: dict[str, Any]) -> dict[str, Any]:
+    """The JSON Schema of a list of two."""
     return {"type": "array", "items": item, "minItems": 2, "maxItems": 2}
 
 
@@ -222,17 +231,15 @@ FormatVersion = Annotated[Literal[1], BeforeValidator(parse_integer)]
 Flag = Annotated[bool, Parser(parse_flag), WithJsonSchema({"type": "boolean"})]
 Text = Annotated[str, Parser(parse_text), WithJsonSchema({"type": ["string", "number", "boolean"]})]
 Name = Annotated[str, Parser(parse_name), WithJsonSchema({"type": ["string", "number"], "maxLength": NAME_LENGTH})]
-Seconds = Annotated[Decimal, Parser(parse_seconds), WithJsonSchema(_duration_schema())]
+Seconds = Annotated[Decimal, Parser(parse_seconds), WithJsonSchema(DURATION_SCHEMA)]
 OffSeconds = Annotated[
-    Decimal,
-    Parser(parse_off_seconds),
-    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"const": "off"}]}),
+    Decimal, Parser(parse_off_seconds), WithJsonSchema(number_schema(DURATION_TEXT, {"const": "off"}))
 ]
-Minutes = Annotated[Decimal, Parser(parse_minutes), WithJsonSchema(_duration_schema())]
-AnyQuantity = Annotated[Quantity, Parser(parse_quantity), WithJsonSchema(_quantity_schema())]
-Range = Annotated[tuple[Decimal, Decimal], Parser(parse_range), WithJsonSchema(_pair_schema({"type": "number"}))]
+Minutes = Annotated[Decimal, Parser(parse_minutes), WithJsonSchema(DURATION_SCHEMA)]
+AnyQuantity = Annotated[Quantity, Parser(parse_quantity), WithJsonSchema(QUANTITY_SCHEMA)]
+Range = Annotated[tuple[Decimal, Decimal], Parser(parse_range), WithJsonSchema(pair_schema({"type": "number"}))]
 QuantityPair = Annotated[
     tuple[Quantity, Quantity],
     Parser(parse_pair(parse_quantity, "a pair of limits")),
-    WithJsonSchema(_pair_schema(_quantity_schema())),
+    WithJsonSchema(pair_schema(QUANTITY_SCHEMA)),
 ]

@@ -14,7 +14,7 @@ from pydantic import BeforeValidator, WithJsonSchema
 from pidcfg.refs import CLICK, CLICK_HELP, Decision
 from pidcfg.schemas.addresses import BankRange
 from pidcfg.schemas.base import (
-    DURATION_PATTERN,
+    DURATION_TEXT,
     Flag,
     Integer,
     Model,
@@ -24,13 +24,14 @@ from pidcfg.schemas.base import (
     Range,
     Seconds,
     Text,
+    pair_schema,
     parse_duration,
     parse_pair,
 )
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
-from pidcfg.schemas.numbers import NUMBER, parse_integer, parse_number, refuse
-from pidcfg.schemas.rates import RATE_SCHEMA, Rate, parse_rate
+from pidcfg.schemas.numbers import NUMBER, parse_integer, parse_number, refuse, text_schema
+from pidcfg.schemas.rates import UNIT_RATE_SCHEMA, Rate, parse_rate
 
 D100 = Decision(
     100,
@@ -112,20 +113,18 @@ def parse_unit_rate(value: object) -> Rate:
 CAddress = Annotated[int, Parser(BITS.parse), WithJsonSchema(BITS.schema)]
 DsAddress = Annotated[int, Parser(INTEGERS.parse), WithJsonSchema(INTEGERS.schema)]
 DfAddress = Annotated[int, Parser(FLOATS.parse), WithJsonSchema(FLOATS.schema)]
-YBit = Annotated[str, Parser(parse_output_bit), WithJsonSchema({"type": "string", "pattern": "^Y[0-9]{3}$"})]
-SampleRate = Annotated[
-    Decimal, Parser(parse_sample_rate), WithJsonSchema({"type": "string", "pattern": DURATION_PATTERN})
-]
-UnitRate = Annotated[Rate, Parser(parse_unit_rate), WithJsonSchema(RATE_SCHEMA)]
+YBit = Annotated[str, Parser(parse_output_bit), WithJsonSchema(text_schema(Y_BIT.pattern, "Y001"))]
+SampleRate = Annotated[Decimal, Parser(parse_sample_rate), WithJsonSchema(DURATION_TEXT)]
+UnitRate = Annotated[Rate, Parser(parse_unit_rate), WithJsonSchema(UNIT_RATE_SCHEMA)]
 NumberPair = Annotated[
     tuple[Decimal, Decimal],
     Parser(parse_pair(parse_number, "a pair of limits")),
-    WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}),
+    WithJsonSchema(pair_schema({"type": "number"})),
 ]
 ProcessRange = Annotated[
     tuple[Decimal, Decimal],
     Parser(parse_pair(parse_number, "a range")),
-    WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}),
+    WithJsonSchema(pair_schema({"type": "number"})),
 ]
 """Unlike a `Range` one that need not ascend: registers that were never written hold [0, 0] (D620)."""
 

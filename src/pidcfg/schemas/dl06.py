@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from pidcfg.refs import DL06
 from pidcfg.schemas.base import (
-    DURATION_PATTERN,
+    DURATION_TEXT,
     AnyQuantity,
     Duration,
     Flag,
@@ -31,7 +31,7 @@ from pidcfg.schemas.base import (
 )
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
-from pidcfg.schemas.numbers import parse_integer, refuse
+from pidcfg.schemas.numbers import number_schema, parse_integer, refuse
 from pidcfg.schemas.octal import VAddress
 from pidcfg.schemas.rates import AnyRate
 from pidcfg.schemas.units import RESET_UNIT
@@ -68,10 +68,9 @@ def parse_reset(value: object) -> Reset:
     return Reset(None, nines=value == OFF_NINES) if value in ("off", OFF_NINES) else Reset(parse_duration(value))
 
 
-_RESET_SCHEMA = {
-    "anyOf": [{"type": "number"}, {"type": "string", "pattern": DURATION_PATTERN}, {"enum": ["off", OFF_NINES]}]
-}
-AnyReset = Annotated[Reset, Parser(parse_reset), WithJsonSchema(_RESET_SCHEMA)]
+AnyReset = Annotated[
+    Reset, Parser(parse_reset), WithJsonSchema(number_schema(DURATION_TEXT, {"enum": ["off", OFF_NINES]}))
+]
 
 
 class Plc(Model):

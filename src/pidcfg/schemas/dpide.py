@@ -9,10 +9,12 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Annotated, Literal
 
+from pydantic import WithJsonSchema
+
 from pidcfg.refs import DPIDE, Decision
-from pidcfg.schemas.base import Model, Name, Parser, Range, Text, parse_duration
+from pidcfg.schemas.base import DURATION_SCHEMA, Model, Name, Parser, Range, Text, parse_duration
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
-from pidcfg.schemas.dpide_call import Call, or_text, parse_milliseconds
+from pidcfg.schemas.dpide_call import MILLISECONDS_SCHEMA, Call, parse_milliseconds
 from pidcfg.schemas.dpide_devices import Devices, Register
 from pidcfg.schemas.iec import DINT, REAL, Bool, DInt, Real, Timed
 from pidcfg.schemas.limits import Limits
@@ -45,8 +47,8 @@ def parse_time(value: object) -> Decimal:
     return duration.value if duration.unit is None else Timed(duration.seconds())
 
 
-Milliseconds = Annotated[int, Parser(parse_milliseconds), or_text("integer"), DINT]
-Time = Annotated[Decimal, Parser(parse_time), or_text("number"), REAL]
+Milliseconds = Annotated[int, Parser(parse_milliseconds), WithJsonSchema(MILLISECONDS_SCHEMA), DINT]
+Time = Annotated[Decimal, Parser(parse_time), WithJsonSchema(DURATION_SCHEMA), REAL]
 Interval = Annotated[Milliseconds, Limits("1", None, "ms", DPIDE.at("Example 5"))]
 
 

@@ -8,11 +8,11 @@ from typing import Annotated
 from pydantic import WithJsonSchema
 
 from pidcfg.refs import DPIDE, Decision
-from pidcfg.schemas.base import DURATION_PATTERN, Model, Parser, parse_duration
+from pidcfg.schemas.base import DURATION_TEXT, Model, Parser, parse_duration
 from pidcfg.schemas.dpide_devices import DIGITS, Flag
 from pidcfg.schemas.iec import INT, Identifier
 from pidcfg.schemas.limits import Limits
-from pidcfg.schemas.numbers import refuse
+from pidcfg.schemas.numbers import refuse, text_schema
 
 D600 = Decision(
     600,
@@ -52,16 +52,12 @@ def parse_milliseconds(value: object) -> int:
     return int(number)
 
 
-def or_text(kind: str) -> WithJsonSchema:
-    """A number in a file, or a text with a unit of time."""
-    return WithJsonSchema({"anyOf": [{"type": kind}, {"type": "string", "pattern": DURATION_PATTERN}]})
-
-
-Timer = Annotated[str, Parser(parse_timer), WithJsonSchema({"type": "string", "pattern": f"^{TIMER.pattern}$"})]
+MILLISECONDS_SCHEMA = {"anyOf": [DURATION_TEXT, {"type": "integer"}]}
+Timer = Annotated[str, Parser(parse_timer), WithJsonSchema(text_schema(TIMER.pattern, "T0"))]
 PulseCycle = Annotated[
     int,
     Parser(parse_milliseconds),
-    or_text("integer"),
+    WithJsonSchema(MILLISECONDS_SCHEMA),
     INT,
     Limits("1", str(INT.high), "ms", DPIDE.at("Example 3")),
 ]

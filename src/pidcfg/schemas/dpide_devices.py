@@ -9,7 +9,7 @@ from pydantic import WithJsonSchema
 
 from pidcfg.refs import Decision
 from pidcfg.schemas.base import Model, Parser
-from pidcfg.schemas.numbers import refuse
+from pidcfg.schemas.numbers import refuse, text_schema
 
 D250 = Decision(
     250,
@@ -97,13 +97,11 @@ def parse_flag_device(value: object) -> str:
     return str(value)
 
 
-Register = Annotated[
-    str, Parser(parse_register), WithJsonSchema({"type": "string", "pattern": f"^{REGISTER.pattern}$"})
-]
+Register = Annotated[str, Parser(parse_register), WithJsonSchema(text_schema(REGISTER.pattern, "D500"))]
 Flag = Annotated[
     str,
     Parser(parse_flag_device),
-    WithJsonSchema({"type": "string", "pattern": f"^({FLAG.pattern}|{BIT.pattern})$"}),
+    WithJsonSchema(text_schema(f"{FLAG.pattern}|{BIT.pattern}", "M10", "Y0.1", "D100.5")),
 ]
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from decimal import Decimal
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import WithJsonSchema
 
@@ -27,13 +27,14 @@ from pidcfg.schemas.base import (
     Range,
     Seconds,
     Text,
+    pair_schema,
     parse_pair,
     parse_text,
 )
 from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
 from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.map_file import MapFile
-from pidcfg.schemas.numbers import parse_integer, refuse
+from pidcfg.schemas.numbers import parse_integer, refuse, text_schema
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -124,8 +125,8 @@ def parse_template(value: object) -> str:
     return text
 
 
-def _tag_schema(*prefixes: str) -> dict[str, str]:
-    return {"type": "string", "pattern": f"^({'|'.join(prefixes)})[1-9][0-9]{{0,4}}$"}
+def _tag_schema(*prefixes: str) -> dict[str, Any]:
+    return text_schema(f"(?:{'|'.join(prefixes)})[1-9][0-9]{{0,4}}", f"{prefixes[0]}1")
 
 
 RAddress = Annotated[int, Parser(REGISTERS.parse), WithJsonSchema(REGISTERS.schema)]
@@ -136,7 +137,7 @@ OutputTag = Annotated[str, Parser(parse_tag("O")), WithJsonSchema(_tag_schema("O
 Counts = Annotated[
     tuple[int, int],
     Parser(parse_counts),
-    WithJsonSchema({"type": "array", "items": {"type": "integer"}, "minItems": 2, "maxItems": 2}),
+    WithJsonSchema(pair_schema({"type": "integer"})),
 ]
 Template = Annotated[str, Parser(parse_template), WithJsonSchema({"type": "string"})]
 

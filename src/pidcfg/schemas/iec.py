@@ -15,7 +15,7 @@ from pydantic import BeforeValidator, WithJsonSchema
 from pidcfg.frozen import frozen
 from pidcfg.schemas.base import (
     DURATION,
-    DURATION_PATTERN,
+    DURATION_FORM,
     LOOKS_BOOLEAN,
     TRUTHS,
     Parser,
@@ -28,10 +28,12 @@ from pidcfg.schemas.numbers import (
     NOT_FINITE,
     NUMBER,
     OTHER_NOTATION,
+    SIGNED,
     number_text,
     parse_integer,
     parse_number,
     refuse,
+    text_schema,
 )
 
 if TYPE_CHECKING:
@@ -102,9 +104,9 @@ class Whole(Decimal):
     """A number that was written as INT, ``INT#5``."""
 
 
-TYPED = re.compile(r"(BOOL|INT|REAL|TIME|T)#(.*)", re.IGNORECASE)
+TYPED = re.compile(r"(BOOL|INT|REAL|TIME|T)#(.*)", re.IGNORECASE | re.ASCII)
 """A literal that says its type."""
-TIME_PARTS = re.compile(r"(\d+(?:\.\d+)?)(ms|d|h|m|s)", re.IGNORECASE)
+TIME_PARTS = re.compile(r"(\d+(?:\.\d+)?)(ms|d|h|m|s)", re.IGNORECASE | re.ASCII)
 MILLISECONDS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1000, "ms": 1}
 
 
@@ -116,7 +118,7 @@ def time_text(milliseconds: int) -> str:
 def time_seconds(text: str) -> Decimal | None:
     """The seconds that a TIME literal means, ``T#1m30s``; None where it is none."""
     body = text.partition("#")[2].replace("_", "")
-    if not re.fullmatch(f"(?:{TIME_PARTS.pattern})+", body, re.IGNORECASE):
+    if not re.fullmatch(f"(?:{TIME_PARTS.pattern})+", body, TIME_PARTS.flags):
         return None
     parts = TIME_PARTS.findall(body)
     order = [[*MILLISECONDS].index(unit.lower()) for _, unit in parts]
@@ -209,7 +211,7 @@ def parse_signal(value: object) -> Decimal | bool:
 def _literal(text: str, kind: str, body: str) -> Decimal | bool:
     """The value of a literal that says its type."""
     if kind == "BOOL":
-        return parse_flag({"1": "true", "0": "false"}.get(body, body.lower()))
+        return parse_flag({"1": True, "0": False, "true": True, "false": False}.get(body.lower(), body))
     if kind in {"TIME", "T"}:
         seconds = time_seconds(text)
         if seconds is None:
@@ -239,7 +241,6 @@ def _field(parse: Callable[[object], Any], *schemas: dict[str, Any]) -> tuple[Pa
 
 
 NUMERIC = {"type": "number"}
-DURATION_TEXT = {"type": "string", "pattern": DURATION_PATTERN}
 RealIn = Annotated[Decimal | Wire, *_field(parse_real_in, NUMERIC, WIRED), REAL]
 TimeIn = Annotated[Decimal | Wire, *_field(parse_time_in, NUMERIC, WIRED), REAL]
 IntIn = Annotated[Decimal | Wire, *_field(parse_real_in, {"type": "integer"}, WIRED), INT]
@@ -256,7 +257,17 @@ TuneMode = Annotated[Literal["P", "PI", "PID"], BeforeValidator(bare_mode), AUTO
 Identifier = Annotated[
     str,
     Parser(parse_identifier),
-    WithJsonSchema({"type": "string", "pattern": f"^{IDENTIFIER.pattern}$", "maxLength": IDENTIFIER_LENGTH}),
+    WithJsonSchema({**text_schema(IDENTIFIER.pattern, "TIC_101"), "maxLength": IDENTIFIER_LENGTH}),
 ]
-TYPED_TEXT = {"type": "string", "pattern": f"^(?i:{TYPED.pattern})$|{DURATION_PATTERN}"}
-Signal = Annotated[Decimal | bool, *_field(parse_signal, NUMERIC, {"type": "boolean"}, TYPED_TEXT)]
+
+
+def _any_case(words: str) -> str:
+    """A pattern of small letters that fits capitals as well; JavaScript has no flag for that within a pattern."""
+    return re.sub("[a-z]", lambda letter: f"[{letter[0].upper()}{letter[0]}]", words)
+
+
+_BOOL = _any_case("bool#(?:1|0|true|false)")
+_NUMBER = f"{_any_case('(?:int|real)#')}{SIGNED}"
+_TIME = f"{_any_case('t(?:ime)?#')}(?:[0-9_]+(?:\\.[0-9_]+)?{_any_case('(?:ms|d|h|m|s)')})+_*"
+SIGNAL_TEXT = text_schema(f"{_BOOL}|{_NUMBER}|{_TIME}|{DURATION_FORM}", "INT#5", "BOOL#1", "500 ms", "T#1m30s")
+Signal = Annotated[Decimal | bool, *_field(parse_signal, SIGNAL_TEXT, NUMERIC, {"type": "boolean"})]

@@ -438,7 +438,9 @@ class NextopidFile(ConfigurationFile):
     vendor: Literal["nextopid"]
     plc: Plc
     """The task."""
-    signals: Mapping[Identifier, Signal] = Field(default_factory=dict)
+    signals: Mapping[Identifier, Signal] = Field(
+        default_factory=dict, json_schema_extra={"additionalProperties": False}
+    )
     """Values from outside by name, each with its first value, which says its type: 5.0 (REAL), true (BOOL), INT#5,
     500 ms or T#500ms (TIME, in s where it is read)."""
     blocks: tuple[Annotated[Block, Field(discriminator="type")], ...] = ()

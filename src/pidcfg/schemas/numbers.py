@@ -20,6 +20,10 @@ BASED = re.compile(r"[-+]?(?:0x[0-9a-fA-F]+|0o[0-7]+|0b[01]+)")
 BCD = re.compile(r"[-+]?0x(?P<digits>[0-9]+)")
 THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}(?:_[0-9]{3})+")
 NOT_FINITE = re.compile(r"[-+]?\.?(?:inf|infinity|nan)", re.IGNORECASE)
+UNSIGNED = r"(?:(?:0|[1-9][0-9]*)(?:\.[0-9]*)?|\.[0-9]+)"
+"""A number that is taken, as a part of a pattern of a JSON Schema."""
+SIGNED = rf"[-+]?{UNSIGNED}(?:[eE][-+]?[0-9]+)?"
+"""The same with what may stand before and behind it."""
 MAX_DIGITS = 32
 EXACT = Context(prec=100, rounding=ROUND_HALF_EVEN)
 """Three times the digits that a file may write: products are exact, and quotients round as if they were."""
@@ -42,6 +46,25 @@ def decimal_text(value: Decimal) -> str:
 def refuse(kind: str, message: str, **context: Any) -> NoReturn:
     """Raises the error that the validator turns into a finding; ``only``: the one text that can be meant."""
     raise PydanticCustomError(kind, "{text}", {"text": message, **context})
+
+
+def text_schema(pattern: str, *examples: str) -> dict[str, Any]:
+    """The JSON Schema of a text that a pattern fits from end to end; an editor shows the examples where it does not.
+
+    To an editor it is a regular expression of JavaScript. So that it means the same there as in Python, it has no flags
+    and no names of groups, and the ASCII digits and letters in place of their classes.
+    """
+    return {
+        "type": "string",
+        "pattern": f"^(?:{pattern})$",
+        "examples": list(examples),
+        "patternErrorMessage": f"write it like {' or '.join(examples)}",
+    }
+
+
+def number_schema(*texts: dict[str, Any]) -> dict[str, Any]:
+    """The JSON Schema of a number, or of one of some texts in its place."""
+    return {"anyOf": [*texts, {"type": "number"}]}
 
 
 def parse_number(value: object) -> Decimal:

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import WithJsonSchema
 
 from pidcfg.schemas.base import Parser
-from pidcfg.schemas.numbers import refuse
+from pidcfg.schemas.numbers import refuse, text_schema
 
 V_ADDRESS = re.compile(r"V([0-7]{1,6})")
 BARE = re.compile(r"[0-9]+")
@@ -54,4 +54,4 @@ def _in_memory(address: int, shown: str) -> int:
     return address
 
 
-VAddress = Annotated[int, Parser(parse_v_address), WithJsonSchema({"type": "string", "pattern": "^V[0-7]{1,6}$"})]
+VAddress = Annotated[int, Parser(parse_v_address), WithJsonSchema(text_schema("V[01]?[0-7]{1,5}", "V2000"))]

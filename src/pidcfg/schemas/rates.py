@@ -7,8 +7,8 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import WithJsonSchema
 
-from pidcfg.schemas.base import Parser, Quantity, parse_quantity
-from pidcfg.schemas.numbers import EXACT, NUMBER, number_text, refuse
+from pidcfg.schemas.base import COUNTS_TEXT, Parser, Quantity, parse_quantity
+from pidcfg.schemas.numbers import EXACT, NUMBER, SIGNED, number_schema, number_text, refuse, text_schema
 
 
 class Rate(NamedTuple):
@@ -44,7 +44,7 @@ def parse_rate(value: object) -> Rate:
     return Rate(quantity.value, quantity.counts)
 
 
-RATE_SCHEMA = {
-    "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+]?[0-9.]+ ?(counts)?( ?/ ?(sample|s|min))?$"}]
-}
-AnyRate = Annotated[Rate, Parser(parse_rate), WithJsonSchema(RATE_SCHEMA)]
+PER_TIME = r"\s*/\s*(?:sample|s|min)\s*"
+UNIT_RATE_SCHEMA = number_schema(text_schema(rf"\s*{SIGNED}{PER_TIME}", "15 /min", "0.25 /s"))
+COUNT_RATE_TEXT = text_schema(rf"\s*{SIGNED}\s*(?:counts)?{PER_TIME}", "15 /min", "0.25 /s", "40 counts/min")
+AnyRate = Annotated[Rate, Parser(parse_rate), WithJsonSchema(number_schema(COUNT_RATE_TEXT, COUNTS_TEXT))]

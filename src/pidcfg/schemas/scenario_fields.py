@@ -10,16 +10,20 @@ from pydantic import WithJsonSchema
 
 from pidcfg.schemas.base import (
     DURATION,
+    DURATION_FORM,
+    DURATION_SCHEMA,
+    QUANTITY_SCHEMA,
     TRUTHS,
     Parser,
     Quantity,
+    pair_schema,
     parse_flag,
     parse_pair,
     parse_quantity,
     parse_seconds,
     parse_text,
 )
-from pidcfg.schemas.numbers import number_text, parse_integer, parse_number, refuse
+from pidcfg.schemas.numbers import SIGNED, number_schema, number_text, parse_integer, parse_number, refuse, text_schema
 
 
 class Bound(NamedTuple):
@@ -164,8 +168,9 @@ def parse_expression(value: object) -> str:
 
 MOST_LOOPS = 9999
 
-_BOUND_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[-+]?[0-9.]+ ?(%|ms|s|min|h)$"}]}
-_PERCENT_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^[0-9.]+ ?%$"}]}
+_PERCENT_FORM = rf"\s*{SIGNED}\s*%"
+_PERCENT_TEXT = text_schema(_PERCENT_FORM, "5 %")
+_BOUND_TEXT = text_schema(f"{_PERCENT_FORM}|{DURATION_FORM}", "10 %", "10 min")
 _MODE_SCHEMA = {
     "anyOf": [
         {"type": "string"},
@@ -177,23 +182,20 @@ _MODE_SCHEMA = {
         },
     ]
 }
-_TIMES_SCHEMA = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "maxItems": 2}
-_INITIAL_SCHEMA = {
-    "anyOf": [{"const": "steady"}, {"type": "object", "additionalProperties": {"type": ["number", "string"]}}]
-}
+_INITIAL_SCHEMA = {"anyOf": [{"const": "steady"}, {"type": "object", "additionalProperties": QUANTITY_SCHEMA}]}
 
 Initial = Annotated[Literal["steady"] | dict[str, Quantity], Parser(parse_initial), WithJsonSchema(_INITIAL_SCHEMA)]
 LoopCount = Annotated[
     int, Parser(parse_loop_count), WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MOST_LOOPS})
 ]
-AnyBound = Annotated[Bound, Parser(parse_bound), WithJsonSchema(_BOUND_SCHEMA)]
-Percent = Annotated[Decimal, Parser(parse_percent), WithJsonSchema(_PERCENT_SCHEMA)]
+AnyBound = Annotated[Bound, Parser(parse_bound), WithJsonSchema(number_schema(_BOUND_TEXT))]
+Percent = Annotated[Decimal, Parser(parse_percent), WithJsonSchema(number_schema(_PERCENT_TEXT))]
 AnyMode = Annotated[str | Never, Parser(parse_mode), WithJsonSchema(_MODE_SCHEMA)]
 Truth = Annotated[bool | int, Parser(parse_truth), WithJsonSchema({"type": ["boolean", "integer", "string"]})]
 Times = Annotated[
     tuple[Decimal, Decimal],
     Parser(parse_pair(parse_seconds, "a pair of times")),
-    WithJsonSchema(_TIMES_SCHEMA),
+    WithJsonSchema(pair_schema(DURATION_SCHEMA)),
 ]
 Expression = Annotated[str, Parser(parse_expression), WithJsonSchema({"type": ["string", "number"], "maxLength": 1000})]
 Key = Annotated[str | int, Parser(parse_key), WithJsonSchema({"type": "string"})]

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, WithJsonSchema
 
-from pidcfg.schemas.base import Integer, Model, Name, Parser, parse_pair
-from pidcfg.schemas.numbers import NUMBER, decimal_text, number_text, parse_number, refuse
+from pidcfg.schemas.base import Integer, Model, Name, Parser, pair_schema, parse_pair
+from pidcfg.schemas.numbers import NUMBER, UNSIGNED, decimal_text, number_text, parse_number, refuse, text_schema
 
 AMOUNT = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) *([^\s0-9.].*)")
 SHARE = re.compile(r"(?:±|\+-|\+/-) ?([0-9.]+) ?%")
@@ -96,10 +96,10 @@ def _ascending(value: object, what: str) -> tuple[Amount, Amount]:
 
 
 _AMOUNT_SCHEMA: dict[str, Any] = {"type": ["number", "string"]}
-_PAIR_SCHEMA: dict[str, Any] = {"type": "array", "items": _AMOUNT_SCHEMA, "minItems": 2, "maxItems": 2}
+_PAIR_SCHEMA = pair_schema(_AMOUNT_SCHEMA)
 _SPREAD_SCHEMA: dict[str, Any] = {
     "anyOf": [
-        {"type": "string", "pattern": r"^(±|\+-|\+/-) ?[0-9.]+ ?%$"},
+        text_schema(rf"(?:±|\+-|\+/-) ?{UNSIGNED} ?%", "±30 %"),
         {
             "type": "object",
             "properties": {"uniform": _PAIR_SCHEMA},

@@ -51,8 +51,9 @@ OPTIONS = frozenset(KEYS) - {PER_FILE}
 def settings_schema() -> dict[str, Any]:
     """The JSON Schema of ``pidcfg.toml``, for editors."""
     from pidcfg.schemas.document import DIALECT
+    from pidcfg.schemas.numbers import text_schema
 
-    codes = {"type": "array", "items": {"type": "string", "pattern": "^[A-Za-z]{1,3}[0-9]{0,3}$"}}
+    codes = {"type": "array", "items": text_schema("[A-Za-z]{1,3}[0-9]{0,3}", "PID101", "DL2")}
     kinds: dict[str, dict[str, Any]] = {
         "codes": codes,
         "switch": {"type": "boolean"},
