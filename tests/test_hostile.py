@@ -3,20 +3,33 @@
 from __future__ import annotations
 
 import ast
+import html
+import io
 import os
+import random
+import re
 import signal
+import socket
 import subprocess
 import sys
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Event, Thread
+from types import SimpleNamespace
 
+import click
 import pytest
+from ruamel.yaml import YAML
 
 import pidcfg
 from living_rig import GOOD, TWICE, call, run
+from pidcfg import reader
 from pidcfg.api import check, check_text
 from pidcfg.cli import interrupts, main
 from pidcfg.cli.files import outputs, temporary
 from pidcfg.cli.files.edited import difference
+from pidcfg.cli.terminal import console
+from pidcfg.control_characters import without_orders
 from pidcfg.encoders.ihex import read_ihex
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.st_read import read_st
@@ -24,9 +37,11 @@ from pidcfg.limits import DEFAULT
 from pidcfg.listings import read_listing
 from pidcfg.store import Store, cache_folder
 from pidcfg.vendors import VENDORS
+from pidcfg.writer import json_line, json_text, yaml_text
 
 SOURCE = Path(__file__).parents[1] / "src" / "pidcfg"
-EZLOGIX = Path(__file__).parents[1] / "examples" / "ezlogix" / "oven.yaml"
+EXAMPLES = SOURCE.parents[1] / "examples"
+EZLOGIX = EXAMPLES / "ezlogix" / "oven.yaml"
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals, locks and pipes of POSIX")
 
 
@@ -147,44 +162,240 @@ def test_a_listing_of_another_version_is_refused(version):
     assert read_listing(text.replace(version, "1", 1).encode(), VENDORS["dl06"], DEFAULT).words
 
 
-@POSIX
-@pytest.mark.parametrize("where", ["config", "baseline", "settings", "input"])
-def test_nothing_waits_at_a_pipe_with_a_name(tmp_path, monkeypatch, capsysbinary, where):
-    pipe, file = tmp_path / "pipe", tmp_path / "a.yaml"
-    os.mkfifo(pipe)
-    keep_open = os.open(pipe, os.O_RDWR | os.O_NONBLOCK)  # a reader would find it empty instead of waiting for ever
-    os.set_blocking(keep_open, False)
-    file.write_text(GOOD, "utf-8")
-    scenario = tmp_path / "a.scenario.yaml"
-    scenario.write_text("pidcfg: 1\nscenario: x\nconfig: pipe\nduration: 1\n", "utf-8")
-    arguments = {
-        "config": (scenario,),
-        "baseline": (file, "--baseline", pipe),
-        "settings": (file, "--config", pipe),
-        "input": (pipe,),
+OWN_FILES = {
+    "reader": "the one door",
+    "certification.sources": "the package's own sources",
+    "cli.commands.completion": "a script of the package",
+    "cli.commands.init": "a starter of the package",
+    "cli.completion.candidates": "a list of the package",
+    "cli.findings.cache": "the record of the installation",
+    "cli.files.temporary": "temporary files of its own",
+    "cli.main": "a closed stream that goes to nowhere",
+    "cli.terminal.console": "a closed stream that goes to nowhere",
+    "encoders.click.package": "a temporary file of its own",
+    "pictures.trend": "a style sheet of the package",
+    "report.pdf": "a temporary file of its own",
+    "sheets.read": "a starter of the package",
+    "store": "entries of the cache",
+}
+"""Who opens files, and which: those of the user and those that files name have one door."""
+
+
+def opens(node):
+    """Whether a call opens a file to read it."""
+    if not isinstance(node, ast.Call):
+        return False
+    words = ast.unparse(node.func)
+    reads = [arg for arg in node.args if isinstance(arg, ast.Constant) and str(arg.value).startswith("r")]
+    return (
+        words in {"open", "os.open", "io.open"}
+        or words.endswith((".read_bytes", ".read_text"))
+        or (words.endswith(".open") and bool(reads))
+    )
+
+
+def test_every_file_is_opened_by_the_one_function():
+    found = {
+        path.relative_to(SOURCE).with_suffix("").as_posix().replace("/", ".")
+        for path in SOURCE.rglob("*.py")
+        if any(word in (text := path.read_text("utf-8")) for word in ("open(", "read_bytes(", "read_text("))
+        and any(map(opens, ast.walk(ast.parse(text))))
     }
+    assert found <= {*OWN_FILES}, found - {*OWN_FILES}
+
+
+@contextmanager
+def no_waiting():
+    """Fails where something waits for what never comes."""
+
+    def waits(*_):
+        pytest.fail("it waits")
+
+    before = signal.signal(signal.SIGALRM, waits)
     signal.alarm(20)
-    found = run(monkeypatch, capsysbinary, *arguments[where])
-    signal.alarm(0)
-    os.close(keep_open)
-    assert "it is a pipe and no file" in found.out + found.err
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
 
 
-def test_a_stream_is_no_configuration_of_a_scenario(tmp_path, monkeypatch, capsysbinary):
-    (tmp_path / "a.scenario.yaml").write_text("pidcfg: 1\nscenario: x\nconfig: /dev/stdin\nduration: 1\n", "utf-8")
-    assert "/dev/stdin is no file" in run(monkeypatch, capsysbinary, tmp_path / "a.scenario.yaml").out
+def place_of(kind, tmp_path):
+    """Something in a folder that is no file, or the name of a device."""
+    place = tmp_path / "place"
+    if kind == "pipe":
+        os.mkfifo(place)
+    elif kind == "socket":
+        with socket.socket(socket.AF_UNIX) as line:
+            line.bind(os.fspath(place))
+    elif kind == "link":
+        place.symlink_to("/dev/ptmx")
+    elif kind == "file of a process":
+        place.symlink_to("/proc/self/cmdline")
+    else:
+        place = Path(kind)
+    if not place.exists():
+        pytest.skip(f"{kind} is not there")
+    return place
+
+
+KINDS = {
+    "pipe": "is a pipe and no file",
+    "socket": "is a socket and no file",
+    "link": "is a device and no file",
+    "file of a process": "lies in /proc and is no file",
+    "/dev/ptmx": "is a device and no file",
+    "/dev/tty": "is a device and no file",
+    "/dev/zero": "is a device and no file",
+    "/dev/full": "is a device and no file",
+    "/proc/kmsg": "lies in /proc and is no file",
+    "/dev": "Is a directory",
+}
+WHERE = {
+    "config": ("a.scenario.yaml", 1),
+    "map": ("b.yaml", 1),
+    "baseline": ("a.yaml --baseline {}", 2),
+    "settings": ("a.yaml --config {}", 2),
+    "input": ("{}", 2),
+}
+"""Who names it: arguments of validate, and its exit code."""
+
+
+def with_map(name):
+    """A configuration that names its map."""
+    return EZLOGIX.read_text("utf-8").replace("plc:\n", f"plc:\n  map: {name}\n", 1)
+
+
+@POSIX
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("where", WHERE)
+def test_nothing_that_is_no_file_is_opened(tmp_path, monkeypatch, capsysbinary, where, kind):
+    """Some devices are waited for, others never end, and opening one may do something."""
+    if (where, kind) == ("input", "/dev"):
+        return  # a folder of files
+    monkeypatch.chdir(tmp_path)
+    place = place_of(kind, tmp_path)
+    opened = []
+    spy = os.open
+
+    def open_file(path, *rest, **named):
+        opened.append(os.fspath(path))
+        return spy(path, *rest, **named)
+
+    monkeypatch.setattr(os, "open", open_file)
+    Path("a.yaml").write_text(GOOD, "utf-8")
+    Path("b.yaml").write_text(with_map(place), "utf-8")
+    Path("a.scenario.yaml").write_text(f"pidcfg: 1\nscenario: x\nconfig: {place}\nduration: 1\n", "utf-8")
+    with no_waiting():
+        found = run(monkeypatch, capsysbinary, *WHERE[where][0].format(place).split())
+    assert (found.code, KINDS[kind] in found.out + found.err) == (WHERE[where][1], True)
+    assert os.fspath(place) not in opened
+
+
+DEVICE = "/dev/ptmx"
+OTHER = "modbus://127.0.0.1:1"
+DOORS = (
+    "validate {} --no-cache",
+    "validate a.yaml --fix --config {}",
+    "validate {} --fix",
+    "encode {}",
+    "encode a.yaml --format modbus --changed-from {}",
+    "encode a.yaml --format modbus --map {}",
+    "decode {} --vendor dl06",
+    "decode a.txt --vendor dl06 --like {}",
+    "convert {} --to click",
+    "simulate {}",
+    "certify {}",
+    f"certify {EXAMPLES / 'dpide' / 'chiller.scenario.yaml'} --samples 1 --resume {{}}",
+    "diff {} a.yaml",
+    "diff a.yaml {} --vendor dl06",
+    "tune --from-csv {} --columns time=t,output=o,pv=p --method simc",
+    "tune --method zn-closed --ultimate-gain 2 --ultimate-period 3 --write {} --loop A",
+    "report {} -o r.html",
+    "explain A A.tuning.gain V2000 --in {}",
+    "explain DL242 --loop {}",
+    f"pull --plc {OTHER} --like {{}}",
+    f"compare {{}} --plc {OTHER}",
+    f"trend --plc {OTHER} --like {{}}",
+    f"trend --plc {OTHER} --like a.yaml -o {{}} --force",
+    "serve {} --listen 127.0.0.1:0",
+    "init --from {}",
+    "init --scenario {}",
+    "export {}",
+    "encode a.yaml -o {} --force",
+)
+
+
+@POSIX
+@pytest.mark.skipif(not Path(DEVICE).exists(), reason="a device that is waited for")
+@pytest.mark.parametrize("command", DOORS)
+def test_a_device_that_a_command_line_names_is_one_error(tmp_path, monkeypatch, capsysbinary, command):
+    monkeypatch.chdir(tmp_path)
+    Path("a.yaml").write_text(GOOD, "utf-8")
+    Path("a.txt").write_text("V2000 0000\n", "utf-8")
+    with no_waiting():
+        found = call(monkeypatch, capsysbinary, *command.format(DEVICE).split())
+    assert (found.code, DEVICE in found.out + found.err) == (2, True), found.err
+
+
+@POSIX
+def test_a_file_that_becomes_a_pipe_is_not_waited_for(tmp_path, monkeypatch):
+    place = tmp_path / "a.yaml"
+    place.write_text(GOOD, "utf-8")
+    file = place.stat()
+    place.unlink()
+    os.mkfifo(place)
+    monkeypatch.setattr(reader, "os", SimpleNamespace(**{**vars(os), "stat": lambda _: file}))
+    with no_waiting(), pytest.raises(OSError, match="a pipe and no file"):
+        check(place)
+
+
+@POSIX
+@pytest.mark.parametrize("form", ["/dev/fd/{}", "/proc/self/fd/{}"])
+def test_what_a_process_has_open_is_waited_for(monkeypatch, form):
+    end, other = os.pipe()
+    place, begun = Path(form.format(end)), Event()
+    if not place.exists():
+        pytest.skip("no names of what is open")
+    monkeypatch.setattr(reader.DISK, "opened", lambda _: begun.set(), raising=False)
+
+    def write():
+        begun.wait(10)
+        os.write(other, GOOD.encode())
+        os.close(other)
+
+    writer = Thread(target=write)
+    writer.start()
+    with no_waiting():
+        assert check(place).ok
+    writer.join()
+    os.close(end)
+
+
+def test_a_link_to_a_file_and_a_file_of_nothing_are_read(tmp_path):
+    (tmp_path / "a.yaml").write_text(GOOD, "utf-8")
+    with suppress(OSError):  # Windows without the right to make links
+        (tmp_path / "b.yaml").symlink_to("a.yaml")
+        assert check(tmp_path / "b.yaml").ok
+    assert "the file is empty" in check(Path(os.devnull)).findings[0].message
+
+
+@pytest.mark.parametrize("name", ["/dev/stdin", "/dev/fd/0", "/proc/self/fd/0", os.devnull])
+def test_a_stream_is_nothing_that_a_file_names(tmp_path, monkeypatch, capsysbinary, name):
+    (tmp_path / "a.yaml").write_text(with_map(name), "utf-8")
+    (tmp_path / "a.scenario.yaml").write_text(f"pidcfg: 1\nscenario: x\nconfig: {name}\nduration: 1\n", "utf-8")
+    for file in ("a.yaml", "a.scenario.yaml"):
+        found = run(monkeypatch, capsysbinary, tmp_path / file)
+        assert f"cannot read {name}: it is a stream and no file" in found.out
 
 
 # --- the terminal ----------------------------------------------------------------------------------------------------
 
 WRITERS = {
-    "pidcfg.cli.terminal.console": {"echo"},
-    "pidcfg.cli.files.edited": {"write"},
-    "pidcfg.cli.findings.corrections": {"write"},
+    "pidcfg.cli.terminal.console": {"echo", "write"},
     "pidcfg.sim.compile": {"warn"},
 }
-"""Who writes to the streams: the one exit, two that hand on the bytes of a user's own file, and a warning, which the
-command line leads to the one exit."""
+"""Who writes to the streams: the one exit, and a warning, which the command line leads there."""
 
 
 def test_a_warning_passes_the_one_exit(monkeypatch, capsys):
@@ -220,6 +431,128 @@ NAMES = [
     "x\u200fy",
     "\x1b[31mx\n::error::forged",
 ]
+
+
+OBEYED = re.compile(r"^\s*::|##\w*\[")
+"""How GitHub's runner knows a command: first on its line, or in the older form anywhere; so do Azure and TeamCity."""
+ORDERS = '"::add-mask::x\\n \u3000::stop-commands::y ##[add-mask]z ##vso[task.setvariable variable=z]z"'
+HOSTILE = f"""\
+pidcfg: 1
+vendor: dl06
+name: {ORDERS}
+description: {ORDERS}
+plc: {{loop_table: V2000, reset_decimals: 1}}
+loops:
+  - name: A
+    # ##[add-mask]z
+    description: {ORDERS}
+    sample_rate: 1
+    action: direct
+    pv: {{unit: {ORDERS}}}
+    tuning: {{gain: 1, reset: 10}}
+    alarms: {{pv: {{low_low: 10, low: 15, high: 80, high_high: 90}}}}
+"""
+RUN = f"""\
+pidcfg: 1
+scenario: {ORDERS}
+config: a.yaml
+duration: 20
+plants: {{A: {{model: first_order, gain: 0.5, time_constant: 20}}}}
+vary: {{plants: {{A: {{gain: ±10 %}}}}}}
+expect: [{{loop: A, metric: overshoot, max: 0}}, {{signal: A.PV, final: 1, tolerance: 1}}]
+"""
+PRINTED = (
+    "validate {} --format text",
+    "validate {} --format markdown",
+    "validate {} --format github",
+    "validate {} --format junit",
+    "validate - --fix --format text",
+    "encode {}",
+    "decode a.txt --vendor dl06 --like {}",
+    "convert {} --to nextopid --allow-loss",
+    "convert {} --to nextopid --allow-loss --report json -o b.yaml",
+    "simulate ::s.scenario.yaml --format text",
+    "certify ::s.scenario.yaml --samples 1",
+    "diff {} a.yaml",
+    "diff {} a.yaml --format markdown",
+    "tune --method zn-closed --ultimate-gain 2 --ultimate-period 3 --pv-range 0 100 --write {} --diff",
+    "report {} -o -",
+    "explain A A.tuning.gain V2000 --in {}",
+    "init --scenario {}",
+    "export {}",
+    "export {} --format csv",
+    "export ::none",
+    "rule ::add-mask::x",
+)
+"""Every command that prints what a file says."""
+
+
+@POSIX
+@pytest.mark.parametrize("command", PRINTED)
+def test_no_text_of_a_file_is_an_order_to_who_keeps_the_log(tmp_path, monkeypatch, capsysbinary, command):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    monkeypatch.setattr("pidcfg.sim.engine.installed", lambda: False)
+    for name, text in {"::a": HOSTILE, "::s.scenario": RUN, "a": GOOD}.items():
+        Path(f"{name}.yaml").write_text(text, "utf-8")
+    Path("a.txt").write_text(pidcfg.encode(Path("::a.yaml")).text, "utf-8")
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(HOSTILE.encode())))
+    found = call(monkeypatch, capsysbinary, *command.format("::a.yaml").split())
+    refused = ("error PID040", "Error: no rule", "would be an order to the CI job that keeps this log")
+    assert found.code in {0, 1} or any(words in found.err for words in refused), found.err
+    ours = ("::error ", "::warning ", "::notice ") if "github" in command else "\0"
+    lines = [line for text in (found.out, found.err) for line in re.split("[\r\n]", text)]
+    assert [line for line in lines if OBEYED.search(line) and not line.startswith(ours)] == []
+
+
+def test_no_mix_of_signs_is_an_order_once_it_is_text_for_people():
+    draw = random.Random(4)
+    signs = ["::", ":", " ", "\u3000", "\t", "#", "##", "[", "add-mask", "vso", "]", "x", "\n", "\r", "\r\n", "\u200b"]
+    texts = ["".join(draw.choices(signs, k=12)) for _ in range(3000)]
+    assert any(OBEYED.search(line) for text in texts for line in re.split("[\r\n]", text))
+    for text in texts:
+        safe = without_orders(text)
+        assert not any(OBEYED.search(line) for line in re.split("[\r\n]", safe)), repr(text)
+        assert without_orders(safe) == safe
+        assert safe.replace(" ", "") == text.replace(" ", "")
+
+
+def test_what_programs_read_says_the_same_without_an_order(monkeypatch, capsys):
+    said = YAML(typ="safe").load(ORDERS)
+    data = {"a": said, "b": [said], "c": {"d": said}}
+    for text in (json_text(data), json_line(data), yaml_text(data)):
+        assert not any(map(OBEYED.search, text.splitlines()))
+        assert YAML(typ="safe").load(text) == data
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    page = "<a b='##[x]'>\n ::y::</a>"
+    console.echo_xml(page)
+    out = capsys.readouterr().out
+    assert not any(map(OBEYED.search, out.splitlines()))
+    assert html.unescape(out) == page
+
+
+def test_a_result_that_would_be_an_order_goes_to_a_file_alone(tmp_path, monkeypatch, capsys):
+    console.echo("::x::\n")
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    for hand_on in (lambda: console.echo("a\n ::x::\n"), lambda: console.hand_on(b"a\n ::x::\n")):
+        with pytest.raises(click.ClickException, match="line 2 of the result would be an order"):
+            hand_on()
+    assert capsys.readouterr().out == "::x::\n"
+    with (tmp_path / "a").open("w", encoding="utf-8") as file:
+        monkeypatch.setattr(sys, "stdout", file)
+        console.echo("::x::\n")
+    assert (tmp_path / "a").read_text("utf-8") == "::x::\n"
+
+
+@pytest.mark.parametrize("put", [console.show, console.note, console.show_lines, console.markdown])
+def test_a_code_page_makes_no_order(monkeypatch, put):
+    """Wide signs become narrow ones where a code page lacks them."""
+    page = io.TextIOWrapper(io.BytesIO(), "cp1252", errors="strict")
+    monkeypatch.setattr(sys, "stdout", page)
+    monkeypatch.setattr(sys, "stderr", page)
+    put("\uff1a\uff1aadd-mask\uff1a\uff1ax\n\uff03\uff03\uff3badd-mask\uff3dy")
+    page.flush()
+    assert page.buffer.getvalue().splitlines()[:2] == [b": :add-mask::x", b"# #[add-mask]y"]
 
 
 @pytest.mark.parametrize("name", NAMES)

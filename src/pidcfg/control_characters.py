@@ -1,4 +1,4 @@
-"""Characters that are no text: what would move a cursor, end a line, or hide what is written."""
+"""What is no text where it stands: what would move a cursor, end a line, hide what is written, or command a CI job."""
 
 from __future__ import annotations
 
@@ -8,11 +8,19 @@ CONTROL = "\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
 """DEL, the control characters of Latin-1, separators of lines, and what turns the direction of writing round."""
 UNPRINTABLE = re.compile(f"[\x00-\x08\x0b-\x1f{CONTROL}]")
 """What must reach no terminal, log or page as it is."""
+ORDER = re.compile(r"(?:^|(?<=\r))[^\S\r\n]*:(?=:)|#(?=#\w*\[)", re.MULTILINE)
+"""How an order begins that a CI system takes out of a log: ``::add-mask::`` of GitHub first on a line, and anywhere its
+``##[add-mask]``, ``##vso[…]`` of Azure and ``##teamcity[…]``; a sign behind it is the end of the order."""
 
 
 def printable(text: str) -> str:
     """Text for people and logs: a control character other than tab and line feed shows as U+FFFD."""
     return UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)
+
+
+def without_orders(text: str, sign: str = " ") -> str:
+    """Text in which no CI system finds an order: ``sign`` stands where one begins."""
+    return ORDER.sub(lambda found: found[0] + sign, text)
 
 
 def one_line(text: str) -> str:

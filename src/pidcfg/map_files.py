@@ -11,7 +11,7 @@ from pidcfg.encoders.map_template import FORMAT, example
 from pidcfg.encoders.modbus_map import read_map
 from pidcfg.encoders.symbol_map import NamedNumbering, read_symbol_map
 from pidcfg.listings import listing_text, refuse_large
-from pidcfg.reader import may_be_quoted, refusal
+from pidcfg.reader import may_be_quoted, read_other, refusal
 from pidcfg.vendors import format_of
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def named_map(document: Document | None, reader: Reader, limits: Limits) -> MapF
         return None
     name = reader.resolve(document.file, other)
     try:
-        data = reader.read(name, limits.file_bytes + 1)
+        data = read_other(reader, name, limits.file_bytes + 1)
     except (OSError, ValueError) as error:
         span = document.locate(PATH)
         cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"

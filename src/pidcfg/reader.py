@@ -5,8 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import posixpath
+import re
 import stat
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -15,8 +16,13 @@ if TYPE_CHECKING:
 
 SUFFIXES = frozenset({".yaml", ".yml"})
 """How the names of configurations and scenarios end; a file of another name is a memory listing."""
-STREAMS = ("/dev/", "/proc/")
-"""How the names of streams begin."""
+STREAM = re.compile(r"/dev/(?:std(?:in|out|err)|fd/.*)|/proc/[^/]+/fd/.*")
+"""Names of what a process has open."""
+PROCESSES = "/proc/"
+"""Where the kernel shows its own state as if in files: some are waited for, and some take what they show away."""
+NO_FILES = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
+AT_ONCE = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_NONBLOCK", "O_NOCTTY", "O_CLOEXEC", "O_BINARY"))
+"""How a file is opened: nothing is waited for that takes its place meanwhile."""
 UNNAMED = "<text>"
 """The name of a text that has none."""
 
@@ -36,10 +42,7 @@ class Disk:
 
     def read(self, name: str, most: int) -> bytes:
         """The first ``most`` bytes of a file."""
-        refuse_pipe(name)
-        with Path(name).open("rb") as stream:
-            self.opened(stream)
-            return stream.read(most)
+        return read_file(name, most, self.opened)
 
     def opened(self, stream: IO[bytes]) -> None:
         """Called with every file that is opened; a hook for readers that keep track of them."""
@@ -49,13 +52,57 @@ class Disk:
         return shortened(Path(name).parent / other).as_posix()
 
 
-def refuse_pipe(name: str) -> None:
-    """Raises `OSError` at a pipe that has a name in a folder: opening it would wait for whoever writes there.
+def is_stream(name: str) -> bool:
+    """Whether a name is one of what the process has open, ``/dev/fd/63`` of a shell's ``<(…)``, or of nothing."""
+    return STREAM.fullmatch(name) is not None or name == os.devnull
 
-    What a process has open, ``/dev/fd/63`` of a shell's ``<(…)``, is read.
+
+def open_file(name: str | Path) -> IO[bytes]:
+    """A file, opened for reading; raises `OSError` for what is none, before it is opened.
+
+    A pipe or a device may be waited for for ever or never end, and opening one may do something. Streams are opened
+    whatever they are: who names one on a command line has opened it; what a file names is read by `read_other`.
     """
-    if stat.S_ISFIFO(os.stat(name).st_mode) and not name.startswith(STREAMS):  # noqa: PTH116 - as the name stands
-        raise OSError(errno.EINVAL, "it is a pipe and no file; '-' reads standard input", name)
+    name = os.fspath(name)
+    if is_stream(name):
+        return Path(name).open("rb")
+    _refuse(os.stat(name), name)  # noqa: PTH116 - as the name stands
+    if os.path.realpath(name).startswith(PROCESSES):
+        raise OSError(errno.EINVAL, f"it lies in {PROCESSES[:-1]} and is no file", name)
+    handle = os.open(name, AT_ONCE)
+    try:
+        _refuse(os.fstat(handle), name)
+    except OSError:
+        os.close(handle)
+        raise
+    return os.fdopen(handle, "rb")
+
+
+def _refuse(facts: os.stat_result, name: str) -> None:
+    """Raises `OSError` for what is no regular file."""
+    if stat.S_ISDIR(facts.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), name)
+    if not stat.S_ISREG(facts.st_mode):
+        what = NO_FILES.get(stat.S_IFMT(facts.st_mode), "something else")
+        raise OSError(errno.EINVAL, f"it is {what} and no file", name)
+
+
+def read_file(name: str | Path, most: int = -1, opened: Callable[[IO[bytes]], None] | None = None) -> bytes:
+    """The first ``most`` bytes of a file, or all of them; ``opened`` is called with it."""
+    with open_file(name) as stream:
+        if opened is not None:
+            opened(stream)
+        data: bytes | None = stream.read(most)
+    if data is None:
+        raise BlockingIOError(errno.EAGAIN, "it is waited for and no file", os.fspath(name))
+    return data
+
+
+def read_other(reader: Reader, name: str, most: int) -> bytes:
+    """The first ``most`` bytes of what another file names: what the process has open is not meant."""
+    if is_stream(name):
+        raise OSError(errno.EINVAL, "it is a stream and no file", name)
+    return reader.read(name, most)
 
 
 class Texts:

@@ -19,6 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pidcfg.reader import read_file
+
 PLACE = "PIDCFG_CACHE_DIR"
 """The variable that names another folder."""
 SHELF_BYTES = 512 << 10
@@ -99,7 +101,7 @@ class Store:
     def read(self, key: str) -> bytes | None:
         """The bytes that were kept under a key; None where none are whole."""
         try:
-            text, _, checksum = _read(self._path(key), self._most(key)).rpartition(b"\n")
+            text, _, checksum = read_file(self._path(key), self._most(key)).rpartition(b"\n")
         except OSError:
             return None
         whole = checksum == hashlib.sha256(text).hexdigest().encode()
@@ -121,15 +123,6 @@ class Store:
 
     def _most(self, key: str) -> int:
         return len(key) + 1 + self.entry_bytes + CHECKSUM
-
-
-def _read(path: Path, most: int) -> bytes:
-    """The first bytes of a regular file; raises `OSError` where something else is there."""
-    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-    with os.fdopen(handle, "rb") as stream:
-        if not stat.S_ISREG(os.fstat(handle).st_mode):
-            raise OSError("a pipe or a device in the place of an entry")
-        return stream.read(most)
 
 
 def _write(path: Path, data: bytes) -> None:

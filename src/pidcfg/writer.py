@@ -9,8 +9,8 @@ from typing import Any
 
 from pidcfg.control_characters import CONTROL
 
-IN_QUOTES = re.compile(f"[{CONTROL}]")
-"""Control characters that JSON, and YAML in double quotes, may hold as they are."""
+IN_QUOTES = re.compile(rf"[{CONTROL}]|#(?=#\w*\[)")
+"""Control characters that JSON, and YAML in double quotes, may hold as they are; and what begins an order in a log."""
 WIDTH = 110
 ENDS_A_TEXT = frozenset("?:")
 """Signs that some readers take for the end of a text in flow style."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.limits import DEFAULT
-from pidcfg.reader import data_of
+from pidcfg.reader import data_of, read_file
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def check_text(text: str | bytes, file: str = "<text>") -> Checked:
 
 def check_file(path: str | Path) -> Checked:
     """A configuration file. Raises `OSError` when it cannot be read."""
-    return check_text(Path(path).read_bytes(), Path(path).as_posix())
+    return check_text(read_file(path), Path(path).as_posix())
 
 
 def decode_words(vendor: str, words: Mapping[int, int], **options: Any) -> Decoded:

@@ -11,7 +11,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.words import DecodeError
 from pidcfg.listings import check_settings, read_listing
 from pidcfg.paths import dotted, leaves, steps
-from pidcfg.reader import DISK, STREAMS, SUFFIXES, Reader, may_be_quoted, refusal
+from pidcfg.reader import DISK, SUFFIXES, Reader, may_be_quoted, read_other, refusal
 from pidcfg.scenario.vary import uncertainties
 from pidcfg.schemas.base import SECONDS
 from pidcfg.schemas.scenario import Scenario
@@ -187,11 +187,11 @@ def place(problem: Problem, doc: Document) -> Diagnostic:
 def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits, reader: Reader) -> None:
     """The configuration or listing, relative to the scenario."""
     loaded.config = reader.resolve(loaded.document.file, scenario.config)
-    if scenario.config == STDIN or loaded.config.startswith(STREAMS):
+    if scenario.config == STDIN:
         loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
     try:
-        data = reader.read(loaded.config, limits.file_bytes + 1)
+        data = read_other(reader, loaded.config, limits.file_bytes + 1)
     except (OSError, ValueError) as error:
         loaded.refuse(refusal(loaded.config, error), "the path is relative to the scenario file")
         return

@@ -9,7 +9,7 @@ import click
 
 from pidcfg.cli import options, plc_options
 from pidcfg.cli.commands.decode import vendor_options
-from pidcfg.cli.files.outputs import refuse_read
+from pidcfg.cli.files.outputs import place, refuse_read
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal.console import remark
 
@@ -28,13 +28,14 @@ class File:
 
     def __init__(self, name: str | None, *, force: bool) -> None:
         self.name, self.force = name, force
+        self._place = None if name is None else place(name)
         self._stream: TextIO | None = None if name is not None else sys.stdout
 
     def write(self, text: str) -> None:
         """Rows, which are on the disk when this returns."""
-        if self._stream is None and self.name is not None:
+        if self._stream is None and self._place is not None:
             try:
-                self._stream = open(self.name, "w" if self.force else "x", encoding="utf-8", newline="")  # noqa: PTH123, SIM115 - it stays open
+                self._stream = self._place.open("w" if self.force else "x", encoding="utf-8", newline="")
             except FileExistsError:
                 raise click.ClickException(f"{self.name} exists already; --force overwrites it") from None
         if self._stream is not None:

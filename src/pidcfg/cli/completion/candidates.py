@@ -18,7 +18,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from pidcfg.limits import DEFAULT, Limits
-from pidcfg.reader import SUFFIXES
+from pidcfg.reader import SUFFIXES, read_file
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
@@ -104,8 +104,7 @@ def _entries(folder: str) -> list[os.DirEntry[str]]:
 
 def _head(path: Path) -> bytes:
     try:
-        with path.open("rb") as stream:
-            return stream.read(HEAD)
+        return read_file(path, HEAD)
     except OSError:
         return b""
 
@@ -179,8 +178,6 @@ def formats(ctx: click.Context, typed: str) -> Items:
 def loop_names(name: str) -> Iterator[str]:
     """The loops of a configuration, or of a scenario's configuration; none of what cannot be read."""
     path = Path(name)
-    if not is_yaml(path) or not path.is_file():
-        return
     config = CONFIG.search(_head(path).decode("utf-8", "replace")) if is_scenario(path) else None
     if config is not None:
         path = path.parent / config.group(1)
@@ -206,12 +203,13 @@ def _name(value: object) -> str | None:
 
 def _vendor(name: str) -> Vendor | None:
     """The vendor that a configuration names."""
-    path = Path(name)
-    return VENDORS.get(str(_read(path).get("vendor"))) if is_yaml(path) and path.is_file() else None
+    return VENDORS.get(str(_read(Path(name)).get("vendor")))
 
 
 def _read(path: Path) -> Mapping[str, Any]:
-    """A file's keys and values; none of what cannot be read."""
+    """The keys and values of a YAML file; none of what cannot be read."""
+    if not is_yaml(path) or not path.is_file():
+        return {}
     from pidcfg.cli.files.inputs import read_input
     from pidcfg.source import read_document
 

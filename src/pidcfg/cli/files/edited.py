@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli.files.outputs import write_files
-from pidcfg.cli.terminal.console import echo
+from pidcfg.cli.terminal.console import echo, hand_on
 from pidcfg.control_characters import UNPRINTABLE
+from pidcfg.reader import read_file
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -43,7 +44,7 @@ def print_patch(text: str) -> None:
     if sys.stdout.isatty():
         echo(text)
     else:
-        sys.stdout.buffer.write(text.encode())
+        hand_on(text.encode())
 
 
 def _lines(data: bytes) -> list[str]:
@@ -59,7 +60,7 @@ def replace_files(changed: Mapping[str, tuple[bytes, bytes]]) -> None:
     """
     for name, (before, _) in changed.items():
         try:
-            now, status = Path(name).read_bytes(), Path(name).stat()
+            now, status = read_file(name), Path(name).stat()
         except OSError as error:
             reason = f"cannot read {name} again: {error.strerror}"
             raise click.ClickException(f"{reason}; nothing was written") from None

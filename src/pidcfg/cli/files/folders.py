@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
+from pidcfg.reader import read_file
 from pidcfg.unreadable import UTF16_MARKS
 
 LARGEST = 64 << 20
@@ -34,8 +34,7 @@ def is_for_pidcfg(name: str, data: bytes, most: int) -> bool:
     if len(data) <= most:
         return False
     try:
-        with Path(name).open("rb") as stream:
-            whole = stream.read(LARGEST + 1)
+        whole = read_file(name, LARGEST + 1)
     except (OSError, ValueError):
         return True
     return len(whole) > LARGEST or has_key(whole)

@@ -9,6 +9,7 @@ import click
 
 from pidcfg.cli.files.outputs import place
 from pidcfg.cli.files.temporary import discard, temporary_for
+from pidcfg.reader import read_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 def kept(name: str) -> bytes | None:
     """What the file holds; None: it is not there yet."""
     try:
-        return place(name).read_bytes()
+        return read_file(place(name))
     except FileNotFoundError:
         return None
     except OSError as error:

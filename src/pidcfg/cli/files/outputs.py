@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import stat
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,16 +14,13 @@ from pidcfg.cli.files.identity import one_file, was_read
 from pidcfg.cli.files.temporary import temporary_for
 from pidcfg.cli.interrupts import whole
 from pidcfg.cli.terminal.glyphs import encodable
+from pidcfg.reader import is_stream, open_file, read_file
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
 
 BLOCK = 1 << 20
 """Bytes that are compared at a time."""
-
-
-STREAM = re.compile(r"/dev/(?:std(?:in|out|err)|fd/.*)|/proc/[^/]+/fd/.*")
-"""Names of what a process has open: a file can take the place of none."""
 
 
 class Staged(NamedTuple):
@@ -98,7 +94,7 @@ def place(name: str) -> Path:
     """Where a file is written, through a link; refused when a device, a pipe or a folder is there."""
     if not name:
         raise click.ClickException("the output has no name")
-    if STREAM.fullmatch(name):
+    if is_stream(name):
         raise click.ClickException(f"{name} is a stream and no file; {_instead(name)}")
     try:
         target = Path(name).resolve()
@@ -135,14 +131,14 @@ def _refuse(name: str, target: Path, *, force: bool) -> None:
 
 def _holds(target: Path, content: bytes) -> bool:
     """Whether a file is there with these bytes."""
-    return target.exists() and target.stat().st_size == len(content) and target.read_bytes() == content
+    return target.exists() and target.stat().st_size == len(content) and read_file(target) == content
 
 
 def _same(target: Path, other: Path) -> bool:
     """Whether a file is there with the same bytes as another one, however long they are."""
     if not target.exists() or target.stat().st_size != other.stat().st_size:
         return False
-    with target.open("rb") as first, other.open("rb") as second:
+    with open_file(target) as first, open_file(other) as second:
         while block := first.read(BLOCK):
             if block != second.read(BLOCK):
                 return False

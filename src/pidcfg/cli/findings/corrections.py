@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import tempfile
 from collections import Counter
 from dataclasses import replace
@@ -18,7 +17,7 @@ from pidcfg.cli.findings import settings
 from pidcfg.cli.findings.policy import count, read_baseline
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import named
-from pidcfg.cli.terminal.console import note, remark
+from pidcfg.cli.terminal.console import hand_on, note, remark
 from pidcfg.cli.terminal.progress import progress
 from pidcfg.diagnostics import number_of, ordered
 from pidcfg.scenario.check import check_any
@@ -55,7 +54,7 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
         unread = any(unusable(d) for _, fixed in done for d in fixed.left)
         ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if corrected else Exit.OK)
     if piped:
-        sys.stdout.buffer.write(done[0][1].data)
+        hand_on(done[0][1].data)
     else:
         replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changed})
     if not quiet:

@@ -13,7 +13,7 @@ from pidcfg.cli import options
 from pidcfg.cli.files.inputs import UNNAMED
 from pidcfg.diagnostics import ordered
 from pidcfg.frozen import frozen
-from pidcfg.reader import refuse_pipe
+from pidcfg.reader import read_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -228,9 +228,7 @@ def read_baseline(name: str) -> tuple[Baseline, str]:
 def _read(name: str) -> str:
     """The text of a baseline."""
     try:
-        refuse_pipe(name)
-        with Path(name).open("rb") as stream:
-            data = stream.read(LARGEST + 1)
+        data = read_file(name, LARGEST + 1)
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise click.ClickException(f"{name} is not UTF-8") from None

@@ -18,7 +18,7 @@ from pidcfg.cli.files.identity import relative
 from pidcfg.cli.findings.settings_keys import LARGEST, OPTIONS, PER_FILE
 from pidcfg.cli.options import only_file
 from pidcfg.frozen import frozen
-from pidcfg.reader import refuse_pipe
+from pidcfg.reader import read_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -158,9 +158,7 @@ def _shown(path: Path) -> str:
 
 def _bytes(path: Path, name: str) -> bytes:
     try:
-        refuse_pipe(name)
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST + 1)
+        data = read_file(path, LARGEST + 1)
     except (OSError, ValueError) as error:
         raise click.ClickException(f"cannot read {name}: {getattr(error, 'strerror', None) or error}") from None
     if len(data) > LARGEST:

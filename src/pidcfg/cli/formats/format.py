@@ -22,6 +22,8 @@ class Kind(Enum):
     """Read by people: in colour where that is wanted."""
     LINES = auto()
     """Text that a program takes from a log: never coloured."""
+    ORDERS = auto()
+    """Lines that a CI system takes from a log and obeys."""
     JSON = auto()
     XML = auto()
 

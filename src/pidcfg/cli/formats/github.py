@@ -42,4 +42,4 @@ def escaped(text: str, table: dict[str, str]) -> str:
     return printable("".join(table.get(c, c) for c in text))
 
 
-FORMAT = Format("annotations in GitHub Actions; the default there", "github", Kind.LINES, findings_github)
+FORMAT = Format("annotations in GitHub Actions; the default there", "github", Kind.ORDERS, findings_github)

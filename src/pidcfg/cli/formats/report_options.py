@@ -11,7 +11,7 @@ import click
 from pidcfg.cli.files.identity import identity, one_file, was_read
 from pidcfg.cli.formats import formats_of, load
 from pidcfg.cli.formats.format import Kind
-from pidcfg.cli.terminal.console import echo, echo_json, echo_xml, note, show
+from pidcfg.cli.terminal.console import echo_json, echo_xml, note, show, show_lines, show_orders
 from pidcfg.control_characters import printable
 
 if TYPE_CHECKING:
@@ -21,7 +21,13 @@ if TYPE_CHECKING:
 
 CONFIGURATIONS = {".yaml", ".yml", ".toml"}
 """How files end that people write: a report never takes the place of one."""
-PRINTERS = {Kind.PLAIN: show, Kind.LINES: echo, Kind.JSON: echo_json, Kind.XML: echo_xml}
+PRINTERS = {
+    Kind.PLAIN: show,
+    Kind.LINES: show_lines,
+    Kind.ORDERS: show_orders,
+    Kind.JSON: echo_json,
+    Kind.XML: echo_xml,
+}
 
 
 class Report(NamedTuple):
@@ -75,7 +81,7 @@ def report_files(command: str, *former: str) -> Decorator:
 
 def parse_report(text: str, names: Sequence[str]) -> Report:
     """One value of the option; a ValueError says what is wrong with it."""
-    from pidcfg.cli.files.outputs import STREAM
+    from pidcfg.reader import is_stream
 
     fmt, equals, path = text.partition("=")
     if not equals or fmt not in names:
@@ -85,7 +91,7 @@ def parse_report(text: str, names: Sequence[str]) -> Report:
     target = Path(path)
     if target.is_dir():
         raise ValueError(f"{path} is a folder; name a file")
-    if STREAM.fullmatch(path) or (target.exists() and not target.is_file()):
+    if is_stream(path) or (target.exists() and not target.is_file()):
         raise ValueError(f"{path} is no regular file; name one, or leave the option out: --format {fmt} prints")
     if not target.parent.is_dir():
         raise ValueError(f"the folder {target.parent} of {path} does not exist; make it first")
@@ -149,7 +155,7 @@ def write_reports(
 
 def _text(fmt: str, render: Callable[[str], str]) -> str:
     """A report without control characters; JSON and XML have their own ways."""
-    return printable(render(fmt)) if load(fmt).kind in {Kind.PLAIN, Kind.LINES} else render(fmt)
+    return render(fmt) if load(fmt).kind in {Kind.JSON, Kind.XML} else printable(render(fmt))
 
 
 def put(fmt: str, text: str, *, aside: bool = False) -> None:

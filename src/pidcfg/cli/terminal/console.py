@@ -5,6 +5,8 @@ from __future__ import annotations
 import codecs
 import json
 import os
+import re
+import stat
 import sys
 from typing import TYPE_CHECKING
 
@@ -13,17 +15,37 @@ import click
 from pidcfg.cli.terminal import colour
 from pidcfg.cli.terminal.glyphs import encodable, fits
 from pidcfg.cli.terminal.progress import LINE
-from pidcfg.control_characters import one_line, printable
+from pidcfg.control_characters import ORDER, one_line, printable, without_orders
 
 if TYPE_CHECKING:
     from typing import TextIO
 
 WIDEST = 1000
 """Columns of a page: COLUMNS may say any number."""
+OBEYING = ("GITHUB_ACTIONS", "TF_BUILD", "TEAMCITY_VERSION")
+"""Variables of the CI systems that look for orders in a log."""
+NOT_ASCII = re.compile(r"[^\x00-\x7f]")
 
 
 def echo(text: str) -> None:
-    """A result as it is: a file's text, never coloured; where a code page lacks some of it, a note says so."""
+    """A result as it is, a file's text that nothing may be put into: where a line of it would be an order, none."""
+    _refuse_orders(encodable(text, sys.stdout.encoding))
+    show_orders(text)
+
+
+def hand_on(data: bytes) -> None:
+    """The bytes of a user's own file, as `echo` prints texts."""
+    _refuse_orders(data.decode("utf-8", "replace"))
+    sys.stdout.buffer.write(data)
+
+
+def show_lines(text: str) -> None:
+    """A result that a program takes from a log: never coloured, and no order."""
+    show_orders(without_orders(encodable(text, sys.stdout.encoding)))
+
+
+def show_orders(text: str) -> None:
+    """A result as it is, with orders that are meant; where a code page lacks some of it, a note says so."""
     _put(text, color=False)
     if not fits(text, sys.stdout.encoding):
         lacking = "".join(dict.fromkeys(c for c in text if not fits(c, sys.stdout.encoding)))
@@ -35,14 +57,14 @@ def echo(text: str) -> None:
 
 def show(text: str) -> None:
     """A result for people: in colour where that is wanted."""
-    text, coloured = printable(text), colour.enabled(sys.stdout)
+    text, coloured = _for_people(text, sys.stdout), colour.enabled(sys.stdout)
     _put(colour.painted(text) if coloured else text, color=coloured)
 
 
 def echo_json(text: str) -> None:
     """A JSON result; JSON is UTF-8, so on another code page JSON's own escapes stand for what is not ASCII."""
     if not (text.isascii() or _is_utf8(text)):
-        text = json.dumps(json.loads(text), indent=2) + "\n"
+        text = NOT_ASCII.sub(lambda sign: json.dumps(sign[0])[1:-1], text)
     echo(text)
 
 
@@ -50,7 +72,7 @@ def echo_xml(text: str) -> None:
     """XML or HTML that says it is UTF-8; on another code page numbers stand for characters that are not ASCII."""
     if not (text.isascii() or _is_utf8(text)):
         text = text.encode("ascii", "xmlcharrefreplace").decode()
-    echo(text)
+    echo(ORDER.sub(lambda begin: f"{begin[0][:-1]}&#{ord(begin[0][-1])};", text))
 
 
 def _is_utf8(text: str) -> bool:
@@ -63,7 +85,7 @@ def note(text: str) -> None:
     """A remark for people, on stderr."""
     LINE.end()
     coloured = colour.enabled(sys.stderr)
-    text = encodable(printable(text), sys.stderr.encoding)
+    text = _for_people(text, sys.stderr)
     try:
         click.echo(colour.painted(text) if coloured else text, err=True, color=coloured)
     except OSError:  # nobody reads it, or the disk is full: a remark that is lost changes no exit code
@@ -73,6 +95,26 @@ def note(text: str) -> None:
 def remark(text: str) -> None:
     """A note that has one line to itself, whatever the names and values in it hold."""
     note(one_line(text))
+
+
+def _for_people(text: str, stream: TextIO) -> str:
+    """Text that hides nothing and orders nothing, also once a code page has replaced some of it."""
+    return without_orders(encodable(printable(text), stream.encoding))
+
+
+def _refuse_orders(text: str) -> None:
+    """Ends the command where a line of a result would be an order to a CI system that reads it; a file is no log."""
+    order = None if set(OBEYING).isdisjoint(os.environ) else ORDER.search(text)
+    if order is None:
+        return
+    try:
+        if stat.S_ISREG(os.fstat(sys.stdout.fileno()).st_mode):
+            return
+    except OSError:  # no file at all
+        pass
+    line = text.count("\n", 0, order.end()) + 1
+    said = f"line {line} of the result would be an order to the CI job that keeps this log"
+    raise click.ClickException(f"{said}; send the result to a file: > FILE")
 
 
 def _put(text: str, *, color: bool) -> None:
@@ -94,7 +136,7 @@ def drop(stream: TextIO) -> None:
 def markdown(text: str) -> None:
     """A page of documentation: formatted where colour is wanted, as it is elsewhere."""
     if not colour.enabled(sys.stdout):
-        _put(text, color=False)
+        _put(without_orders(encodable(text, sys.stdout.encoding)), color=False)
         return
     import shutil
     from io import StringIO
@@ -106,4 +148,4 @@ def markdown(text: str) -> None:
     Console(file=page, force_terminal=True, color_system="standard", legacy_windows=False, width=width).print(
         Markdown(text)
     )
-    _put(page.getvalue(), color=True)
+    _put(without_orders(encodable(page.getvalue(), sys.stdout.encoding)), color=True)
