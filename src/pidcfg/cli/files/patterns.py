@@ -44,9 +44,11 @@ class Pattern(NamedTuple):
         if self.of_folders and not folder:
             return False
         text = path.rpartition("/")[2] if self.of_names else path
-        if comb(text.count("/") + self.jumps, self.jumps) > MOST_WAYS:
+        if self.jumps and comb(text.count("/") + self.jumps, self.jumps) > MOST_WAYS:
             return not self.leaves_out
-        text += "/" * self.of_folders
+        text = f"{text}/" if self.of_folders else text
+        if self.regex.search(text) is None:
+            return False
         return any(match.lastindex is None or match.end() == len(text) for match in self.regex.finditer(text))
 
 
@@ -79,7 +81,8 @@ def patterns(base: str, origin: str, lines: Iterable[str], *, numbered: bool = F
 def _pattern(origin: str, line: str) -> Pattern | None:
     from pathspec.patterns.gitignore.spec import GitIgnoreSpecPattern
 
-    line = re.sub(r"(?<!\\) +$", "", line)
+    bare = line.rstrip(" ")
+    line = f"{bare} " if bare.endswith("\\") and bare != line else bare
     try:
         regex, leaves_out = GitIgnoreSpecPattern.pattern_to_regex(line)
         if regex is None or leaves_out is None:
