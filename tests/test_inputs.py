@@ -337,7 +337,7 @@ SEGMENTS = (
 def pattern(chance):
     """A line of a .gitignore."""
     line = "/".join(chance.choice((*FOLDERS, *FILES, *SEGMENTS)) for _ in range(chance.choice((1, 1, 1, 2, 2, 3))))
-    line = chance.choice(("", "", "", "/", "**/")) + line + chance.choice(("", "", "", "/", "/**"))
+    line = chance.choice(("", "", "", "/", "**/")) + line + chance.choice(("", "", "", "/", "/**", "/**/"))
     return chance.choice(("", "", "", "!")) + line + " " * (chance.random() < 0.1)
 
 

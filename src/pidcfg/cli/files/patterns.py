@@ -46,10 +46,10 @@ class Pattern(NamedTuple):
         text = path.rpartition("/")[2] if self.of_names else path
         if self.jumps and comb(text.count("/") + self.jumps, self.jumps) > MOST_WAYS:
             return not self.leaves_out
-        text = f"{text}/" if self.of_folders else text
-        if self.regex.search(text) is None:
-            return False
-        return any(match.lastindex is None or match.end() == len(text) for match in self.regex.finditer(text))
+        match = self.regex.search(text)
+        return (
+            match is not None and match.lastindex is None
+        )  # the one group there is, is the slash behind a folder above
 
 
 class Patterns(NamedTuple):
@@ -83,16 +83,15 @@ def _pattern(origin: str, line: str) -> Pattern | None:
 
     bare = line.rstrip(" ")
     line = f"{bare} " if bare.endswith("\\") and bare != line else bare
+    body = line.removesuffix("/")
     try:
-        regex, leaves_out = GitIgnoreSpecPattern.pattern_to_regex(line)
+        regex, leaves_out = GitIgnoreSpecPattern.pattern_to_regex(body)
         if regex is None or leaves_out is None:
             return None
         compiled = re.compile(BETWEEN.sub(r"(?>[^/]*?\1)", STARS.sub("[^/]*", regex)))
     except (ValueError, re.error):
         return None
-    body = line.removeprefix("!")
-    named = f"{origin}: {line}"
-    return Pattern(named, compiled, leaves_out, body.endswith("/"), "/" not in body[:-1], body.count(ANY))
+    return Pattern(f"{origin}: {line}", compiled, leaves_out, body != line, "/" not in body, body.count(ANY))
 
 
 def fault(line: str) -> str | None:
