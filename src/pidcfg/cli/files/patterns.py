@@ -47,9 +47,7 @@ class Pattern(NamedTuple):
         if self.jumps and comb(text.count("/") + self.jumps, self.jumps) > MOST_WAYS:
             return not self.leaves_out
         match = self.regex.search(text)
-        return (
-            match is not None and match.lastindex is None
-        )  # the one group there is, is the slash behind a folder above
+        return match is not None and match.lastindex is None  # its group is the slash behind a folder above
 
 
 class Patterns(NamedTuple):
