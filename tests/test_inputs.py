@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import os
+import random
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 
-from living_rig import GOOD, run
+from living_rig import GOOD, call, run
 from pidcfg.cli.files.folders import has_key
 from pidcfg.cli.files.inputs import gather
 from pidcfg.limits import DEFAULT, Limits
@@ -149,3 +153,244 @@ def test_the_limit_of_files_holds_inside_of_folders(tmp_path, monkeypatch):
     assert "more than 2 files" in found[-1].problem
     assert [entry.problem for entry in gather(["."], Limits(files=4))] == [None] * 4
     assert [entry.problem for entry in gather(["a.yaml", "b.yaml"], Limits(files=2))] == [None] * 2
+
+
+def put(folder, files):
+    """Writes files below a folder, each with its text."""
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, "utf-8")
+
+
+def names(*paths):
+    """The files that are read for some paths."""
+    return [entry.name for entry in gather(paths, DEFAULT) if not entry.foreign and entry.problem is None]
+
+
+OTHERS = {
+    "venv/pyvenv.cfg": "home = /usr/bin\n",
+    "venv/lib/python3.12/site-packages/pidcfg/starters/click.yaml": BAD,
+    "my env/pyvenv.cfg": "",
+    "my env/a.yaml": BAD,
+    "web/node_modules/x/a.yaml": BAD,
+    "lib/site-packages/pidcfg/a.yaml": BAD,
+}
+
+
+def test_other_peoples_folders_are_left_out_and_counted(validate, tmp_path):
+    put(tmp_path, OTHERS)
+    found = validate(".", "--strict")
+    assert (found.code, found.out) == (0, "")
+    assert (
+        "1 file checked: 0 errors, 0 warnings, 0 infos; 4 folders left out (my env, venv, site-packages, …)\n"
+        in found.err
+    )
+    said = validate(".", "-v").err
+    assert "left out: venv/ (holds pyvenv.cfg)\n" in said
+    assert "left out: web/node_modules/ (packages of others)\n" in said
+    assert validate(".", "-q").err == ""
+
+
+def test_what_is_named_is_read_wherever_it_lies(validate, tmp_path):
+    put(tmp_path, {**OTHERS, ".gitignore": "ignored/\n*.bak.yaml\n", "ignored/a.yaml": GOOD, "a.bak.yaml": GOOD})
+    assert names("a.bak.yaml", "ignored/a.yaml", "my env/a.yaml") == ["a.bak.yaml", "ignored/a.yaml", "my env/a.yaml"]
+    assert names("*.bak.yaml", "*/a.yaml") == ["a.bak.yaml", "ignored/a.yaml", "my env/a.yaml"]
+    assert names("ignored", "my env", "lib/site-packages", "web/node_modules") == [
+        "ignored/a.yaml",
+        "my env/a.yaml",
+        "lib/site-packages/pidcfg/a.yaml",
+        "web/node_modules/x/a.yaml",
+    ]
+    assert names(".", "ignored/a.yaml") == ["good.yaml", "ignored/a.yaml"]
+    found = validate("venv")
+    assert found.code == 2
+    assert "venv holds no .yaml or .yml file with a pidcfg key; 1 folder left out (site-packages)" in found.out
+
+
+def test_a_command_line_leaves_files_out_from_the_working_directory(validate, tmp_path, monkeypatch):
+    put(tmp_path, {"loops/old/a.yaml": BAD, "loops/old/b.yaml": BAD, "loops/b.bak.yaml": BAD, "loops/c.yaml": GOOD})
+    found = validate(".", "--exclude", "old/", "--exclude", "*.bak.yaml", "-v")
+    assert found.code == 0, found.out
+    assert "; 1 folder and 1 file left out (old, b.bak.yaml)\n" in found.err
+    assert "left out: loops/old/ (--exclude: old/)\n" in found.err
+    assert validate(".", "--exclude", "/old/", "--exclude", "*.bak.yaml").code == 1
+    assert validate("loops", "--exclude", "loops/*", "--exclude", "!loops/c.yaml").code == 0
+    assert validate("loops/old/a.yaml", "--exclude", "old/").code == 1, "it is named"
+    monkeypatch.chdir(tmp_path / "loops")
+    assert validate("..", "--exclude", "/old/", "--exclude", "/*.bak.yaml").code == 0
+
+
+@pytest.mark.parametrize(
+    ("pattern", "words"),
+    [("../x", "leads out of the folder"), ("old\\x", "forward slashes"), ("#x", "no pattern"), ("", "no pattern")],
+)
+def test_a_pattern_that_fits_nothing_is_refused(validate, pattern, words):
+    found = validate(".", "--exclude", pattern)
+    assert (found.code, found.out) == (2, "")
+    assert "Invalid value for '--exclude'" in found.err
+    assert words in found.err
+
+
+def test_every_command_that_takes_folders_leaves_out_the_same(validate, tmp_path, monkeypatch, capsysbinary):
+    bad = "pidcfg: 1\nscenario: x\nconfig: none.yaml\n"
+    put(tmp_path, {"node_modules/a.scenario.yaml": bad, "old/b.scenario.yaml": bad})
+    for command in (["simulate"], ["certify"], ["report", "-o", "-"], ["export"]):
+        exclude = ["--exclude", "old/"] * (command != ["export"])
+        found = call(monkeypatch, capsysbinary, *command, ".", *exclude)
+        number = "2 folders left out (node_modules, old)" if exclude else "1 folder left out (node_modules)"
+        assert number in found.err, found.err
+        assert "a.scenario.yaml" not in found.out + found.err
+        assert "b.scenario.yaml" not in found.out + found.err
+    assert call(monkeypatch, capsysbinary, "simulate", ".", "-q", "--exclude", "old/").err == ""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes and links of POSIX")
+@pytest.mark.parametrize("kind", ["pipe", "link", "folder", "huge", "many", "locked", "bytes"])
+def test_an_odd_gitignore_neither_stops_nor_hides_anything(validate, tmp_path, monkeypatch, kind):
+    put(tmp_path, {"a.yaml": GOOD, "patterns": "a.yaml\n"})
+    path = tmp_path / ".gitignore"
+    content = {
+        "huge": b"*" * (1 << 20),
+        "many": b"a.yaml\n" * 3000,
+        "locked": b"a.yaml",
+        "bytes": b"\xff\xfea\0.yaml\n[\n\\",
+    }
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "link":
+        path.symlink_to("patterns")
+    elif kind == "folder":
+        path.mkdir()
+    else:
+        path.write_bytes(content[kind])
+    real = io.open
+
+    def opened(file, *args, **kwargs):
+        if kind == "locked" and str(file).endswith(".gitignore"):
+            raise PermissionError(13, "Permission denied", str(file))
+        return real(file, *args, **kwargs)
+
+    monkeypatch.setattr(io, "open", opened)
+    found = validate(".")
+    assert (found.code, found.out) == (0, ""), found.err
+    assert "2 files checked: 0 errors, 0 warnings, 0 infos\n" in found.err
+    says = {"huge": "has more than", "many": "has more than", "locked": "cannot be read (Permission denied)"}.get(kind)
+    assert found.err.count(".gitignore") == (says is not None)
+    assert says is None or f".gitignore: {says}" in found.err
+
+
+def test_no_pattern_of_git_takes_long(tmp_path, monkeypatch):
+    """Each of these would take years by a regular expression that tries every way."""
+    monkeypatch.chdir(tmp_path)
+    deep = "/".join("a" * 90)
+    put(tmp_path, {f"{'a' * 200}.yaml": GOOD, f"{deep}/b.yaml": GOOD})
+    lines = [
+        "*a" * 60 + "b",
+        "*?" * 60 + "b",
+        "*[a]" * 60 + "b",
+        "*" * 60 + "b",
+        "/" + "**/a/" * 30 + "c",
+        "a*" * 40 + "/x",
+    ]
+    put(tmp_path, {".gitignore": "\n".join([*lines, "!" + lines[-2]])})
+    assert len(names(".")) == 2
+
+
+def test_nothing_inside_of_what_is_left_out_is_opened(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    opened, listed = [], []
+    real_open, real_list = io.open, os.scandir
+    monkeypatch.setattr(
+        io, "open", lambda file, *args, **kw: (opened.append(str(file)), real_open(file, *args, **kw))[1]
+    )
+    monkeypatch.setattr(os, "scandir", lambda path=".": (listed.append(os.fspath(path)), real_list(path))[1])
+    for size in (10, 40):
+        for number in range(size):
+            put(tmp_path, {f"f{number}/a.yaml": GOOD, f"f{number}/.gitignore": "old/\n*.bak.yaml\n"})
+            put(tmp_path, {f"f{number}/{name}": BAD for name in ("old/a/a.yaml", "a.bak.yaml", "node_modules/a.yaml")})
+        opened.clear()
+        listed.clear()
+        assert len(names(".")) == size
+        assert len(opened) == 2 * size, "a file and its patterns, each once"
+        assert len(listed) == size + 1, "each folder once"
+
+
+needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="there is no git to compare with")
+FOLDERS = ("a", "b", "ab", "build", "old", "x.y", "foo bar", "a-1")
+FILES = (
+    "a.yaml",
+    "b.yml",
+    "ab.yaml",
+    "old.yaml",
+    "build.yaml",
+    "x y.yaml",
+    "#c.yaml",
+    "!d.yaml",
+    "[e].yaml",
+    "a.bak.yaml",
+)
+SEGMENTS = (
+    *("*", "*.yaml", "a*", "*b*", "?", "??", "[ab]", "[!a]*", "**", "*.bak.*", "[a-c].yaml", "*a*b*", "\\#c.yaml"),
+)
+
+
+def pattern(chance):
+    """A line of a .gitignore."""
+    line = "/".join(chance.choice((*FOLDERS, *FILES, *SEGMENTS)) for _ in range(chance.choice((1, 1, 1, 2, 2, 3))))
+    line = chance.choice(("", "", "", "/", "**/")) + line + chance.choice(("", "", "", "/", "/**", "/**/"))
+    return chance.choice(("", "", "", "!")) + line + " " * (chance.random() < 0.1)
+
+
+def tree(root, chance):
+    """Folders with files, some of them with patterns, and one that may be a repository of its own."""
+    folders = [root]
+    for _ in range(chance.randint(3, 14)):
+        folders.append(chance.choice(folders) / chance.choice(FOLDERS))
+    for folder in folders:
+        put(folder, dict.fromkeys(chance.sample(FILES, chance.randint(1, 5)), "a: 1\n"))
+    for folder in [root, *chance.sample(folders, min(len(folders), 3))]:
+        end = chance.choice(("\n", "\r\n"))
+        text = chance.choice(("", "\ufeff")) + end.join(pattern(chance) for _ in range(chance.randint(1, 6)))
+        (folder / ".gitignore").write_text(text + chance.choice(("", end)), "utf-8", newline="")
+    return folders
+
+
+def ignored_by_git(root, files):
+    """Those of some files and folders that git ignores in a new repository."""
+    environment = {**os.environ, "GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_NOSYSTEM": "1"}
+    asked = "\0".join(files).encode()
+    subprocess.run(["git", "init", "-q"], cwd=root, env=environment, check=True)
+    command = ["git", "check-ignore", "--no-index", "-z", "--stdin"]
+    done = subprocess.run(command, cwd=root, env=environment, input=asked, capture_output=True, check=True)
+    return {*done.stdout.decode().split("\0")} - {""}
+
+
+@needs_git
+def test_files_are_ignored_as_git_ignores_them(tmp_path, monkeypatch):
+    """Forty-five trees in one repository, read from its root, each from its own, and from one folder of each."""
+    monkeypatch.chdir(tmp_path)
+    put(tmp_path, {".gitignore": "ab/*.yaml\n/7/\n/8/a*\n"})
+    inside = {}
+    for seed in range(45):
+        folders = tree(tmp_path / str(seed), random.Random(seed))
+        inside[str(seed)] = folders[1].relative_to(tmp_path).as_posix()
+    files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.y*ml")}
+    by_git = ignored_by_git(tmp_path, sorted({*files, *inside, *inside.values()}))
+    assert len(by_git) > 200
+    for start in (".", *inside, *inside.values()):
+        if start not in by_git:  # what is named is read, whatever git says
+            read = {entry.name for entry in gather([start], DEFAULT) if entry.left_out is entry.problem is None}
+            assert read == {file for file in files - by_git if start == "." or file.startswith(f"{start}/")}, start
+
+
+def test_a_repository_inside_of_another_has_its_own_patterns(tmp_path, monkeypatch):
+    put(tmp_path, {".gitignore": "a.yaml\nsecond/\n", "sub/.gitignore": "b.yaml\n", "a.yaml": GOOD, "second/.git": "x"})
+    put(tmp_path, {f"sub/{name}.yaml": GOOD for name in "abc"} | {"sub/.git": "gitdir: ../.git/modules/sub\n"})
+    monkeypatch.chdir(tmp_path)
+    assert names(".") == ["sub/a.yaml", "sub/c.yaml"]
+    assert names("sub") == ["sub/a.yaml", "sub/c.yaml"]
+    (tmp_path / "sub/.git").unlink()
+    assert names(".") == ["sub/c.yaml"]
+    assert names("sub") == ["sub/a.yaml", "sub/c.yaml"], "outside of a repository nothing above counts"
+    (tmp_path / ".git").mkdir()
+    assert names("sub") == ["sub/c.yaml"]

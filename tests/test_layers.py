@@ -75,6 +75,7 @@ ONLY_IN = {
     # package       modules that may import it
     "click":         "cli",
     "rich":          "cli.terminal",
+    "pathspec":      "cli.files.patterns",
     "ruamel":        "source writer",
     "openpyxl":      "sheets.table",
     "pyclickplc":    "encoders.click",
@@ -186,6 +187,7 @@ HEAVY = (
     "numpy",
     "numba",
     "intelhex",
+    "pathspec",
     "pyclickplc",
     "pymodbus",
     "serial",

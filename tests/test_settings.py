@@ -140,6 +140,11 @@ def test_every_example_of_a_key_is_accepted_and_has_an_effect_on_show_settings(p
         ("[per-file-ignores]\n'a/*' = ['PID2']\n'b/*' = ['PIDX']\n", "3:11", "no rule begins with 'PIDX'"),
         ("[per-file-ignores]\n'a\\b' = ['PID2']\n", "2:2", "forward slashes"),
         ("per-file-ignores = ['PID2']\n", "1:1", "must be a table"),
+        ('exclude = "old/"\n', "1:1", "exclude must be a list of patterns"),
+        ('exclude = [\n  "a/",\n  "../b/",\n]\n', "3:4", "'../b/' leads out of the folder"),
+        ("exclude = ['a\\b']\n", "1:13", "forward slashes"),
+        ('exclude = ["# old"]\n', "1:13", "'# old' is no pattern of paths"),
+        (f"exclude = {['a'] * 201}\n", "1:1", "exclude has more than 200 patterns"),
         ("strict = tru\n", "1:10", "not TOML"),
         ("strict = true\nstrict = true\n", "2:", "not TOML"),
         ('baseline = "/etc/passwd"\n', "1:1", "leads out of the folder"),
@@ -340,3 +345,36 @@ def test_sarif_carries_what_is_suppressed_and_why(project, validate, monkeypatch
     assert len({r["partialFingerprints"]["pidcfgFinding/v1"] for r in results}) == 3
     assert json.loads(validate("loops/a.yaml", "--baseline", "k.json", "--format", "json").out)["findings"] == []
     assert "suppressions" not in validate("loops/a.yaml", "--format", "sarif", "--ignore", "DL254").out
+
+
+def test_files_are_left_out_from_the_folder_of_the_settings_file(project, validate, monkeypatch):
+    put(project, 'exclude = ["/loops/old/", "*.yaml", "!c.yaml"]\n')
+    (project / "loops/c.yaml").write_text(GOOD, "utf-8")
+    monkeypatch.chdir(project / "loops")
+    found = validate(".")
+    assert (found.code, found.out) == (0, "")
+    summary = "1 folder and 1 file left out (old, a.yaml); settings of ../pidcfg.toml\n"
+    assert found.err.endswith(summary)
+    assert validate(".", "-q").err.endswith(summary), "settings leave nothing out unseen"
+    assert "left out: old/ (exclude of ../pidcfg.toml: /loops/old/)\n" in validate(".", "-v").err
+    assert validate(".", "--isolated").code == 1
+    assert validate("a.yaml").code == 1, "what is named is read"
+    found = validate(".", "--exclude", "old/", "-q")
+    assert found.code == 1, "the command line wins"
+    assert found.err == ""
+    shown = 'exclude = ["old/"]  # command line\n'
+    assert shown in validate(".", "--exclude", "old/", "--show-settings").out
+    put(project, 'exclude = ["*"]\n')
+    found = validate(".", "-q")
+    assert found.code == 2, "nothing to check is no success"
+    assert (
+        ". holds no .yaml or .yml file with a pidcfg key; 1 folder and 2 files left out (old, a.yaml, c.yaml)"
+        in found.out
+    )
+
+
+def test_exclude_reaches_no_file_outside(project, validate):
+    put(project, 'exclude = ["*"]\n')
+    (project.parent / "others").mkdir()
+    (project.parent / "others/b.yaml").write_text(GOOD, "utf-8")
+    assert validate(project.parent / "others", "--config", project / "pidcfg.toml").code == 0

@@ -273,3 +273,18 @@ def test_a_folder_that_is_not_there_is_refused_at_once(tmp_path, monkeypatch):
     for name in ("missing/", "missing/x.yaml"):
         result = CliRunner().invoke(cli, ["validate", name, "--watch"])
         assert (result.exit_code, "there is no folder missing" in result.output) == (2, True)
+
+
+def test_what_is_left_out_is_not_watched_until_it_is_taken_back(watching, project):
+    for name in ("node_modules/a.yaml", "old/b.yaml", "ignored/c.yaml"):
+        (project / name).parent.mkdir()
+        (project / name).write_text(GOOD, "utf-8")
+    (project / ".gitignore").write_text("ignored/\n", "utf-8")
+    changes = [write(name, BAD) for name in ("node_modules/a.yaml", "old/b.yaml", "ignored/c.yaml")]
+    doing = [*changes, write("pidcfg.toml", "exclude = []\n"), *[nothing] * 2, write(".gitignore", ""), *[nothing] * 2]
+    (project / "pidcfg.toml").write_text('exclude = ["old/"]\n', "utf-8")
+    found = runs(watching("validate", ".", doing=doing))
+    assert [line.partition(",")[0] for line in found] == ["0 errors", "1 error", "2 errors"]
+    assert ["3 folders left out" in found[0], "2 folders left out" in found[1], "1 folder left out" in found[2]] == [
+        True
+    ] * 3

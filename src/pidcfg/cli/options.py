@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 from click.types import IntParamType
 
 from pidcfg.diagnostics import Diagnostic, Severity
@@ -166,6 +167,29 @@ STDIN_FILENAME = click.option(
     expose_value=False,
     callback=_named,
     help="What - is called: findings, settings, patterns, baselines and relative paths go by this name.",
+)
+
+
+def _excluded(ctx: click.Context, param: click.Parameter, lines: tuple[str, ...]) -> tuple[str, ...]:
+    """Keeps the patterns of the command line for whoever walks a folder; those of settings are kept by themselves."""
+    if lines and ctx.get_parameter_source(param.name or "") is not ParameterSource.DEFAULT_MAP:
+        from pidcfg.cli.files.identity import EXCLUDED, Exclusion
+        from pidcfg.cli.files.patterns import fault
+
+        for line in lines:
+            if wrong := fault(line):
+                raise click.BadParameter(wrong, ctx, param)
+        ctx.meta[EXCLUDED] = Exclusion(Path.cwd(), "--exclude", lines)
+    return lines
+
+
+EXCLUDE = click.option(
+    "--exclude",
+    multiple=True,
+    metavar="PATTERN",
+    expose_value=False,
+    callback=_excluded,
+    help="Leave out of folders what this pattern names, as a line of .gitignore does; may be repeated.",
 )
 MAP = click.option(
     "--map",

@@ -22,7 +22,6 @@ from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import colour
 from pidcfg.cli.terminal.console import note, remark
 from pidcfg.cli.terminal.progress import LINE
-from pidcfg.reader import SUFFIXES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -145,11 +144,11 @@ def watched(ctx: click.Context) -> Iterator[str]:
     yield from filter(None, (ctx.params.get("baseline"), ctx.meta.get(CONFIG_FILE)))
 
 
-def _below(folder: str) -> Iterator[str]:
-    """The YAML files below a folder."""
-    for place, folders, files in os.walk(folder):
-        folders[:] = [name for name in folders if not name.startswith(".")]
-        yield from (Path(place, name).as_posix() for name in files if Path(name).suffix.lower() in SUFFIXES)
+def _below(name: str) -> Iterator[str]:
+    """The YAML files below a folder that a run would read."""
+    from pidcfg.cli.files.walk import walk
+
+    return (Path(folder.path, file).as_posix() for folder in walk(name) for file in folder.files)
 
 
 def states(names: Iterator[str] | Sequence[str]) -> dict[str, State]:

@@ -69,6 +69,7 @@ RATE_AFTER = 1.0
 )
 @plots.PLOT
 @plots.LOOPS
+@options.EXCLUDE
 @options.FORCE
 @options.QUIET
 @options.LIMITS

@@ -88,6 +88,7 @@ def _field(name: str, what: str) -> options.Decorator:
 @_field("author", "Who prepared it")
 @_field("date", "Date")
 @click.option("--exit-zero", is_flag=True, help="Exit 0 whenever the report was written.")
+@options.EXCLUDE
 @options.JOBS
 @options.STRICT
 @options.FORCE

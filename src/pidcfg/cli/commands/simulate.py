@@ -76,6 +76,7 @@ DRAFTED = (
 @click.option("--no-limit", is_flag=True, help="Run however many loop-steps it takes.")
 @options.FORCE
 @options.STRICT
+@options.EXCLUDE
 @options.STDIN_FILENAME
 @watch.OPTION
 @options.VERBOSE

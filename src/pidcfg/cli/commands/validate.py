@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options, watch
-from pidcfg.cli.files.inputs import STDIN, gather
+from pidcfg.cli.files.inputs import STDIN, gather, left_out, reasons
 from pidcfg.cli.findings import settings
+from pidcfg.cli.findings.settings_keys import EXCLUDES
 from pidcfg.cli.formats import render, report_options, statistics
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.formats.reporters import summary
@@ -21,6 +22,8 @@ from pidcfg.diagnostics import Diagnostic, Severity
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from pidcfg.cli.files.inputs import Input
+    from pidcfg.cli.findings.policy import Triage
     from pidcfg.limits import Limits
     from pidcfg.source import Document
 
@@ -37,6 +40,7 @@ EPILOG = options.examples(
 @report_options.report_format("validate")
 @report_options.report_files("validate", "--output")
 @click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
+@options.EXCLUDE
 @options.SELECT
 @options.IGNORE
 @options.SEVERITY
@@ -87,7 +91,7 @@ def command(
     findings: list[Diagnostic] = []
     gathered = list(gather(paths, limits, skip_foreign=skip_foreign))
     inputs = [entry for entry in gathered if not entry.foreign]
-    skipped = [entry.name for entry in gathered if entry.foreign and entry.remark is None]
+    skipped = [entry.name for entry in gathered if entry.foreign and entry.remark is entry.left_out is None]
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
     read = [name for name in (baseline["baseline"], settings.of(ctx).file) if name is not None]
     report_options.refuse_inputs(reports, read)
@@ -115,13 +119,20 @@ def command(
     for text in () if quiet else (*remarks, *left.remarks):
         remark(text)
     detail.listed("left out, without a pidcfg key:", skipped)
+    detail.say(*reasons(gathered))
     detail.listed("not reported:", left.reasons)
     detail.end()
-    if not quiet or left.hides or (settings.of(ctx).file is not None and len(shown.reported) < len(left.kept)):
-        opened = sum(entry.problem is None for entry in inputs)
-        note(summary(left.kept, opened, len(skipped)) + left.counts + settings.of(ctx).mention)
+    opened = sum(entry.problem is None for entry in inputs)
+    if not quiet or _hides(ctx, left, shown, gathered):
+        note(summary(left.kept, opened, len(skipped), left_out(gathered)) + left.counts + settings.of(ctx).mention)
     _next_step(list(documents.values()), left.kept, quiet=quiet, fmt=fmt)
     ctx.exit(exit_code(left.kept, strict=strict))
+
+
+def _hides(ctx: click.Context, left: Triage, shown: Findings, gathered: Sequence[Input]) -> bool:
+    """Whether even a quiet run says what was left out: findings, or files by a settings file."""
+    less = settings.of(ctx).file is not None and len(shown.reported) < len(left.kept)
+    return left.hides or less or any((entry.left_out or "").startswith(EXCLUDES) for entry in gathered)
 
 
 def _next_step(documents: Sequence[Document], findings: Sequence[Diagnostic], *, quiet: bool, fmt: str) -> None:

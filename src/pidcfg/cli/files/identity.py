@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import click
 
@@ -17,6 +17,16 @@ READ = "pidcfg.files_read"
 """Where a command keeps the identities of its inputs."""
 NAMES = "pidcfg.names_read"
 """Where it keeps their names, and those of files that it looked for."""
+EXCLUDED = "pidcfg.files_excluded"
+"""Where it keeps what it leaves out of folders."""
+
+
+class Exclusion(NamedTuple):
+    """Patterns of files that are left out, the folder that they begin at, and what reasons call them."""
+
+    root: Path
+    origin: str
+    patterns: tuple[str, ...]
 
 
 def identity(name: str) -> Identity:

@@ -15,6 +15,7 @@ import click
 
 from pidcfg.cli.files.folders import is_for_pidcfg
 from pidcfg.cli.files.identity import mention, remember
+from pidcfg.cli.terminal.console import remark
 from pidcfg.cli.terminal.progress import held
 from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.frozen import frozen
@@ -22,7 +23,7 @@ from pidcfg.reader import SUFFIXES, Disk, refusal
 from pidcfg.source import Document, Node, read_document
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from typing import IO
 
     from pidcfg.limits import Limits
@@ -33,6 +34,8 @@ UNNAMED = "<stdin>"
 """Standard input in findings, unless ``--stdin-filename`` names it."""
 NAME_OF_STDIN = "pidcfg.stdin"
 """Where a command keeps that name."""
+MOST_NAMES = 3
+"""Names of what was left out."""
 MOST_BESIDE = 1000
 """Names of a folder that are compared with one that is not there."""
 
@@ -50,11 +53,45 @@ class Input:
     """A YAML file without the ``pidcfg`` key, in a folder or where such files are to be skipped."""
     remark: str | None = None
     """Why a foreign entry of a folder was not even looked at."""
+    left_out: str | None = None
+    """Why a foreign entry of a folder was to be left out; the name of a folder ends with a slash."""
 
 
 def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
     """The documents that the paths of a command line stand for, each once."""
-    return (document(entry, limits) for entry in gather(paths, limits) if not entry.foreign)
+    return (document(entry, limits) for entry in read_entries(paths, limits))
+
+
+def read_entries(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
+    """The inputs that are for pidcfg; behind them a remark says what was left out."""
+    others = []
+    for entry in gather(paths, limits):
+        if entry.foreign:
+            others.append(entry)
+        else:
+            yield entry
+    ctx = click.get_current_context(silent=True)
+    params = {} if ctx is None else ctx.params
+    if (text := left_out(others)) and not params.get("quiet"):
+        remark(text)
+    for reason in reasons(others) if params.get("verbose") else ():
+        remark(reason)
+
+
+def left_out(entries: Iterable[Input]) -> str:
+    """How many folders and files were left out, and the names of some; nothing where none was."""
+    names = [entry.name for entry in entries if entry.left_out is not None]
+    folders = sum(name.endswith("/") for name in names)
+    counts = ((folders, "folder"), (len(names) - folders, "file"))
+    number = " and ".join(f"{n} {what}{'s' if n != 1 else ''}" for n, what in counts if n)
+    kinds = list(dict.fromkeys(Path(name).name for name in names))
+    kinds[MOST_NAMES:] = ["…"] * (len(kinds) > MOST_NAMES)
+    return f"{number} left out ({', '.join(kinds)})" if names else ""
+
+
+def reasons(entries: Iterable[Input]) -> Iterator[str]:
+    """Each entry that was left out, and why."""
+    return (f"left out: {entry.name} ({entry.left_out})" for entry in entries if entry.left_out is not None)
 
 
 def document(entry: Input, limits: Limits) -> Document:
@@ -150,9 +187,10 @@ def _is_pattern(path: str) -> bool:
 
 def _folder(name: str, taken: _Taken) -> Iterator[Input]:
     """The files below a folder that have the ``pidcfg`` key or cannot be read; other YAML files as foreign."""
-    has_files = False
+    has_files, others = False, []
     for entry in _walked(name, taken.limits):
         if entry.foreign:
+            others.append(entry)
             yield entry
         elif taken.adds(entry.name):
             has_files = True
@@ -162,20 +200,25 @@ def _folder(name: str, taken: _Taken) -> Iterator[Input]:
         else:
             has_files = True
     if not has_files:
-        yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key")
+        without = f"; {text}" if (text := left_out(others)) else ""
+        yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key{without}")
 
 
 def _walked(name: str, limits: Limits) -> Iterator[Input]:
     """Every YAML file below a folder, and whatever may hide some."""
+    from pidcfg.cli.files.walk import walk
+
     closed: list[OSError] = []
     root = Path(name).resolve()
-    for folder, folders, files in os.walk(name, onerror=closed.append):
-        folders[:] = sorted(f for f in folders if not f.startswith("."))
-        for path in (Path(folder, f) for f in folders):
+    for folder in walk(name, closed.append):
+        yield from (Input(path, foreign=True, remark=reason) for path, reason in folder.unused)
+        for entry, reason in folder.left_out:
+            yield Input(Path(folder.path, entry).as_posix() + "/" * entry.endswith("/"), foreign=True, left_out=reason)
+        for path in (Path(folder.path, f) for f in folder.folders):
             if path.is_symlink() and not path.resolve().is_relative_to(root):
                 yield Input(path.as_posix(), foreign=True, remark="a link out of the folder is not followed; name it")
-        for path in (Path(folder, f) for f in sorted(files)):
-            if path.suffix.lower() in SUFFIXES and (path.is_file() or not path.exists()):
+        for path in (Path(folder.path, f) for f in folder.files):
+            if path.is_file() or not path.exists():
                 yield _in_folder(path, limits)
     for error in closed:
         yield Input(Path(error.filename).as_posix(), problem=f"cannot read {error.filename}: {error.strerror}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli.files.identity import note_read
-from pidcfg.cli.files.inputs import FILES, document, gather, read_input
+from pidcfg.cli.files.inputs import FILES, document, read_entries, read_input
 from pidcfg.diagnostics import ordered
 from pidcfg.document import Document, Node
 from pidcfg.encoders.settings import read_settings
@@ -217,12 +217,11 @@ def gathered(
 ) -> Gathered:
     """All files of a command line, folders and patterns included; ``progress`` is told the share that is done."""
     entries, scenarios = [], 0
-    for entry in gather(paths, limits):
+    for entry in read_entries(paths, limits):
         if entry.problem is not None:
             raise click.ClickException(entry.problem)
-        if not entry.foreign:
-            scenarios += SCENARIO.search(entry.data) is not None
-            entries.append(entry if entry.piped else replace(entry, data=b""))
+        scenarios += SCENARIO.search(entry.data) is not None
+        entries.append(entry if entry.piped else replace(entry, data=b""))
     names = frozenset(entry.name for entry in entries)
     taken = list(_taken(entries, (limits, names, max(scenarios, 1), pictures), jobs, progress))
     own = {one.file.name: one for one in taken if isinstance(one, Configured)}

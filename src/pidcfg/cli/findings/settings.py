@@ -1,7 +1,7 @@
 """Settings of `validate` from ``pidcfg.toml`` or ``[tool.pidcfg]`` of a ``pyproject.toml``.
 
-A file can choose what is reported and how, and nothing else: it opens no connection, runs nothing, raises no limit and
-names no file to write, but for a baseline of the first format, which is renewed where it is. The command line wins.
+A file can choose what is read and reported and how, and nothing else: it opens no connection, runs nothing, raises no
+limit and names no file to write, but for a baseline of the first format, renewed where it is. The command line wins.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli.files.identity import relative
-from pidcfg.cli.findings.settings_keys import LARGEST, OPTIONS, PER_FILE
+from pidcfg.cli.files.identity import EXCLUDED, Exclusion, relative
+from pidcfg.cli.findings.settings_keys import EXCLUDE, EXCLUDES, LARGEST, OPTIONS, PER_FILE
 from pidcfg.cli.options import only_file
 from pidcfg.frozen import frozen
 from pidcfg.reader import read_file
@@ -87,6 +87,7 @@ def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> 
         raise click.UsageError("--config and --isolated exclude each other", ctx)
     settings = Settings() if isolated or not paths else _settings([place_of(path) for path in paths], config)
     ctx.meta[SETTINGS] = settings
+    ctx.meta[EXCLUDED] = Exclusion(settings.root, f"{EXCLUDES}{settings.file}", tuple(settings.values.get(EXCLUDE, ())))
     options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in OPTIONS}
     ctx.default_map = {**(ctx.default_map or {}), **options}
     return paths
@@ -236,7 +237,7 @@ def report(ctx: click.Context) -> str:
     lines = [f"settings file: {settings.file or 'none'}"]
     for key in sorted(OPTIONS):
         name = PARAMETERS.get(key, key)
-        value = ctx.params.get(name)
+        value = ctx.meta[EXCLUDED].patterns if key == EXCLUDE else ctx.params.get(name)
         source = ctx.get_parameter_source(name)
         variable = next((option.envvar for option in ctx.command.params if option.name == name), None)
         origins = {"COMMANDLINE": "command line", "ENVIRONMENT": variable, "DEFAULT_MAP": settings.file}

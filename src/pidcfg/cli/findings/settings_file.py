@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import click
 
 from pidcfg.cli.files.identity import relative
-from pidcfg.cli.findings.settings_keys import ALIASES, KEYS, LARGEST, REFUSED, SEVERITIES
+from pidcfg.cli.findings.settings_keys import ALIASES, KEYS, LARGEST, MOST, REFUSED, SEVERITIES
 from pidcfg.cli.formats import formats_of
 from pidcfg.globs import UP
 from pidcfg.schemas.names import nearest
@@ -94,6 +94,20 @@ def _path(key: str, value: Any, file: _File) -> str:
     return relative(str(file.root / value), Path())
 
 
+def _patterns(key: str, value: Any, file: _File) -> list[str]:
+    """Lines of ``.gitignore``."""
+    from pidcfg.cli.files.patterns import fault
+
+    if not isinstance(value, list) or not all(isinstance(line, str) for line in value):
+        file.refuse(key, f"{key} must be a list of patterns", f"write {key} = {KEYS[key].example}")
+    if len(value) > MOST:
+        file.refuse(key, f"{key} has more than {MOST} patterns", "name their folder")
+    for line in value:
+        if wrong := fault(line):
+            file.refuse(key, wrong, value=line)
+    return value
+
+
 def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
     """A table of patterns."""
     if not isinstance(value, dict):
@@ -117,6 +131,7 @@ CHECKS: dict[str, Callable[[str, Any, _File], Any]] = {
     "severity": _choice(SEVERITIES),
     "format": _choice(formats_of("validate")),
     "path": _path,
+    "patterns": _patterns,
     "table": _per_file,
 }
 

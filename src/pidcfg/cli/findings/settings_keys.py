@@ -6,9 +6,13 @@ from typing import Any, NamedTuple
 
 from pidcfg.cli.formats import formats_of
 
-PER_FILE = "per-file-ignores"
+PER_FILE, EXCLUDE = "per-file-ignores", "exclude"
+EXCLUDES = f"{EXCLUDE} of "
+"""How the reason begins why a settings file leaves an entry out of a folder."""
 LARGEST = 1 << 20
 """Bytes of a settings file."""
+MOST = 200
+"""Patterns of ``exclude``."""
 
 
 class Key(NamedTuple):
@@ -27,6 +31,10 @@ KEYS = {
     "strict": Key("switch", "Exit 1 on warnings too.", "true"),
     "format": Key("format", "How the result is printed.", '"text"'),
     "baseline": Key("path", "A file of known findings, below the folder of the settings file.", '"known.json"'),
+    EXCLUDE: Key(
+        "patterns", "What is left out of folders: lines of .gitignore, from the folder of the settings file.",
+        '["archive/", "*.bak.yaml"]',
+    ),
     PER_FILE: Key(
         "table", "Patterns of paths below the folder of the settings file, and the rules left out there.",
         '{"old/**" = ["DL222"]}',
@@ -60,6 +68,7 @@ def settings_schema() -> dict[str, Any]:
         "severity": {"enum": list(SEVERITIES)},
         "format": {"enum": list(formats_of("validate"))},
         "path": {"type": "string", "minLength": 1},
+        "patterns": {"type": "array", "items": {"type": "string", "minLength": 1}, "maxItems": MOST},
         "table": {"type": "object", "additionalProperties": codes},
     }
     properties = {key: {**kinds[row.kind], "description": row.text} for key, row in KEYS.items()}

@@ -102,11 +102,12 @@ def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
     return [f" {d.span.line:>4} | {row.rstrip()}", f"      | {indent}{'^' * max(1, width_of(row[start:end]))}"]
 
 
-def summary(findings: Sequence[Diagnostic], files: int, skipped: int = 0) -> str:
+def summary(findings: Sequence[Diagnostic], files: int, skipped: int = 0, left_out: str = "") -> str:
     """One line that says how it went; ``skipped``: YAML files in folders that are not for pidcfg."""
     n = counts(findings)
     parts = [f"{n[s]} {s.label}{'s' if n[s] != 1 else ''}" for s in n]
     others = f"; {skipped} without a pidcfg key skipped" if skipped else ""
+    others += f"; {one_line(left_out)}" if left_out else ""
     return f"{files} file{'s' if files != 1 else ''} checked: {', '.join(parts)}{others}"
 
 
