@@ -7,7 +7,7 @@ import io
 import re
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.control_characters import UNPRINTABLE
+from pidcfg.control_characters import FORMULA, UNPRINTABLE
 from pidcfg.document import Plain
 from pidcfg.sheets.columns import ENDS, order_of
 from pidcfg.sheets.values import TEXTS, number_or_text
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from pidcfg.document import Document
     from pidcfg.vendors import Vendor
 
-FORMULA = ("=", "+", "-", "@", "\t", "\r", "'")
-"""What makes a spreadsheet calculate a text, or drop its first character, where it begins so."""
 MARK = "\ufeff"
 IN_BRACKETS = re.compile(r"[,\[\]{}]|: |:$| #")
 """What ends a plain text within brackets."""
