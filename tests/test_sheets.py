@@ -6,9 +6,10 @@ import csv
 import io
 import json
 import random
+import time
 import zipfile
 from contextlib import suppress
-from datetime import date
+from datetime import date, datetime, timedelta
 from decimal import Decimal
 from pathlib import Path
 
@@ -20,6 +21,8 @@ import pidcfg
 from pidcfg.cli.main import cli
 from pidcfg.control_characters import FORMULA
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.report.content import Title
+from pidcfg.report.workbook import workbook
 from pidcfg.results.sources import checked_of
 from pidcfg.sheets.read import SheetFaultsError, from_sheet
 from pidcfg.sheets.values import number_or_text, plain_text
@@ -370,6 +373,32 @@ def test_a_text_that_a_spreadsheet_would_calculate_is_the_same_when_read(begin):
     text = as_csv(doc, VENDORS["dl06"])
     assert not any(cell.startswith(FORMULA[:-1]) for row in csv.reader(io.StringIO(text)) for cell in row)
     assert config(from_sheet(text.encode(), "x", None, DEFAULT).text).name == f"{begin}1+1"
+
+
+class Dates(type):
+    """Of a class that stands in for that of all dates."""
+
+    def __instancecheck__(cls, value):
+        return isinstance(value, datetime)
+
+
+class Later(datetime, metaclass=Dates):
+    """A clock that is years ahead."""
+
+    @classmethod
+    def now(cls, tz=None):
+        """Years from now."""
+        return datetime.now(tz) + timedelta(days=1000)
+
+
+def test_a_workbook_does_not_know_what_time_it_is(monkeypatch):
+    def books():
+        return sheets(EXAMPLES / "dl06/reactor.yaml")[2], workbook([], Title("T"))
+
+    first = books()
+    monkeypatch.setattr("xlsxwriter.core.datetime", Later)
+    monkeypatch.setattr(time, "localtime", lambda _=None, real=time.localtime: real(2e9))
+    assert books() == first
 
 
 def test_numbers_are_numbers_in_a_workbook():
