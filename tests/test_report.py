@@ -340,7 +340,11 @@ def test_the_tables_of_an_example(table):
     assert found == (GOLDEN / f"{table}.csv").read_text("utf-8"), "read the difference, then write the file anew"
 
 
-@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\tx", "\rx", "-x"])
+WIDE = ("\uff1d1+1", "\uff0b1", "\uff0d1", "\uff20SUM(A1)")
+"""Spreadsheets of East Asia take wide signs for narrow ones."""
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1", "@SUM(A1)", "\tx", "\rx", "\n=1", "-x", *WIDE])
 def test_no_text_is_a_formula_in_csv(text):
     assert safe(text) == f"'{text}"
 

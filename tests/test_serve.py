@@ -8,9 +8,10 @@ import shutil
 import socket
 import struct
 import subprocess
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import count
 from threading import Event
+from types import SimpleNamespace
 
 import pytest
 
@@ -20,7 +21,7 @@ from pidcfg.encoders.words import bcd_word
 from pidcfg.limits import DEFAULT
 from pidcfg.live.address import Address
 from pidcfg.live.errors import PlcError
-from pidcfg.live.server import serve
+from pidcfg.live.server import MOST_AHEAD, _server_of, serve
 from pidcfg.live.virtual import LISTED, VirtualPlc
 from pidcfg.reader import reader_of
 from pidcfg.results.sources import document_of
@@ -332,6 +333,53 @@ def test_malformed_frames_and_many_clients_do_not_stop_it(desk):
         for line in lines:
             line.close()
     assert {answer[:8] for answer in answers} == {bytes.fromhex("0007000000050103")}
+
+
+READ = bytes.fromhex("000700000006010304000001")
+
+
+def answer(line):
+    """One answer on a line; nothing once it is cut off."""
+    try:
+        return line.recv(260)
+    except ConnectionError:
+        return b""
+
+
+def test_who_asks_without_end_is_hung_up_on_and_the_others_are_answered(desk):
+    with served(desk, virtual("dl06"), speed=1.0) as (port, _), ExitStack() as lines:
+        floods = [lines.enter_context(socket.create_connection(("127.0.0.1", port), 5)) for _ in range(20)]
+        for line in floods:
+            with suppress(ConnectionError):
+                line.sendall(READ * 20_000)
+        honest = lines.enter_context(socket.create_connection(("127.0.0.1", port), 5))
+        for _ in range(20):
+            honest.sendall(READ)
+            assert answer(honest)[:8] == bytes.fromhex("0007000000050103")
+        for line in floods:
+            while answer(line):
+                pass
+
+
+def test_as_many_requests_as_the_protocol_allows_may_be_under_way(desk):
+    with (
+        served(desk, virtual("dl06"), speed=1.0) as (port, _),
+        socket.create_connection(("127.0.0.1", port), 5) as line,
+    ):
+        for _ in range(3):
+            line.sendall(READ * (MOST_AHEAD // len(READ)))
+            assert answer(line)
+
+
+def test_who_takes_no_answer_is_hung_up_on(desk):
+    async def connection():
+        return _server_of(virtual("dl06"), LOOPBACK).callback_new_connection()
+
+    handler = desk.do(connection())
+    hung_up = []
+    handler.transport = SimpleNamespace(abort=lambda: hung_up.append(True))
+    handler.pause_writing()
+    assert hung_up == [True]
 
 
 def test_a_place_that_is_taken_is_said(desk):

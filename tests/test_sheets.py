@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import csv
 import io
+import json
 import random
+import time
 import zipfile
 from contextlib import suppress
-from datetime import date
+from datetime import date, datetime, timedelta
 from decimal import Decimal
 from pathlib import Path
 
@@ -16,7 +19,10 @@ from click.testing import CliRunner
 
 import pidcfg
 from pidcfg.cli.main import cli
+from pidcfg.control_characters import FORMULA
 from pidcfg.limits import DEFAULT, Limits
+from pidcfg.report.content import Title
+from pidcfg.report.workbook import workbook
 from pidcfg.results.sources import checked_of
 from pidcfg.sheets.read import SheetFaultsError, from_sheet
 from pidcfg.sheets.values import number_or_text, plain_text
@@ -348,14 +354,51 @@ def test_names_that_are_formulas_are_texts_in_the_sheet_and_the_same_when_read()
     text = (EXAMPLES / "dl06/reactor.yaml").read_text("utf-8")
     text = text.replace("Jacket flow, inner loop", '"=HYPERLINK(\\"x\\")"').replace("Reactor 2", '"@SUM(A1)"')
     doc = read_document(text.encode(), "x.yaml")
-    csv, book = as_csv(doc, VENDORS["dl06"]), as_workbook(doc, VENDORS["dl06"])
-    assert "\nname,'@SUM(A1)\n" in csv
-    assert "\"'=HYPERLINK(" in csv
+    text_csv, book = as_csv(doc, VENDORS["dl06"]), as_workbook(doc, VENDORS["dl06"])
+    assert "\nname,'@SUM(A1)\n" in text_csv
+    assert "\"'=HYPERLINK(" in text_csv
     cells = [cell for row in openpyxl.load_workbook(io.BytesIO(book)).active.iter_rows() for cell in row]
     assert "f" not in {cell.data_type for cell in cells}
     assert {'=HYPERLINK("x")', "@SUM(A1)"} <= {cell.value for cell in cells}
-    for data in (csv.encode(), book):
+    for data in (text_csv.encode(), book):
         assert config(from_sheet(data, "x", None, DEFAULT).text) == config(text)
+
+
+@pytest.mark.parametrize("begin", [*(sign for sign in FORMULA if sign != "\r"), "5'=", "it''s "])
+def test_a_text_that_a_spreadsheet_would_calculate_is_the_same_when_read(begin):
+    doc = read_document(
+        (EXAMPLES / "dl06/reactor.yaml").read_text("utf-8").replace("Reactor 2", json.dumps(f"{begin}1+1")).encode(),
+        "x.yaml",
+    )
+    text = as_csv(doc, VENDORS["dl06"])
+    assert not any(cell.startswith(FORMULA[:-1]) for row in csv.reader(io.StringIO(text)) for cell in row)
+    assert config(from_sheet(text.encode(), "x", None, DEFAULT).text).name == f"{begin}1+1"
+
+
+class Dates(type):
+    """Of a class that stands in for that of all dates."""
+
+    def __instancecheck__(cls, value):
+        return isinstance(value, datetime)
+
+
+class Later(datetime, metaclass=Dates):
+    """A clock that is years ahead."""
+
+    @classmethod
+    def now(cls, tz=None):
+        """Years from now."""
+        return datetime.now(tz) + timedelta(days=1000)
+
+
+def test_a_workbook_does_not_know_what_time_it_is(monkeypatch):
+    def books():
+        return sheets(EXAMPLES / "dl06/reactor.yaml")[2], workbook([], Title("T"))
+
+    first = books()
+    monkeypatch.setattr("xlsxwriter.core.datetime", Later)
+    monkeypatch.setattr(time, "localtime", lambda _=None, real=time.localtime: real(2e9))
+    assert books() == first
 
 
 def test_numbers_are_numbers_in_a_workbook():

@@ -13,6 +13,10 @@ ORDER = re.compile(r"(?:^|(?<=\r))[^\S\r\n]*:(?=:)|#(?=#\w*\[)", re.MULTILINE)
 ``##[add-mask]``, ``##vso[…]`` of Azure and ``##teamcity[…]``; a sign behind it is the end of the order."""
 
 
+FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20", "\t", "\r", "\n", "'")
+"""How a text begins that a spreadsheet would calculate, the wide signs too, or whose first character it would drop."""
+
+
 def printable(text: str) -> str:
     """Text for people and logs: a control character other than tab and line feed shows as U+FFFD."""
     return UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)

@@ -26,6 +26,8 @@ SLICE = 0.02
 """Seconds for which requests may have to wait for the PLC."""
 BEHIND = 1.0
 """Seconds behind its time after which the PLC is said not to keep up."""
+MOST_AHEAD = 16 * 260
+"""Bytes that a client may send before it is answered: as many requests, of the longest, as the protocol allows."""
 
 
 def context_of(plc: VirtualPlc, unit: int | None = None) -> Any:
@@ -81,10 +83,10 @@ async def serve(
 
 
 def _server_of(plc: VirtualPlc, listen: Address) -> Any:
-    from pymodbus.server import ModbusSerialServer, ModbusTcpServer
+    from pymodbus.server import ModbusSerialServer
 
     if not listen.device:
-        return ModbusTcpServer(context_of(plc), address=(listen.host, listen.port))
+        return _tcp_server(plc, listen)
     line: dict[str, Any] = {
         "port": listen.device,
         "baudrate": listen.baud,
@@ -92,6 +94,35 @@ def _server_of(plc: VirtualPlc, listen: Address) -> Any:
         "stopbits": listen.stop_bits,
     }
     return ModbusSerialServer(context_of(plc, listen.unit), ignore_missing_devices=True, **line)
+
+
+def _tcp_server(plc: VirtualPlc, listen: Address) -> Any:
+    """A server that hangs up on who asks without end and on who takes no answer, so that all others get theirs."""
+    from pymodbus.server import ModbusTcpServer
+    from pymodbus.server.requesthandler import ServerRequestHandler
+
+    class Connection(ServerRequestHandler):
+        """One client."""
+
+        def data_received(self, data: bytes) -> None:
+            """Requests that have come since the last time."""
+            if len(data) > MOST_AHEAD:
+                self.transport.abort()  # type: ignore[attr-defined]
+            else:
+                super().data_received(data)
+
+        def pause_writing(self) -> None:
+            """Called when more answers wait than a client has taken for long."""
+            self.transport.abort()  # type: ignore[attr-defined]
+
+    class Server(ModbusTcpServer):
+        """One listener for all of them."""
+
+        def callback_new_connection(self) -> Connection:
+            """As the library has it."""
+            return Connection(self, self.trace_packet, self.trace_pdu, self.trace_connect)  # type: ignore[no-untyped-call]
+
+    return Server(context_of(plc), address=(listen.host, listen.port))
 
 
 def _place(server: Any, listen: Address) -> str:

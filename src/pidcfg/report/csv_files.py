@@ -6,7 +6,7 @@ import csv
 import io
 from typing import TYPE_CHECKING
 
-from pidcfg.control_characters import printable
+from pidcfg.control_characters import FORMULA, printable
 from pidcfg.report.texts import text
 
 if TYPE_CHECKING:
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from pidcfg.report.tables import Table
 
 MARK = "\ufeff"
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""What makes a spreadsheet read a cell as a formula, where it begins so."""
 
 
 def csv_files(tables: Iterable[Table]) -> dict[str, str]:

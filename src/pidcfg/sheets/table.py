@@ -10,13 +10,15 @@ from dataclasses import dataclass
 from datetime import date, time, timedelta
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.control_characters import FORMULA
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from pidcfg.limits import Limits
 
 SEPARATORS = ",;\t"
-APOSTROPHE = re.compile(r"'(?=[=+\-@\t\r'])")
+APOSTROPHE = re.compile(f"^'(?=[{re.escape(''.join(FORMULA))}])")
 """What keeps a spreadsheet from calculating a text; written by us, and no part of it."""
 COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 POINT = re.compile(r"[+-]?\d+\.\d+(?:[eE][+-]?\d+)?")

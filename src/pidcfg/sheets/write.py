@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
+import datetime as dt
 import io
 import re
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.control_characters import UNPRINTABLE
+from pidcfg.control_characters import FORMULA, UNPRINTABLE
 from pidcfg.document import Plain
 from pidcfg.sheets.columns import ENDS, order_of
 from pidcfg.sheets.values import TEXTS, number_or_text
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from pidcfg.document import Document
     from pidcfg.vendors import Vendor
 
-FORMULA = ("=", "+", "-", "@", "\t", "\r", "'")
-"""What makes a spreadsheet calculate a text, or drop its first character, where it begins so."""
+CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
+"""Written into every workbook, so that the same input gives the same bytes."""
 MARK = "\ufeff"
 IN_BRACKETS = re.compile(r"[,\[\]{}]|: |:$| #")
 """What ends a plain text within brackets."""
@@ -115,6 +116,7 @@ def as_workbook(doc: Document, vendor: Vendor) -> bytes:
     stream = io.BytesIO()
     options = {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False, "strings_to_numbers": False}
     with xlsxwriter.Workbook(stream, options) as book:
+        book.set_properties({"created": CREATED})
         sheet = book.add_worksheet("loops")
         bold = book.add_format({"bold": True, "bg_color": "#E4E9EE", "bottom": 1})
         lines: list[list[Value]] = [*([key, value] for key, value in head), list(columns), *rows]
