@@ -11,7 +11,7 @@ import click
 
 from pidcfg.cli.files.identity import EXCLUDED, relative
 from pidcfg.cli.files.patterns import MOST, Patterns, patterns
-from pidcfg.reader import SUFFIXES
+from pidcfg.reader import SUFFIXES, read_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -118,8 +118,7 @@ def _ignored(folder: str, unused: Reasons) -> Iterable[Patterns]:
     try:
         if not stat.S_ISREG(path.lstat().st_mode):
             return
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST + 1)
+        data = read_file(path, LARGEST + 1)
     except FileNotFoundError:
         return
     except OSError as error:
