@@ -263,14 +263,14 @@ def test_an_odd_gitignore_neither_stops_nor_hides_anything(validate, tmp_path, m
         path.mkdir()
     else:
         path.write_bytes(content[kind])
-    real = io.open
+    real = os.open
 
     def opened(file, *args, **kwargs):
         if kind == "locked" and str(file).endswith(".gitignore"):
             raise PermissionError(13, "Permission denied", str(file))
         return real(file, *args, **kwargs)
 
-    monkeypatch.setattr(io, "open", opened)
+    monkeypatch.setattr(os, "open", opened)
     found = validate(".")
     assert (found.code, found.out) == (0, ""), found.err
     assert "2 files checked: 0 errors, 0 warnings, 0 infos\n" in found.err
