@@ -19,6 +19,7 @@ from click.testing import CliRunner
 import pidcfg
 from certify_rig import CONFIG, GAIN, PASSES, files, killed_always, killed_once, loaded_of, scenario
 from pidcfg import processes
+from pidcfg.certification import certify as certify_module
 from pidcfg.certification import workers
 from pidcfg.certification.draw import drawn, seed_of
 from pidcfg.certification.run import run_sample
@@ -314,6 +315,13 @@ def test_a_state_continues_with_the_same_result():
         certify(text, samples=first, keep=states.append)
         assert certify(text, samples=150, state=states[-1]).to_json() == certify(text, samples=150).to_json()
     assert whole["samples"] == 150
+
+
+def test_the_engine_is_chosen_by_the_steps_of_the_whole_batch(monkeypatch):
+    asked, choose = [], certify_module.choose
+    monkeypatch.setattr(certify_module, "choose", lambda *words: asked.append(words[:2]) or choose(*words))
+    certify(scenario(expect=PASSES.replace("90", "4")), samples=3)
+    assert asked == [("auto", 3 * (10 + 1))], "10 s in steps of 1 s"
 
 
 def test_a_state_that_continues_runs_only_new_samples(monkeypatch):

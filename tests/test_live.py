@@ -1,6 +1,7 @@
 """A PLC is pulled and compared: what is read is what is there, and nothing is ever written."""
 
 import ast
+import asyncio
 import json
 import re
 import socket
@@ -12,14 +13,16 @@ from itertools import count
 import pytest
 
 import pidcfg
+from apart import apart
 from live_rig import ASKED, CLICK, DL06, READS, ROOT, Registers, run, words_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
 from pidcfg.limits import DEFAULT
+from pidcfg.live import link as link_module
 from pidcfg.live.address import Address, parse_address, parse_listen
 from pidcfg.live.calls import source_of
 from pidcfg.live.compare import compared_with
 from pidcfg.live.errors import AddressError, PlcError
-from pidcfg.live.link import Patience
+from pidcfg.live.link import Link, Patience, Request
 from pidcfg.live.pull import read
 from pidcfg.live.reading import READINGS
 
@@ -192,6 +195,11 @@ def test_formats_of_compare(desk, memory, tmp_path, monkeypatch):
         ("modbus://[::1]:5020/", Address("::1", 5020)),
         ("modbus+rtu:///dev/ttyS0?baud=9600&parity=odd", Address(device="/dev/ttyS0", baud=9600, parity="odd")),
         ("modbus+rtu:///COM3?stop_bits=2&unit=9", Address(device="COM3", stop_bits=2, unit=9)),
+        ("modbus+rtu:///dev/ttyS0", Address("", 502, 1, "/dev/ttyS0", 19200, "even", 1)),
+        ("modbus+rtu:///x?unit=1&baud=300&stop_bits=1", Address(device="/x", baud=300)),
+        ("modbus+rtu:///x?unit=247&baud=4000000", Address(device="/x", unit=247, baud=4_000_000)),
+        (" modbus://h?unit=0 ", Address("h", 502, 0)),
+        ("modbus://h?unit=255", Address("h", unit=255)),
     ],
 )
 def test_addresses(url, address):
@@ -220,6 +228,11 @@ def test_addresses(url, address):
         "modbus+rtu:///dev/ttyS0?parity=some",
         "modbus+rtu:///dev/ttyS0?unit=0",
         "modbus+rtu:///dev/ttyS0?baud=1e3",
+        "modbus+rtu:///dev/ttyS0?baud=299",
+        "modbus+rtu:///dev/ttyS0?baud=4000001",
+        "modbus+rtu:///dev/ttyS0?unit=248",
+        "modbus+rtu:///dev/ttyS0?stop_bits=0",
+        "modbus+rtu:///dev/ttyS0?stop_bits=3",
     ],
 )
 def test_addresses_that_are_none(url):
@@ -235,6 +248,7 @@ def test_addresses_that_are_none(url):
         ("modbus://::1", r"an IPv6 address stands in brackets, \[::1\]"),
         ("modbus://[::1", "an IPv6 address stands in brackets"),
         ("modbus://h:x", "the port is a whole number from 1 to 65535"),
+        (" modbus://h:x", "' modbus://h:x': the port"),
     ],
 )
 def test_what_is_wrong_with_a_port_is_said_in_our_words(url, said):
@@ -341,6 +355,47 @@ def test_what_goes_wrong_is_one_line_with_host_function_and_register(desk, name,
     where = url.removeprefix("modbus://")
     place = rf"{where}: read holding registers \(function 3\) 4000 to 4002, V7640 to V7642"
     assert re.fullmatch(rf"Error: {place}: .*{said}[^\n]*\n", done.stderr), done.stderr
+
+
+def test_one_register_is_named_alone():
+    assert str(Request("coil", 5, 1, "C6")) == "read coils (function 1) 5, C6"
+    assert str(Request("holding", 5, 2, "x")) == "read holding registers (function 3) 5 to 6, x"
+
+
+@pytest.mark.parametrize(("name", "pause"), [("hangs up", 0.0), ("exception 6", 0.1)])
+def test_a_request_is_sent_again_at_once_and_to_a_busy_plc_a_little_later(desk, monkeypatch, name, pause):
+    pauses, sleep = [], asyncio.sleep
+
+    async def noted(seconds):
+        pauses.append(seconds)
+        await sleep(0)
+
+    async def read(url):
+        async with Link(parse_address(url), Patience(2.0, 2)) as link:
+            monkeypatch.setattr(link_module.asyncio, "sleep", noted)
+            with pytest.raises(PlcError, match="tried 3 times"):
+                await link.read(Request("holding", 4000, 3, "V7640"))
+            monkeypatch.undo()
+
+    with desk.line(LINES[name][0]) as url:
+        apart(read(url))
+    assert pauses == [pause, pause]
+
+
+def test_a_table_that_goes_between_two_readings_is_not_of_the_result(desk, memory):
+    numbers = count()
+
+    def unlinked(registers):
+        if next(numbers) == registers.requests_of_one:
+            registers.words[HOLDING, 0o2074] = 0
+
+    counted = Registers(memory[DL06])
+    with desk.plc(counted) as url:
+        assert pidcfg.pull(url, like=DL06).data["loops"][1]["ramp_soak"]["steps"]
+    registers = Registers(memory[DL06], unlinked)
+    registers.requests_of_one = counted.requests // 2
+    with desk.plc(registers) as url:
+        assert pidcfg.pull(url, like=DL06).data["loops"][1]["ramp_soak"] == {"table": "V0"}
 
 
 def test_a_busy_plc_is_asked_again(desk, memory):

@@ -8,9 +8,10 @@ import shutil
 import socket
 import struct
 import subprocess
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import count
 from threading import Event
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,9 +19,13 @@ import pidcfg
 from live_rig import CLICK, DL06, run
 from pidcfg.encoders.words import bcd_word
 from pidcfg.limits import DEFAULT
+from pidcfg.live import server as server_module
+from pidcfg.live import trend as trend_module
 from pidcfg.live.address import Address
+from pidcfg.live.calls import FASTEST
 from pidcfg.live.errors import PlcError
-from pidcfg.live.server import serve
+from pidcfg.live.server import _move, serve
+from pidcfg.live.trend import Recording, _readings
 from pidcfg.live.virtual import LISTED, VirtualPlc
 from pidcfg.reader import reader_of
 from pidcfg.results.sources import document_of
@@ -311,6 +316,71 @@ def test_it_says_when_it_cannot_keep_up(desk):
     assert len(said) == 1
 
 
+class Clock:
+    """A clock that goes on only when somebody sleeps or works; it ends what sleeps too often."""
+
+    def __init__(self, monkeypatch, module, jumps=(), most=60):
+        self.now, self.slept, self.jumps, self.most = 0.0, [], [*jumps], most
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: self.now))
+        monkeypatch.setattr(asyncio, "sleep", self.sleep)
+
+    async def sleep(self, seconds):
+        """Notes it, and goes on by as much, or by the next jump."""
+        self.slept.append(round(seconds, 6))
+        if len(self.slept) > self.most:
+            raise asyncio.CancelledError
+        self.now += self.jumps.pop(0) if self.jumps else seconds
+
+
+def moved(monkeypatch, *, dt, speed, cost, jumps=(), most=60):
+    """The steps of a PLC, of which each costs time, what it said and the pauses in between."""
+    said = []
+    clock = Clock(monkeypatch, server_module, jumps, most)
+    plc = SimpleNamespace(dt=dt, steps=3)
+
+    def advance(steps):
+        plc.steps += steps
+        clock.now += cost
+
+    plc.advance = advance
+    with suppress(asyncio.CancelledError):
+        asyncio.run(_move(plc, speed, said.append))
+    return plc.steps - 3, said, clock.slept[:most]
+
+
+def test_it_goes_as_fast_as_the_clock_times_the_speed(monkeypatch):
+    assert moved(monkeypatch, dt=0.5, speed=1.0, cost=0.0) == (2, [], [0.02] * 60)
+    assert moved(monkeypatch, dt=0.5, speed=50.0, cost=0.0) == (60, [], [0.01] * 60)
+
+
+def test_how_far_it_is_behind_is_said_once(monkeypatch):
+    """A step of 1 s costs half a second: at 4 s it has done one of four, and is 3 s behind at most one is allowed."""
+    text = "the simulation cannot keep up: {} times real time instead of {}"
+    _, said, slept = moved(monkeypatch, dt=1.0, speed=1.0, cost=0.5, jumps=[4.0, 0.0, 9.0])
+    assert said == [text.format("0.222", 1)]
+    assert slept[:4] == [0.02, 0.0, 0.02, 0.0]
+    assert moved(monkeypatch, dt=1.0, speed=1.0, cost=0.5, jumps=[2.0])[1] == []
+    assert moved(monkeypatch, dt=1.0, speed=10.0, cost=0.5, jumps=[1.0], most=1)[1] == []
+    assert moved(monkeypatch, dt=1.0, speed=10.0, cost=0.5, jumps=[1.3])[1] == [text.format("0.556", 10)]
+
+
+def test_rows_of_a_trend_that_are_late_are_left_out(monkeypatch):
+    clock, took, times = Clock(monkeypatch, trend_module), [0.25, 2.5, 2.0, 0.0, 0.0, 0.0], []
+
+    async def words(link, numbers):
+        clock.now += took.pop(0)
+        return link, numbers
+
+    async def read():
+        registers, recording = SimpleNamespace(words=words), Recording(None, 1.0, 7.0, None)
+        async for at, _ in _readings(None, registers, [], recording):
+            times.append(at)
+
+    asyncio.run(read())
+    assert times == [0.0, 3.25, 5.75, 5.75, 6.75]
+    assert clock.slept == [0.0, 0.75, 0.5, 0.0, 1.0]
+
+
 def test_malformed_frames_and_many_clients_do_not_stop_it(desk):
     source = random.Random(20)
     with served(desk, virtual("dl06"), speed=1.0) as (port, _):
@@ -342,10 +412,23 @@ def test_a_place_that_is_taken_is_said(desk):
         pidcfg.serve(SCENARIOS["click"], listen=f"127.0.0.1:{port}", seconds=0.1)
 
 
-@pytest.mark.parametrize("arguments", [{"speed": 0.0}, {"seconds": -1.0}, {"listen": "nowhere"}])
+INF = float("inf")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [{"speed": 0.0}, {"speed": 1.01 * FASTEST}, {"seconds": -1.0}, {"seconds": 0.0}, {"seconds": INF},
+     {"listen": "nowhere"}],
+)  # fmt: skip
 def test_arguments_that_make_no_sense(arguments):
     with pytest.raises(ValueError, match=next(iter(arguments))):
         pidcfg.serve(SCENARIOS["click"], **arguments)
+
+
+@pytest.mark.parametrize("arguments", [{"interval": 0.0}, {"interval": INF}, {"seconds": -1.0}, {"seconds": INF}])
+def test_arguments_of_a_trend_that_make_no_sense(arguments):
+    with pytest.raises(ValueError, match=next(iter(arguments))):
+        pidcfg.trend("modbus://127.0.0.1:1", io.StringIO(), like=CLICK, **arguments)
 
 
 def test_the_command_says_who_can_come_and_ends_with_the_report():
@@ -357,6 +440,13 @@ def test_the_command_says_who_can_come_and_ends_with_the_report():
     assert "FOR EVERYBODY WHO REACHES THIS ADDRESS" in done.stderr
     assert json.loads(done.stdout)["scenario"]
     assert run("serve", CLICK, "--for", "0.1").exit_code == 2
+
+
+def test_what_is_seen_when_the_plants_are_made_is_a_finding():
+    scenario = SCENARIOS["click"].read_text("utf-8").replace("dead_time: 4,", "dead_time: 4.04,")
+    place = str(SCENARIOS["click"])
+    found = pidcfg.serve(scenario, name=place, listen="127.0.0.1:0", seconds=0.05).findings
+    assert [f.message for f in found] == ["the dead time of TANK1 is 4.04 s, run as 40 base steps of 0.1 s"]
 
 
 @pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll, a client in C, is not installed")

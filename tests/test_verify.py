@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict, replace
 
 import pytest
 from click.testing import CliRunner
 
 from pidcfg import check_text, convert, diff, encode
 from pidcfg.cli.main import cli
+from pidcfg.conversion.ledger import Change
+from pidcfg.conversion.operation.rules import Smoothing
 from pidcfg.vendors import VENDORS
+from pidcfg.verification.acts import ALL, Act, Stage, at_rest, in_auto, nearest_step, on_grid
 from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
-from pidcfg.verification.bench import bench_of
+from pidcfg.verification.bench import Bench, bench_of
+from pidcfg.verification.comparison import Counts, Difference, Tolerance, differences
+from pidcfg.verification.lines import Scene, explains, reason
+from pidcfg.verification.neutral import loops_of
+from pidcfg.verification.stages import stages_of
+from pidcfg.verification.trial import Trial
+from pidcfg.verification.twin import Line
 from pidcfg.verification.verify import verify
 from pidcfg.writer import yaml_text
 from verify_measure import Conversion, checked, measure, numbered
@@ -319,3 +329,614 @@ def test_a_strong_derivative_hides_no_other_number(key, value):
     (bad,) = diff(SLOW.replace(key, value), result.text, verify=True).verified
     shown = [{row.difference.stage for row in one.failures} for one in (good, bad)]
     assert "slow answer" in shown[1] - shown[0]
+
+
+PAIR = """
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: M, output_raises_pv: true, sample_time: 1, tuning: {gain: 2, integral_time: 30}, pv: {range: [0, 100]},
+     setpoint: {value: 30}, output: {range: [0, 100]}}
+  - {name: L, output_raises_pv: true, sample_time: 1, mode: cascade, pv: {range: [0, 200], filter: 2},
+     tuning: {gain: 2, integral_time: 30, derivative_time: 5, derivative_filter: 1},
+     setpoint: {value: 90, source: M, limits: [20, 180]}, deadband: 4, output: {range: [0, 50], manual: 20},
+     alarms: {pv: {low: 30, high: 150}, deviation: {high: 20, high_high: 25}, rate_of_change: 8, hysteresis: 3}}
+"""
+BENCH = Bench(
+    low=0.0, high=200.0, sample=1.0, gain=100.0, time=20.0, dead=1.0, middle=0.5, start=100.0, quiet=(30.0, 150.0),
+    room=160.0, length=100.0, settling=10.0, rest=6.0, slowest=2.0, limits=(0.1, 0.9),
+)  # fmt: skip
+BATTERY = {
+    "start": "0 to 100; at 80, 40",
+    "cascade": "16 to 32; at 100, 50; 0 master 0.5; 8 mode cascade; 10 master 0.5; 20 master 0.54",
+    "manual": "5 to 26; at 100, 50; 6 output 0.42; 16 output 0.58",
+    "auto": "5 to 56; at 96, 46; 6 mode auto",
+    "step 5 %": "18 to 118; at 100, 50; 18 setpoint 108",
+    "step 50 %": "18 to 168; at 100, 50; 18 setpoint 140; 68 setpoint 60",
+    "high limit": "18 to 168; at 100, 50; 18 load -20; 68 load 50",
+    "low limit": "18 to 168; at 100, 50; 18 load 120; 68 load 50",
+    "disturbance": "18 to 118; at 100, 50; 18 load 26",
+    "set point limits": "18 to 28; at 100, 50; 18 setpoint 200; 23 setpoint 0",
+    "answer": "11 to 51; swept at 100, 0; 11 moved 8; 31 moved 0",
+    "slow answer": "11 to 81; swept at 100, 0; 11 load -0.177778; 31 load 0; 51 load 0.177778; 71 load 0",
+    "alarms": "11 to 812; swept at 100, 0; 11 load 0.5; 210 load -0.5; 608 load 0.5; 807 load 0",
+    "rate of change": "11 to 53.5; swept at 100, 0; 11 load 7.2; 18.5 load -7.2; 26 load 8.8; 33.5 load -8.8; "
+    "41 load 0",
+    "hysteresis": "11 to 152; swept at 100, 0; 11 moved 44; 13 load 0.18; 80 load -0.18; 147 load 0",
+    "dead band": "18 to 88; at 100, 50; 18 setpoint 103.6; 28 setpoint 100; 38 setpoint 104.48; 48 setpoint 100; "
+    "58 setpoint 96.4; 68 setpoint 100; 78 setpoint 95.52",
+    "transfers": "18 to 138; at 100, 50; 18 load 26; 68 mode manual; 72 output 0.692; 88 mode auto; 89 setpoint 100",
+    "sensor": "18 to 118; at 100, 50; 18 lost 1; 23 lost 0",
+}
+"""What the battery does to the loop L on a bench of round numbers: when, PV and load of the plant, and the acts."""
+
+
+def lower_loop(changes):
+    """The loop L, with other text in places."""
+    text = PAIR
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    checked_text = check_text(text)
+    return loops_of(checked_text.config, checked_text.vendor)[1]
+
+
+def told(stage, bench):
+    """A stage in words, without what goes before it."""
+    ahead = next((a for a in (in_auto(bench), at_rest(bench)) if stage.acts[: len(a)] == a), ())
+    parts = [f"{stage.begin:g} to {stage.end:g}; {'swept ' * stage.swept}at {stage.pv:g}, {stage.load:g}"]
+    for act in stage.acts[len(ahead) :]:
+        done = {key: value for key, value in asdict(act).items() if key != "at" and value is not None}
+        parts += [f"{act.at:g} {key} {value if key == 'mode' else f'{value:g}'}" for key, value in done.items()]
+    return "; ".join(parts)
+
+
+def battery(bench=BENCH, changes=(), *, other=None, in_cascade=True):
+    """The stages of the loop L by their names."""
+    loop = lower_loop(changes)
+    stages = stages_of(bench, loop, lower_loop(other) if other else loop, 0.1, in_cascade=in_cascade)
+    return {stage.name: stage for stage in stages}
+
+
+def test_what_each_stage_does():
+    stages = battery()
+    assert {name: told(stage, BENCH) for name, stage in stages.items()} == BATTERY
+    assert {name for name, stage in stages.items() if stage.with_master} == {"start", "cascade"}
+    assert {name for name, stage in stages.items() if stage.output != BENCH.middle} == {"start"}
+    assert {name: stage.slack for name, stage in stages.items() if stage.slack} == {"cascade": 2}
+    assert {name for name, stage in stages.items() if stage.loses_sensor} == {"sensor"}
+    assert {name: ALL - stage.signals for name, stage in stages.items() if stage.signals != ALL} == {
+        "start": ALL - {"mode"},
+        "set point limits": {"pv", "output", "alarms"},
+        **{name: {"output"} for name in ("alarms", "rate of change", "hysteresis")},
+    }
+    assert [(act.at, act.mode, act.setpoint, act.output) for act in in_auto(BENCH)] == [
+        (0, "auto", None, None),
+        (0, "manual", None, None),
+        (0, None, None, 0.5),
+        (1, None, 100, None),
+        *((k, None, None, 0.5) for k in range(1, 6)),
+        (6, "auto", None, None),
+        (7, None, 100, None),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("bench", "changes", "differ"),
+    [
+        (
+            {"gain": -100.0},
+            (),
+            {
+                "start": "0 to 100; at 100, 140",
+                "auto": "5 to 56; at 104, 154; 6 mode auto",
+                "high limit": "18 to 168; at 100, 150; 18 load 220; 68 load 150",
+                "low limit": "18 to 168; at 100, 150; 18 load 80; 68 load 150",
+                "disturbance": "18 to 118; at 100, 150; 18 load 174",
+                "answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0",
+            },
+        ),
+        (
+            {"middle": 0.85},
+            (),
+            {
+                "high limit": "18 to 168; at 100, 15; 18 load -20; 68 load 15",
+                "disturbance": "18 to 118; at 100, 15; 18 load 39",
+                "answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0",
+                "slow answer": "11 to 81; swept at 100, 0; 11 load 0.333333; 31 load 0; 51 load -0.333333; 71 load 0",
+            },
+        ),
+        ({"middle": 0.12}, (), {"answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0"}),
+        ({"gain": 600.0}, (), {"disturbance": "18 to 118; at 100, -200; 18 load -300"}),
+        ({"quiet": (85.0, 88.0)}, (), {"start": "0 to 100; at 85, 45"}),
+        ({"quiet": (30.0, 75.0)}, (), {"start": "0 to 100; at 75, 35"}),
+        ({}, [("deadband: 4", "deadband: 0")], {"answer": "11 to 51; swept at 100, 0; 11 moved 4.03292; 31 moved 0"}),
+        (
+            {"middle": 0.15},
+            [("deadband: 4", "deadband: 0")],
+            {"answer": "11 to 51; swept at 100, 0; 11 moved -7.56173; 31 moved 0"},
+        ),
+        (
+            {},
+            [("deadband: 4", "deadband: 0"), ("integral_time: 30, d", "integral_time: 100, d"), ("e: 5", "e: 0.1")],
+            {"answer": "11 to 111; swept at 100, 0; 11 moved 5.33333; 61 moved 0"},
+        ),
+        (
+            {},
+            [("deadband: 4", "deadband: 1"), ("gain: 2, integral_time: 30, d", "gain: 0.1, integral_time: 0, d")],
+            {"answer": "11 to 51; swept at 100, 0; 11 moved 40; 31 moved 0"},
+        ),
+        ({}, [("filter: 2", "filter: 5")], {"answer": "11 to 71; swept at 100, 0; 11 moved 8; 41 moved 0"}),
+        ({}, [("filter: 2", "filter: 40")], {"answer": "11 to 411; swept at 100, 0; 11 moved 8; 211 moved 0"}),
+        (
+            {},
+            [("hysteresis: 3", "hysteresis: 2"), ("low: 30, high: 150", "low: 5, high: 197")],
+            {"hysteresis": "11 to 124; swept at 100, 0; 11 moved -99; 13 load 0.15; 66 load -0.15; 119 load 0"},
+        ),
+        (
+            {},
+            [("low: 30, high: 150", "low: 1, high: 195")],
+            {"hysteresis": "11 to 152; swept at 100, 0; 11 moved 14; 13 load 0.18; 80 load -0.18; 147 load 0"},
+        ),
+        (
+            {"start": 90.0},
+            [("high: 20, high_high: 25", "high: 2, high_high: 3")],
+            {"alarms": "11 to 2008; swept at 90, 0; 11 load 0.2; 559 load -0.2; 1555 load 0.2; 2003 load 0"},
+        ),
+        ({}, [("value: 90, ", "")], {"start": "0 to 100; at 90, 50"}),
+        ({}, [("mode: cascade", "mode: auto")], {"start": "6 to 100; at 80, 40"}),
+        ({}, [("mode: cascade", "mode: manual"), (", manual: 20", "")], {"start": "0 to 100; at 80, 70"}),
+        ({"slowest": 1.0}, [("mode: cascade", "mode: auto")], {"start": "3 to 100; at 80, 40"}),
+        ({}, [(", manual: 20", ", manual: 48")], {"start": "0 to 100; at 80, -10"}),
+        ({}, [("range: [0, 50], manual: 20", "range: [10, 60], manual: 35")], {"start": "0 to 100; at 80, 30"}),
+        ({}, [("rate_of_change: 8", "rate_of_change: 2")], {
+            "rate of change": "11 to 56; swept at 100, 0; 11 load 1.8; 19 load -1.8; 27 load 2.2; 35 load -2.2; "
+            "43 load 0"
+        }),
+    ],
+)  # fmt: skip
+def test_what_a_stage_does_on_another_bench(bench, changes, differ):
+    bench = replace(BENCH, **bench)
+    stages = battery(bench, changes)
+    assert {name: told(stages[name], bench) for name in differ} == differ
+
+
+PLANT = {
+    "low": 0, "high": 200, "sample": 1, "gain": 400, "time": 256, "dead": 1, "middle": 0.5, "start": 90,
+    "quiet": (30, 150), "room": 160, "length": 160, "settling": 80, "rest": 24, "slowest": 1, "limits": (0, 1),
+}  # fmt: skip
+"""The bench of the loop L: it crosses over at 1/16 rad/s, a quarter of 1 in 2 samples and the filter of 2 s."""
+
+
+@pytest.mark.parametrize(
+    ("changes", "other", "slowest", "differ"),
+    [
+        ((), (), 0.0, {}),
+        ((), (), 5.0, {"rest": 40, "slowest": 5}),
+        ((), [("filter: 2", "filter: 6")], 0.0, {"time": 512, "length": 320, "settling": 160, "rest": 72}),
+        ([("e: 5, derivative_filter: 1", "e: 50")], (), 0.0, {"time": 2000, "length": 800, "settling": 400}),
+        ((), [("derivative_filter: 1", "derivative_filter: 3")], 0.0, {"rest": 36}),
+        (
+            [("me: 1, mode", "me: 2, mode")], (), 0.0,
+            {"sample": 2, "dead": 2, "time": 384, "length": 240, "settling": 120, "slowest": 2},
+        ),
+        ([("l_time: 30, d", "l_time: 300, d")], (), 0.0, {"time": 1200, "length": 750, "settling": 375}),
+        ([("l_time: 30, d", "l_time: 100, d")], (), 0.0, {"time": 400, "length": 250, "settling": 125}),
+        ([("l_time: 30, d", "l_time: 30, proportional: false, d")], (), 0.0,
+         {"gain": 25, "time": 1, "length": 300, "settling": 150}),
+        ([("gain: 2, integral_time: 30, d", "gain: 0.01, integral_time: 30, d")], (), 0.0,
+         {"gain": 600, "time": 30, "length": 800, "settling": 400}),
+        ([("limits: [20, 180]", "limits: [60, 120]")], (), 0.0, {"quiet": (60, 120), "room": 60}),
+        ([(", limits: [20, 180]", "")], (), 0.0, {"room": 200}),
+        ([("low: 30, high: 150", "low_low: 10, low: 44, high: 160, high_high: 190")], (), 0.0,
+         {"quiet": (44, 160), "start": 102}),
+        ([("pv: {low: 30, high: 150}, ", ""), (", limits: [20, 180]", "")], (), 0.0,
+         {"quiet": (4, 196), "start": 100, "room": 200}),
+        ([("low: 30, high: 150", "high: 15")], (), 0.0, {"quiet": (20, 180), "start": 100}),
+        ([("manual: 20", "manual: 20, limits: [5, 40]")], (), 0.0, {"middle": 0.45, "limits": (0.1, 0.8)}),
+        ([("l_time: 30, d", "l_time: 0, d"), ("manual: 20", "bias: 20")], (), 0.0, {"middle": 0.4}),
+        ([("output_raises_pv: true, sample_time: 1, mode", "output_raises_pv: false, sample_time: 1, mode")], (), 0.0,
+         {"gain": -400}),
+        ([("filter: 2}", "filter: 0}")], (), 0.0, {"time": 200, "length": 125, "settling": 63, "rest": 12}),
+        ([("filter: 2}", "filter: 0}"), ("derivative_filter: 1", "derivative_filter: 0")], (), 0.0,
+         {"time": 200, "length": 125, "settling": 63, "rest": 6}),
+    ],
+)  # fmt: skip
+def test_the_bench_fits_the_loop(changes, other, slowest, differ):
+    loop = lower_loop(changes)
+    found = asdict(bench_of(loop, lower_loop(other) if other else loop, slowest))
+    assert {key: pytest.approx(value) for key, value in (PLANT | differ).items()} == found
+
+
+def test_what_a_bench_says_of_itself():
+    assert (BENCH.span, BENCH.sign, replace(BENCH, gain=-1.0).sign, BENCH.load(100.0, 0.25)) == (200.0, 1.0, -1.0, 75.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"), [(0, 0), (10, 10), (3.4, 3), (3.6, 4), (9.9, 9.9), (-1, -1), (9.2, 9), (11, 11)]
+)
+def test_set_points_on_the_counts_of_a_root(value, wanted):
+    assert nearest_step(value, 0.0, 1.0, 9.5 if value == 9.9 else 10.0) == wanted
+    stage = on_grid(Stage("x", "x", (Act(1.0, setpoint=value), Act(2.0, load=3.3)), 3.0), 0.0, 1.0, 10.0)
+    assert value == 9.9 or [(act.setpoint, act.load) for act in stage.acts] == [(wanted, None), (None, 3.3)]
+
+
+FEW = Tolerance(share=0.01, closed=Counts(2.0, 0.02), alone=Counts(1.0, 0.01), setpoint=2.0, limit=0.02)
+PLAIN = Stage("x", "x", (Act(10.0, load=1.0), Act(20.0, load=0.0)), end=29.0, begin=10.0, output=0.5)
+AS_CONFIGURED = replace(PLAIN, name="start", output=None)
+SWEPT = replace(PLAIN, swept=True)
+
+
+def course(*parts, count=30):
+    """Thirty samples: a value, and others from a sample on."""
+    values = []
+    for (first, value), end in zip(parts, [first for first, _ in parts[1:]] + [count], strict=True):
+        values += [value] * (end - first)
+    return values
+
+
+def side(**columns):
+    """A trial in which nothing happens but this."""
+    at_rest = {"pv": 50.0, "setpoint": 50.0, "output": 0.5, "modes": "auto"}
+    parts = {name: columns.pop(name, [(0, value)]) for name, value in at_rest.items()}
+    alarms = {name: course(*states) for name, states in columns.pop("alarms", {}).items()}
+    shown = {name: course(*changes) for name, changes in parts.items()}
+    return Trial(**shown, period=columns.get("period", 1.0), cascades=columns.get("cascades", True), alarms=alarms)
+
+
+def apart_at(stage, one, two, **tolerance):
+    """The signals that differ, each with the samples from which and up to which."""
+    found = differences(stage, side(**one), side(**two), BENCH, replace(FEW, **tolerance))
+    return {d.signal: (d.samples[0], d.samples[-1]) for d in found}
+
+
+UP = [(0, 50.0), (15, 90.0)]
+
+
+@pytest.mark.parametrize(
+    ("stage", "one", "two", "tolerance", "wanted"),
+    [
+        (PLAIN, {}, {}, {}, {}),
+        (PLAIN, {}, {"pv": [(0, 50.0), (12, 52.0)]}, {}, {}),
+        (PLAIN, {}, {"pv": [(0, 50.0), (12, 52.01)]}, {}, {"pv": (13, 29)}),
+        (PLAIN, {}, {"pv": [(0, 99.0), (10, 50.0)]}, {}, {}),
+        (PLAIN, {}, {"pv": [(0, 99.0), (12, 50.0)]}, {}, {"pv": (10, 10)}),
+        (SWEPT, {}, {"pv": [(0, 50.0), (12, 51.5)]}, {}, {"pv": (13, 29)}),
+        (SWEPT, {}, {"pv": [(0, 50.0), (12, 51.0)]}, {"band": 4.0}, {}),
+        (PLAIN, {}, {"pv": [(0, 50.0), (12, 53.9)]}, {"band": 4.0}, {}),
+        (PLAIN, {}, {"pv": [(0, 50.0), (12, 54.1)]}, {"band": 4.0}, {"pv": (13, 29)}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (15, 92.3)]}, {}, {}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (15, 92.5)]}, {}, {"pv": (15, 29)}),
+        (PLAIN, {"pv": [(0, 0.0), (5, 50.0)]}, {"pv": [(0, 50.0), (12, 52.1)]}, {}, {"pv": (13, 29)}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (16, 90.0)]}, {}, {}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (14, 90.0)]}, {}, {}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (17, 90.0)]}, {}, {"pv": (15, 15)}),
+        (AS_CONFIGURED, {"pv": UP}, {"pv": [(0, 50.0), (16, 90.0)]}, {}, {}),
+        (AS_CONFIGURED, {"pv": UP}, {"pv": [(0, 50.0), (18, 90.0)]}, {}, {"pv": (16, 16)}),
+        (replace(PLAIN, slack=2), {"pv": UP}, {"pv": [(0, 50.0), (18, 90.0)]}, {}, {}),
+        (replace(PLAIN, slack=2), {"pv": UP}, {"pv": [(0, 50.0), (22, 90.0)]}, {}, {"pv": (18, 18)}),
+        (replace(PLAIN, signals=ALL - {"pv"}), {}, {"pv": [(0, 99.0)]}, {}, {}),
+        (PLAIN, {}, {"output": [(0, 0.5), (12, 0.519)]}, {}, {}),
+        (PLAIN, {}, {"output": [(0, 0.5), (12, 0.521)]}, {}, {"output": (13, 29)}),
+        (SWEPT, {}, {"output": [(0, 0.5), (12, 0.511)]}, {"switching": 0.1}, {"output": (13, 29)}),
+        (PLAIN, {}, {"output": [(0, 0.5), (12, 0.61)]}, {"switching": 0.1}, {}),
+        (PLAIN, {}, {"output": [(0, 0.5), (12, 0.63)]}, {"switching": 0.1}, {"output": (13, 29)}),
+        (replace(PLAIN, name="dead band 2"), {}, {"output": [(0, 0.5), (12, 0.61)]}, {"switching": 0.1},
+         {"output": (13, 29)}),
+        (replace(PLAIN, signals=ALL - {"output"}), {}, {"output": [(0, 0.9)]}, {}, {}),
+        (PLAIN, {}, {"setpoint": [(0, 50.0), (12, 52.0)]}, {}, {}),
+        (PLAIN, {}, {"setpoint": [(0, 50.0), (12, 52.1)]}, {}, {"setpoint": (14, 29)}),
+        (PLAIN, {"setpoint": UP}, {"setpoint": [(0, 50.0), (17, 90.0)]}, {}, {}),
+        (PLAIN, {"setpoint": UP}, {"setpoint": [(0, 50.0), (20, 90.0)]}, {}, {"setpoint": (17, 17)}),
+        (replace(PLAIN, slack=3), {"setpoint": UP}, {"setpoint": [(0, 50.0), (20, 90.0)]}, {}, {}),
+        (replace(PLAIN, signals=ALL - {"setpoint"}), {}, {"setpoint": [(0, 99.0)]}, {}, {}),
+        (PLAIN, {"modes": [(0, "manual")]}, {"setpoint": [(0, 99.0)], "modes": [(0, "manual")]}, {}, {}),
+        (PLAIN, {"modes": [(0, "manual")], "pv": [(0, 60.0)]},
+         {"setpoint": [(0, 99.0)], "modes": [(0, "manual")], "pv": [(0, 60.0)]}, {}, {"setpoint": (10, 29)}),
+        (PLAIN, {"modes": [(0, "auto")]}, {"setpoint": [(0, 99.0)], "modes": [(0, "manual")]}, {},
+         {"setpoint": (10, 29), "mode": (10, 29)}),
+        (AS_CONFIGURED, {"modes": [(0, "manual")], "pv": [(0, 60.0)]},
+         {"setpoint": [(0, 99.0)], "modes": [(0, "manual")], "pv": [(0, 60.0)]}, {}, {}),
+        (AS_CONFIGURED, {"pv": [(0, 60.0)]}, {"setpoint": [(0, 99.0)], "pv": [(0, 60.0)]}, {},
+         {"setpoint": (10, 29)}),
+        (PLAIN, {}, {"modes": [(0, "auto"), (20, "manual"), (22, "auto")]}, {}, {}),
+        (PLAIN, {}, {"modes": [(0, "auto"), (20, "manual"), (23, "auto")]}, {}, {"mode": (20, 22)}),
+        (replace(PLAIN, slack=1), {}, {"modes": [(0, "auto"), (20, "manual"), (23, "auto")]}, {}, {}),
+        (PLAIN, {}, {"modes": [(0, "manual"), (10, "auto")]}, {}, {}),
+        (replace(PLAIN, signals=ALL - {"mode"}), {}, {"modes": [(0, "manual")]}, {}, {}),
+        (PLAIN, {"modes": [(0, "cascade")]}, {}, {}, {"mode": (10, 29)}),
+        (PLAIN, {"modes": [(0, "cascade")]}, {"cascades": False}, {}, {}),
+        (PLAIN, {"cascades": False}, {"modes": [(0, "cascade")]}, {}, {}),
+        (PLAIN, {"alarms": {"high": [(0, False), (12, True)]}}, {"alarms": {"high": [(0, False)]}}, {},
+         {"high": (12, 29)}),
+        (PLAIN, {"alarms": {"high": [(0, True)]}}, {}, {}, {}),
+        (replace(PLAIN, signals=ALL - {"alarms"}), {"alarms": {"high": [(0, True)]}},
+         {"alarms": {"high": [(0, False)]}}, {}, {}),
+        (AS_CONFIGURED, {"period": 1.0}, {"period": 1.02}, {}, {"sample time": (0, 0)}),
+        (AS_CONFIGURED, {"period": 2.0}, {"period": 2.015}, {}, {}),
+        (PLAIN, {"period": 1.0}, {"period": 2.0}, {}, {}),
+    ],
+)  # fmt: skip
+def test_where_two_trials_differ(stage, one, two, tolerance, wanted):
+    assert apart_at(stage, one, two, **tolerance) == wanted
+
+
+def test_what_a_difference_says():
+    pv, output, setpoint = differences(
+        PLAIN,
+        side(pv=UP),
+        side(pv=[(0, 50.0), (15, 93.0), (20, 100.0)], output=[(0, 0.5), (12, 0.6)], setpoint=[(0, 50.0), (25, 60.0)]),
+        BENCH,
+        FEW,
+    )
+    assert (pv.stage, pv.signal, pv.at, pv.before, pv.after) == ("x", "pv", 5.0, 90.0, 93.0)
+    assert (pv.worst, pv.allowed) == (0.05, pytest.approx(2.4))
+    assert (output.worst, output.allowed, output.at) == (pytest.approx(0.1), 0.02, 3.0)
+    assert (setpoint.worst, setpoint.allowed, setpoint.at) == (0.05, 2.0, 17.0)
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "held"),
+    [
+        ([(0, 0.5), (12, 0.9)], [(0, 0.5), (12, 0.85)], range(16, 30)),
+        ([(0, 0.5), (12, 0.1)], [(0, 0.5), (12, 0.15)], range(16, 30)),
+        ([(0, 0.5), (12, 0.9)], [(0, 0.5), (12, 0.881)], ()),
+        ([(0, 0.5), (12, 0.89)], [(0, 0.5), (12, 0.8)], ()),
+        ([(0, 0.5), (12, 0.11)], [(0, 0.5), (12, 0.2)], ()),
+        ([(0, 0.5), (12, 0.9)], [(0, 0.5), (11, 0.7), (12, 0.6)], ()),
+        ([(0, 0.5), (12, 0.1)], [(0, 0.5), (11, 0.3), (12, 0.4)], ()),
+        ([(0, 0.5), (12, 0.9), (20, 0.6)], [(0, 0.5), (12, 0.85), (18, 0.7)], (16, 17)),
+        ([(0, 0.9)], [(0, 0.85)], range(14, 30)),
+    ],
+)
+def test_two_outputs_that_are_held_by_different_limits(one, two, held):
+    found = list(differences(PLAIN, side(output=one), side(output=two), BENCH, replace(FEW, share=1.0)))
+    assert [set(d.at_limits) for d in found if d.at_limits] == ([set(held)] if held else [])
+    assert not any(d.at_limits for d in differences(AS_CONFIGURED, side(output=one), side(output=two), BENCH, FEW))
+
+
+@pytest.mark.parametrize(
+    ("pv", "output", "found"),
+    [(54.0, 0.55, False), (56.0, 0.55, False), (52.0, 0.55, False), (57.0, 0.55, True), (51.0, 0.55, True),
+     (54.0, 0.63, True), (46.0, 0.55, False)],
+)  # fmt: skip
+def test_a_derivative_may_kick_at_the_edge_of_a_dead_band(pv, output, found):
+    """The band is 4, a PV is near its edge within 2; twice the kick of 0.05 is allowed there."""
+    shown = apart_at(PLAIN, {"pv": [(0, pv)]}, {"pv": [(0, pv)], "output": [(0, 0.5), (25, output)]},
+                     band=4.0, kick=0.05)  # fmt: skip
+    assert shown == ({"output": (26, 29)} if found else {})
+    assert apart_at(SWEPT, {"pv": [(0, pv)]}, {"pv": [(0, pv)], "output": [(0, 0.5), (25, output)]},
+                    band=4.0, kick=0.05)  # fmt: skip
+
+
+def test_means_of_outputs_tell_what_a_kick_hides():
+    """0.2 more in one of two samples: within what one sample may differ by, but 0.1 in the mean."""
+    kicked = {"output": [(k, 0.5 + 0.1 * (k % 2)) for k in range(30)]}
+    wide = {"alone": Counts(1.0, 0.2)}
+    assert apart_at(SWEPT, {}, kicked, mean=0.04, **wide) == {"output": (10, 29)}
+    assert apart_at(SWEPT, {}, kicked, mean=0.06, **wide) == {}
+    assert apart_at(SWEPT, {}, kicked, **wide) == {}
+    assert apart_at(SWEPT, {}, kicked, mean=0.04, band=1.0, **wide) == {}
+    assert apart_at(PLAIN, {}, kicked, mean=0.04, closed=Counts(2.0, 0.2)) == {}
+
+
+AUTO_AT_15 = replace(PLAIN, acts=(Act(5.0, mode="auto"), Act(15.0, mode="auto")))
+MANUAL_AT_15 = replace(PLAIN, acts=(Act(15.0, mode="manual"),))
+STEP = replace(PLAIN, name="step 5 %")
+BY_HAND = [("mode: cascade", "mode: manual")]
+WITHOUT_INTEGRAL = [("gain: 2, integral_time: 30, d", "gain: 2, integral_time: 0, d")]
+ON = [(0, False), (16, True), (17, False)]
+
+
+def explained(path, signal, *, stage=PLAIN, k=20, one=None, two=None, changes=(), difference=None, change=None):
+    """Whether a line about a neutral field explains a difference at a sample."""
+    trials = side(**(one or {})), side(**(two or {}))
+    scene = Scene(stage, BENCH, lower_loop(changes), *trials, 2.0)
+    found = Difference(stage.name, signal, 0.0, 0.0, 0.0, (k,), **(difference or {}))
+    return explains(Line(path, change), found, k, scene)
+
+
+@pytest.mark.parametrize(
+    ("path", "yes", "no"),
+    [
+        ("sample_time", [{"signal": "sample time"}], [{"signal": "pv"}]),
+        ("alarms.pv.high", [{"signal": "high"}], [{"signal": "low"}, {"signal": "deviation_high"}, {"signal": "pv"}]),
+        ("alarms.deviation.high", [{"signal": "deviation_high"}], [{"signal": "deviation_high_high"}, {"signal": "high"}]),
+        ("alarms.rate_of_change", [{"signal": "rate_of_change"}], [{"signal": "high"}]),
+        ("mode", [{"signal": "mode", "stage": AS_CONFIGURED}], [{"signal": "mode"}, {"signal": "sample time"}]),
+        ("operation.master", [{"signal": "pv", "stage": AS_CONFIGURED}], [{"signal": "pv"}]),
+        ("tuning.gain", [], [{"signal": "pv", "stage": AS_CONFIGURED}]),
+        (
+            "operation.start",
+            [{"signal": "pv", "stage": AS_CONFIGURED}, {"signal": "output", "stage": AS_CONFIGURED}],
+            [{"signal": "setpoint", "stage": AS_CONFIGURED}, {"signal": "pv"},
+             {"signal": "pv", "stage": AS_CONFIGURED, "changes": BY_HAND}],
+        ),
+        (
+            "output.manual",
+            [{"signal": "pv", "stage": AS_CONFIGURED, "changes": BY_HAND}],
+            [{"signal": "mode", "stage": AS_CONFIGURED}, {"signal": "pv"}],
+        ),
+        (
+            "setpoint.follows_pv",
+            [
+                {"signal": "pv", "stage": AUTO_AT_15, "k": 13},
+                {"signal": "setpoint", "stage": AUTO_AT_15, "k": 13},
+                {"signal": "pv", "stage": AS_CONFIGURED, "k": 0},
+                {"signal": "pv", "stage": AS_CONFIGURED, "k": 15, "one": {"modes": [(0, "manual")]},
+                 "two": {"modes": [(0, "manual"), (15, "auto")]}},
+            ],
+            [
+                {"signal": "pv", "stage": AUTO_AT_15, "k": 12},
+                {"signal": "mode", "stage": AUTO_AT_15},
+                {"signal": "pv"},
+                {"signal": "setpoint", "stage": AS_CONFIGURED},
+                {"signal": "pv", "stage": AS_CONFIGURED, "k": 14, "one": {"modes": [(0, "manual")]},
+                 "two": {"modes": [(0, "manual"), (15, "auto")]}},
+            ],
+        ),
+        (
+            "operation.transfer",
+            [{"signal": "pv", "stage": AUTO_AT_15},
+             {"signal": "high", "stage": AUTO_AT_15, "one": {"pv": [(0, 53.0)]}}],
+            [{"signal": "setpoint", "stage": AUTO_AT_15}, {"signal": "mode", "stage": AUTO_AT_15},
+             {"signal": "pv", "stage": AUTO_AT_15, "k": 12}],
+        ),
+        (
+            "operation.rate",  # the PV's 0.1 in a sample makes 0.04: twice the gain of 2, Td of 5, of 50
+            [
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"output": [(0, 0.5), (20, 0.5399)]}},
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"output": [(0, 0.5), (20, 0.5499)]}, "difference": {"allowed": 0.01}},
+                {"signal": "pv", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"pv": [(0, 50.0), (18, 54.09)]}},
+                {"signal": "output", "stage": AUTO_AT_15, "two": {"pv": [(0, 50.0), (15, 49.9)],
+                 "output": [(0, 0.5), (20, 0.5399)]}},
+            ],
+            [
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"output": [(0, 0.5), (20, 0.5401)]}},
+                {"signal": "pv", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"pv": [(0, 50.0), (18, 54.11)]}},
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]}, "k": 12,
+                 "two": {"output": [(0, 0.5), (12, 0.51)]}},
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (16, 50.1)]},
+                 "two": {"output": [(0, 0.5), (20, 0.53)]}},
+                {"signal": "setpoint", "stage": AUTO_AT_15},
+                {"signal": "output", "stage": replace(PLAIN, acts=(Act(0.0, mode="auto"),)),
+                 "one": {"pv": [(0, 10.0), (1, 50.0), (29, 10.0)]}, "two": {"output": [(0, 0.51)]}},
+            ],
+        ),
+        (
+            "operation.filter",
+            [{"signal": "output", "k": 16, "one": {"output": [(0, 0.2), (15, 0.5)]},
+              "two": {"output": [(0, 0.2), (17, 0.5)]}}],
+            [{"signal": "output", "k": 16, "one": {"output": [(0, 0.2), (15, 0.5)]},
+              "two": {"output": [(0, 0.2), (18, 0.5)]}}, {"signal": "setpoint"}],
+        ),
+        (
+            "operation.manual",
+            [{"signal": "pv", "stage": MANUAL_AT_15, "k": 15}, {"signal": "output", "stage": MANUAL_AT_15, "k": 15}],
+            [{"signal": "pv", "stage": MANUAL_AT_15, "k": 14}, {"signal": "mode", "stage": MANUAL_AT_15},
+             {"signal": "setpoint", "stage": MANUAL_AT_15}, {"signal": "pv"},
+             {"signal": "pv", "stage": replace(PLAIN, acts=(Act(5.0, mode="manual"),))}],
+        ),
+        (
+            "tuning.derivative_on",
+            [{"signal": "pv", "stage": STEP}, {"signal": "output", "stage": STEP}],
+            [{"signal": "pv"}, {"signal": "mode", "stage": STEP},
+             {"signal": "pv", "stage": STEP, "changes": [("derivative_time: 5", "derivative_time: 0")]}],
+        ),
+        (
+            "anti_windup",
+            [
+                {"signal": "pv", "k": 13, "one": {"output": [(0, 0.5), (15, 0.881)]}},
+                {"signal": "output", "k": 13, "one": {"output": [(0, 0.5), (15, 0.119)]}},
+                {"signal": "pv", "k": 29, "one": {"output": [(0, 0.5), (5, 0.9), (6, 0.5)]}},
+                {"signal": "pv", "stage": AS_CONFIGURED, "changes": [("manual: 20", "manual: 48")]},
+                {"signal": "pv", "stage": AS_CONFIGURED, "changes": [(", manual: 20", "")]},
+                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 50.0), (22, 53.0)]}},
+                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 53.0), (19, 50.0)]}},
+            ],
+            [
+                {"signal": "pv", "k": 12, "one": {"output": [(0, 0.5), (15, 0.9)]}},
+                {"signal": "pv", "one": {"output": [(0, 0.5), (15, 0.879)]}},
+                {"signal": "pv", "one": {"output": [(0, 0.5), (15, 0.121)]}},
+                {"signal": "pv", "one": {"output": [(0, 0.9)], "modes": [(0, "manual")]}},
+                {"signal": "setpoint", "one": {"output": [(0, 0.9)]}},
+                {"signal": "mode", "one": {"output": [(0, 0.9)]}},
+                {"signal": "pv", "stage": AS_CONFIGURED},
+                {"signal": "pv", "stage": AS_CONFIGURED, "changes": [("manual: 20", "manual: 48")],
+                 "two": {"modes": [(0, "manual")]}},
+                {"signal": "pv", "one": {"output": [(0, 0.9)]}, "difference": {"at_limits": frozenset({20})}},
+                {"signal": "output", "one": {"output": [(0, 0.9)]}, "two": {"output": [(0, 0.902)]}},
+                {"signal": "output", "one": {"output": [(0, 0.9)]}, "two": {"output": [(0, 0.098)]}},
+                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 50.0), (23, 53.0)]}},
+                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 53.0), (18, 50.0)]}},
+                {"signal": "high", "one": {"output": [(0, 0.9)], "pv": [(0, 52.0)]}},
+            ],
+        ),
+        (
+            "operation.deadband",  # of 4, which the gain of 2 makes 0.16 of the output, and the derivative 0.96
+            [
+                {"signal": "pv", "two": {"pv": [(0, 66.0)]}},
+                {"signal": "output", "stage": SWEPT, "two": {"output": [(0, 0.9)]}, "one": {"pv": [(0, 54.0)]}},
+                {"signal": "output", "stage": SWEPT, "one": {"pv": [(0, 60.0)], "output": [(0, 0.1)]},
+                 "two": {"pv": [(0, 60.0)], "output": [(0, 0.27)]}, "changes": [("e: 5, d", "e: 0, d")],
+                 "difference": {"allowed": 0.02}},
+                {"signal": "output", "two": {"output": [(0, 0.101)]}, "one": {"output": [(0, 0.74)]},
+                 "changes": [("e: 5, d", "e: 0, d")]},
+            ],
+            [
+                {"signal": "pv", "two": {"pv": [(0, 66.1)]}},
+                {"signal": "setpoint"},
+                {"signal": "pv", "stage": SWEPT},
+                {"signal": "output", "stage": SWEPT, "one": {"pv": [(0, 60.0)], "output": [(0, 0.1)]},
+                 "two": {"pv": [(0, 60.0)], "output": [(0, 0.27)]}, "changes": [("e: 5, d", "e: 0, d")]},
+                {"signal": "output", "two": {"output": [(0, 0.101)]}, "one": {"output": [(0, 0.742)]},
+                 "changes": [("e: 5, d", "e: 0, d")]},
+            ],
+        ),
+        (
+            "tuning.integral_time",
+            [{"signal": "output", "two": {"output": [(0, 0.519)]}, "changes": WITHOUT_INTEGRAL},
+             {"signal": "output", "two": {"output": [(0, 0.529)]}, "changes": WITHOUT_INTEGRAL,
+              "difference": {"allowed": 0.01}},
+             {"signal": "pv", "two": {"pv": [(0, 54.0)]}, "changes": WITHOUT_INTEGRAL}],
+            [{"signal": "output", "two": {"output": [(0, 0.521)]}, "changes": WITHOUT_INTEGRAL},
+             {"signal": "pv", "two": {"pv": [(0, 54.1)]}, "changes": WITHOUT_INTEGRAL},
+             {"signal": "output", "two": {"output": [(0, 0.501)]}}, {"signal": "mode", "changes": WITHOUT_INTEGRAL}],
+        ),
+        (
+            "pv.filter",
+            [{"signal": "pv", "k": 20, "one": {"pv": UP}, "two": {"pv": [(0, 50.0), (25, 90.0)]}}],
+            [{"signal": "pv", "k": 20, "one": {"pv": UP}, "two": {"pv": [(0, 50.0), (26, 90.0)]}},
+             {"signal": "setpoint"}],
+        ),
+        (
+            "operation.interlock",
+            [{"signal": "mode", "stage": AUTO_AT_15, "k": 15, "one": {"alarms": {"high": ON}}},
+             {"signal": "mode", "stage": AUTO_AT_15, "two": {"alarms": {"low": ON}}},
+             {"signal": "mode", "stage": AS_CONFIGURED, "one": {"alarms": {"low_low": [(0, True), (1, False)]}}}],
+            [{"signal": "mode", "stage": AUTO_AT_15, "k": 14, "one": {"alarms": {"high": ON}}},
+             {"signal": "mode", "stage": AUTO_AT_15, "one": {"alarms": {"deviation_high": ON}}},
+             {"signal": "mode", "stage": AUTO_AT_15, "one": {"alarms": {"high": [(0, True), (15, False), (17, True)]}}},
+             {"signal": "mode", "stage": AS_CONFIGURED, "one": {"alarms": {"high": ON}}},
+             {"signal": "mode", "one": {"alarms": {"high": [(0, True)]}}}],
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_line_explains(path, yes, no):
+    assert [row for row in yes if not explained(path, **row)] == []
+    assert [row for row in no if explained(path, **row)] == []
+
+
+@pytest.mark.parametrize(
+    ("signal", "most"),
+    [("output", 2 * (0.632121 - 0.5) * 2 * 5 / 50 * 10), ("pv", 2 * (0.632121 - 0.5) * 2 * 5 / 50 * 10 * 100 * 2 / 20)],
+)
+def test_another_filter_of_the_derivative_explains_its_share_of_a_step(signal, most):
+    """With Tf = Ts = 1 s a sample lets 63.2 % or 50 % through; the PV moves by 10, the output by its derivative."""
+    change = Change("operation.smoothing", "rule", Smoothing.EXACT.text, Smoothing.BACKWARD.text)
+    moved = {"pv": [(0, 50.0), (15, 60.0)]}
+    for factor, wanted in ((0.99, True), (1.01, False)):
+        by = {"pv": [(0, 50.0), (15, 60.0), (20, 60.0 + factor * most)]}
+        two = by if signal == "pv" else {**moved, "output": [(0, 0.2), (20, 0.2 + factor * most)]}
+        one = moved | {"output": [(0, 0.2)]}
+        assert explained("operation.smoothing", signal, stage=replace(PLAIN, begin=12.0), one=one, two=two,
+                         change=change) is wanted  # fmt: skip
+    assert not explained("operation.smoothing", "setpoint", change=change)
+    unmoved = {"output": [(0, 0.5), (20, 0.51)]}
+    early = {"pv": [(0, 20.0), (8, 50.0)]}
+    assert not explained("operation.smoothing", "output", one=early, two=early | unmoved, change=change)
+
+
+def test_the_first_line_that_explains_all_of_a_difference_is_its_reason():
+    scene = Scene(AUTO_AT_15, BENCH, lower_loop(()), side(), side(), 2.0)
+    paths = ("setpoint.follows_pv", "operation.transfer", "tuning.gain")
+    follows, transfer, gain = (Line(path, None) for path in paths)
+    found = Difference("x", "pv", 0.0, 0.0, 0.0, (15, 20))
+    assert reason(found, [gain, transfer, follows], scene) == (transfer, 15)
+    assert reason(replace(found, samples=(12, 15)), [gain, transfer, follows], scene) == (None, 12)
+    assert reason(replace(found, samples=(15, 20), at_limits=frozenset({20})), [transfer], scene) == (None, 20)

@@ -95,8 +95,7 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
     bounds = loop.setpoint.limits or loop.pv.range
     room = float(bounds[1] - bounds[0])
     quiet = quiet_range(loop)
-    integral = float(loop.tuning.integral_time)
-    samples = min(max(ceil(max(10 / crossover, 2 * integral) / sample), FEWEST), MOST)
+    samples = min(max(ceil(10 / crossover / sample), FEWEST), MOST)
     return Bench(
         low,
         high,
