@@ -476,3 +476,24 @@ def test_a_block_that_comes_twice_counts_once_and_an_early_one_waits(fake, monke
     assert list(fake.fleet.run(progress)) == [[], ["samples", tallies[16]], [tallies[32]]]
     assert coming == []
     assert progress.ahead == {}
+
+
+def test_a_local_cluster_has_workers_of_one_thread(monkeypatch):
+    opened = []
+
+    def noted(*words, **settings):
+        opened.append((words, settings))
+        return SimpleNamespace(close=lambda **how: opened.append(how))
+
+    monkeypatch.setattr(distributed, "LocalCluster", noted)
+    monkeypatch.setattr(distributed, "Client", noted)
+    with cluster.connected("local:3"):
+        pass
+    (_, local), ((given,), settings), *closed = opened
+    assert (local["n_workers"], local["threads_per_worker"], local["host"]) == (3, 1, "127.0.0.1")
+    assert hasattr(given, "close")
+    assert settings == {"timeout": 10.0, "set_as_default": False}
+    assert closed == [{"timeout": 10.0}] * 2
+    with cluster.connected("tcp://s:1"):
+        pass
+    assert opened[-2][0] == ("tcp://s:1",)

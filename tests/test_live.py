@@ -9,6 +9,7 @@ import struct
 import time
 from dataclasses import replace
 from itertools import count
+from types import SimpleNamespace
 
 import pytest
 
@@ -20,7 +21,7 @@ from pidcfg.limits import DEFAULT
 from pidcfg.live import link as link_module
 from pidcfg.live.address import Address, parse_address, parse_listen
 from pidcfg.live.calls import source_of
-from pidcfg.live.compare import compared_with
+from pidcfg.live.compare import _notes, compared_with
 from pidcfg.live.errors import AddressError, PlcError
 from pidcfg.live.link import Link, Patience, Request
 from pidcfg.live.pull import read
@@ -83,6 +84,24 @@ def test_a_click_without_a_file_needs_its_places(desk, memory):
             pidcfg.pull(url, vendor="click")
         data = pidcfg.pull(url, vendor="click", options=places).data
     assert data["loops"][0]["tuning"] == {"proportional_gain": 6, "reset_time": 150, "derivative_gain": 0}
+
+
+def test_a_listing_of_a_plc_names_the_loops_that_its_words_tell(desk, memory):
+    with desk.plc(Registers(memory[DL06])) as url:
+        pulled = pidcfg.pull(url, vendor="dl06", format="csv")
+    assert [entry["loop"] for entry in pulled.image.settings] == ["LOOP-1", "LOOP-2", "LOOP-3"]
+    assert pulled.to_json().keys() == {"version", "vendor", "plc", "words"}
+
+
+def test_remarks_of_the_differences_are_those_of_the_comparison():
+    operated = SimpleNamespace(key="SP", unit="%", address="V1", word_after="0001", before=1, after=2)
+    diff = SimpleNamespace(notes=("first",), loops=[SimpleNamespace(loop="L", operated=[operated])])
+    assert list(_notes(diff)) == [
+        "first",
+        "L: operated, and no difference: SP is 2 % (V1 0001), in the file 1",
+    ]
+    operated.unit = operated.address = ""
+    assert list(_notes(diff))[1] == "L: operated, and no difference: SP is 2, in the file 1"
 
 
 def test_a_setting_that_differs_is_found_with_its_line_word_and_address(desk, memory):
@@ -154,6 +173,14 @@ def test_settings_that_never_agree_are_refused_and_live_words_may_change(desk, m
         pidcfg.pull(url, like=DL06)
     with desk.plc(Registers(memory[DL06], restless((HOLDING, 0o2003)))) as url:
         assert pidcfg.compare(DL06, url).same
+
+    def all_gains(registers):
+        for number in (0o2010, 0o2011, 0o2012, 0o2050, 0o2051, 0o2052, 0o2110):
+            restless((HOLDING, number))(registers)
+
+    named = "V2010 of FIC-102, V2011 of FIC-102, V2012 of FIC-102, V2050 of TIC-101, V2051 of TIC-101, V2052 of TIC-101"
+    with desk.plc(Registers(memory[DL06], all_gains)) as url, pytest.raises(PlcError, match=f"readings: {named}; look"):
+        pidcfg.pull(url, like=DL06)
 
 
 def test_what_is_no_number_is_named(desk, memory):
@@ -452,7 +479,14 @@ def test_ipv6(desk, memory):
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
-    [({"timeout": 0.0}, "timeout"), ({"retries": -1}, "retries"), ({"format": "cdv"}, "format"), ({}, "like")],
+    [
+        ({"timeout": 0.0}, "^`timeout` is 0; write seconds above 0"),
+        ({"timeout": 3600.5}, "^`timeout` is 3600.5; write seconds above 0 and up to 3600"),
+        ({"retries": -1}, "^`retries` is -1; write a whole number from 0 to 100"),
+        ({"retries": 101}, "^`retries` is 101;"),
+        ({"format": "cdv"}, "format"),
+        ({}, "like"),
+    ],
 )
 def test_arguments_that_make_no_sense(arguments, said):
     family = {"vendor": "dl06"} if arguments else {}

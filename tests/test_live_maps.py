@@ -79,6 +79,15 @@ def test_what_is_no_value_of_a_type(kind, raw):
         content_of(kind, raw)
 
 
+def test_words_of_a_program_are_data_too(desk):
+    path = example("nextopid")
+    text = filled(path)
+    with desk.plc(Registers(words_by(path, text))) as url:
+        data = pidcfg.pull(url, like=path, map=text, format="json").to_json()
+    assert (data["version"], data["plc"], data["vendor"]) == (1, url.removeprefix("modbus://"), "nextopid")
+    assert {"TIC_1.Kp", "TIC_1.SP"} <= {row["address"] for row in data["words"]}
+
+
 def test_signals_of_a_program_have_registers_too(desk):
     path = example("nextopid", "diagnostics")
     text = f"{filled(path)}TT_101,input,5,float32,high-first\nHold,holding,9900,int16\nAlarm_1,discrete,3,bool\n"

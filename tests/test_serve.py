@@ -20,6 +20,7 @@ from live_rig import CLICK, DL06, run
 from pidcfg.encoders.words import bcd_word
 from pidcfg.limits import DEFAULT
 from pidcfg.live import server as server_module
+from pidcfg.live import serving as serving_module
 from pidcfg.live import trend as trend_module
 from pidcfg.live.address import Address
 from pidcfg.live.calls import FASTEST
@@ -463,3 +464,15 @@ def test_mbpoll_reads_and_writes(desk):
         assert "[28872]: \t150.5" in mbpoll(DF101)
         mbpoll(C116, "1", kind="0")
     assert "request mode manual" in [note.text for note in plc.report().events]
+
+
+@pytest.mark.parametrize(("unlisted", "tell"), [(3, None), (0, [].append)])
+def test_notes_of_a_plc_that_was_served(monkeypatch, unlisted, tell):
+    async def ended(plc, _listen, _speed, _seconds, _ready, told):
+        plc.unlisted = unlisted
+        told("it cannot keep up")
+
+    monkeypatch.setattr(serving_module, "serve", ended)
+    result = pidcfg.serve(SCENARIOS["click"], tell=tell)
+    assert result.notes == ("it cannot keep up", *(["3 more writes are not listed"] if unlisted else []))
+    assert tell is None or tell.__self__ == ["it cannot keep up"]

@@ -12,16 +12,19 @@ from pidcfg import check_text, convert, diff, encode
 from pidcfg.cli.main import cli
 from pidcfg.conversion.ledger import Change
 from pidcfg.conversion.operation.rules import Smoothing
+from pidcfg.sim.records import NEVER
 from pidcfg.vendors import VENDORS
 from pidcfg.verification.acts import ALL, Act, Stage, at_rest, in_auto, nearest_step, on_grid
 from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
 from pidcfg.verification.bench import Bench, bench_of
 from pidcfg.verification.comparison import Counts, Difference, Tolerance, differences
+from pidcfg.verification.edits import Builder
 from pidcfg.verification.lines import Scene, explains, reason
 from pidcfg.verification.neutral import loops_of
 from pidcfg.verification.stages import stages_of
-from pidcfg.verification.trial import Trial
+from pidcfg.verification.trial import Trial, finest, new_plc, resolution, root_step
 from pidcfg.verification.twin import Line
+from pidcfg.verification.validity import true_lines
 from pidcfg.verification.verify import verify
 from pidcfg.writer import yaml_text
 from verify_measure import Conversion, checked, measure, numbered
@@ -520,6 +523,13 @@ PLANT = {
             [("me: 1, mode", "me: 2, mode")], (), 0.0,
             {"sample": 2, "dead": 2, "time": 384, "length": 240, "settling": 120, "slowest": 2},
         ),
+        (
+            [("me: 1, mode", "me: 2, mode"), ("gain: 2, integral_time: 30, d", "gain: 0.01, integral_time: 0, d")],
+            (),
+            0.0,
+            {"sample": 2, "dead": 2, "slowest": 2, "gain": 600, "time": 20, "middle": 0, "length": 1600,
+             "settling": 800},
+        ),
         ([("l_time: 30, d", "l_time: 300, d")], (), 0.0, {"time": 1200, "length": 750, "settling": 375}),
         ([("l_time: 30, d", "l_time: 100, d")], (), 0.0, {"time": 400, "length": 250, "settling": 125}),
         ([("l_time: 30, d", "l_time: 30, proportional: false, d")], (), 0.0,
@@ -741,7 +751,11 @@ def explained(path, signal, *, stage=PLAIN, k=20, one=None, two=None, changes=()
     [
         ("sample_time", [{"signal": "sample time"}], [{"signal": "pv"}]),
         ("alarms.pv.high", [{"signal": "high"}], [{"signal": "low"}, {"signal": "deviation_high"}, {"signal": "pv"}]),
-        ("alarms.deviation.high", [{"signal": "deviation_high"}], [{"signal": "deviation_high_high"}, {"signal": "high"}]),
+        (
+            "alarms.deviation.high",
+            [{"signal": "deviation_high"}],
+            [{"signal": "deviation_high_high"}, {"signal": "high"}],
+        ),
         ("alarms.rate_of_change", [{"signal": "rate_of_change"}], [{"signal": "high"}]),
         ("mode", [{"signal": "mode", "stage": AS_CONFIGURED}], [{"signal": "mode"}, {"signal": "sample time"}]),
         ("operation.master", [{"signal": "pv", "stage": AS_CONFIGURED}], [{"signal": "pv"}]),
@@ -940,3 +954,81 @@ def test_the_first_line_that_explains_all_of_a_difference_is_its_reason():
     assert reason(found, [gain, transfer, follows], scene) == (transfer, 15)
     assert reason(replace(found, samples=(12, 15)), [gain, transfer, follows], scene) == (None, 12)
     assert reason(replace(found, samples=(15, 20), at_limits=frozenset({20})), [transfer], scene) == (None, 20)
+
+
+def alone(*changes):
+    """The loop L without its master, as a side that runs."""
+    text = PAIR.replace(", source: M", "").replace("mode: cascade", "mode: auto")
+    for old, new in changes:
+        text = text.replace(old, new)
+    found = check_text(text)
+    return side_of(found.vendor, found.config)
+
+
+def test_how_far_two_sides_may_lie_apart():
+    """The filter lets 39.35 % of a count through; share 8 of the span; kick of the derivative 5 / (1 + 1)."""
+    one = alone()
+    count, output, fine, fine_output = 200 / 4095, 1 / 4095, 200 / 2**20, 1 / 2**20
+    pv = count / 0.39346934 + output * 100
+    found = tolerance_of(one, 1, one, 1, BENCH)
+    wanted = Tolerance(
+        share=0.01,
+        closed=Counts(2 * pv, 2 * (output + pv / 200 * 8 * (1 + 2.5))),
+        alone=Counts(2 * fine / 0.39346934, 2 * (fine_output + fine / 200 * 8 * (1 / 0.39346934 + 2.5))),
+        setpoint=2 * count,
+        limit=2 * output + 2e-3,
+        band=4.0,
+        switching=8 * 4 / 200,
+        kick=8 * 4 / 200 * 5,
+        mean=fine_output + fine / 200 * 8 * (1 + 1 / 0.39346934 + 2.5 / 60),
+    )
+    for one_part, other in zip(asdict(found).values(), asdict(wanted).values(), strict=True):
+        assert one_part == pytest.approx(other, rel=1e-6)
+    plain = alone(("filter: 2}", "filter: 0}"), ("e_time: 5", "e_time: 0"), ("deadband: 4", "deadband: 0"))
+    found = tolerance_of(plain, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
+    assert (found.closed.pv, found.alone.pv) == (pytest.approx(2 * (count + output * 100)), pytest.approx(2 * fine))
+    assert (found.mean, found.band, found.switching, found.kick) == (0.0, 4.0, pytest.approx(0.16), 0.0)
+    sharp = tolerance_of(one, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
+    assert sharp.closed.output == pytest.approx(2 * (output + pv / 200 * 8 * (1 + 5)), rel=1e-6)
+
+
+def test_a_module_has_twelve_bits_at_least_and_a_root_steps_of_counts():
+    fine, coarse = new_plc(alone(), (1,)), check_text(KILN)
+    assert finest(fine, 1) == (200 / 2**20, 1 / 2**20)
+    assert resolution(fine, 1) == (200 / 4095, 1 / 4095)
+    assert [(c.halt, s.due == NEVER) for c, s in zip(fine.cfg, fine.st, strict=True)] == [(1, True), (0, False)]
+    assert root_step(side_of(coarse.vendor, coarse.config), 0) == 0.0
+    flow = convert(FLOW, "dl06")
+    rooted = check_text(flow.text)
+    assert root_step(side_of(rooted.vendor, rooted.config), 0) == pytest.approx(100 / 4095**0.5)
+
+
+def test_lines_that_are_not_true_of_the_other_side_are_left_out():
+    side_of_it = alone()
+    loop = side_of_it.loop(1)
+    transfer = "the output goes on from where it stands"
+    yes = [
+        Line("tuning.gain", None, loop.tuning.gain),
+        Line("operation.transfer", None, transfer),
+        Line("operation.transfer", None, "the output becomes gain x error + bias"),
+        Line("operation.deadband", None, "the error counts as 0"),
+        Line("pv.unit", None),
+    ]
+    no = [
+        Line("tuning.gain", None, 3 * loop.tuning.gain),
+        Line("operation.transfer", None, "another"),
+        Line("operation.rate", None, transfer),
+        Line("operation.nothing", None, transfer),
+    ]
+    assert list(true_lines([*no, *yes], loop, side_of_it, 1)) == yes
+    other_band = loop.model_copy(update={"deadband": 2 * loop.deadband})
+    assert list(true_lines(yes, other_band, side_of_it, 1)) == [*yes[:3], yes[4]]
+
+
+def test_only_a_key_with_a_default_goes_back_to_it():
+    found = alone()
+    builder = Builder(found.vendor, found.config)
+    assert not any(builder.reset(1, key) for key in ("tuning.gain", "pv.range", "nothing"))
+    assert builder.config is found.config
+    assert builder.reset(1, "deadband")
+    assert builder.config.loops[1].deadband == 0
