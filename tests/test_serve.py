@@ -230,6 +230,12 @@ def test_what_the_plc_refuses_is_an_exception_and_changes_nothing(vendor, table,
     assert not plc.report().events
 
 
+def test_a_plc_that_was_never_moved_has_a_report():
+    plc = virtual("click")
+    report = plc.report()
+    assert (plc.run.last, report.duration) == (0, 0.0)
+
+
 def test_a_panel_that_writes_all_the_time_does_not_fill_the_memory():
     plc = virtual("click")
     for k in range(LISTED + 50):

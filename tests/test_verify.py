@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, replace
+from decimal import Decimal
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -23,8 +25,9 @@ from pidcfg.verification.lines import Scene, explains, reason
 from pidcfg.verification.neutral import loops_of
 from pidcfg.verification.stages import stages_of
 from pidcfg.verification.trial import Trial, finest, new_plc, resolution, root_step
-from pidcfg.verification.twin import Line
+from pidcfg.verification.twin import Line, _more_than_said
 from pidcfg.verification.validity import true_lines
+from pidcfg.verification.verify import _result as verdict_of
 from pidcfg.verification.verify import verify
 from pidcfg.writer import yaml_text
 from verify_measure import Conversion, checked, measure, numbered
@@ -1032,3 +1035,63 @@ def test_only_a_key_with_a_default_goes_back_to_it():
     assert builder.config is found.config
     assert builder.reset(1, "deadband")
     assert builder.config.loops[1].deadband == 0
+
+
+def verdict_on(stages, ones, twos, refused=()):
+    """The verdict on trials that are given, by the names of their stages."""
+    by_name = {stage.name: (one, two) for stage, one, two in zip(stages, ones, twos, strict=True)}
+    possible = tuple(stage for stage in stages if stage.name not in refused)
+    reference = SimpleNamespace(
+        stages=stages, possible=possible, bench=BENCH, refused=lambda s: "" if s in possible else "auto"
+    )
+    original = SimpleNamespace(trial=lambda stage: by_name[stage.name][0])
+    battery_of = SimpleNamespace(trial=lambda stage: by_name[stage.name][1])
+    sides = SimpleNamespace(source=SimpleNamespace(loop=lambda _: lower_loop(())), names=("one", "two"))
+    return verdict_of(sides, 1, reference, original, battery_of, ["failure"], ["named"])
+
+
+def test_the_figures_and_the_picture_of_a_verdict():
+    stages = (AS_CONFIGURED, replace(PLAIN, name="step 5 %"), replace(PLAIN, name="disturbance", begin=20.0))
+    one, two = side(setpoint=[(0, 52.0)]), side(pv=[(0, 51.0)], output=[(0, 0.5), (25, 0.45)])
+    far = side(pv=[(0, 99.0)])
+    found = verdict_on(stages, [far, one, one], [far, two, two])
+    assert (found.loop, found.pv_percent, found.output_percent) == ("L", 0.5, pytest.approx(5.0))
+    assert (found.iae_ratio, found.failures, found.named, found.untried) == (0.5, ("failure",), ("named",), ())
+    assert found.stages == ("start", "step 5 %", "disturbance")
+    chart = found.chart
+    assert (chart.title, chart.loop, chart.sides) == ("L", "L", ("one", "two"))
+    assert [(mark.label, mark.at) for mark in chart.marks] == [("step of the set point", 0.0), ("disturbance", 20.0)]
+    setpoint, before, after = chart.panels[0].lines
+    assert (list(setpoint.times), [setpoint.name, before.name]) == (list(range(30)), ["SP", "PV"])
+    assert (setpoint.values, before.values, after.values) == ([52.0] * 30, [50.0] * 30, [51.0] * 30)
+    assert (before.side, after.side, before.role, setpoint.role) == ("before", "after", "pv", "setpoint")
+    assert [line.values[-1] for line in chart.panels[1].lines] == [50.0, 45.0]
+    assert [(line.name, line.role) for line in chart.panels[1].lines] == [("OUT", "output")] * 2
+    assert (chart.panels[0].title, chart.panels[1].title, chart.panels[1].unit) == ("PV, SP", "OUT", "%")
+
+
+def test_a_verdict_without_the_stages_of_its_picture_shows_the_first_one():
+    stages = (AS_CONFIGURED, replace(PLAIN, name="disturbance"))
+    at_rest_there = side(pv=[(0, 60.0)], setpoint=[(0, 60.0)])
+    found = verdict_on(stages, [at_rest_there] * 2, [at_rest_there] * 2, refused={"disturbance"})
+    assert (found.iae_ratio, found.pv_percent, found.stages) == (None, 0.0, ("start",))
+    assert [(row.stage, row.mode) for row in found.untried] == [("disturbance", "auto")]
+    assert [mark.at for mark in found.chart.marks] == [0.0, 0.0]
+    assert len(found.chart.panels[0].lines[0].times) == 20
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "kinds", "more"),
+    [
+        (100, 105.05, ["rounded"], False),
+        (100, 105.2, ["rounded"], True),
+        (-100, -105.2, ["rounded"], True),
+        (100, 105.2, ["rounded", "clamped"], False),
+        (0, 5, ["rounded"], False),
+        ("x", 5, ["rounded"], False),
+        (5, None, ["rounded"], False),
+    ],
+)
+def test_a_number_may_be_off_by_five_times_what_its_line_says(one, two, kinds, more):
+    rows = [Change("x", kind, 1, 1, error_percent=1.0 - 0.5 * i) for i, kind in enumerate(kinds)]
+    assert _more_than_said(one and Decimal(str(one)) if one != "x" else one, two and Decimal(str(two)), rows) is more

@@ -4,22 +4,26 @@ from copy import deepcopy
 from dataclasses import replace
 from decimal import Decimal
 from types import SimpleNamespace
+from typing import Literal
 
 import pytest
 from pydantic_core import PydanticCustomError
 
 from pidcfg.conversion.pipeline import convert
+from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.sim.plc import TICKS
 from pidcfg.sim.report import Alarm, LoopReport, ModeChange
 from pidcfg.vendors import VENDORS
 from pidcfg.verification.acts import Act, Stage
 from pidcfg.verification.battery import side_of
 from pidcfg.verification.comparison import Difference
-from pidcfg.verification.edits import Builder
+from pidcfg.verification.edits import Builder, replaced, typed_number, with_number
+from pidcfg.verification.edits import _choices as choices
+from pidcfg.verification.edits import _words as words_in
 from pidcfg.verification.keys import field_of, key_of
 from pidcfg.verification.names import _others_events as other_events
 from pidcfg.verification.names import companions, master_of, names_of, slaves_of
-from pidcfg.verification.neutral import loops_of
+from pidcfg.verification.neutral import differing, loops_of, neutral_at, same
 from pidcfg.verification.scenarios import scenario_data
 from pidcfg.verification.trial import _alarm as alarm_of
 from pidcfg.verification.trial import _at as sample_at
@@ -301,6 +305,14 @@ def test_a_key_is_found_whose_neutral_value_is_the_wanted_one(wanted, found, mon
     assert not found or float(tried[-1]) == pytest.approx(wanted**0.5, rel=1e-6)
 
 
+def test_the_values_that_a_key_may_have():
+    assert list(words_in(Literal["a", "b", 2, "c"] | None)) == ["a", "b", "c"]
+    config = lower_loop(())
+    assert list(choices(config, ("mode",), "cascade")) == ["manual", "auto", "auto"]
+    assert list(choices(config, ("anti_windup",), True)) == [False]
+    assert list(choices(config, ("pv", "range", 0), Decimal(0))) == []
+
+
 def test_when_a_sample_first_shows_what_has_happened():
     assert [sample_at(at, 0.5) for at in (0.0, 0.4, 0.5, 0.5000001, 0.51, 1.0)] == [0, 1, 1, 1, 2, 2]
     assert [root_of(value, 10.0, 40.0, zero) for value, zero in ((20.0, 0.0), (0.0, 0.0), (10.0, 0.25))] == [30, 10, 30]
@@ -310,3 +322,50 @@ def test_when_a_sample_first_shows_what_has_happened():
     assert modes_of(report, 4, 0.5) == ["manual", "manual", "auto", "auto"]
     assert alarm_of(report, "high", 8, 0.5) == [False, True, False, False, True, False, True, True]
     assert alarm_of(report, "x", 8, 0.5) == [False] * 8
+
+
+@pytest.mark.parametrize(
+    ("value", "number", "other"),
+    [
+        (True, None, 3),
+        (None, None, Decimal(3)),
+        ("auto", None, Decimal(3)),
+        (5, Decimal(5), 3),
+        (2.5, Decimal("2.5"), Decimal(3)),
+        (Decimal("0.1"), Decimal("0.1"), Decimal(3)),
+        (Quantity(Decimal(7), counts=True), Decimal(7), Quantity(Decimal(3), counts=True, derived=True)),
+        (Quantity(Decimal(7)), Decimal(7), Quantity(Decimal(3), derived=True)),
+        (Duration(Decimal(7), "min"), Decimal(7), Duration(Decimal(3), "min")),
+    ],
+)
+def test_a_value_with_another_number_is_of_its_kind(value, number, other):
+    assert typed_number(value) == number
+    assert with_number(value, Decimal(3)) == other
+    assert type(with_number(value, Decimal(3))) is type(other)
+    assert with_number(5, Decimal("3.5")) == Decimal("3.5")
+
+
+def test_a_model_with_another_value_at_a_path():
+    loop = lower_loop(())
+    found = replaced(loop, ("pv", "range", 1), Decimal(300))
+    assert (found.pv.range, loop.pv.range) == ((0, 300), (0, 200))
+    assert replaced(loop, (), 5) == 5
+    with pytest.raises(KeyError):
+        replaced(loop, ("pv", "range", "x"), 1)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "alike"),
+    [(1000, Decimal("1000.001"), True), (1000, Decimal("1000.0011"), False), (0, Decimal("1e-9"), False),
+     ("x", "x", True), ("x", "y", False), (None, 0, False), (True, True, True), (-1000, Decimal("-1000.0009"), True)],
+)  # fmt: skip
+def test_neutral_values_that_count_as_equal(a, b, alike):
+    assert same(a, b) is same(b, a) is alike
+
+
+def test_fields_on_which_others_depend_come_first():
+    one, two = {"x": 1, "tuning.gain": 2, "same": 3}, {"x": 2, "sample_time": 1, "tuning.gain": 3, "same": 3, "new": 1}
+    assert differing(one, two) == ["sample_time", "tuning.gain", "x", "new"]
+    assert neutral_at(lower_loop(()), "setpoint.follows_pv") is False
+    assert neutral_at(lower_loop(()), "output.bias") == 0
+    assert neutral_at(lower_loop(()), "nothing") is None
