@@ -17,12 +17,15 @@ import pidcfg
 from apart import apart
 from live_rig import ASKED, CLICK, DL06, READS, ROOT, Registers, run, words_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
+from pidcfg.encoders.spaces import SINGLE, WORD
 from pidcfg.limits import DEFAULT
 from pidcfg.live import link as link_module
 from pidcfg.live.address import Address, parse_address, parse_listen
 from pidcfg.live.calls import source_of
 from pidcfg.live.compare import _notes, compared_with
+from pidcfg.live.doubts import doubts
 from pidcfg.live.errors import AddressError, PlcError
+from pidcfg.live.faults import what_came
 from pidcfg.live.link import Link, Patience, Request
 from pidcfg.live.pull import read
 from pidcfg.live.reading import READINGS
@@ -387,6 +390,57 @@ def test_what_goes_wrong_is_one_line_with_host_function_and_register(desk, name,
 def test_one_register_is_named_alone():
     assert str(Request("coil", 5, 1, "C6")) == "read coils (function 1) 5, C6"
     assert str(Request("holding", 5, 2, "x")) == "read holding registers (function 3) 5 to 6, x"
+
+
+SENT = bytes.fromhex("0007 0000 0006 01 03 0FA0 0003")
+
+
+@pytest.mark.parametrize(
+    ("came", "serial", "said"),
+    [
+        ("", False, ""),
+        ("", True, ""),
+        ("01 03 06", True, "3 bytes that make none"),
+        ("48 54 54 50 2F", False, "bytes that are no Modbus"),
+        ("0007 0001 0009 01 03", False, "bytes that are no Modbus"),
+        ("0007 0000 0009 01", False, "7 bytes of one"),
+        ("0007 0000 0009 01 03", False, "8 of 15 bytes of one"),
+        ("0007 0000 0002 01 03", False, "bytes that make none"),
+        ("0007 0000 0009 02 03", False, "one of unit 2"),
+        ("0008 0000 0009 01 03", False, "one to another request"),
+        ("0107 0000 0009 01 03", False, "one to another request"),
+        ("0008 0000 0009 02 03", False, "one to another request"),
+    ],
+)
+def test_what_came_instead_of_an_answer(came, serial, said):
+    assert what_came(SENT, bytes.fromhex(came), is_serial=serial) == said
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ([1e-40, 2e-40, 5.0], "X0 1e-40, X1 2e-40 are next to 0: the two registers"),
+        ([1e-40, 2e-40, 5.0, 6.0], ""),
+        ([1e-40], ""),
+        ([1e-40, 2e-30], ""),
+        ([1e-40, 1e-30, 0.0], ""),
+        ([1e-40, -2e-40, 3e-40, 0.0, 0.0, 0.0], "X0 1e-40, X1 -2e-40, X2 3e-40 are next to 0"),
+        ([1e-40, 2e-40, 3e-40, 4e-40, 5e-40], "X0 1e-40, X1 2e-40, X2 3e-40 and 2 more are next to 0"),
+    ],
+)
+def test_numbers_whose_registers_stand_in_the_other_order(values, said):
+    cells = [SimpleNamespace(address=f"X{i}", kind=SINGLE, value=value) for i, value in enumerate(values)]
+    cells += [SimpleNamespace(address="W", kind=WORD, value=1e-40)] * 5
+    found = list(doubts(SimpleNamespace(cells=cells)))
+    assert [text.startswith(said) for text in found] == ([True] if said else [])
+
+
+def test_an_error_without_a_code_is_an_exception_all_the_same():
+    link = Link(Address("h"), Patience())
+    with pytest.raises(
+        PlcError, match=r"h:502: read coils .*: exception 0 \(not in the protocol\); look at the set-up"
+    ):
+        link._content(Request("coil", 1, 1, "C1"), SimpleNamespace(isError=lambda: True))
 
 
 @pytest.mark.parametrize(("name", "pause"), [("hangs up", 0.0), ("exception 6", 0.1)])

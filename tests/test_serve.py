@@ -230,6 +230,27 @@ def test_what_the_plc_refuses_is_an_exception_and_changes_nothing(vendor, table,
     assert not plc.report().events
 
 
+def test_each_function_reads_or_writes_its_table():
+    done = []
+
+    def write(table, *where):
+        done.append((table, *where))
+        if table == "holding":
+            raise RegisterError(3, "no")
+
+    def read(table, first, number):
+        if table in {"coil", "input"}:
+            raise RegisterError(2, "no")
+        return [f"{table} {first}"] * number
+
+    context = server_module.context_of(SimpleNamespace(read=read, write=write))[7]
+    assert [context.getValues(code, 5, 1) for code in (1, 2, 3, 4, 22, 23)] == [
+        2, ["discrete 5"], ["holding 5"], 2, ["holding 5"], ["holding 5"]
+    ]  # fmt: skip
+    assert [context.setValues(code, 5, [1]) for code in (5, 6, 15, 16, 22, 23)] == [None, 3, None, 3, 3, 3]
+    assert done == [(table, 5, [1]) for table in ("coil", "holding") * 2 + ("holding",) * 2]
+
+
 def test_a_plc_that_was_never_moved_has_a_report():
     plc = virtual("click")
     report = plc.report()
