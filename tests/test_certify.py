@@ -11,6 +11,7 @@ import sys
 import time
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -407,6 +408,19 @@ def test_a_state_of_something_else_is_refused(what, monkeypatch):
 
 def test_sources_are_a_hash_of_the_package():
     assert re.fullmatch("[0-9a-f]{64}", sources())
+
+
+def test_sources_are_names_and_contents(tmp_path, monkeypatch):
+    (tmp_path / "below").mkdir()
+    package = SimpleNamespace(__file__=str(tmp_path / "__init__.py"))
+    monkeypatch.setattr("pidcfg.certification.sources.pidcfg", package)
+    hashes = []
+    for name, text in (("a.py", "1"), ("a.py", "2"), ("b.py", "2"), ("below/c.py", "3"), ("note.txt", "4")):
+        (tmp_path / name).write_text(text, "utf-8")
+        hashes.append(sources.__wrapped__())
+    assert len({*hashes}) == 4
+    assert hashes[3] == hashes[4]
+    assert hashes[0] == sha256(b"a.py\x001\x00").hexdigest()
 
 
 def test_a_killed_batch_resumes_to_the_same_bytes(folder):

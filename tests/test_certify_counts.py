@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import pairwise
 from math import inf
+from types import SimpleNamespace
 
 import pytest
 
 from certify_rig import uniform
+from pidcfg.certification import certify as certify_module
 from pidcfg.certification import tally as tally_module
 from pidcfg.certification import workers
 from pidcfg.certification.certify import Plan
@@ -227,6 +229,7 @@ def test_the_worst_say_what_they_miss():
         (0, -0.5, True, "two"),
     ]
     assert worst[0].numbers == {"TIC-1 gain": 5.0}
+    assert result(samples, keep=3).worst[2].expectation == result(samples).expectations[0].text
 
 
 def test_2000_samples_are_what_a_plan_has():
@@ -368,3 +371,53 @@ def test_what_an_ended_process_had_begun_is_run_again(monkeypatch):
     most = min(21 + 3 * AHEAD * workers.UNIT, 50) - 1
     with pytest.raises(workers.WorkersError, match=f"a process ended at samples 21 to {most}, perhaps for want"):
         next(ran)
+
+
+def test_recordings_are_those_of_the_samples_that_ran(monkeypatch):
+    def recorded(sample):
+        return None if sample == 1 else ([0.0, 1.0], {"a": [float(sample), sample + 0.5]})
+
+    monkeypatch.setattr(workers, "_recorder", lambda _: lambda samples: [recorded(i) for i in samples])
+    fan = workers.recordings(None, 1, 3)
+    assert (fan.samples, list(fan.times), fan.quantiles["a"][2]) == (1, [0.0, 1.0], [0.0, 0.5])
+    assert workers.recordings(None, 8, 3) == workers.recordings(None, 8, 1)
+    asked = []
+
+    class Crew:
+        """As `pidcfg.processes.Crew`."""
+
+        def __init__(self, jobs, work, arguments):
+            asked.append((jobs, arguments))
+            self.work = work(*arguments)
+
+        def results(self, parts):
+            """What each part gives."""
+            return map(self.work, parts)
+
+    monkeypatch.setattr(workers, "Crew", Crew)
+    fan = workers.recordings("job", 9, 3)
+    assert (asked, fan.samples, fan.quantiles["a"][4]) == ([(3, ("job",))], 8, [8.0, 8.5])
+    assert fan == workers.recordings("job", 9, 1)
+    assert workers.recordings("job", 2000, 1).samples == 499
+    monkeypatch.setattr(workers, "_recorder", lambda _: lambda samples: [None for _ in samples])
+    assert workers.recordings(None, 3, 1) == Fan(0, [], {})
+
+
+@pytest.mark.parametrize(
+    ("cluster", "minutes", "kept"),
+    [
+        (None, [0.0] * 200, [64, 128, 192, 200]),
+        ("tcp://s:1", [100.0, 100.5, 100.9, 101.0, 101.5, 102.0, 102.1], [1, 4, 6, 7]),
+    ],
+)
+def test_a_state_is_kept_now_and_then_and_at_the_end(monkeypatch, cluster, minutes, kept):
+    """One process: every 64 samples; a cluster: a second after the last time."""
+    states, shares, clock = [], [], [*minutes]
+    monkeypatch.setattr(certify_module, "_parts", lambda *_: ([Seen(i)] for i in range(len(minutes))))
+    monkeypatch.setattr(certify_module, "key_of", lambda _: "key")
+    monkeypatch.setattr(certify_module, "written", lambda progress, _: progress.tally.samples)
+    monkeypatch.setattr(certify_module, "time", SimpleNamespace(monotonic=lambda: clock[min(len(shares), 7) - 1]))
+    plan = Plan(len(minutes), keep=states.append, progress=shares.append, cluster=cluster)
+    tally = certify_module.run_all(None, Names("x", [], [], []), [], plan)
+    assert (states, tally.samples, shares[-1]) == (kept, len(minutes), 1.0)
+    assert shares[0] == 1 / len(minutes)

@@ -388,7 +388,7 @@ def test_how_far_it_is_behind_is_said_once(monkeypatch):
     assert said == [text.format("0.222", 1)]
     assert slept[:4] == [0.02, 0.0, 0.02, 0.0]
     assert moved(monkeypatch, dt=1.0, speed=1.0, cost=0.5, jumps=[2.0])[1] == []
-    assert moved(monkeypatch, dt=1.0, speed=10.0, cost=0.5, jumps=[1.0], most=1)[1] == []
+    assert moved(monkeypatch, dt=0.5, speed=10.0, cost=0.5, jumps=[1.0], most=1)[1] == []
     assert moved(monkeypatch, dt=1.0, speed=10.0, cost=0.5, jumps=[1.3])[1] == [text.format("0.556", 10)]
 
 

@@ -18,6 +18,8 @@ from pidcfg.sim.records import NEVER
 from pidcfg.vendors import VENDORS
 from pidcfg.verification.acts import ALL, Act, Stage, at_rest, in_auto, nearest_step, on_grid
 from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
+from pidcfg.verification.battery import _from as later_of
+from pidcfg.verification.battery import _value as value_of
 from pidcfg.verification.bench import Bench, bench_of
 from pidcfg.verification.comparison import Counts, Difference, Tolerance, differences
 from pidcfg.verification.edits import Builder
@@ -452,6 +454,27 @@ def test_what_each_stage_does():
                 "slow answer": "11 to 81; swept at 100, 0; 11 load 0.333333; 31 load 0; 51 load -0.333333; 71 load 0",
             },
         ),
+        (
+            {"sample": 2.0},
+            (),
+            {
+                "start": "0 to 100; at 80, 40",
+                "cascade": "18 to 34; at 100, 50; 0 master 0.5; 10 mode cascade; 12 master 0.5; 22 master 0.54",
+                "manual": "4 to 46; at 100, 50; 6 output 0.42; 26 output 0.58",
+                "auto": "4 to 56; at 96, 46; 6 mode auto",
+                "step 50 %": "20 to 170; at 100, 50; 20 setpoint 140; 70 setpoint 60",
+                "set point limits": "20 to 40; at 100, 50; 20 setpoint 200; 30 setpoint 0",
+                "answer": "16 to 96; swept at 100, 0; 16 moved 8; 56 moved 0",
+                "slow answer": "16 to 116; swept at 100, 0; 16 load -0.137143; 36 load 0; 76 load 0.137143; 96 load 0",
+                "alarms": "16 to 1618; swept at 100, 0; 16 load 0.25; 414 load -0.25; 1210 load 0.25; 1608 load 0",
+                "rate of change": "16 to 63.5; swept at 100, 0; 16 load 7.2; 23.5 load -7.2; 31 load 8.8; "
+                "38.5 load -8.8; 46 load 0",
+                "hysteresis": "16 to 298; swept at 100, 0; 16 moved 44; 20 load 0.09; 154 load -0.09; 288 load 0",
+                "transfers": "20 to 160; at 100, 50; 20 load 26; 70 mode manual; 78 output 0.692; 110 mode auto; "
+                "112 setpoint 100",
+                "sensor": "20 to 120; at 100, 50; 20 lost 1; 30 lost 0",
+            },
+        ),
         ({"middle": 0.12}, (), {"answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0"}),
         ({"gain": 600.0}, (), {"disturbance": "18 to 118; at 100, -200; 18 load -300"}),
         ({"quiet": (85.0, 88.0)}, (), {"start": "0 to 100; at 85, 45"}),
@@ -741,10 +764,12 @@ WITHOUT_INTEGRAL = [("gain: 2, integral_time: 30, d", "gain: 2, integral_time: 0
 ON = [(0, False), (16, True), (17, False)]
 
 
-def explained(path, signal, *, stage=PLAIN, k=20, one=None, two=None, changes=(), difference=None, change=None):
+def explained(
+    path, signal, *, stage=PLAIN, k=20, one=None, two=None, changes=(), difference=None, change=None, sample=1.0
+):
     """Whether a line about a neutral field explains a difference at a sample."""
     trials = side(**(one or {})), side(**(two or {}))
-    scene = Scene(stage, BENCH, lower_loop(changes), *trials, 2.0)
+    scene = Scene(stage, replace(BENCH, sample=sample), lower_loop(changes), *trials, 2.0)
     found = Difference(stage.name, signal, 0.0, 0.0, 0.0, (k,), **(difference or {}))
     return explains(Line(path, change), found, k, scene)
 
@@ -1095,3 +1120,59 @@ def test_a_verdict_without_the_stages_of_its_picture_shows_the_first_one():
 def test_a_number_may_be_off_by_five_times_what_its_line_says(one, two, kinds, more):
     rows = [Change("x", kind, 1, 1, error_percent=1.0 - 0.5 * i) for i, kind in enumerate(kinds)]
     assert _more_than_said(one and Decimal(str(one)) if one != "x" else one, two and Decimal(str(two)), rows) is more
+
+
+RAMP = {"pv": [(0, 50.0), (8, 50.2)]}
+"""A PV that moves by 0.2 with the sample at 16 s: 0.1 a second."""
+
+
+@pytest.mark.parametrize(
+    ("path", "yes", "no"),
+    [
+        ("setpoint.follows_pv", {"stage": AUTO_AT_15, "k": 6}, {"stage": AUTO_AT_15, "k": 5}),
+        ("operation.manual", {"stage": MANUAL_AT_15, "k": 8}, {"stage": MANUAL_AT_15, "k": 7}),
+        (
+            "operation.rate",
+            {"stage": AUTO_AT_15, "one": RAMP, "two": {"pv": [(0, 50.0), (18, 54.19)]}},
+            {"stage": AUTO_AT_15, "one": RAMP, "two": {"pv": [(0, 50.0), (18, 54.21)]}},
+        ),
+        (
+            "pv.filter",
+            {"one": {"pv": UP}, "two": {"pv": [(0, 50.0), (24, 90.0)]}},
+            {"one": {"pv": UP}, "two": {"pv": [(0, 50.0), (25, 90.0)]}},
+        ),
+    ],
+)
+def test_what_a_line_explains_with_a_sample_of_two_seconds(path, yes, no):
+    assert explained(path, "pv", sample=2.0, **yes)
+    assert not explained(path, "pv", sample=2.0, **no)
+
+
+def test_a_dead_band_and_an_interlock_with_a_sample_of_two_seconds():
+    """The dead band makes 0.16 of the output, and the derivative 2.5 times as much more."""
+    apart_by = {"one": {"output": [(0, 0.1)], "pv": [(0, 60.0)]}, "stage": SWEPT, "sample": 2.0}
+    for output, wanted in ((0.65, True), (0.67, False)):
+        two = {"output": [(0, output)], "pv": [(0, 60.0)]}
+        assert explained("operation.deadband", "output", two=two, **apart_by) is wanted
+    for on, wanted in ((8, True), (7, False), (10, False)):
+        alarms = {"alarms": {"high": [(0, False), (on, True), (on + 1, False)]}}
+        shown = explained("operation.interlock", "mode", stage=AUTO_AT_15, one=alarms, sample=2.0)
+        assert shown is wanted
+
+
+def test_where_two_trials_differ_with_a_sample_of_half_a_second():
+    stage = replace(PLAIN, begin=5.0, acts=(Act(8.0, load=1.0),))
+    one, two = side(pv=[(0, 50.0), (16, 90.0)]), side(pv=[(0, 99.0), (10, 50.0), (17, 90.0), (20, 95.0)])
+    (found,) = differences(stage, one, two, replace(BENCH, sample=0.5), FEW)
+    assert (found.samples[0], found.at) == (19, 4.5)
+    late = side(pv=[(0, 50.0), (15, 90.0)])
+    assert list(differences(stage, one, late, replace(BENCH, sample=0.5), FEW)) == []
+
+
+def test_what_a_trial_shows_at_a_sample():
+    trial = side(pv=UP, modes=[(0, "auto"), (9, "off")], alarms={"high": [(0, False), (5, True)]}, period=2.5)
+    shown = [value_of(trial, signal, 10) for signal in ("sample time", "high", "mode", "pv", "output")]
+    assert shown == [2.5, True, "off", 50.0, 0.5]
+    scene = Scene(replace(PLAIN, begin=4.0), replace(BENCH, sample=0.5), lower_loop(()), trial, side(), 2.0)
+    later = later_of(Difference("x", "pv", 0.0, 1.0, 2.0, (1, 20)), 20, scene)
+    assert (later.at, later.before, later.after, later.samples) == (6.0, 90.0, 50.0, (1, 20))
