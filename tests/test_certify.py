@@ -410,6 +410,15 @@ def test_sources_are_a_hash_of_the_package():
     assert re.fullmatch("[0-9a-f]{64}", sources())
 
 
+def test_a_recording_has_the_signals_of_its_loop():
+    loaded = loaded_of(scenario())
+    batch = Batch(loaded.document, loaded.uncertainties(loaded.plc())[0], 3)
+    times, signals = workers._record(loaded, batch, 0, Settings("python"))
+    assert times == [float(i) for i in range(11)]
+    assert {name: len(values) for name, values in signals.items()} == {"TIC-1.PV": 11, "TIC-1.SP": 11, "TIC-1.OUT": 11}
+    assert {*signals["TIC-1.OUT"]} == {50.0}
+
+
 def test_sources_are_names_and_contents(tmp_path, monkeypatch):
     (tmp_path / "below").mkdir()
     package = SimpleNamespace(__file__=str(tmp_path / "__init__.py"))

@@ -22,13 +22,14 @@ from pidcfg.limits import DEFAULT
 from pidcfg.live import link as link_module
 from pidcfg.live.address import Address, parse_address, parse_listen
 from pidcfg.live.calls import source_of
-from pidcfg.live.compare import _notes, compared_with
+from pidcfg.live.compare import _notes, _value, compared_with
 from pidcfg.live.doubts import doubts
 from pidcfg.live.errors import AddressError, PlcError
 from pidcfg.live.faults import what_came
 from pidcfg.live.link import Link, Patience, Request
 from pidcfg.live.pull import read
 from pidcfg.live.reading import READINGS
+from pidcfg.live.reading import Registers as LoopRegisters
 
 HOLDING, GAIN, SP, V7640 = "holding", 0o2010, 0o2002, 0o7640
 NO_ANSWER = {"timeout": 0.05, "retries": 1}
@@ -387,7 +388,12 @@ def test_what_goes_wrong_is_one_line_with_host_function_and_register(desk, name,
     assert re.fullmatch(rf"Error: {place}: .*{said}[^\n]*\n", done.stderr), done.stderr
 
 
+def test_values_are_shown_with_their_unit():
+    assert [_value(value, " %") for value in (None, 5, [1, 2])] == ["none", "5 %", "[1, 2] %"]
+
+
 def test_one_register_is_named_alone():
+    assert [LoopRegisters._named(SimpleNamespace(name=str), run) for run in ([5], [5, 6])] == ["5", "5 to 6"]
     assert str(Request("coil", 5, 1, "C6")) == "read coils (function 1) 5, C6"
     assert str(Request("holding", 5, 2, "x")) == "read holding registers (function 3) 5 to 6, x"
 

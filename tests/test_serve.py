@@ -35,7 +35,7 @@ from pidcfg.sim.registers import RegisterError
 from pidcfg.vendors import VENDORS
 
 SCENARIOS = {"dl06": DL06.with_name("reactor.scenario.yaml"), "click": CLICK.with_name("tank.scenario.yaml")}
-DF101, DF109, DF113, C116, C117 = 28872, 28888, 28896, 16499, 16500
+DF101, DF106, DF109, DF113, C116, C117 = 28872, 28882, 28888, 28896, 16499, 16500
 LIC = 0o2100
 """The third loop of the reactor: in Auto, and of no cascade."""
 MANUAL, AUTO = 1, 2
@@ -255,6 +255,22 @@ def test_a_plc_that_was_never_moved_has_a_report():
     plc = virtual("click")
     report = plc.report()
     assert (plc.run.last, report.duration) == (0, 0.0)
+    plc = virtual("click")
+    plc.advance(5)
+    plc.report()
+    assert plc.run.last == 4
+
+
+def test_a_set_point_that_is_written_begins_a_step_and_nothing_else_does(monkeypatch):
+    plc, begun = virtual("click"), []
+    monkeypatch.setattr(type(plc.run.agenda), "begin_step", lambda _, *step: begun.append(step))
+    plc.advance(3)
+    before = number(plc, DF101)
+    plc.write("holding", DF106, halves(3.25))
+    plc.write("holding", DF101, halves(before))
+    assert begun == []
+    plc.write("holding", DF101, halves(before + 5))
+    assert begun == [(3, 0, before)]
 
 
 def test_a_panel_that_writes_all_the_time_does_not_fill_the_memory():

@@ -807,6 +807,8 @@ def explained(
                 {"signal": "pv", "stage": AS_CONFIGURED, "k": 0},
                 {"signal": "pv", "stage": AS_CONFIGURED, "k": 15, "one": {"modes": [(0, "manual")]},
                  "two": {"modes": [(0, "manual"), (15, "auto")]}},
+                {"signal": "pv", "stage": AS_CONFIGURED, "k": 15, "two": {"modes": [(0, "manual")]},
+                 "one": {"modes": [(0, "manual"), (15, "auto")]}},
             ],
             [
                 {"signal": "pv", "stage": AUTO_AT_15, "k": 12},
