@@ -2,6 +2,7 @@
 
 import ast
 import asyncio
+import io
 import json
 import re
 import socket
@@ -386,6 +387,17 @@ def test_what_goes_wrong_is_one_line_with_host_function_and_register(desk, name,
     where = url.removeprefix("modbus://")
     place = rf"{where}: read holding registers \(function 3\) 4000 to 4002, V7640 to V7642"
     assert re.fullmatch(rf"Error: {place}: .*{said}[^\n]*\n", done.stderr), done.stderr
+
+
+def test_a_file_with_errors_is_told_and_nothing_is_read():
+    text, nobody = DL06.read_text("utf-8").replace("gain: ", "gain: -", 1), "modbus://127.0.0.1:1"
+    for done in (
+        pidcfg.pull(nobody, like=text),
+        pidcfg.compare(text, nobody),
+        pidcfg.trend(nobody, io.StringIO(), like=text, seconds=0.0),
+    ):
+        assert not done.ok
+        assert any("gain" in finding.message for finding in done.findings)
 
 
 def test_values_are_shown_with_their_unit():

@@ -178,6 +178,8 @@ def test_what_only_some_loops_have_explains_nothing_in_others():
     pv, output = (Difference("step 5 %", signal, 0.0, 0.5, 0.4, ()) for signal in ("pv", "output"))
     assert field_of(pv, lower_loop(()), lower_loop([bias])) == ""
     assert field_of(pv, lower_loop([NO_INTEGRAL]), lower_loop([NO_INTEGRAL, bias])) == "output.bias"
+    stronger = ("gain: 2, integral_time: 30, d", "gain: 3, integral_time: 0, d")
+    assert field_of(output, lower_loop([NO_INTEGRAL]), lower_loop([stronger, bias])) == "output.bias"
     assert field_of(output, lower_loop(()), lower_loop([derivative_on])) == "tuning.derivative_on"
     without = ("derivative_time: 5", "derivative_time: 0")
     changed = lower_loop([("derivative_time: 5", "derivative_time: 0, derivative_on: error")])
