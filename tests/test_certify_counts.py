@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from hashlib import sha256
 from itertools import pairwise
 from math import inf
 from types import SimpleNamespace
@@ -326,6 +327,7 @@ def test_a_trial_is_a_hash_of_the_first_64_samples():
     longer.take(Seen(64))
     longer.take(Seen(63))
     assert (trial.digest, trial.samples) == (longer.digest, longer.samples)
+    assert trial.digest == sha256(b"".join(repr(Seen(sample)).encode() for sample in range(64))).hexdigest()
     trial.run(None, 1000)
     assert facts(None, 3)["samples"] == "AttributeError: 'NoneType' object has no attribute 'loaded'"
 

@@ -26,7 +26,7 @@ from pidcfg.verification.edits import Builder
 from pidcfg.verification.lines import Scene, explains, reason
 from pidcfg.verification.neutral import loops_of
 from pidcfg.verification.stages import stages_of
-from pidcfg.verification.trial import Trial, finest, new_plc, resolution, root_step
+from pidcfg.verification.trial import Side, Trial, finest, new_plc, resolution, root_step
 from pidcfg.verification.twin import Line, _more_than_said
 from pidcfg.verification.validity import true_lines
 from pidcfg.verification.verify import _result as verdict_of
@@ -971,6 +971,10 @@ def test_another_filter_of_the_derivative_explains_its_share_of_a_step(signal, m
         assert explained("operation.smoothing", signal, stage=replace(PLAIN, begin=12.0), one=one, two=two,
                          change=change) is wanted  # fmt: skip
     assert not explained("operation.smoothing", "setpoint", change=change)
+    just_now = {"pv": [(0, 50.0), (20, 60.0)]}
+    moved_output = {"output": [(0, 0.2), (20, 0.2 + 0.99 * 0.5284)]}
+    assert explained("operation.smoothing", "output", one=just_now | {"output": [(0, 0.2)]},
+                     two=just_now | moved_output, change=change)  # fmt: skip
     unmoved = {"output": [(0, 0.5), (20, 0.51)]}
     early = {"pv": [(0, 20.0), (8, 50.0)]}
     assert not explained("operation.smoothing", "output", one=early, two=early | unmoved, change=change)
@@ -1060,6 +1064,9 @@ def test_only_a_key_with_a_default_goes_back_to_it():
     builder = Builder(found.vendor, found.config)
     assert not any(builder.reset(1, key) for key in ("tuning.gain", "pv.range", "nothing"))
     assert builder.config is found.config
+    for without in (Builder(None, None, ((None,), [])).whole, Side(None, None, None, [None]).loop):
+        with pytest.raises(ValueError, match="loop 0 has no neutral form"):
+            without(0)
     assert builder.reset(1, "deadband")
     assert builder.config.loops[1].deadband == 0
 
