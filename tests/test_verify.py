@@ -22,11 +22,14 @@ from pidcfg.verification.battery import _from as later_of
 from pidcfg.verification.battery import _value as value_of
 from pidcfg.verification.bench import Bench, bench_of
 from pidcfg.verification.comparison import Counts, Difference, Tolerance, differences
+from pidcfg.verification.edits import _NONE as NO_DEFAULT
 from pidcfg.verification.edits import Builder
+from pidcfg.verification.edits import _default as value_without
 from pidcfg.verification.lines import Scene, explains, reason
 from pidcfg.verification.neutral import loops_of
 from pidcfg.verification.stages import stages_of
 from pidcfg.verification.trial import Side, Trial, finest, new_plc, resolution, root_step
+from pidcfg.verification.trial import run as run_stage
 from pidcfg.verification.twin import Line, _more_than_said
 from pidcfg.verification.validity import true_lines
 from pidcfg.verification.verify import _result as verdict_of
@@ -1062,7 +1065,8 @@ def test_lines_that_are_not_true_of_the_other_side_are_left_out():
 def test_only_a_key_with_a_default_goes_back_to_it():
     found = alone()
     builder = Builder(found.vendor, found.config)
-    assert not any(builder.reset(1, key) for key in ("tuning.gain", "pv.range", "nothing"))
+    assert not any(builder.reset(1, key) for key in ("tuning.gain", "pv.range", "pv.range.0", "nothing"))
+    assert value_without(found.config, ("loops", 1, "pv", "range", 0)) is NO_DEFAULT
     assert builder.config is found.config
     for without in (Builder(None, None, ((None,), [])).whole, Side(None, None, None, [None]).loop):
         with pytest.raises(ValueError, match="loop 0 has no neutral form"):
@@ -1185,3 +1189,21 @@ def test_what_a_trial_shows_at_a_sample():
     scene = Scene(replace(PLAIN, begin=4.0), replace(BENCH, sample=0.5), lower_loop(()), trial, side(), 2.0)
     later = later_of(Difference("x", "pv", 0.0, 1.0, 2.0, (1, 20)), 20, scene)
     assert (later.at, later.before, later.after, later.samples) == (6.0, 90.0, 50.0, (1, 20))
+
+
+def test_a_stage_as_one_side_goes_through_it():
+    """Dead time 1 s, time constant 20 s; the PV is shown as the loop's own filter of 2 s gives it."""
+    one, stages = alone(), battery()
+    manual = run_stage(one, 1, stages["manual"], BENCH, before_root=False)
+    assert (len(manual.pv), manual.period, manual.cascades, {*manual.modes}) == (27, 1.0, True, {"manual"})
+    assert manual.output == [pytest.approx(share) for share in course((0, 0.5), (6, 0.42), (16, 0.58), count=27)]
+    assert manual.setpoint == course((0, 90.0), (1, 100.0), count=27)
+    assert (manual.pv[7], manual.pv[17] < 97.3, manual.pv[26] > manual.pv[17]) == (pytest.approx(100.0), True, True)
+    sensor = run_stage(one, 1, stages["sensor"], BENCH, before_root=False)
+    assert (len(sensor.pv), sensor.modes[5:7]) == (119, ["manual", "auto"])
+    assert [round(sensor.pv[k] / sensor.pv[k - 1], 4) for k in (19, 23)] == [0.6065, 0.6065]
+    assert [k for k, on in enumerate(sensor.alarms["low"]) if on] == [21, 22, 23]
+    answer = run_stage(one, 1, stages["answer"], BENCH, before_root=False)
+    assert (len(answer.pv), round(answer.pv[31], 2), round(answer.pv[51], 2)) == (52, 108.0, 100.0)
+    rooted = run_stage(alone(("filter: 2}", "filter: 0}")), 1, stages["answer"], BENCH, before_root=True)
+    assert rooted.pv[20] == pytest.approx(108.0**2 / 200, rel=1e-3)
