@@ -7,6 +7,7 @@ import json
 import re
 import socket
 import struct
+import sys
 import time
 from dataclasses import replace
 from itertools import count
@@ -26,7 +27,7 @@ from pidcfg.live.calls import source_of
 from pidcfg.live.compare import _notes, _value, compared_with
 from pidcfg.live.doubts import doubts
 from pidcfg.live.errors import AddressError, PlcError
-from pidcfg.live.faults import what_came
+from pidcfg.live.faults import serial_reason, what_came
 from pidcfg.live.link import Link, Patience, Request
 from pidcfg.live.pull import read
 from pidcfg.live.reading import READINGS
@@ -408,6 +409,26 @@ def test_one_register_is_named_alone():
     assert [LoopRegisters._named(SimpleNamespace(name=str), run) for run in ([5], [5, 6])] == ["5", "5 to 6"]
     assert str(Request("coil", 5, 1, "C6")) == "read coils (function 1) 5, C6"
     assert str(Request("holding", 5, 2, "x")) == "read holding registers (function 3) 5 to 6, x"
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (None, "the device cannot be opened"),
+        (ValueError("no such port"), "no such port"),
+        (OSError("odd"), "it is no serial line"),
+        (OSError(13, "x"), "Permission denied"),
+    ],
+)
+def test_why_a_serial_line_cannot_be_opened(monkeypatch, error, said):
+    def opened(device):
+        assert device == "/dev/x"
+        if error is not None:
+            raise error
+        return SimpleNamespace(close=lambda: None)
+
+    monkeypatch.setitem(sys.modules, "serial", SimpleNamespace(Serial=opened))
+    assert serial_reason("/dev/x") == said
 
 
 SENT = bytes.fromhex("0007 0000 0006 01 03 0FA0 0003")

@@ -580,6 +580,10 @@ def test_the_mode_of_a_trend_is_that_of_the_program_where_no_register_has_it(des
 def test_what_the_plc_or_its_operator_writes_may_change_while_it_is_read(desk):
     path = example("nextopid")
     text = filled(path)
+    image = pidcfg.encode(path).image
+    registers = NamedRegisters(VENDORS["nextopid"], numbering_of(VENDORS["nextopid"], MapFile(text, "m"), image), image)
+    agreed = [registers._agree(name, {name: 0}, {name: 1}) for name in ("TIC_1.Direct", "TIC_1.Manual")]
+    assert agreed == [False, True], "a switch is one bit, and the lowest one"
     places = {cell.address: (place.table, place.register) for cell, place in numbered(path, text)}
 
     def restless(name):

@@ -271,6 +271,11 @@ def test_a_set_point_that_is_written_begins_a_step_and_nothing_else_does(monkeyp
     assert begun == []
     plc.write("holding", DF101, halves(before + 5))
     assert begun == [(3, 0, before)]
+    plc.advance(17)
+    plc.write("holding", DF101, halves(before + 7))
+    assert plc.run.agenda.done[-1].at == pytest.approx(20 * plc.dt)
+    assert plc.dt != 1.0
+    assert [trend_module.has_place(VENDORS["click"].load("numbering"), place) for place in (101, -7)] == [True, False]
 
 
 def test_a_panel_that_writes_all_the_time_does_not_fill_the_memory():

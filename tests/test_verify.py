@@ -27,6 +27,8 @@ from pidcfg.verification.edits import Builder
 from pidcfg.verification.edits import _default as value_without
 from pidcfg.verification.lines import Scene, explains, reason
 from pidcfg.verification.neutral import loops_of
+from pidcfg.verification.smoothing import alike as alike_time
+from pidcfg.verification.smoothing import further, lets_through_the_same
 from pidcfg.verification.stages import stages_of
 from pidcfg.verification.trial import Side, Trial, finest, new_plc, resolution, root_step
 from pidcfg.verification.trial import run as run_stage
@@ -730,7 +732,7 @@ def test_what_a_difference_says():
 )
 def test_two_outputs_that_are_held_by_different_limits(one, two, held):
     found = list(differences(PLAIN, side(output=one), side(output=two), BENCH, replace(FEW, share=1.0)))
-    assert [set(d.at_limits) for d in found if d.at_limits] == ([set(held)] if held else [])
+    assert [(d.signal, set(d.at_limits)) for d in found if d.at_limits] == ([("output", set(held))] if held else [])
     assert not any(d.at_limits for d in differences(AS_CONFIGURED, side(output=one), side(output=two), BENCH, FEW))
 
 
@@ -1111,7 +1113,8 @@ def test_the_figures_and_the_picture_of_a_verdict():
 def test_a_verdict_without_the_stages_of_its_picture_shows_the_first_one():
     stages = (AS_CONFIGURED, replace(PLAIN, name="disturbance"))
     at_rest_there = side(pv=[(0, 60.0)], setpoint=[(0, 60.0)])
-    found = verdict_on(stages, [at_rest_there] * 2, [at_rest_there] * 2, refused={"disturbance"})
+    trials = [at_rest_there, side(pv=[(0, 99.0)])]
+    found = verdict_on(stages, trials, trials, refused={"disturbance"})
     assert (found.iae_ratio, found.pv_percent, found.stages) == (None, 0.0, ("start",))
     assert [(row.stage, row.mode) for row in found.untried] == [("disturbance", "auto")]
     assert [mark.at for mark in found.chart.marks] == [0.0, 0.0]
@@ -1207,3 +1210,16 @@ def test_a_stage_as_one_side_goes_through_it():
     assert (len(answer.pv), round(answer.pv[31], 2), round(answer.pv[51], 2)) == (52, 108.0, 100.0)
     rooted = run_stage(alone(("filter: 2}", "filter: 0}")), 1, stages["answer"], BENCH, before_root=True)
     assert rooted.pv[20] == pytest.approx(108.0**2 / 200, rel=1e-3)
+
+
+@pytest.mark.parametrize(("after", "alike"), [("1", False), ("0.59", True), ("0.582", True), ("0.55", False)])
+def test_two_filters_of_a_derivative_that_let_the_same_through(after, alike):
+    """With Tf = Ts = 1 s the source lets 63.2 % through, and so does the target with 0.582 s; 1 % is near enough."""
+    change = Change("operation.smoothing", "rule", Smoothing.EXACT.text, Smoothing.BACKWARD.text)
+    one = lower_loop(())
+    other = lower_loop([("derivative_filter: 1", f"derivative_filter: {after}")])
+    assert lets_through_the_same(change, one, other) is alike
+    assert float(
+        alike_time(change, lower_loop([("derivative_filter: 1", "derivative_filter: 0.582")]))
+    ) == pytest.approx(1.0, abs=1e-3)
+    assert further(change, one) == pytest.approx(0.132121, abs=1e-6)
