@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, replace
 from decimal import Decimal
+from functools import cache
 from types import SimpleNamespace
 
 import pytest
@@ -386,6 +387,12 @@ BATTERY = {
 
 def lower_loop(changes):
     """The loop L, with other text in places."""
+    return lower_loop_once(tuple(changes))
+
+
+@cache
+def lower_loop_once(changes):
+    """The same, read once."""
     text = PAIR
     for old, new in changes:
         assert old in text
@@ -976,6 +983,8 @@ def test_another_filter_of_the_derivative_explains_its_share_of_a_step(signal, m
         assert explained("operation.smoothing", signal, stage=replace(PLAIN, begin=12.0), one=one, two=two,
                          change=change) is wanted  # fmt: skip
     assert not explained("operation.smoothing", "setpoint", change=change)
+    slower = moved | {"pv": [(0, 50.0), (15, 60.0), (20, 65.2)]}
+    assert explained("operation.smoothing", "pv", one=moved, two=slower, change=change, sample=2.0)
     just_now = {"pv": [(0, 50.0), (20, 60.0)]}
     moved_output = {"output": [(0, 0.2), (20, 0.2 + 0.99 * 0.5284)]}
     assert explained("operation.smoothing", "output", one=just_now | {"output": [(0, 0.2)]},
