@@ -474,6 +474,23 @@ def test_numbers_whose_registers_stand_in_the_other_order(values, said):
     assert [text.startswith(said) for text in found] == ([True] if said else [])
 
 
+def test_a_request_asks_for_what_the_protocol_allows():
+    assert link_module.MOST == {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
+
+
+def test_a_connection_that_is_not_made_is_closed(monkeypatch):
+    closed = []
+
+    async def connect():
+        return False
+
+    client = SimpleNamespace(ctx=SimpleNamespace(connect=connect), close=lambda: closed.append(True))
+    monkeypatch.setattr(link_module, "_client_of", lambda *_: client)
+    with pytest.raises(link_module._Unanswered, match=r"^$"):
+        apart(Link(Address("h"), Patience())._connect())
+    assert closed == [True]
+
+
 def test_an_error_without_a_code_is_an_exception_all_the_same():
     link = Link(Address("h"), Patience())
     with pytest.raises(

@@ -521,6 +521,6 @@ def test_notes_of_a_plc_that_was_served(monkeypatch, unlisted, tell):
         told("it cannot keep up")
 
     monkeypatch.setattr(serving_module, "serve", ended)
-    result = pidcfg.serve(SCENARIOS["click"], tell=tell)
+    result = pidcfg.serve(SCENARIOS["click"], tell=tell, speed=FASTEST)
     assert result.notes == ("it cannot keep up", *(["3 more writes are not listed"] if unlisted else []))
     assert tell is None or tell.__self__ == ["it cannot keep up"]

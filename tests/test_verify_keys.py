@@ -25,10 +25,12 @@ from pidcfg.verification.names import _others_events as other_events
 from pidcfg.verification.names import companions, master_of, names_of, slaves_of
 from pidcfg.verification.neutral import differing, loops_of, neutral_at, same
 from pidcfg.verification.scenarios import scenario_data
+from pidcfg.verification.signals import running_means
 from pidcfg.verification.trial import _alarm as alarm_of
 from pidcfg.verification.trial import _at as sample_at
 from pidcfg.verification.trial import _modes as modes_of
 from pidcfg.verification.trial import _root as root_of
+from pidcfg.verification.twin import _restore as restore
 from test_verify import BENCH, lower_loop
 from verify_measure import checked
 
@@ -220,7 +222,7 @@ def counting():
     """A PLC of two loops, of which the second counts output and set point in whole numbers."""
 
     def check_set(i, _path, value):
-        if i == 1 and value != round(value):
+        if value < 0 or (i == 1 and value != round(value)):
             raise PydanticCustomError("whole", "no")
 
     return SimpleNamespace(
@@ -242,9 +244,9 @@ def counting():
 def test_what_other_loops_of_a_cascade_do_meanwhile():
     plc = counting()
     assert other_events(plc, 0, 2, (0.0, 60.0), is_master=True) == [{"at": 0, "loop": "A", "mode": "manual"}]
-    assert other_events(plc, 0, 2, (0.0, 60.0), is_master=False) == [
+    assert other_events(plc, 0, 2, (0.0, 61.0), is_master=False) == [
         {"at": 12, "loop": "A", "mode": "manual"},
-        {"at": 12, "loop": "A", "set": {"output": 30}},
+        {"at": 12, "loop": "A", "set": {"output": 30.5}},
         {"at": 14, "loop": "A", "mode": "auto"},
         {"at": 14, "loop": "A", "set": {"setpoint": 50}},
         {"at": 16, "loop": "A", "mode": "cascade"},
@@ -305,6 +307,31 @@ def test_a_key_is_found_whose_neutral_value_is_the_wanted_one(wanted, found, mon
     builder = Builder(None, None)
     assert builder._secant(0, ("x",), "gain", Decimal(wanted), Decimal(1), Decimal(1)) is found
     assert not found or float(tried[-1]) == pytest.approx(wanted**0.5, rel=1e-6)
+
+
+def test_a_key_at_zero_is_first_moved_by_what_is_missing(monkeypatch):
+    tried = []
+    monkeypatch.setattr(Builder, "_try", lambda *words: tried.append(words[2]) or words[2] ** 2 + 1)
+    assert Builder(None, None)._secant(0, ("x",), "gain", Decimal(10), Decimal(0), Decimal(0))
+    assert tried[:2] == [0, 9]
+
+
+def test_what_went_with_another_field_is_brought_back():
+    brought = []
+    fields = SimpleNamespace(fields=[SimpleNamespace(path="key", to=("alarms.pv.high",))])
+    builder = SimpleNamespace(
+        whole=lambda _: lower_loop(()), fields=lambda _: fields, bring=lambda *words: brought.append(words)
+    )
+    other = lower_loop([("high: 150", "high: 140")])
+    restore(builder, 1, other, ["alarms.pv.high"])
+    assert brought == []
+    restore(builder, 1, other, [])
+    assert brought == [(1, "key", "alarms.pv.high", Decimal(140))]
+
+
+def test_means_of_what_a_signal_has_shown():
+    assert running_means([1.0, 2.0, 6.0], 1) == [1.5, 3.0]
+    assert running_means([1.0] * 60 + [61.0, 1.0], 59) == [1.0, 2.0, 2.0]
 
 
 def test_the_values_that_a_key_may_have():
