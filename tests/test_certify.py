@@ -11,6 +11,7 @@ import sys
 import time
 from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -19,6 +20,7 @@ from click.testing import CliRunner
 import pidcfg
 from certify_rig import CONFIG, GAIN, PASSES, files, killed_always, killed_once, loaded_of, scenario
 from pidcfg import processes
+from pidcfg.certification import certify as certify_module
 from pidcfg.certification import workers
 from pidcfg.certification.draw import drawn, seed_of
 from pidcfg.certification.run import run_sample
@@ -316,6 +318,13 @@ def test_a_state_continues_with_the_same_result():
     assert whole["samples"] == 150
 
 
+def test_the_engine_is_chosen_by_the_steps_of_the_whole_batch(monkeypatch):
+    asked, choose = [], certify_module.choose
+    monkeypatch.setattr(certify_module, "choose", lambda *words: asked.append(words[:2]) or choose(*words))
+    certify(scenario(expect=PASSES.replace("90", "4")), samples=3)
+    assert asked == [("auto", 3 * (10 + 1))], "10 s in steps of 1 s"
+
+
 def test_a_state_that_continues_runs_only_new_samples(monkeypatch):
     text, states, ran = scenario(expect=PASSES.replace("90", "4")), [], []
     certify(text, samples=70, keep=states.append)
@@ -399,6 +408,28 @@ def test_a_state_of_something_else_is_refused(what, monkeypatch):
 
 def test_sources_are_a_hash_of_the_package():
     assert re.fullmatch("[0-9a-f]{64}", sources())
+
+
+def test_a_recording_has_the_signals_of_its_loop():
+    loaded = loaded_of(scenario())
+    batch = Batch(loaded.document, loaded.uncertainties(loaded.plc())[0], 3)
+    times, signals = workers._record(loaded, batch, 0, Settings("python"))
+    assert times == [float(i) for i in range(11)]
+    assert {name: len(values) for name, values in signals.items()} == {"TIC-1.PV": 11, "TIC-1.SP": 11, "TIC-1.OUT": 11}
+    assert {*signals["TIC-1.OUT"]} == {50.0}
+
+
+def test_sources_are_names_and_contents(tmp_path, monkeypatch):
+    (tmp_path / "below").mkdir()
+    package = SimpleNamespace(__file__=str(tmp_path / "__init__.py"))
+    monkeypatch.setattr("pidcfg.certification.sources.pidcfg", package)
+    hashes = []
+    for name, text in (("a.py", "1"), ("a.py", "2"), ("b.py", "2"), ("below/c.py", "3"), ("note.txt", "4")):
+        (tmp_path / name).write_text(text, "utf-8")
+        hashes.append(sources.__wrapped__())
+    assert len({*hashes}) == 4
+    assert hashes[3] == hashes[4]
+    assert hashes[0] == sha256(b"a.py\x001\x00").hexdigest()
 
 
 def test_a_killed_batch_resumes_to_the_same_bytes(folder):

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from hashlib import sha256
 from itertools import pairwise
 from math import inf
+from types import SimpleNamespace
 
 import pytest
 
 from certify_rig import uniform
+from pidcfg.certification import certify as certify_module
 from pidcfg.certification import tally as tally_module
+from pidcfg.certification import workers
 from pidcfg.certification.certify import Plan
-from pidcfg.certification.fan import TIMES, Thinned, fan_of
+from pidcfg.certification.charts import charts_of
+from pidcfg.certification.fan import TIMES, Fan, Thinned, fan_of
 from pidcfg.certification.histogram import BLOCK
 from pidcfg.certification.outcome import Names, Outcome, certification
 from pidcfg.certification.plain_yaml import block_yaml
 from pidcfg.certification.run import Seen, margin
 from pidcfg.certification.sample import Batch
 from pidcfg.certification.tally import MOST_WORST, Tally, json_of
+from pidcfg.certification.trial import Trial, differences, facts
 from pidcfg.document import Document, Node, Plain
 from pidcfg.limits import DEFAULT
+from pidcfg.pictures.chart import Band, Line
+from pidcfg.processes import AHEAD
+from pidcfg.scenario.axes import Axes
 from pidcfg.schemas.scenario import Expectation
 from pidcfg.sim.metrics import METRICS
 from pidcfg.sim.report import Verdict
@@ -220,10 +230,11 @@ def test_the_worst_say_what_they_miss():
         (0, -0.5, True, "two"),
     ]
     assert worst[0].numbers == {"TIC-1 gain": 5.0}
+    assert result(samples, keep=3).worst[2].expectation == result(samples).expectations[0].text
 
 
 def test_2000_samples_are_what_a_plan_has():
-    assert (Plan().samples, Plan().jobs, Plan().keep_worst) == (2000, 1, 3)
+    assert Plan() == Plan(2000, None, 1, None, 3, record=False, state=None, keep=None, progress=None, remark=None)
 
 
 # --- the fan ---------------------------------------------------------------------------------------------------------
@@ -275,3 +286,140 @@ def test_a_scenario_s_data_survive_being_written():
     assert type(read.data["quoted"]) is str
     assert isinstance(read.data["plain"], Plain)
     assert isinstance(read.data["list"][0], Plain)
+
+
+# --- pictures, trials, processes -------------------------------------------------------------------------------------
+
+
+def test_a_fan_is_drawn_with_its_median_and_two_bands():
+    levels = {name: [[base + i, base + 10.0 + i] for i in range(5)] for name, base in (("A.PV", 0), ("A.OUT", 50))}
+    fan = Fan(20, [0.0, 1.0], levels)
+    axes = {
+        "A": Axes("A.PV", "", "A.OUT", "degC", "%", (0.0, 100.0), description="Kiln"),
+        "B": Axes("A.PV", "A.OUT", ""),
+    }
+    outcome = Outcome("x.yaml", fan=fan, axes=axes, duration=1.0)
+    first, second = charts_of(outcome)
+    assert (first.title, first.loop, first.begin, first.end) == ("A: Kiln", "A", 0.0, 1.0)
+    assert first.notes == ("20 samples: the line is the median, the bands hold the middle 50 % and 90 % at each time",)
+    pv, out = first.panels
+    assert (pv.title, pv.unit, pv.least, out.title, out.unit, out.least) == (
+        "PV", "degC", None, "OUT", "%", (0.0, 100.0)
+    )  # fmt: skip
+    assert pv.lines == (Line("PV", "pv", fan.times, [2, 12]),)
+    assert pv.bands == (Band("pv", fan.times, [0, 10], [4, 14]), Band("pv", fan.times, [1, 11], [3, 13]))
+    assert [line.role for line in out.lines] == ["output"]
+    assert (second.title, [panel.title for panel in second.panels]) == ("B", ["PV, OUT"])
+    assert [line.role for line in second.panels[0].lines] == ["setpoint", "pv"]
+    assert charts_of(outcome, {"B"}) == [second]
+    assert charts_of(replace(outcome, fan=None)) == charts_of(replace(outcome, fan=Fan(0, (), {}))) == []
+
+
+def test_a_trial_is_a_hash_of_the_first_64_samples():
+    trial, longer = Trial(), Trial()
+    for sample in range(70):
+        trial.take(Seen(sample))
+        if sample < 63:
+            longer.take(Seen(sample))
+    assert (trial.samples, longer.samples) == (64, 63)
+    assert trial.digest != longer.digest
+    longer.take(Seen(62))
+    longer.take(Seen(64))
+    longer.take(Seen(63))
+    assert (trial.digest, trial.samples) == (longer.digest, longer.samples)
+    assert trial.digest == sha256(b"".join(repr(Seen(sample)).encode() for sample in range(64))).hexdigest()
+    trial.run(None, 1000)
+    assert facts(None, 3)["samples"] == "AttributeError: 'NoneType' object has no attribute 'loaded'"
+
+
+def test_what_differs_between_two_machines_is_said_shortly():
+    mine = {"Python": "3.12\n(main)", "samples": "ab" * 32, "same": "x", "long": "a b" + "c" * 61}
+    other = {"Python": "3.13", "samples": "cd" * 32, "same": "x"}
+    assert differences(mine, other) == [
+        "Python 3.13 and not 3.12 (main)",
+        "samples cdcdcdcdcdcd… and not abababababab…",
+        f"long none and not {mine['long']}",
+    ]
+    assert differences(mine, mine) == []
+
+
+def crew_that_ends(ends):
+    """Processes that end, each time after so many parts."""
+
+    class Crew:
+        """As `pidcfg.processes.Crew`."""
+
+        def __init__(self, jobs, _work, _arguments):
+            assert jobs == 3
+
+        def results(self, parts):
+            """The parts, until a process ends."""
+            most = ends.pop(0) if ends else None
+            for done, part in enumerate(parts):
+                if done == most:
+                    raise ChildProcessError
+                yield list(part)
+
+    return Crew
+
+
+def test_what_an_ended_process_had_begun_is_run_again(monkeypatch):
+    monkeypatch.setattr(workers, "Crew", crew_that_ends([2, 1]))
+    assert list(workers.results(None, 5, 50, 3)) == list(range(5, 50))
+    ends = [2, 0]
+    monkeypatch.setattr(workers, "Crew", crew_that_ends(ends))
+    ran = workers.results(None, 5, 50, 3)
+    assert [next(ran) for _ in range(16)] == list(range(5, 21))
+    most = min(21 + 3 * AHEAD * workers.UNIT, 50) - 1
+    with pytest.raises(workers.WorkersError, match=f"a process ended at samples 21 to {most}, perhaps for want"):
+        next(ran)
+
+
+def test_recordings_are_those_of_the_samples_that_ran(monkeypatch):
+    def recorded(sample):
+        return None if sample == 1 else ([0.0, 1.0], {"a": [float(sample), sample + 0.5]})
+
+    monkeypatch.setattr(workers, "_recorder", lambda _: lambda samples: [recorded(i) for i in samples])
+    fan = workers.recordings(None, 1, 3)
+    assert (fan.samples, list(fan.times), fan.quantiles["a"][2]) == (1, [0.0, 1.0], [0.0, 0.5])
+    assert workers.recordings(None, 8, 3) == workers.recordings(None, 8, 1)
+    asked = []
+
+    class Crew:
+        """As `pidcfg.processes.Crew`."""
+
+        def __init__(self, jobs, work, arguments):
+            asked.append((jobs, arguments))
+            self.work = work(*arguments)
+
+        def results(self, parts):
+            """What each part gives."""
+            return map(self.work, parts)
+
+    monkeypatch.setattr(workers, "Crew", Crew)
+    fan = workers.recordings("job", 9, 3)
+    assert (asked, fan.samples, fan.quantiles["a"][4]) == ([(3, ("job",))], 8, [8.0, 8.5])
+    assert fan == workers.recordings("job", 9, 1)
+    assert workers.recordings("job", 2000, 1).samples == 499
+    monkeypatch.setattr(workers, "_recorder", lambda _: lambda samples: [None for _ in samples])
+    assert workers.recordings(None, 3, 1) == Fan(0, [], {})
+
+
+@pytest.mark.parametrize(
+    ("cluster", "minutes", "kept"),
+    [
+        (None, [0.0] * 200, [64, 128, 192, 200]),
+        ("tcp://s:1", [100.0, 100.5, 100.9, 101.0, 101.5, 102.0, 102.1], [1, 4, 6, 7]),
+    ],
+)
+def test_a_state_is_kept_now_and_then_and_at_the_end(monkeypatch, cluster, minutes, kept):
+    """One process: every 64 samples; a cluster: a second after the last time."""
+    states, shares, clock = [], [], [*minutes]
+    monkeypatch.setattr(certify_module, "_parts", lambda *_: ([Seen(i)] for i in range(len(minutes))))
+    monkeypatch.setattr(certify_module, "key_of", lambda _: "key")
+    monkeypatch.setattr(certify_module, "written", lambda progress, _: progress.tally.samples)
+    monkeypatch.setattr(certify_module, "time", SimpleNamespace(monotonic=lambda: clock[min(len(shares), 7) - 1]))
+    plan = Plan(len(minutes), keep=states.append, progress=shares.append, cluster=cluster)
+    tally = certify_module.run_all(None, Names("x", [], [], []), [], plan)
+    assert (states, tally.samples, shares[-1]) == (kept, len(minutes), 1.0)
+    assert shares[0] == 1 / len(minutes)

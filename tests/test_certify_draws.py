@@ -151,6 +151,7 @@ def test_a_bin_is_sign_exponent_and_eight_bits():
     assert upper_edge(bin_of(-1.0)) == -1.0
     assert upper_edge(bin_of(-1.001)) == -1.0
     assert upper_edge(bin_of(0.0)) == upper_edge(bin_of(-0.0)) == upper_edge(bin_of(1e-310)) == 0.0
+    assert (bin_of(1.5 * 2.0**-1023), bin_of(2.0**-1022)) == (0, 1 << 8)
 
 
 def test_an_edge_is_at_most_a_bin_above_its_number():

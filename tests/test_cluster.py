@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -282,3 +283,217 @@ def test_a_scheduler_that_goes_away_is_named_and_what_is_ready_is_kept(alone):
     assert not loud, "Dask's own log is no part of what the command says"
     assert logging.getLogger("distributed.client").level != logging.CRITICAL
     assert certify(None, state=kept[-1]) == alone
+
+
+# --- a fleet without a cluster ---------------------------------------------------------------------------------------
+
+
+class Fake:
+    """A client whose workers do nothing by themselves, and a clock that stands."""
+
+    def __init__(self, monkeypatch, samples=100):
+        self.status, self.scheduler, self.now = "running", SimpleNamespace(address="tcp://s:1"), 100.0
+        self.threads, self.sent, self.remarks = {"a": 1, "b": 1}, [], []
+        monkeypatch.setattr(cluster, "time", SimpleNamespace(monotonic=lambda: self.now))
+        self.fleet = cluster.Fleet(self, "job", "tcp://s:1", samples, (1, 2, 3, 4), {"x": "1"}, self.remarks.append)
+        self.fleet.met = self.now
+
+    def nthreads(self):
+        """Threads by worker."""
+        return self.threads
+
+    def submit(self, function, *arguments, workers, allow_other_workers, pure):
+        """Notes what a worker has to do."""
+        assert not allow_other_workers
+        assert not pure
+        self.sent.append((function, arguments, workers))
+        return SimpleNamespace(key=f"k{len(self.sent)}", add_done_callback=lambda _: None)
+
+    def has(self, worker, first):
+        """A worker has a block."""
+        self.fleet.submit(worker, first, spied)
+        return self.fleet.tasks[worker].future
+
+    def brings(self, worker, first, result=None, error=None, status="finished"):
+        """What comes of a block, or of a trial, of a worker."""
+
+        def given(timeout):
+            assert timeout == cluster.CONNECT
+            if error is not None:
+                raise error
+            return result
+
+        future = self.has(worker, first)
+        future.result, future.status = given, status
+        self.fleet.done.put(future)
+        return list(self.fleet.brought())
+
+
+@pytest.fixture
+def fake(monkeypatch):
+    return Fake(monkeypatch)
+
+
+def test_where_a_block_ends(fake):
+    assert [fake.fleet.end_of(first) for first in (0, 15, 16, 95, 96, 99)] == [16, 16, 32, 96, 100, 100]
+
+
+def test_blocks_are_handed_out_one_after_the_other_and_then_once_more(fake):
+    fleet = fake.fleet
+    fleet.accepted = {"a", "b"}
+    assert [fleet.next_block(0, {}) for _ in range(8)] == [0, 16, 32, 48, 64, 80, 96, None]
+    fake.has("a", 32)
+    assert [fleet.next_block(due, {}) for due in (0, 32, 33)] == [32, 32, None]
+    fake.has("b", 16)
+    assert [fleet.next_block(due, {}) for due in (0, 16, 17)] == [16, 16, 32]
+    fake.has("c", 16)
+    assert fleet.next_block(0, {}) == 32
+    fleet.again = [64, 0, 48, 32]
+    assert fleet.next_block(16, {48: None}) == 64
+    assert fleet.again == []
+    fleet.again = [16 + 64]
+    assert fleet.next_block(80, {}) == 80
+
+
+def test_no_more_than_four_blocks_a_worker_are_ready_before_an_earlier_one(fake):
+    fleet = fake.fleet
+    fleet.accepted, fleet.fresh = {"a"}, 16
+    assert fleet.next_block(0, dict.fromkeys((16, 32, 48, 64))) == 80
+    assert fleet.fresh == 96
+    fleet.fresh = 16
+    assert fleet.next_block(0, dict.fromkeys((16, 32, 48, 64, 80))) is None
+
+
+def test_a_block_goes_to_an_accepted_worker_that_has_none(fake):
+    fleet = fake.fleet
+    fleet.accepted = {"a", "b", "c"}
+    fake.has("b", 96)
+    fake.sent.clear()
+    fleet.fresh = 64
+    fleet.hand_out(0, {})
+    sizes = (1, 2, 3, 4)
+    assert fake.sent == [
+        (cluster.run_block, ("job", 64, 80, sizes), ["a"]),
+        (cluster.run_block, ("job", 80, 96, sizes), ["c"]),
+    ]
+    assert {worker: task.first for worker, task in fleet.tasks.items()} == {"a": 64, "b": 96, "c": 80}
+
+
+def test_a_block_that_three_workers_end_with_is_named(fake):
+    for worker in ("a", "b"):
+        fake.has(worker, 96)
+        fake.fleet.lose(worker)
+    assert (fake.fleet.again, fake.fleet.ends) == ([96, 96], {96: 2})
+    fake.has("a", None)
+    fake.fleet.lose("a")
+    assert (fake.fleet.ends, fake.fleet.tasks, fake.fleet.workers) == ({96: 2}, {}, {})
+    fake.has("c", 96)
+    with pytest.raises(WorkersError, match="3 workers ended with samples 96 to 99; see their logs"):
+        fake.fleet.lose("c")
+
+
+def test_newcomers_have_their_trial_and_the_lost_are_missed(fake):
+    fleet = fake.fleet
+    fleet.look()
+    assert fake.sent == [(cluster.facts, ("job", 100), [worker]) for worker in ("a", "b")]
+    fake.threads["c"] = 1
+    fake.now += 0.04
+    fleet.look()
+    assert len(fake.sent) == 2, "it has just looked"
+    fleet.put_down("a")
+    fleet.accepted = {"a", "gone"}
+    fleet.refused = {"c": "why"}
+    del fake.threads["b"]
+    fake.now += 0.05
+    fleet.look()
+    assert (len(fake.sent), fleet.accepted, fleet.tasks) == (2, {"a"}, {})
+    fake.threads["d"] = 2
+    fake.now += 1
+    start = "dask worker tcp://s:1 --nthreads 1 --nworkers N"
+    with pytest.raises(WorkersError, match=f"worker d has 2 threads; start it by '{start}'"):
+        fleet.look()
+
+
+def test_nobody_is_waited_for_longer_than_a_minute(fake):
+    fake.threads.clear()
+    fake.now += 60.0
+    fake.fleet.look()
+    fake.threads["a"] = 1
+    fake.now += 1.0
+    fake.fleet.look()
+    fake.threads.clear()
+    fake.now += 60.0
+    fake.fleet.look()
+    fake.now += 0.1
+    with pytest.raises(WorkersError, match="no worker is there for 60 s; start some by 'dask worker tcp://s:1 "):
+        fake.fleet.look()
+    fake.status = "closed"
+    with pytest.raises(WorkersError, match="the scheduler at tcp://s:1 went away"):
+        fake.fleet.members()
+
+
+def test_workers_that_are_all_left_out_are_the_end(fake):
+    fake.fleet.refused = {"a": "one", "b": "two", "gone": "three"}
+    with pytest.raises(WorkersError, match=r"no worker calculates like this machine: a: one; b: two$"):
+        fake.fleet.look()
+    fake.fleet.refused.pop("a")
+    fake.now += 1.0
+    fake.fleet.look()
+    assert [workers for *_, workers in fake.sent] == [["a"]]
+
+
+def test_what_a_worker_brings(fake):
+    fleet, lost = fake.fleet, ConnectionError("lost")
+    assert fake.brings("a", 16, "block") == [(16, "block")]
+    assert fake.brings("a", None, {"x": "1"}) == []
+    assert (fleet.accepted, fleet.refused, fake.remarks) == ({"a"}, {}, [])
+    fleet.looked = 7.0
+    assert fake.brings("b", None, {"x": "2"}) == []
+    assert (fleet.accepted, fleet.refused, fleet.looked) == ({"a"}, {"b": "x 2 and not 1"}, 0.0)
+    assert fake.remarks == ["worker b is left out: x 2 and not 1"]
+    assert fake.brings("c", None, error=ModuleNotFoundError("no pidcfg")) == []
+    assert fleet.refused["c"] == "it cannot run this pidcfg: ModuleNotFoundError: no pidcfg"
+    fleet.looked = 7.0
+    assert fake.brings("a", 32, error=lost, status="lost") == []
+    assert (fleet.again, fleet.looked) == ([32], 0.0)
+    assert fake.brings("a", None, error=lost, status="error") == []
+    assert (fleet.again, fleet.tasks, fleet.workers) == ([32], {}, {})
+    for error, status in ((lost, "error"), (MemoryError("no room"), "error")):
+        with pytest.raises(WorkersError, match=f"worker a: {type(error).__name__}: {error}"):
+            fake.brings("a", 32, error=error, status=status)
+    fleet.done.put(SimpleNamespace(key="of one that was lost"))
+    assert list(fleet.brought()) == []
+    assert list(fleet.brought()) == []
+
+
+def test_a_block_that_comes_twice_counts_once_and_an_early_one_waits(fake, monkeypatch):
+    tallies = {first: tally.Tally(first=first) for first in (0, 16, 32)}
+    coming = [[(16, tallies[16])], [(16, "late")], [(0, ["samples"]), (32, tallies[32])]]
+    monkeypatch.setattr(cluster.Fleet, "look", lambda _: None)
+    monkeypatch.setattr(cluster.Fleet, "brought", lambda _: coming.pop(0))
+    fake.fleet.samples = 48
+    progress = SimpleNamespace(tally=SimpleNamespace(end=0), ahead={})
+    assert list(fake.fleet.run(progress)) == [[], ["samples", tallies[16]], [tallies[32]]]
+    assert coming == []
+    assert progress.ahead == {}
+
+
+def test_a_local_cluster_has_workers_of_one_thread(monkeypatch):
+    opened = []
+
+    def noted(*words, **settings):
+        opened.append((words, settings))
+        return SimpleNamespace(close=lambda **how: opened.append(how))
+
+    monkeypatch.setattr(distributed, "LocalCluster", noted)
+    monkeypatch.setattr(distributed, "Client", noted)
+    with cluster.connected("local:3"):
+        pass
+    (_, local), ((given,), settings), *closed = opened
+    assert (local["n_workers"], local["threads_per_worker"], local["host"]) == (3, 1, "127.0.0.1")
+    assert hasattr(given, "close")
+    assert settings == {"timeout": 10.0, "set_as_default": False}
+    assert closed == [{"timeout": 10.0}] * 2
+    with cluster.connected("tcp://s:1"):
+        pass
+    assert opened[-2][0] == ("tcp://s:1",)

@@ -158,6 +158,8 @@ def test_what_the_instruction_may_write_is_a_symbol(given, more):
         ([{"call": {"timer": "T1"}}, {"call": {"timer": "T1"}, "CYCLE": 500}], "T1 cannot run for 500 ms and 1000 ms"),
         ([{"call": {"function_block": "DPIDE"}}], "a name that something else has"),
         ([{"call": {"function_block": "L0_SV"}}], "a name that something else has"),
+        ([{"call": {"function_block": "L0_WIDTH"}}], "a name that something else has"),
+        ([{"call": {"function_block": "l0_fb"}}], "a name that something else has"),
         ([{"call": {"function_block": "A"}}, {"call": {"function_block": "a"}}], "a name that something else has"),
     ],
 )

@@ -1,27 +1,37 @@
 """A PLC is pulled and compared: what is read is what is there, and nothing is ever written."""
 
 import ast
+import asyncio
+import io
 import json
 import re
 import socket
 import struct
+import sys
 import time
 from dataclasses import replace
 from itertools import count
+from types import SimpleNamespace
 
 import pytest
 
 import pidcfg
+from apart import apart
 from live_rig import ASKED, CLICK, DL06, READS, ROOT, Registers, run, words_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
+from pidcfg.encoders.spaces import SINGLE, WORD
 from pidcfg.limits import DEFAULT
+from pidcfg.live import link as link_module
 from pidcfg.live.address import Address, parse_address, parse_listen
 from pidcfg.live.calls import source_of
-from pidcfg.live.compare import compared_with
+from pidcfg.live.compare import _notes, _value, compared_with
+from pidcfg.live.doubts import doubts
 from pidcfg.live.errors import AddressError, PlcError
-from pidcfg.live.link import Patience
+from pidcfg.live.faults import serial_reason, what_came
+from pidcfg.live.link import Link, Patience, Request
 from pidcfg.live.pull import read
 from pidcfg.live.reading import READINGS
+from pidcfg.live.reading import Registers as LoopRegisters
 
 HOLDING, GAIN, SP, V7640 = "holding", 0o2010, 0o2002, 0o7640
 NO_ANSWER = {"timeout": 0.05, "retries": 1}
@@ -80,6 +90,24 @@ def test_a_click_without_a_file_needs_its_places(desk, memory):
             pidcfg.pull(url, vendor="click")
         data = pidcfg.pull(url, vendor="click", options=places).data
     assert data["loops"][0]["tuning"] == {"proportional_gain": 6, "reset_time": 150, "derivative_gain": 0}
+
+
+def test_a_listing_of_a_plc_names_the_loops_that_its_words_tell(desk, memory):
+    with desk.plc(Registers(memory[DL06])) as url:
+        pulled = pidcfg.pull(url, vendor="dl06", format="csv")
+    assert [entry["loop"] for entry in pulled.image.settings] == ["LOOP-1", "LOOP-2", "LOOP-3"]
+    assert pulled.to_json().keys() == {"version", "vendor", "plc", "words"}
+
+
+def test_remarks_of_the_differences_are_those_of_the_comparison():
+    operated = SimpleNamespace(key="SP", unit="%", address="V1", word_after="0001", before=1, after=2)
+    diff = SimpleNamespace(notes=("first",), loops=[SimpleNamespace(loop="L", operated=[operated])])
+    assert list(_notes(diff)) == [
+        "first",
+        "L: operated, and no difference: SP is 2 % (V1 0001), in the file 1",
+    ]
+    operated.unit = operated.address = ""
+    assert list(_notes(diff))[1] == "L: operated, and no difference: SP is 2, in the file 1"
 
 
 def test_a_setting_that_differs_is_found_with_its_line_word_and_address(desk, memory):
@@ -152,6 +180,14 @@ def test_settings_that_never_agree_are_refused_and_live_words_may_change(desk, m
     with desk.plc(Registers(memory[DL06], restless((HOLDING, 0o2003)))) as url:
         assert pidcfg.compare(DL06, url).same
 
+    def all_gains(registers):
+        for number in (0o2010, 0o2011, 0o2012, 0o2050, 0o2051, 0o2052, 0o2110):
+            restless((HOLDING, number))(registers)
+
+    named = "V2010 of FIC-102, V2011 of FIC-102, V2012 of FIC-102, V2050 of TIC-101, V2051 of TIC-101, V2052 of TIC-101"
+    with desk.plc(Registers(memory[DL06], all_gains)) as url, pytest.raises(PlcError, match=f"readings: {named}; look"):
+        pidcfg.pull(url, like=DL06)
+
 
 def test_what_is_no_number_is_named(desk, memory):
     low, high = struct.unpack("<HH", struct.pack("<f", float("nan")))
@@ -192,6 +228,11 @@ def test_formats_of_compare(desk, memory, tmp_path, monkeypatch):
         ("modbus://[::1]:5020/", Address("::1", 5020)),
         ("modbus+rtu:///dev/ttyS0?baud=9600&parity=odd", Address(device="/dev/ttyS0", baud=9600, parity="odd")),
         ("modbus+rtu:///COM3?stop_bits=2&unit=9", Address(device="COM3", stop_bits=2, unit=9)),
+        ("modbus+rtu:///dev/ttyS0", Address("", 502, 1, "/dev/ttyS0", 19200, "even", 1)),
+        ("modbus+rtu:///x?unit=1&baud=300&stop_bits=1", Address(device="/x", baud=300)),
+        ("modbus+rtu:///x?unit=247&baud=4000000", Address(device="/x", unit=247, baud=4_000_000)),
+        (" modbus://h?unit=0 ", Address("h", 502, 0)),
+        ("modbus://h?unit=255", Address("h", unit=255)),
     ],
 )
 def test_addresses(url, address):
@@ -220,6 +261,11 @@ def test_addresses(url, address):
         "modbus+rtu:///dev/ttyS0?parity=some",
         "modbus+rtu:///dev/ttyS0?unit=0",
         "modbus+rtu:///dev/ttyS0?baud=1e3",
+        "modbus+rtu:///dev/ttyS0?baud=299",
+        "modbus+rtu:///dev/ttyS0?baud=4000001",
+        "modbus+rtu:///dev/ttyS0?unit=248",
+        "modbus+rtu:///dev/ttyS0?stop_bits=0",
+        "modbus+rtu:///dev/ttyS0?stop_bits=3",
     ],
 )
 def test_addresses_that_are_none(url):
@@ -235,6 +281,7 @@ def test_addresses_that_are_none(url):
         ("modbus://::1", r"an IPv6 address stands in brackets, \[::1\]"),
         ("modbus://[::1", "an IPv6 address stands in brackets"),
         ("modbus://h:x", "the port is a whole number from 1 to 65535"),
+        (" modbus://h:x", "' modbus://h:x': the port"),
     ],
 )
 def test_what_is_wrong_with_a_port_is_said_in_our_words(url, said):
@@ -343,6 +390,151 @@ def test_what_goes_wrong_is_one_line_with_host_function_and_register(desk, name,
     assert re.fullmatch(rf"Error: {place}: .*{said}[^\n]*\n", done.stderr), done.stderr
 
 
+def test_a_file_with_errors_is_told_and_nothing_is_read():
+    text, nobody = DL06.read_text("utf-8").replace("gain: ", "gain: -", 1), "modbus://127.0.0.1:1"
+    for done in (
+        pidcfg.pull(nobody, like=text),
+        pidcfg.compare(text, nobody),
+        pidcfg.trend(nobody, io.StringIO(), like=text, seconds=0.0),
+    ):
+        assert not done.ok
+        assert any("gain" in finding.message for finding in done.findings)
+
+
+def test_values_are_shown_with_their_unit():
+    assert [_value(value, " %") for value in (None, 5, [1, 2])] == ["none", "5 %", "[1, 2] %"]
+
+
+def test_one_register_is_named_alone():
+    assert [LoopRegisters._named(SimpleNamespace(name=str), run) for run in ([5], [5, 6])] == ["5", "5 to 6"]
+    assert str(Request("coil", 5, 1, "C6")) == "read coils (function 1) 5, C6"
+    assert str(Request("holding", 5, 2, "x")) == "read holding registers (function 3) 5 to 6, x"
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (None, "the device cannot be opened"),
+        (ValueError("no such port"), "no such port"),
+        (OSError("odd"), "it is no serial line"),
+        (OSError(13, "x"), "Permission denied"),
+    ],
+)
+def test_why_a_serial_line_cannot_be_opened(monkeypatch, error, said):
+    def opened(device):
+        assert device == "/dev/x"
+        if error is not None:
+            raise error
+        return SimpleNamespace(close=lambda: None)
+
+    monkeypatch.setitem(sys.modules, "serial", SimpleNamespace(Serial=opened))
+    assert serial_reason("/dev/x") == said
+
+
+SENT = bytes.fromhex("0007 0000 0006 01 03 0FA0 0003")
+
+
+@pytest.mark.parametrize(
+    ("came", "serial", "said"),
+    [
+        ("", False, ""),
+        ("", True, ""),
+        ("01 03 06", True, "3 bytes that make none"),
+        ("48 54 54 50 2F", False, "bytes that are no Modbus"),
+        ("0007 0001 0009 01 03", False, "bytes that are no Modbus"),
+        ("0007 0000 0009 01", False, "7 bytes of one"),
+        ("0007 0000 0009 01 03", False, "8 of 15 bytes of one"),
+        ("0007 0000 0002 01 03", False, "bytes that make none"),
+        ("0007 0000 0009 02 03", False, "one of unit 2"),
+        ("0008 0000 0009 01 03", False, "one to another request"),
+        ("0107 0000 0009 01 03", False, "one to another request"),
+        ("0008 0000 0009 02 03", False, "one to another request"),
+    ],
+)
+def test_what_came_instead_of_an_answer(came, serial, said):
+    assert what_came(SENT, bytes.fromhex(came), is_serial=serial) == said
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ([1e-40, 2e-40, 5.0], "X0 1e-40, X1 2e-40 are next to 0: the two registers"),
+        ([1e-40, 2e-40, 5.0, 6.0], ""),
+        ([1e-40], ""),
+        ([1e-40, 2e-30], ""),
+        ([1e-40, 1e-30, 0.0], ""),
+        ([1e-40, -2e-40, 3e-40, 0.0, 0.0, 0.0], "X0 1e-40, X1 -2e-40, X2 3e-40 are next to 0"),
+        ([1e-40, 2e-40, 3e-40, 4e-40, 5e-40], "X0 1e-40, X1 2e-40, X2 3e-40 and 2 more are next to 0"),
+    ],
+)
+def test_numbers_whose_registers_stand_in_the_other_order(values, said):
+    cells = [SimpleNamespace(address=f"X{i}", kind=SINGLE, value=value) for i, value in enumerate(values)]
+    cells += [SimpleNamespace(address="W", kind=WORD, value=1e-40)] * 5
+    found = list(doubts(SimpleNamespace(cells=cells)))
+    assert [text.startswith(said) for text in found] == ([True] if said else [])
+
+
+def test_a_request_asks_for_what_the_protocol_allows():
+    assert link_module.MOST == {"coil": 2000, "discrete": 2000, "holding": 125, "input": 125}
+
+
+def test_a_connection_that_is_not_made_is_closed(monkeypatch):
+    closed = []
+
+    async def connect():
+        return False
+
+    client = SimpleNamespace(ctx=SimpleNamespace(connect=connect), close=lambda: closed.append(True))
+    monkeypatch.setattr(link_module, "_client_of", lambda *_: client)
+    with pytest.raises(link_module._Unanswered, match=r"^$"):
+        apart(Link(Address("h"), Patience())._connect())
+    assert closed == [True]
+
+
+def test_an_error_without_a_code_is_an_exception_all_the_same():
+    link = Link(Address("h"), Patience())
+    with pytest.raises(
+        PlcError, match=r"h:502: read coils .*: exception 0 \(not in the protocol\); look at the set-up"
+    ):
+        link._content(Request("coil", 1, 1, "C1"), SimpleNamespace(isError=lambda: True))
+
+
+@pytest.mark.parametrize(("name", "pause"), [("hangs up", 0.0), ("exception 6", 0.1)])
+def test_a_request_is_sent_again_at_once_and_to_a_busy_plc_a_little_later(desk, monkeypatch, name, pause):
+    pauses, sleep = [], asyncio.sleep
+
+    async def noted(seconds):
+        pauses.append(seconds)
+        await sleep(0)
+
+    async def read(url):
+        async with Link(parse_address(url), Patience(2.0, 2)) as link:
+            monkeypatch.setattr(link_module.asyncio, "sleep", noted)
+            with pytest.raises(PlcError, match="tried 3 times"):
+                await link.read(Request("holding", 4000, 3, "V7640"))
+            monkeypatch.undo()
+
+    with desk.line(LINES[name][0]) as url:
+        apart(read(url))
+    assert pauses == [pause, pause]
+
+
+def test_a_table_that_goes_between_two_readings_is_not_of_the_result(desk, memory):
+    numbers = count()
+
+    def unlinked(registers):
+        if next(numbers) == registers.requests_of_one:
+            registers.words[HOLDING, 0o2074] = 0
+
+    counted = Registers(memory[DL06])
+    with desk.plc(counted) as url:
+        assert pidcfg.pull(url, like=DL06).data["loops"][1]["ramp_soak"]["steps"]
+    registers = Registers(memory[DL06], unlinked)
+    registers.requests_of_one = counted.requests // 2
+    with desk.plc(registers) as url:
+        assert pidcfg.pull(url, like=DL06).data["loops"][1]["ramp_soak"] == {"table": "V0"}
+
+
 def test_a_busy_plc_is_asked_again(desk, memory):
     numbers = count()
     with desk.plc(Registers(memory[DL06], lambda _: 6 if next(numbers) == 0 else None)) as url:
@@ -397,7 +589,14 @@ def test_ipv6(desk, memory):
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
-    [({"timeout": 0.0}, "timeout"), ({"retries": -1}, "retries"), ({"format": "cdv"}, "format"), ({}, "like")],
+    [
+        ({"timeout": 0.0}, "^`timeout` is 0; write seconds above 0"),
+        ({"timeout": 3600.5}, "^`timeout` is 3600.5; write seconds above 0 and up to 3600"),
+        ({"retries": -1}, "^`retries` is -1; write a whole number from 0 to 100"),
+        ({"retries": 101}, "^`retries` is 101;"),
+        ({"format": "cdv"}, "format"),
+        ({}, "like"),
+    ],
 )
 def test_arguments_that_make_no_sense(arguments, said):
     family = {"vendor": "dl06"} if arguments else {}

@@ -1,5 +1,6 @@
 """Modbus maps that the user states, of three vendors whose manuals print none, and of a CLICK behind a gateway."""
 
+import io
 import re
 import shutil
 import struct
@@ -76,6 +77,15 @@ def test_what_a_type_is_in_registers(kind, content, raw):
 def test_what_is_no_value_of_a_type(kind, raw):
     with pytest.raises(DecodeError):
         content_of(kind, raw)
+
+
+def test_words_of_a_program_are_data_too(desk):
+    path = example("nextopid")
+    text = filled(path)
+    with desk.plc(Registers(words_by(path, text))) as url:
+        data = pidcfg.pull(url, like=path, map=text, format="json").to_json()
+    assert (data["version"], data["plc"], data["vendor"]) == (1, url.removeprefix("modbus://"), "nextopid")
+    assert {"TIC_1.Kp", "TIC_1.SP"} <= {row["address"] for row in data["words"]}
 
 
 def test_signals_of_a_program_have_registers_too(desk):
@@ -553,6 +563,51 @@ def test_served_pulled_and_recorded(desk, vendor, tmp_path):
     loop = plc.run.plc.loops[0]
     assert float(row[f"{loop}.PV"]) == pytest.approx(sig[names[f"{loop}.PV"]], abs=0.1)
     assert row[f"{loop}.MODE"] == "auto"
+
+
+def test_the_mode_of_a_trend_is_that_of_the_program_where_no_register_has_it(desk):
+    text = example("dpide", "dryer").read_text("utf-8").replace("SV: 120\n", "SV: 120\n    PID_MAN: true\n")
+    rows = "M0,coil,500,bool\nD0,holding,1000,float32,low-first\n"
+    words = words_by(text, rows) | {("holding", 1000 + k): 0 for k in range(300, 312)}
+    out = io.StringIO()
+    with desk.plc(Registers(words)) as url:
+        pidcfg.trend(url, out, like=text, map=rows, seconds=0.0)
+    header, values = (line.split(",") for line in out.getvalue().splitlines())
+    row = dict(zip(header, values, strict=True))
+    assert (row["AIR.MODE"], row["DUCT.MODE"]) == ("manual", "auto")
+
+
+def test_what_the_plc_or_its_operator_writes_may_change_while_it_is_read(desk):
+    path = example("nextopid")
+    text = filled(path)
+    image = pidcfg.encode(path).image
+    registers = NamedRegisters(VENDORS["nextopid"], numbering_of(VENDORS["nextopid"], MapFile(text, "m"), image), image)
+    agreed = [registers._agree(name, {name: 0}, {name: 1}) for name in ("TIC_1.Direct", "TIC_1.Manual")]
+    assert agreed == [False, True], "a switch is one bit, and the lowest one"
+    places = {cell.address: (place.table, place.register) for cell, place in numbered(path, text)}
+
+    def restless(name):
+        def change(registers):
+            registers.words[places[name]] = (registers.words[places[name]] + 1) % 100
+
+        return change
+
+    with desk.plc(Registers(words_by(path, text), restless("TIC_1.SP"))) as url:
+        assert pidcfg.compare(path, url, map=text).same
+    with (
+        desk.plc(Registers(words_by(path, text), restless("TIC_1.Kp"))) as url,
+        pytest.raises(PlcError, match=r"settings changed during each of 5 readings: TIC_1.Kp of TIC_1; look who"),
+    ):
+        pidcfg.pull(url, like=path, map=text)
+
+
+def test_what_no_register_has_is_no_column_of_a_trend(desk):
+    path = example("nextopid")
+    text = re.sub(r"PidLoops.TIC_1.(PV|Manual),.*", r"TIC_1.\1,none", filled(path))
+    with served(desk, virtual("nextopid", text), speed=1e-6) as (port, _):
+        url = f"modbus://127.0.0.1:{port}"
+        columns = pidcfg.trend(url, io.StringIO(), like=path, map=text, seconds=0.0).columns
+    assert columns[:7] == ("time", "TIC_1.SP", "TIC_1.OUT", "TIC_2.PV", "TIC_2.SP", "TIC_2.OUT", "TIC_2.MODE")
 
 
 OPERATED = {

@@ -243,6 +243,10 @@ def hand(body: str):
         ),
         ("MV1 := AI / 100.0; A(PV := MV1);", [("AI / 100", "MV1", "", "start")]),
         ("A(Manual := Man); B(InVar := A.MV); Man := Fault;", [("Fault", "Man", "", "end")]),
+        (
+            "A(SP := MV1); MV1 := A.MV; SP1 := 3.0; B(InVar := SP1);",
+            [(3.0, "SP1", "", "start"), ("A.MV", "MV1", "", "end")],
+        ),
         ("A(); Man := A.MV > 5.0; B(); C(); A.SP := 5;", None),
         (
             "IF Man THEN IF Fault THEN A.SP := 5; END_IF A.BIAS := 2; END_IF A();",
@@ -276,6 +280,9 @@ def test_what_does_not_concern_the_blocks_is_named_by_line():
             "A.SP is an argument of the call in line 7, which writes over",
         ),
         ("A(PV := MV1);\nMV1 := A.MV;\nB(InVar := MV1);", 8, "MV1 is assigned between two calls"),
+        ("A(SP := MV1);\nMV1 := A.MV * SP1;\nSP1 := 3.0;\nB(InVar := SP1);", 9, "SP1 is assigned between two calls"),
+        ("A(SP := MV1);\nMV1 := A.MV;\nSP1 := MV1;\nB(InVar := SP1);", 9, "SP1 is assigned between two calls"),
+        ("A();\nMV1 := A.MV;\nMV1 := SP1;\nB();\nA.SP := MV1;", 9, "MV1 is assigned between two calls"),
         ("IF Man THEN\nMan := FALSE; A.SP := 5;\nEND_IF A(Manual := Man);", 8, "Man is assigned inside the statement"),
         ("IF Man THEN A.SP := FOO(3); END_IF A();", 7, "FOO is a function that cannot be wired"),
         ("IF SP1 THEN A.SP := 3; END_IF A();", 7, "SP1 is a REAL; a BOOL is wanted"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cProfile
 import random
 import sys
 from itertools import pairwise
@@ -30,7 +31,7 @@ from reliability import (
 )
 from reliability.mutation import Runner, valid
 from reliability.page import PAGE, page
-from reliability.reached import importing_files
+from reliability.reached import _called, importing_files
 from reliability.torture import PARTS
 from reliability.users import users
 
@@ -224,6 +225,16 @@ def test_a_fault_in_the_code_is_another_tree_and_another_code(monkeypatch):
     assert (
         mutants.drawn("conversion", 1)[:5] == mutants.drawn("conversion", 1)[:5] != mutants.drawn("conversion", 2)[:5]
     )
+
+
+def test_a_function_that_waits_is_a_function_and_so_is_one_that_another_thread_runs():
+    from pidcfg.live.server import _move
+
+    path = "pidcfg/live/server.py"
+    mutant = next(m for m in mutants.mutants(path) if m.change == "behind > BEHIND -> behind >= BEHIND")
+    assert mutant.scope[0] == "_move"
+    assert users(mutant, lambda *_: True) == {(path, "_move")}
+    assert _called(cProfile.Profile(), _move.__code__) == {f"{path}::_move"}
 
 
 def test_a_fault_is_put_into_the_functions_that_live():

@@ -19,9 +19,14 @@ import pidcfg
 from live_rig import CLICK, DL06, run
 from pidcfg.encoders.words import bcd_word
 from pidcfg.limits import DEFAULT
+from pidcfg.live import server as server_module
+from pidcfg.live import serving as serving_module
+from pidcfg.live import trend as trend_module
 from pidcfg.live.address import Address
+from pidcfg.live.calls import FASTEST
 from pidcfg.live.errors import PlcError
-from pidcfg.live.server import MOST_AHEAD, _server_of, serve
+from pidcfg.live.server import MOST_AHEAD, _move, _server_of, serve
+from pidcfg.live.trend import Recording, _readings
 from pidcfg.live.virtual import LISTED, VirtualPlc
 from pidcfg.reader import reader_of
 from pidcfg.results.sources import document_of
@@ -30,7 +35,7 @@ from pidcfg.sim.registers import RegisterError
 from pidcfg.vendors import VENDORS
 
 SCENARIOS = {"dl06": DL06.with_name("reactor.scenario.yaml"), "click": CLICK.with_name("tank.scenario.yaml")}
-DF101, DF109, DF113, C116, C117 = 28872, 28888, 28896, 16499, 16500
+DF101, DF106, DF109, DF113, C116, C117 = 28872, 28882, 28888, 28896, 16499, 16500
 LIC = 0o2100
 """The third loop of the reactor: in Auto, and of no cascade."""
 MANUAL, AUTO = 1, 2
@@ -225,6 +230,54 @@ def test_what_the_plc_refuses_is_an_exception_and_changes_nothing(vendor, table,
     assert not plc.report().events
 
 
+def test_each_function_reads_or_writes_its_table():
+    done = []
+
+    def write(table, *where):
+        done.append((table, *where))
+        if table == "holding":
+            raise RegisterError(3, "no")
+
+    def read(table, first, number):
+        if table in {"coil", "input"}:
+            raise RegisterError(2, "no")
+        return [f"{table} {first}"] * number
+
+    context = server_module.context_of(SimpleNamespace(read=read, write=write))[7]
+    assert [context.getValues(code, 5, 1) for code in (1, 2, 3, 4, 22, 23)] == [
+        2, ["discrete 5"], ["holding 5"], 2, ["holding 5"], ["holding 5"]
+    ]  # fmt: skip
+    assert [context.setValues(code, 5, [1]) for code in (5, 6, 15, 16, 22, 23)] == [None, 3, None, 3, 3, 3]
+    assert done == [(table, 5, [1]) for table in ("coil", "holding") * 2 + ("holding",) * 2]
+
+
+def test_a_plc_that_was_never_moved_has_a_report():
+    plc = virtual("click")
+    report = plc.report()
+    assert (plc.run.last, report.duration) == (0, 0.0)
+    plc = virtual("click")
+    plc.advance(5)
+    plc.report()
+    assert plc.run.last == 4
+
+
+def test_a_set_point_that_is_written_begins_a_step_and_nothing_else_does(monkeypatch):
+    plc, begun = virtual("click"), []
+    monkeypatch.setattr(type(plc.run.agenda), "begin_step", lambda _, *step: begun.append(step))
+    plc.advance(3)
+    before = number(plc, DF101)
+    plc.write("holding", DF106, halves(3.25))
+    plc.write("holding", DF101, halves(before))
+    assert begun == []
+    plc.write("holding", DF101, halves(before + 5))
+    assert begun == [(3, 0, before)]
+    plc.advance(17)
+    plc.write("holding", DF101, halves(before + 7))
+    assert plc.run.agenda.done[-1].at == pytest.approx(20 * plc.dt)
+    assert plc.dt != 1.0
+    assert [trend_module.has_place(VENDORS["click"].load("numbering"), place) for place in (101, -7)] == [True, False]
+
+
 def test_a_panel_that_writes_all_the_time_does_not_fill_the_memory():
     plc = virtual("click")
     for k in range(LISTED + 50):
@@ -312,6 +365,71 @@ def test_it_says_when_it_cannot_keep_up(desk):
     assert len(said) == 1
 
 
+class Clock:
+    """A clock that goes on only when somebody sleeps or works; it ends what sleeps too often."""
+
+    def __init__(self, monkeypatch, module, jumps=(), most=60):
+        self.now, self.slept, self.jumps, self.most = 0.0, [], [*jumps], most
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: self.now))
+        monkeypatch.setattr(asyncio, "sleep", self.sleep)
+
+    async def sleep(self, seconds):
+        """Notes it, and goes on by as much, or by the next jump."""
+        self.slept.append(round(seconds, 6))
+        if len(self.slept) > self.most:
+            raise asyncio.CancelledError
+        self.now += self.jumps.pop(0) if self.jumps else seconds
+
+
+def moved(monkeypatch, *, dt, speed, cost, jumps=(), most=60):
+    """The steps of a PLC, of which each costs time, what it said and the pauses in between."""
+    said = []
+    clock = Clock(monkeypatch, server_module, jumps, most)
+    plc = SimpleNamespace(dt=dt, steps=3)
+
+    def advance(steps):
+        plc.steps += steps
+        clock.now += cost
+
+    plc.advance = advance
+    with suppress(asyncio.CancelledError):
+        asyncio.run(_move(plc, speed, said.append))
+    return plc.steps - 3, said, clock.slept[:most]
+
+
+def test_it_goes_as_fast_as_the_clock_times_the_speed(monkeypatch):
+    assert moved(monkeypatch, dt=0.5, speed=1.0, cost=0.0) == (2, [], [0.02] * 60)
+    assert moved(monkeypatch, dt=0.5, speed=50.0, cost=0.0) == (60, [], [0.01] * 60)
+
+
+def test_how_far_it_is_behind_is_said_once(monkeypatch):
+    """A step of 1 s costs half a second: at 4 s it has done one of four, and is 3 s behind at most one is allowed."""
+    text = "the simulation cannot keep up: {} times real time instead of {}"
+    _, said, slept = moved(monkeypatch, dt=1.0, speed=1.0, cost=0.5, jumps=[4.0, 0.0, 9.0])
+    assert said == [text.format("0.222", 1)]
+    assert slept[:4] == [0.02, 0.0, 0.02, 0.0]
+    assert moved(monkeypatch, dt=1.0, speed=1.0, cost=0.5, jumps=[2.0])[1] == []
+    assert moved(monkeypatch, dt=0.5, speed=10.0, cost=0.5, jumps=[1.0], most=1)[1] == []
+    assert moved(monkeypatch, dt=1.0, speed=10.0, cost=0.5, jumps=[1.3])[1] == [text.format("0.556", 10)]
+
+
+def test_rows_of_a_trend_that_are_late_are_left_out(monkeypatch):
+    clock, took, times = Clock(monkeypatch, trend_module), [0.25, 2.5, 2.0, 0.0, 0.0, 0.0], []
+
+    async def words(link, numbers):
+        clock.now += took.pop(0)
+        return link, numbers
+
+    async def read():
+        registers, recording = SimpleNamespace(words=words), Recording(None, 1.0, 7.0, None)
+        async for at, _ in _readings(None, registers, [], recording):
+            times.append(at)
+
+    asyncio.run(read())
+    assert times == [0.0, 3.25, 5.75, 5.75, 6.75]
+    assert clock.slept == [0.0, 0.75, 0.5, 0.0, 1.0]
+
+
 def test_malformed_frames_and_many_clients_do_not_stop_it(desk):
     source = random.Random(20)
     with served(desk, virtual("dl06"), speed=1.0) as (port, _):
@@ -390,10 +508,23 @@ def test_a_place_that_is_taken_is_said(desk):
         pidcfg.serve(SCENARIOS["click"], listen=f"127.0.0.1:{port}", seconds=0.1)
 
 
-@pytest.mark.parametrize("arguments", [{"speed": 0.0}, {"seconds": -1.0}, {"listen": "nowhere"}])
+INF = float("inf")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [{"speed": 0.0}, {"speed": 1.01 * FASTEST}, {"seconds": -1.0}, {"seconds": 0.0}, {"seconds": INF},
+     {"listen": "nowhere"}],
+)  # fmt: skip
 def test_arguments_that_make_no_sense(arguments):
     with pytest.raises(ValueError, match=next(iter(arguments))):
         pidcfg.serve(SCENARIOS["click"], **arguments)
+
+
+@pytest.mark.parametrize("arguments", [{"interval": 0.0}, {"interval": INF}, {"seconds": -1.0}, {"seconds": INF}])
+def test_arguments_of_a_trend_that_make_no_sense(arguments):
+    with pytest.raises(ValueError, match=next(iter(arguments))):
+        pidcfg.trend("modbus://127.0.0.1:1", io.StringIO(), like=CLICK, **arguments)
 
 
 def test_the_command_says_who_can_come_and_ends_with_the_report():
@@ -405,6 +536,13 @@ def test_the_command_says_who_can_come_and_ends_with_the_report():
     assert "FOR EVERYBODY WHO REACHES THIS ADDRESS" in done.stderr
     assert json.loads(done.stdout)["scenario"]
     assert run("serve", CLICK, "--for", "0.1").exit_code == 2
+
+
+def test_what_is_seen_when_the_plants_are_made_is_a_finding():
+    scenario = SCENARIOS["click"].read_text("utf-8").replace("dead_time: 4,", "dead_time: 4.04,")
+    place = str(SCENARIOS["click"])
+    found = pidcfg.serve(scenario, name=place, listen="127.0.0.1:0", seconds=0.05).findings
+    assert [f.message for f in found] == ["the dead time of TANK1 is 4.04 s, run as 40 base steps of 0.1 s"]
 
 
 @pytest.mark.skipif(shutil.which("mbpoll") is None, reason="mbpoll, a client in C, is not installed")
@@ -421,3 +559,15 @@ def test_mbpoll_reads_and_writes(desk):
         assert "[28872]: \t150.5" in mbpoll(DF101)
         mbpoll(C116, "1", kind="0")
     assert "request mode manual" in [note.text for note in plc.report().events]
+
+
+@pytest.mark.parametrize(("unlisted", "tell"), [(3, None), (0, [].append)])
+def test_notes_of_a_plc_that_was_served(monkeypatch, unlisted, tell):
+    async def ended(plc, _listen, _speed, _seconds, _ready, told):
+        plc.unlisted = unlisted
+        told("it cannot keep up")
+
+    monkeypatch.setattr(serving_module, "serve", ended)
+    result = pidcfg.serve(SCENARIOS["click"], tell=tell, speed=FASTEST)
+    assert result.notes == ("it cannot keep up", *(["3 more writes are not listed"] if unlisted else []))
+    assert tell is None or tell.__self__ == ["it cannot keep up"]

@@ -3,15 +3,39 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict, replace
+from decimal import Decimal
+from functools import cache
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
 
 from pidcfg import check_text, convert, diff, encode
 from pidcfg.cli.main import cli
+from pidcfg.conversion.ledger import Change
+from pidcfg.conversion.operation.rules import Smoothing
+from pidcfg.sim.records import NEVER
 from pidcfg.vendors import VENDORS
+from pidcfg.verification.acts import ALL, Act, Stage, at_rest, in_auto, nearest_step, on_grid
 from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
-from pidcfg.verification.bench import bench_of
+from pidcfg.verification.battery import _from as later_of
+from pidcfg.verification.battery import _value as value_of
+from pidcfg.verification.bench import Bench, bench_of
+from pidcfg.verification.comparison import Counts, Difference, Tolerance, differences
+from pidcfg.verification.edits import _NONE as NO_DEFAULT
+from pidcfg.verification.edits import Builder
+from pidcfg.verification.edits import _default as value_without
+from pidcfg.verification.lines import Scene, explains, reason
+from pidcfg.verification.neutral import loops_of
+from pidcfg.verification.smoothing import alike as alike_time
+from pidcfg.verification.smoothing import further, lets_through_the_same
+from pidcfg.verification.stages import stages_of
+from pidcfg.verification.trial import Side, Trial, finest, new_plc, resolution, root_step
+from pidcfg.verification.trial import run as run_stage
+from pidcfg.verification.twin import Line, _more_than_said
+from pidcfg.verification.validity import true_lines
+from pidcfg.verification.verify import _result as verdict_of
 from pidcfg.verification.verify import verify
 from pidcfg.writer import yaml_text
 from verify_measure import Conversion, checked, measure, numbered
@@ -319,3 +343,892 @@ def test_a_strong_derivative_hides_no_other_number(key, value):
     (bad,) = diff(SLOW.replace(key, value), result.text, verify=True).verified
     shown = [{row.difference.stage for row in one.failures} for one in (good, bad)]
     assert "slow answer" in shown[1] - shown[0]
+
+
+PAIR = """
+pidcfg: 1
+vendor: generic
+loops:
+  - {name: M, output_raises_pv: true, sample_time: 1, tuning: {gain: 2, integral_time: 30}, pv: {range: [0, 100]},
+     setpoint: {value: 30}, output: {range: [0, 100]}}
+  - {name: L, output_raises_pv: true, sample_time: 1, mode: cascade, pv: {range: [0, 200], filter: 2},
+     tuning: {gain: 2, integral_time: 30, derivative_time: 5, derivative_filter: 1},
+     setpoint: {value: 90, source: M, limits: [20, 180]}, deadband: 4, output: {range: [0, 50], manual: 20},
+     alarms: {pv: {low: 30, high: 150}, deviation: {high: 20, high_high: 25}, rate_of_change: 8, hysteresis: 3}}
+"""
+BENCH = Bench(
+    low=0.0, high=200.0, sample=1.0, gain=100.0, time=20.0, dead=1.0, middle=0.5, start=100.0, quiet=(30.0, 150.0),
+    room=160.0, length=100.0, settling=10.0, rest=6.0, slowest=2.0, limits=(0.1, 0.9),
+)  # fmt: skip
+BATTERY = {
+    "start": "0 to 100; at 80, 40",
+    "cascade": "16 to 32; at 100, 50; 0 master 0.5; 8 mode cascade; 10 master 0.5; 20 master 0.54",
+    "manual": "5 to 26; at 100, 50; 6 output 0.42; 16 output 0.58",
+    "auto": "5 to 56; at 96, 46; 6 mode auto",
+    "step 5 %": "18 to 118; at 100, 50; 18 setpoint 108",
+    "step 50 %": "18 to 168; at 100, 50; 18 setpoint 140; 68 setpoint 60",
+    "high limit": "18 to 168; at 100, 50; 18 load -20; 68 load 50",
+    "low limit": "18 to 168; at 100, 50; 18 load 120; 68 load 50",
+    "disturbance": "18 to 118; at 100, 50; 18 load 26",
+    "set point limits": "18 to 28; at 100, 50; 18 setpoint 200; 23 setpoint 0",
+    "answer": "11 to 51; swept at 100, 0; 11 moved 8; 31 moved 0",
+    "slow answer": "11 to 81; swept at 100, 0; 11 load -0.177778; 31 load 0; 51 load 0.177778; 71 load 0",
+    "alarms": "11 to 812; swept at 100, 0; 11 load 0.5; 210 load -0.5; 608 load 0.5; 807 load 0",
+    "rate of change": "11 to 53.5; swept at 100, 0; 11 load 7.2; 18.5 load -7.2; 26 load 8.8; 33.5 load -8.8; "
+    "41 load 0",
+    "hysteresis": "11 to 152; swept at 100, 0; 11 moved 44; 13 load 0.18; 80 load -0.18; 147 load 0",
+    "dead band": "18 to 88; at 100, 50; 18 setpoint 103.6; 28 setpoint 100; 38 setpoint 104.48; 48 setpoint 100; "
+    "58 setpoint 96.4; 68 setpoint 100; 78 setpoint 95.52",
+    "transfers": "18 to 138; at 100, 50; 18 load 26; 68 mode manual; 72 output 0.692; 88 mode auto; 89 setpoint 100",
+    "sensor": "18 to 118; at 100, 50; 18 lost 1; 23 lost 0",
+}
+"""What the battery does to the loop L on a bench of round numbers: when, PV and load of the plant, and the acts."""
+
+
+def lower_loop(changes):
+    """The loop L, with other text in places."""
+    return lower_loop_once(tuple(changes))
+
+
+@cache
+def lower_loop_once(changes):
+    """The same, read once."""
+    text = PAIR
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    checked_text = check_text(text)
+    return loops_of(checked_text.config, checked_text.vendor)[1]
+
+
+def told(stage, bench):
+    """A stage in words, without what goes before it."""
+    ahead = next((a for a in (in_auto(bench), at_rest(bench)) if stage.acts[: len(a)] == a), ())
+    parts = [f"{stage.begin:g} to {stage.end:g}; {'swept ' * stage.swept}at {stage.pv:g}, {stage.load:g}"]
+    for act in stage.acts[len(ahead) :]:
+        done = {key: value for key, value in asdict(act).items() if key != "at" and value is not None}
+        parts += [f"{act.at:g} {key} {value if key == 'mode' else f'{value:g}'}" for key, value in done.items()]
+    return "; ".join(parts)
+
+
+def battery(bench=BENCH, changes=(), *, other=None, in_cascade=True):
+    """The stages of the loop L by their names."""
+    loop = lower_loop(changes)
+    stages = stages_of(bench, loop, lower_loop(other) if other else loop, 0.1, in_cascade=in_cascade)
+    return {stage.name: stage for stage in stages}
+
+
+def test_what_each_stage_does():
+    stages = battery()
+    assert {name: told(stage, BENCH) for name, stage in stages.items()} == BATTERY
+    assert {name for name, stage in stages.items() if stage.with_master} == {"start", "cascade"}
+    assert {name for name, stage in stages.items() if stage.output != BENCH.middle} == {"start"}
+    assert {name: stage.slack for name, stage in stages.items() if stage.slack} == {"cascade": 2}
+    assert {name for name, stage in stages.items() if stage.loses_sensor} == {"sensor"}
+    assert {name: ALL - stage.signals for name, stage in stages.items() if stage.signals != ALL} == {
+        "start": ALL - {"mode"},
+        "set point limits": {"pv", "output", "alarms"},
+        **{name: {"output"} for name in ("alarms", "rate of change", "hysteresis")},
+    }
+    assert [(act.at, act.mode, act.setpoint, act.output) for act in in_auto(BENCH)] == [
+        (0, "auto", None, None),
+        (0, "manual", None, None),
+        (0, None, None, 0.5),
+        (1, None, 100, None),
+        *((k, None, None, 0.5) for k in range(1, 6)),
+        (6, "auto", None, None),
+        (7, None, 100, None),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("bench", "changes", "differ"),
+    [
+        (
+            {"gain": -100.0},
+            (),
+            {
+                "start": "0 to 100; at 100, 140",
+                "auto": "5 to 56; at 104, 154; 6 mode auto",
+                "high limit": "18 to 168; at 100, 150; 18 load 220; 68 load 150",
+                "low limit": "18 to 168; at 100, 150; 18 load 80; 68 load 150",
+                "disturbance": "18 to 118; at 100, 150; 18 load 174",
+                "answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0",
+            },
+        ),
+        (
+            {"middle": 0.85},
+            (),
+            {
+                "high limit": "18 to 168; at 100, 15; 18 load -20; 68 load 15",
+                "disturbance": "18 to 118; at 100, 15; 18 load 39",
+                "answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0",
+                "slow answer": "11 to 81; swept at 100, 0; 11 load 0.333333; 31 load 0; 51 load -0.333333; 71 load 0",
+            },
+        ),
+        (
+            {"sample": 2.0},
+            (),
+            {
+                "start": "0 to 100; at 80, 40",
+                "cascade": "18 to 34; at 100, 50; 0 master 0.5; 10 mode cascade; 12 master 0.5; 22 master 0.54",
+                "manual": "4 to 46; at 100, 50; 6 output 0.42; 26 output 0.58",
+                "auto": "4 to 56; at 96, 46; 6 mode auto",
+                "step 50 %": "20 to 170; at 100, 50; 20 setpoint 140; 70 setpoint 60",
+                "set point limits": "20 to 40; at 100, 50; 20 setpoint 200; 30 setpoint 0",
+                "answer": "16 to 96; swept at 100, 0; 16 moved 8; 56 moved 0",
+                "slow answer": "16 to 116; swept at 100, 0; 16 load -0.137143; 36 load 0; 76 load 0.137143; 96 load 0",
+                "alarms": "16 to 1618; swept at 100, 0; 16 load 0.25; 414 load -0.25; 1210 load 0.25; 1608 load 0",
+                "rate of change": "16 to 63.5; swept at 100, 0; 16 load 7.2; 23.5 load -7.2; 31 load 8.8; "
+                "38.5 load -8.8; 46 load 0",
+                "hysteresis": "16 to 298; swept at 100, 0; 16 moved 44; 20 load 0.09; 154 load -0.09; 288 load 0",
+                "transfers": "20 to 160; at 100, 50; 20 load 26; 70 mode manual; 78 output 0.692; 110 mode auto; "
+                "112 setpoint 100",
+                "sensor": "20 to 120; at 100, 50; 20 lost 1; 30 lost 0",
+            },
+        ),
+        ({"middle": 0.12}, (), {"answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0"}),
+        ({"gain": 600.0}, (), {"disturbance": "18 to 118; at 100, -200; 18 load -300"}),
+        ({"quiet": (85.0, 88.0)}, (), {"start": "0 to 100; at 85, 45"}),
+        ({"quiet": (30.0, 75.0)}, (), {"start": "0 to 100; at 75, 35"}),
+        ({}, [("deadband: 4", "deadband: 0")], {"answer": "11 to 51; swept at 100, 0; 11 moved 4.03292; 31 moved 0"}),
+        (
+            {"middle": 0.15},
+            [("deadband: 4", "deadband: 0")],
+            {"answer": "11 to 51; swept at 100, 0; 11 moved -7.56173; 31 moved 0"},
+        ),
+        (
+            {},
+            [("deadband: 4", "deadband: 0"), ("integral_time: 30, d", "integral_time: 100, d"), ("e: 5", "e: 0.1")],
+            {"answer": "11 to 111; swept at 100, 0; 11 moved 5.33333; 61 moved 0"},
+        ),
+        (
+            {},
+            [("deadband: 4", "deadband: 1"), ("gain: 2, integral_time: 30, d", "gain: 0.1, integral_time: 0, d")],
+            {"answer": "11 to 51; swept at 100, 0; 11 moved 40; 31 moved 0"},
+        ),
+        ({}, [("filter: 2", "filter: 5")], {"answer": "11 to 71; swept at 100, 0; 11 moved 8; 41 moved 0"}),
+        ({}, [("filter: 2", "filter: 40")], {"answer": "11 to 411; swept at 100, 0; 11 moved 8; 211 moved 0"}),
+        (
+            {},
+            [("hysteresis: 3", "hysteresis: 2"), ("low: 30, high: 150", "low: 5, high: 197")],
+            {"hysteresis": "11 to 124; swept at 100, 0; 11 moved -99; 13 load 0.15; 66 load -0.15; 119 load 0"},
+        ),
+        (
+            {},
+            [("low: 30, high: 150", "low: 1, high: 195")],
+            {"hysteresis": "11 to 152; swept at 100, 0; 11 moved 14; 13 load 0.18; 80 load -0.18; 147 load 0"},
+        ),
+        (
+            {"start": 90.0},
+            [("high: 20, high_high: 25", "high: 2, high_high: 3")],
+            {"alarms": "11 to 2008; swept at 90, 0; 11 load 0.2; 559 load -0.2; 1555 load 0.2; 2003 load 0"},
+        ),
+        ({}, [("value: 90, ", "")], {"start": "0 to 100; at 90, 50"}),
+        ({}, [("mode: cascade", "mode: auto")], {"start": "6 to 100; at 80, 40"}),
+        ({}, [("mode: cascade", "mode: manual"), (", manual: 20", "")], {"start": "0 to 100; at 80, 70"}),
+        ({"slowest": 1.0}, [("mode: cascade", "mode: auto")], {"start": "3 to 100; at 80, 40"}),
+        ({}, [(", manual: 20", ", manual: 48")], {"start": "0 to 100; at 80, -10"}),
+        ({}, [("range: [0, 50], manual: 20", "range: [10, 60], manual: 35")], {"start": "0 to 100; at 80, 30"}),
+        ({}, [("rate_of_change: 8", "rate_of_change: 2")], {
+            "rate of change": "11 to 56; swept at 100, 0; 11 load 1.8; 19 load -1.8; 27 load 2.2; 35 load -2.2; "
+            "43 load 0"
+        }),
+    ],
+)  # fmt: skip
+def test_what_a_stage_does_on_another_bench(bench, changes, differ):
+    bench = replace(BENCH, **bench)
+    stages = battery(bench, changes)
+    assert {name: told(stages[name], bench) for name in differ} == differ
+
+
+PLANT = {
+    "low": 0, "high": 200, "sample": 1, "gain": 400, "time": 256, "dead": 1, "middle": 0.5, "start": 90,
+    "quiet": (30, 150), "room": 160, "length": 160, "settling": 80, "rest": 24, "slowest": 1, "limits": (0, 1),
+}  # fmt: skip
+"""The bench of the loop L: it crosses over at 1/16 rad/s, a quarter of 1 in 2 samples and the filter of 2 s."""
+
+
+@pytest.mark.parametrize(
+    ("changes", "other", "slowest", "differ"),
+    [
+        ((), (), 0.0, {}),
+        ((), (), 5.0, {"rest": 40, "slowest": 5}),
+        ((), [("filter: 2", "filter: 6")], 0.0, {"time": 512, "length": 320, "settling": 160, "rest": 72}),
+        ([("e: 5, derivative_filter: 1", "e: 50")], (), 0.0, {"time": 2000, "length": 800, "settling": 400}),
+        ((), [("derivative_filter: 1", "derivative_filter: 3")], 0.0, {"rest": 36}),
+        (
+            [("me: 1, mode", "me: 2, mode")], (), 0.0,
+            {"sample": 2, "dead": 2, "time": 384, "length": 240, "settling": 120, "slowest": 2},
+        ),
+        (
+            [("me: 1, mode", "me: 2, mode"), ("gain: 2, integral_time: 30, d", "gain: 0.01, integral_time: 0, d")],
+            (),
+            0.0,
+            {"sample": 2, "dead": 2, "slowest": 2, "gain": 600, "time": 20, "middle": 0, "length": 1600,
+             "settling": 800},
+        ),
+        ([("l_time: 30, d", "l_time: 300, d")], (), 0.0, {"time": 1200, "length": 750, "settling": 375}),
+        ([("l_time: 30, d", "l_time: 100, d")], (), 0.0, {"time": 400, "length": 250, "settling": 125}),
+        ([("l_time: 30, d", "l_time: 30, proportional: false, d")], (), 0.0,
+         {"gain": 25, "time": 1, "length": 300, "settling": 150}),
+        ([("gain: 2, integral_time: 30, d", "gain: 0.01, integral_time: 30, d")], (), 0.0,
+         {"gain": 600, "time": 30, "length": 800, "settling": 400}),
+        ([("limits: [20, 180]", "limits: [60, 120]")], (), 0.0, {"quiet": (60, 120), "room": 60}),
+        ([(", limits: [20, 180]", "")], (), 0.0, {"room": 200}),
+        ([("low: 30, high: 150", "low_low: 10, low: 44, high: 160, high_high: 190")], (), 0.0,
+         {"quiet": (44, 160), "start": 102}),
+        ([("pv: {low: 30, high: 150}, ", ""), (", limits: [20, 180]", "")], (), 0.0,
+         {"quiet": (4, 196), "start": 100, "room": 200}),
+        ([("low: 30, high: 150", "high: 15")], (), 0.0, {"quiet": (20, 180), "start": 100}),
+        ([("manual: 20", "manual: 20, limits: [5, 40]")], (), 0.0, {"middle": 0.45, "limits": (0.1, 0.8)}),
+        ([("l_time: 30, d", "l_time: 0, d"), ("manual: 20", "bias: 20")], (), 0.0, {"middle": 0.4}),
+        ([("output_raises_pv: true, sample_time: 1, mode", "output_raises_pv: false, sample_time: 1, mode")], (), 0.0,
+         {"gain": -400}),
+        ([("filter: 2}", "filter: 0}")], (), 0.0, {"time": 200, "length": 125, "settling": 63, "rest": 12}),
+        ([("filter: 2}", "filter: 0}"), ("derivative_filter: 1", "derivative_filter: 0")], (), 0.0,
+         {"time": 200, "length": 125, "settling": 63, "rest": 6}),
+    ],
+)  # fmt: skip
+def test_the_bench_fits_the_loop(changes, other, slowest, differ):
+    loop = lower_loop(changes)
+    found = asdict(bench_of(loop, lower_loop(other) if other else loop, slowest))
+    assert {key: pytest.approx(value) for key, value in (PLANT | differ).items()} == found
+
+
+def test_what_a_bench_says_of_itself():
+    assert (BENCH.span, BENCH.sign, replace(BENCH, gain=-1.0).sign, BENCH.load(100.0, 0.25)) == (200.0, 1.0, -1.0, 75.0)
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"), [(0, 0), (10, 10), (3.4, 3), (3.6, 4), (9.9, 9.9), (-1, -1), (9.2, 9), (11, 11)]
+)
+def test_set_points_on_the_counts_of_a_root(value, wanted):
+    assert nearest_step(value, 0.0, 1.0, 9.5 if value == 9.9 else 10.0) == wanted
+    stage = on_grid(Stage("x", "x", (Act(1.0, setpoint=value), Act(2.0, load=3.3)), 3.0), 0.0, 1.0, 10.0)
+    assert value == 9.9 or [(act.setpoint, act.load) for act in stage.acts] == [(wanted, None), (None, 3.3)]
+
+
+FEW = Tolerance(share=0.01, closed=Counts(2.0, 0.02), alone=Counts(1.0, 0.01), setpoint=2.0, limit=0.02)
+PLAIN = Stage("x", "x", (Act(10.0, load=1.0), Act(20.0, load=0.0)), end=29.0, begin=10.0, output=0.5)
+AS_CONFIGURED = replace(PLAIN, name="start", output=None)
+SWEPT = replace(PLAIN, swept=True)
+
+
+def course(*parts, count=30):
+    """Thirty samples: a value, and others from a sample on."""
+    values = []
+    for (first, value), end in zip(parts, [first for first, _ in parts[1:]] + [count], strict=True):
+        values += [value] * (end - first)
+    return values
+
+
+def side(**columns):
+    """A trial in which nothing happens but this."""
+    at_rest = {"pv": 50.0, "setpoint": 50.0, "output": 0.5, "modes": "auto"}
+    parts = {name: columns.pop(name, [(0, value)]) for name, value in at_rest.items()}
+    alarms = {name: course(*states) for name, states in columns.pop("alarms", {}).items()}
+    shown = {name: course(*changes) for name, changes in parts.items()}
+    return Trial(**shown, period=columns.get("period", 1.0), cascades=columns.get("cascades", True), alarms=alarms)
+
+
+def apart_at(stage, one, two, **tolerance):
+    """The signals that differ, each with the samples from which and up to which."""
+    found = differences(stage, side(**one), side(**two), BENCH, replace(FEW, **tolerance))
+    return {d.signal: (d.samples[0], d.samples[-1]) for d in found}
+
+
+UP = [(0, 50.0), (15, 90.0)]
+
+
+@pytest.mark.parametrize(
+    ("stage", "one", "two", "tolerance", "wanted"),
+    [
+        (PLAIN, {}, {}, {}, {}),
+        (PLAIN, {}, {"pv": [(0, 50.0), (12, 52.0)]}, {}, {}),
+        (PLAIN, {}, {"pv": [(0, 50.0), (12, 52.01)]}, {}, {"pv": (13, 29)}),
+        (PLAIN, {}, {"pv": [(0, 99.0), (10, 50.0)]}, {}, {}),
+        (PLAIN, {}, {"pv": [(0, 99.0), (12, 50.0)]}, {}, {"pv": (10, 10)}),
+        (SWEPT, {}, {"pv": [(0, 50.0), (12, 51.5)]}, {}, {"pv": (13, 29)}),
+        (SWEPT, {}, {"pv": [(0, 50.0), (12, 51.0)]}, {"band": 4.0}, {}),
+        (PLAIN, {}, {"pv": [(0, 50.0), (12, 53.9)]}, {"band": 4.0}, {}),
+        (PLAIN, {}, {"pv": [(0, 50.0), (12, 54.1)]}, {"band": 4.0}, {"pv": (13, 29)}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (15, 92.3)]}, {}, {}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (15, 92.5)]}, {}, {"pv": (15, 29)}),
+        (PLAIN, {"pv": [(0, 0.0), (5, 50.0)]}, {"pv": [(0, 50.0), (12, 52.1)]}, {}, {"pv": (13, 29)}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (16, 90.0)]}, {}, {}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (14, 90.0)]}, {}, {}),
+        (PLAIN, {"pv": UP}, {"pv": [(0, 50.0), (17, 90.0)]}, {}, {"pv": (15, 15)}),
+        (AS_CONFIGURED, {"pv": UP}, {"pv": [(0, 50.0), (16, 90.0)]}, {}, {}),
+        (AS_CONFIGURED, {"pv": UP}, {"pv": [(0, 50.0), (18, 90.0)]}, {}, {"pv": (16, 16)}),
+        (replace(PLAIN, slack=2), {"pv": UP}, {"pv": [(0, 50.0), (18, 90.0)]}, {}, {}),
+        (replace(PLAIN, slack=2), {"pv": UP}, {"pv": [(0, 50.0), (22, 90.0)]}, {}, {"pv": (18, 18)}),
+        (replace(PLAIN, signals=ALL - {"pv"}), {}, {"pv": [(0, 99.0)]}, {}, {}),
+        (PLAIN, {}, {"output": [(0, 0.5), (12, 0.519)]}, {}, {}),
+        (PLAIN, {}, {"output": [(0, 0.5), (12, 0.521)]}, {}, {"output": (13, 29)}),
+        (SWEPT, {}, {"output": [(0, 0.5), (12, 0.511)]}, {"switching": 0.1}, {"output": (13, 29)}),
+        (PLAIN, {}, {"output": [(0, 0.5), (12, 0.61)]}, {"switching": 0.1}, {}),
+        (PLAIN, {}, {"output": [(0, 0.5), (12, 0.63)]}, {"switching": 0.1}, {"output": (13, 29)}),
+        (replace(PLAIN, name="dead band 2"), {}, {"output": [(0, 0.5), (12, 0.61)]}, {"switching": 0.1},
+         {"output": (13, 29)}),
+        (replace(PLAIN, signals=ALL - {"output"}), {}, {"output": [(0, 0.9)]}, {}, {}),
+        (PLAIN, {}, {"setpoint": [(0, 50.0), (12, 52.0)]}, {}, {}),
+        (PLAIN, {}, {"setpoint": [(0, 50.0), (12, 52.1)]}, {}, {"setpoint": (14, 29)}),
+        (PLAIN, {"setpoint": UP}, {"setpoint": [(0, 50.0), (17, 90.0)]}, {}, {}),
+        (PLAIN, {"setpoint": UP}, {"setpoint": [(0, 50.0), (20, 90.0)]}, {}, {"setpoint": (17, 17)}),
+        (replace(PLAIN, slack=3), {"setpoint": UP}, {"setpoint": [(0, 50.0), (20, 90.0)]}, {}, {}),
+        (replace(PLAIN, signals=ALL - {"setpoint"}), {}, {"setpoint": [(0, 99.0)]}, {}, {}),
+        (PLAIN, {"modes": [(0, "manual")]}, {"setpoint": [(0, 99.0)], "modes": [(0, "manual")]}, {}, {}),
+        (PLAIN, {"modes": [(0, "manual")], "pv": [(0, 60.0)]},
+         {"setpoint": [(0, 99.0)], "modes": [(0, "manual")], "pv": [(0, 60.0)]}, {}, {"setpoint": (10, 29)}),
+        (PLAIN, {"modes": [(0, "auto")]}, {"setpoint": [(0, 99.0)], "modes": [(0, "manual")]}, {},
+         {"setpoint": (10, 29), "mode": (10, 29)}),
+        (AS_CONFIGURED, {"modes": [(0, "manual")], "pv": [(0, 60.0)]},
+         {"setpoint": [(0, 99.0)], "modes": [(0, "manual")], "pv": [(0, 60.0)]}, {}, {}),
+        (AS_CONFIGURED, {"pv": [(0, 60.0)]}, {"setpoint": [(0, 99.0)], "pv": [(0, 60.0)]}, {},
+         {"setpoint": (10, 29)}),
+        (PLAIN, {}, {"modes": [(0, "auto"), (20, "manual"), (22, "auto")]}, {}, {}),
+        (PLAIN, {}, {"modes": [(0, "auto"), (20, "manual"), (23, "auto")]}, {}, {"mode": (20, 22)}),
+        (replace(PLAIN, slack=1), {}, {"modes": [(0, "auto"), (20, "manual"), (23, "auto")]}, {}, {}),
+        (PLAIN, {}, {"modes": [(0, "manual"), (10, "auto")]}, {}, {}),
+        (replace(PLAIN, signals=ALL - {"mode"}), {}, {"modes": [(0, "manual")]}, {}, {}),
+        (PLAIN, {"modes": [(0, "cascade")]}, {}, {}, {"mode": (10, 29)}),
+        (PLAIN, {"modes": [(0, "cascade")]}, {"cascades": False}, {}, {}),
+        (PLAIN, {"cascades": False}, {"modes": [(0, "cascade")]}, {}, {}),
+        (PLAIN, {"alarms": {"high": [(0, False), (12, True)]}}, {"alarms": {"high": [(0, False)]}}, {},
+         {"high": (12, 29)}),
+        (PLAIN, {"alarms": {"high": [(0, True)]}}, {}, {}, {}),
+        (replace(PLAIN, signals=ALL - {"alarms"}), {"alarms": {"high": [(0, True)]}},
+         {"alarms": {"high": [(0, False)]}}, {}, {}),
+        (AS_CONFIGURED, {"period": 1.0}, {"period": 1.02}, {}, {"sample time": (0, 0)}),
+        (AS_CONFIGURED, {"period": 2.0}, {"period": 2.015}, {}, {}),
+        (PLAIN, {"period": 1.0}, {"period": 2.0}, {}, {}),
+    ],
+)  # fmt: skip
+def test_where_two_trials_differ(stage, one, two, tolerance, wanted):
+    assert apart_at(stage, one, two, **tolerance) == wanted
+
+
+def test_what_a_difference_says():
+    pv, output, setpoint = differences(
+        PLAIN,
+        side(pv=UP),
+        side(pv=[(0, 50.0), (15, 93.0), (20, 100.0)], output=[(0, 0.5), (12, 0.6)], setpoint=[(0, 50.0), (25, 60.0)]),
+        BENCH,
+        FEW,
+    )
+    assert (pv.stage, pv.signal, pv.at, pv.before, pv.after) == ("x", "pv", 5.0, 90.0, 93.0)
+    assert (pv.worst, pv.allowed) == (0.05, pytest.approx(2.4))
+    assert (output.worst, output.allowed, output.at) == (pytest.approx(0.1), 0.02, 3.0)
+    assert (setpoint.worst, setpoint.allowed, setpoint.at) == (0.05, 2.0, 17.0)
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "held"),
+    [
+        ([(0, 0.5), (12, 0.9)], [(0, 0.5), (12, 0.85)], range(16, 30)),
+        ([(0, 0.5), (12, 0.1)], [(0, 0.5), (12, 0.15)], range(16, 30)),
+        ([(0, 0.5), (12, 0.9)], [(0, 0.5), (12, 0.881)], ()),
+        ([(0, 0.5), (12, 0.89)], [(0, 0.5), (12, 0.8)], ()),
+        ([(0, 0.5), (12, 0.11)], [(0, 0.5), (12, 0.2)], ()),
+        ([(0, 0.5), (12, 0.9)], [(0, 0.5), (11, 0.7), (12, 0.6)], ()),
+        ([(0, 0.5), (12, 0.1)], [(0, 0.5), (11, 0.3), (12, 0.4)], ()),
+        ([(0, 0.5), (12, 0.9), (20, 0.6)], [(0, 0.5), (12, 0.85), (18, 0.7)], (16, 17)),
+        ([(0, 0.9)], [(0, 0.85)], range(14, 30)),
+    ],
+)
+def test_two_outputs_that_are_held_by_different_limits(one, two, held):
+    found = list(differences(PLAIN, side(output=one), side(output=two), BENCH, replace(FEW, share=1.0)))
+    assert [(d.signal, set(d.at_limits)) for d in found if d.at_limits] == ([("output", set(held))] if held else [])
+    assert not any(d.at_limits for d in differences(AS_CONFIGURED, side(output=one), side(output=two), BENCH, FEW))
+
+
+@pytest.mark.parametrize(
+    ("pv", "output", "found"),
+    [(54.0, 0.55, False), (56.0, 0.55, False), (52.0, 0.55, False), (57.0, 0.55, True), (51.0, 0.55, True),
+     (54.0, 0.63, True), (46.0, 0.55, False)],
+)  # fmt: skip
+def test_a_derivative_may_kick_at_the_edge_of_a_dead_band(pv, output, found):
+    """The band is 4, a PV is near its edge within 2; twice the kick of 0.05 is allowed there."""
+    shown = apart_at(PLAIN, {"pv": [(0, pv)]}, {"pv": [(0, pv)], "output": [(0, 0.5), (25, output)]},
+                     band=4.0, kick=0.05)  # fmt: skip
+    assert shown == ({"output": (26, 29)} if found else {})
+    assert apart_at(SWEPT, {"pv": [(0, pv)]}, {"pv": [(0, pv)], "output": [(0, 0.5), (25, output)]},
+                    band=4.0, kick=0.05)  # fmt: skip
+
+
+def test_means_of_outputs_tell_what_a_kick_hides():
+    """0.2 more in one of two samples: within what one sample may differ by, but 0.1 in the mean."""
+    kicked = {"output": [(k, 0.5 + 0.1 * (k % 2)) for k in range(30)]}
+    wide = {"alone": Counts(1.0, 0.2)}
+    assert apart_at(SWEPT, {}, kicked, mean=0.04, **wide) == {"output": (10, 29)}
+    assert apart_at(SWEPT, {}, kicked, mean=0.06, **wide) == {}
+    assert apart_at(SWEPT, {}, kicked, **wide) == {}
+    assert apart_at(SWEPT, {}, kicked, mean=0.04, band=1.0, **wide) == {}
+    assert apart_at(PLAIN, {}, kicked, mean=0.04, closed=Counts(2.0, 0.2)) == {}
+
+
+AUTO_AT_15 = replace(PLAIN, acts=(Act(5.0, mode="auto"), Act(15.0, mode="auto")))
+MANUAL_AT_15 = replace(PLAIN, acts=(Act(15.0, mode="manual"),))
+STEP = replace(PLAIN, name="step 5 %")
+BY_HAND = [("mode: cascade", "mode: manual")]
+WITHOUT_INTEGRAL = [("gain: 2, integral_time: 30, d", "gain: 2, integral_time: 0, d")]
+ON = [(0, False), (16, True), (17, False)]
+
+
+def explained(
+    path, signal, *, stage=PLAIN, k=20, one=None, two=None, changes=(), difference=None, change=None, sample=1.0
+):
+    """Whether a line about a neutral field explains a difference at a sample."""
+    trials = side(**(one or {})), side(**(two or {}))
+    scene = Scene(stage, replace(BENCH, sample=sample), lower_loop(changes), *trials, 2.0)
+    found = Difference(stage.name, signal, 0.0, 0.0, 0.0, (k,), **(difference or {}))
+    return explains(Line(path, change), found, k, scene)
+
+
+@pytest.mark.parametrize(
+    ("path", "yes", "no"),
+    [
+        ("sample_time", [{"signal": "sample time"}], [{"signal": "pv"}]),
+        ("alarms.pv.high", [{"signal": "high"}], [{"signal": "low"}, {"signal": "deviation_high"}, {"signal": "pv"}]),
+        (
+            "alarms.deviation.high",
+            [{"signal": "deviation_high"}],
+            [{"signal": "deviation_high_high"}, {"signal": "high"}],
+        ),
+        ("alarms.rate_of_change", [{"signal": "rate_of_change"}], [{"signal": "high"}]),
+        ("mode", [{"signal": "mode", "stage": AS_CONFIGURED}], [{"signal": "mode"}, {"signal": "sample time"}]),
+        ("operation.master", [{"signal": "pv", "stage": AS_CONFIGURED}], [{"signal": "pv"}]),
+        ("tuning.gain", [], [{"signal": "pv", "stage": AS_CONFIGURED}]),
+        (
+            "operation.start",
+            [{"signal": "pv", "stage": AS_CONFIGURED}, {"signal": "output", "stage": AS_CONFIGURED}],
+            [{"signal": "setpoint", "stage": AS_CONFIGURED}, {"signal": "pv"},
+             {"signal": "pv", "stage": AS_CONFIGURED, "changes": BY_HAND}],
+        ),
+        (
+            "output.manual",
+            [{"signal": "pv", "stage": AS_CONFIGURED, "changes": BY_HAND}],
+            [{"signal": "mode", "stage": AS_CONFIGURED}, {"signal": "pv"}],
+        ),
+        (
+            "setpoint.follows_pv",
+            [
+                {"signal": "pv", "stage": AUTO_AT_15, "k": 13},
+                {"signal": "setpoint", "stage": AUTO_AT_15, "k": 13},
+                {"signal": "pv", "stage": AS_CONFIGURED, "k": 0},
+                {"signal": "pv", "stage": AS_CONFIGURED, "k": 15, "one": {"modes": [(0, "manual")]},
+                 "two": {"modes": [(0, "manual"), (15, "auto")]}},
+                {"signal": "pv", "stage": AS_CONFIGURED, "k": 15, "two": {"modes": [(0, "manual")]},
+                 "one": {"modes": [(0, "manual"), (15, "auto")]}},
+            ],
+            [
+                {"signal": "pv", "stage": AUTO_AT_15, "k": 12},
+                {"signal": "mode", "stage": AUTO_AT_15},
+                {"signal": "pv"},
+                {"signal": "setpoint", "stage": AS_CONFIGURED},
+                {"signal": "pv", "stage": AS_CONFIGURED, "k": 14, "one": {"modes": [(0, "manual")]},
+                 "two": {"modes": [(0, "manual"), (15, "auto")]}},
+            ],
+        ),
+        (
+            "operation.transfer",
+            [{"signal": "pv", "stage": AUTO_AT_15},
+             {"signal": "high", "stage": AUTO_AT_15, "one": {"pv": [(0, 53.0)]}}],
+            [{"signal": "setpoint", "stage": AUTO_AT_15}, {"signal": "mode", "stage": AUTO_AT_15},
+             {"signal": "pv", "stage": AUTO_AT_15, "k": 12}],
+        ),
+        (
+            "operation.rate",  # the PV's 0.1 in a sample makes 0.04: twice the gain of 2, Td of 5, of 50
+            [
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"output": [(0, 0.5), (20, 0.5399)]}},
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"output": [(0, 0.5), (20, 0.5499)]}, "difference": {"allowed": 0.01}},
+                {"signal": "pv", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"pv": [(0, 50.0), (18, 54.09)]}},
+                {"signal": "output", "stage": AUTO_AT_15, "two": {"pv": [(0, 50.0), (15, 49.9)],
+                 "output": [(0, 0.5), (20, 0.5399)]}},
+            ],
+            [
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"output": [(0, 0.5), (20, 0.5401)]}},
+                {"signal": "pv", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]},
+                 "two": {"pv": [(0, 50.0), (18, 54.11)]}},
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (15, 50.1)]}, "k": 12,
+                 "two": {"output": [(0, 0.5), (12, 0.51)]}},
+                {"signal": "output", "stage": AUTO_AT_15, "one": {"pv": [(0, 50.0), (16, 50.1)]},
+                 "two": {"output": [(0, 0.5), (20, 0.53)]}},
+                {"signal": "setpoint", "stage": AUTO_AT_15},
+                {"signal": "output", "stage": replace(PLAIN, acts=(Act(0.0, mode="auto"),)),
+                 "one": {"pv": [(0, 10.0), (1, 50.0), (29, 10.0)]}, "two": {"output": [(0, 0.51)]}},
+            ],
+        ),
+        (
+            "operation.filter",
+            [{"signal": "output", "k": 16, "one": {"output": [(0, 0.2), (15, 0.5)]},
+              "two": {"output": [(0, 0.2), (17, 0.5)]}}],
+            [{"signal": "output", "k": 16, "one": {"output": [(0, 0.2), (15, 0.5)]},
+              "two": {"output": [(0, 0.2), (18, 0.5)]}}, {"signal": "setpoint"}],
+        ),
+        (
+            "operation.manual",
+            [{"signal": "pv", "stage": MANUAL_AT_15, "k": 15}, {"signal": "output", "stage": MANUAL_AT_15, "k": 15}],
+            [{"signal": "pv", "stage": MANUAL_AT_15, "k": 14}, {"signal": "mode", "stage": MANUAL_AT_15},
+             {"signal": "setpoint", "stage": MANUAL_AT_15}, {"signal": "pv"},
+             {"signal": "pv", "stage": replace(PLAIN, acts=(Act(5.0, mode="manual"),))}],
+        ),
+        (
+            "tuning.derivative_on",
+            [{"signal": "pv", "stage": STEP}, {"signal": "output", "stage": STEP}],
+            [{"signal": "pv"}, {"signal": "mode", "stage": STEP},
+             {"signal": "pv", "stage": STEP, "changes": [("derivative_time: 5", "derivative_time: 0")]}],
+        ),
+        (
+            "anti_windup",
+            [
+                {"signal": "pv", "k": 13, "one": {"output": [(0, 0.5), (15, 0.881)]}},
+                {"signal": "output", "k": 13, "one": {"output": [(0, 0.5), (15, 0.119)]}},
+                {"signal": "pv", "k": 29, "one": {"output": [(0, 0.5), (5, 0.9), (6, 0.5)]}},
+                {"signal": "pv", "stage": AS_CONFIGURED, "changes": [("manual: 20", "manual: 48")]},
+                {"signal": "pv", "stage": AS_CONFIGURED, "changes": [(", manual: 20", "")]},
+                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 50.0), (22, 53.0)]}},
+                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 53.0), (19, 50.0)]}},
+            ],
+            [
+                {"signal": "pv", "k": 12, "one": {"output": [(0, 0.5), (15, 0.9)]}},
+                {"signal": "pv", "one": {"output": [(0, 0.5), (15, 0.879)]}},
+                {"signal": "pv", "one": {"output": [(0, 0.5), (15, 0.121)]}},
+                {"signal": "pv", "one": {"output": [(0, 0.9)], "modes": [(0, "manual")]}},
+                {"signal": "setpoint", "one": {"output": [(0, 0.9)]}},
+                {"signal": "mode", "one": {"output": [(0, 0.9)]}},
+                {"signal": "pv", "stage": AS_CONFIGURED},
+                {"signal": "pv", "stage": AS_CONFIGURED, "changes": [("manual: 20", "manual: 48")],
+                 "two": {"modes": [(0, "manual")]}},
+                {"signal": "pv", "one": {"output": [(0, 0.9)]}, "difference": {"at_limits": frozenset({20})}},
+                {"signal": "output", "one": {"output": [(0, 0.9)]}, "two": {"output": [(0, 0.902)]}},
+                {"signal": "output", "one": {"output": [(0, 0.9)]}, "two": {"output": [(0, 0.098)]}},
+                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 50.0), (23, 53.0)]}},
+                {"signal": "high", "k": 20, "one": {"output": [(0, 0.9)], "pv": [(0, 53.0), (18, 50.0)]}},
+                {"signal": "high", "one": {"output": [(0, 0.9)], "pv": [(0, 52.0)]}},
+            ],
+        ),
+        (
+            "operation.deadband",  # of 4, which the gain of 2 makes 0.16 of the output, and the derivative 0.96
+            [
+                {"signal": "pv", "two": {"pv": [(0, 66.0)]}},
+                {"signal": "output", "stage": SWEPT, "two": {"output": [(0, 0.9)]}, "one": {"pv": [(0, 54.0)]}},
+                {"signal": "output", "stage": SWEPT, "one": {"pv": [(0, 60.0)], "output": [(0, 0.1)]},
+                 "two": {"pv": [(0, 60.0)], "output": [(0, 0.27)]}, "changes": [("e: 5, d", "e: 0, d")],
+                 "difference": {"allowed": 0.02}},
+                {"signal": "output", "two": {"output": [(0, 0.101)]}, "one": {"output": [(0, 0.74)]},
+                 "changes": [("e: 5, d", "e: 0, d")]},
+            ],
+            [
+                {"signal": "pv", "two": {"pv": [(0, 66.1)]}},
+                {"signal": "setpoint"},
+                {"signal": "pv", "stage": SWEPT},
+                {"signal": "output", "stage": SWEPT, "one": {"pv": [(0, 60.0)], "output": [(0, 0.1)]},
+                 "two": {"pv": [(0, 60.0)], "output": [(0, 0.27)]}, "changes": [("e: 5, d", "e: 0, d")]},
+                {"signal": "output", "two": {"output": [(0, 0.101)]}, "one": {"output": [(0, 0.742)]},
+                 "changes": [("e: 5, d", "e: 0, d")]},
+            ],
+        ),
+        (
+            "tuning.integral_time",
+            [{"signal": "output", "two": {"output": [(0, 0.519)]}, "changes": WITHOUT_INTEGRAL},
+             {"signal": "output", "two": {"output": [(0, 0.529)]}, "changes": WITHOUT_INTEGRAL,
+              "difference": {"allowed": 0.01}},
+             {"signal": "pv", "two": {"pv": [(0, 54.0)]}, "changes": WITHOUT_INTEGRAL}],
+            [{"signal": "output", "two": {"output": [(0, 0.521)]}, "changes": WITHOUT_INTEGRAL},
+             {"signal": "pv", "two": {"pv": [(0, 54.1)]}, "changes": WITHOUT_INTEGRAL},
+             {"signal": "output", "two": {"output": [(0, 0.501)]}}, {"signal": "mode", "changes": WITHOUT_INTEGRAL}],
+        ),
+        (
+            "pv.filter",
+            [{"signal": "pv", "k": 20, "one": {"pv": UP}, "two": {"pv": [(0, 50.0), (25, 90.0)]}}],
+            [{"signal": "pv", "k": 20, "one": {"pv": UP}, "two": {"pv": [(0, 50.0), (26, 90.0)]}},
+             {"signal": "setpoint"}],
+        ),
+        (
+            "operation.interlock",
+            [{"signal": "mode", "stage": AUTO_AT_15, "k": 15, "one": {"alarms": {"high": ON}}},
+             {"signal": "mode", "stage": AUTO_AT_15, "two": {"alarms": {"low": ON}}},
+             {"signal": "mode", "stage": AS_CONFIGURED, "one": {"alarms": {"low_low": [(0, True), (1, False)]}}}],
+            [{"signal": "mode", "stage": AUTO_AT_15, "k": 14, "one": {"alarms": {"high": ON}}},
+             {"signal": "mode", "stage": AUTO_AT_15, "one": {"alarms": {"deviation_high": ON}}},
+             {"signal": "mode", "stage": AUTO_AT_15, "one": {"alarms": {"high": [(0, True), (15, False), (17, True)]}}},
+             {"signal": "mode", "stage": AS_CONFIGURED, "one": {"alarms": {"high": ON}}},
+             {"signal": "mode", "one": {"alarms": {"high": [(0, True)]}}}],
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_line_explains(path, yes, no):
+    assert [row for row in yes if not explained(path, **row)] == []
+    assert [row for row in no if explained(path, **row)] == []
+
+
+@pytest.mark.parametrize(
+    ("signal", "most"),
+    [("output", 2 * (0.632121 - 0.5) * 2 * 5 / 50 * 10), ("pv", 2 * (0.632121 - 0.5) * 2 * 5 / 50 * 10 * 100 * 2 / 20)],
+)
+def test_another_filter_of_the_derivative_explains_its_share_of_a_step(signal, most):
+    """With Tf = Ts = 1 s a sample lets 63.2 % or 50 % through; the PV moves by 10, the output by its derivative."""
+    change = Change("operation.smoothing", "rule", Smoothing.EXACT.text, Smoothing.BACKWARD.text)
+    moved = {"pv": [(0, 50.0), (15, 60.0)]}
+    for factor, wanted in ((0.99, True), (1.01, False)):
+        by = {"pv": [(0, 50.0), (15, 60.0), (20, 60.0 + factor * most)]}
+        two = by if signal == "pv" else {**moved, "output": [(0, 0.2), (20, 0.2 + factor * most)]}
+        one = moved | {"output": [(0, 0.2)]}
+        assert explained("operation.smoothing", signal, stage=replace(PLAIN, begin=12.0), one=one, two=two,
+                         change=change) is wanted  # fmt: skip
+    assert not explained("operation.smoothing", "setpoint", change=change)
+    slower = moved | {"pv": [(0, 50.0), (15, 60.0), (20, 65.2)]}
+    assert explained("operation.smoothing", "pv", one=moved, two=slower, change=change, sample=2.0)
+    just_now = {"pv": [(0, 50.0), (20, 60.0)]}
+    moved_output = {"output": [(0, 0.2), (20, 0.2 + 0.99 * 0.5284)]}
+    assert explained("operation.smoothing", "output", one=just_now | {"output": [(0, 0.2)]},
+                     two=just_now | moved_output, change=change)  # fmt: skip
+    unmoved = {"output": [(0, 0.5), (20, 0.51)]}
+    early = {"pv": [(0, 20.0), (8, 50.0)]}
+    assert not explained("operation.smoothing", "output", one=early, two=early | unmoved, change=change)
+
+
+def test_the_first_line_that_explains_all_of_a_difference_is_its_reason():
+    scene = Scene(AUTO_AT_15, BENCH, lower_loop(()), side(), side(), 2.0)
+    paths = ("setpoint.follows_pv", "operation.transfer", "tuning.gain")
+    follows, transfer, gain = (Line(path, None) for path in paths)
+    found = Difference("x", "pv", 0.0, 0.0, 0.0, (15, 20))
+    assert reason(found, [gain, transfer, follows], scene) == (transfer, 15)
+    assert reason(replace(found, samples=(12, 15)), [gain, transfer, follows], scene) == (None, 12)
+    assert reason(replace(found, samples=(15, 20), at_limits=frozenset({20})), [transfer], scene) == (None, 20)
+
+
+def alone(*changes):
+    """The loop L without its master, as a side that runs."""
+    text = PAIR.replace(", source: M", "").replace("mode: cascade", "mode: auto")
+    for old, new in changes:
+        text = text.replace(old, new)
+    found = check_text(text)
+    return side_of(found.vendor, found.config)
+
+
+def test_how_far_two_sides_may_lie_apart():
+    """The filter lets 39.35 % of a count through; share 8 of the span; kick of the derivative 5 / (1 + 1)."""
+    one = alone()
+    count, output, fine, fine_output = 200 / 4095, 1 / 4095, 200 / 2**20, 1 / 2**20
+    pv = count / 0.39346934 + output * 100
+    found = tolerance_of(one, 1, one, 1, BENCH)
+    wanted = Tolerance(
+        share=0.01,
+        closed=Counts(2 * pv, 2 * (output + pv / 200 * 8 * (1 + 2.5))),
+        alone=Counts(2 * fine / 0.39346934, 2 * (fine_output + fine / 200 * 8 * (1 / 0.39346934 + 2.5))),
+        setpoint=2 * count,
+        limit=2 * output + 2e-3,
+        band=4.0,
+        switching=8 * 4 / 200,
+        kick=8 * 4 / 200 * 5,
+        mean=fine_output + fine / 200 * 8 * (1 + 1 / 0.39346934 + 2.5 / 60),
+    )
+    for one_part, other in zip(asdict(found).values(), asdict(wanted).values(), strict=True):
+        assert one_part == pytest.approx(other, rel=1e-6)
+    plain = alone(("filter: 2}", "filter: 0}"), ("e_time: 5", "e_time: 0"), ("deadband: 4", "deadband: 0"))
+    found = tolerance_of(plain, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
+    assert (found.closed.pv, found.alone.pv) == (pytest.approx(2 * (count + output * 100)), pytest.approx(2 * fine))
+    assert (found.mean, found.band, found.switching, found.kick) == (0.0, 4.0, pytest.approx(0.16), 0.0)
+    sharp = tolerance_of(one, 1, alone(("derivative_filter: 1", "derivative_filter: 0")), 1, BENCH)
+    assert sharp.closed.output == pytest.approx(2 * (output + pv / 200 * 8 * (1 + 5)), rel=1e-6)
+
+
+def test_a_module_has_twelve_bits_at_least_and_a_root_steps_of_counts():
+    fine, coarse = new_plc(alone(), (1,)), check_text(KILN)
+    assert finest(fine, 1) == (200 / 2**20, 1 / 2**20)
+    assert resolution(fine, 1) == (200 / 4095, 1 / 4095)
+    assert [(c.halt, s.due == NEVER) for c, s in zip(fine.cfg, fine.st, strict=True)] == [(1, True), (0, False)]
+    assert root_step(side_of(coarse.vendor, coarse.config), 0) == 0.0
+    flow = convert(FLOW, "dl06")
+    rooted = check_text(flow.text)
+    assert root_step(side_of(rooted.vendor, rooted.config), 0) == pytest.approx(100 / 4095**0.5)
+
+
+def test_lines_that_are_not_true_of_the_other_side_are_left_out():
+    side_of_it = alone()
+    loop = side_of_it.loop(1)
+    transfer = "the output goes on from where it stands"
+    yes = [
+        Line("tuning.gain", None, loop.tuning.gain),
+        Line("operation.transfer", None, transfer),
+        Line("operation.transfer", None, "the output becomes gain x error + bias"),
+        Line("operation.deadband", None, "the error counts as 0"),
+        Line("pv.unit", None),
+    ]
+    no = [
+        Line("tuning.gain", None, 3 * loop.tuning.gain),
+        Line("operation.transfer", None, "another"),
+        Line("operation.rate", None, transfer),
+        Line("operation.nothing", None, transfer),
+    ]
+    assert list(true_lines([*no, *yes], loop, side_of_it, 1)) == yes
+    other_band = loop.model_copy(update={"deadband": 2 * loop.deadband})
+    assert list(true_lines(yes, other_band, side_of_it, 1)) == [*yes[:3], yes[4]]
+
+
+def test_only_a_key_with_a_default_goes_back_to_it():
+    found = alone()
+    builder = Builder(found.vendor, found.config)
+    assert not any(builder.reset(1, key) for key in ("tuning.gain", "pv.range", "pv.range.0", "nothing"))
+    assert value_without(found.config, ("loops", 1, "pv", "range", 0)) is NO_DEFAULT
+    assert builder.config is found.config
+    for without in (Builder(None, None, ((None,), [])).whole, Side(None, None, None, [None]).loop):
+        with pytest.raises(ValueError, match="loop 0 has no neutral form"):
+            without(0)
+    assert builder.reset(1, "deadband")
+    assert builder.config.loops[1].deadband == 0
+
+
+def verdict_on(stages, ones, twos, refused=()):
+    """The verdict on trials that are given, by the names of their stages."""
+    by_name = {stage.name: (one, two) for stage, one, two in zip(stages, ones, twos, strict=True)}
+    possible = tuple(stage for stage in stages if stage.name not in refused)
+    reference = SimpleNamespace(
+        stages=stages, possible=possible, bench=BENCH, refused=lambda s: "" if s in possible else "auto"
+    )
+    original = SimpleNamespace(trial=lambda stage: by_name[stage.name][0])
+    battery_of = SimpleNamespace(trial=lambda stage: by_name[stage.name][1])
+    sides = SimpleNamespace(source=SimpleNamespace(loop=lambda _: lower_loop(())), names=("one", "two"))
+    return verdict_of(sides, 1, reference, original, battery_of, ["failure"], ["named"])
+
+
+def test_the_figures_and_the_picture_of_a_verdict():
+    stages = (AS_CONFIGURED, replace(PLAIN, name="step 5 %"), replace(PLAIN, name="disturbance", begin=20.0))
+    one, two = side(setpoint=[(0, 52.0)]), side(pv=[(0, 51.0)], output=[(0, 0.5), (25, 0.45)])
+    far = side(pv=[(0, 99.0)])
+    found = verdict_on(stages, [far, one, one], [far, two, two])
+    assert (found.loop, found.pv_percent, found.output_percent) == ("L", 0.5, pytest.approx(5.0))
+    assert (found.iae_ratio, found.failures, found.named, found.untried) == (0.5, ("failure",), ("named",), ())
+    assert found.stages == ("start", "step 5 %", "disturbance")
+    chart = found.chart
+    assert (chart.title, chart.loop, chart.sides) == ("L", "L", ("one", "two"))
+    assert [(mark.label, mark.at) for mark in chart.marks] == [("step of the set point", 0.0), ("disturbance", 20.0)]
+    setpoint, before, after = chart.panels[0].lines
+    assert (list(setpoint.times), [setpoint.name, before.name]) == (list(range(30)), ["SP", "PV"])
+    assert (setpoint.values, before.values, after.values) == ([52.0] * 30, [50.0] * 30, [51.0] * 30)
+    assert (before.side, after.side, before.role, setpoint.role) == ("before", "after", "pv", "setpoint")
+    assert [line.values[-1] for line in chart.panels[1].lines] == [50.0, 45.0]
+    assert [(line.name, line.role) for line in chart.panels[1].lines] == [("OUT", "output")] * 2
+    assert (chart.panels[0].title, chart.panels[1].title, chart.panels[1].unit) == ("PV, SP", "OUT", "%")
+
+
+def test_a_verdict_without_the_stages_of_its_picture_shows_the_first_one():
+    stages = (AS_CONFIGURED, replace(PLAIN, name="disturbance"))
+    at_rest_there = side(pv=[(0, 60.0)], setpoint=[(0, 60.0)])
+    trials = [at_rest_there, side(pv=[(0, 99.0)])]
+    found = verdict_on(stages, trials, trials, refused={"disturbance"})
+    assert (found.iae_ratio, found.pv_percent, found.stages) == (None, 0.0, ("start",))
+    assert [(row.stage, row.mode) for row in found.untried] == [("disturbance", "auto")]
+    assert [mark.at for mark in found.chart.marks] == [0.0, 0.0]
+    assert len(found.chart.panels[0].lines[0].times) == 20
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "kinds", "more"),
+    [
+        (100, 105.05, ["rounded"], False),
+        (100, 105.2, ["rounded"], True),
+        (-100, -105.2, ["rounded"], True),
+        (100, 105.2, ["rounded", "clamped"], False),
+        (0, 5, ["rounded"], False),
+        ("x", 5, ["rounded"], False),
+        (5, None, ["rounded"], False),
+    ],
+)
+def test_a_number_may_be_off_by_five_times_what_its_line_says(one, two, kinds, more):
+    rows = [Change("x", kind, 1, 1, error_percent=1.0 - 0.5 * i) for i, kind in enumerate(kinds)]
+    assert _more_than_said(one and Decimal(str(one)) if one != "x" else one, two and Decimal(str(two)), rows) is more
+
+
+RAMP = {"pv": [(0, 50.0), (8, 50.2)]}
+"""A PV that moves by 0.2 with the sample at 16 s: 0.1 a second."""
+
+
+@pytest.mark.parametrize(
+    ("path", "yes", "no"),
+    [
+        ("setpoint.follows_pv", {"stage": AUTO_AT_15, "k": 6}, {"stage": AUTO_AT_15, "k": 5}),
+        ("operation.manual", {"stage": MANUAL_AT_15, "k": 8}, {"stage": MANUAL_AT_15, "k": 7}),
+        (
+            "operation.rate",
+            {"stage": AUTO_AT_15, "one": RAMP, "two": {"pv": [(0, 50.0), (18, 54.19)]}},
+            {"stage": AUTO_AT_15, "one": RAMP, "two": {"pv": [(0, 50.0), (18, 54.21)]}},
+        ),
+        (
+            "pv.filter",
+            {"one": {"pv": UP}, "two": {"pv": [(0, 50.0), (24, 90.0)]}},
+            {"one": {"pv": UP}, "two": {"pv": [(0, 50.0), (25, 90.0)]}},
+        ),
+    ],
+)
+def test_what_a_line_explains_with_a_sample_of_two_seconds(path, yes, no):
+    assert explained(path, "pv", sample=2.0, **yes)
+    assert not explained(path, "pv", sample=2.0, **no)
+
+
+def test_a_dead_band_and_an_interlock_with_a_sample_of_two_seconds():
+    """The dead band makes 0.16 of the output, and the derivative 2.5 times as much more."""
+    apart_by = {"one": {"output": [(0, 0.1)], "pv": [(0, 60.0)]}, "stage": SWEPT, "sample": 2.0}
+    for output, wanted in ((0.65, True), (0.67, False)):
+        two = {"output": [(0, output)], "pv": [(0, 60.0)]}
+        assert explained("operation.deadband", "output", two=two, **apart_by) is wanted
+    for on, wanted in ((8, True), (7, False), (10, False)):
+        alarms = {"alarms": {"high": [(0, False), (on, True), (on + 1, False)]}}
+        shown = explained("operation.interlock", "mode", stage=AUTO_AT_15, one=alarms, sample=2.0)
+        assert shown is wanted
+
+
+def test_where_two_trials_differ_with_a_sample_of_half_a_second():
+    stage = replace(PLAIN, begin=5.0, acts=(Act(8.0, load=1.0),))
+    one, two = side(pv=[(0, 50.0), (16, 90.0)]), side(pv=[(0, 99.0), (10, 50.0), (17, 90.0), (20, 95.0)])
+    (found,) = differences(stage, one, two, replace(BENCH, sample=0.5), FEW)
+    assert (found.samples[0], found.at) == (19, 4.5)
+    late = side(pv=[(0, 50.0), (15, 90.0)])
+    assert list(differences(stage, one, late, replace(BENCH, sample=0.5), FEW)) == []
+
+
+def test_what_a_trial_shows_at_a_sample():
+    trial = side(pv=UP, modes=[(0, "auto"), (9, "off")], alarms={"high": [(0, False), (5, True)]}, period=2.5)
+    shown = [value_of(trial, signal, 10) for signal in ("sample time", "high", "mode", "pv", "output")]
+    assert shown == [2.5, True, "off", 50.0, 0.5]
+    scene = Scene(replace(PLAIN, begin=4.0), replace(BENCH, sample=0.5), lower_loop(()), trial, side(), 2.0)
+    later = later_of(Difference("x", "pv", 0.0, 1.0, 2.0, (1, 20)), 20, scene)
+    assert (later.at, later.before, later.after, later.samples) == (6.0, 90.0, 50.0, (1, 20))
+
+
+def test_a_stage_as_one_side_goes_through_it():
+    """Dead time 1 s, time constant 20 s; the PV is shown as the loop's own filter of 2 s gives it."""
+    one, stages = alone(), battery()
+    manual = run_stage(one, 1, stages["manual"], BENCH, before_root=False)
+    assert (len(manual.pv), manual.period, manual.cascades, {*manual.modes}) == (27, 1.0, True, {"manual"})
+    assert manual.output == [pytest.approx(share) for share in course((0, 0.5), (6, 0.42), (16, 0.58), count=27)]
+    assert manual.setpoint == course((0, 90.0), (1, 100.0), count=27)
+    assert (manual.pv[7], manual.pv[17] < 97.3, manual.pv[26] > manual.pv[17]) == (pytest.approx(100.0), True, True)
+    sensor = run_stage(one, 1, stages["sensor"], BENCH, before_root=False)
+    assert (len(sensor.pv), sensor.modes[5:7]) == (119, ["manual", "auto"])
+    assert [round(sensor.pv[k] / sensor.pv[k - 1], 4) for k in (19, 23)] == [0.6065, 0.6065]
+    assert [k for k, on in enumerate(sensor.alarms["low"]) if on] == [21, 22, 23]
+    answer = run_stage(one, 1, stages["answer"], BENCH, before_root=False)
+    assert (len(answer.pv), round(answer.pv[31], 2), round(answer.pv[51], 2)) == (52, 108.0, 100.0)
+    rooted = run_stage(alone(("filter: 2}", "filter: 0}")), 1, stages["answer"], BENCH, before_root=True)
+    assert rooted.pv[20] == pytest.approx(108.0**2 / 200, rel=1e-3)
+
+
+@pytest.mark.parametrize(("after", "alike"), [("1", False), ("0.59", True), ("0.582", True), ("0.55", False)])
+def test_two_filters_of_a_derivative_that_let_the_same_through(after, alike):
+    """With Tf = Ts = 1 s the source lets 63.2 % through, and so does the target with 0.582 s; 1 % is near enough."""
+    change = Change("operation.smoothing", "rule", Smoothing.EXACT.text, Smoothing.BACKWARD.text)
+    one = lower_loop(())
+    other = lower_loop([("derivative_filter: 1", f"derivative_filter: {after}")])
+    assert lets_through_the_same(change, one, other) is alike
+    assert float(
+        alike_time(change, lower_loop([("derivative_filter: 1", "derivative_filter: 0.582")]))
+    ) == pytest.approx(1.0, abs=1e-3)
+    assert further(change, one) == pytest.approx(0.132121, abs=1e-6)

@@ -230,6 +230,7 @@ def test_kinds_show_and_read_every_word_alike():
     assert [WORD.read(x) for x in (65535, 65536, -1, True, 1.0, "1")] == [65535, None, None, None, None, None]
     assert [INT16.read(x) for x in (32767, 32768, -32768, -32769)] == [0x7FFF, None, 0x8000, None]
     assert [SINGLE.read(x) for x in (1.5, 1, float("nan"), 1e39, True, "1")] == [0x3FC00000, 0x3F800000] + [None] * 4
+    assert [str(SINGLE.show(raw)) for raw in (0x7F800000, 0xFF800000, 0x7FC00000)] == ["inf", "-inf", "nan"]
 
 
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False))

@@ -24,6 +24,9 @@ PACKAGES = {
     "conversion": "pidcfg/conversion",
     "rules": "pidcfg/validate",
     "controllers": "pidcfg/sim",
+    "verification": "pidcfg/verification",
+    "live": "pidcfg/live",
+    "certification": "pidcfg/certification",
 }
 EQUAL = Path(__file__).with_name("equal_mutants.txt")
 """Survivors that do the same as the original, a line each, with the reason."""
@@ -118,7 +121,7 @@ def _silent(node: ast.AST) -> bool:
 def _scope(node: ast.AST, name: str, scope: tuple[str, int]) -> tuple[str, tuple[str, int]]:
     if isinstance(node, ast.ClassDef):
         return f"{name}{node.name}.", scope
-    if isinstance(node, ast.FunctionDef) and not scope[0]:
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and not scope[0]:
         first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
         return name, (f"{name}{node.name}", first)
     return name, scope

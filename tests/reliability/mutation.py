@@ -29,7 +29,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from reliability import figures
-from reliability.copies import BROKEN, in_a_copy
+from reliability.copies import BROKEN, WAITING, in_a_copy
 from reliability.mutants import PACKAGES, SOURCE, Mutant, changed_codes, drawn, equal, mutants, tree_of
 from reliability.page import PAGE, page
 from reliability.reached import BUDGET, MAP, ROOT, Reached, Session, key_of, make_map, mapped_files, test_files
@@ -112,11 +112,15 @@ class Runner:
             **os.environ,
             "PYTHONPATH": os.pathsep.join(str(self.folder / part) for part in ("src", "tests")),
         }
-        done = subprocess.run(
-            command, cwd=self.folder, env=environment, capture_output=True, check=False, preexec_fn=limit
-        )
+        try:
+            code = subprocess.run(
+                command, cwd=self.folder, env=environment, capture_output=True, check=False, preexec_fn=limit,
+                timeout=WAITING * SECONDS,
+            ).returncode  # fmt: skip
+        except subprocess.TimeoutExpired:
+            code = -1
         path.write_text(before, "utf-8")
-        return "time" if done.returncode < 0 else "failed" if done.returncode else "lives"
+        return "time" if code < 0 else "failed" if code else "lives"
 
 
 def copied(folder: Path) -> Path:

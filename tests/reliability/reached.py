@@ -1,4 +1,4 @@
-"""Which functions of the four packages each test calls: a map that is made once, and read for each mutant."""
+"""Which functions of the packages each test calls: a map that is made once, and read for each mutant."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import os
 import re
 import signal
 import sys
+import threading
 from collections import Counter, defaultdict
 from pathlib import Path
 from types import CodeType
@@ -89,7 +90,7 @@ class Session:
 
 
 def make_map(session: Session) -> None:
-    """Which functions of the four packages each test calls, a test file in each copy of the process."""
+    """Which functions of the packages each test calls, a test file in each copy of the process."""
     files = defaultdict(list)
     for name in session.items:
         files[name.partition("::")[0]].append(name)
@@ -105,10 +106,13 @@ def make_map(session: Session) -> None:
 def _reached(session: Session, names: Sequence[str]) -> dict[str, tuple[float, list[str]]]:
     """Seconds of CPU and functions of each test that passes."""
     found, session.mapping = {}, True
+    elsewhere = set[CodeType]()
+    threading.setprofile(lambda frame, *_: elsewhere.add(frame.f_code))
     signal.signal(signal.SIGPROF, lambda *_: pytest.fail("takes too long"))
     for name, following in zip(names, [*names[1:], None], strict=True):
         after = session.items[following] if following else None
         profile, before, session.failed = cProfile.Profile(builtins=False), cpu(), False
+        elsewhere.clear()
         signal.setitimer(signal.ITIMER_PROF, SLOWEST)
         profile.enable()
         session.items[name].config.hook.pytest_runtest_protocol(item=session.items[name], nextitem=after)
@@ -116,14 +120,14 @@ def _reached(session: Session, names: Sequence[str]) -> dict[str, tuple[float, l
         signal.setitimer(signal.ITIMER_PROF, 0)
         seconds = cpu() - before
         if not session.failed and seconds < SLOWEST:
-            found[name] = (round(seconds, 4), sorted(_called(profile)))
+            found[name] = (round(seconds, 4), sorted(_called(profile, *elsewhere)))
     return found
 
 
-def _called(profile: cProfile.Profile) -> set[str]:
-    """The functions of the four packages that a profile has seen."""
+def _called(profile: cProfile.Profile, *elsewhere: CodeType) -> set[str]:
+    """The functions of the packages that a profile has seen, or other threads have run."""
     folders, length = tuple(f"{SOURCE / folder}/" for folder in PACKAGES.values()), len(str(SOURCE)) + 1
-    codes = (entry.code for entry in profile.getstats())
+    codes = (*elsewhere, *(entry.code for entry in profile.getstats()))
     return {
         key_of(code.co_filename[length:], code.co_qualname)
         for code in codes

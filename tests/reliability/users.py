@@ -69,12 +69,13 @@ def _parts(path: str) -> tuple[Part, ...]:
 
     found = []
     for statement in body:
-        if isinstance(statement, ast.FunctionDef):
+        if isinstance(statement, ast.FunctionDef | ast.AsyncFunctionDef):
             found.append(part([statement], statement.name, frozenset({statement.name}), statement))
         elif isinstance(statement, ast.ClassDef):
             own, others = frozenset({statement.name}), [*statement.bases, *statement.decorator_list]
             for inner in statement.body:
-                name = f"{statement.name}.{inner.name}" if isinstance(inner, ast.FunctionDef) else ""
+                is_function = isinstance(inner, ast.FunctionDef | ast.AsyncFunctionDef)
+                name = f"{statement.name}.{inner.name}" if is_function else ""
                 found.append(part([inner], name, own, inner))
             found.append(part(others, "", own, statement)._replace(last=statement.lineno))
         elif not isinstance(statement, ast.Import | ast.ImportFrom | ast.If):

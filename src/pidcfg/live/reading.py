@@ -72,13 +72,13 @@ class Registers:
         raise PlcError(f"{link.address}: {said}; look who writes them: a download, an auto-tune, the ladder program")
 
     def _owned(self, number: int) -> str:
-        loop = next((area.loop for area in self.areas if area.loop and number in area.numbers), "")
+        loop = self.owners().get(number)
         return f"{self.name(number)} of {loop}" if loop else self.name(number)
 
     def _agree(self, number: int, one: Mapping[int, int], two: Mapping[int, int]) -> bool:
         if number not in one or number not in two:
             return False
-        mask = self._kept.get(number, 0)
+        mask = self._kept[number]
         return one[number] & mask == two[number] & mask
 
     async def _once(self, link: Link) -> dict[int, int]:

@@ -32,7 +32,7 @@ FORGOTTEN = 12
 """Time constants after which a filter has forgotten."""
 IN_CASCADE = 8
 """Samples of the slowest loop of a cascade after which the inner ones are in Cascade."""
-FEWEST, MOST = 60, 800
+MOST = 800
 """Samples of a stage."""
 
 
@@ -95,8 +95,7 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
     bounds = loop.setpoint.limits or loop.pv.range
     room = float(bounds[1] - bounds[0])
     quiet = quiet_range(loop)
-    integral = float(loop.tuning.integral_time)
-    samples = min(max(ceil(max(10 / crossover, 2 * integral) / sample), FEWEST), MOST)
+    samples = min(ceil(10 / crossover / sample), MOST)
     return Bench(
         low,
         high,
@@ -109,7 +108,7 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
         quiet,
         room,
         samples * sample,
-        min(max(ceil(5 / crossover / sample), 10), MOST // 2) * sample,
+        min(ceil(5 / crossover / sample), MOST // 2) * sample,
         max(ceil(FORGOTTEN * _filters(loop, other) / sample), 6, ceil(IN_CASCADE * slowest / sample)) * sample,
         max(slowest, sample),
         limits,

@@ -185,8 +185,6 @@ def _choices(config: Any, path: Path, present: Any) -> Iterator[Any]:
         default = _default(config, path)
         if default is not _NONE and default != present:
             yield default
-    elif isinstance(owner, tuple) and len(path) > 1:  # one end of a pair of limits: the pair may go
-        return
 
 
 def _words(annotation: Any) -> Iterator[Any]:

@@ -56,7 +56,7 @@ def explains(line: Line, difference: Difference, k: int, scene: Scene) -> bool:
     if signal == "sample time":
         return path == "sample_time"
     if path.startswith("alarms."):
-        return signal in {path.rpartition(".")[2], _deviation(path)}
+        return signal == _alarm(path)
     if k in difference.at_limits or (signal == "output" and scene.stage.name != "start" and _beyond(k, scene)):
         return False  # no rule explains another limit
     if signal not in {*VALUES, "setpoint", "mode"} and not _pv_differs(k, scene):
@@ -73,9 +73,10 @@ def _pv_differs(k: int, scene: Scene) -> bool:
     return any(abs(scene.one.pv[n] - scene.two.pv[n]) > scene.counts for n in near)
 
 
-def _deviation(path: str) -> str:
+def _alarm(path: str) -> str:
+    """The alarm that a neutral field is of."""
     head, _, end = path.rpartition(".")
-    return f"deviation_{end}" if head.endswith("deviation") else ""
+    return f"deviation_{end}" if head.endswith("deviation") else end
 
 
 def _at_start(difference: Difference, k: int, scene: Scene) -> bool:  # noqa: ARG001

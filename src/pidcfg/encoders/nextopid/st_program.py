@@ -177,10 +177,15 @@ class Unit:
         late = []
         for number in sorted(self._reads.get(i, ())):
             owner = self.layout.owner(number)
-            changes = owner is not None and (not self.layout.is_input(number) or self.is_wired(number))
-            if owner is not None and changes and self._place[owner] >= self._place[i]:
+            if owner is not None and self._place[owner] >= self._place[i] and self._is_changed(owner, number):
                 late.append(self.full_name(number))
         return late
+
+    def _is_changed(self, owner: int, number: int) -> bool:
+        """Whether the call of a block changes one of its values: an output, or a wired input."""
+        block = self.layout.instances[owner]
+        name = block.kind.table.rows[number - block.base].name
+        return not self.layout.is_input(number) or (owner, name) in self.wires
 
     @cached_property
     def _place(self) -> dict[int, int]:
@@ -193,14 +198,6 @@ class Unit:
         for (i, _), wire in self.wires.items():
             reads.setdefault(i, set()).update(wire.signals)
         return reads
-
-    def is_wired(self, number: int) -> bool:
-        """Whether a parameter is wired."""
-        owner = self.layout.owner(number)
-        if owner is None:
-            return False
-        block = self.layout.instances[owner]
-        return (owner, block.kind.table.rows[number - block.base].name) in self.wires
 
     # --- variables ---------------------------------------------------------------------------------------------------
 
