@@ -8,6 +8,9 @@ from collections.abc import MutableSequence, Sequence  # noqa: TC003 - the lists
 from dataclasses import astuple, fields, replace
 from typing import Any, NamedTuple
 
+import pytest
+
+pytest.importorskip("numba")
 import numpy as np
 
 from pidcfg.sim.compile import records, write_back

@@ -6,8 +6,10 @@ from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
-import numpy as np
 import pytest
+
+pytest.importorskip("numba")
+import numpy as np
 
 from compile_rig import advance, vector
 from pidcfg.sim.compile import OPTIONS as COMPILE_OPTIONS
