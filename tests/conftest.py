@@ -3,6 +3,7 @@
 import gc
 import ipaddress
 import os
+import signal
 import socket
 
 import pytest
@@ -56,6 +57,14 @@ def plain_environment(monkeypatch):
     monkeypatch.setenv("PIDCFG_CACHE_DIR", __file__)  # no folder, so no cache: tests change rules while they run
     monkeypatch.setenv("PYTHONUTF8", "1")
     monkeypatch.setattr(processes, "cores", lambda: 1)  # the others are busy with tests; who means more says --jobs
+
+
+@pytest.fixture
+def heeding_interrupts():
+    """A shell starts what it puts into the background deaf to Ctrl-C, and children inherit that."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="module")

@@ -354,6 +354,14 @@ def environment():
     return {**os.environ, "PYTHONPATH": str(SOURCE.parent)}
 
 
+@pytest.fixture
+def deaf_suite():
+    """Tests that a shell has put into the background."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 ENDED = """
 import os, signal, sys, pathlib
 from pidcfg import __main__
@@ -382,6 +390,7 @@ __main__.main()
 
 
 @POSIX
+@pytest.mark.usefixtures("heeding_interrupts")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 @pytest.mark.parametrize(("when", "content"), [("staged", {"a": "old"}), ("between", dict.fromkeys("abc", "new"))])
 def test_a_signal_leaves_the_old_files_or_the_new_ones_and_nothing_else(tmp_path, number, code, when, content):
@@ -390,6 +399,27 @@ def test_a_signal_leaves_the_old_files_or_the_new_ones_and_nothing_else(tmp_path
     done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)
     assert (done.returncode, "Traceback" in done.stderr) == (code, False)
     assert {path.name: path.read_text("utf-8") for path in tmp_path.iterdir()} == content
+
+
+@POSIX
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_command_that_was_started_deaf_to_a_signal_stays_so(tmp_path, number):
+    command = [sys.executable, "-c", ENDED, str(int(number)), "between"]
+    deaf = lambda: signal.signal(number, signal.SIG_IGN)  # noqa: E731
+    done = subprocess.run(command, cwd=tmp_path, env=environment(), check=False, preexec_fn=deaf)
+    assert done.returncode == 0
+    assert {path.name: path.read_text("utf-8") for path in tmp_path.iterdir()} == dict.fromkeys("abc", "new")
+
+
+@POSIX
+@pytest.mark.usefixtures("deaf_suite", "heeding_interrupts")
+def test_a_command_of_these_tests_hears_ctrl_c_wherever_they_run():
+    shown = subprocess.run(
+        [sys.executable, "-c", "import signal as s; print(s.getsignal(s.SIGINT) is s.default_int_handler)"],
+        capture_output=True,
+        check=True,
+    )
+    assert shown.stdout.strip() == b"True"
 
 
 @POSIX
@@ -428,6 +458,7 @@ def test_a_signal_at_the_very_end_changes_nothing(tmp_path, words, code):
 
 
 @POSIX
+@pytest.mark.usefixtures("heeding_interrupts")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (0, 3)])
 def test_a_signal_of_which_a_library_makes_an_error_of_its_own_is_no_bug(number, code):
     """pydantic does while it builds a model: SchemaError, with the text of whatever was raised."""
