@@ -39,7 +39,7 @@ class Seen:
 @pytest.fixture(scope="session")
 def browser():
     """A Chromium that is on this computer; it never asks the network for one."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    sync_api = pytest.importorskip("playwright.sync_api")
     path = next((found for found in map(shutil.which, NAMES) if found), None)
     if path is None:
         told = f"no browser: none of {', '.join(NAMES)} is on the PATH"

@@ -5,6 +5,9 @@ from __future__ import annotations
 import struct
 from dataclasses import astuple, fields
 
+import pytest
+
+pytest.importorskip("numba")
 import numpy as np
 
 from pidcfg.sim.compile import records, write_back

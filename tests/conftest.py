@@ -3,6 +3,7 @@
 import gc
 import ipaddress
 import os
+import signal
 import socket
 
 import pytest
@@ -57,6 +58,14 @@ def plain_environment(monkeypatch):
     monkeypatch.setattr(collect, "_cache", lambda _: None)  # no findings are kept: tests change rules while they run
     monkeypatch.setenv("PYTHONUTF8", "1")
     monkeypatch.setattr(processes, "cores", lambda: 1)  # the others are busy with tests; who means more says --jobs
+
+
+@pytest.fixture
+def heeding_interrupts():
+    """A shell starts what it puts into the background deaf to Ctrl-C, and children inherit that."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="module")

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections import deque
 
+import pytest
+
+pytest.importorskip("numpy")
 import numpy as np
 
 from pidcfg.sim.controllers.nextopid import slots

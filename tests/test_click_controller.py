@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import random
 
-import numpy as np
 import pytest
+
+pytest.importorskip("numpy")
+import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

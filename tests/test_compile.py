@@ -13,8 +13,10 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Generic, NamedTuple, TypeVar
 
-import numpy as np
 import pytest
+
+pytest.importorskip("numba")
+import numpy as np
 
 from compile_rig import advance, vector
 from pidcfg.sim.compile import OPTIONS as COMPILE_OPTIONS

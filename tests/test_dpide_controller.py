@@ -6,7 +6,6 @@ import itertools
 import math
 import random
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -267,13 +266,13 @@ class Native:
     """The same equation in NumPy's single precision, written anew."""
 
     def __init__(self, operands, ts):
-        f = np.float32
+        self.f = f = pytest.importorskip("numpy").float32
         self.n = {k: f(v) if isinstance(v, float) else v for k, v in operands.items()}
         self.ts = f(ts)
         self.integral, self.y, self.past = f(0), f(0), None
 
     def step(self, pv):
-        n, f = self.n, np.float32
+        n, f = self.n, self.f
         pv = f(pv)
         e = n["SV"] - pv if n["PID_DIR"] else pv - n["SV"]
         e1, pv1 = self.past or (e, pv)

@@ -71,7 +71,7 @@ def check(case):
 
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_random_runs_leave_the_same_bits_compiled_and_not(vendor, monkeypatch):
-    pytest.importorskip("numba", reason="the extra fast")
+    pytest.importorskip("numba")
     monkeypatch.setattr(engine, "LOG_ROWS", 1)  # a full log returns to Python again and again
     rng = random.Random(vendor)
     moved = 0
@@ -85,7 +85,7 @@ def test_random_runs_leave_the_same_bits_compiled_and_not(vendor, monkeypatch):
 
 
 def test_a_loop_whose_alarms_come_and_go_leaves_the_same_bits_and_the_same_log():
-    pytest.importorskip("numba", reason="the extra fast")
+    pytest.importorskip("numba")
     report, _ = check(loaded(*limit_cycle(1500)))
 
     assert len(report["loops"]["T1"]["alarms"]) > 20

@@ -189,7 +189,7 @@ def test_the_plc_stops_while_the_load_changes(processed, pv):
 
 
 def test_both_engines_write_the_same_trend():
-    pytest.importorskip("numba", reason="the extra fast")
+    pytest.importorskip("numba")
     given = {
         "loop": {"output": {**OVEN["output"], "pulse": PULSE}},
         "step": 0.1,

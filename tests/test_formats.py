@@ -7,12 +7,11 @@ import json
 import os
 import re
 import sys
+from functools import cache
 from importlib import import_module
 from pathlib import Path, PureWindowsPath
 from xml.etree import ElementTree as ET
 
-import jsonschema
-import junitparser
 import pytest
 from click.testing import CliRunner
 
@@ -35,10 +34,6 @@ from pidcfg.sim.report import STANDING_KINDS, Note, Report
 ROOT = Path(__file__).parents[1]
 DATA = Path(__file__).parent / "data"
 MISTAKE = (ROOT / "examples" / "mistakes" / "oven.yaml").read_text("utf-8")
-SARIF = jsonschema.Draft202012Validator(
-    json.loads((DATA / "sarif" / "sarif-2.1.0.json").read_text("utf-8")),
-    format_checker=jsonschema.Draft202012Validator.FORMAT_CHECKER,
-)
 VALIDATE = formats.formats_of("validate")
 MACHINE = [fmt for fmt in VALIDATE if formats.load(fmt).kind in {Kind.JSON, Kind.XML}]
 AWKWARD = "my ovens/100 %, #2 ü.yaml"
@@ -77,10 +72,18 @@ def rendered(name, *found, files=(), fails=Severity.ERROR):
     return formats.render(name, Findings(found, documents, fails)).encode("utf-8", "replace").decode()
 
 
+@cache
+def log_schema():
+    """What a SARIF log is held to."""
+    validator = pytest.importorskip("jsonschema").Draft202012Validator
+    schema = json.loads((DATA / "sarif" / "sarif-2.1.0.json").read_text("utf-8"))
+    return validator(schema, format_checker=validator.FORMAT_CHECKER)
+
+
 def sarif(*found):
     """The only run of a log that is valid."""
     log = json.loads(rendered("sarif", *found))
-    SARIF.validate(log)
+    log_schema().validate(log)
     (only,) = log["runs"]
     return only
 
@@ -111,7 +114,7 @@ def github(line):
 
 def test_sarif_is_valid_and_says_what_the_findings_say(oven):
     log = json.loads(run("validate", "oven.yaml", "--format", "sarif").stdout)
-    SARIF.validate(log)
+    log_schema().validate(log)
     (only,) = log["runs"]
     driver = only["tool"]["driver"]
     assert (driver["name"], only["columnKind"]) == ("pidcfg", "unicodeCodePoints")
@@ -136,7 +139,7 @@ def test_sarif_is_valid_and_says_what_the_findings_say(oven):
 def test_the_sarif_schema_refuses_what_is_no_sarif():
     log = json.loads(rendered("sarif", diagnostic()))
     log["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["region"]["startLine"] = 0
-    assert not SARIF.is_valid(log)
+    assert not log_schema().is_valid(log)
 
 
 def test_sarif_names_files_as_relative_uris(folder):
@@ -156,7 +159,7 @@ def test_sarif_names_files_outside_as_they_were_given(folder):
 def test_standard_input_is_no_file_of_the_checkout(folder):
     result = run("validate", "-", "--format", "sarif", input=MISTAKE)
     log = json.loads(result.stdout)
-    SARIF.validate(log)
+    log_schema().validate(log)
     place = log["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]
     assert place == {"uri": "stdin", "description": {"text": "standard input"}}
     command, properties, message = github(run("validate", "-", "--format", "github", input=MISTAKE).stdout)
@@ -321,7 +324,7 @@ def test_gitlab_issues(folder):
 
 def suites(text):
     """The suites as junitparser reads them."""
-    return {suite.name: list(suite) for suite in junitparser.JUnitXml.fromstring(text.encode())}
+    return {suite.name: list(suite) for suite in pytest.importorskip("junitparser").JUnitXml.fromstring(text.encode())}
 
 
 def test_junit_has_a_case_a_rule_and_file_and_one_for_a_file_without_findings():
@@ -336,13 +339,13 @@ def test_junit_has_a_case_a_rule_and_file_and_one_for_a_file_without_findings():
     assert list(found) == ["a.yaml", "b.yaml", "c.yaml"]
     error, warning = found["a.yaml"]
     assert error.name == "PID101 value-out-of-range"
-    assert [type(result) for result in error.result] == [junitparser.Failure] * 2
+    assert [type(result).__name__ for result in error.result] == ["Failure"] * 2
     assert error.result[0].message == "3:5: too much"
     assert error.result[0].type == "error PID101"
     assert warning.is_passed
     assert "a.yaml:3:5: warning DL220: too much [TIC-1]" in warning.system_out
     (unusable,) = found["b.yaml"]
-    assert [type(result) for result in unusable.result] == [junitparser.Error]
+    assert [type(result).__name__ for result in unusable.result] == ["Error"]
     (clean,) = found["c.yaml"]
     assert (clean.name, clean.classname, clean.is_passed) == ("no findings", "c.yaml", True)
     root = ET.fromstring(text)  # noqa: S314
@@ -373,7 +376,7 @@ def test_junit_is_xml_whatever_a_message_holds(folder):
 READERS = {Kind.JSON: json.loads, Kind.XML: ET.fromstring, Kind.PLAIN: str, Kind.LINES: str}
 READ = {
     **{fmt: READERS[formats.load(fmt).kind] for fmt in VALIDATE},
-    "sarif": lambda text: SARIF.validate(json.loads(text)),
+    "sarif": lambda text: log_schema().validate(json.loads(text)),
     "junit": suites,
 }
 """What reads each format, and complains of what is none."""
@@ -571,7 +574,7 @@ def test_runs_in_the_formats_of_ci(failing, folder, monkeypatch):
     assert result.stdout.startswith("::error file=fails.scenario.yaml,line=15")
     text = {fmt: (folder / f"{fmt}.out").read_text("utf-8") for fmt in reports}
     log = json.loads(text["sarif"])
-    SARIF.validate(log)
+    log_schema().validate(log)
     assert [r["ruleId"] for r in log["runs"][0]["results"]] == ["PID061"] * 3 + ["PID063"]
     assert log["runs"][0]["results"][1]["locations"][0]["logicalLocations"] == [
         {"name": "expect", "fullyQualifiedName": "expect[1]", "kind": "property"},
@@ -600,7 +603,7 @@ def test_a_scenario_that_cannot_run_is_one_document_too(failing, fmt):
     READ[fmt](result.stdout)
     if fmt == "junit":
         cases = [case for suite in suites(result.stdout).values() for case in suite]
-        assert [type(case.result[0]) for case in cases] == [junitparser.Error] * 2
+        assert [type(case.result[0]).__name__ for case in cases] == ["Error"] * 2
     assert "none.yaml" in result.stdout
     assert "nowhere.yaml" in result.stdout
 

@@ -696,6 +696,14 @@ def environment():
     return {**os.environ, "PYTHONPATH": str(SOURCE.parent)}
 
 
+@pytest.fixture
+def deaf_suite():
+    """Tests that a shell has put into the background."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 ENDED = """
 import os, signal, sys, pathlib
 from pidcfg import __main__
@@ -724,6 +732,7 @@ __main__.main()
 
 
 @POSIX
+@pytest.mark.usefixtures("heeding_interrupts")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 @pytest.mark.parametrize(("when", "content"), [("staged", {"a": "old"}), ("between", dict.fromkeys("abc", "new"))])
 def test_a_signal_leaves_the_old_files_or_the_new_ones_and_nothing_else(tmp_path, number, code, when, content):
@@ -732,6 +741,27 @@ def test_a_signal_leaves_the_old_files_or_the_new_ones_and_nothing_else(tmp_path
     done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)
     assert (done.returncode, "Traceback" in done.stderr) == (code, False)
     assert {path.name: path.read_text("utf-8") for path in tmp_path.iterdir()} == content
+
+
+@POSIX
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_command_that_was_started_deaf_to_a_signal_stays_so(tmp_path, number):
+    command = [sys.executable, "-c", ENDED, str(int(number)), "between"]
+    deaf = lambda: signal.signal(number, signal.SIG_IGN)  # noqa: E731
+    done = subprocess.run(command, cwd=tmp_path, env=environment(), check=False, preexec_fn=deaf)
+    assert done.returncode == 0
+    assert {path.name: path.read_text("utf-8") for path in tmp_path.iterdir()} == dict.fromkeys("abc", "new")
+
+
+@POSIX
+@pytest.mark.usefixtures("deaf_suite", "heeding_interrupts")
+def test_a_command_of_these_tests_hears_ctrl_c_wherever_they_run():
+    shown = subprocess.run(
+        [sys.executable, "-c", "import signal as s; print(s.getsignal(s.SIGINT) is s.default_int_handler)"],
+        capture_output=True,
+        check=True,
+    )
+    assert shown.stdout.strip() == b"True"
 
 
 @POSIX
@@ -770,6 +800,7 @@ def test_a_signal_at_the_very_end_changes_nothing(tmp_path, words, code):
 
 
 @POSIX
+@pytest.mark.usefixtures("heeding_interrupts")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (0, 3)])
 def test_a_signal_of_which_a_library_makes_an_error_of_its_own_is_no_bug(number, code):
     """pydantic does while it builds a model: SchemaError, with the text of whatever was raised."""
@@ -795,18 +826,43 @@ def test_a_part_that_is_whole_ends_before_its_signal_counts():
         pass
 
 
+STARTED = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        self.left -= name not in {"pidcfg", "pidcfg.__main__"}  # before these there is no line of ours
+        if not self.left:
+            os.kill(os.getpid(), signal.SIGINT)
+import click  # what takes long, once
+for name in ("signal", "contextlib", "typing", "enum"):
+    sys.modules.pop(name, None)
+count, code = 0, None
+while code != 0:
+    count += 1
+    read, write = os.pipe()
+    if not (child := os.fork()):
+        os.dup2(write, 1), os.dup2(write, 2)
+        Finder.left, sys.argv[1:] = count, ["--version"]
+        sys.meta_path.insert(0, Finder())
+        from pidcfg.__main__ import main
+        main()
+    os.close(write)
+    with open(read) as said:
+        text = said.read()
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    print(code, repr(text))
+"""
+
+
 @POSIX
-def test_an_interrupt_while_the_program_is_loaded_shows_no_traceback(tmp_path):
-    code = (
-        "import builtins, sys; real = builtins.__import__\n"
-        "def load(name, *rest):\n"
-        "    if name == 'click': raise KeyboardInterrupt\n"
-        "    return real(name, *rest)\n"
-        "builtins.__import__ = load\n"
-        "from pidcfg.__main__ import main; main()"
-    )
-    done = subprocess.run([sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (130, "")
+@pytest.mark.usefixtures("heeding_interrupts")
+def test_ctrl_c_at_each_import_of_the_start_shows_no_traceback():
+    command = [sys.executable, "-c", STARTED]
+    done = subprocess.run(command, env=environment(), capture_output=True, text=True, check=True)
+    *ended, whole = done.stdout.splitlines()
+    assert whole == f"0 'pidcfg, version {pidcfg.__version__}\\n'"
+    assert len(ended) >= 10
+    assert set(ended) == {"130 ''"}
 
 
 @POSIX

@@ -137,7 +137,7 @@ def test_there_is_a_variable_for_it(folder, monkeypatch):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no process groups to interrupt")
-def test_ctrl_c_ends_all_processes_with_one_word(tmp_path):
+def test_ctrl_c_ends_all_processes_with_one_word(tmp_path, heeding_interrupts):
     (tmp_path / "loop.yaml").write_text(certify_rig.CONFIG)
     text = certify_rig.SCENARIO.format(vary=certify_rig.GAIN, expect=certify_rig.PASSES)
     (tmp_path / "run.scenario.yaml").write_text(text)
@@ -149,7 +149,6 @@ def test_ctrl_c_ends_all_processes_with_one_word(tmp_path):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 - it may be ignored here
     )
     while not (tmp_path / "kept.state").exists() and running.poll() is None:
         time.sleep(0.01)

@@ -1,6 +1,7 @@
 """Imports point down, heavy packages stay where they are needed, modules and functions stay small."""
 
 import ast
+import re
 import subprocess
 import sys
 from functools import cache
@@ -265,6 +266,63 @@ def test_imports_point_down_and_never_up():
             elif name.startswith("pidcfg.") and not within(name.removeprefix("pidcfg."), (*allowed, "__version__")):
                 breaches.append(f"{module}:{line} imports {name}; {part} may see only {', '.join(allowed)}")
     assert not breaches, report(breaches)
+
+
+TESTS = ROOT / "tests"
+LOCKED = [(ROOT / "requirements" / f"{name}.txt").read_text("utf-8") for name in ("build", "run")]
+EVERYWHERE = {"pytest", "-pytest", "hypothesis", *re.findall(r"^([a-z0-9-]+)==", "".join(LOCKED), re.MULTILINE)}
+"""Packages that are there wherever tests run: what pidcfg needs itself, and what runs tests."""
+
+
+TOP = re.compile(
+    r"""^(?:import (?P<package>[\w.]+)|from (?P<module>[\w.]+) import (?P<names>[\w, ]+|\([^)]+\))"""
+    r"""|.*\bimportorskip\("(?P<asked>\w+))""",
+    re.MULTILINE,
+)
+"""Imports above the functions of a module, where ruff wants them, and skips. To parse all tests would take longer."""
+
+BROUGHT = {"numba": {"numpy"}}
+"""Packages that another one cannot be without."""
+
+
+@cache
+def needs(path):
+    """The packages without which a module is skipped at its import, and those without which it fails there."""
+    head = re.split(r"^(?:@|def |async |class )", path.read_text("utf-8"), maxsplit=1, flags=re.MULTILINE)[0]
+    asked, missing = set(), set()
+    for line in TOP.finditer(head):
+        asked.update({line["asked"]} - {None}, BROUGHT.get(line["asked"], ()))
+        names = [f"{line['module']}.{name}" for name in re.findall(r"\w+", line["names"] or "")]
+        for name in names or [line["package"]]:
+            there = needs_of_import(name, path) if name else (set(), set())
+            missing |= there[1] - asked
+            asked |= there[0]
+    return asked, missing
+
+
+@cache
+def own_modules():
+    """The files of our modules by the name that they are imported by."""
+    files = (
+        (path, path.relative_to(folder).with_suffix("")) for folder in (TESTS, SRC) for path in folder.rglob("*.py")
+    )
+    return {".".join(name.parts).removesuffix(".__init__"): path for path, name in files}
+
+
+def needs_of_import(name, importer):
+    """The packages without which an import skips, and those without which it fails."""
+    parts = name.split(".")
+    prefixes = [".".join(parts[:end]) for end in range(len(parts), 0, -1)]
+    if own := next((own_modules()[prefix] for prefix in prefixes if prefix in own_modules()), None):
+        return needs(own) if own != importer else (set(), set())
+    is_there = parts[0] in sys.stdlib_module_names or {re.sub("[._]", "-", prefix) for prefix in prefixes} & EVERYWHERE
+    return set(), set() if is_there else {parts[0]}
+
+
+def test_test_modules_are_collected_wherever_pidcfg_runs():
+    paths = [*sorted(TESTS.glob("test_*.py")), TESTS / "conftest.py"]
+    breaches = [f"{path.stem} imports {', '.join(found)}" for path in paths if (found := sorted(needs(path)[1]))]
+    assert not breaches, report(["ask for them by pytest.importorskip, which says what is missing:", *breaches])
 
 
 def test_no_modules_import_each_other_in_a_circle():

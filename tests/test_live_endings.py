@@ -27,7 +27,7 @@ def handlers(monkeypatch):
     monkeypatch.setattr(os, "register_at_fork", lambda **_: None)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    interrupts.install()
+    interrupts.begin()
     installed = {number: signal.getsignal(number) for number in BOTH}
     yield
     assert {number: signal.getsignal(number) for number in BOTH} == installed

@@ -115,12 +115,11 @@ def test_the_client_of_pyclickplc_reads_and_operates_a_served_click(desk):
     assert next(iter(rate.values())) == 500
 
 
-@pytest.mark.skipif(importlib.util.find_spec("clickplc") is None, reason="clickplc is not installed")
 def test_clickplc_reads_a_served_click(desk):
-    from clickplc import ClickPLC
+    clickplc = pytest.importorskip("clickplc")
 
     async def read(port):
-        plc = ClickPLC("127.0.0.1")
+        plc = clickplc.ClickPLC("127.0.0.1")
         plc.client = AsyncModbusTcpClient("127.0.0.1", port=port)  # its own port is fixed
         async with plc:
             return await plc.get("df101"), await plc.get("ds106"), await plc.get("c101")

@@ -8,8 +8,10 @@ import struct
 from dataclasses import astuple
 from pathlib import Path
 
-import numpy as np
 import pytest
+
+pytest.importorskip("numba")
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 

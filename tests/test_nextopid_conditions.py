@@ -1,6 +1,5 @@
 """Conditions in wires, signals of other types and wired AutoTuneParam: from the file to the program and the engine."""
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -172,6 +171,7 @@ def conditions(draw, kind="bool", depth=0):
 
 @given(conditions(), st.booleans(), st.booleans(), st.floats(-50, 50, width=32), st.integers(-9, 9))
 def test_the_engine_finds_what_python_finds(condition, man, fault, level, count):
+    np = pytest.importorskip("numpy")
     text, python = condition
     values = {"Man": man, "Fault": fault, "Level": np.float32(level), "Count": np.float32(count)}
     values |= {"Delay": np.float32(1.5), "f32": np.float32}

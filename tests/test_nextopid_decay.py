@@ -8,6 +8,8 @@ from itertools import pairwise
 
 import pytest
 
+pytest.importorskip("numba")
+
 from pidcfg.sim.compile import compiled
 from pidcfg.sim.controllers.nextopid.decay import ALL_THE_WAY, share
 

@@ -7,8 +7,10 @@ import math
 import random
 from pathlib import Path
 
-import numpy as np
 import pytest
+
+pytest.importorskip("numpy")
+import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

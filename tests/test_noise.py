@@ -23,7 +23,7 @@ def gauss(seed, count):
 
 @pytest.fixture(scope="module")
 def fast():
-    pytest.importorskip("numba", reason="the extra fast")
+    pytest.importorskip("numba")
     return fast_normals()
 
 

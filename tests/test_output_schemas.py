@@ -6,8 +6,10 @@ import copy
 import json
 from pathlib import Path
 
-import jsonschema
 import pytest
+
+pytest.importorskip("jsonschema")
+import jsonschema
 from click.testing import CliRunner
 
 from pidcfg.cli.main import cli

@@ -13,7 +13,6 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-from PIL import Image
 
 from pidcfg.pictures import draw, page
 from pidcfg.pictures.characters import fits, lines
@@ -142,7 +141,7 @@ def test_drawings_share_no_identifier_and_refer_to_their_own():
 
 @pytest.mark.parametrize("form", ["svg", "png", "html"])
 def test_the_same_charts_give_the_same_bytes_whatever_the_user_has_set(form):
-    import matplotlib as mpl
+    mpl = pytest.importorskip("matplotlib")
 
     def made():
         charts = [chart(), overlay()]
@@ -157,7 +156,7 @@ def test_the_same_charts_give_the_same_bytes_whatever_the_user_has_set(form):
 
 
 def test_drawing_leaves_the_settings_of_the_library_alone():
-    import matplotlib as mpl
+    mpl = pytest.importorskip("matplotlib")
 
     before = dict(mpl.rcParams)
     draw.svg([chart()], title="x")
@@ -183,7 +182,7 @@ def test_no_name_or_unit_breaks_a_picture(hostile):
     beginning = plain(hostile)[:3]
     assert sum(text.removeprefix("1 at 5 s: ").startswith(beginning) for text in said) >= 5
     assert not list(tree(svg).iter(f"{SVG}script"))
-    Image.open(io.BytesIO(draw.png([one], title=hostile))).verify()
+    pytest.importorskip("PIL.Image").open(io.BytesIO(draw.png([one], title=hostile))).verify()
     found = Reader(page.html([one], title=hostile))
     assert [tag for tag, _ in found.found].count("script") == 1
     assert not {"b>", "alert"} & {tag for tag, _ in found.found}
@@ -272,9 +271,9 @@ def test_long_texts_end_with_dots():
 
 
 def test_a_png_shows_all_charts_at_equal_sizes():
-    sizes = []
+    images, sizes = pytest.importorskip("PIL.Image"), []
     for count in (1, 2, 8):
-        picture = Image.open(io.BytesIO(draw.png([chart(f"TIC-{i}") for i in range(count)], title="x")))
+        picture = images.open(io.BytesIO(draw.png([chart(f"TIC-{i}") for i in range(count)], title="x")))
         assert picture.format == "PNG"
         colours = {colour for _, colour in picture.convert("RGB").getcolors(maxcolors=1 << 20)}
         assert {(0, 0x72, 0xB2), (0, 0x7A, 0x5A), (255, 255, 255)} <= colours

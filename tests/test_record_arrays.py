@@ -7,6 +7,8 @@ from collections.abc import MutableSequence  # noqa: TC003 - the annotations of 
 
 import pytest
 
+pytest.importorskip("numba")
+
 from pidcfg.sim.compile import native_single, on_lists, records, write_back
 from pidcfg.sim.controllers.generic.state import State
 from pidcfg.sim.terms import single

@@ -5,6 +5,8 @@ All of them: ``python -m reference`` in this folder.
 
 import pytest
 
+pytest.importorskip("numpy")
+
 from reference.compare import compare, vendors
 
 SAMPLE = 8

@@ -39,9 +39,9 @@ FLOATS = ("click", "nextopid", "dpide", "generic")
 
 def by_matrices(process, sample):
     """Transition, inputs now and a sample before, output row, and whole samples of delay, by matrix exponentials."""
-    import control
-    import numpy as np
-    from scipy.linalg import expm
+    control = pytest.importorskip("control")
+    np = pytest.importorskip("numpy")
+    expm = pytest.importorskip("scipy.linalg").expm
 
     continuous = control.tf([process.gain], [1, 0]) if process.integrating else None
     continuous = continuous or control.tf([process.gain], [process.time_constant, 1])
@@ -63,8 +63,8 @@ def by_matrices(process, sample):
 
 def by_control(gains, process, sampling):
     """Ms, gain margin and phase margin."""
-    import control
-    import numpy as np
+    control = pytest.importorskip("control")
+    np = pytest.importorskip("numpy")
 
     sample, lag = sampling.sample_time, sampling.lag(gains.derivative_time)
     a, now, before, row, delay = by_matrices(process, sample)
@@ -125,7 +125,7 @@ LOOPS = [
 
 def test_the_error_after_a_load_by_matrices():
     """The equation as the manuals print it, on the process by matrix exponentials, until nothing moves."""
-    import numpy as np
+    np = pytest.importorskip("numpy")
 
     for gains, process, sampling in LOOPS:
         sample, lag = sampling.sample_time, sampling.lag(gains.derivative_time)

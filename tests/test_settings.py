@@ -7,7 +7,6 @@ import re
 import tomllib
 from pathlib import Path
 
-import jsonschema
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -256,6 +255,7 @@ def test_no_pattern_takes_long(pattern, path):
 
 
 def test_the_schema_for_editors_agrees_with_the_command():
+    jsonschema = pytest.importorskip("jsonschema")
     schema = document_schema("settings")
     jsonschema.Draft202012Validator.check_schema(schema)
     assert set(schema["properties"]) == set(KEYS)
@@ -267,6 +267,7 @@ def test_the_schema_for_editors_agrees_with_the_command():
 
 
 def test_the_settings_of_the_pages_are_accepted_and_complete():
+    jsonschema = pytest.importorskip("jsonschema")
     pages = [Path(__file__).parents[1] / "docs" / name for name in ("living-with-findings.md", "settings.md")]
     blocks = [
         text

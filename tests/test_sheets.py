@@ -13,7 +13,6 @@ from datetime import date, datetime, timedelta
 from decimal import Decimal
 from pathlib import Path
 
-import openpyxl
 import pytest
 from click.testing import CliRunner
 
@@ -293,7 +292,7 @@ def test_a_workbook_that_unpacks_to_too_much():
     data = as_workbook(doc, VENDORS["dl06"])
     limits = Limits(file_bytes=len(data), nodes=10**6)
     assert from_sheet(data, "x", None, limits).loops == 3
-    book = openpyxl.Workbook()
+    book = pytest.importorskip("openpyxl").Workbook()
     book.active.append(["x" * 30000] * 60)
     stream = io.BytesIO()
     book.save(stream)
@@ -350,6 +349,11 @@ def test_a_small_workbook_of_many_cells_is_refused_before_they_are_read():
     assert "more than 500000 elements" in faults(data)[0]
 
 
+def sheet_of(book):
+    """The sheet of a workbook as another library reads it."""
+    return pytest.importorskip("openpyxl").load_workbook(io.BytesIO(book)).active
+
+
 def test_names_that_are_formulas_are_texts_in_the_sheet_and_the_same_when_read():
     text = (EXAMPLES / "dl06/reactor.yaml").read_text("utf-8")
     text = text.replace("Jacket flow, inner loop", '"=HYPERLINK(\\"x\\")"').replace("Reactor 2", '"@SUM(A1)"')
@@ -357,7 +361,7 @@ def test_names_that_are_formulas_are_texts_in_the_sheet_and_the_same_when_read()
     text_csv, book = as_csv(doc, VENDORS["dl06"]), as_workbook(doc, VENDORS["dl06"])
     assert "\nname,'@SUM(A1)\n" in text_csv
     assert "\"'=HYPERLINK(" in text_csv
-    cells = [cell for row in openpyxl.load_workbook(io.BytesIO(book)).active.iter_rows() for cell in row]
+    cells = [cell for row in sheet_of(book).iter_rows() for cell in row]
     assert "f" not in {cell.data_type for cell in cells}
     assert {'=HYPERLINK("x")', "@SUM(A1)"} <= {cell.value for cell in cells}
     for data in (text_csv.encode(), book):
@@ -403,9 +407,7 @@ def test_a_workbook_does_not_know_what_time_it_is(monkeypatch):
 
 def test_numbers_are_numbers_in_a_workbook():
     doc = read_document((EXAMPLES / "dl06/reactor.yaml").read_bytes(), "x.yaml")
-    rows = list(
-        openpyxl.load_workbook(io.BytesIO(as_workbook(doc, VENDORS["dl06"]))).active.iter_rows(values_only=True)
-    )
+    rows = list(sheet_of(as_workbook(doc, VENDORS["dl06"])).iter_rows(values_only=True))
     header = next(row for row in rows if "tuning.gain" in row)
     assert [row[header.index("tuning.gain")] for row in rows[rows.index(header) + 1 :]] == [0.8, 2.5, 1.2]
 
@@ -467,7 +469,7 @@ def test_init_from_tells_every_fault_and_writes_nothing(folder):
 
 
 def book_of(change=lambda _: None):
-    book = openpyxl.Workbook()
+    book = pytest.importorskip("openpyxl").Workbook()
     for row in (HEAD, ROW, ROW.replace("TIC-1", "TIC-2")):
         cells = row.strip().split(",")
         book.active.append([float(cell) if cell[0].isdigit() else cell for cell in cells])

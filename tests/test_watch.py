@@ -56,14 +56,6 @@ def watching(project, monkeypatch):
     return run
 
 
-@pytest.fixture
-def heeding_interrupts():
-    """A shell starts what it puts into the background deaf to Ctrl-C, and children inherit that."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 def interrupt():
     raise KeyboardInterrupt
 

@@ -3,12 +3,10 @@
 The names below are imported when they are first used, so that `import pidcfg` costs nothing.
 """
 
-from __future__ import annotations
-
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as typing has it, which takes longer to import than all that comes before a command
 if TYPE_CHECKING:
+    from typing import Any
+
     from pidcfg.api import (
         certify,
         check,
@@ -53,8 +51,10 @@ LIVE = ("compare", "pull", "serve", "trend")
 """The functions that speak to a PLC."""
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     """The public functions, from `pidcfg.api` and, of those that speak to a PLC, from `pidcfg.live.calls`."""
     if name in __all__:
+        from importlib import import_module
+
         return getattr(import_module("pidcfg.live.calls" if name in LIVE else "pidcfg.api"), name)
     raise AttributeError(f"module 'pidcfg' has no attribute {name!r}")

@@ -1,7 +1,5 @@
 """``python -m pidcfg``, and the command itself: a Ctrl-C while the program is loaded is one as well."""
 
-import atexit
-import gc
 import sys
 
 INTERRUPTED, TERMINATED = 130, 143
@@ -12,9 +10,15 @@ time, and once more at its end, where the system takes all memory back at once."
 
 def main() -> None:
     """Runs the command line."""
-    gc.set_threshold(*FEW_COLLECTIONS)
-    atexit.register(gc.freeze)
     try:
+        from pidcfg.cli import interrupts
+
+        interrupts.install()
+        import atexit
+        import gc
+
+        gc.set_threshold(*FEW_COLLECTIONS)
+        atexit.register(gc.freeze)
         from pidcfg.cli.main import main as run
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
@@ -28,6 +32,7 @@ def main() -> None:
 
 def _leave(code: int) -> None:
     """Ends the process at once: taking a large run or compiled kernels apart takes longer than to stop the run."""
+    import atexit
     import os
     from contextlib import suppress
 

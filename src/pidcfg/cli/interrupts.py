@@ -19,8 +19,9 @@ class Terminated(BaseException):
 
 
 class _Waiting:
-    """How many parts must not be cut in two, the signal that came meanwhile, and whether the command is over."""
+    """How many parts must not be cut in two, the signal that came meanwhile, and what the command has come to."""
 
+    begun = False
     parts = 0
     number: int | None = None
     over = False
@@ -29,13 +30,21 @@ class _Waiting:
 
 
 def install() -> None:
-    """Takes both signals, unless whoever started the command has them ignored, or it is no main thread that runs."""
-    _Waiting.over, _Waiting.ended = False, None
+    """Takes both signals, unless whoever started the command has them ignored, or it is no main thread that runs.
+
+    Until the command begins, one ends the process where it stands: an exception would be shown from wherever it rises.
+    """
     with suppress(ValueError):
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, _take)
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             signal.signal(signal.SIGINT, _take)
+
+
+def begin() -> None:
+    """From here on a signal ends the command where it may be ended."""
+    install()
+    _Waiting.begun, _Waiting.over, _Waiting.ended = True, False, None
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=_as_before)
 
@@ -65,6 +74,8 @@ def _as_before() -> None:
 def _take(number: int, frame: object) -> None:
     """What Python calls between two steps of the program."""
     del frame
+    if not _Waiting.begun:
+        os._exit(128 + number)
     if _Waiting.parts:
         _Waiting.number = number
     elif not _Waiting.over:

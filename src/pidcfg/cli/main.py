@@ -265,7 +265,7 @@ def main() -> None:
     _open_streams()
     glyphs.install()
     try:
-        interrupts.install()
+        interrupts.begin()
         code = _run()
         _flush()
         interrupts.over()
