@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 TEMPLATES, USE = "templates", "use"
 OWN = "name"
 """What each loop has for itself."""
+NO_TEMPLATES = "there is none: add 'templates:' above the loops"
 MOST_NAMED = 50
 """Templates that a message names."""
 LONGEST_RING = 8
@@ -187,8 +188,8 @@ class _Resolver:
             few = (len(self.cures) + 1) * len(names) <= MOST_LIKENED
             near = get_close_matches(name, names, 1, 0.5) if few else ()
             more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-            known = f"are {', '.join(names[:MOST_NAMED])}{more}" if names else "is none: add 'templates:' above the loops"
-            self.cures[name] = f"did you mean {near[0]}?" if near else f"there {known}"
+            known = f"there are {', '.join(names[:MOST_NAMED])}{more}" if names else NO_TEMPLATES
+            self.cures[name] = f"did you mean {near[0]}?" if near else known
         return self.cures[name]
 
     def _joined(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
