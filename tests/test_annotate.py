@@ -137,6 +137,13 @@ def test_status_words_of_other_vendors(tmp_path):
     assert ez["R112"].endswith("Error: -1 counts of the PV")
 
 
+def test_loops_that_go_on_behind_the_last_register_are_no_obstacle(tmp_path):
+    lines = lines_of(tmp_path, "V7640 FFFF\nV7641 0001\nV177777 0001\n")
+    assert lines["V7640"].endswith("Loop parameter table pointer: V177777")
+    assert lines["V7641"].endswith("Number of loops: 1")
+    assert "LOOP-1  mode_setting_1" in lines["V177777"]
+
+
 def test_unreadable_listings_are_refused_as_ever(tmp_path):
     path = tmp_path / "x.txt"
     path.write_text("V2008 1400\n", "utf-8")

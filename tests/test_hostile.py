@@ -77,6 +77,14 @@ def test_dots_in_texts_and_numbers_are_no_deep_key(tmp_path, monkeypatch, capsys
     assert run(monkeypatch, capsysbinary, tmp_path / "a.yaml", "--show-settings").out.count("strict = true") == 1
 
 
+@pytest.mark.parametrize(("lists", "codes"), [(11, ["PID032"]), (12, ["PID013"])])
+def test_levels_of_nesting_that_an_alias_brings_count(lists, codes):
+    text = f"x: &x {'{a: ' * 20}1{'}' * 20}\ny: {'[' * lists}*x{']' * lists}\n"
+    findings = check_text(text).findings
+    assert [d.code for d in findings] == codes
+    assert codes != ["PID013"] or findings[0].message == "more than 32 levels of nesting"
+
+
 class Counted(dict):
     """Calls of functions, by name, while a piece of work is done."""
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from living_rig import GOOD
+from pidcfg.vendors import VENDORS
 from reliability import (
     codecs,
     commands,
@@ -21,6 +22,7 @@ from reliability import (
     growth,
     hostile,
     kills,
+    memories,
     mutants,
     mutation,
     order,
@@ -139,6 +141,17 @@ def test_what_is_not_true_of_a_changed_example_is_seen(changed, place, fault, to
         if any(told in failure for failure in changed.found.failures):
             return
     pytest.fail(f"{changed.found}")
+
+
+@pytest.mark.usefixtures("_as_before")
+def test_listings_of_any_memory_end_in_answers(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rig = memories.Memories(SEED, tmp_path)
+    for vendor in VENDORS:
+        for number in (1, 9, 43):  # on an older version each found something
+            rig.run(vendor, number, (*memories.COMMANDS[:2], memories.COMMANDS[-1]))
+    assert rig.failures == []
+    assert rig.answers > rig.runs // 3
 
 
 def test_changed_listings_keep_what_must_be_true(monkeypatch):

@@ -287,6 +287,14 @@ def test_limits():
     assert "more than 10 cells" in faults(HEAD + ROW, limits=Limits(nodes=10))[0]
 
 
+def test_values_that_aliases_stand_for_count_over_all_cells():
+    bomb = '"{p: &a [1, 1, 1, 1], q: [*a, *a, *a, *a]}"'
+    text = HEAD + "".join(f"TIC-{i},Oven,direct,2,{bomb},180,0,200,degC,85\n" for i in range(9))
+    assert faults(text, limits=Limits(nodes=200)) == ("loops.csv: more than 200 values up to cell E9",)
+    pairs = 'name,gain,reset,pv.range,sample rate,action\nT,1,1,"[0, 10]",1,direct\nU,1,1,"[0, 10]",1,direct\n'
+    assert made(pairs, "dl06", Limits(nodes=40)).loops == 2
+
+
 def test_a_workbook_that_unpacks_to_too_much():
     doc = read_document((EXAMPLES / "dl06/reactor.yaml").read_bytes(), "x.yaml")
     data = as_workbook(doc, VENDORS["dl06"])

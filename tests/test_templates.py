@@ -10,8 +10,10 @@ from click.testing import CliRunner
 from ruamel.yaml import YAML
 
 import pidcfg
+from pidcfg import templates
 from pidcfg.cli.commands.schema import document_schema
 from pidcfg.cli.main import cli
+from pidcfg.diagnostics import Diagnostic
 from pidcfg.limits import Limits
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
@@ -97,7 +99,7 @@ def test_a_missing_key_is_missed_in_the_loop():
         ("use: zone}", "use: zon}", "PID015", 16, "there is no template zon"),
         ("use: zone}", "use: [zone]}", "PID015", 16, "use names one template"),
         ("    use: zone\n    tuning", "    use: die\n    tuning", "PID015", 13, "uses itself: die uses die"),
-        ("  zone:\n", "  zone:\n    use: die\n", "PID015", 6, "uses itself"),
+        ("  zone:\n", "  zone:\n    use: die\n", "PID015", 14, "itself: zone uses die uses zone"),
         ("  die:\n", "  die:\n    name: D\n", "PID016", 13, "has a name"),
         ("  die:\n    use: zone\n    tuning: {gain: 5}\n", "  die: 5\n", "PID016", 12, "is no loop"),
         ("limits: [0, 300]", "limits: 300", "PID016", 20, "a list at limits"),
@@ -134,6 +136,12 @@ def test_an_unused_template_is_a_warning_and_stays_one():
     (found,) = (d for d in check(text).findings if d.code == "PID017")
     assert (found.severity.label, found.span.line, found.message) == ("warning", 12, "no loop uses the template die")
     assert check(text).config is not None
+
+
+def test_every_unused_template_is_told():
+    text = TEXT.replace("use: die,", "use: zone,").replace("  die:\n", "  spare: {bias_freeze: true}\n  die:\n")
+    found = [d.message for d in check(text).findings if d.code == "PID017"]
+    assert found == [f"no loop uses the template {name}" for name in ("spare", "die")]
 
 
 def test_expanded_values_count_against_the_limit():
@@ -252,3 +260,67 @@ def test_explain_finds_tags_and_no_words_of_descriptions(file):
     file.write_text(TEXT.replace("name: P,", "name: P, description: Pump of Z9,"), "utf-8")
     assert "a loop of this configuration" in call("explain", "DIE", "--in", "t.yaml").stdout
     assert call("explain", "Z9", "--in", "t.yaml").exit_code != 0
+
+
+HEAD = "pidcfg: 1\nvendor: dl06\nplc: {loop_table: V2000, reset_decimals: 1}\ntemplates:\n"
+SOUND = "{sample_rate: 1, action: direct, tuning: {gain: 1, reset: 10}}"
+WIDE = "  b:\n" + "".join(f"    k{i}: 1\n" for i in range(40))
+
+
+def users(name, count):
+    return "loops:\n" + "".join(f"  - {{name: L{i}, use: {name.format(i)}}}\n" for i in range(count))
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (WIDE + users("b", 50), 56),
+        (WIDE + "".join(f"  t{i}: {{use: b}}\n" for i in range(50)) + users("t{}", 50), 101),
+        (WIDE + "".join(f"  t{i}: {{use: {f't{i - 1}' if i else 'b'}}}\n" for i in range(50)) + users("t49", 50), 55),
+    ],
+    ids=["loops", "templates", "a row of templates"],
+)
+def test_nothing_is_copied_beyond_the_limit(text, line, monkeypatch):
+    copied = []
+    merged = templates._Resolver._merged
+
+    def counted(self, base, own, path):
+        copied.append(base[1].size)
+        return merged(self, base, own, path)
+
+    monkeypatch.setattr(templates._Resolver, "_merged", counted)
+    (found,) = check(HEAD + text, Limits(nodes=400)).findings
+    assert (found.code, found.message) == ("PID013", "more than 400 values with those of templates")
+    assert (found.span.line, sum(copied) <= 400) == (line, True)
+
+
+def test_a_long_row_of_templates_is_used_as_far_as_the_limit_allows():
+    row = "".join(f"  t{i}: {{use: t{i - 1}}}\n" for i in range(1, 2000))
+    text = f"{HEAD}  t0: {SOUND}\n{row}{users('t1999', 2)}"
+    assert [loop.tuning.gain for loop in check(text).config.loops] == [1, 1]
+    (found,) = check(text, Limits(nodes=10_000)).findings
+    assert (found.code, found.message) == ("PID013", "more than 10000 values with those of templates")
+
+
+def test_a_long_ring_of_templates_is_one_short_error():
+    ring = "".join(f"  t{i}: {{use: t{(i or 2000) - 1}}}\n" for i in range(2000))
+    (found,) = check(HEAD + ring + users("t{}", 100)).findings
+    shortened = "t0 uses t1999 uses t1998 uses t1997 uses … uses t2 uses t1 uses t0"
+    assert (found.code, found.message) == ("PID015", f"a template uses itself: {shortened}")
+
+
+def test_of_many_templates_some_are_named():
+    many = "".join(f"  template{i}: {SOUND}\n" for i in range(600))
+    found = check(HEAD + many + users("templat{}", 60)).findings
+    assert len(found) == 60
+    assert {d.code for d in found} == {"PID015"}
+    named = ", ".join(f"template{i}" for i in range(50))
+    assert {d.help for d in found} == {f"there are {named}, and 550 more"}
+
+
+def test_many_templates_that_are_no_loops_are_each_told_once(monkeypatch):
+    compared = []
+    same = Diagnostic.__eq__
+    monkeypatch.setattr(Diagnostic, "__eq__", lambda one, other: compared.append(one) or same(one, other))
+    found = check(HEAD + "".join(f"  t{i}: 1\n" for i in range(300)) + users("t1", 3)).findings
+    assert (len(found), len(compared) < 1000) == (300, True)

@@ -11,6 +11,8 @@ from pidcfg.diagnostics import START, Diagnostic, Span
 from pidcfg.frozen import frozen
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from pidcfg.paths import Path
 
 LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
@@ -39,6 +41,22 @@ class Node:
     def span(self) -> Span:
         """The place of the value."""
         return START if self.event is None else span_of(self.event)
+
+    @property
+    def levels(self) -> int:
+        """The levels of nesting inside it and with it; a scalar has none."""
+        levels, here = 0, [self]
+        while here := [node for node in here if node.children is not None]:
+            levels += 1
+            here = [below for node in here for below in node.items]
+        return levels
+
+    @property
+    def items(self) -> Iterable[Node]:
+        """The nodes one level below."""
+        if isinstance(self.children, dict):
+            return (node for _, node in self.children.values())
+        return self.children or ()
 
     def child(self, step: str | int) -> tuple[Any, Node] | None:
         """The event of a key (an item: of its value) and the node below it; None when there is none."""

@@ -13,6 +13,7 @@ from pidcfg.encoders.image import Decoded
 from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.settings import read_settings
+from pidcfg.encoders.spaces import NoRegisterError
 from pidcfg.encoders.tables import columns, first_line
 from pidcfg.encoders.words import DecodeError
 from pidcfg.limits import DEFAULT
@@ -174,10 +175,12 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
     try:
         decoded, wrong = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
+        again = vendor.encoder(config).image
+    except NoRegisterError as error:
+        raise ListingError(str(error)) from None
     except DecodeError as error:
         text = "; ".join((str(error), *listing.notes))
         raise ListingError(text, listing.lines.get(error.place or -1, 1)) from None
-    again = vendor.encoder(config).image
     zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
     return Decoded(
         decoded.data, (*listing.notes, *zeros, *decoded.notes, *_differences(listing, again, decoded.status))

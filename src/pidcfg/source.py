@@ -92,6 +92,7 @@ class _Builder:
             raise _RefusedError("PID012", message, span_of(event), "write the values out")
         self.nodes += target[1].size
         self.check(self.nodes, self.limits.nodes, "values", event)
+        self.check(len(self.stack) + target[1].levels, self.limits.depth, "levels of nesting", event)
         self.add(*target)
 
     def scalar(self, event: Any) -> None:

@@ -15,7 +15,7 @@ from pidcfg.diagnostics import Diagnostic, Severity
 from pidcfg.document import Document, Node
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Collection, Iterator
 
     from pidcfg.limits import Limits
     from pidcfg.paths import Path
@@ -23,6 +23,13 @@ if TYPE_CHECKING:
 TEMPLATES, USE = "templates", "use"
 OWN = "name"
 """What each loop has for itself."""
+NO_TEMPLATES = "there is none: add 'templates:' above the loops"
+MOST_NAMED = 50
+"""Templates that a message names."""
+LONGEST_RING = 8
+"""Templates that a message names of those that use one another."""
+MOST_LIKENED = 500
+"""Pairs of an unknown name and a template that are likened to each other."""
 
 
 def resolved(doc: Document, limits: Limits) -> Document:
@@ -66,10 +73,12 @@ def _uses(data: dict[str, Any]) -> Iterator[bool]:
 class _Resolver:
     doc: Document
     limits: Limits
-    problems: list[Diagnostic] = field(default_factory=list)
-    whole: dict[str, tuple[dict[str, Any], Node]] = field(default_factory=dict)
-    """Templates with what they use themselves."""
-    used: set[str] = field(default_factory=set)
+    problems: dict[Diagnostic, None] = field(default_factory=dict)
+    """Each once, in their order."""
+    whole: dict[str, tuple[dict[str, Any], Node] | None] = field(default_factory=dict)
+    """Templates that are used, with what they use themselves; None: one that cannot be."""
+    cures: dict[str, str] = field(default_factory=dict)
+    """Of names that no template has."""
     nodes: int = 0
 
     @property
@@ -93,8 +102,9 @@ class _Resolver:
         for i, loop in enumerate(loops):
             node = entry[1].child(i)
             out.append(self._loop(("loops", i), loop, node[1] if node else Node(None)))
+        failed = bool(self.problems)
         for name in self.templates:
-            if name not in self.used and not self.problems:
+            if name not in self.whole and not failed:
                 self._tell(
                     "PID017",
                     (TEMPLATES, name),
@@ -131,54 +141,67 @@ class _Resolver:
         """A loop with the values of its template."""
         if not isinstance(loop, dict) or USE not in loop:
             return loop, node
-        base = self._template(loop[USE], (*path, USE), ())
-        own, below = _without_use(loop, node)
-        if base is None:
-            return own, below
-        fitted = self.nodes <= self.limits.nodes
-        self.nodes += base[1].size
-        if fitted and self.nodes > self.limits.nodes:
-            self._refuse(
-                "PID013",
-                (*path, USE),
-                f"more than {self.limits.nodes} values with those of templates",
-                "split the file, or raise the limit by option",
-            )
-            return own, below
-        return self._merged(base, (own, below), path)
+        base, own = self._template(loop[USE], (*path, USE)), _without_use(loop, node)
+        return own if base is None else self._joined(base, own, path)
 
-    def _template(self, name: Any, path: Path, users: tuple[str, ...]) -> tuple[dict[str, Any], Node] | None:
+    def _template(self, name: Any, path: Path) -> tuple[dict[str, Any], Node] | None:
         """A template with what it uses itself; None for one that cannot be used."""
+        users: dict[str, None] = {}  # from the one that is asked for to the one that uses no other
+        while self._is_usable(name, path, users) and name not in self.whole:
+            users[name] = None
+            if USE not in self.templates[name]:
+                break
+            name, path = self.templates[name][USE], (TEMPLATES, name, USE)
+        whole = self.whole.get(name) if isinstance(name, str) else None
+        entry = self.doc.root.child(TEMPLATES)
+        for user in reversed(users):
+            child = entry[1].child(user) if entry else None
+            data = self.templates[user]
+            own = _without_use(data, child[1] if child else Node(None))
+            if USE not in data:
+                whole = own
+            elif whole is not None:
+                whole = self._joined(whole, own, (TEMPLATES, user))
+            self.whole[user] = whole
+        return whole
+
+    def _is_usable(self, name: Any, path: Path, users: Collection[str]) -> bool:
+        """Whether there is a template of that name, which none of its users is; an error says why not."""
         if not isinstance(name, str):
             self._refuse("PID015", path, "use names one template", "write 'use: ovens'")
-            return None
-        if name not in self.templates:
-            near = get_close_matches(name, self.templates, 1, 0.5)
-            known = ", ".join(self.templates) or "none: add 'templates:' above the loops"
-            cure = (
-                f"did you mean {near[0]}?" if near else f"there are {known}" if self.templates else f"there is {known}"
-            )
-            self._refuse("PID015", path, f"there is no template {name}", cure)
-            return None
-        if name in users:
-            ring = " uses ".join([*users[users.index(name) :], name])
-            self._refuse("PID015", path, f"a template uses itself: {ring}", "write the values out in one of them")
-            return None
-        self.used.add(name)
-        if name not in self.whole:
-            entry = self.doc.root.child(TEMPLATES)
-            child = entry[1].child(name) if entry else None
-            data = self.templates[name]
-            if child is None or not isinstance(data, dict):
-                return None
-            own = _without_use(data, child[1])
-            if USE in data:
-                below = self._template(data[USE], (TEMPLATES, name, USE), (*users, name))
-                if below is None:
-                    return None
-                own = self._merged(below, own, (TEMPLATES, name))
-            self.whole[name] = own
-        return self.whole[name]
+        elif name not in self.templates:
+            self._refuse("PID015", path, f"there is no template {name}", self._meant(name))
+        elif name in users:
+            ring = [*users, name][[*users].index(name) :]
+            if len(ring) > LONGEST_RING:
+                ring[LONGEST_RING // 2 : 1 - LONGEST_RING // 2] = ["…"]
+            cure = "write the values out in one of them"
+            self._refuse("PID015", path, f"a template uses itself: {' uses '.join(ring)}", cure)
+        else:
+            return isinstance(self.templates[name], dict)
+        return False
+
+    def _meant(self, name: str) -> str:
+        """The cure of a name that no template has."""
+        if name not in self.cures:
+            names = [*self.templates]
+            few = (len(self.cures) + 1) * len(names) <= MOST_LIKENED
+            near = get_close_matches(name, names, 1, 0.5) if few else ()
+            more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+            known = f"there are {', '.join(names[:MOST_NAMED])}{more}" if names else NO_TEMPLATES
+            self.cures[name] = f"did you mean {near[0]}?" if near else known
+        return self.cures[name]
+
+    def _joined(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
+        """What uses a template with the values of it, as long as all copies are within the limit."""
+        fitted = self.nodes <= self.limits.nodes
+        self.nodes += base[1].size
+        if self.nodes <= self.limits.nodes:
+            return self._merged(base, own, path)
+        if fitted:
+            message = f"more than {self.limits.nodes} values with those of templates"
+            self._refuse("PID013", (*path, USE), message, "split the file, or raise the limit by option")
+        return own
 
     def _merged(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
         """Two mappings as one; of a key that both have, mappings are joined and anything else is the own one."""
@@ -198,7 +221,7 @@ class _Resolver:
                 children[key] = mine[key]
                 keys[key] = value
         merged = Node(below.event, children)
-        merged.size = node.size + below.size
+        merged.size = 1 + sum(child.size for _, child in children.values())
         return keys, merged
 
     def _refuse(self, code: str, path: Path, message: str, cure: str) -> None:
@@ -207,13 +230,12 @@ class _Resolver:
     def _tell(self, code: str, path: Path, message: str, cure: str, severity: Severity) -> None:
         span = self.doc.locate(path, key=path[-1] != USE)
         problem = Diagnostic(code, severity, message, self.doc.file, span, path, help=cure)
-        if problem not in self.problems:
-            self.problems.append(problem)
+        self.problems[problem] = None
 
 
 def _without_use(data: dict[str, Any], node: Node) -> tuple[dict[str, Any], Node]:
-    own = Node(
-        node.event, {k: v for k, v in node.children.items() if k != USE} if isinstance(node.children, dict) else {}
-    )
-    own.size = node.size
+    children = dict(node.children) if isinstance(node.children, dict) else {}
+    used = children.pop(USE, None)
+    own = Node(node.event, children)
+    own.size = node.size - (used[1].size if used else 0)
     return {key: value for key, value in data.items() if key != USE}, own

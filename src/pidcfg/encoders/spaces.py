@@ -115,9 +115,13 @@ class Space:
 
     def place(self, number: int) -> tuple[Bank, int]:
         """A plain number's bank, and its number there; raises `NoRegisterError` behind the last bank."""
-        if number // BANK >= len(self.banks):
+        if not self.holds(number):
             raise NoRegisterError(f"no register lies behind {self.banks[-1].name(self.banks[-1].last)}")
         return self.banks[number // BANK], number % BANK
+
+    def holds(self, number: int) -> bool:
+        """Whether a plain number belongs to a bank that there is."""
+        return number // BANK < len(self.banks)
 
     def same_bank(self, first: int, last: int) -> bool:
         """Whether two plain numbers belong to one bank that there is."""

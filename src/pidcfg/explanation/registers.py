@@ -248,7 +248,8 @@ class Registers(Book):
         words: dict[int, int] = listing.words
         claims: dict[int, Placement] = {}
         for number, claim in self.claims(listing, options):
-            claims.setdefault(number, claim)
+            if self.space.holds(number):
+                claims.setdefault(number, claim)
         placed = {self.space.place(number)[0].prefix for number, claim in claims.items() if claim.loop}
         missing = [
             s for s in self.starts if s.prefix not in placed and not options.get(s.option) and s.held not in words

@@ -251,7 +251,7 @@ def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
     A word that is no value does not keep it from running: the PLC has it, and the run is told what it does with it.
     """
     needed = any(option.needed for option in vendor.load("decode_options"))
-    if needed or listing.settings or listing.plc:
+    if needed or not vendor.banks or listing.settings or listing.plc:
         try:
             check_settings(listing, vendor)
         except DecodeError as error:

@@ -73,7 +73,7 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     content = reader.head(head)
     remarks = [f"only the first sheet is read; also there: {', '.join(sheet.left_out)}"] if sheet.left_out else []
     if "plc" not in content and _needs_plc(vendor):
-        content["plc"] = _starter_plc(vendor, limits)
+        content["plc"] = _starter_plc(vendor)
         remarks.append(f"plc is as in the starter file of {vendor.key}; look at it")
     if reader.faults:
         raise SheetFaultsError(reader.faults)
@@ -146,9 +146,9 @@ def _needs_plc(vendor: Vendor) -> bool:
     return field is not None and field.is_required()
 
 
-def _starter_plc(vendor: Vendor, limits: Limits) -> Any:
+def _starter_plc(vendor: Vendor) -> Any:
     text = files("pidcfg").joinpath(vendor.starter).read_bytes()
-    return (read_document(text, vendor.starter, limits).data or {})["plc"]
+    return (read_document(text, vendor.starter).data or {})["plc"]
 
 
 class _Reader:
@@ -162,6 +162,8 @@ class _Reader:
         self.rows: list[Cell] = []
         self.unknown: set[int] = set()
         """Columns whose header is no key of a loop."""
+        self.values = 0
+        """In cells that hold more than one, counted with what their aliases stand for."""
 
     def fault(self, cell: Cell, message: str) -> None:
         """Something wrong with a cell."""
@@ -260,6 +262,9 @@ class _Reader:
         """A cell as the file format would read it: plain text, or YAML in brackets or quotes."""
         if cell.text[0] in '[{"':
             doc = read_document(f"value: {cell.text}".encode(), self.name, self.limits)
+            self.values += doc.root.size - 1  # without the mapping that is put around it
+            if self.values > self.limits.nodes:
+                raise SheetFaultsError([f"{self.name}: more than {self.limits.nodes} values up to cell {cell.place}"])
             if doc.data is not None:
                 return doc.data["value"]
             self.fault(cell, doc.problems[0].message)
