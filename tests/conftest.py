@@ -23,6 +23,8 @@ SCRUBBED = (
     "LINES",
     "CI",
     "GITHUB_ACTIONS",
+    "TF_BUILD",
+    "TEAMCITY_VERSION",
     "GITHUB_WORKSPACE",
     "CI_PROJECT_DIR",
 )

@@ -373,7 +373,7 @@ def test_junit_is_xml_whatever_a_message_holds(folder):
 
 # --- the command -----------------------------------------------------------------------------------------------------
 
-READERS = {Kind.JSON: json.loads, Kind.XML: ET.fromstring, Kind.PLAIN: str, Kind.LINES: str}
+READERS = {Kind.JSON: json.loads, Kind.XML: ET.fromstring, Kind.PLAIN: str, Kind.LINES: str, Kind.ORDERS: str}
 READ = {
     **{fmt: READERS[formats.load(fmt).kind] for fmt in VALIDATE},
     "sarif": lambda text: log_schema().validate(json.loads(text)),

@@ -11,8 +11,6 @@ UNPRINTABLE = re.compile(f"[\x00-\x08\x0b-\x1f{CONTROL}]")
 ORDER = re.compile(r"(?:^|(?<=\r))[^\S\r\n]*:(?=:)|#(?=#\w*\[)", re.MULTILINE)
 """How an order begins that a CI system takes out of a log: ``::add-mask::`` of GitHub first on a line, and anywhere its
 ``##[add-mask]``, ``##vso[…]`` of Azure and ``##teamcity[…]``; a sign behind it is the end of the order."""
-
-
 FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20", "\t", "\r", "\n", "'")
 """How a text begins that a spreadsheet would calculate, the wide signs too, or whose first character it would drop."""
 
@@ -22,9 +20,14 @@ def printable(text: str) -> str:
     return UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
-def without_orders(text: str, sign: str = " ") -> str:
-    """Text in which no CI system finds an order: ``sign`` stands where one begins."""
-    return ORDER.sub(lambda found: found[0] + sign, text)
+def first_order(text: str) -> re.Match[str] | None:
+    """Where a CI system finds an order first."""
+    return ORDER.search(text) if "::" in text or "##" in text else None
+
+
+def without_orders(text: str) -> str:
+    """Text for people and logs in which no CI system finds an order: a blank stands where one would begin."""
+    return text if first_order(text) is None else ORDER.sub(lambda begin: f"{begin[0]} ", text)
 
 
 def one_line(text: str) -> str:

@@ -14,7 +14,7 @@ from pidcfg.cli.files.identity import one_file, was_read
 from pidcfg.cli.files.temporary import temporary_for
 from pidcfg.cli.interrupts import whole
 from pidcfg.cli.terminal.glyphs import encodable
-from pidcfg.reader import is_stream, open_file, read_file
+from pidcfg.reader import STREAM, open_file, read_file
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -94,7 +94,7 @@ def place(name: str) -> Path:
     """Where a file is written, through a link; refused when a device, a pipe or a folder is there."""
     if not name:
         raise click.ClickException("the output has no name")
-    if is_stream(name):
+    if STREAM.fullmatch(name):
         raise click.ClickException(f"{name} is a stream and no file; {_instead(name)}")
     try:
         target = Path(name).resolve()

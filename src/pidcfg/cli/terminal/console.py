@@ -15,7 +15,7 @@ import click
 from pidcfg.cli.terminal import colour
 from pidcfg.cli.terminal.glyphs import encodable, fits
 from pidcfg.cli.terminal.progress import LINE
-from pidcfg.control_characters import ORDER, one_line, printable, without_orders
+from pidcfg.control_characters import ORDER, first_order, one_line, printable, without_orders
 
 if TYPE_CHECKING:
     from typing import TextIO
@@ -72,7 +72,9 @@ def echo_xml(text: str) -> None:
     """XML or HTML that says it is UTF-8; on another code page numbers stand for characters that are not ASCII."""
     if not (text.isascii() or _is_utf8(text)):
         text = text.encode("ascii", "xmlcharrefreplace").decode()
-    echo(ORDER.sub(lambda begin: f"{begin[0][:-1]}&#{ord(begin[0][-1])};", text))
+    if first_order(text) is not None:
+        text = ORDER.sub(lambda begin: f"{begin[0][:-1]}&#{ord(begin[0][-1])};", text)
+    echo(text)
 
 
 def _is_utf8(text: str) -> bool:
@@ -104,7 +106,7 @@ def _for_people(text: str, stream: TextIO) -> str:
 
 def _refuse_orders(text: str) -> None:
     """Ends the command where a line of a result would be an order to a CI system that reads it; a file is no log."""
-    order = None if set(OBEYING).isdisjoint(os.environ) else ORDER.search(text)
+    order = None if set(OBEYING).isdisjoint(os.environ) else first_order(text)
     if order is None:
         return
     try:
