@@ -25,7 +25,7 @@ from pidcfg.live import trend as trend_module
 from pidcfg.live.address import Address
 from pidcfg.live.calls import FASTEST
 from pidcfg.live.errors import PlcError
-from pidcfg.live.server import MOST_AHEAD, _move, _server_of, serve
+from pidcfg.live.server import MOST_WAITING, _move, _server_of, is_flood, serve
 from pidcfg.live.trend import Recording, _readings
 from pidcfg.live.virtual import LISTED, VirtualPlc
 from pidcfg.reader import reader_of
@@ -485,8 +485,20 @@ def test_as_many_requests_as_the_protocol_allows_may_be_under_way(desk):
         socket.create_connection(("127.0.0.1", port), 5) as line,
     ):
         for _ in range(3):
-            line.sendall(READ * (MOST_AHEAD // len(READ)))
+            line.sendall(READ * MOST_WAITING)
             assert answer(line)
+        line.sendall(READ * (MOST_WAITING + 1))
+        while answer(line):
+            pass
+
+
+def test_what_is_no_request_is_a_flood_by_its_length_alone():
+    longest = bytes.fromhex("00070000 00fe") + bytes(254)
+    assert not is_flood(longest * MOST_WAITING)
+    assert is_flood(longest * MOST_WAITING + b"\0")
+    for junk in (b"\xff", b"\0", b"GET / HTTP/1.1\r\n"):
+        assert not is_flood(junk)
+        assert is_flood(junk * 5000)
 
 
 def test_who_takes_no_answer_is_hung_up_on(desk):

@@ -26,8 +26,8 @@ SLICE = 0.02
 """Seconds for which requests may have to wait for the PLC."""
 BEHIND = 1.0
 """Seconds behind its time after which the PLC is said not to keep up."""
-MOST_AHEAD = 16 * 260
-"""Bytes that a client may send before it is answered: as many requests, of the longest, as the protocol allows."""
+MOST_WAITING, HEAD, LONGEST = 16, 6, 254
+"""Requests of a client that may wait, by the protocol; bytes before the length of one, and what it is at most."""
 
 
 def context_of(plc: VirtualPlc, unit: int | None = None) -> Any:
@@ -96,6 +96,14 @@ def _server_of(plc: VirtualPlc, listen: Address) -> Any:
     return ModbusSerialServer(context_of(plc, listen.unit), ignore_missing_devices=True, **line)
 
 
+def is_flood(data: bytes) -> bool:
+    """Whether more requests of a client wait than it may have under way."""
+    at = 0
+    for _ in range(MOST_WAITING):
+        at += HEAD + min(int.from_bytes(data[at + HEAD - 2 : at + HEAD], "big"), LONGEST)
+    return at < len(data)
+
+
 def _tcp_server(plc: VirtualPlc, listen: Address) -> Any:
     """A server that hangs up on who asks without end and on who takes no answer, so that all others get theirs."""
     from pymodbus.server import ModbusTcpServer
@@ -106,7 +114,7 @@ def _tcp_server(plc: VirtualPlc, listen: Address) -> Any:
 
         def data_received(self, data: bytes) -> None:
             """Requests that have come since the last time."""
-            if len(data) > MOST_AHEAD:
+            if is_flood(data):
                 self.transport.abort()  # type: ignore[attr-defined]
             else:
                 super().data_received(data)
