@@ -1,5 +1,7 @@
 # pidcfg in a container: docker build -t pidcfg . && docker run --rm -v "$PWD:/work" pidcfg validate .
-FROM python:3.13-slim AS build
+# A tag moves: --build-arg BASE=python:3.13-slim@sha256:... builds from one image for good.
+ARG BASE=python:3.13-slim
+FROM ${BASE} AS build
 WORKDIR /src
 COPY requirements/build.txt requirements/run.txt requirements/
 RUN python -m venv /opt/build \
@@ -12,7 +14,7 @@ COPY src src
 RUN /opt/build/bin/pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir /wheels . \
     && /opt/build/bin/pip --python /opt/pidcfg install --no-cache-dir --no-deps --no-index --find-links /wheels pidcfg
 
-FROM python:3.13-slim
+FROM ${BASE}
 COPY --from=build /opt/pidcfg /opt/pidcfg
 ENV PATH=/opt/pidcfg/bin:$PATH
 # Nobody in particular: name yourself with --user "$(id -u):$(id -g)" where the container has to write.

@@ -772,6 +772,45 @@ def test_a_command_of_these_tests_hears_ctrl_c_wherever_they_run():
     assert shown.stdout.strip() == b"True"
 
 
+FEW = """
+import errno, os, resource, sys
+import pidcfg, pidcfg.cli.errors, pidcfg.cli.main as program
+pidcfg.encode("a.yaml")  # what takes long, once
+def refuse(**_):
+    raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+for free, words in (*((free, ["encode", "a.yaml", "-o", "out.txt"]) for free in range(4)), (0, ["encod"]), (0, [])):
+    read, write = os.pipe()
+    if not os.fork():
+        os.dup2(write, 2)
+        os.closerange(3, 256)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (3 + free, 3 + free))
+        sys.argv[1:] = words
+        if words:
+            del sys.modules["pidcfg.cli.errors"]
+        else:
+            program.cli = refuse
+        program.main()
+    os.close(write)
+    with open(read) as said:
+        text = said.read()
+    print(repr((os.waitstatus_to_exitcode(os.wait()[1]), text, sorted(os.listdir()))))
+"""
+
+
+@POSIX
+def test_where_few_files_may_be_open_a_command_works_or_says_so(tmp_path):
+    (tmp_path / "a.yaml").write_text(GOOD, "utf-8")
+    command = [sys.executable, "-c", FEW]
+    done = subprocess.run(command, cwd=tmp_path, env=environment(), capture_output=True, text=True, check=True)
+    none, one, two, (code, _, files), usage, refused = map(ast.literal_eval, done.stdout.splitlines())
+    assert (code, files) == (0, ["a.yaml", "out.txt"])
+    for code, text, left in (none, one, two):
+        assert (code, left) == (2, ["a.yaml"])
+        assert "Too many open files" in text.splitlines()[0]
+    assert usage[:2] == (2, "Error: no such command: encod; did you mean encode?\n")
+    assert refused[:2] == (2, "Error: cannot write or read: Too many open files\n")
+
+
 @POSIX
 def test_the_command_line_sets_the_handlers_and_the_api_does_not():
     code = "import signal as s, pidcfg.api as api; api.check_text('a: 1'); print(s.getsignal(s.SIGTERM) is s.SIG_DFL)"

@@ -1,6 +1,7 @@
 """Ctrl-C and SIGTERM: what is to end with a result ends with it, and everything else as any command does."""
 
 import asyncio
+import errno
 import gc
 import io
 import os
@@ -53,6 +54,19 @@ def test_a_server_in_a_notebook_is_ended_by_ctrl_c():
         return pidcfg.serve(SCENARIO, listen="127.0.0.1:0", ready=ready)
 
     assert asyncio.run(cell()).outcome.report is not None
+
+
+def test_where_no_loop_can_be_made_the_error_is_all_that_is_told(monkeypatch):
+    def refuse(*_, **__):
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(asyncio.events, "new_event_loop", refuse)
+    monkeypatch.setattr(asyncio, "_get_running_loop", lambda: None)
+    with warnings.catch_warnings(record=True, action="always") as told:
+        with pytest.raises(OSError, match="Too many"):
+            pidcfg.serve(SCENARIO, listen="127.0.0.1:0")
+        gc.collect()
+    assert [str(one.message) for one in told] == []
 
 
 @pytest.mark.usefixtures("handlers")

@@ -6,6 +6,7 @@ import json
 import os
 import re
 import shutil
+import stat
 import subprocess
 import sys
 import tomllib
@@ -47,6 +48,7 @@ def wheel(tmp_path_factory):
     for path in tracked_files():
         (clone / path).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(ROOT / path, clone / path)
+        (clone / path).chmod(0o600)  # as a clone has them under a umask of 077
     built = WheelBuilder(str(clone)).build(directory=str(clone / "dist"), versions=["standard"])
     return zipfile.ZipFile(next(built))
 
@@ -60,6 +62,11 @@ def test_the_wheel_holds_the_whole_package_and_nothing_else(wheel):
 
     assert {name for name in wheel.namelist() if not re.search(r"\.(dist-info|data)/", name)} == package
     assert "pidcfg/py.typed" in package
+
+
+def test_the_wheel_holds_no_times_and_nothing_of_a_umask(wheel):
+    assert {stat.S_IMODE(entry.external_attr >> 16) for entry in wheel.infolist()} == {0o644}
+    assert len({entry.date_time for entry in wheel.infolist()}) == 1
 
 
 def test_the_wheel_brings_the_manual_pages_to_where_man_looks(wheel):

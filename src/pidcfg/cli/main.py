@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from contextlib import suppress
 from enum import IntEnum
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -240,6 +241,22 @@ def _warn(message: Warning | str, *_: object, **__: object) -> None:
     _remark(str(message))
 
 
+def _refuse(error: click.ClickException | OSError) -> NoReturn:
+    """Ends a command that cannot go on with the reason, plainly where no more files may be open to say it."""
+    try:
+        from pidcfg.cli import errors
+
+        if isinstance(error, click.ClickException):
+            errors.say(error)
+        else:
+            _drop_stdout()
+            _say(f"Error: {errors.refused(error)}")
+    except OSError:
+        with suppress(OSError):
+            sys.stderr.write(f"Error: {ascii(str(error))[1:-1]}\n")
+    sys.exit(Exit.UNUSABLE)
+
+
 def _flush() -> None:
     """Writes what is left; a reader that has gone (as `| head` does) changes no exit code."""
     try:
@@ -270,12 +287,6 @@ def main() -> None:
         _flush()
         interrupts.over()
         sys.exit(code if isinstance(code, int) else Exit.OK)
-    except click.ClickException as e:
-        interrupts.over()
-        from pidcfg.cli.errors import say
-
-        say(e)
-        sys.exit(Exit.UNUSABLE)
     except (click.Abort, KeyboardInterrupt):
         interrupts.over()
         _say("interrupted")
@@ -285,13 +296,9 @@ def main() -> None:
         LINE.end()
         _drop_stdout()
         sys.exit(Exit.TERMINATED)
-    except OSError as e:
+    except (click.ClickException, OSError) as e:
         interrupts.over()
-        from pidcfg.cli.errors import refused
-
-        _drop_stdout()
-        _say(f"Error: {refused(e)}")
-        sys.exit(Exit.UNUSABLE)
+        _refuse(e)
     except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
         interrupts.over()
         import traceback

@@ -25,11 +25,21 @@ def run(work: Coroutine[Any, Any, R]) -> R:
     before. A signal that is ignored, or whose default nobody has changed, stays as it is.
     """
     ending = _Ending()
+    watched = ending.watched(work)
+    try:
+        return ending.around(lambda: _beside(watched) if _is_in_a_loop() else asyncio.run(watched))
+    finally:  # where no loop can be made, neither has begun
+        watched.close()
+        work.close()
+
+
+def _is_in_a_loop() -> bool:
+    """Whether an event loop runs in this thread, as in a notebook."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:
-        return ending.around(lambda: asyncio.run(ending.watched(work)))
-    return ending.around(lambda: _beside(ending.watched(work)))
+        return False
+    return True
 
 
 def _beside(work: Coroutine[Any, Any, R]) -> R:
@@ -90,7 +100,6 @@ class _Ending:
             return await task
         finally:
             self._cancel = None
-            work.close()
 
 
 async def _quiet(work: Coroutine[Any, Any, R]) -> R:

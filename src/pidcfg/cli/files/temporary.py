@@ -44,9 +44,16 @@ def temporary_for(target: Path) -> tuple[int, Path]:
                 handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600)
             except FileExistsError:
                 continue
-            LOCKS[path] = os.dup(handle) if sys.platform != "win32" else -1
-        if _lock(LOCKS[path]) and path.exists():
-            return handle, path
+            LOCKS[path] = -1
+        try:
+            if sys.platform != "win32":
+                LOCKS[path] = os.dup(handle)
+            if _lock(LOCKS[path]) and path.exists():
+                return handle, path
+        except OSError:  # no more files may be open
+            os.close(handle)
+            discard(path)
+            raise
         os.close(handle)  # another run took it for one that was left
         discard(path)
 

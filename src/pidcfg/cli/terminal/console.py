@@ -130,9 +130,11 @@ def _put(text: str, *, color: bool) -> None:
 
 def drop(stream: TextIO) -> None:
     """Sends what is still to be written to nowhere: Python would complain again when it closes the stream."""
+    os.close(stream.fileno())  # first: no more files may be open than are now
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, stream.fileno())
-    os.close(nowhere)
+    if nowhere != stream.fileno():
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
 
 
 def markdown(text: str) -> None:
