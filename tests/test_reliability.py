@@ -304,6 +304,7 @@ def test_what_a_run_left_is_tried_again_where_it_stands_now(tmp_path, monkeypatc
 def test_a_test_file_names_the_modules_that_it_looks_into():
     assert "tests/test_explain.py" in importing_files("pidcfg/encoders/maps/click_meanings.py")
     assert "tests/test_explain.py" not in importing_files("pidcfg/encoders/maps/generic.py")
+    assert "tests/test_live.py" in importing_files("pidcfg/live/link.py"), "the map may have files that are left out"
 
 
 def test_an_order_keeps_all_tests_and_files_together_and_is_that_of_its_seed():

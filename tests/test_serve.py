@@ -254,7 +254,7 @@ def test_each_function_reads_or_writes_its_table():
 def test_a_plc_that_was_never_moved_has_a_report():
     plc = virtual("click")
     report = plc.report()
-    assert (plc.run.last, report.duration) == (0, 0.0)
+    assert (plc.run.last, report.duration, plc.unlisted) == (0, 0.0, 0)
     plc = virtual("click")
     plc.advance(5)
     plc.report()

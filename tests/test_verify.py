@@ -769,6 +769,7 @@ def test_means_of_outputs_tell_what_a_kick_hides():
 
 
 AUTO_AT_15 = replace(PLAIN, acts=(Act(5.0, mode="auto"), Act(15.0, mode="auto")))
+AUTO_TWICE = replace(PLAIN, acts=(Act(12.0, mode="auto"), Act(20.0, mode="auto")))
 MANUAL_AT_15 = replace(PLAIN, acts=(Act(15.0, mode="manual"),))
 STEP = replace(PLAIN, name="step 5 %")
 BY_HAND = [("mode: cascade", "mode: manual")]
@@ -816,6 +817,7 @@ def explained(
             [
                 {"signal": "pv", "stage": AUTO_AT_15, "k": 13},
                 {"signal": "setpoint", "stage": AUTO_AT_15, "k": 13},
+                {"signal": "pv", "stage": AUTO_TWICE, "k": 10},
                 {"signal": "pv", "stage": AS_CONFIGURED, "k": 0},
                 {"signal": "pv", "stage": AS_CONFIGURED, "k": 15, "one": {"modes": [(0, "manual")]},
                  "two": {"modes": [(0, "manual"), (15, "auto")]}},
@@ -1232,3 +1234,19 @@ def test_two_filters_of_a_derivative_that_let_the_same_through(after, alike):
         alike_time(change, lower_loop([("derivative_filter: 1", "derivative_filter: 0.582")]))
     ) == pytest.approx(1.0, abs=1e-3)
     assert further(change, one) == pytest.approx(0.132121, abs=1e-6)
+
+
+def test_set_points_of_a_battery_are_those_that_a_coarse_register_holds():
+    one = alone()
+    reference = reference_of(one, 1, one.loop(1), 3.0)
+    points = {
+        act.setpoint
+        for stage in reference.stages
+        for act in stage.acts
+        if act.setpoint is not None and not stage.name.startswith("dead band")
+    }
+    assert reference.bench.start == 90
+    assert {point for point in points if point % 3} == {200}
+    fine = {act.setpoint for stage in reference.stages if stage.name == "dead band" for act in stage.acts}
+    assert 93.6 in fine
+    assert reference_of(one, 1, one.loop(1)).bench.start == 90

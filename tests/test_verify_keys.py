@@ -339,6 +339,7 @@ def test_the_values_that_a_key_may_have():
     config = lower_loop(())
     assert list(choices(config, ("mode",), "cascade")) == ["manual", "auto", "auto"]
     assert list(choices(config, ("anti_windup",), True)) == [False]
+    assert list(choices(config, ("tuning", "derivative_on"), "pv")) == ["error"]
     assert list(choices(config, ("pv", "range", 0), Decimal(0))) == []
 
 
