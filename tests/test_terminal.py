@@ -240,6 +240,15 @@ def test_nothing_is_shown(before, environment):
     assert on_a_terminal(before, waits=False, **environment) == ""
 
 
+@pytest.mark.parametrize(
+    ("terminal", "shown"), [(True, "a\ufffd]0;x\ufffdb\n::c\n"), (False, "a\x1b]0;x\x07b\r\n::c\n")]
+)
+def test_a_files_text_does_nothing_to_a_terminal_and_is_the_same_elsewhere(monkeypatch, terminal, shown):
+    monkeypatch.setattr(sys, "stdout", Stream(terminal=terminal))
+    console.echo("a\x1b]0;x\x07b\r\n::c\n")
+    assert sys.stdout.getvalue() == shown
+
+
 def test_nothing_is_shown_where_stderr_is_no_terminal(capsys, monkeypatch):
     line = progress.Line()
     monkeypatch.setattr(progress, "AFTER", 0)

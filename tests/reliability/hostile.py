@@ -32,6 +32,8 @@ NAMES = ("", "x\n::error::x", "\x1b[31mx\n::error::x", "\udcff", "\u202e") if os
 """What the name of a file begins with; most systems but Windows take any byte."""
 SHOWN = re.compile("[\x1b\x07\x9b\u202e\u2066]|^::error::x", re.MULTILINE)
 """What must reach no terminal and no log."""
+FILES = {"export", "decode", "--into"}
+"""What prints a file, in the words of another one: as they are, unless a terminal shows it."""
 DECLARED = {0, 1, 2}
 SECONDS = 20
 """Of CPU for a command; what takes longer counts as a hang."""
@@ -280,7 +282,7 @@ def judge(case: Case, folder: Path, code_page: tuple[str, str], figures: Figures
         figures.tracebacks += traceback
         figures.bugs += code == 3
         figures.hangs += code == -1
-        escapes = SHOWN.search(f"{out}\n{err}") if words[0] not in {"export", "decode"} else None
+        escapes = None if FILES & {*words} else SHOWN.search(f"{out}\n{err}")
         if code not in DECLARED or traceback or escapes:
             last = err.strip().splitlines()[-2:]
             figures.failures.append(f"{' '.join(line)} [{code_page[0]}]: exit {code}, {taken:.1f} s: {last}")

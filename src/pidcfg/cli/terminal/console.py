@@ -45,7 +45,12 @@ def show_lines(text: str) -> None:
 
 
 def show_orders(text: str) -> None:
-    """A result as it is, with orders that are meant; where a code page lacks some of it, a note says so."""
+    """A result as it is, with orders that are meant; where a code page lacks some of it, a note says so.
+
+    Where a person watches, control characters in it are shown and not obeyed.
+    """
+    if sys.stdout.isatty():
+        text = printable(text.replace("\r\n", "\n"))
     _put(text, color=False)
     if not fits(text, sys.stdout.encoding):
         lacking = "".join(dict.fromkeys(c for c in text if not fits(c, sys.stdout.encoding)))
