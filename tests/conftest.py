@@ -5,6 +5,7 @@ import ipaddress
 import os
 import signal
 import socket
+import sys
 
 import pytest
 from hypothesis import settings
@@ -37,6 +38,19 @@ gc.set_threshold(*FEW_COLLECTIONS)
 settings.register_profile("pidcfg", deadline=None)
 settings.register_profile("pidcfg-ci", deadline=None, derandomize=True, database=None, max_examples=60)
 settings.load_profile("pidcfg-ci" if os.environ.get("CI") else "pidcfg")
+
+
+class Missing:
+    """Skips a test that comes upon a package of the extra `report`, by itself or by pidcfg, where there is none."""
+
+    PACKAGES = ("jinja2", "matplotlib", "openpyxl", "xlsxwriter")
+
+    def find_spec(self, name, *_):
+        if name in self.PACKAGES:
+            raise pytest.skip.Exception(f"{name} is not installed", allow_module_level=True)
+
+
+sys.meta_path.append(Missing())  # the last one that is asked
 
 
 CONNECT = socket.socket.connect

@@ -19,6 +19,8 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import pidcfg
+from conftest import Missing
+from pidcfg.cli.extras import need
 from pidcfg.cli.main import COMMANDS
 
 ROOT = Path(__file__).parents[1]
@@ -27,6 +29,14 @@ NODE = ROOT / "tests/node"
 LOCKS = sorted((ROOT / "requirements").glob("*.txt"))
 EXTRAS = PYPROJECT["project"]["optional-dependencies"]
 RANGES = {"run": PYPROJECT["project"]["dependencies"], **EXTRAS, **PYPROJECT["dependency-groups"]}
+
+
+def test_a_test_is_skipped_by_the_name_of_the_package_that_it_lacks(monkeypatch):
+    assert set(Missing.PACKAGES) == {Requirement(text).name for text in EXTRAS["report"]}
+    monkeypatch.setattr(sys, "meta_path", [finder for finder in sys.meta_path if isinstance(finder, Missing)])
+    monkeypatch.delitem(sys.modules, "jinja2", raising=False)
+    with pytest.raises(pytest.skip.Exception, match="jinja2 is not installed"):
+        need("jinja2", "report")
 
 
 # --- the wheel --------------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from pidcfg.diagnostics import Severity
 from pidcfg.validate.catalog import rule_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.cli.formats.findings import Findings
     from pidcfg.diagnostics import Diagnostic
@@ -53,9 +53,8 @@ def _rule_cases(reported: Sequence[Diagnostic], fails: Severity) -> Iterator[Cas
     """A case a rule: findings that fail the run fail it, the others stand in its output."""
     for code in dict.fromkeys(d.code for d in reported):
         of_rule = [d for d in reported if d.code == code]
-        failing = [d for d in of_rule if d.severity >= fails]
         rule = rule_of(code)
-        yield _case(f"{code} {rule.name}", of_rule, failing, unusable=rule.unusable)
+        yield _case(f"{code} {rule.name}", of_rule, lambda d: d.severity >= fails, unusable=rule.unusable)
 
 
 def runs_junit(outcomes: Sequence[Outcome], fails: Severity) -> str:
@@ -73,7 +72,7 @@ def _soundness(outcome: Outcome, fails: Severity) -> Case:
         return judged and d.severity >= fails
 
     diagnostics = [*outcome.findings, *run_errors(outcome)]
-    return _case(RUN, diagnostics, list(filter(fails_run, diagnostics)), unusable=outcome.report is None)
+    return _case(RUN, diagnostics, fails_run, unusable=outcome.report is None)
 
 
 def _expectations(outcome: Outcome) -> Iterator[Case]:
@@ -107,10 +106,10 @@ def _standing(outcome: Outcome) -> Iterator[Case]:
             yield Case(name, output=v.text)
 
 
-def _case(name: str, diagnostics: Sequence[Diagnostic], failing: Sequence[Diagnostic], *, unusable: bool) -> Case:
+def _case(name: str, diagnostics: Sequence[Diagnostic], fails: Callable[[Diagnostic], bool], *, unusable: bool) -> Case:
     """What fails a case is its failure, or its error where nothing could be judged; the rest is its output."""
-    entries = tuple(entry(d) for d in failing)
-    output = "\n\n".join(_block(d) for d in diagnostics if d not in failing)
+    entries = tuple(entry(d) for d in diagnostics if fails(d))
+    output = "\n\n".join(_block(d) for d in diagnostics if not fails(d))
     return Case(name, errors=entries, output=output) if unusable else Case(name, entries, output=output)
 
 
