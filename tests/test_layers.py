@@ -179,6 +179,7 @@ LONG_MODULES = {
     "schemas.dl06":             "a table: one field for every word and bit",
     "schemas.click":            "a table: one field for every register",
     "schemas.ezlogix":          "a table: one field for every register",
+    "encoders.dpide.st_read":   "one reader of a program, from its calls to its notes",
     "sheets.read":              "one reader of a sheet, cell by cell",
     "schemas.nextopid":         "a table: one field for every parameter of fourteen blocks",
 }
