@@ -32,6 +32,7 @@ from pidcfg.cli.terminal import console
 from pidcfg.control_characters import without_orders
 from pidcfg.encoders.ihex import read_ihex
 from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.limits import DEFAULT
 from pidcfg.listings import read_listing
@@ -142,6 +143,83 @@ def test_twice_the_variables_of_a_program_are_twice_the_work():
                 read_st(text)
             counts.append(calls["all"])
         assert counts[1] < 2.2 * counts[0]
+
+
+def program(declared, *statements):
+    """A NextoPID program whose one loop reads x."""
+    call = "L(SP := 1.0, PV := x);\n"
+    names = "L : PIDA_REAL; a : REAL; x : REAL; z : REAL; c : INT;\n"
+    return f"PROGRAM P\nVAR\n{names}{declared}END_VAR\n{''.join(statements)}{call}END_PROGRAM\n"
+
+
+def elsif(n, variable="z"):
+    branches = "".join(f"ELSIF a > {i}.0 THEN {variable} := 1.0;\n" for i in range(n))
+    return program("", f"IF a > 0.5 THEN x := 1.0;\n{branches}END_IF;\n")
+
+
+def cases(n):
+    return program("", "CASE c OF\n", *(f"{i}: z := 1.0;\n" for i in range(n)), "END_CASE;\n")
+
+
+def backwards(n):
+    names = "".join(f"v{i} : REAL;\n" for i in range(n + 1))
+    return program(names, *(f"v{i} := v{i + 1};\n" for i in reversed(range(n))), "x := v0;\n")
+
+
+def moves(n):
+    names = "".join(f"F{i} : PIDA_REAL; v{i} : REAL;\n" for i in range(n))
+    return program(names, *(f"v{i} := a;\nF{i}(SP := 1.0, PV := v{i});\n" for i in range(n)))
+
+
+def functions(n):
+    return program("", "ControlSelectMin(MV1 := a, MV2 := a);\n" * n)
+
+
+def parameters(n):
+    return program("F : PIDA_REAL;\n", f"F({', '.join(f'a{i} := 1' for i in range(n))});\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "size"), [(cases, 80), (backwards, 80), (moves, 80), (functions, 200), (parameters, 80)]
+)
+def test_twice_a_program_is_twice_the_work(text, size):
+    counts = []
+    for n in (10, size, 2 * size):
+        with Counted() as calls, suppress(ListingError):  # of a parameter that is none
+            read_st(text(n))
+        counts.append(calls["all"])
+    assert counts[2] < 2.2 * counts[1], text
+
+
+def test_each_condition_of_a_chain_of_branches_is_read_as_it_is_and_inverted_and_no_more():
+    factors = []
+    for n in (30, 60):
+        with Counted() as calls:
+            whens = [move["when"] for move in read_st(elsif(n, "x")).plc["moves"]]
+        assert whens[n].count("NOT") == n
+        factors.append(calls["factor"])
+    assert factors[1] < 2.2 * factors[0]
+
+
+def test_a_chain_of_branches_ends_where_no_condition_can_say_it():
+    with pytest.raises(ListingError, match=r"with those of the branches before, .* longer than 1000 char") as error:
+        read_st(elsif(1000, "x"))
+    assert error.value.line < 100
+
+
+def pous(n):
+    variable = '<variable name="L"><type><derived name="PIDA_REAL"/></type></variable>'
+    pou = f'<pou name="Q" pouType="program"><interface><localVars>{variable}</localVars></interface></pou>'
+    return f'<project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>{pou * n}</pous></types></project>'
+
+
+def test_twice_the_programs_of_a_document_are_twice_the_work():
+    counts = []
+    for n in (10, 40, 80):
+        with Counted() as calls, suppress(ListingError):  # of several none is read
+            read_plcopen(pous(n))
+        counts.append(calls["all"])
+    assert counts[2] < 2.2 * counts[1]
 
 
 def test_statements_in_each_other_have_a_limit():

@@ -238,6 +238,10 @@ def hand(body: str):
             ],
         ),
         (
+            "CASE Mode OF 9..1: A.SP := 1; 2: A.SP := 2; END_CASE A();",
+            [(1.0, "A.SP", "Mode >= 9 AND Mode <= 1", "start"), (2.0, "A.SP", "Mode = 2", "start")],
+        ),
+        (
             "A.SP := SP1; IF Man THEN A.SP := 5; END_IF A();",
             [("SP1", "A.SP", "", "start"), (5.0, "A.SP", "Man", "start")],
         ),
@@ -289,6 +293,10 @@ def test_what_does_not_concern_the_blocks_is_named_by_line():
         ("IF Man THEN A.SP := Man; END_IF A();", 7, "Man is a BOOL; numbers are wanted"),
         ("IF Man A.SP := 3; END_IF A();", 7, "unexpected ';'"),
         ("CASE Mode OF 1: A.SP := 3; 1: A.SP := 4; END_CASE A();", 7, "this value stands in the CASE again"),
+        ("CASE Mode OF 9, 1..3, 2..6: ; 4: A.SP := 4; END_CASE A();", 7, "this value stands in the CASE again"),
+        ("CASE Mode OF 0..9, 5: ; 4..2: ; 7: A.SP := 4; END_CASE A();", 7, "this value stands in the CASE again"),
+        (f"IF Man THEN A.SP := SP1{' + SP1' * 300}; END_IF A();", 7, "the expression is longer than 1000 characters"),
+        (f"IF SP1 > 1.0{' OR Man' * 200} THEN A.SP := 1; END_IF A();", 7, "is longer than 1000 characters"),
         ("CASE Mode OF Big: A.SP := 3; END_CASE A();", 7, "only numbers are read as values of CASE"),
         ("IF Man THEN A(SP := 5); END_IF", 7, "A is called inside another statement"),
         ("WHILE Man DO A.SP := 5; END_WHILE A();", 7, "a parameter of A is assigned inside another statement"),

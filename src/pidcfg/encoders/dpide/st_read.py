@@ -113,6 +113,10 @@ class _Reader:
         if not self.calls.found:
             raise ListingError(f"the program has no call of {INSTRUCTION}, and none of a function block with it inside")
         self.changes = self._changes()
+        self.timers = {
+            joined(values[1]).upper(): one for one in reversed(self.calls.timers) if len(values := one[1]) == 3
+        }
+        self.pulses = self._by_output()
         self.listing.settings = tuple(self._loop(i, found) for i, found in enumerate(self.calls.found))
         self._notes(skipped)
         self.listing.notes = tuple(self.notes)
@@ -233,32 +237,37 @@ class _Reader:
             parse_timer(text)
         except ValueError:
             return False
-        for step, values in self.calls.timers:
-            if len(values) == 3 and joined(values[1]).upper() == text:
-                cycle, time = found.operands["CYCLE"], joined(values[2])
-                held = self.listing.words.get(f"{name}.CYCLE")
-                if time.upper() != cycle.text.upper() and self._whole(values[2], found.scope) != held:
-                    where = f"{time[:40]} in line {step.first.line}"
-                    self.notes.append(f"{name}: {text} runs for {where}, and CYCLE is {cycle.text[:40]}")
-                self.used |= {id(step), *(id(reset) for reset in self.changes.get(text, []))}
-                return True
-        return False
+        if text not in self.timers:
+            return False
+        step, values = self.timers[text]
+        cycle, time = found.operands["CYCLE"], joined(values[2])
+        held = self.listing.words.get(f"{name}.CYCLE")
+        if time.upper() != cycle.text.upper() and self._whole(values[2], found.scope) != held:
+            where = f"{time[:40]} in line {step.first.line}"
+            self.notes.append(f"{name}: {text} runs for {where}, and CYCLE is {cycle.text[:40]}")
+        self.used |= {id(step), *(id(reset) for reset in self.changes.get(text, []))}
+        return True
+
+    def _by_output(self) -> dict[str, list[tuple[Step, Step, tuple[tuple[Token, ...], ...]]]]:
+        """The calls of GPWM whose width is one variable, by what that is made of, with the statement that makes it."""
+        found: dict[str, list[tuple[Step, Step, tuple[tuple[Token, ...], ...]]]] = {}
+        for step, values in self.calls.pulses:
+            widths = self.changes.get(joined(values[1]).upper(), []) if len(values) == 4 else []
+            if len(widths) == 1 and not widths[0].guards and not step.guards:
+                made = joined(widths[0].tokens[:-1]).upper().removeprefix(f"{joined(values[1])}:=".upper())
+                found.setdefault(made, []).append((step, widths[0], values))
+        return found
 
     def _pulses(self, found: Instruction) -> dict[str, Any] | None:
         """GPWM whose width is the MV of an instruction."""
         output = found.operands["MV"].text.upper()
-        for step, values in self.calls.pulses:
-            widths = self.changes.get(joined(values[1]).upper(), []) if len(values) == 4 else []
-            if len(widths) != 1 or widths[0].guards or step.guards:
-                continue
-            if joined(widths[0].tokens[:-1]).upper() != f"{joined(values[1])}:=REAL_TO_INT({output})".upper():
-                continue
+        for step, width, values in self.pulses.get(f"REAL_TO_INT({output})", ()):
             flag = found.scope.flag(values[3])
             if flag is None or joined(values[0]).upper() not in {ALWAYS, "TRUE"}:
                 continue
             cycle = self._whole(values[2], found.scope)
             if cycle is not None:
-                self.used |= {id(step), id(widths[0])}
+                self.used |= {id(step), id(width)}
                 return {"cycle": cycle, "output": flag}
         return None
 

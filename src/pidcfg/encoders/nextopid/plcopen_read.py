@@ -11,10 +11,11 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 from decimal import Decimal
+from itertools import compress
 from typing import TYPE_CHECKING
 from xml.parsers import expat
 
-from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.listing import Listing, ListingError, few
 from pidcfg.encoders.nextopid.st_read import read_source
 from pidcfg.encoders.nextopid.st_scope import LIBRARY
 from pidcfg.encoders.nextopid.st_source import Source, parse_body, unqualified
@@ -166,13 +167,14 @@ def _pou(root: Node, resources: list[Node], lists: list[Node]) -> Node:
         for node in _variables(lists)
         if any(_of_library(node, "type", "derived"))
     }
-    fitting = [pou for pou in pous if any(_of_library(pou, "interface", "*", "variable", "type", "derived"))]
-    fitting += [pou for pou in pous if pou not in fitting and instances & _words(pou)]
+    declares = [any(_of_library(pou, "interface", "*", "variable", "type", "derived")) for pou in pous]
+    fitting = [*compress(pous, declares)]
+    fitting += [pou for pou, own in zip(pous, declares, strict=True) if not own and instances & _words(pou)]
     fitting = fitting or [pou for pou in pous if pou.attributes.get("pouType") == "program"]
     if not fitting:
         raise root.error("the project has no program")
     if len(fitting) > 1:
-        names = ", ".join(pou.attributes.get("name", "?") for pou in fitting)
+        names = few([pou.attributes.get("name", "?") for pou in fitting])
         raise fitting[1].error(f"several POUs have blocks of the library ({names}); export one of them")
     if fitting[0].attributes.get("pouType") != "program":
         raise fitting[0].error("blocks of the library stand in a POU that is no program")

@@ -8,25 +8,24 @@ a change in between.
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.nextopid.st_wiring import Wiring
 from pidcfg.encoders.st.lex import END, NAME, Token
 from pidcfg.encoders.st.parse import Cursor, chain, is_literal, statement
 from pidcfg.encoders.st.values import number_of
-from pidcfg.schemas.expressions import AND, AT_LEAST, AT_MOST, CONSTANT, EQUAL, NEGATE, NOT, OR, SIGNAL
-from pidcfg.schemas.iec import BOOL, REAL
+from pidcfg.schemas.expressions import MAX_LENGTH
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
-
-    from pidcfg.schemas.iec import IecType
 
 BRANCHES = frozenset(("IF", "CASE"))
 LATCHES = {"S": "TRUE", "R": "FALSE"}
 """What ``x S= y`` and ``x R= y`` make of x when y is TRUE."""
 THEN, OF = frozenset(("THEN",)), frozenset(("OF",))
+MOST_GUARDS = MAX_LENGTH // len("a AND ") + 1
+"""Conditions of an assignment; more are no expression, however short each of them is."""
 
 
 class Label(NamedTuple):
@@ -35,13 +34,39 @@ class Label(NamedTuple):
     low: float
     high: float | None = None
 
-    def meets(self, other: Label) -> bool:
-        """Whether a value belongs to both."""
-        highest = (part.low if part.high is None else part.high for part in (self, other))
-        return max(self.low, other.low) <= min(highest)
+    @property
+    def last(self) -> float:
+        """The highest value."""
+        return self.low if self.high is None else self.high
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
+class Labels:
+    """The values that branches of a CASE have, as ranges in ascending order that do not meet."""
+
+    lows: list[float] = field(default_factory=list)
+    highs: list[float] = field(default_factory=list)
+
+    def hold(self, label: Label) -> bool:
+        """Whether a value of a label is there; a range that does not ascend has none."""
+        return label.low <= label.last and self._first(label) < self._behind(label)
+
+    def add(self, label: Label) -> None:
+        """Adds the values of a label."""
+        if label.low > label.last:
+            return
+        first, behind = self._first(label), self._behind(label)
+        self.lows[first:behind] = [min([label.low, *self.lows[first:behind]])]
+        self.highs[first:behind] = [max([label.last, *self.highs[first:behind]])]
+
+    def _first(self, label: Label) -> int:
+        return bisect_left(self.highs, label.low)
+
+    def _behind(self, label: Label) -> int:
+        return bisect_right(self.lows, label.last)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Guard:
     """A condition that must hold, or must not: of IF, or that a number has one of some values."""
 
@@ -105,25 +130,28 @@ class Branches:
         while True:
             guard = Guard(_wanted(cursor, THEN, "IF"), opened)
             self._body(cursor, (*before, guard), ("ELSIF", "ELSE", "END_IF"))
-            before = (*before, guard.inverse())
+            before = (*before, guard.inverse())[: MOST_GUARDS + 1]
             if cursor.take().upper != "ELSIF":
                 break
         if cursor.tokens[cursor.at - 1].upper == "ELSE":
             self._body(cursor, before, ("END_IF",))
 
     def _case(self, cursor: Cursor, guards: tuple[Guard, ...]) -> None:
-        opened = len(self.found)
+        opened, taken = len(self.found), Labels()
         cases: list[Guard] = []
         selector = _wanted(cursor, OF, "CASE")
         while cursor.here.upper not in {"ELSE", "END_CASE"}:
             here = cursor.here
             guard = Guard(selector, opened, tuple(_labels(cursor)))
-            if any(one.meets(other) for case in cases for one in case.labels for other in guard.labels):
+            if any(map(taken.hold, guard.labels)):
                 raise here.error("this value stands in the CASE again")
+            for label in guard.labels:
+                taken.add(label)
             cases.append(guard)
             self._body(cursor, (*guards, guard), ("ELSE", "END_CASE"))
         if cursor.take().upper == "ELSE":
-            self._body(cursor, (*guards, *(case.inverse() for case in cases)), ("END_CASE",))
+            others = (*guards, *(case.inverse() for case in cases[: MOST_GUARDS + 1]))
+            self._body(cursor, others, ("END_CASE",))
 
     def _body(self, cursor: Cursor, guards: tuple[Guard, ...], ends: tuple[str, ...]) -> None:
         """The statements of a branch, up to the next one."""
@@ -179,71 +207,3 @@ def _label(cursor: Cursor) -> float:
         raise token.error(f"{token.text}: only numbers are read as values of CASE")
     value = float(number_of(token))
     return -value if negative else value
-
-
-# --- conditions ------------------------------------------------------------------------------------------------------
-
-
-@dataclass(slots=True)
-class Condition:
-    """The conditions of an assignment as one: code, constants and names."""
-
-    code: list[int] = field(default_factory=list)
-    constants: list[float] = field(default_factory=list)
-    names: list[str] = field(default_factory=list)
-
-    def add(self, part: Wiring) -> None:
-        """The code of a part, behind what is there."""
-        for op, operand in zip(part.code[::2], part.code[1::2], strict=True):
-            moved = len(self.constants) if op == CONSTANT else len(self.names) if op == SIGNAL else 0
-            self.code += (op, operand + moved)
-        self.constants += part.constants
-        self.names += part.names
-
-    def number(self, value: float) -> None:
-        """A constant; a negative one with its sign behind."""
-        self.code += (CONSTANT, len(self.constants))
-        self.constants.append(abs(value))
-        if value < 0:
-            self.emit(NEGATE)
-
-    def emit(self, op: int) -> None:
-        """An operator."""
-        self.code += (op, 0)
-
-
-def condition_of(guards: Sequence[Guard], resolve: Callable[[tuple[Token, ...]], tuple[str, IecType]]) -> Condition:
-    """All conditions, joined by AND."""
-    whole = Condition()
-    for i, guard in enumerate(guards):
-        if not guard.labels:
-            whole.add(Wiring.read(guard.tokens, BOOL, resolve))
-        for j, label in enumerate(guard.labels):
-            _compare(whole, guard.tokens, label, resolve)
-            if j:
-                whole.emit(OR)
-        if guard.inverted and whole.code[-2] == NOT:
-            del whole.code[-2:]
-        elif guard.inverted:
-            whole.emit(NOT)
-        if i:
-            whole.emit(AND)
-    return whole
-
-
-def _compare(
-    whole: Condition,
-    tokens: tuple[Token, ...],
-    label: Label,
-    resolve: Callable[[tuple[Token, ...]], tuple[str, IecType]],
-) -> None:
-    whole.add(Wiring.read(tokens, REAL, resolve))
-    whole.number(label.low)
-    if label.high is None:
-        whole.emit(EQUAL)
-        return
-    whole.emit(AT_LEAST)
-    whole.add(Wiring.read(tokens, REAL, resolve))
-    whole.number(label.high)
-    whole.emit(AT_MOST)
-    whole.emit(AND)

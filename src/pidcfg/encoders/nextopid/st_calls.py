@@ -7,6 +7,7 @@ assignment inside IF, a second call of a block, an assignment after the call.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import compress
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.nextopid.st_branches import BRANCHES, Branches, Guarded, is_latch
@@ -52,6 +53,8 @@ class Calls:
     """Statements that are left out."""
     gates: list[tuple[Item, Token]] = field(default_factory=list)
     """Loops that are not called in every cycle, each with its cycle counter."""
+    counters: set[str] = field(default_factory=set)
+    """These counters, in capitals."""
     counts: dict[str, int] = field(default_factory=dict)
     branches: Branches = field(init=False)
     """Assignments that may be moves."""
@@ -211,6 +214,7 @@ class Calls:
         for statement in inner:
             self.take(Statement((*statement, tokens[-1])))
         self.gates.append((loop, tokens[1]))
+        self.counters.add(tokens[1].upper)
         return True
 
     def _counting(self, counter: Token, value: tuple[Token, ...]) -> bool:
@@ -230,9 +234,10 @@ class Calls:
 
     def settle_inputs(self) -> None:
         """Inputs that are assigned more than once: all of that are moves; refuses what a call writes over."""
-        for guarded in [one for one in self.branches.found if self.left.is_held(one.target[0])]:
-            self.branches.found.remove(guarded)
+        held = [self.left.is_held(one.target[0]) for one in self.branches.found]
+        for guarded in [*compress(self.branches.found, held)]:
             self.pass_over(guarded)
+        self.branches.found = [one for one, is_held in zip(self.branches.found, held, strict=True) if not is_held]
         self.left.refuse_written_over()
         for guarded in [*self.branches.found]:
             item = self.scope.instance(guarded.target[0].upper)
@@ -254,11 +259,6 @@ class Calls:
         self.scope.assigned.setdefault(first.upper, first)
         inside = (Token("sign", ":=", guarded.line, end.column), *guarded.value)
         self.left.pass_over((*guarded.target, *inside, Token(END, "", end.line, end.column)))
-
-    @property
-    def counters(self) -> set[str]:
-        """Variables that count cycles, in capitals."""
-        return {place.upper for _, place in self.gates}
 
     def sample_times(self, plc: Mapping[str, Any]) -> None:
         """The intervals of the loops that are not called in every cycle; they must agree with the comments."""

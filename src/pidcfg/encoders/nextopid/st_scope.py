@@ -86,6 +86,8 @@ class Scope:
     """Variables that skipped statements assign."""
     used: set[str] = field(default_factory=set)
     """Variables that wires read."""
+    numbers: dict[str, int] = field(default_factory=dict)
+    """The last number that a function was named with, by its kind: all up to it are taken."""
 
     @classmethod
     def of(cls, source: Source, listing: Listing) -> Scope:
@@ -144,10 +146,11 @@ class Scope:
 
     def new_function(self, kind: BlockType, wanted: str | None, at: Token) -> Item:
         """A function that no comment speaks of; its name is that of its outputs' variables, or one that is free."""
-        name, number = wanted or f"{kind.name.removeprefix('Control')}_1", 1
+        stem = kind.name.removeprefix("Control")
+        name = wanted or f"{stem}_1"
         while name.upper() in self.items or name.upper() in self.variables:
-            number += 1
-            name = f"{kind.name.removeprefix('Control')}_{number}"
+            self.numbers[stem] = self.numbers.get(stem, 1) + 1
+            name = f"{stem}_{self.numbers[stem]}"
         item = Item(name, kind, {"block": name, "type": kind.name})
         self._add(item, at.line, at.column)
         return item

@@ -19,6 +19,7 @@ from pidcfg.schemas.expressions import (
     ABSOLUTE,
     CONSTANT,
     LARGEST_VALUE,
+    MAX_LENGTH,
     MAXIMUM,
     MINIMUM,
     NEGATE,
@@ -46,6 +47,7 @@ SIGNS = {sign: (op, rank) for op, (sign, rank) in OPERATORS.items()}
 """Operators between two operands, and how tightly they bind."""
 AMPERSANDS = {"&": "AND"}
 ALLOWED = "numbers, names, conditions, + - * / ( ) and MIN, MAX, ABS, SQRT can be wired"
+LONGER = f"the expression is longer than {MAX_LENGTH} characters: assign a part of it to a variable before"
 BOOL, REAL, WHOLE, TIME = "bool", "real", "whole", "time"
 IN_WORDS = {BOOL: "a BOOL", REAL: "a REAL", WHOLE: "a whole number", TIME: "a TIME"}
 NUMBERS = frozenset((REAL, WHOLE))
@@ -78,6 +80,8 @@ class Wiring:
             self.cursor.expect(")", "the expression")
         else:
             found = self.expression(0)
+        if len(self.code) > 2 * MAX_LENGTH:  # each pair of it is a character at least
+            raise tokens[0].error(LONGER)
         if self.cursor.here.kind != END:
             raise self.cursor.here.error(f"unexpected {self.cursor.here.text!r}; {ALLOWED}")
         wanted = "a BOOL is wanted" if kind.kind == "bool" else "numbers are wanted"

@@ -220,7 +220,7 @@ def arguments(tokens: Sequence[Token], callee: str) -> list[Argument]:
     """The arguments of a call from its opening parenthesis to the end of the statement; each has a name."""
     cursor = Cursor((*tokens, Token(END, "the end of the statement", tokens[-1].line, tokens[-1].column)))
     cursor.expect("(", callee)
-    listed: list[Argument] = []
+    listed: dict[str, Argument] = {}
     while cursor.here.text != ")":
         name = cursor.take()
         sign = cursor.take()
@@ -229,15 +229,15 @@ def arguments(tokens: Sequence[Token], callee: str) -> list[Argument]:
         value = cursor.until(frozenset((",", ")")))
         if not value:
             raise sign.error(f"nothing stands behind {name.text} {sign.text}")
-        if name.upper in {other.name.upper for other in listed}:
+        if name.upper in listed:
             raise name.error(f"{name.text} stands here again")
-        listed.append(Argument(name, sign.text, value))
+        listed[name.upper] = Argument(name, sign.text, value)
         if cursor.here.text != ")":
             cursor.expect(",", f"the argument {name.text}")
     cursor.take()
     if cursor.here.kind != END:
         raise cursor.here.error(f"{cursor.here.text!r} stands behind the call of {callee}")
-    return listed
+    return [*listed.values()]
 
 
 def is_literal(token: Token) -> bool:
