@@ -479,9 +479,11 @@ def test_a_stream_is_nothing_that_a_file_names(tmp_path, monkeypatch, capsysbina
 
 WRITERS = {
     "pidcfg.cli.terminal.console": {"echo", "write"},
+    "pidcfg.cli.main": {"write"},
     "pidcfg.sim.compile": {"warn"},
 }
-"""Who writes to the streams: the one exit, and a warning, which the command line leads there."""
+"""Who writes to the streams: the one exit, an error in ASCII where no more files may be open to load it, and a warning,
+which the command line leads there."""
 
 
 def test_a_warning_passes_the_one_exit(monkeypatch, capsys):
