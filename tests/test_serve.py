@@ -16,6 +16,7 @@ from types import SimpleNamespace
 import pytest
 
 import pidcfg
+from apart import apart
 from live_rig import CLICK, DL06, run
 from pidcfg.encoders.words import bcd_word
 from pidcfg.limits import DEFAULT
@@ -393,7 +394,7 @@ def moved(monkeypatch, *, dt, speed, cost, jumps=(), most=60):
 
     plc.advance = advance
     with suppress(asyncio.CancelledError):
-        asyncio.run(_move(plc, speed, said.append))
+        apart(_move(plc, speed, said.append))
     return plc.steps - 3, said, clock.slept[:most]
 
 
@@ -425,7 +426,7 @@ def test_rows_of_a_trend_that_are_late_are_left_out(monkeypatch):
         async for at, _ in _readings(None, registers, [], recording):
             times.append(at)
 
-    asyncio.run(read())
+    apart(read())
     assert times == [0.0, 3.25, 5.75, 5.75, 6.75]
     assert clock.slept == [0.0, 0.75, 0.5, 0.0, 1.0]
 
