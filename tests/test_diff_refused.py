@@ -13,6 +13,8 @@ from diff_words import EXAMPLES, FILES, REFUSALS, refused, with_word
 from pidcfg.cli.formats.differences import as_text
 from pidcfg.cli.main import main
 from pidcfg.vendors import format_of
+from shell import captured
+from shell import pidcfg as command
 
 SECOND = {
     "dl06": (("V2051", 0x0900), ("tuning.reset", 180, 90)),
@@ -211,3 +213,18 @@ def test_a_file_that_has_lost_its_loops_differs(name):
         result = pidcfg.diff(*sides)
         assert result.ok and not result.same  # noqa: PT018
     assert pidcfg.diff(without, without).same
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_number_of_a_setting_that_no_computer_holds_is_refused_with_its_place(tmp_path, turned):
+    text = re.sub(
+        r'"range": \[0, 30\]', '"range": [0, 1e400]', str(pidcfg.encode(EXAMPLES / "dpide/chiller.yaml").text)
+    )
+    assert "1e400" in text
+    line = next(i for i, row in enumerate(text.splitlines(), 1) if "1e400" in row)
+    listing = tmp_path / "l.txt"
+    listing.write_text(text, "utf-8")
+    sides = [str(listing), str(EXAMPLES / "dpide/chiller.yaml")]
+    code, said, _ = captured(command, ["diff", *(reversed(sides) if turned else sides), "--vendor", "dpide"])
+    assert code == 2
+    assert f"l.txt:{line}: 1e400 is too large for a number" in said

@@ -443,3 +443,13 @@ loops:
 """
     [found] = [d.message for d in check_document(read_document(text.encode(), "a.yaml")).findings if d.code == "PID102"]
     assert found == f"slope is {slope} degC/s, but its word holds 0 to {most}"
+
+
+@pytest.mark.parametrize(("table", "steps"), [("V2000", None), ("V1741", None), ("V2037", None), ("V3000", [])])
+def test_a_pointer_into_the_loop_table_gives_no_steps(table, steps):
+    image = dict.fromkeys(range(0o1741, 0o4000), 0) | words({"ramp_soak": {"table": table, "enabled": False}})
+    decoded = decode(image)
+    assert decoded.data["loops"][0]["ramp_soak"].get("steps") == steps
+    said = [note for note in decoded.notes if "over the loop table" in note]
+    wanted = [f"LOOP-1: the ramp/soak table at {table} lies over the loop table: its words are no steps"]
+    assert said == (wanted if steps is None else [])

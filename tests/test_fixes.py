@@ -15,11 +15,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from living_rig import GOOD, TWICE, run
-from pidcfg.diagnostics import Edit, Severity, Span
+from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.document import Plain
 from pidcfg.source import read_document
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.fixes import Fixer, same_but_quotes, splice
+from pidcfg.validate.fixes import Fixer, apart, same_but_quotes, splice
 from pidcfg.validate.spelling import all_keys, clear_match, is_slip, keys_of, models_below, slips
 from pidcfg.validate.suppression import suppress
 from pidcfg.vendors import VENDORS
@@ -37,6 +37,8 @@ def fix(data, wanted=lambda _: True):
     data = data if isinstance(data, bytes) else data.encode()
     return Fixer(lambda new: read_document(new, "case.yaml"), check, wanted).fix(data)
 
+
+TWO_PLACES = Diagnostic("PID020", Severity.ERROR, "unknown key", "a.yaml", Span(1, 1, 1, 2), ())
 
 # --- splicing ---------------------------------------------------------------------------------------------------------
 
@@ -62,6 +64,18 @@ def test_every_character_outside_of_the_edits_stays(pieces):
     made = [Edit(Span(*place(start), *place(end)), new) for start, end, new in edits]
     assert splice(text, made) == expected
     assert splice(text, [*reversed(made), *made]) == expected, "in any order, each once"
+
+
+@given(st.lists(st.tuples(st.integers(1, 30), st.integers(0, 6)), max_size=20))
+def test_findings_whose_edits_touch_those_of_one_before_wait(places):
+    findings = [replace(TWO_PLACES, edits=(Edit(Span(1, at, 1, at + size), "x"),)) for at, size in places]
+    wanted, taken = [], []
+    for finding, (at, size) in zip(findings, places, strict=True):
+        end = at + size
+        if not any((at, end) == (a, b) or max(at, a) < min(end, b) for a, b in taken):
+            taken.append((at, end))
+            wanted.append(finding)
+    assert list(apart(findings)) == wanted
 
 
 def test_of_two_edits_that_overlap_one_is_made():

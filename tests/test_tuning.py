@@ -12,10 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pidcfg.tuning.closed_loop import answer as forecast
 from pidcfg.tuning.fit import fit
 from pidcfg.tuning.identify import Record, RecordError, identify
+from pidcfg.tuning.margins import margins
 from pidcfg.tuning.methods import METHODS
 from pidcfg.tuning.rules import Cycle, Gains, Process
+from pidcfg.tuning.transfer import Transfer, transfer_of
 from pidcfg.vendors import VENDORS
 
 EXAMPLE = Process(gain=2, time_constant=10, dead_time=1, sample_time=0.1, closed_loop=4)
@@ -233,6 +236,10 @@ def test_a_recorded_step_is_identified_and_drawn(tmp_path):
             ["--method", "zn-closed", "--ultimate-gain", "2", "--ultimate-period", "3", "--pv-range", "5", "5"],
             "--pv-range 5 to 5 does not ascend",
         ),
+        (["--method", "simc", "--gain", "1e-310", "--time-constant", "5", "--dead-time", "1"], "from 1e-09 to 1e+12"),
+        (["--method", "simc", "--gain", "1", "--time-constant", "5", "--dead-time", "1e-300"], "from 1e-09 to 1e+12"),
+        (["--method", "simc", "--transfer", "2/(1e-310s+1)"], "has 1e-310; its numbers go from 1e-09 to 1e+12"),
+        (["--method", "simc", "--from-csv", "ramp.csv"], "simc divides by the dead time, which is 0"),
         (["--method", "zn-open", "--from-csv", "none.csv"], "none.csv"),
         (
             ["--method", "zn-open", "--from-csv", "bad.csv"],
@@ -251,6 +258,7 @@ def test_what_makes_no_sense_is_refused_in_one_line(tmp_path, args, message):
         "back.csv": "t,u,y\n0,1,1\n2,1,1\n1,1,1\n3,1,1\n",
         "flat.csv": "0,1,2\n1,1,2\n2,1,2\n",
         "empty.csv": "time,out,pv\n",
+        "ramp.csv": "".join(f"{i},{int(i >= 10)},{max(0, i - 10)}\n" for i in range(40)),
         "good.csv": CSV,
     }
     for name, text in files.items():
@@ -260,3 +268,32 @@ def test_what_makes_no_sense_is_refused_in_one_line(tmp_path, args, message):
     assert result.returncode == 2
     assert message in result.stderr.decode()
     assert b"Traceback" not in result.stderr
+
+
+@pytest.mark.parametrize("ratio", [1e3, 1e4, 1e5, 1e6, 1e9])
+def test_the_forecast_of_a_slow_process_is_that_of_an_integrator(ratio):
+    """By Skogestad's rule the lag no longer matters, but for the size of a disturbance."""
+    process = Process(ratio, ratio, 1, closed_loop=1)
+    slow = forecast(METHODS["simc"].gains("PI", process, Cycle(1, 1)), transfer_of(process))
+    line = Process(1, 1, 1, closed_loop=1, integrating=True)
+    wanted = forecast(METHODS["simc"].gains("PI", line, Cycle(1, 1)), transfer_of(line))
+    assert slow.overshoot == pytest.approx(wanted.overshoot, rel=0.02)
+    assert slow.iae_setpoint == pytest.approx(wanted.iae_setpoint, rel=0.01)
+    assert slow.iae_disturbance == pytest.approx(wanted.iae_disturbance, rel=0.01)
+
+
+def test_times_too_far_apart_have_no_forecast():
+    assert forecast(Gains(5, 1e6, 0), Transfer(1, (), (10,), 0, 1)) is None
+    assert forecast(Gains(5, 4e2, 0), Transfer(1, (), (10,), 0, 1)) is not None
+
+
+@settings(max_examples=30)
+@given(st.tuples(*[st.floats(-6, 12)] * 4))
+def test_no_process_of_usable_numbers_takes_long_or_fails(sizes):
+    gain, constant, dead, wish = (10**size for size in sizes)
+    process = Process(gain, constant, dead, closed_loop=wish)
+    gains = METHODS["simc"].gains("PI", process, Cycle(1, 1))
+    found = margins(gains, transfer_of(process))
+    assert found is not None
+    said = forecast(gains, transfer_of(process))
+    assert said is None or (math.isfinite(said.overshoot) and said.overshoot < 100)

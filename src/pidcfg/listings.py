@@ -205,7 +205,7 @@ def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any
     """A listing with a meaning beside every word, also of words that are no values; with the reader's notes."""
     try:
         text: str = vendor.load("explainer").annotate(listing, options)
-    except DecodeError as error:
+    except (DecodeError, NoRegisterError) as error:
         raise ListingError(str(error)) from None
     return text, listing.notes
 

@@ -12,6 +12,8 @@ import io
 import json
 import re
 from dataclasses import dataclass, field
+from math import isinf
+from sys import float_info
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import Cell, Image
@@ -136,11 +138,13 @@ def fill_from_json(listing: Listing, text: str, word: Callable[[Mapping[str, Any
 
 
 def load_json(text: str) -> Any:
-    """A JSON document without NaN and infinities."""
+    """A JSON document without NaN and infinities, also such as only a computer makes of a number."""
     try:
-        return json.loads(text, parse_constant=_no_constant)
+        return json.loads(text, parse_constant=_no_constant, parse_float=_finite)
     except json.JSONDecodeError as error:
         raise ListingError(f"not JSON: {error.msg}", error.lineno, error.colno) from None
+    except ListingError:
+        raise
     except ValueError:
         raise ListingError("a number of the JSON document has too many digits") from None
     except RecursionError:
@@ -149,6 +153,13 @@ def load_json(text: str) -> Any:
 
 def _no_constant(name: str) -> None:
     raise ListingError(f"{name} is not a number of JSON")
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if isinf(value):
+        raise ListingError(f"{text} is too large for a number; the limit is {float_info.max:.1e}")
+    return value
 
 
 def settings_line(line: str, number: int, listing: Listing) -> bool:

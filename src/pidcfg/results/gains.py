@@ -234,5 +234,7 @@ def _gains(method: Method, form: Form | None, process: Process, cycle: Cycle) ->
             continue
     try:
         return last, method.gains(last, process, cycle)
-    except (ValueError, OverflowError, ZeroDivisionError) as error:
+    except ZeroDivisionError:
+        raise TuningError(f"{method.name} divides by the dead time, which is 0: give the sample time") from None
+    except (ValueError, OverflowError) as error:
         raise TuningError(f"{method.name}: {error}") from None

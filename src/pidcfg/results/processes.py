@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 from pidcfg.results.arguments import ArgumentError
 from pidcfg.tuning.methods import METHODS
-from pidcfg.tuning.rules import Process
+from pidcfg.tuning.rules import LARGEST, LEAST, Process, is_usable
 from pidcfg.tuning.samples import Request
 from pidcfg.tuning.transfer import reduced as half_rule
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from pidcfg.tuning.rules import Form, Model
     from pidcfg.tuning.transfer import Transfer
 
-LARGEST = 1e12
 DEFAULT_MS, LEAST_MS, MOST_MS = 1.6, 1.1, 3.0
 """Of the maximum sensitivity: below, next to nothing is left of the controller; above, the loop hardly settles."""
 MOST_SAMPLES = 100_000
@@ -104,11 +103,18 @@ def known_process(numbers: Mapping[str, float], model: Model | None, transfer: s
 
 
 def usable(name: str, value: float) -> float:
-    """A number of the process; raises `ArgumentError` unless it is finite and above 0, a gain also below."""
+    """A number of the process; raises `ArgumentError` unless a process can have it: above 0, a gain also below."""
     signed, number = name == "gain", as_float(value)
-    if not (abs(number) <= LARGEST and (number > 0 or (signed and number))):
-        raise ArgumentError(f"`{name}`: {number:g}; write a number {'other than' if signed else 'above'} 0", name)
+    if not is_usable(number) or (number < 0 and not signed):
+        raise ArgumentError(f"`{name}`: {not_usable(number, signed=signed)}", name)
     return number
+
+
+def not_usable(number: float, *, signed: bool) -> str:
+    """What is wrong with a number that is none of a process, and what to write."""
+    if not number or (number < 0 and not signed):
+        return f"{number:g}; write a number {'other than' if signed else 'above'} 0"
+    return f"{number:g}; write a number from {LEAST:g} to {LARGEST:g}"
 
 
 def as_float(value: float) -> float:

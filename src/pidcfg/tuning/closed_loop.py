@@ -10,12 +10,16 @@ from dataclasses import dataclass
 from math import exp, isinf
 from typing import TYPE_CHECKING
 
+from pidcfg.tuning.margins import Loop
+
 if TYPE_CHECKING:
     from pidcfg.tuning.rules import Gains
     from pidcfg.tuning.transfer import Transfer
 
 FINEST, MOST_STEPS = 100, 60_000
 """Steps of the calculation in the fastest time, and in all."""
+COARSEST = 5
+"""Times that step where the fastest time is not the loop's."""
 SETTLED, SHOWN, MOST_SHOWN = 0.01, 1.15, 1500
 """Part of the way within which a PV is at rest; how long, in times until then, and in points, is shown."""
 LONG = 12
@@ -74,8 +78,11 @@ class Curves:
 
 
 def curves(gains: Gains, transfer: Transfer) -> Curves:
-    """How a stable loop answers, until it is at rest."""
-    dt, duration = _grid(gains, transfer)
+    """How a stable loop answers, until it is at rest; nothing where its times are too far apart."""
+    grid = _grid(gains, transfer)
+    if grid is None:
+        return Curves((0.0,), (0.0,), (0.0,))
+    dt, duration = grid
     after_setpoint, _ = _run(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
     after_load, _ = _run(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
     moving = max(_moving(after_setpoint), _moving(after_load))
@@ -91,21 +98,26 @@ def _moving(pvs: list[float]) -> int:
     return next((i for i in range(len(pvs) - 1, -1, -1) if abs(pvs[i] - pvs[-1]) > band), 0)
 
 
-def _grid(gains: Gains, transfer: Transfer) -> tuple[float, float]:
-    """The step of the calculation and how long it goes on, in s."""
-    times = [*transfer.poles, *map(abs, transfer.zeros), transfer.dead_time, gains.derivative_time]
-    if not isinf(gains.integral_time):
-        times.append(gains.integral_time)
-    times = [time for time in times if time]
-    duration = LONG * max(times)
-    return max(min(times) / FINEST, duration / MOST_STEPS), duration
+def _grid(gains: Gains, transfer: Transfer) -> tuple[float, float] | None:
+    """The step of the calculation and how long it goes on, in s; None: more steps than can be made."""
+    loop = Loop(gains, transfer)
+    fine, duration = min(loop.times) / FINEST, LONG * max(loop.times)
+    if duration / fine <= MOST_STEPS:
+        return fine, duration
+    # A lag that is much slower than the loop ends with it; a time that is much faster makes no difference.
+    fastest = 1 / loop.crossover
+    slowest = max(time for time in (fastest, transfer.dead_time, gains.integral_time) if not isinf(time))
+    duration = min(duration, LONG * slowest)
+    step = max(fine, duration / MOST_STEPS)
+    return (step, duration) if step <= fastest / FINEST * COARSEST else None
 
 
-def answer(gains: Gains, transfer: Transfer) -> Answer:
-    """The figures of a stable loop."""
-    dt, duration = _grid(gains, transfer)
-    pvs, setpoint_error = _run(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
-    _, load_error = _run(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
+def answer(gains: Gains, transfer: Transfer) -> Answer | None:
+    """The figures of a stable loop; None where its times are too far apart."""
+    if (grid := _grid(gains, transfer)) is None:
+        return None
+    pvs, setpoint_error = _run(gains, transfer, *grid, setpoint=1.0, load=0.0)
+    _, load_error = _run(gains, transfer, *grid, setpoint=0.0, load=1.0)
     rest = isinf(gains.integral_time)
     final = pvs[-1] if rest else 1.0
     overshoot = 100 * max(0.0, max(pvs) / final - 1) if final else 0.0

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from math import sqrt
 from typing import NoReturn
 
-from pidcfg.tuning.rules import TuningError
+from pidcfg.tuning.rules import LARGEST, LEAST, TuningError, is_usable
 from pidcfg.tuning.transfer import Transfer
 
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -58,7 +58,11 @@ def read_transfer(text: str) -> Transfer:
         raise TuningError("the transfer function has more zeros than poles")
     if product.dead_time < 0:
         raise TuningError("the dead time is negative; it is written exp(-1.5s), above the line")
-    return Transfer(gain / below, tuple(zeros), tuple(poles), order, product.dead_time)
+    transfer = Transfer(gain / below, tuple(zeros), tuple(poles), order, product.dead_time)
+    for number in (transfer.gain, *zeros, *poles, product.dead_time or LEAST):
+        if not is_usable(number):
+            raise TuningError(f"the transfer function has {number:g}; its numbers go from {LEAST:g} to {LARGEST:g}")
+    return transfer
 
 
 class _Reader:

@@ -54,6 +54,8 @@ UNSURE = 0.3
 """Confidence, in the number itself, beyond which a record does not tell it."""
 POOR, WRONG = 0.03, 0.1
 """What a fit may leave beside noise, in answers: more is told, much more refused."""
+NOTHING = 1e-6
+"""Samples: a shorter dead time is none, and what is left of it the arithmetic's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +137,8 @@ def _identified(record: Record, best: Fit, path: Path, noise: float, remarks: Se
     misfit = best.left / size
     if misfit > POOR and best.left > 2 * noise:
         notes.append(f"a first-order process with dead time leaves {misfit * 100:.2g} % of the answer: take care")
-    process = Process(best.gain, 1.0 if best.constant == inf else best.constant, best.dead)
+    delay = best.dead if best.dead > NOTHING * between else 0.0
+    process = Process(best.gain, 1.0 if best.constant == inf else best.constant, delay)
     errors = (gain, constant, sqrt(dead * dead + between * between))
     integrating = best.constant == inf
     return Identified(

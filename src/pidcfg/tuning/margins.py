@@ -93,6 +93,12 @@ class Loop:
         return [time for time in (*times, gains.integral_time) if time and not isinf(time)]
 
     @property
+    def crossover(self) -> float:
+        """The highest frequency, in rad/s, of all that are looked at, at which it is as loud as 1; else the lowest."""
+        frequencies = _frequencies(self)
+        return next((w for w in reversed(frequencies) if abs(self(w)) >= 1), frequencies[0])
+
+    @property
     def integrators(self) -> int:
         """Of controller and process."""
         return self.transfer.integrators + (not isinf(self.gains.integral_time))

@@ -51,8 +51,17 @@ D93 = Decision(
 )
 
 
+LEAST, LARGEST = 1e-9, 1e12
+"""Of a gain, or of a time in s: nothing that is tuned has others, and beyond them a float makes no margins."""
+
+
 class TuningError(ValueError):
     """Numbers, or a recorded step, from which a rule makes no gains."""
+
+
+def is_usable(number: float) -> bool:
+    """Whether the size of a gain or time is one of a process."""
+    return LEAST <= abs(number) <= LARGEST
 
 
 @dataclass(frozen=True, slots=True)

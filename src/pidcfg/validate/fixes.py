@@ -6,6 +6,7 @@ finding has gone and none has come; otherwise it is not made.
 
 from __future__ import annotations
 
+from bisect import bisect_left, insort
 from collections import Counter
 from copy import deepcopy
 from dataclasses import dataclass
@@ -49,6 +50,8 @@ OF_THE_SCHEMA = {rule.code for rule in (*READING, *SCHEMA)} - VENDORLESS
 LAST_STAGE = 2
 PLACEHOLDER = "x"
 BOM = b"\xef\xbb\xbf"
+_Place = tuple[int, int]
+"""Line and column, from 1."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +118,7 @@ class Fixer:
             return self._quoted(state)
         if any(map(unusable, state.findings)):
             return state, []
-        candidates = list(_apart(d for d in state.findings if d.edits and self.wanted(d)))
+        candidates = list(apart(d for d in state.findings if d.edits and self.wanted(d)))
         after = self._attempt(state, candidates) if candidates else None
         if after is not None:
             return after, candidates
@@ -157,19 +160,25 @@ class Fixer:
         return after if proven(state.doc, state.findings, fixed, after.doc, after.findings) else None
 
 
-def _apart(findings: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+def apart(findings: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
     """The findings whose edits do not touch those of one before."""
-    taken: list[Span] = []
+    taken = list[tuple[_Place, _Place]]()
+    points = set[_Place]()
     for d in findings:
-        spans = [edit.span for edit in d.edits]
-        if not any(_overlap(a, b) for a in spans for b in taken):
-            taken += spans
+        ends = [((s.line, s.column), (s.end_line, s.end_column)) for s in (edit.span for edit in d.edits)]
+        if not any(begin in points if begin == end else _touches(taken, begin, end) for begin, end in ends):
+            for begin, end in ends:
+                if begin == end:
+                    points.add(begin)
+                else:
+                    insort(taken, (begin, end))
             yield d
 
 
-def _overlap(a: Span, b: Span) -> bool:
-    (first, end), (second, other_end) = (((s.line, s.column), (s.end_line, s.end_column)) for s in (a, b))
-    return max(first, second) < min(end, other_end) or a == b
+def _touches(taken: Sequence[tuple[_Place, _Place]], begin: _Place, end: _Place) -> bool:
+    """Whether one of the stretches of a text, sorted and apart from each other, has a character of another one."""
+    i = bisect_left(taken, (begin, begin))
+    return (i < len(taken) and taken[i][0] < end) or (i > 0 and begin < taken[i - 1][1])
 
 
 def proven(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
@@ -176,6 +177,7 @@ def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str |
     return message, f"{cure}; {text}" if kind == "boolean_form" and text and cure == EITHER else cure
 
 
+@lru_cache(maxsize=1000)
 def _unknown(key: str, root: type[BaseModel], below: type[BaseModel] | None) -> tuple[str, str | None]:
     """The message and cure for an unknown key at a place of a file."""
     if below is None:

@@ -13,7 +13,7 @@ from pidcfg import __version__
 from pidcfg.cli import options
 from pidcfg.cli.extras import need
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo_xml, note
+from pidcfg.cli.terminal.console import echo_xml, note, remark
 from pidcfg.cli.terminal.progress import LINE
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def command(
         page = _printed(page, printed)
     _write(content, page, (out, csv, xlsx), force=force)
     if not quiet:
-        note(summary(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
+        remark(summary(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
     for outcome in inputs.outcomes:
         if not outcome.passed:
             note(why_failed(outcome))

@@ -42,9 +42,14 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
     """An option that is a finite number; above 0 unless it may be negative."""
 
     def check(ctx: click.Context, param: click.Parameter, value: float | None) -> float | None:
-        if value is None or (abs(value) <= 1e12 and (value > 0 or (signed and value))):
+        if value is None:
+            return None
+        from pidcfg.results.processes import not_usable
+        from pidcfg.tuning.rules import is_usable
+
+        if is_usable(value) and (value > 0 or signed):
             return value
-        raise click.BadParameter(f"{value:g}; write a number {'other than' if signed else 'above'} 0", ctx, param)
+        raise click.BadParameter(not_usable(value, signed=signed), ctx, param)
 
     return click.option(f"--{name}", type=options.NUMBER, metavar="N", help=text, callback=check)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import field
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -178,6 +179,7 @@ TOML_CURES = (
 """What the parser says, and what helps."""
 
 
+@lru_cache(maxsize=1)
 def _parsed(name: str, data: bytes) -> dict[str, Any]:
     """The tables of a TOML file; a usage error with line and column where it is none."""
     import tomllib

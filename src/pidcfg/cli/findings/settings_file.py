@@ -17,6 +17,9 @@ from pidcfg.schemas.names import nearest
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+SHOWN = 60
+"""Characters of a value."""
+
 
 class _File(NamedTuple):
     """A settings file as complaints need it."""
@@ -64,18 +67,27 @@ def _codes(key: str, value: Any, file: _File) -> list[str]:
     return [current_code(code.upper()) for code in codes]
 
 
+def _quoted(value: object) -> str:
+    """A value as a complaint has it, shortened."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a number of too many digits"
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
+
+
 def _switch(key: str, value: Any, file: _File) -> bool:
     if not isinstance(value, bool):
-        file.refuse(key, f"{key} must be true or false, not {value!r}", f"write {key} = true, without quotes")
+        file.refuse(key, f"{key} must be true or false, not {_quoted(value)}", f"write {key} = true, without quotes")
     return value
 
 
 def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
     def choice(key: str, value: Any, file: _File) -> str:
         if not isinstance(value, str) or value not in words:
-            near = nearest(str(value), words)
+            near = nearest(value, words) if isinstance(value, str) else None
             cure = f"did you mean {near}?" if near else None
-            file.refuse(key, f"{key} is {value!r}, not one of {', '.join(words)}", cure)
+            file.refuse(key, f"{key} is {_quoted(value)}, not one of {', '.join(words)}", cure)
         return value
 
     return choice
@@ -84,7 +96,7 @@ def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
 def _path(key: str, value: Any, file: _File) -> str:
     """A path that stays below the folder of the settings file, links included."""
     if not isinstance(value, str) or not value or len(value) > LARGEST:
-        file.refuse(key, f"{key} must be the path of a file, not {value!r}")
+        file.refuse(key, f"{key} must be the path of a file, not {_quoted(value)}")
     try:
         target, root = (file.root / value).resolve(), file.root.resolve()
     except (OSError, ValueError, RuntimeError):

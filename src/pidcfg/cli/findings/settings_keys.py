@@ -9,8 +9,8 @@ from pidcfg.cli.formats import formats_of
 PER_FILE, EXCLUDE = "per-file-ignores", "exclude"
 EXCLUDES = f"{EXCLUDE} of "
 """How the reason begins why a settings file leaves an entry out of a folder."""
-LARGEST = 1 << 20
-"""Bytes of a settings file."""
+LARGEST = 1 << 18
+"""Bytes of a settings file; a byte of TOML takes up to 600 of memory."""
 MOST = 200
 """Patterns of ``exclude``."""
 

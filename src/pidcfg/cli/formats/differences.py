@@ -138,7 +138,7 @@ HEADER = ("", "| risk | key | before → after | register | |", "|---|---|---|--
 
 def as_markdown(result: DiffResult) -> str:
     """Tables for a pull request."""
-    lines = [f"### PID loops: `{result.before}` → `{result.after}`"]
+    lines = [one_line(f"### PID loops: `{result.before}` → `{result.after}`")]
     for entry in result.loops:
         heading = _heading(entry)
         rows = [_cells(d, d.risk) for d in entry.differences if not d.other_word_only]

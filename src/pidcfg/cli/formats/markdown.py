@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.cli.formats.findings import sentence
 from pidcfg.cli.formats.format import Format, Kind
 from pidcfg.cli.formats.reporters import summary
+from pidcfg.control_characters import one_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +24,7 @@ MOST = 500
 
 def cell(text: str) -> str:
     """Text that stays in its cell of a Markdown table, and is no picture or link there."""
-    return MARKS.sub(r"\\\g<0>", text).replace("\n", " ").replace("&", "&amp;").replace("<", "&lt;")
+    return MARKS.sub(r"\\\g<0>", one_line(text)).replace("&", "&amp;").replace("<", "&lt;")
 
 
 def findings_markdown(findings: Findings) -> str:

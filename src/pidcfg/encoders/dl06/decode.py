@@ -47,7 +47,8 @@ def decode(
     )
     count = _count(options, words, entries)
     decimals = int(options.get("reset_decimals") or plc_settings.reset_decimals)
-    loops = [_reader(words, entries, pointer, i, decimals) for i in range(count)]
+    table = range(pointer, pointer + count * LOOP_SIZE)
+    loops = [_reader(words, entries, table, i, decimals) for i in range(count)]
     names = {loop.block.start + OUTPUT_OFFSET: loop.block.loop for loop in loops}
     data: Data = {"pidcfg": 1, "vendor": "dl06"}
     data |= present({"name": plc_settings.name, "description": plc_settings.description})
@@ -101,12 +102,12 @@ def _plc_data(pointer: int, words: Mapping[int, int], count: int) -> Data:
 
 
 def _reader(
-    words: Mapping[int, int], settings: Sequence[LoopSettings], pointer: int, index: int, decimals: int
+    words: Mapping[int, int], settings: Sequence[LoopSettings], table: range, index: int, decimals: int
 ) -> LoopReader:
-    start = pointer + index * LOOP_SIZE
+    start = table[index * LOOP_SIZE]
     missing = next((a for a in range(start, start + LOOP_SIZE) if a not in words), None)
     if missing is not None:
         raise DecodeError(f"the listing does not hold {v_name(missing)} of loop {index + 1}")
     loop_settings = settings[index] if index < len(settings) else LoopSettings(loop=default_name(index))
     raw = tuple(words[a] for a in range(start, start + LOOP_SIZE))
-    return LoopReader(LoopBlock(loop_settings.loop, SPACE, start, LOOP_TABLES[decimals], raw), loop_settings)
+    return LoopReader(LoopBlock(loop_settings.loop, SPACE, start, LOOP_TABLES[decimals], raw), loop_settings, table)

@@ -33,6 +33,8 @@ class LoopReader:
 
     block: LoopBlock
     settings: LoopSettings
+    loop_table: range
+    """The words of all loops."""
     notes: list[str] = field(default_factory=list)
 
     def data(self, words: Mapping[int, int], names: Mapping[int, str]) -> Data:
@@ -86,7 +88,12 @@ class LoopReader:
             data["request"] = request
         addresses = range(table, table + RAMP_SOAK_SIZE)
         missing = next((a for a in addresses if a not in words), None)
-        if missing is None:
+        if addresses[0] < self.loop_table.stop and addresses[-1] >= self.loop_table.start:
+            self.notes.append(
+                f"{self.block.loop}: the ramp/soak table at {v_name(table)} lies over the loop table: its words are no "
+                "steps"
+            )
+        elif missing is None:
             data["steps"] = self.steps([words[a] for a in addresses], table, scales)
         else:
             self.notes.append(
