@@ -566,6 +566,9 @@ def test_standard_input_is_printed_corrected_and_its_findings_go_to_stderr(valid
     assert "PID001" in broken.err
     assert validate("-", "a.yaml", "--fix").code == 2
     assert validate("-", "--fix", "--format", "json").code == 2
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    monkeypatch.setattr("sys.stdin", piped(WRONG.encode()))
+    assert validate("-", "--fix").raw == GOOD.replace("\n", "\r\n").encode()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="rights and links of POSIX")

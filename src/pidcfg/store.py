@@ -23,6 +23,8 @@ from pidcfg.reader import read_file
 
 PLACE = "PIDCFG_CACHE_DIR"
 """The variable that names another folder."""
+KERNELS = "kernels"
+"""The folder of compiled kernels; to look into it loads no compiler."""
 SHELF_BYTES = 512 << 10
 """How much lies in one of the 256 shelves before its oldest half goes: 128 MiB in all."""
 ENTRY_BYTES = 64 << 10
@@ -64,6 +66,14 @@ def cache_folder(name: str) -> Path:
         if hasattr(os, "geteuid"):
             _refuse_others(part, part.lstat(), os.geteuid(), last=part == folder)
     return folder
+
+
+def holds_entries(name: str) -> bool:
+    """Whether anything is kept in the folder of a name."""
+    try:
+        return any(cache_folder(name).iterdir())
+    except OSError:
+        return False
 
 
 def _refuse_others(part: Path, facts: os.stat_result, user: int, *, last: bool) -> None:

@@ -29,7 +29,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from pidcfg.sim.terms import single
-from pidcfg.store import Store, cache_folder
+from pidcfg.store import KERNELS, Store, cache_folder
 
 
 @contextmanager
@@ -271,7 +271,7 @@ def hash_of(value: object) -> bytes:
 
 def kernel_store() -> Store:
     """Where compiled kernels are kept; raises `OSError` where they cannot be."""
-    return Store(cache_folder("kernels"), ENTRY_BYTES, SHELF_BYTES)
+    return Store(cache_folder(KERNELS), ENTRY_BYTES, SHELF_BYTES)
 
 
 def read_entry(name: str) -> bytes:

@@ -16,10 +16,10 @@ class Cost(NamedTuple):
 
 
 COSTS = {
-    "dl06": Cost(7, 20),
-    "click": Cost(8, 12),
-    "ezlogix": Cost(6, 12),
-    "nextopid": Cost(24, 20),
-    "dpide": Cost(7, 12),
-    "generic": Cost(3, 8),
+    "dl06": Cost(2, 8),
+    "click": Cost(3, 5),
+    "ezlogix": Cost(2, 5),
+    "nextopid": Cost(9, 8),
+    "dpide": Cost(4, 4),
+    "generic": Cost(2, 3),
 }

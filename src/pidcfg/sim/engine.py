@@ -19,6 +19,7 @@ from pidcfg.sim.metrics import Band, Gauge, measure_loop, read_gauges, watch_ban
 from pidcfg.sim.noise import Normals, agrees, normals, uniform, word
 from pidcfg.sim.plants import step_plants
 from pidcfg.sim.swings import watch_swings
+from pidcfg.store import KERNELS, holds_entries
 
 if TYPE_CHECKING:
     from collections.abc import Callable, MutableSequence, Sequence
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from pidcfg.sim.plc import Controller, Plc, Scan
 
 EngineName = Literal["auto", "python", "numba"]
-COPYING, LOADING = 15_000, 1_000_000
+COPYING, LOADING = 15_000, 600_000
 """µs of CPython from which on compiled kernels pay: those that the process has kept, and those that lie in the cache.
 What a run takes there, and what compiling takes, stands in `pidcfg.sim.costs`."""
 CHUNK = 65_536
@@ -62,6 +63,8 @@ def choose(
 @cache
 def _in_cache(scan: Scan, inlined: tuple[Callable[..., Any], ...], calls: tuple[Callable[..., Any], ...]) -> bool:
     """Whether the compiled kernels of a run lay in the cache when this process first asked."""
+    if not holds_entries(KERNELS):
+        return False
     from pidcfg.sim import compile as compiler
 
     of_vendor = (kernel.advance, *(f for f in calls if f in ENTRIES))

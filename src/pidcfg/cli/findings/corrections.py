@@ -40,7 +40,8 @@ def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Con
     """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
     diff, quiet = ctx.params["diff"], ctx.params["quiet"]
     piped = [entry for entry in inputs if entry.piped]
-    if piped and not diff and (len(inputs) > 1 or ctx.params["fmt"] != "text"):
+    asked = ctx.get_parameter_source("fmt") is not ParameterSource.DEFAULT  # a CI job's own format is nobody's wish
+    if piped and not diff and (len(inputs) > 1 or (asked and ctx.params["fmt"] != "text")):
         raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
     work = progress((_corrected(entry, limits, rules, ctx) for entry in inputs), "correcting", len(inputs))
     done = list(zip(inputs, work, strict=True))
