@@ -111,6 +111,7 @@ def test_auto_asks_for_the_compiled_kernels_that_a_run_calls_and_for_no_others(m
     true = run.choose
     monkeypatch.setattr(run, "choose", choose)
     monkeypatch.setattr(compiler, "kept", kept)
+    monkeypatch.setattr(engine, "holds_entries", "kernels".__eq__)
     monkeypatch.setattr(engine, "LOADING", 0)
     monkeypatch.setattr(engine, "KEPT", {})
     text = f"pidcfg: 1\nscenario: s\nconfig: c.yaml\nduration: 9\nstep: {STEP}\n" + "initial: steady\n" * steady
@@ -123,4 +124,10 @@ def test_auto_asks_for_the_compiled_kernels_that_a_run_calls_and_for_no_others(m
         with pytest.raises(ChosenError, match="python" if missing else "numba"):
             ours(case, "auto")
         assert asked == called or (missing and asked < called)
+    asked = set()
+    engine._in_cache.cache_clear()
+    monkeypatch.setattr(engine, "holds_entries", lambda _: False)
+    with pytest.raises(ChosenError, match="python"):
+        ours(case, "auto")
+    assert not asked, "where nothing is kept, no compiler is asked"
     engine._in_cache.cache_clear()
