@@ -127,7 +127,7 @@ def in_a_process(samples: int, duration: int, loops: int) -> dict[str, float]:
     return found
 
 
-def main(most: int) -> None:
+def main(most: int = MOST) -> None:
     """Prints the curves."""
     rows = [(10**n, 600, 1) for n in range(2, len(str(most)))]
     rows += [(200, duration, 1) for duration in (600, 6_000, 60_000)] + [(200, 600, loops) for loops in (1, 4, 16)]
@@ -148,4 +148,4 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["--row"]:
         print(json.dumps(measured(*map(int, sys.argv[2:]))))
     else:
-        main(int(sys.argv[1]) if sys.argv[1:] else MOST)
+        main(*(int(word) for word in sys.argv[1:] if word != "--quick"))

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 PLAIN, FAST, WRITTEN, LONG = 60_000, 1_000_000, 100_000, 8_000_000
 """Loop-steps of a run: in CPython, compiled, compiled with a trend (text for the most part), and beside C: from so many
 on `auto` compiles in any case."""
-GOALS = {"dl06": 1.3, "ezlogix": 1.1, "click": 1.0, "dpide": 0.9, "nextopid": 0.6}
-"""simple-pid's time over ours, in CPython."""
 KERNEL_GOAL, CYCLE_GOAL = 1.0, 20.0
 WHOLE_GOALS = {False: 0.8, True: 0.7}
 """C's time over that of the whole compiled run, by whether there is noise."""
@@ -112,8 +110,6 @@ def compare_vendor(vendor: str, loops: int, rounds: int, *, noise: bool, trend: 
     if "simple-pid" in times:
         against = ratio(times["simple-pid"], times["python"])
         row += f"  {both(against)}"
-        if vendor in GOALS and (loops, noise, trend) == (1, False, False):
-            row += f"  {beside(against[0], GOALS[vendor])}"
     return row
 
 
