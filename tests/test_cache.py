@@ -287,6 +287,28 @@ def test_who_may_own_and_write_to_a_part_of_the_way(last, mode, owner, safe):
 
 
 @posix
+@pytest.mark.parametrize("spoil", ["shelf", "entry", "link", "owner"])
+def test_an_entry_that_another_may_have_written_is_a_miss(tmp_path, spoil):
+    shelves = Store(tmp_path)
+    shelves.put("ab12", 1)
+    shelf, entry = tmp_path / "ab", tmp_path / "ab" / "ab12"
+    assert shelves.get("ab12") == 1
+    if spoil == "link":
+        entry.rename(tmp_path / "elsewhere")
+        entry.symlink_to(tmp_path / "elsewhere")
+    elif spoil == "owner":
+        if os.geteuid():
+            pytest.skip("only root can give a file away")
+        os.chown(entry, 12345, -1)
+    else:
+        (shelf if spoil == "shelf" else entry).chmod(0o777)
+    assert shelves.get("ab12") is None
+    if spoil == "shelf":
+        with pytest.raises(store.UnsafeFolderError, match="others may write to"):
+            shelves.write("ab12", b"2")
+
+
+@posix
 def test_a_link_leads_to_a_folder_that_is_looked_at(tmp_path, monkeypatch):
     (tmp_path / "open").mkdir()
     (tmp_path / "open").chmod(0o777)

@@ -153,7 +153,8 @@ def test_every_example_of_a_key_is_accepted_and_has_an_effect_on_show_settings(p
         ('baseline = "/etc/passwd"\n', "1:1", "leads out of the folder"),
         ('baseline = "../known.json"\n', "1:1", "leads out of the folder"),
         ("baseline = 3\n", "1:1", "must be the path of a file"),
-        ("a = " + "[" * 5000 + "\n", "", "not"),
+        ("a = " + "[" * 5000 + "\n", "", "brackets are nested too deeply"),
+        (f"strict = true\nb = {'9' * 5000}\n", "2:5", "a number of too many digits"),
     ],
 )
 def test_wrong_settings_are_wrong_usage_with_their_place(project, validate, text, place, words):

@@ -175,6 +175,10 @@ def test_what_is_not_written_back_the_same_way_stays_a_text(text):
     assert number_or_text(text) == text
 
 
+def test_a_number_that_no_computer_holds_stays_a_text():
+    assert number_or_text("9" * 309) == "9" * 309
+
+
 @pytest.mark.parametrize(
     ("text", "value"), [("17", 17), ("-2.5", -2.5), ("1.10", 1.1), ("TRUE", True), ("false", False)]
 )

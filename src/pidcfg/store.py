@@ -3,7 +3,7 @@
 An entry repeats its key and ends with its checksum: whatever is cut off, changed, of another version or in the place of
 another one is a miss. Entries are written beside their place and moved there, so that a reader sees the old one or the
 new one. Who may write to the folder is trusted as who may write to the installation, compiled code lies there: so it is
-the user's alone, and so is the way to it.
+the user's alone, and so are the way to it and what lies in it.
 """
 
 from __future__ import annotations
@@ -76,6 +76,15 @@ def holds_entries(name: str) -> bool:
         return False
 
 
+def refuse_others(part: Path) -> None:
+    """Raises `UnsafeFolderError` unless a folder or file of the cache is the user's alone, and no link."""
+    if hasattr(os, "geteuid"):
+        facts = part.lstat()
+        if stat.S_ISLNK(facts.st_mode):
+            raise UnsafeFolderError(errno.EPERM, f"{part} is a link")
+        _refuse_others(part, facts, os.geteuid(), last=True)
+
+
 def _refuse_others(part: Path, facts: os.stat_result, user: int, *, last: bool) -> None:
     """Raises where another user than ``user`` and root could exchange what lies in a part of the way.
 
@@ -110,8 +119,11 @@ class Store:
 
     def read(self, key: str) -> bytes | None:
         """The bytes that were kept under a key; None where none are whole."""
+        path = self._path(key)
         try:
-            text, _, checksum = read_file(self._path(key), self._most(key)).rpartition(b"\n")
+            for part in (path.parent, path):
+                refuse_others(part)
+            text, _, checksum = read_file(path, self._most(key)).rpartition(b"\n")
         except OSError:
             return None
         whole = checksum == hashlib.sha256(text).hexdigest().encode()
@@ -125,6 +137,7 @@ class Store:
             return
         path = self._path(key)
         path.parent.mkdir(mode=0o700, exist_ok=True)
+        refuse_others(path.parent)
         _make_room(path.parent, self.shelf_bytes)
         _write(path, text + b"\n" + hashlib.sha256(text).hexdigest().encode())
 

@@ -299,6 +299,9 @@ def main() -> None:
     except (click.ClickException, OSError) as e:
         interrupts.over()
         _refuse(e)
+    except MemoryError:
+        interrupts.over()
+        _refuse(click.ClickException("there is not enough memory"))
     except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
         interrupts.over()
         import traceback

@@ -255,6 +255,9 @@ class Registers(Book):
             s for s in self.starts if s.prefix not in placed and not options.get(s.option) and s.held not in words
         ]
         for number in sorted(words):
+            if not self.space.holds(number):
+                yield Line(listing.shown.get(number, str(number)), "-", "-", "-", "-", "lies behind the last register")
+                continue
             raw, kind = words[number], self.space.kind(number)
             content = (self.space.name(number), kind.hex(raw), kind.text(raw))
             if number in claims:

@@ -40,7 +40,7 @@ def number_or_text(text: str) -> Any:
             number = kind(text)
         except ValueError:
             continue
-        if not isfinite(number):
+        if not isfinite(float(text)):
             continue
         if str(number) == text or (kind is float and text.rstrip("0").rstrip(".") == f"{number:.15g}"):
             return number

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from dataclasses import field
 from functools import lru_cache
 from pathlib import Path
@@ -195,8 +196,17 @@ def _parsed(name: str, data: bytes) -> dict[str, Any]:
         text = str(error)[: place.start()] if place else str(error)
         cure = next((cure for words, cure in TOML_CURES if words in text), None)
         raise click.ClickException(f"{name}{at}: not TOML: {text}" + (f"; {cure}" if cure else "")) from None
-    except (RecursionError, ValueError) as error:
-        raise click.ClickException(f"{name}: not usable as TOML: {type(error).__name__}") from None
+    except RecursionError:
+        raise click.ClickException(f"{name}: not usable as TOML: brackets are nested too deeply") from None
+    except ValueError:
+        raise click.ClickException(f"{name}{_place_of_digits(data)}: a number of too many digits") from None
+
+
+def _place_of_digits(data: bytes) -> str:
+    """Line and column of the first number that is too long to be read."""
+    match = re.search(rb"[0-9_]{%d}" % sys.get_int_max_str_digits(), data)
+    before = data[: match.start()].decode("utf-8", "replace").split("\n") if match else None
+    return f":{len(before)}:{len(before[-1]) + 1}" if before else ""
 
 
 def _refuse_depth(name: str, data: bytes) -> None:
