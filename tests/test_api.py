@@ -423,10 +423,10 @@ def test_a_configuration_without_loops_is_no_crash():
 BOILER = ROOT / "examples" / "generic" / "boiler.yaml"
 
 
-@pytest.mark.parametrize(("case", "code"), [("CK321", "PID042"), ("DL276-3", "PID041")])
-def test_words_without_a_meaning_are_a_finding_of_diff_with_another_vendor(case, code):
+@pytest.mark.parametrize("case", ["CK321", "DL276-3"])
+def test_words_without_a_meaning_are_a_finding_of_diff_with_another_vendor(case):
     path = ROOT / "tests" / "cases" / f"{case}.yaml"
-    assert {d.code for d in pidcfg.diff(path, BOILER).findings} == {code}
+    assert {d.code for d in pidcfg.diff(path, BOILER).findings} == {"PID042"}
     assert pidcfg.diff(path, path).same, "within a vendor the words themselves are compared"
 
 

@@ -1098,7 +1098,7 @@ def test_a_modbus_listing_by_a_map_is_refused_with_what_to_do(tmp_path, monkeypa
     assert "or read the PLC itself with 'pidcfg pull --map'" in found.err
 
 
-@pytest.mark.parametrize("time", ["1e999", '"abc"', "[1]", '{"a": 1}', "true"])
+@pytest.mark.parametrize("time", ['"abc"', "[1]", '{"a": 1}', "true"])
 def test_a_program_whose_comments_say_no_time_of_its_task_is_refused(tmp_path, monkeypatch, capsysbinary, time):
     examples = Path(__file__).parents[1] / "examples"
     text = pidcfg.encode(examples / "nextopid/cascade.yaml", "plcopen").text

@@ -112,7 +112,7 @@ def usable(name: str, value: float) -> float:
 
 def not_usable(number: float, *, signed: bool) -> str:
     """What is wrong with a number that is none of a process, and what to write."""
-    if not number or (number < 0 and not signed):
+    if not (number > 0 or (signed and number < 0)):
         return f"{number:g}; write a number {'other than' if signed else 'above'} 0"
     return f"{number:g}; write a number from {LEAST:g} to {LARGEST:g}"
 
