@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ruamel.yaml import YAML
 from rule_pages import anchor
 
-from pidcfg import refs
 from pidcfg.encoders.parameters import ParameterTable
-from pidcfg.explanation.decisions import all_decisions
+from pidcfg.output.explanation.lookup import all_decisions
 from pidcfg.schemas.document import models_in
+from pidcfg.text import references as refs
 from pidcfg.validate.catalog import group_of, rules
 from pidcfg.vendors import VENDORS
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from pidcfg.refs import Decision, Manual
+    from pidcfg.text.references import Decision, Manual
     from pidcfg.vendors import Vendor
 
 FOLDER = Path(__file__).parent / "covered"

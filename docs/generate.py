@@ -14,25 +14,23 @@ from man_pages import man_pages
 from rule_pages import decisions, rule_pages
 
 from pidcfg.cli.commands.schema import document_schema, plain_schema
-from pidcfg.cli.files.plots import heading
 from pidcfg.cli.formats import FORMATS, load
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.cli.main import load as load_command
+from pidcfg.cli.plots import heading
 from pidcfg.encoders.maps.dl06 import READ_LATE
 from pidcfg.encoders.parameters import ParameterTable
-from pidcfg.limits import DEFAULT
-from pidcfg.pictures.draw import svg
-from pidcfg.refs import Ref
-from pidcfg.results.schemas import OUTPUTS
-from pidcfg.scenario.charts import charts_of
-from pidcfg.scenario.outcome import simulate_document
-from pidcfg.schemas.document import models_of
-from pidcfg.schemas.texts import field_texts
-from pidcfg.sim.run import Settings
-from pidcfg.source import read_document
+from pidcfg.output.json_schemas import OUTPUTS
+from pidcfg.pictures.figure import svg
+from pidcfg.schemas.document import field_texts, models_of
+from pidcfg.sim.engine.run import Settings
+from pidcfg.study.outcome import charts_of, simulate_document
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.references import Ref
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import json_text
 from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS, Vendor
-from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from pidcfg.explanation.decisions import placed_decisions
-from pidcfg.validate.catalog import GROUPS, former, rules
-from pidcfg.validate.pages import page
+from pidcfg.output.explanation.lookup import placed_decisions
+from pidcfg.validate.catalog import GROUPS, former, page, rules
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import CODE
 from pidcfg.validate.engine import check_document
 

@@ -9,9 +9,10 @@ from __future__ import annotations
 import sys
 
 from certify_rig import CONFIG, scenario
-from pidcfg.certification.bound import lower_bound
-from pidcfg.certification.workers import Job, results
-from pidcfg.limits import DEFAULT
+from pidcfg.study.certification.certify import lower_bound
+from pidcfg.study.certification.samples import Job
+from pidcfg.study.certification.samples import process_results as results
+from pidcfg.text.reader import DEFAULT
 
 SHARE = (2.4 - 1.4) / (2.6 - 1.4)
 TEXT = scenario(expect="  - {signal: TIC-1.PV, max: 120, share: 50 %}")

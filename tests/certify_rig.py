@@ -7,12 +7,10 @@ import signal
 import time
 from pathlib import Path
 
-from pidcfg import processes
-from pidcfg.limits import DEFAULT
-from pidcfg.reader import Texts
-from pidcfg.scenario.load import load
-from pidcfg.scenario.vary import Ends, Uncertainty
-from pidcfg.source import read_document
+from pidcfg.study.scenario import Ends, Uncertainty, load
+from pidcfg.text import processes
+from pidcfg.text.reader import DEFAULT, Texts
+from pidcfg.text.source import read_document
 
 CONFIG = """\
 pidcfg: 1

@@ -6,11 +6,11 @@ import json
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import Checked, check_document
 
 if TYPE_CHECKING:
-    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.text.diagnostics import Diagnostic
 
 LOOP: dict[str, Any] = {
     "name": "A",

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
+from pidcfg.encoders.codecs import single_bits
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
-from pidcfg.encoders.singles import single_bits
-from pidcfg.encoders.spaces import BIT
+from pidcfg.encoders.regmap import BIT
 from pidcfg.schemas.click import ClickFile
 
 

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("numba")
 import numpy as np
 
-from pidcfg.sim.compile import records, write_back
+from pidcfg.sim.engine.compile import records, write_back
 
 
 def vector(values):

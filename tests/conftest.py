@@ -11,9 +11,9 @@ import pytest
 from hypothesis import settings
 
 from browser import browser  # noqa: F401 - a fixture, for every test that opens a page
-from pidcfg import processes
 from pidcfg.__main__ import FEW_COLLECTIONS
-from pidcfg.cli.findings import collect
+from pidcfg.cli import findings as collect
+from pidcfg.text import processes
 
 SCRUBBED = (
     "NO_COLOR",

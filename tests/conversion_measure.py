@@ -22,18 +22,17 @@ import dpide_strategies
 import ezlogix_strategies
 import nextopid_strategies
 from neutral_strategies import neutral_files
-from pidcfg.conversion.common_scale import comparable
-from pidcfg.conversion.ledger import overlap
-from pidcfg.conversion.pipeline import ConvertError, convert, neutral_loops
-from pidcfg.conversion.readback import held_lines
-from pidcfg.conversion.unmatched import harmless
-from pidcfg.encoders.words import DecodeError, EncodeError
-from pidcfg.paths import dotted, given_fields, leaves, put
+from pidcfg.conversion.builder import comparable, harmless
+from pidcfg.conversion.ledger import ConvertError, overlap
+from pidcfg.conversion.pipeline import convert, neutral_loops
+from pidcfg.conversion.settle import held_lines
+from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.schemas.generic import Loop
-from pidcfg.source import read_document
+from pidcfg.text.paths import dotted, given_fields, leaves, put
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import yaml_text
 
 RANDOM = {
     "click": click_strategies.configurations(),

@@ -24,12 +24,12 @@ import ezlogix_strategies
 import neutral_strategies
 import nextopid_strategies
 import pidcfg
-from pidcfg.encoders.files import UnwritableError
-from pidcfg.limits import DEFAULT
-from pidcfg.listings import read_listing
-from pidcfg.paths import dotted, has_key, value_at
+from pidcfg.encoders.decoding import read_listing
+from pidcfg.encoders.listing import UnwritableError
+from pidcfg.text.paths import dotted, has_key, value_at
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import yaml_text
 
 STRATEGIES = {
     "dl06": dl06_strategies.configurations(),

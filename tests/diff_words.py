@@ -13,12 +13,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pidcfg
-from pidcfg.encoders.files import UnwritableError
+from pidcfg.encoders.decoding import read_listing
+from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.parameters import Program
-from pidcfg.limits import DEFAULT
-from pidcfg.listings import read_listing
-from pidcfg.paths import put
 from pidcfg.schemas.iec import Wire
+from pidcfg.text.paths import put
+from pidcfg.text.reader import DEFAULT
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 FILES = {

@@ -5,12 +5,12 @@ from __future__ import annotations
 import random
 from dataclasses import fields
 
-from pidcfg.sim.controllers.dl06 import state as bits
-from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.scan import Config, Dl06, State, scan
-from pidcfg.sim.controllers.dl06.tune_open import POINTS
-from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED
+from pidcfg.sim.controllers.dl06.equation import Config, State, coefficients
+from pidcfg.sim.controllers.dl06.plc import Dl06
+from pidcfg.sim.controllers.dl06.scan import scan
+from pidcfg.sim.controllers.plc import TICKS
 from rig_plants import Fixed
 
 TABLE = 32

@@ -6,10 +6,8 @@ from decimal import Decimal
 
 from hypothesis import strategies as st
 
-from pidcfg.encoders.dl06.codecs import SpanBcd
-from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE
-from pidcfg.encoders.scales import Distance, Position
-from pidcfg.encoders.words import Bcd
+from pidcfg.encoders.codecs import Bcd, Distance, Position
+from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, SpanBcd
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dl06 import Dl06File
 

@@ -7,8 +7,7 @@ from decimal import Decimal
 from hypothesis import strategies as st
 
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.schemas.dpide import DpideFile
-from pidcfg.schemas.dpide_devices import BLOCK
+from pidcfg.schemas.dpide import BLOCK, DpideFile
 from pidcfg.schemas.iec import BOOL, Timed
 
 LARGEST = Decimal("3.4e38")

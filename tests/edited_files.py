@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from good_plants import PLANTS, WRITERS
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 
 CASES = Path(__file__).parent / "cases"

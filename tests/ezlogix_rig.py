@@ -5,15 +5,17 @@ from __future__ import annotations
 import random
 from dataclasses import fields
 
-from pidcfg.encoders.ezlogix.encode import encode
+from pidcfg.encoders.ezlogix.image import encode
 from pidcfg.schemas.ezlogix import EzlogixFile
-from pidcfg.sim.controllers.ezlogix import state as bits
+from pidcfg.sim.controllers.autotune import POINTS
+from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.autotune import OFF, ON
-from pidcfg.sim.controllers.ezlogix.equation import coefficients
-from pidcfg.sim.controllers.ezlogix.report import MODES, SIGNALS
-from pidcfg.sim.controllers.ezlogix.scan import Config, Ezlogix, State, load, scan
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.reaction_curve import POINTS
+from pidcfg.sim.controllers.ezlogix.equation import Config, State, coefficients
+from pidcfg.sim.controllers.ezlogix.operate import MODE_BITS as MODES
+from pidcfg.sim.controllers.ezlogix.operate import SIGNALS
+from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
+from pidcfg.sim.controllers.ezlogix.scan import scan
+from pidcfg.sim.controllers.plc import TICKS
 from rig_plants import Fixed
 
 COLUMNS = len(SIGNALS)

@@ -6,9 +6,9 @@ from decimal import Decimal
 
 from hypothesis import strategies as st
 
+from pidcfg.encoders.codecs import Scale
 from pidcfg.encoders.maps.ezlogix import BLOCKS, SPACE, counts_format
-from pidcfg.encoders.scales import Scale
-from pidcfg.encoders.spaces import BIT
+from pidcfg.encoders.regmap import BIT
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.ezlogix import EzlogixFile
 

@@ -6,10 +6,12 @@ from decimal import Decimal
 
 from hypothesis import strategies as st
 
-from pidcfg.encoders.generic.encode import encode
+from pidcfg.encoders.generic.image import encode
 from pidcfg.schemas.generic import GenericFile
-from pidcfg.sim.controllers.generic.scan import Options, load, scan
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.controllers.generic.plc import load
+from pidcfg.sim.controllers.generic.scan import scan
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.controllers.plc import ScanOptions as Options
 from rig_plants import Fixed
 
 PLAIN = {

@@ -368,9 +368,9 @@ def good_files() -> list[tuple[str, str, str]]:
 
 def text_lines(text: str) -> tuple[list[str], list[object]]:
     """What `pidcfg validate` shows of a file on a terminal, line by line, and its findings."""
-    from pidcfg.cli.formats.reporters import summary
-    from pidcfg.cli.formats.reporters import text as as_text
-    from pidcfg.source import read_document
+    from pidcfg.cli.formats.findings import summary
+    from pidcfg.cli.formats.findings import text as as_text
+    from pidcfg.text.source import read_document
     from pidcfg.validate.engine import check_document
 
     doc = read_document(text.encode(), "plant.yaml")

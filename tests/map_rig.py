@@ -4,12 +4,11 @@ from itertools import count
 
 import pidcfg
 from live_rig import ROOT
-from pidcfg.limits import DEFAULT
-from pidcfg.live.virtual import VirtualPlc
-from pidcfg.map_files import MapFile, numbering_of
-from pidcfg.reader import reader_of
-from pidcfg.results.sources import document_of
-from pidcfg.scenario.load import load
+from pidcfg.live.serving import VirtualPlc
+from pidcfg.output.sources import document_of
+from pidcfg.study.scenario import load
+from pidcfg.text.reader import DEFAULT, reader_of
+from pidcfg.validate.map_files import MapFile, numbering_of
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = {"ezlogix": "oven", "dpide": "oven", "nextopid": "cascade"}

@@ -10,14 +10,21 @@ import pytest
 pytest.importorskip("numpy")
 import numpy as np
 
-from pidcfg.sim.controllers.nextopid import slots
-from pidcfg.sim.controllers.nextopid.delay import delay, delay_lag
-from pidcfg.sim.controllers.nextopid.filters import lag, lead_lag, low_filter
-from pidcfg.sim.controllers.nextopid.on_off import on_off
-from pidcfg.sim.controllers.nextopid.pwm import pwm
-from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range
-from pidcfg.sim.controllers.nextopid.state import Config, State
-from pidcfg.sim.terms import single
+from pidcfg.sim.controllers.kernels import single
+from pidcfg.sim.controllers.nextopid import terms as slots
+from pidcfg.sim.controllers.nextopid.scan import (
+    delay,
+    delay_lag,
+    lag,
+    lead_lag,
+    low_filter,
+    on_off,
+    pwm,
+    select_max,
+    select_min,
+    split_range,
+)
+from pidcfg.sim.controllers.nextopid.terms import Config, State
 
 MARGIN = 7
 """Signals and places of the shared vector around the block, which it must leave alone."""

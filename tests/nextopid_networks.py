@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.decoding import decode_listing
 from pidcfg.encoders.listing import Listing, ListingError
-from pidcfg.listings import decode_listing
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.vendors import VENDORS
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
+from pidcfg.sim.controllers.kernels import single
 from pidcfg.sim.controllers.nextopid.equation import pid
-from pidcfg.sim.controllers.nextopid.slots import KINDS, PLACES
-from pidcfg.sim.controllers.nextopid.state import Config, State
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.terms import single
+from pidcfg.sim.controllers.nextopid.terms import KINDS, PLACES, Config, State
+from pidcfg.sim.controllers.plc import TICKS
 
 PLAIN = {"Kp": 1, "MaxMV": 100, "MaxPV": 100, "Indep": 1}
 """A proportional controller with independent gains."""

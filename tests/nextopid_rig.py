@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg import check_text
-from pidcfg.encoders.nextopid.encode import encode
+from pidcfg.api import check_text
+from pidcfg.encoders.nextopid.image import encode
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.nextopid import scan as controller
-from pidcfg.sim.run import Settings, simulate
-from pidcfg.source import read_document
+from pidcfg.sim.engine.run import Settings, simulate
+from pidcfg.text.source import read_document
 
 if TYPE_CHECKING:
     import random

@@ -8,7 +8,7 @@ import re
 from hypothesis import strategies as st
 
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
-from pidcfg.encoders.nextopid.encode import encode
+from pidcfg.encoders.nextopid.image import encode
 from pidcfg.schemas.iec import BOOL, IecType, parse_signal, signal_type
 from pidcfg.schemas.nextopid import NextopidFile
 

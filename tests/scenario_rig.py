@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.numbers import parse_number
 from pidcfg.schemas.scenario import Scenario
+from pidcfg.sim.controllers.plc import Plc as BasePlc
 from pidcfg.sim.costs import Cost
-from pidcfg.sim.plc import Plc as BasePlc
-from pidcfg.sim.prepare import prepare
-from pidcfg.sim.report import ScanTime
-from pidcfg.sim.run import Settings, simulate
-from pidcfg.source import read_document
+from pidcfg.sim.engine.run import Settings, prepare, simulate
+from pidcfg.sim.judgement.report import ScanTime
+from pidcfg.text.source import read_document
 
 ALARM, FLAG, TUNING = 8, 16, 32
 MODES = {"manual": 1, "auto": 2}

@@ -26,13 +26,13 @@ from typing import TYPE_CHECKING, Any
 from ruamel.yaml import YAML
 
 import pidcfg
-from pidcfg.sim.engine import installed
+from pidcfg.sim.engine.choice import installed
 from spoils import VENDORS, Data, ends, spoils
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.sim.engine import EngineName
+    from pidcfg.sim.engine.choice import EngineName
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SHARE, RESPONSE, LEAST = 0.05, 0.2, 0.01

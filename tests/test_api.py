@@ -20,9 +20,8 @@ from pathlib import Path
 import pytest
 
 import pidcfg
-from pidcfg.encoders.files import UnwritableError
-from pidcfg.limits import DEFAULT
-from pidcfg.reader import Texts
+from pidcfg.encoders.listing import UnwritableError
+from pidcfg.text.reader import DEFAULT, Texts
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]

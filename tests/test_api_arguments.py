@@ -11,10 +11,9 @@ from pathlib import Path
 import pytest
 
 import pidcfg
-from pidcfg.encoders.spaces import BIT
-from pidcfg.results.argument_types import KINDS, OPTIONAL, ArgumentTypeError
-from pidcfg.results.arguments import ArgumentError
-from pidcfg.tuning.methods import METHODS
+from pidcfg.encoders.regmap import BIT
+from pidcfg.output.arguments import KINDS, OPTIONAL, ArgumentError, ArgumentTypeError
+from pidcfg.tuning.rules import METHODS
 from pidcfg.vendors import VENDORS
 from test_vendors import scenario, starter
 

@@ -13,11 +13,13 @@ from hypothesis import strategies as st
 
 import living_rig
 from living_rig import GOOD, run
-from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Diagnostic, Severity, Span, number_of
+from pidcfg.text.source import read_document
 from pidcfg.validate.baseline import (
     Baseline,
     Entry,
+    FormerEntry,
+    SecondEntry,
     compare,
     enters,
     entry,
@@ -26,9 +28,8 @@ from pidcfg.validate.baseline import (
     to_text,
     without,
 )
-from pidcfg.validate.former_baseline import FormerEntry, SecondEntry
-from pidcfg.validate.identity import value_of
-from pidcfg.validate.quotes import Quotes
+from pidcfg.validate.engine import Quotes
+from pidcfg.validate.fixes import value_of
 
 TWICE = living_rig.TWICE + "    bias_freeze: true\n"
 KNOWN = "known.json"

@@ -17,11 +17,12 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pidcfg import store
-from pidcfg.cli.findings import cache, collect
+from pidcfg.cli import findings as cache
+from pidcfg.cli import findings as collect
 from pidcfg.cli.main import cli
-from pidcfg.limits import DEFAULT
-from pidcfg.store import Store, cache_folder
+from pidcfg.text import store
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.store import Store, cache_folder
 from pidcfg.validate.catalog import FILE_RULES, rules
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -55,7 +56,7 @@ def entries(place):
 
 def checks(monkeypatch):
     """Notes the name of every input that is checked anew."""
-    from pidcfg.cli.findings import collect
+    from pidcfg.cli import findings as collect
 
     names, true = [], collect.check_input
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
 from pidcfg.validate.catalog import (
     CODE,
     COMMON,
@@ -16,14 +16,12 @@ from pidcfg.validate.catalog import (
     GROUPS,
     group_of,
     ignorable,
-    number_of,
     rule_of,
     rules,
     suggestion,
     unusable,
 )
-from pidcfg.validate.codes import READING
-from pidcfg.validate.rule import Rule
+from pidcfg.validate.rule import READING, Rule
 from pidcfg.validate.rules import collect, common
 from pidcfg.vendors import VENDORS
 from shell import captured, pidcfg

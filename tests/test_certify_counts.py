@@ -11,28 +11,34 @@ from types import SimpleNamespace
 import pytest
 
 from certify_rig import uniform
-from pidcfg.certification import certify as certify_module
-from pidcfg.certification import tally as tally_module
-from pidcfg.certification import workers
-from pidcfg.certification.certify import Plan
-from pidcfg.certification.charts import charts_of
-from pidcfg.certification.fan import TIMES, Fan, Thinned, fan_of
-from pidcfg.certification.histogram import BLOCK
-from pidcfg.certification.outcome import Names, Outcome, certification
-from pidcfg.certification.plain_yaml import block_yaml
-from pidcfg.certification.run import Seen, margin
-from pidcfg.certification.sample import Batch
-from pidcfg.certification.tally import MOST_WORST, Tally, json_of
-from pidcfg.certification.trial import Trial, differences, facts
-from pidcfg.document import Document, Node, Plain
-from pidcfg.limits import DEFAULT
 from pidcfg.pictures.chart import Band, Line
-from pidcfg.processes import AHEAD
-from pidcfg.scenario.axes import Axes
 from pidcfg.schemas.scenario import Expectation
-from pidcfg.sim.metrics import METRICS
-from pidcfg.sim.report import Verdict
-from pidcfg.source import read_document
+from pidcfg.sim.judgement.meters import METRICS
+from pidcfg.sim.judgement.report import Verdict
+from pidcfg.study.certification import certify as certify_module
+from pidcfg.study.certification import samples as workers
+from pidcfg.study.certification import tally as tally_module
+from pidcfg.study.certification.certify import BatchOutcome as Outcome
+from pidcfg.study.certification.certify import Names, Plan, certification, charts_of
+from pidcfg.study.certification.samples import (
+    TIMES,
+    Batch,
+    Fan,
+    Seen,
+    Thinned,
+    Trial,
+    block_yaml,
+    differences,
+    facts,
+    fan_of,
+    margin,
+)
+from pidcfg.study.certification.tally import BLOCK, MOST_WORST, Tally, json_of
+from pidcfg.study.outcome import Axes
+from pidcfg.text.document import Document, Node, Plain
+from pidcfg.text.processes import AHEAD
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.source import read_document
 
 
 def wanted(**keys):
@@ -347,7 +353,7 @@ def crew_that_ends(ends):
     """Processes that end, each time after so many parts."""
 
     class Crew:
-        """As `pidcfg.processes.Crew`."""
+        """As `pidcfg.text.processes.Crew`."""
 
         def __init__(self, jobs, _work, _arguments):
             assert jobs == 3
@@ -365,10 +371,10 @@ def crew_that_ends(ends):
 
 def test_what_an_ended_process_had_begun_is_run_again(monkeypatch):
     monkeypatch.setattr(workers, "Crew", crew_that_ends([2, 1]))
-    assert list(workers.results(None, 5, 50, 3)) == list(range(5, 50))
+    assert list(workers.process_results(None, 5, 50, 3)) == list(range(5, 50))
     ends = [2, 0]
     monkeypatch.setattr(workers, "Crew", crew_that_ends(ends))
-    ran = workers.results(None, 5, 50, 3)
+    ran = workers.process_results(None, 5, 50, 3)
     assert [next(ran) for _ in range(16)] == list(range(5, 21))
     most = min(21 + 3 * AHEAD * workers.UNIT, 50) - 1
     with pytest.raises(workers.WorkersError, match=f"a process ended at samples 21 to {most}, perhaps for want"):
@@ -386,7 +392,7 @@ def test_recordings_are_those_of_the_samples_that_ran(monkeypatch):
     asked = []
 
     class Crew:
-        """As `pidcfg.processes.Crew`."""
+        """As `pidcfg.text.processes.Crew`."""
 
         def __init__(self, jobs, work, arguments):
             asked.append((jobs, arguments))

@@ -12,9 +12,9 @@ import pytest
 
 from certify_bound import SHARE, held_by
 from certify_rig import normal, uniform
-from pidcfg.certification.bound import RISK, log_tail, lower_bound, samples_needed
-from pidcfg.certification.draw import GOLDEN, DrawError, bits_of, drawn, fifths, mixed, seed_of, unit
-from pidcfg.certification.histogram import BLOCK, Distribution, bin_of, upper_edge
+from pidcfg.study.certification.certify import RISK, log_tail, lower_bound, samples_needed
+from pidcfg.study.certification.samples import GOLDEN, DrawError, bits_of, drawn, fifths, mixed, seed_of, unit
+from pidcfg.study.certification.tally import BLOCK, Distribution, bin_of, upper_edge
 
 # --- draws -----------------------------------------------------------------------------------------------------------
 

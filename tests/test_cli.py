@@ -18,9 +18,10 @@ import pytest
 from click.testing import CliRunner
 
 from command import run
-from pidcfg.cli import errors, main
-from pidcfg.cli.files.outputs import write_files
+from pidcfg.cli import main
+from pidcfg.cli import main as errors
 from pidcfg.cli.main import COMMANDS, cli
+from pidcfg.cli.outputs import write_files
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
@@ -565,7 +566,7 @@ def test_help_has_three_examples_and_they_run(name, prepared, tmp_path, monkeypa
 
 def test_mutated_files_never_give_a_traceback():
     """Hundreds of damaged reactors through the whole of validate and encode, in this process for speed."""
-    from pidcfg.source import read_document
+    from pidcfg.text.source import read_document
     from pidcfg.validate.engine import check_document
 
     source = REACTOR.read_bytes()
@@ -599,11 +600,13 @@ def test_no_configuration_makes_encode_fall_over(case):
 
 
 def test_decisions_are_found_without_the_extras(monkeypatch):
-    from pidcfg.explanation.decisions import all_decisions
+    from pidcfg.output.explanation.lookup import all_decisions
 
     every = all_decisions()
     for name in [
-        name for name in sys.modules if name.startswith(("pidcfg.sim.compile", "pidcfg.report", "pidcfg.pictures"))
+        name
+        for name in sys.modules
+        if name.startswith(("pidcfg.sim.engine.compile", "pidcfg.output.report", "pidcfg.pictures"))
     ]:
         monkeypatch.delitem(sys.modules, name)
     for name in ("numba", "numpy", "matplotlib", "jinja2", "xlsxwriter"):

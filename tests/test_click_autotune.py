@@ -7,10 +7,10 @@ import math
 import pytest
 
 from click_rig import Rig, image_of, poked
+from pidcfg.sim.controllers.autotune import cycle_gains
 from pidcfg.sim.controllers.click import autotune
-from pidcfg.sim.controllers.click import state as bits
-from pidcfg.sim.controllers.click.words import number_of
-from pidcfg.sim.tuning_rules import cycle_gains
+from pidcfg.sim.controllers.click import equation as bits
+from pidcfg.sim.controllers.click.equation import number_of
 from rig_plants import FirstOrder, Fixed, Moving
 
 

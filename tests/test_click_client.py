@@ -14,12 +14,12 @@ from pymodbus.client import AsyncModbusTcpClient
 
 from apart import apart
 from click_strategies import configurations
-from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.click.files import FORMATS
+from pidcfg.encoders.click.image import encode
+from pidcfg.encoders.codecs import single_bits
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
-from pidcfg.encoders.singles import single_bits
 from pidcfg.schemas.click import ClickFile
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 
 ROOT = Path(__file__).parents[1]
 FILES = sorted(

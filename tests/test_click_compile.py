@@ -9,10 +9,11 @@ import pytest
 
 from click_rig import image_of, poked
 from compile_rig import advance
-from pidcfg.sim.compile import compiled
-from pidcfg.sim.controllers.click import state as bits
-from pidcfg.sim.controllers.click.report import SIGNALS
-from pidcfg.sim.controllers.click.scan import INLINED, load, scan
+from pidcfg.sim.controllers.click import equation as bits
+from pidcfg.sim.controllers.click.operate import SIGNALS
+from pidcfg.sim.controllers.click.plc import load
+from pidcfg.sim.controllers.click.scan import INLINED, scan
+from pidcfg.sim.engine.compile import compiled
 
 PLCS = 200
 SEGMENTS, STEPS = 4, 150

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from click_rig import Rig
-from pidcfg.sim.terms import single
+from pidcfg.sim.controllers.kernels import single
 from rig_plants import FirstOrder, Fixed
 
 F = np.float32

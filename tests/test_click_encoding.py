@@ -13,15 +13,14 @@ from hypothesis import strategies as st
 
 import pidcfg
 from click_strategies import configurations, registers
-from pidcfg.encoders.click.decode import decode
-from pidcfg.encoders.click.encode import encode
 from pidcfg.encoders.click.files import FORMATS
+from pidcfg.encoders.click.image import decode, encode
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.listing import Place, reference
 from pidcfg.encoders.maps.click import BLOCKS, C_BLOCK, DF_BLOCK, DS_BLOCK, ERRORS, SPACE, SUFFIXES, TABLES
-from pidcfg.encoders.modbus import Place, reference
-from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.click import ClickFile
-from pidcfg.source import read_document
-from pidcfg.writer import yaml_text
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 
 SLOW = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 LOOP = {

@@ -16,17 +16,13 @@ from pyclickplc.validation import validate_comment, validate_nickname
 
 from click_strategies import configurations
 from command import run
-from pidcfg.encoders.click.dataview import CODES, ROWS, write_dataviews
-from pidcfg.encoders.click.encode import encode
-from pidcfg.encoders.click.files import FORMATS, Numbering, checklist
-from pidcfg.encoders.click.nickname_csv import HEADER
-from pidcfg.encoders.click.nicknames import LONGEST_LOOP, NAMED, nicknames
-from pidcfg.encoders.click.package import read_with
-from pidcfg.encoders.files import UnwritableError, kind_of
-from pidcfg.encoders.listing import Listing, ListingError
+from pidcfg.encoders.click.files import CODES, FORMATS, ROWS, Numbering, checklist, write_dataviews
+from pidcfg.encoders.click.image import encode
+from pidcfg.encoders.click.nicknames import HEADER, LONGEST_LOOP, NAMED, nicknames, read_with
+from pidcfg.encoders.listing import Listing, ListingError, UnwritableError, kind_of
 from pidcfg.encoders.maps.click import SPACE
 from pidcfg.schemas.click import ClickFile
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 
 NICKNAMES, DATAVIEW, DUMP = FORMATS["nickname-csv"], FORMATS["cdv"], FORMATS["data-dump"]
 HEAD = ",".join(HEADER)

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from click_rig import Rig, image_of, poked
 from pidcfg.encoders.image import Image
 from pidcfg.encoders.maps.click import ERRORS
-from pidcfg.sim.controllers.click.report import ALARM_BITS, FLAG_BITS
-from pidcfg.sim.controllers.click.scan import Click
-from pidcfg.sim.controllers.click.state import ALARMS
-from pidcfg.sim.notices import GOAL_ENDS, noticed
+from pidcfg.sim.controllers.click.equation import ALARMS
+from pidcfg.sim.controllers.click.operate import ALARM_BITS, FLAG_BITS
+from pidcfg.sim.controllers.click.plc import Click
+from pidcfg.sim.controllers.kernels import GOAL_ENDS, noticed
 from rig_plants import Fixed
 
 

@@ -11,20 +11,20 @@ import pytest
 from pydantic_core import PydanticCustomError
 
 from click_rig import Rig, image_of, poked
-from pidcfg.encoders.click.encode import encode
+from pidcfg.encoders.click.image import encode
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.click import ClickFile
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.controllers.click import decisions as click_decisions
+from pidcfg.sim.controllers import click as click_decisions
+from pidcfg.sim.controllers.click import CONTROLLER
 from pidcfg.sim.controllers.click import scan as click
-from pidcfg.sim.controllers.click.decisions import CONTROLLER
-from pidcfg.sim.controllers.click.scan import Options, load
-from pidcfg.sim.controllers.click.words import bits_of, float_of
-from pidcfg.sim.prepare import prepare
-from pidcfg.sim.run import Settings, simulate
-from pidcfg.source import read_document
+from pidcfg.sim.controllers.click.equation import bits_of, float_of
+from pidcfg.sim.controllers.click.plc import load
+from pidcfg.sim.controllers.plc import ScanOptions as Options
+from pidcfg.sim.engine.run import Settings, prepare, simulate
+from pidcfg.text.source import read_document
 from rig_plants import FirstOrder, Fixed
 
 CONTRACT = """

@@ -13,16 +13,16 @@ from hypothesis import strategies as st
 from pyclickplc.validation import FORBIDDEN_CHARS, NICKNAME_MAX_LENGTH, validate_nickname
 
 from click_cases import changed, checked, codes, findings
-from pidcfg.diagnostics import Severity
+from pidcfg.encoders.codecs import single_bits
 from pidcfg.encoders.maps.click import ERRORS, SPACE, SUFFIXES, TABLES
-from pidcfg.encoders.singles import single_bits
-from pidcfg.sim.controllers.click.errors import lowest_error
-from pidcfg.source import read_document
+from pidcfg.sim.controllers.click.equation import lowest_error
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.rules.click.alarm_signals import resolution
+from pidcfg.validate.rules.click.alarms import resolution
 from pidcfg.validate.rules.click.context import ClickContext
-from pidcfg.validate.rules.click.names import FORBIDDEN, LONGEST
-from pidcfg.validate.rules.click.pv import time_constant
+from pidcfg.validate.rules.click.setup import FORBIDDEN, LONGEST
+from pidcfg.validate.rules.click.signals import time_constant
 
 ROOT = Path(__file__).parents[1]
 PWM = {"bit": "Y001", "period": 10}

@@ -16,10 +16,13 @@ import pytest
 
 import pidcfg
 from certify_rig import files, scenario
-from pidcfg.certification import blocks, cluster, state, tally, trial
-from pidcfg.certification import certify as certify_module
-from pidcfg.certification.workers import WorkersError
-from pidcfg.results.arguments import ArgumentError
+from pidcfg.output.arguments import ArgumentError
+from pidcfg.study.certification import certify as certify_module
+from pidcfg.study.certification import cluster, tally
+from pidcfg.study.certification import cluster as blocks
+from pidcfg.study.certification import samples as trial
+from pidcfg.study.certification import tally as state
+from pidcfg.study.certification.samples import WorkersError
 
 distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
 

@@ -16,9 +16,9 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+from pidcfg.cli import terminal as glyphs
 from pidcfg.cli.main import main
-from pidcfg.cli.terminal import glyphs
-from pidcfg.display_width import to_left, to_right, width_of
+from pidcfg.text.signs import to_left, to_right, width_of
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]

@@ -19,8 +19,16 @@ pytest.importorskip("numba")
 import numpy as np
 
 from compile_rig import advance, vector
-from pidcfg.sim.compile import OPTIONS as COMPILE_OPTIONS
-from pidcfg.sim.compile import (
+from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06 import scan as dl06
+from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED
+from pidcfg.sim.controllers.dl06.equation import Config, State, coefficients
+from pidcfg.sim.controllers.dl06.scan import INLINED, scan
+from pidcfg.sim.controllers.kernels import clamp, nearest, single
+from pidcfg.sim.controllers.nextopid import scan as nextopid
+from pidcfg.sim.controllers.nextopid import terms as slots
+from pidcfg.sim.engine.compile import OPTIONS as COMPILE_OPTIONS
+from pidcfg.sim.engine.compile import (
     NotKeptWarning,
     compiled,
     fingerprint,
@@ -32,15 +40,6 @@ from pidcfg.sim.compile import (
     say_not_kept,
     write_back,
 )
-from pidcfg.sim.controllers.dl06 import scan as dl06
-from pidcfg.sim.controllers.dl06 import state as bits
-from pidcfg.sim.controllers.dl06.equation import coefficients
-from pidcfg.sim.controllers.dl06.scan import INLINED, Config, State, scan
-from pidcfg.sim.controllers.dl06.tune_open import POINTS
-from pidcfg.sim.controllers.dl06.tune_results import REQUESTED
-from pidcfg.sim.controllers.nextopid import scan as nextopid
-from pidcfg.sim.controllers.nextopid import slots
-from pidcfg.sim.terms import clamp, nearest, single
 
 CONFIGURATIONS = 320
 SEGMENTS, STEPS = 4, 120
@@ -335,7 +334,7 @@ def test_a_damaged_kernel_is_compiled_anew_and_healed(kernels, monkeypatch, spoi
     (path,) = set(files(kernels)) - {other}
     path.write_bytes(spoil(path.read_bytes(), other.read_bytes()))
     read = []
-    monkeypatch.setattr("pidcfg.sim.compile.pickle", SimpleNamespace(loads=read.append))
+    monkeypatch.setattr("pidcfg.sim.engine.compile.pickle", SimpleNamespace(loads=read.append))
 
     assert not kept([calls], [calls], {})
     assert compiled([calls])[calls](1) == 20
@@ -347,7 +346,7 @@ def test_a_damaged_kernel_is_compiled_anew_and_healed(kernels, monkeypatch, spoi
 @pytest.mark.parametrize("text", ["disable_jit: [", "cpu_name: nonsense", "disable_jit: 1"])
 def test_a_settings_file_of_numba_in_the_working_folder_is_not_read(tmp_path, text):
     (tmp_path / ".numba_config.yaml").write_text(text)
-    code = "import yaml; from pidcfg.sim import compile; n = compile.numba.config; n.reload_config(); "
+    code = "import yaml; from pidcfg.sim.engine import compile; n = compile.numba.config; n.reload_config(); "
     code += "import sys; print(n.DISABLE_JIT, n.CPU_NAME, sys.modules['yaml'] is yaml)"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("0 None True\n", "")
@@ -370,7 +369,7 @@ def test_a_full_disk_does_not_end_a_run(kernels, monkeypatch):
 def test_a_folder_of_somebody_else_gives_and_gets_nothing(kernels, monkeypatch):
     compiled([calls])[calls](1)
     kernels.chmod(0o777)
-    monkeypatch.setattr("pidcfg.sim.compile.pickle", SimpleNamespace(loads=refuse))
+    monkeypatch.setattr("pidcfg.sim.engine.compile.pickle", SimpleNamespace(loads=refuse))
     before = [path.read_bytes() for path in files(kernels)]
 
     assert not kept([calls], [calls], {})

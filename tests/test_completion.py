@@ -13,8 +13,9 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from pidcfg.cli import completion as candidates
+from pidcfg.cli import completion as shells
 from pidcfg.cli.commands import completion
-from pidcfg.cli.completion import candidates, shells
 from pidcfg.cli.main import COMMANDS, COMPLETE, cli
 from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS, format_names

@@ -16,12 +16,11 @@ import pytest
 from ruamel.yaml import YAML
 
 import pidcfg as api
-from pidcfg.cli.formats import FORMATS, formats_of, load
-from pidcfg.cli.formats.format import Kind
-from pidcfg.cli.formats.markdown import cell
-from pidcfg.control_characters import UNPRINTABLE, printable
+from pidcfg.cli.formats import FORMATS, Kind, formats_of, load
+from pidcfg.cli.formats.reports import cell
+from pidcfg.text.signs import UNPRINTABLE, printable
+from pidcfg.text.writer import json_line, json_text
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import json_line, json_text
 from shell import captured, pidcfg
 from test_vendors import scenario, starter
 

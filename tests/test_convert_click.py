@@ -12,18 +12,19 @@ from hypothesis import strategies as st
 import neutral_strategies
 from click_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
-from pidcfg.conversion.from_neutral.click import from_neutral
-from pidcfg.conversion.pipeline import ConvertError, convert
+from pidcfg.conversion.from_click import NOTHING_LOST, to_neutral
+from pidcfg.conversion.ledger import ConvertError
+from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import settled
-from pidcfg.conversion.to_neutral.click import NOTHING_LOST, to_neutral
-from pidcfg.diagnostics import Severity
-from pidcfg.encoders.click.encode import encode
+from pidcfg.conversion.to_click import from_neutral
+from pidcfg.encoders.click.image import encode
 from pidcfg.schemas.click import ClickFile, Loop
 from pidcfg.schemas.generic import GenericFile
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import yaml_text
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "click"
 CLICK = VENDORS["click"]

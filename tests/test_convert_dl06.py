@@ -13,22 +13,22 @@ import neutral_strategies
 import pidcfg
 from dl06_strategies import FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
-from pidcfg.conversion.from_neutral.dl06 import from_neutral
-from pidcfg.conversion.pipeline import ConvertError, convert
+from pidcfg.conversion.from_dl06 import NOTHING_LOST, short, to_neutral
+from pidcfg.conversion.ledger import ConvertError
+from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import settled
-from pidcfg.conversion.to_neutral.dl06 import NOTHING_LOST, to_neutral
-from pidcfg.conversion.to_neutral.dl06_scales import short
-from pidcfg.diagnostics import Severity
-from pidcfg.encoders.dl06.encode import encode, reset_value, scales_of
-from pidcfg.encoders.dl06.options import CONVERT_OPTIONS
+from pidcfg.conversion.to_dl06 import from_neutral
+from pidcfg.encoders.dl06 import CONVERT_OPTIONS
+from pidcfg.encoders.dl06.image import encode, reset_value, scales_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dl06 import Dl06File, Loop
 from pidcfg.schemas.generic import GenericFile
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import yaml_text
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "dl06"
 DL06 = VENDORS["dl06"]

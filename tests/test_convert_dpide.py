@@ -10,20 +10,21 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from dpide_strategies import configurations
-from pidcfg.conversion.arithmetic import dependent, independent
-from pidcfg.conversion.from_neutral.dpide import from_neutral
-from pidcfg.conversion.pipeline import ConvertError, convert, neutral_loops
-from pidcfg.conversion.to_neutral.dpide import AROUND, DEAD_BAND, NOTHING_LOST, to_neutral
-from pidcfg.diagnostics import Severity
-from pidcfg.encoders.dpide.encode import encode
-from pidcfg.encoders.dpide.options import CONVERT_OPTIONS
+from pidcfg.conversion.builder import dependent, independent
+from pidcfg.conversion.from_dpide import AROUND, DEAD_BAND, NOTHING_LOST, to_neutral
+from pidcfg.conversion.ledger import ConvertError
+from pidcfg.conversion.pipeline import convert, neutral_loops
+from pidcfg.conversion.to_dpide import from_neutral
+from pidcfg.encoders.dpide import CONVERT_OPTIONS
+from pidcfg.encoders.dpide.image import encode
 from pidcfg.schemas.dpide import DpideFile, Loop
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import yaml_text
 
 DPIDE = VENDORS["dpide"]
 LOOP = {

@@ -15,21 +15,21 @@ import neutral_strategies
 from ezlogix_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg import api
-from pidcfg.conversion.from_neutral.ezlogix import from_neutral
-from pidcfg.conversion.from_neutral.ezlogix_stopped import stopped_section
-from pidcfg.conversion.operation.rules import Stopped
-from pidcfg.conversion.pipeline import ConvertError, convert
+from pidcfg.conversion.from_ezlogix import NOTHING_LOST, to_neutral
+from pidcfg.conversion.ledger import ConvertError
+from pidcfg.conversion.operation import Stopped
+from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import settled
-from pidcfg.conversion.to_neutral.ezlogix import NOTHING_LOST, to_neutral
-from pidcfg.diagnostics import Severity
-from pidcfg.encoders.ezlogix.encode import encode
-from pidcfg.encoders.ezlogix.options import CONVERT_OPTIONS
+from pidcfg.conversion.to_ezlogix import from_neutral, stopped_section
+from pidcfg.encoders.ezlogix import CONVERT_OPTIONS
+from pidcfg.encoders.ezlogix.image import encode
 from pidcfg.schemas.ezlogix import EzlogixFile, Loop
 from pidcfg.schemas.generic import GenericFile
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import yaml_text
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "ezlogix"
 EZLOGIX = VENDORS["ezlogix"]

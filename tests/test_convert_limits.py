@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pidcfg.api import convert
-from pidcfg.conversion.losses import DEFAULT, MaxLossError, parse_max_loss
+from pidcfg.conversion.ledger import DEFAULT, MaxLossError, parse_max_loss
 
 DL06 = """\
 pidcfg: 1

@@ -12,20 +12,18 @@ from hypothesis import strategies as st
 
 from nextopid_networks import network
 from nextopid_strategies import configurations
-from pidcfg.conversion.from_neutral.nextopid import from_neutral
-from pidcfg.conversion.from_neutral.nextopid_names import Names
-from pidcfg.conversion.from_neutral.nextopid_task import common_step, task_of
+from pidcfg.conversion.from_nextopid import NOTHING_LOST, to_neutral
 from pidcfg.conversion.pipeline import Converted, convert, neutral_loops
-from pidcfg.conversion.to_neutral.nextopid import NOTHING_LOST, to_neutral
-from pidcfg.diagnostics import Severity
-from pidcfg.encoders.nextopid.options import CONVERT_OPTIONS
+from pidcfg.conversion.to_nextopid import Names, common_step, from_neutral, task_of
+from pidcfg.encoders.nextopid import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.schemas.generic import Loop as NeutralLoop
 from pidcfg.schemas.nextopid import NextopidFile, PidaReal, PidaTuneReal, TuneParam
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import yaml_text
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "nextopid"
 NEXTOPID, GENERIC = VENDORS["nextopid"], VENDORS["generic"]

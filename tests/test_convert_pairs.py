@@ -9,13 +9,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from neutral_strategies import neutral_files
-from pidcfg import check_text
-from pidcfg.conversion.pipeline import ConvertError, convert, neutral_loops
-from pidcfg.encoders.words import EncodeError
+from pidcfg.api import check_text
+from pidcfg.conversion.ledger import ConvertError
+from pidcfg.conversion.pipeline import convert, neutral_loops
+from pidcfg.encoders.codecs import EncodeError
 from pidcfg.schemas.generic import GenericFile
+from pidcfg.study.verification.verify import verify
+from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
-from pidcfg.verification.verify import verify
-from pidcfg.writer import yaml_text
 
 PLCS = [key for key in VENDORS if key != "generic"]
 PAIRS = list(permutations(PLCS, 2))

@@ -23,17 +23,14 @@ from neutral_strategies import EVERYTHING
 from pidcfg import api
 from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
-from pidcfg.conversion.ledger import Change
-from pidcfg.conversion.losses import MaxLoss, MaxLossError, judged, parse_max_loss
-from pidcfg.conversion.operation.rules import Operation, Windup, differing_rules
-from pidcfg.conversion.pipeline import convert
-from pidcfg.conversion.readback import held_lines
-from pidcfg.conversion.remainder import UNKNOWN, beside, remaining
-from pidcfg.conversion.values import text_of
-from pidcfg.paths import leaves, put, steps, value_at
+from pidcfg.conversion.ledger import Change, MaxLoss, MaxLossError, judged, parse_max_loss, text_of
+from pidcfg.conversion.operation import Operation, Windup, differing_rules
+from pidcfg.conversion.pipeline import UNKNOWN, beside, convert, remaining
+from pidcfg.conversion.settle import held_lines
 from pidcfg.schemas.generic import GenericFile
+from pidcfg.text.paths import leaves, put, steps, value_at
+from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import yaml_text
 from standing_rig import SIDES
 
 OVEN = {

@@ -8,15 +8,14 @@ from types import SimpleNamespace
 
 import pytest
 
-from pidcfg import check_text
-from pidcfg.conversion.builder import NeutralBuilder, TargetBuilder
+from pidcfg.api import check_text
+from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, take
 from pidcfg.conversion.ledger import Change, ConvertError, SourceField, TargetField, changes
 from pidcfg.conversion.pipeline import convert
-from pidcfg.conversion.same import Same, take
 from pidcfg.conversion.settle import read_back
 from pidcfg.schemas.generic import GenericFile
+from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS, Vendor
-from pidcfg.writer import yaml_text
 
 LOOP = {
     "name": "TIC1",

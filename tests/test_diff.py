@@ -12,11 +12,10 @@ import pytest
 
 import pidcfg as pidcfg_package
 from command import run_text
-from pidcfg import check_file, check_text
+from pidcfg.api import check_file, check_text
 from pidcfg.cli.commands import diff
-from pidcfg.conversion.pipeline import ConvertError
-from pidcfg.differences.result import RISKS
-from pidcfg.differences.risk import judged
+from pidcfg.conversion.differences import RISKS, judged
+from pidcfg.conversion.ledger import ConvertError
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 TANK = (EXAMPLES / "click/tank.yaml").read_text("utf-8")
@@ -88,8 +87,8 @@ def test_a_listing_without_names_is_compared_by_what_the_other_side_says(tmp_pat
 
 def test_across_vendors_and_in_every_format(tmp_path):
     from pidcfg.conversion.pipeline import convert
+    from pidcfg.text.writer import yaml_text
     from pidcfg.vendors import VENDORS
-    from pidcfg.writer import yaml_text
 
     source = check_file(EXAMPLES / "click/tank.yaml")
     other = tmp_path / "tank.yaml"
@@ -155,7 +154,7 @@ def test_json_says_what_a_comparison_lacks(monkeypatch, capsys):
     def refuse(*_):
         raise ConvertError([lacking])
 
-    monkeypatch.setattr("pidcfg.results.differences.side_of", refuse)
+    monkeypatch.setattr("pidcfg.output.differences.neutral_side", refuse)
     result = pidcfg_package.diff(REACTOR, TANK, names=("a.yaml", "b.yaml"))
     with pytest.raises(click.ClickException, match=r"a\.yaml does not say what its values mean"):
         diff.refuse(result, "json")
@@ -264,8 +263,8 @@ def test_a_scale_of_the_output_that_a_vendor_does_not_know_is_no_difference():
     text = (EXAMPLES / "dpide/oven.yaml").read_text("utf-8").replace("PID_DE: true", "PID_DE: false")
     source = check_text(text)
     from pidcfg.conversion.pipeline import convert
+    from pidcfg.text.writer import yaml_text
     from pidcfg.vendors import VENDORS
-    from pidcfg.writer import yaml_text
 
     copy = yaml_text(convert(source.config, source.vendor, VENDORS["click"], {}).data)
     found = differences(text, copy)
@@ -276,7 +275,7 @@ def test_a_scale_of_the_output_that_a_vendor_does_not_know_is_no_difference():
 
 
 def test_two_ways_to_say_an_integral_controller_are_the_same():
-    from pidcfg.conversion.common_scale import flat, normal
+    from pidcfg.conversion.builder import flat, normal
     from pidcfg.schemas.generic import GenericFile
 
     loops = [

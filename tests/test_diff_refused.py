@@ -10,7 +10,7 @@ import pytest
 import diff_words
 import pidcfg
 from diff_words import EXAMPLES, FILES, REFUSALS, refused, with_word
-from pidcfg.cli.formats.differences import as_text
+from pidcfg.cli.formats.conversion import differences_text as as_text
 from pidcfg.cli.main import main
 from pidcfg.vendors import format_of
 from shell import captured

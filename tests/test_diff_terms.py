@@ -8,13 +8,14 @@ import pytest
 
 import diff_spoil
 import pidcfg
-from pidcfg.cli.formats.differences import as_markdown, as_text
+from pidcfg.cli.formats.conversion import differences_markdown as as_markdown
+from pidcfg.cli.formats.conversion import differences_text as as_text
 from pidcfg.cli.main import main
-from pidcfg.conversion.values import text_of
-from pidcfg.differences.wired import move_content
+from pidcfg.conversion.ledger import text_of
+from pidcfg.conversion.terms import move_content
+from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.parameters import ParameterTable
-from pidcfg.limits import DEFAULT
-from pidcfg.listings import read_listing
+from pidcfg.text.reader import DEFAULT
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

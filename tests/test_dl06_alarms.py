@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dl06_rig import Rig
-from pidcfg.sim.controllers.dl06.report import ALARM_BITS
-from pidcfg.sim.controllers.dl06.state import ALARMS, PV_ALARMS
+from pidcfg.sim.controllers.dl06.equation import ALARMS, PV_ALARMS
+from pidcfg.sim.controllers.dl06.operate import ALARM_BITS
 from rig_plants import Fixed
 
 

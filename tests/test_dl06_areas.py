@@ -7,16 +7,9 @@ from pathlib import Path
 import pytest
 
 import pidcfg
-from pidcfg.encoders.areas import Area, AreaError
-from pidcfg.encoders.dl06.areas import areas
-from pidcfg.encoders.maps.dl06 import (
-    LOOP_COUNT,
-    LOOP_TABLE,
-    LOOP_TABLES,
-    RAMP_SOAK_PAIR,
-    SETUP_WORDS,
-    TABLE_POINTER,
-)
+from pidcfg.encoders.dl06.image import areas
+from pidcfg.encoders.image import Area, AreaError
+from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, SETUP_WORDS, TABLE_POINTER
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SETUP = Area(TABLE_POINTER, SETUP_WORDS)

@@ -18,10 +18,9 @@ from itertools import pairwise, product
 import pytest
 
 from dl06_rig import Rig
-from pidcfg.sim.controllers.dl06 import state as bits
-from pidcfg.sim.controllers.dl06.state import MODES, TUNE, TUNE_ERROR, TUNING, Config, State
-from pidcfg.sim.controllers.dl06.tune_closed import begin_relay
-from pidcfg.sim.controllers.dl06.tune_results import digits, store
+from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06.autotune import begin_relay, digits, store
+from pidcfg.sim.controllers.dl06.equation import MODES, TUNE, TUNE_ERROR, TUNING, Config, State
 from rig_plants import FirstOrder, Fixed, Moving
 
 

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dl06_rig import Rig
-from pidcfg.sim.controllers.dl06 import state as bits
-from pidcfg.sim.controllers.dl06.equation import calculate, coefficients, position, shaped, velocity
-from pidcfg.sim.controllers.dl06.scan import Config, State, scan
+from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06.equation import Config, State, calculate, coefficients, position, shaped, velocity
+from pidcfg.sim.controllers.dl06.scan import scan
 from rig_plants import FirstOrder, Fixed
 
 TS = 0.05

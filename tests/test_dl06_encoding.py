@@ -10,19 +10,17 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from dl06_strategies import configurations, loop_words
-from pidcfg.encoders.dl06.decode import decode
-from pidcfg.encoders.dl06.encode import encode
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.dl06 import DATA_FORMATS
 from pidcfg.encoders.dl06.files import FORMATS, checklist
-from pidcfg.encoders.dl06.options import DATA_FORMATS
-from pidcfg.encoders.files import kind_of
-from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.dl06.image import decode, encode
+from pidcfg.encoders.listing import ListingError, kind_of
 from pidcfg.encoders.maps.dl06 import FORMATS as FORMATS_OF_DATA
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_PAIR, SETUP_WORDS
-from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.dl06 import Dl06File
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
-from pidcfg.writer import yaml_text
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "dl06"
 SLOW = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])

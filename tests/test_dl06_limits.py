@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 
 LOOP = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from dl06_rig import Rig
-from pidcfg.sim.controllers.dl06 import state as bits
-from pidcfg.sim.controllers.dl06.modes import REASONS
-from pidcfg.sim.controllers.dl06.scan import Dl06
-from pidcfg.sim.notices import NOTICES, REASON_BITS, notices
+from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06.operate import MODE_REASONS as REASONS
+from pidcfg.sim.controllers.dl06.plc import Dl06
+from pidcfg.sim.controllers.kernels import NOTICES, REASON_BITS, notices
 from rig_plants import FirstOrder, Fixed
 
 

@@ -9,20 +9,20 @@ from pathlib import Path
 import pytest
 from pydantic_core import PydanticCustomError
 
-from pidcfg.encoders.dl06.encode import encode
+from pidcfg.encoders.dl06.image import encode
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, RAMP_SOAK_SIZE
-from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.base import Quantity, v_name
 from pidcfg.schemas.dl06 import Dl06File
-from pidcfg.schemas.octal import v_name
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.controllers.dl06 import state as bits
-from pidcfg.sim.controllers.dl06.registers import Dl06Registers
-from pidcfg.sim.controllers.dl06.report import ALARM_BITS, AUX_BITS, FLAG_BITS, MODES
-from pidcfg.sim.controllers.dl06.scan import Options, load, scan
-from pidcfg.sim.controllers.dl06.tune_open import POINTS
-from pidcfg.sim.prepare import prepare
-from pidcfg.source import read_document
+from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06.autotune import POINTS
+from pidcfg.sim.controllers.dl06.operate import ALARM_BITS, AUX_BITS, FLAG_BITS
+from pidcfg.sim.controllers.dl06.operate import MODE_BITS as MODES
+from pidcfg.sim.controllers.dl06.plc import Options, load
+from pidcfg.sim.controllers.dl06.scan import Dl06Registers, scan
+from pidcfg.sim.engine.run import prepare
+from pidcfg.text.source import read_document
 
 LOOP = {"name": "L", "sample_rate": 0.1, "action": "direct", "tuning": {"gain": 1}}
 SCALED = {"pv": {"range": [0, 100], "unit": "degC"}, "output": {"range": [0, 50]}}

@@ -9,8 +9,8 @@ import pytest
 
 from dl06_rig import Rig
 from pidcfg.api import simulate
-from pidcfg.sim.controllers.dl06 import state as bits
-from pidcfg.sim.controllers.dl06.state import (
+from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06.equation import (
     RS_COMPLETE,
     RS_DEVIATION,
     RS_HELD,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.encoders.dl06.setup import Setup, alarm_order_broken, check_ramp_soak, check_setup
-from pidcfg.encoders.words import bcd_word
+from pidcfg.encoders.codecs import bcd_word
+from pidcfg.encoders.dl06.image import Setup, alarm_order_broken, check_ramp_soak, check_setup
 
 
 def flags(start, count):

@@ -9,8 +9,8 @@ import pytest
 
 from dpide_rig import Rig
 from pidcfg.sim.controllers.dpide.autotune import LEAST_PERIOD, PATIENT, REASONS, balance, measure, usable
-from pidcfg.sim.controllers.dpide.state import Config, State
-from pidcfg.sim.terms import single
+from pidcfg.sim.controllers.dpide.equation import Config, State
+from pidcfg.sim.controllers.kernels import single
 from rig_plants import FirstOrder, Fixed
 
 OVEN = {"PID_MODE": 1, "SV": 80, "CYCLE": 1000, "MV_MAX": 4000, "Kc_Kp": 0, "PID_EQ": True}

@@ -8,11 +8,12 @@ import pytest
 
 from compile_rig import advance, check_types
 from dpide_rig import program_of
-from pidcfg.sim.compile import compiled
-from pidcfg.sim.controllers.dpide import state as bits
-from pidcfg.sim.controllers.dpide.report import SIGNALS
-from pidcfg.sim.controllers.dpide.scan import INLINED, load, scan
-from pidcfg.sim.records import NEVER
+from pidcfg.sim.controllers.dpide import equation as bits
+from pidcfg.sim.controllers.dpide.operate import SIGNALS
+from pidcfg.sim.controllers.dpide.plc import load
+from pidcfg.sim.controllers.dpide.scan import INLINED, scan
+from pidcfg.sim.controllers.kernels import NEVER
+from pidcfg.sim.engine.compile import compiled
 
 PLCS = 220
 SEGMENTS, STEPS = 5, 250

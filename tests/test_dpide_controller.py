@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dpide_rig import Rig, program_of
-from pidcfg.sim.controllers.dpide.scan import load
-from pidcfg.sim.terms import single
+from pidcfg.sim.controllers.dpide.plc import load
+from pidcfg.sim.controllers.kernels import single
 from rig_plants import FirstOrder
 
 WIDE = {"MV_MAX": 1e6, "MV_MIN": -1e6}

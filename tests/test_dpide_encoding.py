@@ -11,17 +11,14 @@ from pydantic import ValidationError
 
 from dpide_strategies import configurations
 from pidcfg import api
-from pidcfg.encoders.dpide.decode import decode
-from pidcfg.encoders.dpide.encode import encode
+from pidcfg.encoders.codecs import DecodeError, single_bits
+from pidcfg.encoders.dpide.image import decode, encode
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, NEEDED, ROWS
-from pidcfg.encoders.singles import single_bits
-from pidcfg.encoders.words import DecodeError
-from pidcfg.schemas.dpide import DpideFile, Loop
-from pidcfg.schemas.dpide_devices import BLOCK, WORD, Devices, Place, place_of
+from pidcfg.schemas.dpide import BLOCK, WORD, Devices, DpideFile, Loop, Place, place_of
 from pidcfg.schemas.iec import BOOL, DINT, Timed, Wire
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import yaml_text
 from standing_rig import SIDES
 
 OPERANDS = (

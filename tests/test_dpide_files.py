@@ -14,18 +14,16 @@ from hypothesis import strategies as st
 
 from command import run
 from dpide_strategies import configurations
-from pidcfg.encoders.dpide import symbol_table
-from pidcfg.encoders.dpide.decode import decode
-from pidcfg.encoders.dpide.encode import encode
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.decoding import decode_listing
+from pidcfg.encoders.dpide import DECODE_OPTIONS
+from pidcfg.encoders.dpide import symbols as symbol_table
 from pidcfg.encoders.dpide.files import FORMATS, checklist
-from pidcfg.encoders.dpide.operands import COLUMNS
-from pidcfg.encoders.dpide.options import DECODE_OPTIONS
+from pidcfg.encoders.dpide.image import decode, encode
 from pidcfg.encoders.dpide.symbols import LONGEST_LOOP
-from pidcfg.encoders.files import UnwritableError, kind_of
-from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.dpide.symbols import OPERAND_COLUMNS as COLUMNS
+from pidcfg.encoders.listing import ListingError, UnwritableError, kind_of
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.words import DecodeError
-from pidcfg.listings import decode_listing
 from pidcfg.schemas.dpide import DpideFile
 from pidcfg.vendors import VENDORS
 from test_dpide_encoding import configuration

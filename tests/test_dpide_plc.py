@@ -11,21 +11,21 @@ import pytest
 from pydantic_core import PydanticCustomError
 
 from dpide_rig import PLAIN, Rig, program_of
-from pidcfg.encoders.dpide.encode import encode
+from pidcfg.encoders.dpide.image import encode
 from pidcfg.encoders.maps.dpide import ROWS
 from pidcfg.encoders.parameters import Entry, Program
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.dpide import DpideFile
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.controllers.dpide import decisions as dpide_decisions
+from pidcfg.sim.controllers import dpide as dpide_decisions
+from pidcfg.sim.controllers.dpide import ENGINE
 from pidcfg.sim.controllers.dpide import scan as dpide
-from pidcfg.sim.controllers.dpide.decisions import ENGINE
-from pidcfg.sim.controllers.dpide.scan import Options, load
-from pidcfg.sim.prepare import prepare
-from pidcfg.sim.run import Settings, UnusableError, simulate
-from pidcfg.sim.terms import single
-from pidcfg.source import read_document
+from pidcfg.sim.controllers.dpide.plc import load
+from pidcfg.sim.controllers.kernels import single
+from pidcfg.sim.controllers.plc import ScanOptions as Options
+from pidcfg.sim.engine.run import Settings, UnusableError, prepare, simulate
+from pidcfg.text.source import read_document
 
 CONTRACT = """
 pidcfg: 1

@@ -8,18 +8,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from dpide_strategies import configurations
-from pidcfg.diagnostics import Severity
-from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.dpide.files import FORMATS
-from pidcfg.encoders.files import UnwritableError
-from pidcfg.refs import Decision
+from pidcfg.encoders.dpide.image import encode
+from pidcfg.encoders.listing import UnwritableError
 from pidcfg.schemas.dpide import DpideFile
-from pidcfg.sim.controllers.dpide.scan import load
-from pidcfg.source import read_document
+from pidcfg.sim.controllers.dpide.plc import load
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.references import Decision
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rules.dpide import RULES
 from pidcfg.validate.rules.dpide.context import DpideContext
-from pidcfg.writer import yaml_text
 
 ROOT = Path(__file__).parents[1]
 LOOP = {

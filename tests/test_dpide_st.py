@@ -11,14 +11,13 @@ from hypothesis import strategies as st
 
 from dpide_strategies import configurations
 from pidcfg.api import check, decode
-from pidcfg.encoders.dpide.encode import encode
+from pidcfg.encoders.decoding import decode_listing
 from pidcfg.encoders.dpide.files import FORMATS
+from pidcfg.encoders.dpide.image import encode
 from pidcfg.encoders.dpide.st_read import read_st
 from pidcfg.encoders.dpide.st_write import write_st
-from pidcfg.encoders.files import UnwritableError, kind_of
-from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.listing import ListingError, UnwritableError, kind_of
 from pidcfg.encoders.maps.dpide import OUTSIDE, ROWS
-from pidcfg.listings import decode_listing
 from pidcfg.schemas.dpide import DpideFile
 from pidcfg.schemas.iec import BOOL, DINT, REAL
 from pidcfg.vendors import VENDORS

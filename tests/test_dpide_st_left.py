@@ -4,7 +4,7 @@ import pytest
 
 from pidcfg.encoders.dpide.files import FORMATS
 from pidcfg.encoders.dpide.st_read import read_st
-from pidcfg.encoders.files import kind_of
+from pidcfg.encoders.listing import kind_of
 
 OPERANDS = (
     "PID_RUN := TRUE, SV := 80.0, PV := D102, PID_MODE := 0, PID_MAN := Man, MOUT_AUTO := FALSE, CYCLE := 1000, "

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 import pidcfg
 from dpide_strategies import configurations
 from pidcfg.api import decode
-from pidcfg.encoders.dpide.encode import encode
 from pidcfg.encoders.dpide.files import FORMATS
-from pidcfg.encoders.files import kind_of
+from pidcfg.encoders.dpide.image import encode
+from pidcfg.encoders.listing import kind_of
 from pidcfg.encoders.maps.dpide import OUTSIDE, ROWS
 from pidcfg.schemas.dpide import DpideFile
 from test_dpide_encoding import configuration

@@ -13,12 +13,11 @@ import good_plants
 import good_runs
 import pidcfg
 from pidcfg.cli.main import cli
-from pidcfg.draft.numbers import digits, neat, round_up, time_text
-from pidcfg.draft.text import scalar
-from pidcfg.draft.write import NoDraftError, draft_of
-from pidcfg.limits import DEFAULT
-from pidcfg.results.sources import checked_of
-from pidcfg.source import read_document
+from pidcfg.output.sources import checked_of
+from pidcfg.study.draft import NoDraftError, draft_of, scalar
+from pidcfg.study.draft_plan import digits, neat, round_up, time_text
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.source import read_document
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CONFIGURATIONS = sorted(

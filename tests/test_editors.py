@@ -15,11 +15,11 @@ from ruamel.yaml import YAML
 
 from editor import LanguageServer, in_node, needs_node, needs_server
 from pidcfg.cli.commands.schema import SCENARIO, SETTINGS, document_schema
-from pidcfg.results.schemas import OUTPUTS
+from pidcfg.output.json_schemas import OUTPUTS
 from pidcfg.schemas.base import Parser
 from pidcfg.schemas.document import models_of
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import CODE, rules
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS

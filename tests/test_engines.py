@@ -8,8 +8,9 @@ from dataclasses import asdict
 import pytest
 
 from benchmarks.production import SETPOINTS, STEP, VENDORS, configuration, limit_cycle, loaded, ours
-from pidcfg.sim import engine, run
-from pidcfg.sim.recording import Recording
+from pidcfg.sim.engine import choice as engine
+from pidcfg.sim.engine import run
+from pidcfg.sim.engine.recording import Recording
 
 SCENARIOS = 4
 MODELS = (
@@ -99,7 +100,7 @@ class ChosenError(Exception):
 @pytest.mark.parametrize("steady", [False, True])
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_auto_asks_for_the_compiled_kernels_that_a_run_calls_and_for_no_others(monkeypatch, vendor, steady, drawn):
-    compiler = pytest.importorskip("pidcfg.sim.compile", reason="the extra fast")
+    compiler = pytest.importorskip("pidcfg.sim.engine.compile", reason="the extra fast")
 
     def choose(*arguments):
         raise ChosenError(true(*arguments))

@@ -11,8 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from pidcfg.cli.environment import variable
-from pidcfg.cli.errors import say
-from pidcfg.cli.main import COMMANDS, cli, load
+from pidcfg.cli.main import COMMANDS, cli, load, say
 
 ROOT = Path(__file__).parents[1]
 MISSPELT = "PIDCFG_VALIDATE_STRCT"

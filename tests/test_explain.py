@@ -14,21 +14,23 @@ from click.testing import CliRunner
 
 from pidcfg.cli.commands.explain import command
 from pidcfg.cli.main import cli
-from pidcfg.encoders.maps import click_meanings, dl06_meanings, dpide_meanings, ezlogix_meanings, nextopid_meanings
+from pidcfg.encoders.maps import click as click_meanings
+from pidcfg.encoders.maps import dl06 as dl06_meanings
+from pidcfg.encoders.maps import dpide as dpide_meanings
+from pidcfg.encoders.maps import ezlogix as ezlogix_meanings
+from pidcfg.encoders.maps import nextopid as nextopid_meanings
 from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE, SETUP_WORDS
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.meanings import Meaning
 from pidcfg.encoders.parameters import ParameterTable
-from pidcfg.encoders.regmap import RegisterMap
-from pidcfg.explanation.decisions import all_decisions
-from pidcfg.explanation.lookup import explain
-from pidcfg.explanation.question import Question, QuestionError
-from pidcfg.explanation.render import as_data, as_text
+from pidcfg.encoders.regmap import Meaning, RegisterMap
+from pidcfg.output.explanation.lookup import all_decisions, as_text, explain
+from pidcfg.output.explanation.lookup import explanation_data as as_data
+from pidcfg.output.explanation.page import Question, QuestionError
+from pidcfg.schemas.base import unit_text, units_of
 from pidcfg.schemas.document import models_in
-from pidcfg.schemas.units import unit_text, units_of
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS
 
@@ -179,7 +181,7 @@ def test_every_status_bit_of_the_dl06_has_a_meaning():
     ]
     names = {(w.name, row.bits[0]) for t, row in rows for w in t.words if w.offset == row.offset}
     names -= {("mode_setting_2", 7)}
-    assert names | {("mode_setting_2", 7)} == set(dl06_meanings.BITS)
+    assert names | {("mode_setting_2", 7)} == set(dl06_meanings.BIT_MEANINGS)
 
 
 @pytest.mark.parametrize("module", [click_meanings, dl06_meanings, ezlogix_meanings, nextopid_meanings])
@@ -324,7 +326,7 @@ def test_a_block_by_its_name():
 def every_meaning():
     """All meanings of all vendors."""
     return [
-        *dl06_meanings.BITS.values(),
+        *dl06_meanings.BIT_MEANINGS.values(),
         *dl06_meanings.WORDS.values(),
         *click_meanings.WORDS.values(),
         *ezlogix_meanings.WORDS.values(),
@@ -547,7 +549,7 @@ def test_a_block_must_be_an_address_and_hold_the_thing():
 
 
 def test_rules_and_decisions():
-    from pidcfg.validate.pages import page
+    from pidcfg.validate.catalog import page
 
     assert run("dl242").output == page(rules()["DL242"])
     assert run("D46").output.startswith("# D46 alarms are strict\n\nOn when the PV is beyond")
@@ -895,9 +897,9 @@ finally:
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     modules = done.stderr.splitlines()[-1].split()
-    assert "pidcfg.explanation.dl06" in modules
+    assert "pidcfg.output.explanation.dl06" in modules
     others = [*(vendor for vendor in VENDORS if vendor != "dl06"), "parameters", "find_parameter"]
-    assert not {f"pidcfg.explanation.{name}" for name in others} & set(modules)
+    assert not {f"pidcfg.output.explanation.{name}" for name in others} & set(modules)
     assert not [name for name in modules if name.startswith("pidcfg.validate.rules")]
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pidcfg.schemas.expressions import MAX_DEPTH, MAX_LENGTH, ExpressionError, parse
-from pidcfg.sim.expressions import FAULTS, Pool, evaluate
+from pidcfg.sim.engine.expressions import FAULTS, Pool, evaluate
 
 NAMES = {"TIC-101.PV": 0, "TIC-101": 1, "Fi": 2, "FIC-102.gain": 3, "Steam flow": 4, "a/b": 5, "2x": 6, "min": 7}
 VALUES = [10.0, 20.0, 4.0, 0.5, 7.0, 3.0, 9.0, 1.5]

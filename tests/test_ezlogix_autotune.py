@@ -11,11 +11,11 @@ from __future__ import annotations
 import pytest
 
 from ezlogix_rig import COUNTDOWN, SCALED, STATUS, Rig, change, play, plc
-from pidcfg.sim.controllers.ezlogix import state as bits
+from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.autotune import SETTLING, compute, fits, judge_answer, tell_moving
-from pidcfg.sim.controllers.ezlogix.report import REASONS, TUNE_STATUS
-from pidcfg.sim.controllers.ezlogix.state import Config, State
-from pidcfg.sim.notices import notices
+from pidcfg.sim.controllers.ezlogix.equation import Config, State
+from pidcfg.sim.controllers.ezlogix.operate import REASONS, TUNE_STATUS
+from pidcfg.sim.controllers.kernels import notices
 from rig_plants import FirstOrder, Fixed, Moving
 
 

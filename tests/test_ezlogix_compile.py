@@ -8,12 +8,12 @@ import pytest
 
 from compile_rig import advance, check_types
 from ezlogix_rig import COLUMNS, SIGNALS
-from pidcfg.sim.compile import compiled
-from pidcfg.sim.controllers.ezlogix import state as bits
-from pidcfg.sim.controllers.ezlogix.equation import coefficients
-from pidcfg.sim.controllers.ezlogix.scan import INLINED, Config, State, scan
-from pidcfg.sim.reaction_curve import POINTS
-from pidcfg.sim.terms import nearest
+from pidcfg.sim.controllers.autotune import POINTS
+from pidcfg.sim.controllers.ezlogix import equation as bits
+from pidcfg.sim.controllers.ezlogix.equation import Config, State, coefficients
+from pidcfg.sim.controllers.ezlogix.scan import INLINED, scan
+from pidcfg.sim.controllers.kernels import nearest
+from pidcfg.sim.engine.compile import compiled
 
 CONFIGURATIONS = 320
 SEGMENTS, STEPS = 4, 120

@@ -13,7 +13,7 @@ from itertools import accumulate, pairwise
 import pytest
 
 from ezlogix_rig import BIAS, CV, ERROR, PV, SP, Rig
-from pidcfg.sim.controllers.ezlogix import state as bits
+from pidcfg.sim.controllers.ezlogix import equation as bits
 from rig_plants import FirstOrder, Fixed
 
 

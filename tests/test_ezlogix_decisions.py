@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pidcfg.sim.controllers.ezlogix import decisions as ezlogix_decisions
-from pidcfg.sim.controllers.ezlogix.decisions import ENGINE
+from pidcfg.sim.controllers import ezlogix as ezlogix_decisions
+from pidcfg.sim.controllers.ezlogix import ENGINE
 
 FOLDER = Path(ezlogix_decisions.__file__).parent
 

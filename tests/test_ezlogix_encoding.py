@@ -9,15 +9,14 @@ from hypothesis import HealthCheck, given, settings
 from pydantic import ValidationError
 
 from ezlogix_strategies import configurations, registers
-from pidcfg.encoders.ezlogix.decode import decode
-from pidcfg.encoders.ezlogix.encode import encode
+from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.ezlogix.files import FORMATS
+from pidcfg.encoders.ezlogix.image import decode, encode
 from pidcfg.encoders.maps.ezlogix import BLOCKS, SPACE, TABLES, VARIABLES
-from pidcfg.encoders.spaces import NoRegisterError
-from pidcfg.encoders.words import DecodeError
+from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.schemas.ezlogix import EzlogixFile
-from pidcfg.source import read_document
-from pidcfg.writer import yaml_text
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 
 SLOW = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 LOOP = {

@@ -9,7 +9,7 @@ import pytest
 
 from ezlogix_rig import COLUMNS, CV, ERROR, PV, SCALED, SP, O, Rig, change, image, play, plc
 from pidcfg.schemas.base import Quantity
-from pidcfg.sim.controllers.ezlogix.scan import load
+from pidcfg.sim.controllers.ezlogix.plc import load
 from rig_plants import Fixed
 
 PI = {"proportional_gain": 2, "integral_time": 10}

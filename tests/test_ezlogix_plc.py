@@ -15,10 +15,12 @@ from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, S_BLOCK, SPACE
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.controllers.ezlogix import state as bits
-from pidcfg.sim.controllers.ezlogix.report import FLAG_BITS, MODES
-from pidcfg.sim.controllers.ezlogix.scan import Options, load
-from pidcfg.sim.prepare import options, prepare
+from pidcfg.sim.controllers.ezlogix import equation as bits
+from pidcfg.sim.controllers.ezlogix.operate import FLAG_BITS
+from pidcfg.sim.controllers.ezlogix.operate import MODE_BITS as MODES
+from pidcfg.sim.controllers.ezlogix.plc import load
+from pidcfg.sim.controllers.plc import NoOptions as Options
+from pidcfg.sim.engine.run import options, prepare
 
 
 class Controller:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ezlogix_rig import O, Rig, plc
-from pidcfg.sim.plc import TICKS
+from pidcfg.sim.controllers.plc import TICKS
 from rig_plants import Fixed
 
 

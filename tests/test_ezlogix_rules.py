@@ -9,18 +9,18 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from pidcfg.diagnostics import Severity
-from pidcfg.encoders.ezlogix.tags import tags
-from pidcfg.encoders.files import UnwritableError
+from pidcfg.encoders.ezlogix.files import tags
+from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.maps.ezlogix import R_BLOCK, VARIABLES
-from pidcfg.refs import Decision
 from pidcfg.schemas.base import NAME
 from pidcfg.sim.controllers.ezlogix.autotune import STEP
-from pidcfg.sim.controllers.ezlogix.pulse import begin_cycle
-from pidcfg.sim.controllers.ezlogix.state import Config, State
-from pidcfg.source import read_document
+from pidcfg.sim.controllers.ezlogix.equation import Config, State, begin_cycle
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.references import Decision
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.rules.ezlogix import RULES, autotune
+from pidcfg.validate.rules.ezlogix import RULES
+from pidcfg.validate.rules.ezlogix import tuning as autotune
 
 ROOT = Path(__file__).parents[1]
 LOOP = {

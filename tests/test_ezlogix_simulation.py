@@ -8,11 +8,11 @@ import io
 import pytest
 
 from ezlogix_rig import LOOP
-from pidcfg.encoders.ezlogix.encode import encode
+from pidcfg.encoders.ezlogix.image import encode
 from pidcfg.schemas.ezlogix import EzlogixFile
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.controllers.ezlogix import scan as ezlogix
-from pidcfg.sim.run import Settings, simulate
+from pidcfg.sim.engine.run import Settings, simulate
 
 OVEN = {
     **LOOP,

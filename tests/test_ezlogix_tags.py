@@ -13,12 +13,9 @@ from pydantic import ValidationError
 
 from command import run
 from ezlogix_strategies import configurations
-from pidcfg.encoders.ezlogix.decode import decode
-from pidcfg.encoders.ezlogix.encode import encode
-from pidcfg.encoders.ezlogix.files import FORMATS
-from pidcfg.encoders.ezlogix.tags import COLUMNS, tags
-from pidcfg.encoders.files import UnwritableError, kind_of
-from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.ezlogix.files import COLUMNS, FORMATS, tags
+from pidcfg.encoders.ezlogix.image import decode, encode
+from pidcfg.encoders.listing import ListingError, UnwritableError, kind_of
 from pidcfg.encoders.maps.ezlogix import PULSE_REGISTERS, SPACE, TABLES, VARIABLES
 from pidcfg.schemas.ezlogix import EzlogixFile
 

@@ -15,13 +15,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from living_rig import GOOD, TWICE, run
-from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
-from pidcfg.document import Plain
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
+from pidcfg.text.document import Plain
+from pidcfg.text.source import read_document
+from pidcfg.validate.baseline import suppress
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import Fixer, apart, same_but_quotes, splice
-from pidcfg.validate.spelling import all_keys, clear_match, is_slip, keys_of, models_below, slips
-from pidcfg.validate.suppression import suppress
+from pidcfg.validate.schema import all_keys, clear_match, is_slip, keys_of, models_below, slips
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
@@ -419,7 +419,7 @@ def test_a_correction_may_show_findings_that_were_hidden_but_bring_no_error_of_t
 
 
 def test_many_unknown_keys_cost_no_more_than_a_few_readings(monkeypatch):
-    from pidcfg.validate import edits
+    from pidcfg.validate import fixes as edits
 
     tries = []
     monkeypatch.setattr(edits, "_fits", lambda *args: bool(tries.append(args)))
@@ -583,7 +583,7 @@ def test_rights_stay_and_links_are_written_through(validate, tmp_path):
 
 
 def test_a_file_that_somebody_saves_meanwhile_is_left_alone(validate, tmp_path, monkeypatch):
-    from pidcfg.cli.findings import corrections
+    from pidcfg.cli import policy as corrections
 
     real = corrections._corrected
 

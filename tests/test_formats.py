@@ -8,7 +8,6 @@ import os
 import re
 import sys
 from functools import cache
-from importlib import import_module
 from pathlib import Path, PureWindowsPath
 from xml.etree import ElementTree as ET
 
@@ -17,19 +16,17 @@ from click.testing import CliRunner
 
 import golden
 from pidcfg.cli import formats
+from pidcfg.cli.formats import Kind, report_options, reports
 from pidcfg.cli.formats import findings as basics
-from pidcfg.cli.formats import report_options
-from pidcfg.cli.formats.findings import Findings
-from pidcfg.cli.formats.format import Kind
-from pidcfg.cli.formats.reporters import without_word
-from pidcfg.cli.formats.simulation import render_runs
+from pidcfg.cli.formats.findings import Findings, without_word
+from pidcfg.cli.formats.reports import render_runs
 from pidcfg.cli.main import cli
-from pidcfg.cli.terminal.console import echo_json, echo_xml
-from pidcfg.diagnostics import Diagnostic, Edit, Severity, Span
-from pidcfg.document import Document, Node
-from pidcfg.results.schemas import OUTPUTS
-from pidcfg.scenario.outcome import Outcome
-from pidcfg.sim.report import STANDING_KINDS, Note, Report
+from pidcfg.cli.terminal import echo_json, echo_xml
+from pidcfg.output.json_schemas import OUTPUTS
+from pidcfg.sim.judgement.report import STANDING_KINDS, Note, Report
+from pidcfg.study.outcome import Outcome
+from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
+from pidcfg.text.document import Document, Node
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(__file__).parent / "data"
@@ -730,8 +727,7 @@ def test_convert_prints_one_document_of_json_for_a_file_it_cannot_use(pair):
 
 
 def test_every_module_with_a_format_is_in_the_table():
-    modules = {path.stem for path in Path(formats.__file__).parent.glob("*.py")} - {"__init__"}
-    found = {name for name in modules if hasattr(import_module(f"{formats.__name__}.{name}"), "FORMAT")}
+    found = {name.lower() for name, value in vars(reports).items() if isinstance(value, formats.Format)}
     assert found == set(formats.FORMATS)
     assert len({formats.load(name).ending for name in formats.FORMATS}) == len(formats.FORMATS)
 

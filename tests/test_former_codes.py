@@ -10,11 +10,11 @@ import pytest
 
 from command import run_text
 from pidcfg.cli.formats.findings import Findings, fingerprints
-from pidcfg.diagnostics import Diagnostic, Severity
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.source import read_document
+from pidcfg.validate.baseline import former_codes
 from pidcfg.validate.catalog import CODE, current, former, matches, rules
 from pidcfg.validate.fixes import splice
-from pidcfg.validate.suppression import former_codes
 from pidcfg.vendors import VENDORS
 
 REMARK = re.compile(r"^(\S+) is called (\S+) now: .* understood until 1\.0$", re.MULTILINE)

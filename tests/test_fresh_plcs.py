@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from pidcfg.cli.main import cli
 from pidcfg.encoders.maps.click import TABLES
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 
 STARTERS = Path(__file__).parents[1] / "src/pidcfg/starters"

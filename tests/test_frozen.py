@@ -9,7 +9,7 @@ from inspect import signature
 
 import pytest
 
-from pidcfg.frozen import frozen
+from pidcfg.text.frozen import frozen
 
 
 class Rows:

@@ -8,10 +8,10 @@ import pytest
 
 from compile_rig import advance, check_types
 from generic_rig import Rig
-from pidcfg.sim.compile import compiled
-from pidcfg.sim.controllers.generic import state as bits
-from pidcfg.sim.controllers.generic.report import SIGNALS
+from pidcfg.sim.controllers.generic import equation as bits
+from pidcfg.sim.controllers.generic.operate import SIGNALS
 from pidcfg.sim.controllers.generic.scan import INLINED, scan
+from pidcfg.sim.engine.compile import compiled
 
 FILES = 160
 SEGMENTS, STEPS = 4, 250

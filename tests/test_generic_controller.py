@@ -10,9 +10,8 @@ from pydantic_core import PydanticCustomError
 
 from generic_rig import Rig
 from pidcfg.encoders.parameters import Program
-from pidcfg.sim.controllers.generic.equation import derivative
-from pidcfg.sim.controllers.generic.scan import load
-from pidcfg.sim.controllers.generic.state import REQUEST, UNREACHED, Config, State
+from pidcfg.sim.controllers.generic.equation import REQUEST, UNREACHED, Config, State, derivative
+from pidcfg.sim.controllers.generic.plc import load
 from rig_plants import FirstOrder
 
 TS = 0.1

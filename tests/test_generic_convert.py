@@ -7,10 +7,10 @@ from hypothesis import given, settings
 
 from generic_rig import configurations, file_of
 from pidcfg import api
-from pidcfg.conversion.from_neutral.generic import from_neutral
+from pidcfg.conversion.from_generic import NOTHING_LOST, WHOLE, to_neutral
 from pidcfg.conversion.pipeline import convert, neutral_loops
-from pidcfg.conversion.to_neutral.generic import NOTHING_LOST, WHOLE, to_neutral
-from pidcfg.encoders.generic.options import CONVERT_OPTIONS
+from pidcfg.conversion.to_generic import from_neutral
+from pidcfg.encoders.generic import CONVERT_OPTIONS
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.vendors import VENDORS
 from standing_rig import SIDES

@@ -12,13 +12,12 @@ from hypothesis import given, settings
 from pydantic import BaseModel
 
 from generic_rig import PLAIN, configurations, file_of
-from pidcfg.encoders.generic.decode import decode
-from pidcfg.encoders.generic.encode import encode
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.generic import DECODE_OPTIONS
 from pidcfg.encoders.generic.files import FORMATS, checklist
-from pidcfg.encoders.generic.options import DECODE_OPTIONS
+from pidcfg.encoders.generic.image import decode, encode
 from pidcfg.encoders.maps.generic import LOOPS, NEEDED, ROWS, TUNED
 from pidcfg.encoders.parameters import TYPES, store
-from pidcfg.encoders.words import DecodeError
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import LREAL, Wire
 

@@ -23,22 +23,21 @@ from ruamel.yaml import YAML
 
 import pidcfg
 from living_rig import GOOD, TWICE, call, run
-from pidcfg import reader
 from pidcfg.api import check, check_text
-from pidcfg.cli import interrupts, main
-from pidcfg.cli.files import outputs, temporary
-from pidcfg.cli.files.edited import difference
-from pidcfg.cli.terminal import console
-from pidcfg.control_characters import without_orders
-from pidcfg.encoders.ihex import read_ihex
+from pidcfg.cli import interrupts, main, outputs
+from pidcfg.cli import outputs as temporary
+from pidcfg.cli import terminal as console
+from pidcfg.cli.outputs import difference
+from pidcfg.encoders.decoding import read_listing
+from pidcfg.encoders.dl06.files import read_ihex
 from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
-from pidcfg.encoders.nextopid.st_read import read_st
-from pidcfg.limits import DEFAULT
-from pidcfg.listings import read_listing
-from pidcfg.store import Store, cache_folder
+from pidcfg.encoders.nextopid.st_read import read_plcopen, read_st
+from pidcfg.text import reader
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.signs import without_orders
+from pidcfg.text.store import Store, cache_folder
+from pidcfg.text.writer import json_line, json_text, yaml_text
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import json_line, json_text, yaml_text
 
 SOURCE = Path(__file__).parents[1] / "src" / "pidcfg"
 EXAMPLES = SOURCE.parents[1] / "examples"
@@ -249,20 +248,20 @@ def test_a_listing_of_another_version_is_refused(version):
 
 
 OWN_FILES = {
-    "reader": "the one door",
-    "certification.sources": "the package's own sources",
+    "text.reader": "the one door",
+    "text.store": "entries of the cache",
+    "study.certification.samples": "the package's own sources",
     "cli.commands.completion": "a script of the package",
     "cli.commands.init": "a starter of the package",
-    "cli.completion.candidates": "a list of the package",
-    "cli.findings.cache": "the record of the installation",
-    "cli.files.temporary": "temporary files of its own",
+    "cli.completion": "a list of the package",
+    "cli.findings": "the record of the installation",
+    "cli.outputs": "temporary files of its own",
     "cli.main": "a closed stream that goes to nowhere",
-    "cli.terminal.console": "a closed stream that goes to nowhere",
-    "encoders.click.package": "a temporary file of its own",
-    "pictures.trend": "a style sheet of the package",
-    "report.pdf": "a temporary file of its own",
-    "sheets.read": "a starter of the package",
-    "store": "entries of the cache",
+    "cli.terminal": "a closed stream that goes to nowhere",
+    "encoders.click.nicknames": "a temporary file of its own",
+    "pictures.page": "a style sheet of the package",
+    "output.report.page": "a temporary file of its own",
+    "output.sheet_reader": "a starter of the package",
 }
 """Who opens files, and which: those of the user and those that files name have one door."""
 
@@ -478,9 +477,9 @@ def test_a_stream_is_nothing_that_a_file_names(tmp_path, monkeypatch, capsysbina
 # --- the terminal ----------------------------------------------------------------------------------------------------
 
 WRITERS = {
-    "pidcfg.cli.terminal.console": {"echo", "write"},
+    "pidcfg.cli.terminal": {"echo", "write"},
     "pidcfg.cli.main": {"write"},
-    "pidcfg.sim.compile": {"warn"},
+    "pidcfg.sim.engine.compile": {"warn"},
 }
 """Who writes to the streams: the one exit, an error in ASCII where no more files may be open to load it, and a warning,
 which the command line leads there."""
@@ -580,7 +579,7 @@ PRINTED = (
 def test_no_text_of_a_file_is_an_order_to_who_keeps_the_log(tmp_path, monkeypatch, capsysbinary, command):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
-    monkeypatch.setattr("pidcfg.sim.engine.installed", lambda: False)
+    monkeypatch.setattr("pidcfg.sim.engine.choice.installed", lambda: False)
     for name, text in {"::a": HOSTILE, "::s.scenario": RUN, "a": GOOD}.items():
         Path(f"{name}.yaml").write_text(text, "utf-8")
     Path("a.txt").write_text(pidcfg.encode(Path("::a.yaml")).text, "utf-8")
@@ -769,7 +768,7 @@ def test_a_pipe_or_what_is_too_long_in_the_cache_is_a_miss(tmp_path, monkeypatch
 @POSIX
 def test_the_next_run_removes_what_a_killed_one_has_left_for_its_own_target(tmp_path):
     code = (
-        "import os, pathlib, signal, sys; from pidcfg.cli.files.temporary import temporary_for\n"
+        "import os, pathlib, signal, sys; from pidcfg.cli.outputs import temporary_for\n"
         "temporary_for(pathlib.Path(sys.argv[1])); os.kill(os.getpid(), signal.SIGKILL)"
     )
     for name in ("a.txt", "b.txt"):
@@ -796,7 +795,7 @@ ENDED = """
 import os, signal, sys, pathlib
 from pidcfg import __main__
 from pidcfg.cli import interrupts
-from pidcfg.cli.files import outputs
+from pidcfg.cli import outputs
 real = pathlib.Path.replace
 def replace(self, target):
     done = real(self, target)
@@ -854,7 +853,7 @@ def test_a_command_of_these_tests_hears_ctrl_c_wherever_they_run():
 
 FEW = """
 import errno, os, resource, sys
-import pidcfg, pidcfg.cli.errors, pidcfg.cli.main as program
+import pidcfg, pidcfg.cli.main as program
 pidcfg.encode("a.yaml")  # what takes long, once
 def refuse(**_):
     raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
@@ -866,7 +865,7 @@ for free, words in (*((free, ["encode", "a.yaml", "-o", "out.txt"]) for free in 
         resource.setrlimit(resource.RLIMIT_NOFILE, (3 + free, 3 + free))
         sys.argv[1:] = words
         if words:
-            del sys.modules["pidcfg.cli.errors"]
+            del sys.modules["pidcfg.cli.main"]
         else:
             program.cli = refuse
         program.main()
@@ -916,7 +915,7 @@ def test_an_ended_command_does_not_wait_until_it_is_taken_apart(code, printed):
 @pytest.mark.parametrize(("words", "code"), [(["validate", "none.yaml"], 2), (["--version"], 0)])
 def test_a_signal_at_the_very_end_changes_nothing(tmp_path, words, code):
     end = (
-        "import os, signal, sys\nfrom pidcfg.cli import errors, interrupts, main\nreal = interrupts.over\n"
+        "import os, signal, sys\nfrom pidcfg.cli import interrupts, main\nreal = interrupts.over\n"
         "def over():\n    real()\n    os.kill(os.getpid(), signal.SIGTERM); os.kill(os.getpid(), signal.SIGINT)\n"
         f"interrupts.over = over\nsys.argv[1:] = {words}\nmain.main()"
     )

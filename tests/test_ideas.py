@@ -5,19 +5,26 @@ from decimal import Decimal
 
 import pytest
 
-from pidcfg.frozen import frozen
-from pidcfg.validate.ideas.alarms import (
+from pidcfg.text.frozen import frozen
+from pidcfg.validate.ideas import (
+    MOST_NAMES,
+    NUMBERS,
+    Extent,
     alarm_beyond,
     alarm_within,
+    at_both,
+    block_beyond_bank,
+    blocks_overlap,
     deadband_of_zero,
     hysteresis_spans_normal_zone,
+    in_words,
     neighbours_out_of_order,
+    outside_limits,
+    rings,
+    sharing,
+    too_many_loops,
 )
-from pidcfg.validate.ideas.blocks import Extent, block_beyond_bank, blocks_overlap, too_many_loops
-from pidcfg.validate.ideas.cascades import rings
-from pidcfg.validate.ideas.duplicates import MOST_NAMES, at_both, in_words, sharing
-from pidcfg.validate.ideas.limits import NUMBERS, outside_limits
-from pidcfg.validate.views import View, complete, number_text, value_or_switch, with_unit
+from pidcfg.validate.rule import View, complete, number_text, value_or_switch, with_unit
 
 
 @frozen

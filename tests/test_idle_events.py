@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.sim.idle import idle_events
-from pidcfg.sim.prepare import prepare
+from pidcfg.sim.engine.events import idle_events
+from pidcfg.sim.engine.run import prepare
 from scenario_rig import Controller, scenario
 
 WIRED = """\

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.encoders.iec_registers import content_of, raw_of, types_of
+from pidcfg.encoders.parameters import raw_of, types_of
+from pidcfg.encoders.parameters import register_content as content_of
 from pidcfg.schemas.iec import IecType
 
 INT, UINT = IecType("INT", "whole", -32768, 32767), IecType("UINT", "whole", 0, 65535)

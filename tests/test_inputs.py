@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 
 from living_rig import GOOD, call, run
-from pidcfg.cli.files.folders import has_key
-from pidcfg.cli.files.inputs import gather
-from pidcfg.limits import DEFAULT, Limits
+from pidcfg.cli.inputs import gather, has_key
+from pidcfg.text.reader import DEFAULT, Limits
 
 BAD = GOOD.replace("gain: 1", "gain: x")
 FOREIGN = "services:\n  pidcfg:\n    image: pidcfg\n"

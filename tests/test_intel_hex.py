@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pidcfg.encoders.intel_hex import read, write
+from pidcfg.encoders.dl06.files import read, write
 from pidcfg.encoders.listing import ListingError
 
 PLACES = st.one_of(st.integers(0, 90), st.integers(0xFFF0, 0x10010), st.integers(0x2FFF8, 0x30008))

@@ -15,11 +15,10 @@ from click.testing import CliRunner
 import certify_rig
 import pidcfg
 from jobs_rig import doubling, dying, waiting
-from pidcfg import processes
-from pidcfg.cli.errors import refused
-from pidcfg.cli.main import cli
-from pidcfg.processes import A_FILE, WORTH_STARTING, Crew
-from pidcfg.results.arguments import ArgumentError
+from pidcfg.cli.main import cli, refused
+from pidcfg.output.arguments import ArgumentError
+from pidcfg.text import processes
+from pidcfg.text.processes import A_FILE, WORTH_STARTING, Crew
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -103,7 +102,7 @@ def test_the_number_of_processes_changes_no_byte(folder, words, most, code):
 
 
 def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
-    monkeypatch.setattr("pidcfg.verification.verify.MANY", 2)
+    monkeypatch.setattr("pidcfg.study.verification.verify.MANY", 2)
     source = EXAMPLES / "ezlogix/dosing.yaml"
     one, two = (pidcfg.convert(source, "click", verify=True, jobs=jobs) for jobs in (1, 2))
     assert len(one.verified) == 2
@@ -111,7 +110,7 @@ def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
 
 
 def test_sides_of_a_difference_are_judged_alike_by_any_number(folder, monkeypatch):
-    monkeypatch.setattr("pidcfg.verification.verify.MANY", 1)
+    monkeypatch.setattr("pidcfg.study.verification.verify.MANY", 1)
     words = ["diff", "oven.yaml", "flow.yaml", "--verify=report", "--format", "json"]
     text = Path("oven.yaml").read_text("utf-8")
     Path("flow.yaml").write_text(text.replace("gain: ", "gain: 1", 1), "utf-8")

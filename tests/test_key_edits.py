@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.source import read_document
-from pidcfg.validate.edits import _rename, of_key, of_value
+from pidcfg.text.source import read_document
+from pidcfg.validate.fixes import _rename, of_key, of_value
 
 
 def test_a_mapping_that_an_alias_shares_is_renamed_by_either_path():

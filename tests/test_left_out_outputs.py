@@ -7,8 +7,8 @@ from types import SimpleNamespace as Facts
 import pytest
 
 from pidcfg.schemas.expressions import parse
-from pidcfg.sim.expressions import Pool
-from pidcfg.sim.standing.selectors import _choices
+from pidcfg.sim.engine.expressions import Pool
+from pidcfg.sim.judgement.evidence import _choices
 
 NAMES = {"a": 0, "b": 1, "c": 2, "d": 3}
 

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from pidcfg import api
-from pidcfg.limits import DEFAULT
-from pidcfg.listings import ListingError, read_listing
+from pidcfg.encoders.decoding import read_listing
+from pidcfg.encoders.listing import ListingError
+from pidcfg.text.reader import DEFAULT
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

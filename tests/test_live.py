@@ -19,19 +19,25 @@ import pidcfg
 from apart import apart
 from live_rig import ASKED, CLICK, DL06, READS, ROOT, Registers, run, words_of
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
-from pidcfg.encoders.spaces import SINGLE, WORD
-from pidcfg.limits import DEFAULT
+from pidcfg.encoders.regmap import SINGLE, WORD
 from pidcfg.live import link as link_module
-from pidcfg.live.address import Address, parse_address, parse_listen
 from pidcfg.live.calls import source_of
-from pidcfg.live.compare import _notes, _value, compared_with
-from pidcfg.live.doubts import doubts
-from pidcfg.live.errors import AddressError, PlcError
-from pidcfg.live.faults import serial_reason, what_came
-from pidcfg.live.link import Link, Patience, Request
-from pidcfg.live.pull import read
-from pidcfg.live.reading import READINGS
+from pidcfg.live.link import (
+    Address,
+    AddressError,
+    Link,
+    Patience,
+    PlcError,
+    Request,
+    parse_address,
+    parse_listen,
+    serial_reason,
+    what_came,
+)
+from pidcfg.live.pull import _notes, _value, compared_with, read
+from pidcfg.live.reading import READINGS, doubts
 from pidcfg.live.reading import Registers as LoopRegisters
+from pidcfg.text.reader import DEFAULT
 
 HOLDING, GAIN, SP, V7640 = "holding", 0o2010, 0o2002, 0o7640
 NO_ANSWER = {"timeout": 0.05, "retries": 1}

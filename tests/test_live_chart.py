@@ -8,8 +8,8 @@ import pytest
 
 import pidcfg
 from live_rig import DL06, Registers, words_of
-from pidcfg.cli.terminal import live_chart
-from pidcfg.cli.terminal.live_chart import EVERY, LiveChart, chart_for
+from pidcfg.cli.commands import trend as live_chart
+from pidcfg.cli.commands.trend import EVERY, LiveChart, chart_for
 
 
 class Terminal(io.StringIO):

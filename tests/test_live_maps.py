@@ -11,18 +11,18 @@ import pytest
 import pidcfg
 from live_rig import CLICK, Registers, run, words_of
 from map_rig import EXAMPLES, example, filled, numbered, virtual, words_by
-from pidcfg.encoders import map_template
-from pidcfg.encoders.iec_registers import content_of, raw_of, types_of
-from pidcfg.encoders.map_rows import MapError, UnusableMapError, read_rows
+from pidcfg.encoders import modbus_map as map_template
+from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.maps.click import SPACE as CLICK_SPACE
 from pidcfg.encoders.maps.ezlogix import MAP_SPACE
-from pidcfg.encoders.modbus_map import read_map
-from pidcfg.encoders.words import DecodeError
-from pidcfg.live.errors import PlcError
-from pidcfg.live.named import NamedRegisters
-from pidcfg.map_files import MapFile, numbering_of
+from pidcfg.encoders.modbus_map import MapError, UnusableMapError, read_map, read_rows
+from pidcfg.encoders.parameters import raw_of, types_of
+from pidcfg.encoders.parameters import register_content as content_of
+from pidcfg.live.link import PlcError
+from pidcfg.live.reading import NamedRegisters
 from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, DINT, INT, REAL, TIME, UINT, USINT
-from pidcfg.sim.registers import RegisterError
+from pidcfg.sim.controllers.settings import RegisterError
+from pidcfg.validate.map_files import MapFile, numbering_of
 from pidcfg.vendors import VENDORS
 from test_serve import served
 

@@ -18,9 +18,7 @@ from pymodbus.client import AsyncModbusTcpClient
 import pidcfg
 from apart import apart
 from live_rig import CLICK, DL06, Registers, words_of
-from pidcfg.live.address import Address, parse_address
-from pidcfg.live.errors import PlcError
-from pidcfg.live.link import Link, Patience, Request
+from pidcfg.live.link import Address, Link, Patience, PlcError, Request, parse_address
 from test_serve import served, virtual
 
 ANOTHER = os.environ.get("PIDCFG_ANOTHER_PYMODBUS", "")

@@ -6,12 +6,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pidcfg.encoders.mapping import default_of, defaults_of, file_data, is_enabled, values_of
+from pidcfg.encoders.codecs import FLAG, Choice, Implied
+from pidcfg.encoders.image import (
+    default_of,
+    defaults_of,
+    file_data,
+    is_enabled,
+    settings_of,
+    settings_values,
+    values_of,
+)
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word
-from pidcfg.encoders.settings import settings_of, settings_values
-from pidcfg.encoders.words import FLAG, Choice, Implied
-from pidcfg.refs import CLICK
 from pidcfg.schemas.base import Flag, Integer, Model, Name, Number, Range, Text
+from pidcfg.text.references import CLICK
 
 BASIS = CLICK.at("PV Alarm")
 WHOLE = Implied(least=-1000, most=1000)

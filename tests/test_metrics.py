@@ -6,11 +6,12 @@ from types import SimpleNamespace as Facts
 
 import pytest
 
-from pidcfg.sim.influence import Influence
-from pidcfg.sim.meters import NEVER, Meter
-from pidcfg.sim.metrics import (
+from pidcfg.sim.engine.influence import Influence
+from pidcfg.sim.judgement.meters import (
+    NEVER,
     Band,
     Gauge,
+    Meter,
     begin,
     begin_step,
     loop_metrics,

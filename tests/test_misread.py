@@ -6,10 +6,10 @@ import pytest
 
 import pidcfg as api
 from one_loop import PLANT
-from pidcfg.limits import DEFAULT
-from pidcfg.scenario.load import check_scenario
-from pidcfg.schemas.misread import cure
-from pidcfg.source import read_document
+from pidcfg.schemas.numbers import cure
+from pidcfg.study.scenario import check_scenario
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 
 EVENT = """\

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from pidcfg.cli.terminal import next_step as module
-from pidcfg.cli.terminal.next_step import next_step
+from pidcfg.cli import terminal as module
+from pidcfg.cli.terminal import next_step
 
 
 @pytest.fixture

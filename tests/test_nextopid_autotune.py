@@ -10,11 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nextopid_pid_rig import Block, Process, run
-from pidcfg.sim.controllers.nextopid.state import AUTO_MODE, MANUAL_MODE, MODES, TUNING_MODE
-from pidcfg.sim.controllers.nextopid.tune_results import AVERAGING, DONE, FAILED, IDLE, RELAY
-from pidcfg.sim.terms import single
-from pidcfg.tuning.methods import METHODS
-from pidcfg.tuning.rules import Cycle
+from pidcfg.sim.controllers.kernels import single
+from pidcfg.sim.controllers.nextopid.autotune import AVERAGING, DONE, FAILED, IDLE, RELAY
+from pidcfg.sim.controllers.nextopid.terms import AUTO_MODE, MANUAL_MODE, MODES, TUNING_MODE
+from pidcfg.tuning.rules import METHODS, Cycle
 
 PARAM = {"PercAmpMV": 5, "PercHystPV": 0.1, "PercMaxPeakPV": 10, "NumCycles": 3, "Mode": 2}
 P, PI, PID = 0, 1, 2

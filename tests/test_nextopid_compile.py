@@ -8,9 +8,10 @@ import pytest
 
 from compile_rig import advance
 from nextopid_rig import plc_of, random_program
-from pidcfg.sim.compile import compiled
-from pidcfg.sim.controllers.nextopid import modes, slots
+from pidcfg.sim.controllers.nextopid import operate as modes
+from pidcfg.sim.controllers.nextopid import terms as slots
 from pidcfg.sim.controllers.nextopid.scan import INLINED, scan
+from pidcfg.sim.engine.compile import compiled
 
 PROGRAMS, SEGMENTS, STEPS, TICKS = 120, 4, 60, 100_000
 

@@ -5,20 +5,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nextopid_rig import HEAD, findings, image_of, run
-from pidcfg import check_text
-from pidcfg.encoders.nextopid.decode import decode
-from pidcfg.encoders.nextopid.encode import encode
+from pidcfg.api import check_text
 from pidcfg.encoders.nextopid.files import FORMATS
-from pidcfg.encoders.nextopid.st_expression import PLAIN, printed
+from pidcfg.encoders.nextopid.image import decode, encode
 from pidcfg.encoders.nextopid.st_read import read_st
-from pidcfg.encoders.nextopid.st_wiring import Wiring
-from pidcfg.encoders.nextopid.st_write import write_st
-from pidcfg.encoders.st.lex import tokens_of
-from pidcfg.schemas.conditions import Typed
-from pidcfg.schemas.expressions import ExpressionError, lengths_of
+from pidcfg.encoders.nextopid.st_scope import Wiring
+from pidcfg.encoders.nextopid.st_write import PLAIN, printed, write_st
+from pidcfg.encoders.structured_text import tokens_of
+from pidcfg.schemas.expressions import ExpressionError, Typed, lengths_of
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
 from pidcfg.schemas.nextopid import NextopidFile
-from pidcfg.sim.controllers.nextopid.wires import value_of
+from pidcfg.sim.controllers.nextopid.memory import value_of
 
 SIGNALS = "signals: {Man: false, Fault: true, Level: 3.0, Count: INT#7, Delay: 1500 ms, Long: T#1m30s}\n"
 GAINS = "Kp: 1.0, Ti_Ki: 10.0, Td_Kd: 0.0, MinMV: 0.0, MaxMV: 100.0, MinPV: 0.0, MaxPV: 100.0"
@@ -204,7 +201,7 @@ def test_yaml_to_structured_text_and_back(condition):
 
 
 def _data(text: str):
-    from pidcfg.source import read_document
+    from pidcfg.text.source import read_document
 
     return read_document((HEAD + text).encode(), "x.yaml").data
 

@@ -10,8 +10,8 @@ import pytest
 
 pytest.importorskip("numba")
 
-from pidcfg.sim.compile import compiled
-from pidcfg.sim.controllers.nextopid.decay import ALL_THE_WAY, share
+from pidcfg.sim.controllers.nextopid.terms import ALL_THE_WAY, share
+from pidcfg.sim.engine.compile import compiled
 
 EXACT = 1e-15
 

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 
 from nextopid_networks import NETWORKS, OVERRIDE, network
 from nextopid_strategies import configurations
+from pidcfg.encoders.decoding import decode_listing
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.encoders.nextopid.encode import encode
+from pidcfg.encoders.nextopid import DECODE_OPTIONS
 from pidcfg.encoders.nextopid.files import FORMATS, checklist
-from pidcfg.encoders.nextopid.options import DECODE_OPTIONS
-from pidcfg.listings import decode_listing
+from pidcfg.encoders.nextopid.image import encode
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.vendors import VENDORS

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.sim.controllers.nextopid.bits import FALL_LIMITED, MV_HIGH, MV_LOW, RISE_LIMITED
-from pidcfg.sim.controllers.nextopid.output_limits import accepted_change
-from pidcfg.sim.controllers.nextopid.state import State
+from pidcfg.sim.controllers.nextopid.terms import FALL_LIMITED, MV_HIGH, MV_LOW, RISE_LIMITED, State, accepted_change
 
 
 @pytest.mark.parametrize(

@@ -5,12 +5,10 @@ import re
 import pytest
 
 from nextopid_rig import HEAD, findings, image_of, plc_of, run
-from pidcfg import check_text
+from pidcfg.api import check_text
 from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.nextopid.bumpless import bumpless_moves
-from pidcfg.encoders.nextopid.decode import decode
-from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.encoders.nextopid.files import FORMATS, checklist
+from pidcfg.encoders.nextopid.image import bumpless_moves, decode, encode
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.encoders.nextopid.st_write import write_st
 from pidcfg.schemas.nextopid import NextopidFile
@@ -38,7 +36,7 @@ def moves(*rows: str, loop: str = "") -> str:
 
 
 def model_of(text: str) -> NextopidFile:
-    from pidcfg.source import read_document
+    from pidcfg.text.source import read_document
 
     return NextopidFile.model_validate(read_document((HEAD + text).encode(), "x.yaml").data)
 

@@ -3,7 +3,7 @@
 import pytest
 
 from nextopid_rig import HEAD
-from pidcfg import check_text
+from pidcfg.api import check_text
 
 LOOP = "type: PIDA_REAL, SP: 1, Kp: 1, Ti_Ki: 1, Td_Kd: 0, MinMV: 0, MaxMV: 100, MinPV: 0, MaxPV: 100"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from nextopid_rig import GAINS, run
-from pidcfg.sim.controllers.nextopid.report import REASONS
+from pidcfg.sim.controllers.nextopid.operate import REASONS
 
 LOOPS = f"""\
 signals: {{Hand: false, Tune: false, Casc: false}}

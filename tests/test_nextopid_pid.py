@@ -18,10 +18,12 @@ from nextopid_pid_rig import Block, Process, run
 from nextopid_rig import GAINS, plc_of
 from pidcfg.schemas import expressions as grammar
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
-from pidcfg.sim.controllers.nextopid import decisions
-from pidcfg.sim.controllers.nextopid.decisions import PID
-from pidcfg.sim.controllers.nextopid.registers import content_of_number
-from pidcfg.sim.controllers.nextopid.state import (
+from pidcfg.sim.controllers import nextopid as decisions
+from pidcfg.sim.controllers.kernels import single
+from pidcfg.sim.controllers.nextopid import PID
+from pidcfg.sim.controllers.nextopid.memory import value_of
+from pidcfg.sim.controllers.nextopid.scan import content_of_number
+from pidcfg.sim.controllers.nextopid.terms import (
     AUTO_MODE,
     CASCADE_MODE,
     ERROR_BASE,
@@ -30,8 +32,6 @@ from pidcfg.sim.controllers.nextopid.state import (
     OVERRIDDEN,
     TRACKING_MODE,
 )
-from pidcfg.sim.controllers.nextopid.wires import value_of
-from pidcfg.sim.terms import single
 
 F = np.float32
 WIDE = {"MaxMV": 1000, "MinMV": -1000, "MaxPV": 1000, "MinPV": -1000}

@@ -12,13 +12,10 @@ from hypothesis import strategies as st
 from nextopid_networks import DATA, NETWORKS, fault, network
 from nextopid_strategies import configurations
 from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.nextopid.decode import decode
-from pidcfg.encoders.nextopid.encode import encode
 from pidcfg.encoders.nextopid.files import checklist
-from pidcfg.encoders.nextopid.plcopen import write_plcopen
-from pidcfg.encoders.nextopid.plcopen_read import parse_xml, read_plcopen
-from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
-from pidcfg.encoders.nextopid.st_write import write_st
+from pidcfg.encoders.nextopid.image import decode, encode
+from pidcfg.encoders.nextopid.st_read import parse_xml, read_plcopen, read_st, with_zeros
+from pidcfg.encoders.nextopid.st_write import write_plcopen, write_st
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import NextopidFile
 
@@ -307,8 +304,8 @@ def test_a_project_of_more_than_a_megabyte_is_read():
 
 
 def check_listing(text: str):
-    from pidcfg.limits import DEFAULT
-    from pidcfg.listings import read_listing
+    from pidcfg.encoders.decoding import read_listing
+    from pidcfg.text.reader import DEFAULT
     from pidcfg.vendors import VENDORS
 
     listing = read_listing(text.encode(), VENDORS["nextopid"], DEFAULT)

@@ -14,16 +14,16 @@ from hypothesis import strategies as st
 from nextopid_pid_rig import Block
 from nextopid_rig import findings as rig_findings
 from nextopid_rig import run
-from pidcfg.diagnostics import Severity
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
-from pidcfg.refs import Decision
 from pidcfg.schemas.expressions import parse
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.references import Decision
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.rules.nextopid import RULES
-from pidcfg.validate.rules.nextopid import override as override_rules
-from pidcfg.validate.rules.nextopid import plants as plant_rules
-from pidcfg.validate.rules.nextopid.paths import answer
+from pidcfg.validate.rules.nextopid import blocks as plant_rules
+from pidcfg.validate.rules.nextopid import cascade as override_rules
+from pidcfg.validate.rules.nextopid.context import answer
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted(p for p in (ROOT / "examples/nextopid").glob("*.yaml") if ".scenario" not in p.name)

@@ -7,7 +7,7 @@ from pydantic_core import PydanticCustomError
 
 from nextopid_rig import GAINS, controller, findings, image_of, plc_of, run
 from pidcfg.api import simulate
-from pidcfg.sim.report import Range
+from pidcfg.sim.judgement.report import Range
 from standing_rig import SCENARIO, outcome
 
 FEED_FORWARD = """
@@ -162,7 +162,7 @@ def test_a_mode_that_nobody_can_request_leaves_one_notice(mode):
     ],
 )
 def test_what_cannot_be_done_is_said_before_the_run(event, message):
-    from pidcfg.sim.run import UnusableError
+    from pidcfg.sim.engine.run import UnusableError
 
     with pytest.raises(UnusableError, match=message):
         run("signals: {Hand: false}\n" + LOOP % (GAINS, ", Manual: Hand"), f"{TANK}events: [{event}]")
@@ -190,7 +190,7 @@ def test_a_plant_may_be_wired_to_a_signal_that_the_program_filters():
     report = run(text + loop, f"duration: 120\n{plant}connect: {{FT: Tank}}\n")
     assert not report.problems
     assert report.signals["L.PV"].final == pytest.approx(50, abs=0.1)
-    from pidcfg.sim.run import UnusableError
+    from pidcfg.sim.engine.run import UnusableError
 
     with pytest.raises(UnusableError, match="comes from the PLC's program"):
         run(text + loop, TANK)

@@ -13,23 +13,18 @@ from hypothesis import strategies as st
 
 from nextopid_networks import DATA, NETWORKS, OVERRIDE, fault, network
 from nextopid_strategies import EXPRESSIONS, PLACE, configurations
-from pidcfg.encoders.files import UnwritableError
-from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.nextopid.decode import decode
-from pidcfg.encoders.nextopid.encode import encode
+from pidcfg.encoders.decoding import decode_listing
+from pidcfg.encoders.listing import ListingError, UnwritableError
 from pidcfg.encoders.nextopid.files import checklist, looks_like_st
-from pidcfg.encoders.nextopid.st_expression import ST, depth, printed, wire_text
-from pidcfg.encoders.nextopid.st_program import cycles_of
+from pidcfg.encoders.nextopid.image import decode, encode
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
-from pidcfg.encoders.nextopid.st_wiring import Wiring
-from pidcfg.encoders.nextopid.st_write import write_st
-from pidcfg.encoders.st.lex import tokens_of
-from pidcfg.encoders.st.text import st_real
-from pidcfg.listings import decode_listing
+from pidcfg.encoders.nextopid.st_scope import Wiring
+from pidcfg.encoders.nextopid.st_write import ST, cycles_of, depth, printed, wire_text, write_st
+from pidcfg.encoders.structured_text import st_real, tokens_of
 from pidcfg.schemas.expressions import MAX_LENGTH, parse
 from pidcfg.schemas.iec import REAL, Wire
 from pidcfg.schemas.nextopid import NextopidFile
-from pidcfg.sim.expressions import evaluate
+from pidcfg.sim.engine.expressions import evaluate
 from pidcfg.vendors import VENDORS
 
 

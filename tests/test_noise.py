@@ -8,9 +8,9 @@ from array import array
 
 import pytest
 
-from pidcfg.sim import noise
-from pidcfg.sim.engine import fast_normals
-from pidcfg.sim.noise import Noise, agrees, normals, state_of
+from pidcfg.sim.engine import plants as noise
+from pidcfg.sim.engine.choice import fast_normals
+from pidcfg.sim.engine.plants import Noise, agrees, normals, state_of
 
 COUNTS = (1, 2, 3, 700, 1, 625)
 """Odd ones leave the second number of a pair for the next call."""

@@ -7,47 +7,46 @@ import inspect
 
 import pytest
 
-from pidcfg.sim.controllers.click import modes as click_modes
-from pidcfg.sim.controllers.click import tune_results as click_results
-from pidcfg.sim.controllers.click.state import State as ClickState
-from pidcfg.sim.controllers.dl06 import modes as dl06_modes
-from pidcfg.sim.controllers.dl06 import ramp_soak as dl06_ramp_soak
-from pidcfg.sim.controllers.dl06 import tune_results as dl06_results
-from pidcfg.sim.controllers.dl06.state import State as Dl06State
+from pidcfg.sim.controllers.click import autotune as click_autotune
+from pidcfg.sim.controllers.click import operate as click_operate
+from pidcfg.sim.controllers.click.equation import State as ClickState
+from pidcfg.sim.controllers.dl06 import autotune as dl06_autotune
+from pidcfg.sim.controllers.dl06 import operate as dl06_operate
+from pidcfg.sim.controllers.dl06.equation import State as Dl06State
 from pidcfg.sim.controllers.dpide import autotune as dpide_autotune
-from pidcfg.sim.controllers.dpide.state import Config as DpideConfig
-from pidcfg.sim.controllers.dpide.state import State as DpideState
+from pidcfg.sim.controllers.dpide.equation import Config as DpideConfig
+from pidcfg.sim.controllers.dpide.equation import State as DpideState
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
-from pidcfg.sim.controllers.ezlogix import report as ezlogix_report
-from pidcfg.sim.controllers.ezlogix.state import Config as EzlogixConfig
-from pidcfg.sim.controllers.ezlogix.state import State as EzlogixState
-from pidcfg.sim.controllers.generic import report as generic_report
-from pidcfg.sim.controllers.nextopid import report as nextopid_report
-from pidcfg.sim.notices import noticed, notices
+from pidcfg.sim.controllers.ezlogix import operate as ezlogix_operate
+from pidcfg.sim.controllers.ezlogix.equation import Config as EzlogixConfig
+from pidcfg.sim.controllers.ezlogix.equation import State as EzlogixState
+from pidcfg.sim.controllers.generic import operate as generic_operate
+from pidcfg.sim.controllers.kernels import noticed, notices
+from pidcfg.sim.controllers.nextopid import operate as nextopid_operate
 
-MODULES = (
-    click_modes,
-    click_results,
-    dl06_modes,
-    dl06_ramp_soak,
-    dl06_results,
-    dpide_autotune,
-    ezlogix_report,
-    generic_report,
-    nextopid_report,
+TABLES = (
+    (click_operate, "MODE_REASONS"),
+    (click_autotune, "REASONS"),
+    (dl06_operate, "MODE_REASONS"),
+    (dl06_operate, "RAMP_SOAK_REASONS"),
+    (dl06_autotune, "REASONS"),
+    (dpide_autotune, "REASONS"),
+    (ezlogix_operate, "REASONS"),
+    (generic_operate, "REASONS"),
+    (nextopid_operate, "REASONS"),
 )
 
 
-@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__.removeprefix("pidcfg.sim.controllers."))
-def test_every_reason_that_is_written_has_a_number_of_its_own(module):
+@pytest.mark.parametrize(("module", "name"), TABLES)
+def test_every_reason_that_is_written_has_a_number_of_its_own(module, name):
     (written,) = (
         part.value
         for part in ast.parse(inspect.getsource(module)).body
-        if isinstance(part, ast.Assign) and ast.unparse(part.targets[0]) == "REASONS"
+        if isinstance(part, ast.Assign) and ast.unparse(part.targets[0]) == name
     )
     plain = [key for key in written.keys if key is not None]
 
-    assert len(module.REASONS) >= len(plain) > 0
+    assert len(getattr(module, name)) >= len(plain) > 0
     assert len({eval(ast.unparse(key), vars(module)) for key in plain}) == len(plain)  # noqa: S307 - our own names
 
 
@@ -66,7 +65,11 @@ def test_notices_are_read_as_they_were_left(left):
 @pytest.mark.parametrize(
     ("leave", "state", "reason"),
     [
-        (lambda s: click_results.fail(s, click_results.TUNE_NO_RESPONSE), ClickState, click_results.TUNE_NO_RESPONSE),
+        (
+            lambda s: click_autotune.fail(s, click_autotune.TUNE_NO_RESPONSE),
+            ClickState,
+            click_autotune.TUNE_NO_RESPONSE,
+        ),
         (dpide_autotune.abandon, DpideState, dpide_autotune.ABANDONED),
         (lambda s: dpide_autotune.fail(DpideConfig(), s, 3), DpideState, 3),
         (
@@ -75,7 +78,7 @@ def test_notices_are_read_as_they_were_left(left):
             ezlogix_autotune.REASON + ezlogix_autotune.NO_STEP,
         ),
         (lambda s: ezlogix_autotune.tell_moving(s, 0.0), EzlogixState, ezlogix_autotune.MOVING),
-        (lambda s: dl06_results.end_tune(s, dl06_results.TUNE_NO_SWING), Dl06State, dl06_results.TUNE_NO_SWING),
+        (lambda s: dl06_autotune.end_tune(s, dl06_autotune.TUNE_NO_SWING), Dl06State, dl06_autotune.TUNE_NO_SWING),
     ],
 )
 def test_the_end_of_an_autotune_leaves_what_was_told_before_it(leave, state, reason):

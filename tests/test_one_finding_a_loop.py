@@ -11,10 +11,9 @@ import pytest
 from good_plants import good_files, text_lines
 from living_rig import GOOD, run
 from pidcfg.cli.formats import render
-from pidcfg.cli.formats.findings import Findings
-from pidcfg.cli.formats.reporters import MOST_PLACES, text
-from pidcfg.diagnostics import Diagnostic, Severity, Span
-from pidcfg.source import read_document
+from pidcfg.cli.formats.findings import MOST_PLACES, Findings, text
+from pidcfg.text.diagnostics import Diagnostic, Severity, Span
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from test_rules import CASES
 

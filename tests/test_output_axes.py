@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from pidcfg.cli.main import cli
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 
 STARTERS = Path(__file__).parents[1] / "src/pidcfg/starters"
 SCENARIO = """\

@@ -13,7 +13,7 @@ import jsonschema
 from click.testing import CliRunner
 
 from pidcfg.cli.main import cli
-from pidcfg.results.schemas import OUTPUTS, output_schema
+from pidcfg.output.json_schemas import OUTPUTS, output_schema
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]

@@ -14,16 +14,15 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from pidcfg.cli import outputs
+from pidcfg.cli import settings as settings_file
 from pidcfg.cli.commands import rule
 from pidcfg.cli.commands.report import shortener
-from pidcfg.cli.files import outputs
-from pidcfg.cli.findings import settings_file
 from pidcfg.cli.main import COMMANDS, Exit, cli
-from pidcfg.cli.terminal.console import echo_xml
-from pidcfg.report.csv_files import csv_text
-from pidcfg.report.page import number as on_page
-from pidcfg.report.tables import Table
-from pidcfg.report.texts import text
+from pidcfg.cli.terminal import echo_xml
+from pidcfg.output.report.content import text
+from pidcfg.output.report.page import number as on_page
+from pidcfg.output.report.tables import Table, csv_text
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SCENARIO = """

@@ -7,11 +7,10 @@ from pathlib import Path
 import pytest
 
 from one_loop import PLANT
-from pidcfg.document import LINE_BREAK
 from pidcfg.schemas.numbers import NUMBER
-from pidcfg.source import read_document
-from pidcfg.validate.engine import check_document
-from pidcfg.validate.own_units import _unit_of
+from pidcfg.text.document import LINE_BREAK
+from pidcfg.text.source import read_document
+from pidcfg.validate.engine import _unit_of, check_document
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pidcfg.paths import dotted, given_fields, has_key, is_given, leaves, put, steps, value_at
 from pidcfg.schemas.generic import Loop
+from pidcfg.text.paths import dotted, given_fields, has_key, is_given, leaves, put, steps, value_at
 
 KEYS = st.from_regex(r"[a-z_]+", fullmatch=True)
 LOOP = Loop.model_validate(

@@ -14,12 +14,11 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from pidcfg.pictures import draw, page
+from pidcfg.pictures import figure as draw
+from pidcfg.pictures import page
 from pidcfg.pictures.characters import fits, lines
 from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
-from pidcfg.pictures.scale import spread
-from pidcfg.pictures.strips import grouped
-from pidcfg.pictures.style import moment, plain, shortened
+from pidcfg.pictures.layout import grouped, moment, plain, shortened, spread
 
 SVG = "{http://www.w3.org/2000/svg}"
 GOLDEN = Path(__file__).parent / "data" / "pictures"

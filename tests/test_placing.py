@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.source import read_document
-from pidcfg.validate.placing import with_values
+from pidcfg.text.source import read_document
+from pidcfg.validate.fixes import with_values
 
 BLOCK = "loops:\n  - name: A  # the first\n    tuning:\n      gain: 1  # as found\n    mode: auto\n"
 FLOW = "loops:\n  - {name: A, tuning: {gain: 1}, mode: auto}\n"

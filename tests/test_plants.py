@@ -4,9 +4,8 @@ import math
 
 import pytest
 
-from pidcfg.sim.parameters import set_parameters
-from pidcfg.sim.plants import MODELS, Plant, add_noise, second_order, settle_at, step_plants
-from pidcfg.sim.prepare import prepare
+from pidcfg.sim.engine.plants import MODELS, Plant, add_noise, second_order, set_parameters, settle_at, step_plants
+from pidcfg.sim.engine.run import prepare
 from scenario_rig import Controller, scenario
 
 TOLERANCE = 1e-12

@@ -13,12 +13,11 @@ from hypothesis import strategies as st
 
 import command
 from pidcfg.cli.main import main
-from pidcfg.limits import DEFAULT
-from pidcfg.scenario.charts import charts_of
-from pidcfg.scenario.outcome import simulate_document
-from pidcfg.sim.recording import POINTS, Recording
-from pidcfg.sim.run import Settings
-from pidcfg.source import read_document
+from pidcfg.sim.engine.recording import POINTS, Recording
+from pidcfg.sim.engine.run import Settings
+from pidcfg.study.outcome import charts_of, simulate_document
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.source import read_document
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SVG = "{http://www.w3.org/2000/svg}"
@@ -255,7 +254,7 @@ def test_old_terminals_get_plain_signs(folder, code_page):
 
 
 def test_the_terminal_needs_no_library(folder, pidcfg, monkeypatch):
-    monkeypatch.setattr("pidcfg.cli.extras.find_spec", lambda _name: None)
+    monkeypatch.setattr("pidcfg.cli.environment.find_spec", lambda _name: None)
     code, out, _ = pidcfg("simulate", "oven.scenario.yaml", "--plot", "-")
     assert code == 1
     assert "ramp/soak" in out

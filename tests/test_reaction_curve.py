@@ -6,23 +6,27 @@ from statistics import linear_regression
 
 import pytest
 
-from pidcfg.sim.controllers.click.state import Config as ClickConfig
-from pidcfg.sim.controllers.click.tune_results import tunable
-from pidcfg.sim.reaction_curve import (
+from pidcfg.sim.controllers.autotune import (
     ANSWERED,
     GOES_ON,
     NO_ANSWER,
     POINTS,
+    RELAY_PATIENCE,
+    RELAY_PATIENT,
     TOO_SMALL,
     begin_curve,
+    begin_noise,
     crossing,
     judge_response,
+    measure_noise,
     record,
+    stalled,
     steepest_line,
     was_moving,
 )
-from pidcfg.sim.records import RelayState
-from pidcfg.sim.tuning_rules import RELAY_PATIENCE, RELAY_PATIENT, begin_noise, measure_noise, stalled
+from pidcfg.sim.controllers.click.autotune import tunable
+from pidcfg.sim.controllers.click.equation import Config as ClickConfig
+from pidcfg.sim.controllers.kernels import RelayState
 
 PLACE = 3
 """Of the first point: others of the memory are not the curve's."""

@@ -9,9 +9,9 @@ import pytest
 
 pytest.importorskip("numba")
 
-from pidcfg.sim.compile import native_single, on_lists, records, write_back
-from pidcfg.sim.controllers.generic.state import State
-from pidcfg.sim.terms import single
+from pidcfg.sim.controllers.generic.equation import State
+from pidcfg.sim.controllers.kernels import single
+from pidcfg.sim.engine.compile import native_single, on_lists, records, write_back
 
 
 def test_what_compiled_code_has_written_comes_back():

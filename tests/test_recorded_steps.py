@@ -12,11 +12,11 @@ from itertools import pairwise
 
 import pytest
 
-from pidcfg.limits import DEFAULT
-from pidcfg.tuning.identify import Record, RecordError, identify
-from pidcfg.tuning.record import Request, UnreadableRecordError, identified
-from pidcfg.tuning.response import Segment, response
-from pidcfg.tuning.stamps import seconds_of
+from pidcfg.text.reader import DEFAULT
+from pidcfg.tuning.identify import identify
+from pidcfg.tuning.record import UnreadableRecordError, identified
+from pidcfg.tuning.response import Record, RecordError, Request, Segment, response
+from pidcfg.tuning.sheet import seconds_of
 
 GAIN, CONSTANT, DEAD = 1.5, 20.0, 4.0
 WITHIN = 0.03

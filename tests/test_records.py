@@ -8,7 +8,7 @@ from importlib import import_module
 import pytest
 
 from pidcfg.encoders.maps import click, dl06, dpide, ezlogix, generic
-from pidcfg.sim.records import read_registers, register, register_values, registers
+from pidcfg.sim.controllers.kernels import read_registers, register, register_values, registers
 
 KNOWN = {
     "dl06": set(dl06.LOOP_TABLE.paths()),
@@ -24,7 +24,7 @@ KNOWN = {
 @pytest.mark.parametrize("vendor", KNOWN)
 @pytest.mark.parametrize("record", ["Config", "State"])
 def test_every_register_that_a_field_names_exists(vendor, record):
-    rows = list(registers(getattr(import_module(f"pidcfg.sim.controllers.{vendor}.state"), record)))
+    rows = list(registers(getattr(import_module(f"pidcfg.sim.controllers.{vendor}.equation"), record)))
 
     assert {row.name for row in rows} | {row.enabled for row in rows} <= KNOWN[vendor] | {None}
     assert rows or record == "State"

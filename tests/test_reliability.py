@@ -78,7 +78,7 @@ def test_a_traceback_a_bug_and_an_escape_are_seen(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     case = hostile.Case("a.yaml", b"a: 1\n", (("validate", "{}"),))
     figures = hostile.Figures()
-    monkeypatch.setattr("pidcfg.cli.findings.collect.check_input", lambda *_: 1 / 0)
+    monkeypatch.setattr("pidcfg.cli.findings.check_input", lambda *_: 1 / 0)
     hostile.judge(case, tmp_path, hostile.CODE_PAGES[0], figures)
     assert (figures.tracebacks, figures.bugs, len(figures.failures)) == (1, 1, 1)
 
@@ -127,7 +127,7 @@ def test_every_command_of_a_changed_example_ends_as_it_must(changed, monkeypatch
         ("reliability.fuzz.words_of", lambda _: object(), "encode: other words come back, and no note says so"),
         ("reliability.fuzz.unspoken", lambda *_: ["gain"], "no line of the report speaks of ['gain']"),
         ("reliability.fuzz.Fuzz._run", lambda *args: ("ran", args[-1].__name__), "simulate: engines differ"),
-        ("pidcfg.sheets.write.number_or_text", lambda _: 7, "sheet: "),
+        ("pidcfg.output.sheets.number_or_text", lambda _: 7, "sheet: "),
         ("command.main", lambda: sys.exit(3), " ends with 3: "),
         ("command.main", lambda: sys.exit(2), " ends with 2 and says nothing"),
         ("command.main", lambda: sys.exit(Path(commands.CONFIG).write_text("")), f" changes {{'{commands.CONFIG}'}}"),
@@ -229,7 +229,7 @@ def test_the_square_of_the_input_is_seen(monkeypatch):
 
 
 def test_a_fault_in_the_code_is_another_tree_and_another_code(monkeypatch):
-    path = "pidcfg/conversion/arithmetic.py"
+    path = "pidcfg/conversion/builder.py"
     found = list(valid(m for m in mutants.mutants(path) if m.scope[0] == "filter_time"))
     kinds = {mutant.change.partition(" -> ")[2] for mutant in found}
     assert {"share > ONE", "share < ONE", "return None", "ONE + share"} <= kinds
@@ -241,9 +241,9 @@ def test_a_fault_in_the_code_is_another_tree_and_another_code(monkeypatch):
 
 
 def test_a_function_that_waits_is_a_function_and_so_is_one_that_another_thread_runs():
-    from pidcfg.live.server import _move
+    from pidcfg.live.serving import _move
 
-    path = "pidcfg/live/server.py"
+    path = "pidcfg/live/serving.py"
     mutant = next(m for m in mutants.mutants(path) if m.change == "behind > BEHIND -> behind >= BEHIND")
     assert mutant.scope[0] == "_move"
     assert users(mutant, lambda *_: True) == {(path, "_move")}
@@ -251,10 +251,10 @@ def test_a_function_that_waits_is_a_function_and_so_is_one_that_another_thread_r
 
 
 def test_a_fault_is_put_into_the_functions_that_live():
-    import pidcfg.conversion.arithmetic as module
+    from pidcfg.conversion import builder as module
 
     mutant = next(
-        m for m in mutants.mutants("pidcfg/conversion/arithmetic.py") if m.change == "share >= ONE -> share < ONE"
+        m for m in mutants.mutants("pidcfg/conversion/builder.py") if m.change == "share >= ONE -> share < ONE"
     )
     ((key, code),) = mutants.changed_codes(mutant).items()
     function = module.filter_time
@@ -275,20 +275,20 @@ def test_a_fault_is_put_into_the_functions_that_live():
 def test_a_fault_in_a_table_reaches_what_is_made_from_it():
     path = "pidcfg/encoders/maps/click.py"
     mutant = next(m for m in mutants.mutants(path) if not m.scope[0])
-    assert ("pidcfg/encoders/click/encode.py", "encode") in users(mutant, lambda *_: True)
-    one = next(m for m in mutants.mutants("pidcfg/conversion/arithmetic.py") if m.scope[0] == "filter_time")
-    assert users(one, lambda *_: True) == {("pidcfg/conversion/arithmetic.py", "filter_time")}
+    assert ("pidcfg/encoders/click/image.py", "encode") in users(mutant, lambda *_: True)
+    one = next(m for m in mutants.mutants("pidcfg/conversion/builder.py") if m.scope[0] == "filter_time")
+    assert users(one, lambda *_: True) == {("pidcfg/conversion/builder.py", "filter_time")}
     assert users(one, lambda path, _: path != one.path) == {
-        ("pidcfg/conversion/operation/rules.py", "Smoothing.time"),
-        ("pidcfg/conversion/to_neutral/click.py", "_pv_filter"),
-        ("pidcfg/conversion/to_neutral/dl06.py", "_pv_filter"),
+        ("pidcfg/conversion/operation.py", "Smoothing.time"),
+        ("pidcfg/conversion/from_click.py", "_pv_filter"),
+        ("pidcfg/conversion/from_dl06.py", "_pv_filter"),
     }
 
 
 def test_what_a_run_left_is_tried_again_where_it_stands_now(tmp_path, monkeypatch):
     """Lines of code above it may have come or gone; what was seen at first is kept."""
     monkeypatch.setattr(figures, "FOLDER", tmp_path)
-    path = "pidcfg/conversion/arithmetic.py"
+    path = "pidcfg/conversion/builder.py"
     one = next(mutant for mutant in mutants.mutants(path) if mutant.change == "share >= ONE -> share < ONE")
     moved, gone = one.exact.replace(f":{one.line} ", f":{one.line + 7} "), f"{path}:9 no_such_code -> pass @1"
     run = {"first": {"failed": 8, "lives": 2}, "ends": {"failed": 8, "lives": 2}, "left": [moved, gone], "control": {}}
@@ -302,7 +302,7 @@ def test_what_a_run_left_is_tried_again_where_it_stands_now(tmp_path, monkeypatc
 
 
 def test_a_test_file_names_the_modules_that_it_looks_into():
-    assert "tests/test_explain.py" in importing_files("pidcfg/encoders/maps/click_meanings.py")
+    assert "tests/test_explain.py" in importing_files("pidcfg/encoders/maps/click.py")
     assert "tests/test_explain.py" not in importing_files("pidcfg/encoders/maps/generic.py")
     assert "tests/test_live.py" in importing_files("pidcfg/live/link.py"), "the map may have files that are left out"
 
@@ -380,12 +380,12 @@ def test_words_of_every_field_come_back_and_numbers_go_to_the_nearest(every_fiel
 @pytest.mark.parametrize(
     ("field", "place", "broken"),
     [
-        ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.words.bcd_word", lambda digits: digits),
-        ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.words.nearest", int),
-        ("dl06 Loop table (32 words a loop) setpoint", "pidcfg.encoders.scales.nearest", int),
-        ("click Floats (25 consecutive DF) pv_high", "pidcfg.encoders.singles._to_odd", float),
-        ("dl06 V address", "pidcfg.encoders.spaces.Bank.name", lambda bank, n: f"{bank.prefix}{n}"),
-        ("literal of REAL", "pidcfg.encoders.st.text.st_real", "{:.6f}".format),
+        ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.codecs.bcd_word", lambda digits: digits),
+        ("dl06 Loop table (32 words a loop) gain", "pidcfg.encoders.codecs.nearest", int),
+        ("dl06 Loop table (32 words a loop) setpoint", "pidcfg.encoders.codecs.nearest", int),
+        ("click Floats (25 consecutive DF) pv_high", "pidcfg.encoders.codecs._to_odd", float),
+        ("dl06 V address", "pidcfg.encoders.regmap.Bank.name", lambda bank, n: f"{bank.prefix}{n}"),
+        ("literal of REAL", "pidcfg.encoders.structured_text.st_real", "{:.6f}".format),
         ("literal of INT", "pidcfg.encoders.parameters.store", lambda _, value: abs(int(value))),
     ],
 )

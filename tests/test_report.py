@@ -16,14 +16,11 @@ from click.testing import CliRunner
 
 import golden
 from pidcfg.cli.main import cli
-from pidcfg.report.compose import compose
-from pidcfg.report.content import Title
-from pidcfg.report.csv_files import csv_files, safe
-from pidcfg.report.page import css_string, page
-from pidcfg.report.sheets import plc_sheet
-from pidcfg.report.tables import Table, tables_of
-from pidcfg.report.workbook import workbook
-from pidcfg.source import read_document
+from pidcfg.output.report.content import Title
+from pidcfg.output.report.page import css_string, page
+from pidcfg.output.report.sheets import compose, plc_sheet
+from pidcfg.output.report.tables import Table, csv_files, safe, tables_of, workbook
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document, is_scenario
 
 HERE = Path(__file__).parent
@@ -559,7 +556,7 @@ def test_the_page_goes_to_standard_output():
 
 @pytest.mark.parametrize(("option", "package"), [("-o", "jinja2"), ("--xlsx", "xlsxwriter")])
 def test_without_the_extra_there_is_one_clear_error(tmp_path, monkeypatch, option, package):
-    monkeypatch.setattr("pidcfg.cli.extras.find_spec", lambda name: None if name == package else object())
+    monkeypatch.setattr("pidcfg.cli.environment.find_spec", lambda name: None if name == package else object())
     file = tmp_path / ("x.html" if option == "-o" else "x.xlsx")
     result = run(EXAMPLES / "dl06/reactor.yaml", option, file)
     assert result.stderr.startswith(f"Error: {package} is not installed; install pidcfg with its extra `report`")

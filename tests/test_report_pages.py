@@ -14,16 +14,12 @@ from click.testing import CliRunner
 
 from browser import IN_CI
 from pidcfg.cli.main import cli
-from pidcfg.report.compose import compose
-from pidcfg.report.content import Title, contents_of
-from pidcfg.report.page import clause, compared, door_sheet, grouped, page
-from pidcfg.report.pdf import VARIABLE, PdfError, browser, pdf
-from pidcfg.report.run_content import Units
-from pidcfg.report.runs import found, metric_unit
-from pidcfg.report.sheets import plc_sheet
-from pidcfg.report.texts import measured
-from pidcfg.sim.report import Verdict
-from pidcfg.source import read_document
+from pidcfg.output.report.content import Title, Units, contents_of, measured
+from pidcfg.output.report.page import VARIABLE, PdfError, browser, clause, compared, door_sheet, grouped, page, pdf
+from pidcfg.output.report.runs import found, metric_unit
+from pidcfg.output.report.sheets import compose, plc_sheet
+from pidcfg.sim.judgement.report import Verdict
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -362,7 +358,7 @@ def test_the_same_page_gives_the_same_pdf(printer):
 
 
 def test_without_a_browser_there_is_one_clear_error_before_anything_runs(tmp_path, monkeypatch):
-    monkeypatch.setattr("pidcfg.report.pdf.shutil.which", lambda _: None)
+    monkeypatch.setattr("pidcfg.output.report.page.shutil.which", lambda _: None)
     result = run(EIGHT, "-o", tmp_path / "r.pdf")
     assert result.exit_code != 0
     assert "a PDF is printed by Chromium, Chrome or Edge, and none of them is here; install one" in result.stderr

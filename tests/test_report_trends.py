@@ -16,18 +16,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from browser import opened
-from pidcfg.cli.files.inputs import FILES
-from pidcfg.limits import Limits
+from pidcfg.cli.inputs import FILES
 from pidcfg.pictures import page
 from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
-from pidcfg.pictures.scale import level_names, limits, ticks
-from pidcfg.pictures.trend import SQUARE, figure, points
-from pidcfg.scenario.charts import charts_of
-from pidcfg.scenario.levels import around, level_lines
-from pidcfg.scenario.outcome import simulate_document
-from pidcfg.sim.names import LIMITED_ABOVE, LIMITED_BELOW, WORDS, in_words
-from pidcfg.sim.run import Settings
-from pidcfg.source import read_document
+from pidcfg.pictures.layout import level_names, limits, ticks
+from pidcfg.pictures.page import SQUARE, figure, points
+from pidcfg.sim.engine.run import Settings
+from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, WORDS, in_words
+from pidcfg.study.outcome import around, charts_of, level_lines, simulate_document
+from pidcfg.text.reader import Limits
+from pidcfg.text.source import read_document
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 HOSTILE = "a<b>&\"c'</svg></script><script>window.pwned=1</script> onload=x\x07"
@@ -166,7 +164,7 @@ def test_a_distance_goes_with_its_centre_and_with_itself():
 
 @pytest.mark.parametrize("vendor", ["dl06", "click", "ezlogix", "generic", "nextopid", "dpide"])
 def test_every_alarm_and_flag_has_a_name_in_words(vendor):
-    report = importlib.import_module(f"pidcfg.sim.controllers.{vendor}.report")
+    report = importlib.import_module(f"pidcfg.sim.controllers.{vendor}.operate")
     names = [name for table in ("ALARM_BITS", "FLAG_BITS", "AUX_BITS") for name in getattr(report, table, ())]
     assert names
     for name in names:

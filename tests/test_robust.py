@@ -15,19 +15,22 @@ import pytest
 
 import pidcfg
 from pidcfg.cli.formats.tuning import as_text
-from pidcfg.limits import DEFAULT
-from pidcfg.reader import reader_of
-from pidcfg.results.confirm import confirmed
-from pidcfg.results.processes import Robustness
-from pidcfg.results.retune import loop_tuning
-from pidcfg.results.robust import spreads_of
-from pidcfg.results.targets import Into, Target
-from pidcfg.tuning.allowed_gains import Curve, allowed
-from pidcfg.tuning.load_response import absolute_error
-from pidcfg.tuning.rules import Gains, Process, TuningError
-from pidcfg.tuning.sampled import SampledLoop, Sampling, default_sample_time, held, sampled_margins
-from pidcfg.tuning.search import Search, Words
-from pidcfg.tuning.uncertainty import plants_of, read_spreads
+from pidcfg.output.process import Into, Robustness, Target
+from pidcfg.output.retune import loop_tuning
+from pidcfg.output.robust import confirmed, spreads_of
+from pidcfg.text.reader import DEFAULT, reader_of
+from pidcfg.tuning.robust import Search, Words
+from pidcfg.tuning.rules import Gains, Process, TuningError, plants_of, read_spreads
+from pidcfg.tuning.sampled import (
+    Curve,
+    SampledLoop,
+    Sampling,
+    absolute_error,
+    allowed,
+    default_sample_time,
+    held,
+    sampled_margins,
+)
 from pidcfg.vendors import VENDORS
 
 PLANT = Process(2, 60, 8)

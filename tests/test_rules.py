@@ -7,13 +7,13 @@ import pytest
 
 import pidcfg
 from case_messages import FOLDER, GOLDEN, lines
-from pidcfg.diagnostics import Severity
-from pidcfg.limits import Limits
-from pidcfg.refs import Decision, Manual
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.reader import Limits
+from pidcfg.text.references import Decision, Manual
+from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import CODE
-from pidcfg.validate.codes import READING, SCHEMA, SUPPRESSION
 from pidcfg.validate.engine import check_document
+from pidcfg.validate.rule import READING, SCHEMA, SUPPRESSION
 from pidcfg.vendors import VENDORS
 
 CASES = sorted(FOLDER.glob("**/*.yaml"))

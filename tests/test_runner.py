@@ -8,9 +8,9 @@ from itertools import pairwise
 
 import pytest
 
-from pidcfg.sim.events import in_words
-from pidcfg.sim.recording import KEPT, POINTS, Recording
-from pidcfg.sim.run import Settings, UnusableError, simulate
+from pidcfg.sim.engine.events import in_words
+from pidcfg.sim.engine.recording import KEPT, POINTS, Recording
+from pidcfg.sim.engine.run import Settings, UnusableError, simulate
 from scenario_rig import Controller, rows, run, scenario
 
 QUIET = "plants:\n  B: {model: dead_time, input: 50}\n"
@@ -482,7 +482,7 @@ def test_progress_goes_from_nothing_to_one():
 
 def test_the_trend_does_not_depend_on_how_often_python_looks(monkeypatch):
     whole = run(NOISY, duration=300)
-    monkeypatch.setattr("pidcfg.sim.run.CHUNK", 7)
+    monkeypatch.setattr("pidcfg.sim.engine.run.CHUNK", 7)
     assert run(NOISY, duration=300) == whole
 
 

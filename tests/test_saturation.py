@@ -7,8 +7,8 @@ from types import SimpleNamespace as Facts
 
 import pytest
 
-from pidcfg.sim.standing import saturation
-from pidcfg.sim.standing.looks import Look, Pace
+from pidcfg.sim.judgement import standing as saturation
+from pidcfg.sim.judgement.evidence import Look, Pace
 
 DUE = 1 - exp(-1 / 4)
 """Of an error: what it loses in a plant time when it goes in four of them."""

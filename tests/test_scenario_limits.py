@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.sim.prepare import prepare
+from pidcfg.sim.engine.run import prepare
 from scenario_rig import Controller, problems, scenario
 
 WIRED = "connect: {A.PV: 1, B.PV: 1}\n"

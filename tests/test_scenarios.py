@@ -12,11 +12,11 @@ from pydantic import ValidationError
 import pidcfg
 from certify_rig import CONFIG
 from pidcfg.schemas.base import Quantity
-from pidcfg.schemas.scenario_fields import Bound
-from pidcfg.sim.influence import read_by
-from pidcfg.sim.kernel import Channel
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.prepare import base_step, options, prepare
+from pidcfg.schemas.scenario import Bound
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.engine.influence import read_by
+from pidcfg.sim.engine.kernel import Channel
+from pidcfg.sim.engine.run import base_step, options, prepare
 from scenario_rig import Controller, problems, scenario
 
 WIRED = "connect: {A.PV: 1, B.PV: 1}\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 
 HEAD = "pidcfg: 1\nvendor: generic\n"

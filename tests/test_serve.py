@@ -18,21 +18,18 @@ import pytest
 import pidcfg
 from apart import apart
 from live_rig import CLICK, DL06, run
-from pidcfg.encoders.words import bcd_word
-from pidcfg.limits import DEFAULT
-from pidcfg.live import server as server_module
+from pidcfg.encoders.codecs import bcd_word
+from pidcfg.live import serving as server_module
 from pidcfg.live import serving as serving_module
 from pidcfg.live import trend as trend_module
-from pidcfg.live.address import Address
 from pidcfg.live.calls import FASTEST
-from pidcfg.live.errors import PlcError
-from pidcfg.live.server import MOST_WAITING, _move, _server_of, is_flood, serve
+from pidcfg.live.link import Address, PlcError
+from pidcfg.live.serving import LISTED, MOST_WAITING, VirtualPlc, _move, _server_of, is_flood, serve
 from pidcfg.live.trend import Recording, _readings
-from pidcfg.live.virtual import LISTED, VirtualPlc
-from pidcfg.reader import reader_of
-from pidcfg.results.sources import document_of
-from pidcfg.scenario.load import load
-from pidcfg.sim.registers import RegisterError
+from pidcfg.output.sources import document_of
+from pidcfg.sim.controllers.settings import RegisterError
+from pidcfg.study.scenario import load
+from pidcfg.text.reader import DEFAULT, reader_of
 from pidcfg.vendors import VENDORS
 
 SCENARIOS = {"dl06": DL06.with_name("reactor.scenario.yaml"), "click": CLICK.with_name("tank.scenario.yaml")}

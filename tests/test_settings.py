@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 import living_rig
 from living_rig import GOOD, run
 from pidcfg.cli.commands.schema import document_schema
-from pidcfg.cli.findings.settings import candidates
-from pidcfg.cli.findings.settings_keys import KEYS, REFUSED
-from pidcfg.globs import matches
+from pidcfg.cli.settings import KEYS, REFUSED, candidates
+from pidcfg.text.paths import matches
 
 TWICE = living_rig.TWICE + "    bias_freeze: true\n"
 

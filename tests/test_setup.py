@@ -20,7 +20,7 @@ from packaging.utils import canonicalize_name
 
 import pidcfg
 from conftest import Missing
-from pidcfg.cli.extras import need
+from pidcfg.cli.environment import need
 from pidcfg.cli.main import COMMANDS
 
 ROOT = Path(__file__).parents[1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from case_messages import FOLDER
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 
 

@@ -18,15 +18,14 @@ from click.testing import CliRunner
 
 import pidcfg
 from pidcfg.cli.main import cli
-from pidcfg.control_characters import FORMULA
-from pidcfg.limits import DEFAULT, Limits
-from pidcfg.report.content import Title
-from pidcfg.report.workbook import workbook
-from pidcfg.results.sources import checked_of
-from pidcfg.sheets.read import SheetFaultsError, from_sheet
-from pidcfg.sheets.values import number_or_text, plain_text
-from pidcfg.sheets.write import as_csv, as_workbook
-from pidcfg.source import read_document
+from pidcfg.output.report.content import Title
+from pidcfg.output.report.tables import workbook
+from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet
+from pidcfg.output.sheets import as_csv, as_workbook, number_or_text, plain_text
+from pidcfg.output.sources import checked_of
+from pidcfg.text.reader import DEFAULT, Limits
+from pidcfg.text.signs import FORMULA
+from pidcfg.text.source import read_document
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -101,7 +100,7 @@ def test_the_same_point_is_a_decimal_one_where_there_is_no_comma():
 
 @pytest.mark.parametrize("vendor", VENDORS)
 def test_every_vendor_knows_the_common_words(vendor):
-    from pidcfg.sheets.columns import key_of
+    from pidcfg.output.sheets import key_of
 
     family = VENDORS[vendor]
     assert key_of("Tag", family) == "name"
@@ -133,7 +132,7 @@ def test_an_unknown_column_is_named_with_the_nearest_key_and_its_cells_are_left_
     ],
 )
 def test_a_header_that_is_no_key_has_a_cure_of_its_topic(vendor, header, cure):
-    from pidcfg.sheets.columns import UnknownColumnError, key_of
+    from pidcfg.output.sheets import UnknownColumnError, key_of
 
     with pytest.raises(UnknownColumnError) as caught:
         key_of(header, VENDORS[vendor])
@@ -147,7 +146,7 @@ def test_a_master_is_the_loop_that_a_cascade_comes_from():
 
 
 def test_ends_are_those_of_pairs():
-    from pidcfg.sheets.columns import UnknownColumnError, key_of
+    from pidcfg.output.sheets import UnknownColumnError, key_of
 
     assert key_of("output.limits high", VENDORS["dl06"]) == "output.limits high"
     with pytest.raises(UnknownColumnError):

@@ -9,11 +9,10 @@ from pathlib import Path
 import pytest
 
 from command import run
-from pidcfg.limits import DEFAULT
-from pidcfg.reader import shortened
-from pidcfg.scenario.outcome import simulate_document
-from pidcfg.sim.run import Settings
-from pidcfg.source import read_document
+from pidcfg.sim.engine.run import Settings
+from pidcfg.study.outcome import simulate_document
+from pidcfg.text.reader import DEFAULT, shortened
+from pidcfg.text.source import read_document
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples" / "dl06"

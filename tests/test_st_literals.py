@@ -9,8 +9,7 @@ import pytest
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.st_scope import Scope
-from pidcfg.encoders.st.lex import Token
-from pidcfg.encoders.st.values import number_of
+from pidcfg.encoders.structured_text import Token, number_of
 
 
 def token(text):

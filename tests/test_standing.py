@@ -12,13 +12,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pidcfg.api import encode, simulate
-from pidcfg.cli.formats.simulation import render_runs
-from pidcfg.cli.formats.simulation_text import verdict_line
-from pidcfg.schemas.scenario_fields import StandingKind
-from pidcfg.sim.meters import Meter, change_status, time_in_alarm, time_in_control, want
-from pidcfg.sim.report import STANDING_KINDS
-from pidcfg.sim.standing.judge import KINDS
-from pidcfg.sim.swings import calm_oscillation, oscillation, watch_swings
+from pidcfg.cli.formats.reports import render_runs
+from pidcfg.cli.formats.runs import run_verdict_line as verdict_line
+from pidcfg.schemas.scenario import StandingKind
+from pidcfg.sim.judgement.meters import (
+    Meter,
+    calm_oscillation,
+    change_status,
+    oscillation,
+    time_in_alarm,
+    time_in_control,
+    want,
+    watch_swings,
+)
+from pidcfg.sim.judgement.report import STANDING_KINDS
+from pidcfg.sim.judgement.standing import KINDS
 from standing_rig import SCENARIO, SIDES, failures, outcome, verdict
 
 VENDORS = [*SIDES]

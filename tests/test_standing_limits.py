@@ -6,13 +6,19 @@ from types import SimpleNamespace as Facts
 
 import pytest
 
-from pidcfg.schemas.scenario_fields import Never
-from pidcfg.sim.meters import Meter
-from pidcfg.sim.standing import signals, watch
-from pidcfg.sim.standing.looks import Look
-from pidcfg.sim.standing.modes import not_in_mode
-from pidcfg.sim.standing.signals import alarm_stands, oscillates, out_of_range, pulse_ripple, pv_not_driven
-from pidcfg.sim.standing.watch import aim
+from pidcfg.schemas.scenario import Never
+from pidcfg.sim.judgement import evidence as watch
+from pidcfg.sim.judgement import standing as signals
+from pidcfg.sim.judgement.evidence import Look, aim
+from pidcfg.sim.judgement.meters import Meter
+from pidcfg.sim.judgement.standing import (
+    alarm_stands,
+    not_in_mode,
+    oscillates,
+    out_of_range,
+    pulse_ripple,
+    pv_not_driven,
+)
 
 AUTO, TUNING, HIGH, LOW = 2, 4, 8, 16
 

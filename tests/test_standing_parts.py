@@ -7,11 +7,11 @@ from types import SimpleNamespace as Facts
 import pytest
 
 from pidcfg.schemas.scenario import Scenario
-from pidcfg.sim.standing import saturation, signals
-from pidcfg.sim.standing.errors import expected_errors
-from pidcfg.sim.standing.evidence import SHARE, Evidence, Swings, limits_reached
-from pidcfg.sim.standing.signals import LONG, alarm_stands
-from pidcfg.sim.swings import calm_oscillation
+from pidcfg.sim.judgement import standing as saturation
+from pidcfg.sim.judgement import standing as signals
+from pidcfg.sim.judgement.evidence import SHARE, Evidence, Swings, limits_reached
+from pidcfg.sim.judgement.meters import calm_oscillation
+from pidcfg.sim.judgement.standing import LONG, alarm_stands, expected_errors
 
 
 @pytest.mark.parametrize(

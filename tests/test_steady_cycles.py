@@ -3,7 +3,7 @@
 import pytest
 
 from nextopid_rig import run
-from pidcfg.sim.steady import CYCLE_WINDOWS, comes_back
+from pidcfg.sim.engine.run import CYCLE_WINDOWS, comes_back
 
 SCALE = (0.0, 100.0, 2**24)
 RELAY = "  - {name: OO, type: ControlON_OFF, SP: 50, DeadBand: 2, MaxPV: 100, MinPV: 0}\n"

@@ -7,13 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from living_rig import GOOD, TWICE, run
-from pidcfg.comments import comments_in
-from pidcfg.diagnostics import Severity
-from pidcfg.source import read_document
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.source import comments_in, read_document
+from pidcfg.validate.baseline import suppress
 from pidcfg.validate.catalog import rules
-from pidcfg.validate.codes import SUPPRESSION
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.suppression import suppress
+from pidcfg.validate.rule import SUPPRESSION
 
 ALARMS = "    alarms: {pv: {low_low: 15, low: 15, high: 15, high_high: 90}}"
 

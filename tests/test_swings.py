@@ -6,11 +6,10 @@ from types import SimpleNamespace as Facts
 
 import pytest
 
-from pidcfg.sim.kernel import Span
-from pidcfg.sim.meters import Meter
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.steady import comes_back, is_steady, refused, window_of
-from pidcfg.sim.swings import calm, calm_oscillation, oscillation, watch_swings
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.engine.kernel import Span
+from pidcfg.sim.engine.run import comes_back, is_steady, refused, window_of
+from pidcfg.sim.judgement.meters import Meter, calm, calm_oscillation, oscillation, watch_swings
 
 
 def watched(pvs, *, least=1.0, late=0, **fields):

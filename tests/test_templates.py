@@ -10,12 +10,12 @@ from click.testing import CliRunner
 from ruamel.yaml import YAML
 
 import pidcfg
-from pidcfg import templates
 from pidcfg.cli.commands.schema import document_schema
 from pidcfg.cli.main import cli
-from pidcfg.diagnostics import Diagnostic
-from pidcfg.limits import Limits
-from pidcfg.source import read_document
+from pidcfg.text import document as templates
+from pidcfg.text.diagnostics import Diagnostic
+from pidcfg.text.reader import Limits
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
 

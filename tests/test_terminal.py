@@ -14,8 +14,11 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from pidcfg.cli import terminal as colour
+from pidcfg.cli import terminal as console
+from pidcfg.cli import terminal as glyphs
+from pidcfg.cli import terminal as progress
 from pidcfg.cli.main import COMMANDS, cli
-from pidcfg.cli.terminal import colour, console, glyphs, progress
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
@@ -168,8 +171,8 @@ def test_a_page_is_formatted_where_colour_is_wanted():
 
 WORK = """
 import sys, threading, time
-from pidcfg.cli.terminal import progress
-from pidcfg.cli.terminal.console import echo, note
+from pidcfg.cli import terminal as progress
+from pidcfg.cli.terminal import echo, note
 progress.AFTER = 0
 {before}
 progress.LINE.begin()

@@ -12,7 +12,7 @@ import pytest
 import ruamel.yaml
 
 import pidcfg
-from pidcfg import source
+from pidcfg.text import source
 
 ROOT = Path(__file__).parents[1]
 FILES = [

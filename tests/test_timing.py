@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.sim.controllers.dl06.timing import scan_time
+from pidcfg.sim.controllers.dl06.plc import scan_time
 
 
 def test_one_slow_loop_adds_four_microseconds():

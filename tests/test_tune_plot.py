@@ -10,8 +10,8 @@ import pytest
 
 import pidcfg
 from command import run_text
-from pidcfg.cli.files.loop_plots import chart_of
-from pidcfg.pictures import draw
+from pidcfg.cli.formats.tuning import margin_chart as chart_of
+from pidcfg.pictures import figure as draw
 
 RULES = [
     ("simc", {"gain": 2, "time_constant": 10, "dead_time": 2}),

@@ -111,7 +111,7 @@ def process_for(gains):
 
 def written(data, gains, **more):
     """The result of `tune` with these gains in place of a rule's."""
-    from pidcfg.results import gains as results
+    from pidcfg.output import gains as results
     from pidcfg.tuning.rules import Gains
 
     with pytest.MonkeyPatch.context() as patch:

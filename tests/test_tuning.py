@@ -12,12 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pidcfg.tuning.closed_loop import answer as forecast
-from pidcfg.tuning.fit import fit
-from pidcfg.tuning.identify import Record, RecordError, identify
+from pidcfg.tuning.identify import identify
+from pidcfg.tuning.margins import answer as forecast
 from pidcfg.tuning.margins import margins
-from pidcfg.tuning.methods import METHODS
-from pidcfg.tuning.rules import Cycle, Gains, Process
+from pidcfg.tuning.response import Record, RecordError
+from pidcfg.tuning.robust import fit
+from pidcfg.tuning.rules import METHODS, Cycle, Gains, Process
 from pidcfg.tuning.transfer import Transfer, transfer_of
 from pidcfg.vendors import VENDORS
 

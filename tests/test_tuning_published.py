@@ -12,12 +12,9 @@ import pytest
 
 import pidcfg
 from pidcfg.cli.formats.tuning import as_text
-from pidcfg.tuning.closed_loop import answer
-from pidcfg.tuning.factors import read_transfer
-from pidcfg.tuning.margins import Loop, margins
-from pidcfg.tuning.methods import METHODS
-from pidcfg.tuning.rules import Cycle, Gains, Process, TuningError
-from pidcfg.tuning.transfer import Transfer, reduced, transfer_of
+from pidcfg.tuning.margins import Loop, answer, margins
+from pidcfg.tuning.rules import METHODS, Cycle, Gains, Process, TuningError
+from pidcfg.tuning.transfer import Transfer, read_transfer, reduced, transfer_of
 from pidcfg.vendors import VENDORS
 
 LAG = Process(1, 1, 1)
@@ -197,7 +194,7 @@ def where_one(loop, low, high):
 
 def test_stability_agrees_with_the_run_in_time():
     """What is called stable comes to rest in the simulation, what is called unstable does not."""
-    from pidcfg.tuning.closed_loop import _run
+    from pidcfg.tuning.margins import _run
 
     rng, both = random.Random(7), {True: 0, False: 0}
     for _ in range(25):
@@ -495,7 +492,7 @@ def test_every_rule_says_where_it_holds(name, process, holds):
 
 def test_the_cycle_s_process_has_that_cycle():
     """At the ultimate gain the loop of `process_of_cycle` is on the edge, and its period is the one that was given."""
-    from pidcfg.tuning.judgement import process_of_cycle
+    from pidcfg.tuning.margins import process_of_cycle
 
     plant = transfer_of(process_of_cycle(2.0, Cycle(8.0, 4.0)))
     assert Loop(Gains(8, math.inf, 0), plant)(2 * math.pi / 4) == pytest.approx(-1)
@@ -520,7 +517,7 @@ def test_each_way_of_cancelling_a_lead(text, gain, lags):
 @pytest.mark.parametrize("leads", [(), (2.0,), (3.0, 1.0)])
 def test_the_run_in_time_ends_where_the_transfer_function_says(leads):
     """After a step the process without a controller ends at its gain, and begins as its leads make it."""
-    from pidcfg.tuning.closed_loop import _Plant
+    from pidcfg.tuning.margins import _Plant
 
     plant = _Plant(Transfer(1.5, leads, (4.0, 2.0, 0.5), 0, 1.0), 0.01)
     values = [plant.step(1.0) for _ in range(10_000)]
@@ -536,7 +533,7 @@ def test_the_run_in_time_ends_where_the_transfer_function_says(leads):
 
 
 def test_an_integrator_with_a_lead_runs_as_its_formula():
-    from pidcfg.tuning.closed_loop import _Plant
+    from pidcfg.tuning.margins import _Plant
 
     plant = _Plant(Transfer(0.5, (2.0,), (), 1, 0.0), 0.01)
     values = [plant.step(1.0) for _ in range(1000)]
@@ -566,7 +563,7 @@ def test_a_set_point_step_of_simc_overshoots_by_four_percent():
 @pytest.mark.parametrize(("gain", "said"), [(4.0, False), (4.6, True)])
 def test_ms_above_two_and_a_half_is_warned_of(gain, said):
     """Two loops next to the limit."""
-    from pidcfg.tuning.judgement import Judgement
+    from pidcfg.tuning.margins import Judgement
 
     loop = margins(Gains(gain, 5, 0), Transfer(1, (), (5.0,), 0, 1.0))
     assert 2 < loop.ms < 3

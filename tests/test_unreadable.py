@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import one_loop
-from pidcfg.document import LINE_BREAK
-from pidcfg.source import read_document
-from pidcfg.unreadable import MAGIC
+from pidcfg.text.document import LINE_BREAK
+from pidcfg.text.signs import MAGIC
+from pidcfg.text.source import read_document
 
 PLANT = (
     one_loop.PLANT.replace("    action", "    # a comment\n    action")

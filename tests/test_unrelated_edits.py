@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 
 from edited_files import NAME, checked, inserted, moved, pool, renamed, reordered, spaced
 from pidcfg.cli.options import selected
-from pidcfg.source import read_document
-from pidcfg.validate.baseline import compare, enters, entry
-from pidcfg.validate.suppression import suppress
+from pidcfg.text.source import read_document
+from pidcfg.validate.baseline import compare, enters, entry, suppress
 
 VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic")
 

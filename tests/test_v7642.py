@@ -9,7 +9,7 @@ from __future__ import annotations
 import pytest
 
 import pidcfg
-from pidcfg.encoders.dl06.setup import check_setup
+from pidcfg.encoders.dl06.image import check_setup
 
 LOOP = "  - {{name: L{n}, sample_rate: 0.1, action: direct, tuning: {{gain: 1}}}}"
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from pidcfg.cli.formats import markdown
+from pidcfg.cli.formats import reports as markdown
 from pidcfg.cli.main import cli
 
 ROOT = Path(__file__).parents[1]

@@ -8,8 +8,8 @@ import pytest
 
 import pidcfg
 from certify_rig import CONFIG, PASSES, loaded_of, scenario
-from pidcfg.document import Plain
-from pidcfg.schemas.scenario_vary import Amount, parse_amount, parse_spread
+from pidcfg.schemas.scenario import Amount, parse_amount, parse_spread
+from pidcfg.text.document import Plain
 from pidcfg.vendors import VENDORS
 from test_vendors import starter
 

@@ -15,11 +15,11 @@ from ruamel.yaml import YAML
 
 import pidcfg as api
 from pidcfg.cli.formats import formats_of
-from pidcfg.encoders.named import NamedLoops
+from pidcfg.encoders.parameters import NamedLoops
 from pidcfg.encoders.regmap import RegisterMap
-from pidcfg.explanation.direction import PV_RISES
-from pidcfg.report.facts import direction, tuning
-from pidcfg.schemas.common import LoopNameSettings, SectionSettings
+from pidcfg.output.explanation.lookup import PV_RISES
+from pidcfg.output.report.sheets import direction, tuning
+from pidcfg.schemas.base import LoopNameSettings, SectionSettings
 from pidcfg.schemas.document import models_in
 from pidcfg.vendors import VENDORS
 from shell import captured, pidcfg

@@ -6,10 +6,9 @@ from types import SimpleNamespace as Facts
 
 import pytest
 
-from pidcfg.sim.expect import NO_STEP, Outcome, placed, verdict
-from pidcfg.sim.meters import Meter, Onset
-from pidcfg.sim.metrics import Gauge
-from pidcfg.sim.report import Range
+from pidcfg.sim.judgement.expect import NO_STEP, Outcome, placed, verdict
+from pidcfg.sim.judgement.meters import Gauge, Meter, Onset
+from pidcfg.sim.judgement.report import Range
 from scenario_rig import scenario
 
 AUTO, HIGH, ODD, COMPLETE, EVEN = 2, 8, 16, 1, 2

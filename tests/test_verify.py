@@ -11,33 +11,46 @@ from types import SimpleNamespace
 import pytest
 from click.testing import CliRunner
 
-from pidcfg import check_text, convert, diff, encode
+from pidcfg.api import check_text, convert, diff, encode
 from pidcfg.cli.main import cli
 from pidcfg.conversion.ledger import Change
-from pidcfg.conversion.operation.rules import Smoothing
-from pidcfg.sim.records import NEVER
+from pidcfg.conversion.operation import Smoothing
+from pidcfg.sim.controllers.kernels import NEVER
+from pidcfg.study.verification.comparison import (
+    Counts,
+    Tolerance,
+    differences,
+    further,
+    lets_through_the_same,
+    loops_of,
+)
+from pidcfg.study.verification.comparison import SignalDifference as Difference
+from pidcfg.study.verification.comparison import alike as alike_time
+from pidcfg.study.verification.lines import Scene, explains, reason, true_lines
+from pidcfg.study.verification.stages import (
+    ALL,
+    Act,
+    Bench,
+    Stage,
+    at_rest,
+    bench_of,
+    in_auto,
+    nearest_step,
+    on_grid,
+    stages_of,
+)
+from pidcfg.study.verification.trial import Side, Trial, finest, new_plc, resolution, root_step
+from pidcfg.study.verification.trial import run as run_stage
+from pidcfg.study.verification.twin import _NONE as NO_DEFAULT
+from pidcfg.study.verification.twin import Builder, _more_than_said
+from pidcfg.study.verification.twin import TwinLine as Line
+from pidcfg.study.verification.twin import _default as value_without
+from pidcfg.study.verification.verify import Battery, reference_of, side_of, tolerance_of, verify
+from pidcfg.study.verification.verify import _from as later_of
+from pidcfg.study.verification.verify import _result as verdict_of
+from pidcfg.study.verification.verify import _value as value_of
+from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS
-from pidcfg.verification.acts import ALL, Act, Stage, at_rest, in_auto, nearest_step, on_grid
-from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
-from pidcfg.verification.battery import _from as later_of
-from pidcfg.verification.battery import _value as value_of
-from pidcfg.verification.bench import Bench, bench_of
-from pidcfg.verification.comparison import Counts, Difference, Tolerance, differences
-from pidcfg.verification.edits import _NONE as NO_DEFAULT
-from pidcfg.verification.edits import Builder
-from pidcfg.verification.edits import _default as value_without
-from pidcfg.verification.lines import Scene, explains, reason
-from pidcfg.verification.neutral import loops_of
-from pidcfg.verification.smoothing import alike as alike_time
-from pidcfg.verification.smoothing import further, lets_through_the_same
-from pidcfg.verification.stages import stages_of
-from pidcfg.verification.trial import Side, Trial, finest, new_plc, resolution, root_step
-from pidcfg.verification.trial import run as run_stage
-from pidcfg.verification.twin import Line, _more_than_said
-from pidcfg.verification.validity import true_lines
-from pidcfg.verification.verify import _result as verdict_of
-from pidcfg.verification.verify import verify
-from pidcfg.writer import yaml_text
 from verify_measure import Conversion, checked, measure, numbered
 
 HIGH = "high limit"
@@ -244,7 +257,7 @@ def test_the_bench_stays_within_the_range(kiln):
 
 def wrong_action(monkeypatch):
     """A conversion to NextoPID with the wrong action."""
-    from pidcfg.conversion.from_neutral import nextopid
+    from pidcfg.conversion import to_nextopid as nextopid
 
     right = nextopid.from_neutral
 

@@ -11,26 +11,24 @@ from pydantic_core import PydanticCustomError
 
 from pidcfg.conversion.pipeline import convert
 from pidcfg.schemas.base import Duration, Quantity
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.report import Alarm, LoopReport, ModeChange
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange
+from pidcfg.study.verification.comparison import SignalDifference as Difference
+from pidcfg.study.verification.comparison import differing, loops_of, neutral_at, running_means, same
+from pidcfg.study.verification.lines import field_of, key_of
+from pidcfg.study.verification.stages import Act, Stage
+from pidcfg.study.verification.trial import _alarm as alarm_of
+from pidcfg.study.verification.trial import _at as sample_at
+from pidcfg.study.verification.trial import _modes as modes_of
+from pidcfg.study.verification.trial import _others_events as other_events
+from pidcfg.study.verification.trial import _root as root_of
+from pidcfg.study.verification.trial import companions, master_of, names_of, scenario_data, slaves_of
+from pidcfg.study.verification.twin import Builder, replaced, typed_number, with_number
+from pidcfg.study.verification.twin import _choices as choices
+from pidcfg.study.verification.twin import _restore as restore
+from pidcfg.study.verification.twin import _words as words_in
+from pidcfg.study.verification.verify import side_of
 from pidcfg.vendors import VENDORS
-from pidcfg.verification.acts import Act, Stage
-from pidcfg.verification.battery import side_of
-from pidcfg.verification.comparison import Difference
-from pidcfg.verification.edits import Builder, replaced, typed_number, with_number
-from pidcfg.verification.edits import _choices as choices
-from pidcfg.verification.edits import _words as words_in
-from pidcfg.verification.keys import field_of, key_of
-from pidcfg.verification.names import _others_events as other_events
-from pidcfg.verification.names import companions, master_of, names_of, slaves_of
-from pidcfg.verification.neutral import differing, loops_of, neutral_at, same
-from pidcfg.verification.scenarios import scenario_data
-from pidcfg.verification.signals import running_means
-from pidcfg.verification.trial import _alarm as alarm_of
-from pidcfg.verification.trial import _at as sample_at
-from pidcfg.verification.trial import _modes as modes_of
-from pidcfg.verification.trial import _root as root_of
-from pidcfg.verification.twin import _restore as restore
 from test_verify import BENCH, lower_loop
 from verify_measure import checked
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from pidcfg.schemas.iec import Wire
-from pidcfg.source import read_document
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from pidcfg.cli import findings as collect
 from pidcfg.cli import watch
-from pidcfg.cli.findings import collect
 from pidcfg.cli.main import cli
 
 ROOT = Path(__file__).parents[1]
@@ -209,7 +209,7 @@ def test_a_quiet_run_says_nothing_of_watching_and_no_run_writes_terminal_codes(w
 
 
 def test_ctrl_c_within_the_first_run_is_no_verdict(watching, monkeypatch):
-    monkeypatch.setattr("pidcfg.cli.findings.collect.check_input", lambda *_: interrupt())
+    monkeypatch.setattr("pidcfg.cli.findings.check_input", lambda *_: interrupt())
     result = watching("validate", "reactor.yaml")
     assert (result.exit_code, result.stderr) == (130, "interrupted\n")
 

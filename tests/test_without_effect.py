@@ -6,8 +6,8 @@ import pytest
 
 from generic_rig import Rig as GenericRig
 from pidcfg.encoders.maps.click import ERRORS
-from pidcfg.sim.controllers.click.errors import BIAS_ERROR, row_of
-from pidcfg.sim.controllers.dl06 import state as dl06
+from pidcfg.sim.controllers.click.equation import BIAS_ERROR, row_of
+from pidcfg.sim.controllers.dl06 import equation as dl06
 from pidcfg.sim.controllers.dl06.plc import overruled
 
 OUTPUT, BIAS, SETPOINT = "state.output", "state.bias", "setpoint.value"

@@ -9,27 +9,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pidcfg.encoders.dl06.codecs import Source
-from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, SPACE
-from pidcfg.encoders.memory_files import read_csv
-from pidcfg.encoders.regmap import scale_of
-from pidcfg.encoders.scales import Scale
-from pidcfg.encoders.singles import Single, single_bits
-from pidcfg.encoders.spaces import BIT, INT16, SINGLE, WORD
-from pidcfg.encoders.words import (
+from pidcfg.encoders.codecs import (
     FLAG,
     Bcd,
     Binary,
     DecodeError,
     EncodeError,
     Implied,
+    Scale,
     SignMagnitude,
+    Single,
     nearest,
+    single_bits,
 )
-from pidcfg.encoders.written import Written, writer_of
-from pidcfg.refs import DL06
+from pidcfg.encoders.listing import ListingError, read_csv
+from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, SPACE, Source
+from pidcfg.encoders.regmap import BIT, INT16, SINGLE, WORD, Written, scale_of, writer_of
 from pidcfg.schemas.base import Quantity
+from pidcfg.text.references import DL06
 
 BASIS = DL06.at("Loop Table Word Definitions")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.source import read_document
-from pidcfg.writer import yaml_text
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 
 
 @pytest.mark.parametrize(

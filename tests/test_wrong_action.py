@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from pidcfg.limits import DEFAULT
-from pidcfg.scenario.outcome import simulate_document
-from pidcfg.sim.feedback import answer, wrong_actions
-from pidcfg.sim.prepare import prepare
-from pidcfg.sim.rest import initial_values, rest
-from pidcfg.sim.run import Settings
-from pidcfg.source import read_document
+from pidcfg.sim.engine.influence import answer, wrong_actions
+from pidcfg.sim.engine.network import initial_values, rest
+from pidcfg.sim.engine.run import Settings, prepare
+from pidcfg.study.outcome import simulate_document
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.source import read_document
 from scenario_rig import Controller, scenario
 
 CONFIGURATIONS = {

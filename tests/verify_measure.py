@@ -15,19 +15,20 @@ from decimal import Decimal
 from itertools import count, permutations
 from pathlib import Path
 
-from pidcfg.conversion.operation.rules import WithoutIntegral
-from pidcfg.conversion.pipeline import ConvertError, convert
-from pidcfg.encoders.words import DecodeError, EncodeError
-from pidcfg.limits import DEFAULT
+from pidcfg.conversion.ledger import ConvertError
+from pidcfg.conversion.operation import WithoutIntegral
+from pidcfg.conversion.pipeline import convert
+from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.schemas.generic import GenericFile
-from pidcfg.sim.run import UnusableError
-from pidcfg.source import read_document
+from pidcfg.sim.engine.run import UnusableError
+from pidcfg.study.verification.comparison import loops_of
+from pidcfg.study.verification.twin import twin_of
+from pidcfg.study.verification.verify import Battery, reference_of, side_of, tolerance_of
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import check_document
 from pidcfg.vendors import VENDORS
-from pidcfg.verification.battery import Battery, reference_of, side_of, tolerance_of
-from pidcfg.verification.neutral import loops_of
-from pidcfg.verification.twin import twin_of
-from pidcfg.writer import yaml_text
 
 ROOT = Path(__file__).parents[1]
 PLCS = [key for key in VENDORS if key != "generic"]

@@ -1,22 +1,187 @@
-"""The public calls: what the commands do, from Python in one call each.
-
-Every call takes text or files and returns a frozen result with ``findings``, ``ok`` and ``to_json()``. None prints,
-exits, handles signals or changes anything outside of its result. What is wrong with a file is in ``findings``; a file
-that is not there is an `OSError`, a wrong argument a `ValueError` that names it and says what is wanted. All of it
-stands in ``docs/api.md``.
-"""
+"""The public calls: what the commands do, from Python in one call each."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, get_args
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
 
-from pidcfg.limits import DEFAULT, Limits
-from pidcfg.reader import Files, reader_of, source_data
-from pidcfg.results.arguments import ArgumentError, refuse_below, refuse_unknown, vendor_named
-from pidcfg.results.exact import exact
-from pidcfg.results.models import check_file, check_text, decode_words
-from pidcfg.results.reference import explain, tune
-from pidcfg.vendors import format_names
+from pidcfg.output.arguments import ArgumentError, exact, refuse_below, refuse_unknown, vendor_named
+from pidcfg.text.reader import DEFAULT, Files, Limits, data_of, read_file, reader_of, source_data
+from pidcfg.vendors import VENDORS, format_names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from pidcfg.encoders.image import Decoded
+    from pidcfg.output.conversion import ConvertResult
+    from pidcfg.output.differences import DiffResult
+    from pidcfg.output.explanation.lookup import ExplainResult
+    from pidcfg.output.findings import CheckResult, LoadResult
+    from pidcfg.output.gains import TuneResult
+    from pidcfg.output.process import Into
+    from pidcfg.output.runs import CertifyResult, SimulateResult
+    from pidcfg.output.sources import Source
+    from pidcfg.output.words import DecodeResult, EncodeResult
+    from pidcfg.sim.engine.choice import EngineName
+    from pidcfg.sim.engine.run import Sink
+    from pidcfg.tuning.rules import Form, Model
+    from pidcfg.validate.engine import Checked
+
+# --- The public calls that return models and images themselves, for programs that work with them ----------------------
+
+
+def check_text(text: str | bytes, file: str = "<text>") -> Checked:
+    """A configuration as text: its findings, and when it is sound its model and its ``encoding.image``.
+
+    Nothing is raised for what is wrong with the text; it is in ``findings``.
+    """
+    from pidcfg.output.sources import checked_of
+
+    return checked_of(data_of(text), file, None, DEFAULT)
+
+
+def check_file(path: str | Path) -> Checked:
+    """A configuration file. Raises `OSError` when it cannot be read."""
+    return check_text(read_file(path), Path(path).as_posix())
+
+
+def decode_words(vendor: str, words: Mapping[int, int], **options: Any) -> Decoded:
+    """Words by address back to a configuration as plain data; options as in ``pidcfg decode``.
+
+    Raises `KeyError` for a vendor that is not known and `pidcfg.encoders.codecs.DecodeError` for words that are missing
+    or impossible.
+    """
+    decoded: Decoded = VENDORS[vendor].load("decode")(words, options=options)
+    return decoded
+
+
+# --- The public calls that need no configuration: what a rule gives, and what a word means ----------------------------
+
+
+@exact
+def tune(
+    method: str,
+    form: Form | None = None,
+    *,
+    gain: float | None = None,
+    time_constant: float | None = None,
+    second_time_constant: float | None = None,
+    dead_time: float | None = None,
+    model: Model | None = None,
+    transfer: str | None = None,
+    closed_loop: float | None = None,
+    sample_time: float | None = None,
+    ultimate_gain: float | None = None,
+    ultimate_period: float | None = None,
+    vary: str | None = None,
+    ms: float | None = None,
+    samples: int = 0,
+    record: Path | str | bytes | None = None,
+    columns: str | None = None,
+    rest: float | None = None,
+    start: str | None = None,
+    until: str | None = None,
+    vendor: str | None = None,
+    pv_range: tuple[float, float] | None = None,
+    output_range: tuple[float, float] | None = None,
+    into: Path | str | bytes | None = None,
+    into_name: str | None = None,
+    loop: str | None = None,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> TuneResult:
+    """Gains by a rule, in output units per PV unit, times in s.
+
+    ``form``: P, PI or PID; without it the most that the rule has. ``gain`` is in PV units per unit of the output,
+    negative for cooling; the times are in s. A method needs some of the numbers. ``model``: first-order, second-order
+    (with ``second_time_constant``) or integrating (``gain`` is the slope, per s). ``transfer``: a transfer function as
+    text in place of these numbers, reduced by the half rule. ``record``: a CSV file of a step test in place of them;
+    ``columns`` says where it has which (``time=…,output=…,pv=…``), ``rest`` is the output before it, ``start`` and
+    ``until`` take a part of it. ``vendor``: also as this PLC holds them; one whose gain is a share of the span needs
+    ``pv_range``; ``output_range`` is 0 to 100 when not given. ``into``: a configuration whose ``loop`` is to have the
+    gains (the only one when not given); ``written`` of the result is the file with them, in the loop's own units, form
+    and ranges; nothing is saved. ``vary`` and ``ms`` are for robust: what is uncertain (such as
+    ``gain=±30%,dead-time=80%..130%``) and the limit of the maximum sensitivity (1.6 when not given), and so many
+    ``samples`` of `certify` confirm the gains on the virtual PLC. Raises
+    `ValueError` for a record that no process fits, and beyond the range of a rule.
+    """
+    from pidcfg.output import gains
+    from pidcfg.output import process as processes
+    from pidcfg.output import process as targets
+    from pidcfg.tuning.rules import METHODS, Form, Model
+
+    refuse_unknown("method", method, METHODS)
+    if form is not None:
+        refuse_unknown("form", form, get_args(Form))
+    if model is not None:
+        refuse_unknown("model", model, get_args(Model))
+    family = None if vendor is None else vendor_named(vendor)
+    target = targets.Target(family, pv_range, output_range, _into(into, into_name, loop, files, limits))
+    numbers = {
+        "gain": gain,
+        "time_constant": time_constant,
+        "dead_time": dead_time,
+        "second_time_constant": second_time_constant,
+        "closed_loop": closed_loop,
+        "sample_time": sample_time,
+        "ultimate_gain": ultimate_gain,
+        "ultimate_period": ultimate_period,
+    }
+    wish = processes.robustness(vary, ms, samples, given=METHODS[method].searches)
+    values = {key: processes.usable(key, value) for key, value in numbers.items() if value is not None}
+    request = processes.request(columns, rest, start, until, given=record is not None)
+    step = None if record is None else (*source_data(record, name, files, limits.file_bytes + 1), request)
+    known = processes.known_process(values, model, transfer, given=record is not None)
+    return gains.tuned(method, form, replace(known, wish=wish), step, target, limits)
+
+
+def _into(
+    source: Path | str | bytes | None, name: str | None, loop: str | None, files: Files, limits: Limits
+) -> Into | None:
+    """The configuration that gains are put into; raises `ArgumentError` for a loop without one."""
+    if source is None:
+        for argument, value in (("into_name", name), ("loop", loop)):
+            if value is not None:
+                raise ArgumentError(f"`{argument}` is for `into`", argument, "into")
+        return None
+    from pidcfg.output.process import Into
+
+    return Into(*source_data(source, name, files, limits.file_bytes + 1), loop, reader_of(files))
+
+
+@exact
+def explain(
+    *things: str,
+    vendor: str | None = None,
+    loop: bool = False,
+    blocks: Sequence[str] = (),
+    config: Source | None = None,
+    name: str | None = None,
+    files: Files = None,
+    limits: Limits = DEFAULT,
+) -> ExplainResult:
+    """What words, contents, bits, error numbers, registers, rules and decisions mean; without one, what can be asked.
+
+    ``loop``: addresses are of loops that begin where the manual's example does; ``blocks``: where loop registers begin.
+    ``config``: a configuration, for the loop and the line that set a register. Raises `ValueError` for an unknown
+    thing.
+    """
+    from pidcfg.output.explanation.lookup import explained
+    from pidcfg.output.sources import checked_of
+
+    family = None if vendor is None else vendor_named(vendor).key
+    checked = None if config is None else checked_of(config, name, files, limits)
+    return explained(things, family, tuple(blocks), checked, loop=loop)
+
+
+# --- The public calls: what the commands do, from Python in one call each ---------------------------------------------
+#
+# Every call takes text or files and returns a frozen result with ``findings``, ``ok`` and ``to_json()``. None prints,
+# exits, handles signals or changes anything outside of its result. What is wrong with a file is in ``findings``; a
+# file that is not there is an `OSError`, a wrong argument a `ValueError` that names it and says what is wanted. All
+# of it stands in ``docs/api.md``.
 
 __all__ = [
     "certify",
@@ -34,20 +199,6 @@ __all__ = [
     "tune",
 ]
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
-
-    from pidcfg.results.certification import CertifyResult
-    from pidcfg.results.conversion import ConvertResult
-    from pidcfg.results.differences import DiffResult
-    from pidcfg.results.findings import CheckResult, LoadResult
-    from pidcfg.results.runs import SimulateResult
-    from pidcfg.results.sources import Source
-    from pidcfg.results.words import DecodeResult, EncodeResult
-    from pidcfg.sim.engine import EngineName
-    from pidcfg.sim.trace import Sink
-
 
 @exact
 def load(source: Source, *, name: str | None = None, files: Files = None, limits: Limits = DEFAULT) -> LoadResult:
@@ -56,8 +207,8 @@ def load(source: Source, *, name: str | None = None, files: Files = None, limits
     ``name``: what findings call a text. ``files``: other files by their names, and with them nothing is read from disk;
     a `Path` is then one of these names.
     """
-    from pidcfg.results.findings import loaded
-    from pidcfg.results.sources import document_of
+    from pidcfg.output.findings import loaded
+    from pidcfg.output.sources import document_of
 
     return loaded(document_of(source, name, files, limits))
 
@@ -76,8 +227,8 @@ def check(
     ``comments``: whether ``# pidcfg: ignore[CODE] reason`` in the file counts. Settings and baselines are the command
     line's.
     """
-    from pidcfg.results.findings import checked
-    from pidcfg.results.sources import document_of
+    from pidcfg.output.findings import checked
+    from pidcfg.output.sources import document_of
 
     return checked(document_of(source, name, files, limits), limits, reader_of(files), comments=comments)
 
@@ -104,8 +255,8 @@ def encode(
     ``live``: also those that run. ``allow_errors``: although rules find errors, as long as every value has its word.
     ``map``: a Modbus map, not that of ``plc.map``. Raises `UnwritableError` and `UnusableMapError`, both `ValueError`.
     """
-    from pidcfg.results.sources import checked_of, stated_map
-    from pidcfg.results.words import MODBUS, EncodeOptions, encoded
+    from pidcfg.output.sources import checked_of, stated_map
+    from pidcfg.output.words import MODBUS, EncodeOptions, encoded
 
     refuse_unknown("format", format, format_names())
     checked, most = checked_of(source, name, files, limits), limits.file_bytes + 1
@@ -133,8 +284,8 @@ def decode(
     ``format``: where the listing does not tell. ``like``: a configuration that gives names, ranges and units.
     ``annotate``: the listing with a meaning beside every word instead. ``options``: the vendor's of ``pidcfg decode``.
     """
-    from pidcfg.results.sources import checked_of, files_of
-    from pidcfg.results.words import DecodeOptions, decoded
+    from pidcfg.output.sources import checked_of, files_of
+    from pidcfg.output.words import DecodeOptions, decoded
 
     family = vendor_named(vendor)
     if format is not None:
@@ -165,8 +316,8 @@ def convert(
     ``gain=2%,time=5%``. ``options``: where things go that the source does not say, as the target's options of
     ``pidcfg convert``, such as ``loop_table``.
     """
-    from pidcfg.results.conversion import both_sides, converted, max_loss_of
-    from pidcfg.results.sources import checked_of
+    from pidcfg.output.conversion import both_sides, converted, max_loss_of
+    from pidcfg.output.sources import checked_of
 
     target = vendor_named(to, "to")
     refuse_below(1, jobs=jobs)
@@ -197,10 +348,8 @@ def diff(
     names, ranges and units; else it is the other side. ``live``: also words that the PLC or the process writes.
     ``verify``: run both sides through the same battery, in up to ``jobs`` processes; ``progress`` is told the share.
     """
-    from pidcfg.results.battery import with_verdict
-    from pidcfg.results.differences import compared
-    from pidcfg.results.sides import DiffOptions
-    from pidcfg.results.sources import checked_of, side_of
+    from pidcfg.output.differences import DiffOptions, compared, with_verdict
+    from pidcfg.output.sources import checked_of, side_of
 
     refuse_below(1, jobs=jobs)
     family = None if vendor is None else vendor_named(vendor)
@@ -233,11 +382,11 @@ def simulate(
     ``runs``: how many runs like this one the caller makes in all, where that alone is to choose it, and not what ran
     before. ``progress`` is called with the share that is done.
     """
-    from pidcfg.results.runs import SimulateResult
-    from pidcfg.results.sources import document_of
-    from pidcfg.scenario.outcome import simulate_document
-    from pidcfg.sim.engine import EngineName
-    from pidcfg.sim.run import Settings
+    from pidcfg.output.runs import SimulateResult
+    from pidcfg.output.sources import document_of
+    from pidcfg.sim.engine.choice import EngineName
+    from pidcfg.sim.engine.run import Settings
+    from pidcfg.study.outcome import simulate_document
     from pidcfg.validate.engine import is_configuration
 
     refuse_unknown("engine", engine, get_args(EngineName))
@@ -245,7 +394,7 @@ def simulate(
     settings = Settings(engine, every, limits.loop_steps, trend, progress=progress, runs=runs)
     doc = document_of(source, name, files, limits)
     if is_configuration(doc):
-        from pidcfg.draft.write import simulate_draft
+        from pidcfg.study.draft import simulate_draft
 
         return SimulateResult(simulate_draft(doc, settings, limits, record=record))
     return SimulateResult(simulate_document(doc, settings, limits, reader_of(files), record=record))
@@ -278,12 +427,11 @@ def certify(
     result has as scenarios. ``record``: how the signals spread, for a picture. ``keep`` is called with a state now and
     then, and ``state`` continues there; one of another batch is an `ArgumentError`. ``progress``: the share done.
     """
-    from pidcfg.certification.certify import Plan, certify_document
-    from pidcfg.certification.cluster import is_address
-    from pidcfg.certification.state import StateError
-    from pidcfg.certification.tally import MOST_WORST
-    from pidcfg.results.certification import CertifyResult
-    from pidcfg.results.sources import document_of
+    from pidcfg.output.runs import CertifyResult
+    from pidcfg.output.sources import document_of
+    from pidcfg.study.certification.certify import Plan, certify_document
+    from pidcfg.study.certification.cluster import is_address
+    from pidcfg.study.certification.tally import MOST_WORST, StateError
 
     refuse_below(1, samples=samples, jobs=jobs)
     refuse_below(0, keep_worst=keep_worst)

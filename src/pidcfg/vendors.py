@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.frozen import frozen
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -69,33 +69,33 @@ class Vendor:
 
 PARTS = {
     "schema": "schemas.{key}:{Key}File",
-    "encode": "encoders.{key}.encode:encode",
-    "decode": "encoders.{key}.decode:decode",
-    "areas": "encoders.{key}.areas:areas",
+    "encode": "encoders.{key}.image:encode",
+    "decode": "encoders.{key}.image:decode",
+    "areas": "encoders.{key}.image:areas",
     "numbering": "encoders.{key}.files:NUMBERING",
-    "points": "encoders.{key}.points:points",
-    "tags": "encoders.{key}.areas:tags",
-    "mode_register": "encoders.{key}.areas:MODE_REGISTER",
-    "mode_of": "encoders.{key}.areas:mode_of",
+    "points": "encoders.{key}.image:points",
+    "tags": "encoders.{key}.image:tags",
+    "mode_register": "encoders.{key}.image:MODE_REGISTER",
+    "mode_of": "encoders.{key}.image:mode_of",
     "context": "validate.rules.{key}.context:{Key}Context",
     "rules": "validate.rules.{key}:RULES",
     "formats": "encoders.{key}.files:FORMATS",
-    "format_names": "encoders.{key}.options:FORMATS",
-    "decode_options": "encoders.{key}.options:DECODE_OPTIONS",
+    "format_names": "encoders.{key}:FORMATS",
+    "decode_options": "encoders.{key}:DECODE_OPTIONS",
     "checklist": "encoders.{key}.files:checklist",
     "controller": "sim.controllers.{key}.scan:load",
-    "virtual": "sim.controllers.{key}.registers:{Key}Registers",
+    "virtual": "sim.controllers.{key}.scan:{Key}Registers",
     "registers": "encoders.maps.{key}:TABLES",
     "tuned": "encoders.maps.{key}:TUNED",
-    "tuning_of": "encoders.{key}.tuning:tuning_of",
+    "tuning_of": "encoders.{key}.image:tuning_of",
     "written": "encoders.maps.{key}:WRITTEN",
-    "explainer": "explanation.{key}:EXPLAINER",
-    "to_neutral": "conversion.to_neutral.{key}:to_neutral",
-    "from_neutral": "conversion.from_neutral.{key}:from_neutral",
-    "own": "conversion.operation.{key}:OWN",
-    "nothing_lost": "conversion.to_neutral.{key}:NOTHING_LOST",
-    "operation": "conversion.operation.{key}:operations",
-    "convert_options": "encoders.{key}.options:CONVERT_OPTIONS",
+    "explainer": "output.explanation.{key}:EXPLAINER",
+    "to_neutral": "conversion.from_{key}:to_neutral",
+    "from_neutral": "conversion.to_{key}:from_neutral",
+    "own": "conversion.from_{key}:OWN",
+    "nothing_lost": "conversion.from_{key}:NOTHING_LOST",
+    "operation": "conversion.from_{key}:operations",
+    "convert_options": "encoders.{key}:CONVERT_OPTIONS",
 }
 """Module and name of every part of a vendor; the same for all."""
 

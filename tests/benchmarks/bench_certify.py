@@ -15,14 +15,12 @@ import time
 from pathlib import Path
 from typing import Literal
 
-from pidcfg.certification.blocks import run_block
-from pidcfg.certification.histogram import BLOCK
-from pidcfg.certification.run import run_sample
-from pidcfg.certification.tally import Tally
-from pidcfg.certification.workers import Job
-from pidcfg.limits import DEFAULT
-from pidcfg.sim.engine import installed
-from pidcfg.sim.metrics import METRICS
+from pidcfg.sim.engine.choice import installed
+from pidcfg.sim.judgement.meters import METRICS
+from pidcfg.study.certification.cluster import run_block
+from pidcfg.study.certification.samples import Job, run_sample
+from pidcfg.study.certification.tally import BLOCK, Tally
+from pidcfg.text.reader import DEFAULT
 
 ENGINE: Literal["python", "numba"] = "numba" if installed() else "python"
 MOST = 1_000

@@ -18,15 +18,15 @@ import production
 from rounds import QUICK_ROUNDS, ROUNDS, Times, beside, cpu, is_quick, race, ratio
 from twin import Twin, compiler
 
-from pidcfg.sim import engine
+from pidcfg.sim.engine import choice as engine
 
 if TYPE_CHECKING:
     from array import array
     from collections.abc import Callable, Sequence
 
-    from pidcfg.scenario.load import Loaded
-    from pidcfg.sim.engine import EngineName
-    from pidcfg.sim.recording import Recording
+    from pidcfg.sim.engine.choice import EngineName
+    from pidcfg.sim.engine.recording import Recording
+    from pidcfg.study.scenario import Loaded
 
 PLAIN, FAST, WRITTEN, LONG = 60_000, 1_000_000, 100_000, 8_000_000
 """Loop-steps of a run: in CPython, compiled, compiled with a trend (text for the most part), and beside C: from so many

@@ -17,13 +17,13 @@ from unittest.mock import patch
 from production import configuration, loaded, ours, scenario
 from rounds import QUICK_ROUNDS, cpu, race
 
-from pidcfg.limits import Limits
-from pidcfg.reader import DISK
-from pidcfg.scenario.load import Loaded, load
-from pidcfg.sim import costs, engine
+from pidcfg.sim import costs
 from pidcfg.sim.costs import COSTS, Cost
-from pidcfg.source import read_document
-from pidcfg.store import PLACE
+from pidcfg.sim.engine import choice as engine
+from pidcfg.study.scenario import Loaded, load
+from pidcfg.text.reader import DISK, Limits
+from pidcfg.text.source import read_document
+from pidcfg.text.store import PLACE
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TABLE = Path(costs.__file__)

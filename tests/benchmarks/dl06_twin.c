@@ -1,4 +1,4 @@
-/* The production run of one or more DL06 loops by hand: what pidcfg.sim.kernel.advance does for them, and their noise.
+/* The production run of one or more DL06 loops by hand: what pidcfg.sim.engine.kernel.advance does for them, and their noise.
 
    The records are those of the Python sources (records.h is written from them by twin.py), so that both work on the same
    arrays and leave the same bits. What rarely happens (mode requests, profiles, auto-tune) ends the program. */

@@ -10,19 +10,19 @@ import random
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.limits import Limits
-from pidcfg.scenario.load import load
-from pidcfg.sim.run import Settings, simulate
-from pidcfg.source import read_document
+from pidcfg.sim.engine.run import Settings, simulate
+from pidcfg.study.scenario import load
+from pidcfg.text.reader import Limits
+from pidcfg.text.source import read_document
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pidcfg.scenario.load import Loaded
-    from pidcfg.sim.engine import EngineName
-    from pidcfg.sim.recording import Recording
-    from pidcfg.sim.report import Report
-    from pidcfg.sim.trace import Sink
+    from pidcfg.sim.engine.choice import EngineName
+    from pidcfg.sim.engine.recording import Recording
+    from pidcfg.sim.engine.run import Sink
+    from pidcfg.sim.judgement.report import Report
+    from pidcfg.study.scenario import Loaded
 
 STEP = 0.5
 """Base step and sample rate in s."""

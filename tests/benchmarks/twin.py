@@ -14,23 +14,22 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from pidcfg.sim import compile as compilation
-from pidcfg.sim import engine
-from pidcfg.sim.compile import from_arrays, to_arrays
 from pidcfg.sim.controllers.dl06 import scan as dl06
-from pidcfg.sim.controllers.dl06.scan import Config, State
-from pidcfg.sim.kernel import LOG_COLUMNS, Log, Loops, Meters, World
-from pidcfg.sim.kernel import Config as AnyConfig
-from pidcfg.sim.kernel import State as AnyState
-from pidcfg.sim.meters import Meter
-from pidcfg.sim.metrics import Band, Gauge
-from pidcfg.sim.plants import Plant
+from pidcfg.sim.controllers.dl06.equation import Config, State
+from pidcfg.sim.engine import choice as engine
+from pidcfg.sim.engine import compile as compilation
+from pidcfg.sim.engine.compile import from_arrays, to_arrays
+from pidcfg.sim.engine.kernel import LOG_COLUMNS, Log, Loops, Meters, World
+from pidcfg.sim.engine.kernel import Config as AnyConfig
+from pidcfg.sim.engine.kernel import State as AnyState
+from pidcfg.sim.engine.plants import Plant
+from pidcfg.sim.judgement.meters import Band, Gauge, Meter
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pidcfg.sim.compile import Kernel
-    from pidcfg.sim.plc import Controller
+    from pidcfg.sim.controllers.plc import Controller
+    from pidcfg.sim.engine.compile import Kernel
 
 SOURCE = Path(__file__).with_name("dl06_twin.c")
 RECORDS = (Plant, Config, State, Meter, Band, Gauge)
@@ -143,7 +142,7 @@ class Twin:
     def advance(  # noqa: PLR0917 - as the kernel
         self, k: int, last: int, zero: int, world: World, loops: Any, meters: Meters, log: Log
     ) -> int:
-        """`pidcfg.sim.kernel.advance`."""
+        """`pidcfg.sim.engine.kernel.advance`."""
         if k < zero + BEGINNING:
             k = self.compiled.advance(k, min(last, zero + BEGINNING), zero, world, loops, meters, log)
         if k >= last:
@@ -163,7 +162,7 @@ class Twin:
         return k
 
     def normals(self, rows: int, column: int, columns: int, state: Any, spare: Any, noise: Any) -> int:
-        """`pidcfg.sim.noise.normals`."""
+        """`pidcfg.sim.engine.plants.normals`."""
         places = [ctypes.c_void_p(x.buffer_info()[0]) for x in (state, spare, noise)]
         started = time.process_time()
         self.code.normals(*map(ctypes.c_int64, (rows, column, columns)), *places)

@@ -6,12 +6,11 @@ import json
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
-from pidcfg.limits import DEFAULT
-from pidcfg.reader import Texts
-from pidcfg.scenario.load import load
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.run import Settings, simulate
-from pidcfg.source import read_document
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.engine.run import Settings, simulate
+from pidcfg.study.scenario import load
+from pidcfg.text.reader import DEFAULT, Texts
+from pidcfg.text.source import read_document
 
 CONFIGURATION, SCENARIO = "case.yaml", "case.scenario.yaml"
 CONTROLLER = ("Options", "Config", "State", "load", "INLINED", "COST")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from pidcfg import check
+from pidcfg.api import check
 from reference.nextopid_blocks import KINDS
 from reference.nextopid_scenarios import TOLD, mirrors, random_scenario
 

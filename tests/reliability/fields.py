@@ -9,24 +9,20 @@ from decimal import Decimal
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders import iec_registers, parameters
-from pidcfg.encoders.dl06.encode import scales as dl06_scales
+from pidcfg.encoders import parameters
+from pidcfg.encoders import parameters as iec_registers
+from pidcfg.encoders.codecs import SINGLE_MINUS_ZERO, WORD_MAX, DecodeError, EncodeError, Scale, Single
+from pidcfg.encoders.dl06.image import scales as dl06_scales
 from pidcfg.encoders.maps import click, dl06, dpide, ezlogix, generic, nextopid
-from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one, encode_one, scale_of
-from pidcfg.encoders.scales import Scale
-from pidcfg.encoders.singles import SINGLE_MINUS_ZERO, Single
-from pidcfg.encoders.spaces import BANK
-from pidcfg.encoders.st.lex import tokens_of
-from pidcfg.encoders.st.text import literal
-from pidcfg.encoders.st.values import content_of
-from pidcfg.encoders.words import WORD_MAX, DecodeError, EncodeError
+from pidcfg.encoders.regmap import BANK, Bits, RegisterMap, Word, decode_one, encode_one, scale_of
+from pidcfg.encoders.structured_text import content_of, literal, tokens_of
 from reliability import rounding
 
 if TYPE_CHECKING:
     import random
     from collections.abc import Callable, Iterator
 
-    from pidcfg.encoders.spaces import Kind, Space
+    from pidcfg.encoders.regmap import Kind, Space
     from pidcfg.schemas.iec import IecType
 
 REGISTERS: dict[str, tuple[RegisterMap, ...]] = {
@@ -142,7 +138,7 @@ def _parameter(kind: IecType, _: random.Random) -> Pair:
     """A parameter in registers, and its content as a listing and the file have it."""
 
     def decode(raw: int) -> Any:
-        return parameters.value_of(_double(raw) if kind.double else iec_registers.content_of(kind, raw))
+        return parameters.value_of(_double(raw) if kind.double else iec_registers.register_content(kind, raw))
 
     def encode(value: Any) -> int:
         content = parameters.read(kind, value) if kind.kind == "time" else parameters.store(kind, value)
@@ -215,6 +211,6 @@ def _literal(kind: IecType, _: random.Random) -> Pair:
         return iec_registers.raw_of(kind, content)
 
     def decode(raw: int) -> str:
-        return literal(kind, iec_registers.content_of(kind, raw))
+        return literal(kind, iec_registers.register_content(kind, raw))
 
     return Pair(decode, encode, _same_single if kind.kind == "real" else _same)

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from conversion_measure import unspoken
 from pidcfg.api import check, convert, decode, diff, encode, simulate
-from pidcfg.encoders.files import UnwritableError
-from pidcfg.limits import DEFAULT
-from pidcfg.results.argument_types import ArgumentError
+from pidcfg.encoders.listing import UnwritableError
+from pidcfg.output.arguments import ArgumentError
+from pidcfg.output.sheet_reader import from_sheet
+from pidcfg.output.sheets import as_csv
 from pidcfg.schemas.iec import Wire
-from pidcfg.sheets.read import from_sheet
-from pidcfg.sheets.write import as_csv
-from pidcfg.sim import engine
-from pidcfg.source import read_document
+from pidcfg.sim.engine import choice as engine
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import Fixer
 from pidcfg.vendors import VENDORS
@@ -28,8 +28,8 @@ from reliability.mutations import file_of, mutated
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from pidcfg.results.runs import SimulateResult
-    from pidcfg.sim.engine import EngineName
+    from pidcfg.output.runs import SimulateResult
+    from pidcfg.sim.engine.choice import EngineName
 
     Step = tuple[str, Callable[[], None]]
 

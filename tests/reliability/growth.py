@@ -10,10 +10,10 @@ from itertools import count, pairwise
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.api import check_text
-from pidcfg.encoders.ihex import read_ihex
+from pidcfg.encoders.dl06.files import read_ihex
 from pidcfg.encoders.nextopid.st_read import read_st
-from pidcfg.limits import DEFAULT
-from pidcfg.sheets.read import from_sheet
+from pidcfg.output.sheet_reader import from_sheet
+from pidcfg.text.reader import DEFAULT
 from reliability.copies import in_a_copy
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from pidcfg.api import encode
 from pidcfg.cli import main as command_line
-from pidcfg.cli.terminal import glyphs
+from pidcfg.cli import terminal as glyphs
 from reliability import small
 
 ROOT = Path(__file__).parents[2]

@@ -24,9 +24,9 @@ PACKAGES = {
     "conversion": "pidcfg/conversion",
     "rules": "pidcfg/validate",
     "controllers": "pidcfg/sim",
-    "verification": "pidcfg/verification",
+    "verification": "pidcfg/study/verification",
     "live": "pidcfg/live",
-    "certification": "pidcfg/certification",
+    "certification": "pidcfg/study/certification",
 }
 EQUAL = Path(__file__).with_name("equal_mutants.txt")
 """Survivors that do the same as the original, a line each, with the reason."""

@@ -6,7 +6,7 @@ import copy
 import json
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.document import Plain
+from pidcfg.text.document import Plain
 
 if TYPE_CHECKING:
     import random

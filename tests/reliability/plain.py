@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from hypothesis import Phase, settings
 
-from pidcfg.sim import engine, run
+from pidcfg.sim.engine import choice as engine
+from pidcfg.sim.engine import run
 
 
 def pytest_collection() -> None:

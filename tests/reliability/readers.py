@@ -42,7 +42,7 @@ def reader(target: str) -> tuple[Reader, tuple[type[Exception], ...]]:
 
 
 def _yaml() -> tuple[Reader, tuple[type[Exception], ...]]:
-    from pidcfg.source import read_document
+    from pidcfg.text.source import read_document
 
     return lambda data: read_document(data, "m.yaml"), ()
 
@@ -68,7 +68,7 @@ def _scenario() -> tuple[Reader, tuple[type[Exception], ...]]:
 def _settings() -> tuple[Reader, tuple[type[Exception], ...]]:
     import click
 
-    from pidcfg.cli.findings import settings
+    from pidcfg.cli import settings
 
     return lambda data: settings._loaded(Path("pidcfg.toml"), "pidcfg.toml", data), (click.ClickException,)
 
@@ -98,8 +98,7 @@ def _question() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 
 def _address() -> tuple[Reader, tuple[type[Exception], ...]]:
-    from pidcfg.live.address import parse_address, parse_listen
-    from pidcfg.live.errors import AddressError
+    from pidcfg.live.link import AddressError, parse_address, parse_listen
 
     def read(data: bytes) -> None:
         text = data.decode("utf-8", "replace")
@@ -112,15 +111,15 @@ def _address() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 
 def _sheet() -> tuple[Reader, tuple[type[Exception], ...]]:
-    from pidcfg.limits import DEFAULT
-    from pidcfg.sheets.read import SheetFaultsError, from_sheet
+    from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet
+    from pidcfg.text.reader import DEFAULT
 
     return lambda data: from_sheet(data, "m.csv", None, DEFAULT), (SheetFaultsError,)
 
 
 def _workbook() -> tuple[Reader, tuple[type[Exception], ...]]:
     """The XML of the first sheet in a sound workbook, or a whole one."""
-    from pidcfg.sheets.table import WORKBOOK
+    from pidcfg.output.sheet_reader import WORKBOOK
 
     read, declared = _sheet()
     sound = parts()
@@ -128,23 +127,23 @@ def _workbook() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 
 def _record() -> tuple[Reader, tuple[type[Exception], ...]]:
-    from pidcfg.limits import DEFAULT
+    from pidcfg.text.reader import DEFAULT
     from pidcfg.tuning.record import UnreadableRecordError, read_record
 
     return lambda data: read_record(data, "m.csv", DEFAULT), (UnreadableRecordError,)
 
 
 def _step() -> tuple[Reader, tuple[type[Exception], ...]]:
-    from pidcfg.limits import DEFAULT
+    from pidcfg.text.reader import DEFAULT
     from pidcfg.tuning.record import UnreadableRecordError, identified
 
     return lambda data: identified(data, "m.csv", DEFAULT), (UnreadableRecordError,)
 
 
 def _map() -> tuple[Reader, tuple[type[Exception], ...]]:
-    from pidcfg.encoders.map_rows import UnusableMapError
-    from pidcfg.limits import DEFAULT
-    from pidcfg.map_files import map_of_data, numbering_of
+    from pidcfg.encoders.modbus_map import UnusableMapError
+    from pidcfg.text.reader import DEFAULT
+    from pidcfg.validate.map_files import map_of_data, numbering_of
     from pidcfg.vendors import VENDORS as TABLE
 
     images = [(TABLE[vendor], encoded(vendor, "json").image) for vendor in ("ezlogix", "nextopid", "dpide")]
@@ -162,7 +161,7 @@ def _map() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 def _nicknames() -> tuple[Reader, tuple[type[Exception], ...]]:
     """A file of the user's that a CLICK's nicknames go into."""
-    from pidcfg.encoders.click.nickname_merge import merge_nicknames
+    from pidcfg.encoders.click.nicknames import merge_nicknames
     from pidcfg.encoders.listing import ListingError
 
     image = encoded("click", "json").image
@@ -171,7 +170,7 @@ def _nicknames() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 def _state() -> tuple[Reader, tuple[type[Exception], ...]]:
     """The body of a state of ``--resume`` with its key and a right checksum."""
-    from pidcfg.certification.state import StateError, read
+    from pidcfg.study.certification.tally import StateError, read
 
     class Job:
         """Of which no sample can run."""
@@ -190,9 +189,9 @@ def _state() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 
 def _format(name: str) -> tuple[Reader, tuple[type[Exception], ...]]:
+    from pidcfg.encoders.decoding import read_listing
     from pidcfg.encoders.listing import ListingError
-    from pidcfg.limits import DEFAULT
-    from pidcfg.listings import read_listing
+    from pidcfg.text.reader import DEFAULT
     from pidcfg.vendors import VENDORS as TABLE
 
     vendors = [TABLE[vendor] for vendor in having(name)]
@@ -210,9 +209,9 @@ def _format(name: str) -> tuple[Reader, tuple[type[Exception], ...]]:
 
 def _words(vendor: str) -> tuple[Reader, tuple[type[Exception], ...]]:
     """The words of a starter with others in their places."""
+    from pidcfg.encoders.decoding import decode_listing, read_listing
     from pidcfg.encoders.listing import ListingError
-    from pidcfg.limits import DEFAULT
-    from pidcfg.listings import decode_listing, read_listing
+    from pidcfg.text.reader import DEFAULT
     from pidcfg.vendors import VENDORS as TABLE
 
     document = json.loads(texts(vendor, "json")[0])

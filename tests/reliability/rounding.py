@@ -8,15 +8,13 @@ from fractions import Fraction
 from math import isqrt
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pidcfg.encoders.scales import Position
-from pidcfg.encoders.singles import Single
-from pidcfg.encoders.words import Bcd, Implied
+from pidcfg.encoders.codecs import Bcd, Implied, Position, Single
 from pidcfg.schemas.base import Quantity
 
 if TYPE_CHECKING:
     import random
 
-    from pidcfg.encoders.scales import Scale
+    from pidcfg.encoders.codecs import Scale
 
 DRAWN = 1_000
 """Numbers that are encoded of a field, each time."""

@@ -76,8 +76,8 @@ def _dumps() -> Seeds:
 
 
 def _sheets() -> Seeds:
-    from pidcfg.sheets.write import as_csv
-    from pidcfg.source import read_document
+    from pidcfg.output.sheets import as_csv
+    from pidcfg.text.source import read_document
     from pidcfg.vendors import VENDORS as TABLE
 
     documents = [(vendor, read_document(text, "m.yaml")) for vendor, text in starters().items()]
@@ -107,7 +107,7 @@ def packed(parts: dict[str, bytes]) -> bytes:
 
 
 def _maps() -> Seeds:
-    from pidcfg.encoders.map_template import FORMAT, filled
+    from pidcfg.encoders.modbus_map import FORMAT, filled
 
     whole = [texts(vendor, FORMAT)[0].decode() for vendor in ("ezlogix", "nextopid", "dpide")]
     rows = [[row for row in text.splitlines() if not row.startswith("#")] for text in whole]
@@ -115,7 +115,7 @@ def _maps() -> Seeds:
 
 
 def _states() -> Seeds:
-    from pidcfg.certification.tally import Tally, json_of
+    from pidcfg.study.certification.tally import Tally, json_of
 
     tally = Tally.empty((1, 1, 1, 1))
     state = {"key": "k", "tally": tally.state(), "trial": [0, hashlib.sha256().hexdigest()], "ahead": [tally.state()]}
@@ -123,8 +123,7 @@ def _states() -> Seeds:
 
 
 def _baselines() -> Seeds:
-    from pidcfg.validate.baseline import Baseline, Entry, to_text
-    from pidcfg.validate.former_baseline import FormerEntry, SecondEntry
+    from pidcfg.validate.baseline import Baseline, Entry, FormerEntry, SecondEntry, to_text
 
     def made(kind: Any) -> Any:
         return kind(**dict.fromkeys(kind._fields, "x"))

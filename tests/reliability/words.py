@@ -12,7 +12,7 @@ import traceback
 from dataclasses import dataclass, field
 from typing import Any
 
-from pidcfg.encoders.words import WORD_MAX, DecodeError, EncodeError
+from pidcfg.encoders.codecs import WORD_MAX, DecodeError, EncodeError
 from reliability import rounding
 from reliability.fields import Pair, fields
 

@@ -1,8 +1,9 @@
-"""Environment variables: each option has one, ``PIDCFG_COMMAND_OPTION``, which the command line outranks."""
+"""Environment variables: each option has one, ``PIDCFG_COMMAND_OPTION``; and packages that pidcfg runs without."""
 
 from __future__ import annotations
 
 import os
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import click
@@ -10,6 +11,8 @@ from click.core import ParameterSource
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+# --- Environment variables: each option has one, ``PIDCFG_COMMAND_OPTION``, which the command line outranks -----------
 
 PREFIX = "PIDCFG"
 WITHOUT = {"version"}
@@ -53,7 +56,7 @@ def unknown(command: click.Command, name: str) -> Iterator[str]:
     begin = variable(name, "")
     for found in sorted(os.environ):
         if found.startswith(begin) and found not in known:
-            from pidcfg.schemas.names import nearest
+            from pidcfg.text.signs import nearest
 
             near = nearest(found, known)
             yield f"{found} is no variable of pidcfg {name}" + (f"; did you mean {near}?" if near else "")
@@ -66,3 +69,15 @@ def hint(param: click.Parameter, ctx: click.Context | None) -> str:
     names = " / ".join(f"'{opt}'" for opt in param.opts)
     source = ctx.get_parameter_source(param.name or "") if ctx is not None else None
     return f"{names} (from {param.envvar})" if source is ParameterSource.ENVIRONMENT else names
+
+
+# --- Packages that pidcfg runs without: one clear word where something needs them -------------------------------------
+
+
+def need(package: str, extra: str) -> None:
+    """Ends the command, before anything runs, where the package of an extra is not installed."""
+    if find_spec(package) is None:
+        raise click.ClickException(
+            f"{package} is not installed; install pidcfg with its extra `{extra}`, in a copy of the project by "
+            f"'pip install \".[{extra}]\"'"
+        )

@@ -1,20 +1,55 @@
-"""Options that several commands share."""
+"""Options that several commands share, and wrong arguments as what they are on the command line."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 from click.core import ParameterSource
 from click.types import IntParamType
 
-from pidcfg.diagnostics import Diagnostic, Severity
-from pidcfg.limits import DEFAULT, Limits
+from pidcfg.cli.environment import need
+from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.reader import DEFAULT, Limits
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+# --- Codes from before each vendor had its own prefix (PID242, now DL242): understood until 1.0, with one remark ------
+
+REMARKED = "pidcfg.former_codes"
+"""The key in click's ``meta`` that marks the remark as written."""
+
+
+def current_code(code: str, ctx: click.Context | None = None) -> str:
+    """A code or its beginning as it is written now; the first former code is remarked on, on stderr."""
+    from pidcfg.validate.catalog import current
+
+    name = current(code)
+    if name != code:
+        remark(code, name, ctx)
+    return name
+
+
+def remark(code: str, name: str, ctx: click.Context | None = None) -> None:
+    """Notes a former code, once a run, at the end of the command and not with ``--quiet``."""
+    from pidcfg.cli.terminal import note
+
+    here = ctx or click.get_current_context(silent=True)
+    if here is None or here.resilient_parsing or REMARKED in here.find_root().meta:
+        return
+    here.find_root().meta[REMARKED] = True
+    text = f"{code} is called {name} now: codes begin with a prefix a vendor; the old ones are understood until 1.0"
+    here.call_on_close(lambda: None if here.params.get("quiet") else note(text))
+
+
+# --- Options that several commands share ------------------------------------------------------------------------------
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -53,7 +88,7 @@ class Number(click.ParamType[float]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number; the message says how to write what is none."""
-        from pidcfg.schemas.misread import alone
+        from pidcfg.schemas.numbers import alone
 
         number = None
         with suppress(ValueError):
@@ -77,7 +112,6 @@ class Words(click.ParamType[list[str], str | list[str]]):
             return value
         codes = [code.strip().upper() for code in value.split(",") if code.strip()]
         if codes:
-            from pidcfg.cli.findings.former_codes import current_code
             from pidcfg.validate.catalog import rules, suggestion
 
             codes = [current_code(code, ctx) for code in codes]
@@ -129,7 +163,7 @@ def _silenced(ctx: click.Context, param: click.Parameter, quiet: bool) -> bool:
     """Nothing but findings and results, so no progress either."""
     del ctx, param
     if quiet:
-        from pidcfg.cli.terminal.progress import LINE
+        from pidcfg.cli.terminal import LINE
 
         LINE.silence()
     return quiet
@@ -153,7 +187,7 @@ VERBOSE = click.option(
 
 def _named(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
     """Keeps the name for whoever reads standard input."""
-    from pidcfg.cli.files.inputs import NAME_OF_STDIN
+    from pidcfg.cli.inputs import NAME_OF_STDIN
 
     del param
     if value:
@@ -173,8 +207,7 @@ STDIN_FILENAME = click.option(
 def _excluded(ctx: click.Context, param: click.Parameter, lines: tuple[str, ...]) -> tuple[str, ...]:
     """Keeps the patterns of the command line for whoever walks a folder; those of settings are kept by themselves."""
     if lines and ctx.get_parameter_source(param.name or "") is not ParameterSource.DEFAULT_MAP:
-        from pidcfg.cli.files.identity import EXCLUDED, Exclusion
-        from pidcfg.cli.files.patterns import fault
+        from pidcfg.cli.inputs import EXCLUDED, Exclusion, fault
 
         for line in lines:
             if wrong := fault(line):
@@ -234,7 +267,7 @@ JOBS = click.option(
 
 def processes(jobs: int | None) -> int:
     """How many processes ``--jobs`` means."""
-    from pidcfg.processes import cores
+    from pidcfg.text.processes import cores
 
     return jobs or cores()
 
@@ -263,3 +296,105 @@ def severe(findings: list[Diagnostic], severity: str, fails: Severity) -> list[D
 def examples(*lines: str) -> str:
     """The examples at the end of a command's help."""
     return "\b\nExamples:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+# --- Wrong arguments of a public call, as what they are on the command line: wrong options, and files with faults -----
+
+NOTHING: Mapping[str, str] = {}
+
+
+class VerifyCommand(click.Command):
+    """A command whose ``--verify`` takes its value behind ``=`` or not at all, so that a file may follow it."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """The options, with the value that ``--verify`` alone stands for."""
+        end = args.index("--") if "--" in args else len(args)
+        filled = ["--verify=pass" if arg == "--verify" else arg for arg in args[:end]]
+        return super().parse_args(ctx, [*filled, *args[end:]])
+
+
+@contextmanager
+def usage(options: Mapping[str, str] = NOTHING) -> Iterator[None]:
+    """Ends the command with what is wrong with an option; ``options`` that are not called as the argument is."""
+    from pidcfg.output.arguments import ArgumentError, OptionError
+
+    def option(name: str) -> str:
+        return options.get(name, f"--{name.replace('_', '-')}")
+
+    try:
+        yield
+    except OptionError as error:
+        raise click.BadParameter(error.remark, param_hint=option(error.names[0])) from None
+    except ArgumentError as error:
+        raise click.UsageError(error.spelled(option)) from None
+
+
+def refuse_all(faults: Sequence[str]) -> NoReturn:
+    """Ends the command with everything that is wrong with its files."""
+    from pidcfg.cli.terminal import remark
+
+    for fault in faults[:-1]:
+        remark(f"Error: {fault}")
+    raise click.ClickException(faults[-1])
+
+
+# --- Options of the commands that speak to a PLC ----------------------------------------------------------------------
+
+PLC = click.option(
+    "--plc",
+    required=True,
+    metavar="URL",
+    envvar="PIDCFG_PLC",
+    help="Where the PLC is: modbus://HOST[:502][?unit=1] or modbus+rtu:///DEVICE?baud=9600&parity=odd.",
+)
+LIKE = click.option("--like", metavar="FILE", help="A configuration that gives names, ranges, units and places.")
+VENDOR = click.option("--vendor", type=click.Choice(list(VENDORS)), help="The PLC family, where no file says it.")
+TIMEOUT = click.option(
+    "--timeout", type=NUMBER, default=2.0, show_default=True, metavar="SECONDS", help="How long an answer may take."
+)
+RETRIES = click.option(
+    "--retries",
+    type=Integer(),
+    default=2,
+    show_default=True,
+    metavar="COUNT",
+    help="How often a request without an answer is sent again.",
+)
+
+
+FOR = {"seconds": "--for"}
+"""An option that the calls have by another name."""
+
+
+def map_file(name: str | None, limits: Limits) -> Path | None:
+    """The file of a map; one that cannot be read ends the command."""
+    if name is None:
+        return None
+    from pathlib import Path
+
+    from pidcfg.cli.inputs import read_input
+
+    entry = read_input(name, limits)
+    if entry.problem is not None:
+        raise click.ClickException(entry.problem)
+    return Path(name)
+
+
+def needed(url: str) -> None:
+    """Ends the command where a package is missing that reaches this PLC."""
+    need("pymodbus", "live")
+    if url.startswith("modbus+rtu"):
+        need("serial", "live")
+
+
+@contextmanager
+def reached() -> Iterator[None]:
+    """Ends the command with one line where the PLC cannot be reached or an option makes no sense."""
+    from pidcfg.encoders.modbus_map import UnusableMapError
+    from pidcfg.live.link import PlcError
+
+    try:
+        with usage(FOR):
+            yield
+    except (PlcError, UnusableMapError) as error:
+        raise click.ClickException(str(error)) from None

@@ -15,13 +15,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli.errors import refused, say
-from pidcfg.cli.files.identity import NAMES, READ
-from pidcfg.cli.files.inputs import STDIN, expand
-from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal import colour
-from pidcfg.cli.terminal.console import note, remark
-from pidcfg.cli.terminal.progress import LINE
+from pidcfg.cli import terminal as colour
+from pidcfg.cli.inputs import NAMES, READ, STDIN, expand
+from pidcfg.cli.main import Exit, refused, say
+from pidcfg.cli.terminal import LINE, note, remark
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -133,7 +130,7 @@ def refuse(ctx: click.Context) -> None:
 
 def watched(ctx: click.Context) -> Iterator[str]:
     """The files of a command: what its paths stand for, what it has read, and where settings may be."""
-    from pidcfg.cli.findings.settings import CONFIG_FILE, candidates
+    from pidcfg.cli.settings import CONFIG_FILE, candidates
 
     paths: Sequence[str] = ctx.params["paths"]
     yield from ctx.meta.get(NAMES, ())
@@ -146,7 +143,7 @@ def watched(ctx: click.Context) -> Iterator[str]:
 
 def _below(name: str) -> Iterator[str]:
     """The YAML files below a folder that a run would read."""
-    from pidcfg.cli.files.walk import walk
+    from pidcfg.cli.inputs import walk
 
     return (Path(folder.path, file).as_posix() for folder in walk(name) for file in folder.files)
 

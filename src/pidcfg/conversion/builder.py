@@ -1,25 +1,110 @@
-"""How a conversion fills a neutral loop and a target's file, recording what each field became."""
+"""How a conversion fills a neutral loop and a target's file: exact arithmetic, equal fields, scales made comparable."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from itertools import count as counter
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol, TypeAlias, TypeVar
 
-from pidcfg.conversion.arithmetic import number
+from pydantic import BaseModel
+
 from pidcfg.conversion.ledger import ConvertError, Missing, NeutralLoop, SourceField, TargetField, TargetFile
-from pidcfg.encoders.values import present
-from pidcfg.paths import put, steps
+from pidcfg.encoders.image import present
+from pidcfg.schemas.base import Quantity
+from pidcfg.schemas.numbers import EXACT, plain_number
+from pidcfg.text.paths import put, steps, value_at
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pydantic import BaseModel
+    from pidcfg.schemas.base import BankRange
+    from pidcfg.schemas.generic import GenericFile, Loop
 
-    from pidcfg.conversion.same import Same
-    from pidcfg.schemas.addresses import BankRange
-    from pidcfg.schemas.generic import GenericFile
+# --- What adapters calculate with: exact decimals between the terms of vendors ----------------------------------------
+
+ZERO, ONE, HUNDRED = Decimal(0), Decimal(1), Decimal(100)
+DIGITS = 12
+"""Significant digits of what a quotient or a logarithm gives."""
+Span = tuple[Decimal, Decimal]
+
+
+def rounded(value: Decimal) -> Decimal:
+    """A computed number without the noise of its last digits."""
+    return Decimal(f"{value:.{DIGITS}g}") if value else ZERO
+
+
+def number(value: Decimal) -> int | float:
+    """A number as a file has it, its computed digits rounded."""
+    return plain_number(rounded(value))
+
+
+def width(span: Sequence[Decimal]) -> Decimal:
+    """From 0 % to 100 %."""
+    return span[1] - span[0]
+
+
+def quotient(a: Decimal, b: Decimal) -> Decimal:
+    """A / b."""
+    return EXACT.divide(a, b)
+
+
+def product(*factors: Decimal) -> Decimal:
+    """All factors multiplied."""
+    result = ONE
+    for factor in factors:
+        result = EXACT.multiply(result, factor)
+    return result
+
+
+def rescaled(value: Decimal, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
+    """A value of one scale at the same place of another."""
+    return target[0] + quotient(product(value - source[0], width(target)), width(source))
+
+
+def filter_time(share: Decimal, sample_time: Decimal) -> Decimal:
+    """The time constant of a filter that takes this share of a difference in each sample; 1: no filter."""
+    if share >= ONE:
+        return ZERO
+    return rounded(-quotient(sample_time, EXACT.ln(ONE - share)))
+
+
+def filter_share(time: Decimal, sample_time: Decimal) -> Decimal:
+    """The share of a difference that a filter with this time constant takes in each sample."""
+    if time <= ZERO:
+        return ONE
+    return rounded(ONE - EXACT.exp(-quotient(sample_time, time)))
+
+
+def decayed(sample_time: Decimal, time: Decimal) -> Decimal:
+    """The share of a difference that a backward step of a filter with this time constant takes in each sample."""
+    return rounded(quotient(sample_time, sample_time + time))
+
+
+def gain_limit(derivative: Decimal, constant: Decimal, highest: int) -> int:
+    """The whole N from 1 on with which derivative / N is nearest to the wanted time constant of its filter."""
+    below = min(max(int(quotient(derivative, constant)), 1), highest)
+    above = min(below + 1, highest)
+    return min((below, above), key=lambda n: abs(quotient(derivative, Decimal(n)) - constant))
+
+
+def dependent(kp: Decimal, ki: Decimal, kd: Decimal) -> tuple[Decimal, Decimal, Decimal, bool]:
+    """Independent gains as gain, integral and derivative time, and whether there is a proportional action.
+
+    Without one the gain is 1: the times then are 1/Ki and Kd. Without any of the three it is 0.
+    """
+    gain = kp or (ONE if ki or kd else ZERO)
+    integral = rounded(quotient(gain, ki)) if ki else ZERO
+    return gain, integral, rounded(quotient(kd, gain)) if kd else ZERO, bool(kp) or not (ki or kd)
+
+
+def independent(gain: Decimal, integral: Decimal, derivative: Decimal) -> tuple[Decimal, Decimal]:
+    """Ki and Kd of gain, integral time (0: none) and derivative time."""
+    return rounded(quotient(gain, integral)) if integral else ZERO, rounded(product(gain, derivative))
+
+
+# --- How a conversion fills a neutral loop and a target's file, recording what each field became ----------------------
 
 
 @dataclass(slots=True)
@@ -151,3 +236,220 @@ def _refuse_too_many(wanted: Sequence[str | None], count: int) -> None:
 
 def _no_place(message: str) -> ConvertError:
     return ConvertError([Missing(("loops",), message)])
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Cascades that hand the output on as a position: 0 to 100 % of the outer loop's output are 0 to 100 % of the inner
+# PV.
+# In the neutral form the source's output is the set point itself. Where the two ranges differ, the outer loop's
+# output is therefore given in the inner loop's units, with its gain (D305).
+
+D305 = Decision(
+    305,
+    "the output of an outer loop is in the units of the inner one's PV",
+    "DL06 and EZLogix write the outer loop's output word into the inner loop's set point word. Where its own range is "
+    "another than that of the inner PV, the neutral loop has the inner range, and gain, limits and bias on it.",
+    "The words are handed on as they are; taken as engineering units, the set point would be wrong by the ratio.",
+)
+
+
+def outputs_in_inner_units(loops: list[NeutralLoop]) -> list[NeutralLoop]:
+    """The loops, each source of a set point on the scale of the PV that it commands."""
+    by_name = {loop.data.get("name"): loop for loop in loops}
+    for inner in loops:
+        outer = by_name.get(value_at(inner.data, ("setpoint", "source")))
+        if outer is not None and "output" in outer.data and "pv" in inner.data:
+            _rescale(outer, [Decimal(str(end)) for end in inner.data["pv"]["range"]], inner.data["name"])
+    return loops
+
+
+def _rescale(outer: NeutralLoop, span: list[Decimal], inner: str) -> None:
+    """The outer loop's output on another scale."""
+    output, tuning = outer.data["output"], outer.data["tuning"]
+    present = [Decimal(str(end)) for end in output["range"]]
+    if present == span:
+        return
+    factor = quotient(width(span), width(present))
+    tuning["gain"] = rounded(product(Decimal(str(tuning["gain"])), factor))
+    output["range"] = span
+    for key in ("bias", "manual"):
+        if key in output:
+            output[key] = _moved(output[key], present, span)
+    if "limits" in output:
+        output["limits"] = [_moved(end, present, span) for end in output["limits"]]
+    output.pop("unit", None)
+    note = f"it commands {inner}: told in the units of its PV"
+    outer.fields[:] = [
+        replace(field, note=note) if "output.range" in field.to or "output.unit" in field.to else field
+        for field in outer.fields
+    ]
+
+
+def _moved(value: Any, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
+    return rounded(rescaled(Decimal(str(value)), source, target))
+
+
+# --- Fields that go over as they are: rows of a vendor's table, which stand between the steps that calculate ----------
+#
+# A conversion is one table in the order of its report: a row `Same` for a field that keeps its value, a function for
+# what has to be worked out.
+
+
+@dataclass(frozen=True, slots=True)
+class Same:
+    """A field and the one that it becomes with the same value; one that is not given says nothing."""
+
+    path: str
+    to: str = ""
+    """Its path on the other side; empty: the same."""
+    words: Mapping[Any, Any] | None = None
+    """What the other side calls each choice."""
+    if_on: bool = False
+    """0 and false say nothing either."""
+    note: str = ""
+    """For the report."""
+    two: bool = False
+    """Two limits, each of which the target may round or clamp."""
+
+    def value_of(self, model: object) -> Any:
+        """The field's value in a loop; None: it says nothing."""
+        value = value_at(model, steps(self.path))
+        return None if self.if_on and not value else value
+
+    def becomes(self, value: Any) -> Any:
+        """What a value is on the other side."""
+        return value if self.words is None else self.words[value]
+
+
+class Builder(Protocol):
+    """What takes the fields of a loop."""
+
+    def same(self, row: Same, value: Any) -> None:
+        """Takes a field with its value."""
+
+
+B = TypeVar("B", bound=Builder)
+C = TypeVar("C")
+
+
+Table: TypeAlias = "tuple[Same | Callable[[B, C], None], ...]"
+"""Rows, and steps that get the builder and what they work with."""
+
+
+def same(*paths: str, if_on: bool = False) -> tuple[Same, ...]:
+    """Rows of fields that have one path on both sides."""
+    return tuple(Same(path, if_on=if_on) for path in paths)
+
+
+def take(builder: B, loop: object, context: C, table: Table[B, C]) -> None:
+    """Goes through a table: rows take the fields of a loop, steps work out the others of ``context``."""
+    for row in table:
+        if not isinstance(row, Same):
+            row(builder, context)
+        elif (value := row.value_of(loop)) is not None:
+            builder.same(row, value)
+
+
+# --- Neutral fields that a vendor does not have: which of them a loop gives, so that none is lost silently ------------
+
+ALARMS = (
+    *(f"alarms.pv.{key}" for key in ("low_low", "low", "high", "high_high")),
+    *("alarms.deviation.high", "alarms.deviation.high_high", "alarms.rate_of_change", "alarms.hysteresis"),
+)
+"""Every alarm of the neutral loop."""
+HARMLESS = {"setpoint.follows_pv": False}
+"""Values that are no default and still ask nothing of a target that has no such field."""
+
+
+def unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Those of these fields that a loop gives (with more than the default), with what to program instead."""
+    for path, note in notes.items():
+        *above, key = steps(path)
+        value, section = value_at(loop, (*above, key)), value_at(loop, above)
+        default = type(section).model_fields[str(key)].default if isinstance(section, BaseModel) else None
+        if value is not None and value != default and not harmless(path, value):
+            yield path, note
+
+
+def harmless(path: str, value: Any) -> bool:
+    """Whether nothing is lost with this value in a target without such a field."""
+    return path in HARMLESS and HARMLESS[path] == value
+
+
+# --- Two neutral loops made comparable: one scale of the output, one way to say what has no proportional action -------
+
+Flat = dict[str, Any]
+"""The values of a loop by path, as `flat` gives them."""
+ENDS = ("output.range.0", "output.range.1")
+ON_THE_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
+
+
+def flat(model: Any, prefix: str = "") -> dict[str, Any]:
+    """Every value of a neutral loop by its path; limits that are not given are the ends of their range."""
+    values: dict[str, Any] = {}
+    for name in type(model).model_fields:
+        value, path = getattr(model, name), f"{prefix}{name}"
+        if isinstance(value, BaseModel):
+            values |= flat(value, f"{path}.")
+        elif isinstance(value, tuple):
+            values |= {f"{path}.{k}": end for k, end in enumerate(value)}
+        elif value is not None:
+            values[path] = value
+    if not prefix:
+        for limits, whole in (("setpoint.limits", "pv.range"), ("output.limits", "output.range")):
+            for end in ("0", "1"):
+                values.setdefault(f"{limits}.{end}", values[f"{whole}.{end}"])
+    return values
+
+
+def normal(loop: Flat) -> Flat:
+    """Without a proportional action the gain is 1, and the times make up for it; no derivative acts on nothing."""
+    values = dict(loop)
+    gain = values["tuning.gain"]
+    if not values["tuning.proportional"] and gain:
+        values["tuning.gain"] = Decimal(1)
+        values["tuning.integral_time"] = rounded(quotient(values["tuning.integral_time"], gain))
+        values["tuning.derivative_time"] = rounded(product(values["tuning.derivative_time"], gain))
+    if not values["tuning.derivative_time"]:
+        for key in ("tuning.derivative_on", "tuning.derivative_filter"):
+            values.pop(key, None)
+    return values
+
+
+def on_the_same_scale(one: Flat, two: Flat) -> Flat:
+    """The second loop with its output on the scale of the first: a vendor may know its output in % only."""
+    first, second = ([Decimal(loop[end]) for end in ENDS] for loop in (one, two))
+    if first == second:
+        return two
+    values = dict(two)
+    factor = quotient(width(first), width(second))
+    values["tuning.gain"] = rounded(product(values["tuning.gain"], factor))
+    for key in ON_THE_SCALE:
+        value = values.get(key)
+        if value is not None and not isinstance(value, Quantity):
+            values[key] = rounded(rescaled(Decimal(value), second, first))
+    if values.get("output.max_rate") is not None:
+        values["output.max_rate"] = rounded(product(values["output.max_rate"], factor))
+    return values | dict(zip(ENDS, first, strict=True))
+
+
+def comparable(one: Any, two: Any) -> tuple[Flat, Flat]:
+    """Two neutral loops by path, the second in the terms of the first.
+
+    Where the first has no proportional action, the other two are compared as the second has them, with one or without.
+    """
+    before, after = flat(one), flat(two)
+    if not before["tuning.proportional"]:
+        after["tuning.proportional"] = False
+    return _acting(normal(before)), _acting(normal(on_the_same_scale(before, after)))
+
+
+def _acting(loop: Flat) -> Flat:
+    """Without the times of a gain of 0, and without the gain of a loop in which nothing acts."""
+    values = dict(loop)
+    if not values["tuning.gain"]:
+        values |= {"tuning.integral_time": Decimal(0), "tuning.derivative_time": Decimal(0)}
+    acts = values["tuning.proportional"] or values["tuning.integral_time"] or values["tuning.derivative_time"]
+    if not acts or not values["tuning.gain"]:
+        values |= {"tuning.gain": Decimal(0), "tuning.proportional": False}
+    return values

@@ -1,36 +1,223 @@
-"""A configuration of one vendor to one of another: neutral loops, target, what its registers hold, and the report.
-
-A loop that cannot go, because it says too little or the target cannot hold it at all, does not stop the others: it is
-left out, with its reasons, and the rest is converted without it.
-"""
+"""A configuration of one vendor to one of another: neutral loops, target, and a line for every field."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import Change, ConvertError, Missing, NeutralLoop, TargetFile, changes
-from pidcfg.conversion.losses import DEFAULT, judged
-from pidcfg.conversion.operation.rules import differing_rules
-from pidcfg.conversion.own_places import keep, own_places, own_scales, with_kept
-from pidcfg.conversion.readback import held_lines
-from pidcfg.conversion.remainder import beside, of_loop, remaining
-from pidcfg.conversion.settle import settled, validated
-from pidcfg.conversion.unmatched import harmless
-from pidcfg.paths import steps
+from pidcfg.conversion.builder import harmless
+from pidcfg.conversion.ledger import (
+    COMMON,
+    DEFAULT,
+    Change,
+    ConvertError,
+    Missing,
+    NeutralLoop,
+    TargetFile,
+    changes,
+    judged,
+    overlap,
+    shown,
+)
+from pidcfg.conversion.operation import differing_rules
+from pidcfg.conversion.settle import held_lines, place, settled, validated
+from pidcfg.encoders.codecs import DecodeError
 from pidcfg.schemas.generic import GenericFile, Loop
+from pidcfg.schemas.iec import Wire
+from pidcfg.text.paths import dotted, given_fields, is_given, put, steps, value_at
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.conversion.ledger import Stored
-    from pidcfg.conversion.losses import MaxLoss
-    from pidcfg.conversion.operation.rules import Operation
+    from pidcfg.conversion.ledger import MaxLoss, Stored
+    from pidcfg.conversion.operation import Operation
     from pidcfg.encoders.image import Encoding
+    from pidcfg.text.document import Document
+    from pidcfg.text.paths import Path
     from pidcfg.vendors import Vendor
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a conversion within one vendor keeps: places and choices of the PLC, which the neutral form does not know.
+
+
+def own_scales(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options with what the gains and times of a file depend on, unless they say it themselves."""
+    return {**vendor.load("own").scales(config, kept), **options}
+
+
+def own_places(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[int, list[Change]]:
+    """What the loops at some places of a file keep within their vendor, as lines by their number in the result."""
+    own = vendor.load("own")
+    paths = [path for path, option in own.choices.items() if option not in options]
+    paths += () if options else own.addresses
+    held = _as_data(config, vendor) if paths else {}
+    lines: dict[int, list[Change]] = {}
+    for j, i in enumerate(kept):
+        found = [(path, value_at(held, place(i, path))) for path in paths if not (path.startswith("/") and j)]
+        found = [(path, _default(config, path) if value is None else value) for path, value in found]
+        lines[j] = [
+            Change(path, "exact", value, value, target_field=path) for path, value in found if value is not None
+        ]
+    return lines
+
+
+def _default(config: Any, path: str) -> Any:
+    """A choice that the file gives although it is the default; decoding leaves those of the PLC out."""
+    keys = path.removeprefix("/").split(".")
+    return value_at(config, keys) if path.startswith("/") and is_given(config, keys) else None
+
+
+def _as_data(config: Any, vendor: Vendor) -> dict[str, Any]:
+    """A file as plain data; nothing where its words are no values."""
+    image = vendor.encoder(config).image
+    try:
+        data: dict[str, Any] = vendor.load("decode")(image.words, image.settings, image.plc).data
+    except DecodeError:
+        return {}
+    return data
+
+
+def keep(data: dict[str, Any], lines: Mapping[int, Sequence[Change]]) -> None:
+    """Puts what is kept into the result."""
+    for j, rows in lines.items():
+        for row in rows:
+            put(data, place(j, row.field), row.target)
+
+
+def with_kept(rows: Sequence[Change], kept: Sequence[Change], of_file: Collection[str]) -> Iterator[Change]:
+    """The lines of a loop, in which what is kept is neither assumed nor dropped; ``of_file``: fields of the file."""
+    own = {row.field: row for row in kept}
+    for row in rows:
+        if f"/{row.field}" in of_file:
+            continue
+        line = own.pop(row.field, None)
+        yield row if line is None else replace(line, neutral=row.neutral)
+    yield from own.values()
+
+
+# --- Fields that a file gives and no line of the report speaks of: a line for each, so that none is lost silently -----
+#
+# Those that mean nothing to another PLC are in the vendor's table of what is lost harmlessly (`NOTHING_LOST`), each
+# with its reason; any other is a loss, so that a new field cannot be forgotten.
+
+WITH_LOOP = "part of a block that goes with its loop"
+WITH_READER = "its value goes with what reads it"
+UNKNOWN = "no conversion knows this field: see what it does in the source, and program it"
+
+
+def remaining(
+    given: Iterable[tuple[Path, Any]], rows: Sequence[Change], reasons: Mapping[str, str], target: Mapping[str, Any]
+) -> Iterator[Change]:
+    """The lines of those fields that no row is about; ``target``: the loop's data there."""
+    for path, value in given:
+        key, text = dotted(path), _shown(value)
+        if any(overlap(key, row.field) for row in rows):
+            continue
+        if key in COMMON and target.get(key) == value:
+            yield Change(key, "exact", text, text, neutral=(key,), target_field=key)
+        else:
+            reason = next((text for path, text in reasons.items() if f"{key}.".startswith(f"{path}.")), None)
+            yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
+
+
+def of_loop(config: Any, i: int, *, with_plc: bool) -> Iterator[tuple[Path, Any]]:
+    """The fields that a file gives of a loop, and of the PLC beside it."""
+    yield from given_fields(config.loops[i])
+    if with_plc and getattr(config, "plc", None) is not None:
+        yield from given_fields(config.plc, ("plc",))
+
+
+def beside(config: Any, rows: Sequence[Change], reasons: Mapping[str, str]) -> Iterator[Change]:
+    """Blocks, signals and moves that stand beside the loops and go with one of them; ``rows`` of all loops.
+
+    ``reasons``: why nothing is lost of some of them.
+    """
+    for block in getattr(config, "blocks", ()):
+        lines = [row.field for row in rows if overlap(f"blocks.{block.name}", row.field)]
+        for path, value in given_fields(block):
+            key = f"blocks.{block.name}.{dotted(path)}"
+            if not any(overlap(key, field) for field in lines):
+                yield Change(key, "dropped", _shown(value), None, note=WITH_LOOP if lines else UNKNOWN, loss=not lines)
+    for name, value in getattr(config, "signals", {}).items():
+        if not any(overlap(f"signals.{name}", row.field) for row in rows):
+            yield Change(f"signals.{name}", "dropped", _shown(value), None, note=WITH_READER)
+    for i, move in enumerate(getattr(config, "moves", ())):
+        key = f"moves.{i}"
+        if not any(overlap(key, row.field) for row in rows):
+            reason = reasons.get(key)
+            text = f"{_shown(move.move)} to {move.to}"
+            yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
+
+
+def _shown(value: Any) -> Any:
+    """A value as JSON has it; what is neither number nor word as text."""
+    plain = value.text if isinstance(value, Wire) else shown(value)
+    return plain if isinstance(plain, bool | int | float | str | list) else str(plain)
+
+
+# --- Comments of a configuration that survive its conversion: those at its head, and those of each loop ---------------
+
+QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'(?:[^']|'')*'")
+KEY = re.compile(r"[\s{,-]*([\w.]+):")
+ITEM = "  - "
+"""How a loop begins in a file that pidcfg writes."""
+
+
+def comment_of(line: str) -> str | None:
+    """The comment of a line, with its key in front when it stands behind a value; None: there is none."""
+    bare = QUOTED.sub(lambda text: "x" * len(text.group()), line)
+    start = next((i for i, c in enumerate(bare) if c == "#" and (i == 0 or bare[i - 1].isspace())), None)
+    if start is None:
+        return None
+    text = line[start + 1 :].strip()
+    key = KEY.match(line[:start])
+    return f"{key.group(1)}: {text}" if key and text else text
+
+
+def comments(doc: Document, loops: int) -> tuple[list[str], list[list[str]]]:
+    """The comments above the loops, and those of each loop: before it, and behind its values."""
+    lines = doc.lines
+    starts = [_first_line(doc, lines, i) for i in range(loops)]
+    texts: list[list[str]] = []
+    for i, start in enumerate(starts):
+        end = starts[i + 1] if i + 1 < loops else len(lines)
+        texts.append(_texts(lines[start:end]))
+    return _texts(lines[: starts[0]] if starts else lines), texts
+
+
+def _first_line(doc: Document, lines: list[str], loop: int) -> int:
+    """Where a loop begins, with the comment lines directly above it."""
+    line = doc.locate(("loops", loop)).line - 1
+    while line > 0 and lines[line - 1].lstrip().startswith("#") and lines[line - 1][:1].isspace():
+        line -= 1
+    return line
+
+
+def _texts(lines: list[str]) -> list[str]:
+    return [text for line in lines if (text := comment_of(line))]
+
+
+def with_comments(text: str, head: list[str], loops: list[list[str]]) -> str:
+    """A file with comments at its head and above its loops."""
+    out = [f"# {comment}" for comment in head]
+    number, within = 0, False
+    for line in text.splitlines():
+        if within and line.startswith(ITEM) and number < len(loops):
+            out += [f"  # {comment}" for comment in loops[number]]
+            number += 1
+        within = line.startswith("loops:") or (within and (line.startswith(" ") or not line))
+        out.append(line)
+    return "\n".join(out) + "\n"
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A configuration of one vendor to one of another: neutral loops, target, what its registers hold, and the report.
+# A loop that cannot go, because it says too little or the target cannot hold it at all, does not stop the others: it
+# is left out, with its reasons, and the rest is converted without it.
 
 __all__ = ["ConvertError", "Converted", "LoopReport", "convert", "generic_file", "neutral_loops"]
 

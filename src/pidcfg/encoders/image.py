@@ -1,22 +1,31 @@
-"""What is downloaded to a PLC: its words in address order, and beside them what no register holds."""
+"""What is downloaded to a PLC with addresses: words, settings beside them, and one walk of a map both ways."""
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import field
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from decimal import Decimal
+from functools import cache, cached_property
+from types import MappingProxyType, UnionType
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Union, get_args, get_origin
 
-from pidcfg.encoders.spaces import WORD, Kind, NoRegisterError
-from pidcfg.frozen import frozen
-from pidcfg.paths import steps
+from pydantic import BaseModel, ValidationError
+
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.regmap import WORD, Kind, NoRegisterError
+from pidcfg.schemas.base import Model, Quantity
+from pidcfg.schemas.numbers import plain_number
+from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import dotted, given_fields, has_key, put, steps, value_at
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.regmap import Access, Encoded, Misfit, RegisterMap, Rounded
-    from pidcfg.encoders.scales import Scale
-    from pidcfg.encoders.spaces import Space
-    from pidcfg.paths import Path
+    from pidcfg.encoders.codecs import Scale
+    from pidcfg.encoders.regmap import Access, Encoded, Misfit, RegisterMap, Rounded, Space, Word, Written
+    from pidcfg.text.paths import Path
+
+# --- What is downloaded to a PLC: its words in address order, and beside them what no register holds ------------------
 
 
 @frozen
@@ -145,3 +154,388 @@ class Decoded:
     notes: tuple[str, ...] = ()
     status: tuple[int, ...] = ()
     """Words outside the loops that the PLC writes: a listing may hold them, no configuration does."""
+
+
+# --- Blocks of registers that are to be read from a PLC: where each begins, and the table that says what is in it -----
+
+
+class AreaError(DecodeError):
+    """A PLC whose registers do not say where its loops are; the message says which options would."""
+
+
+class Area(NamedTuple):
+    """A block: ``start`` as a plain number of the vendor's space, and the loop that it is of (empty: of none)."""
+
+    start: int
+    table: RegisterMap
+    loop: str = ""
+    prefix: str = ""
+
+    @property
+    def numbers(self) -> range:
+        """The registers of the block."""
+        return range(self.start, self.start + self.table.size)
+
+    def cells(self, space: Space, words: Mapping[int, int]) -> list[Cell]:
+        """The block with its contents; a register that ``words`` does not hold is left out."""
+        return [
+            Cell(space.name(n), n, words[n], self.prefix + row.name, self.loop or None, space.kind(n), row.access)
+            for n, row in zip(self.numbers, self.table.words, strict=True)
+            if n in words
+        ]
+
+    def kept(self, written: tuple[Written, ...]) -> dict[int, int]:
+        """The bits of each register that stay as the engineer has set them: what runs, and the operator's, is 0."""
+        running = {row.name for row in written if row.kind != "compared"}
+        return {self.start + row.offset: self._mask(row, running) for row in self.table.words}
+
+    def _mask(self, row: Word, running: set[str]) -> int:
+        if row.access != "setting" or row.name in running:
+            return 0
+        return ~sum(bits.mask for bits in self.table.bits if bits.offset == row.offset and bits.access != "setting")
+
+
+# --- Values as the plain data of a configuration file has them --------------------------------------------------------
+
+Data = dict[str, Any]
+
+
+def quantity(value: Quantity | Decimal) -> int | float | str:
+    """A value as the file writes it."""
+    if isinstance(value, Quantity):
+        return f"{value.value} counts" if value.counts else plain_number(value.value)
+    return plain_number(value)
+
+
+def plain(value: Any) -> Any:
+    """A field's value as the file writes it; a pair is a list."""
+    if isinstance(value, Quantity | Decimal):
+        return quantity(value)
+    return [plain(end) for end in value] if isinstance(value, tuple) else value
+
+
+def present(data: Mapping[str, Any]) -> Data:
+    """Without what is not given."""
+    return {key: value for key, value in data.items() if value is not None}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# One walk of a register map, both ways: a loop to the values of its registers, and those to the plain data of a file.
+# A register's path names its field in the schema: ``pv.filter`` is that field, ``pv.range.0`` the lower end of a
+# pair. An enable bit follows from its value where the file does not give it: ``pv.filter_enabled`` is on when
+# ``pv.filter`` is given, ``alarms.pv.enabled`` when anything of ``alarms.pv`` is. A value that is not given leaves
+# its register at the schema's default, else at what the vendor's map says (``unset``), else at 0.
+#
+# On the way back a field is left out where its register holds just that, and its enable bit, if it has one, is off;
+# the others stand in the order of the schema, which is that of a hand-written file. What a map cannot say (a pointer
+# that is a loop's name, a time that is ``off``) is code of the vendor, which changes values on their way.
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+ENABLED = "enabled"
+"""How the key of an enable bit ends."""
+
+
+class Field(NamedTuple):
+    """A field of a model, and the section that it opens, if it does."""
+
+    key: str
+    section: type[Model] | None
+    required: bool
+    default: Any
+
+
+@cache
+def fields(model: type[Model]) -> tuple[Field, ...]:
+    """The fields of a model in their order."""
+    return tuple(
+        Field(key, _section(field.annotation), field.is_required(), None if field.is_required() else field.default)
+        for key, field in model.model_fields.items()
+    )
+
+
+def _section(annotation: Any) -> type[Model] | None:
+    kinds = get_args(annotation) if get_origin(annotation) in {Union, UnionType} else (annotation,)
+    return next((kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Model)), None)
+
+
+@cache
+def default_of(model: type[Model], path: str) -> Any:
+    """What the schema takes for a field that is not given; None where it has no default."""
+    section: type[Model] | None = model
+    value: Any = None
+    for step in steps(path):
+        if section is None:
+            return None if value is None else value[step]
+        field = next(field for field in fields(section) if field.key == step)
+        section, value = field.section, field.default
+    return value
+
+
+def values_of(loop: Model, tables: Iterable[RegisterMap], unset: Mapping[str, Any] = NOTHING) -> Data:
+    """The value of every register of a loop, by path; None where there is none."""
+    return {path: _value(loop, path, unset) for table in tables for path in table.paths()}
+
+
+def _value(loop: Model, path: str, unset: Mapping[str, Any]) -> Any:
+    if path.endswith(ENABLED):
+        return is_enabled(loop, path)
+    value = value_at(loop, steps(path))
+    return _default(type(loop), path, unset) if value is None else value
+
+
+def _default(model: type[Model], path: str, unset: Mapping[str, Any]) -> Any:
+    value = default_of(model, path)
+    return unset.get(path) if value is None else value
+
+
+def switched_on(bit: bool | None, *values: object) -> bool:  # noqa: FBT001 - a bit is what it is about
+    """The state of an enable bit: as written, else on when any of its values is given."""
+    return any(v is not None for v in values) if bit is None else bit
+
+
+def is_enabled(loop: Model, path: str) -> bool:
+    """The state of an enable bit: as written, else on when its value, or anything of its section, is given."""
+    *above, key = steps(path)
+    bit = value_at(loop, (*above, key))
+    if bit is not None:
+        return bool(bit)
+    if key != ENABLED:
+        return value_at(loop, (*above, str(key).removesuffix(f"_{ENABLED}"))) is not None
+    section = value_at(loop, above)
+    return section is not None and any(value is not None for value in dict(section).values())
+
+
+def defaults_of(model: type[Model], tables: Iterable[RegisterMap], unset: Mapping[str, Any] = NOTHING) -> Data:
+    """The value of every register by path for a loop whose file gives none."""
+    return {path: _default(model, path, unset) for table in tables for path in table.paths()}
+
+
+def file_data(
+    model: type[Model],
+    values: Mapping[str, Any],
+    unset: Mapping[str, Any] = NOTHING,
+    always: frozenset[str] = frozenset(),
+    above: str = "",
+) -> Data:
+    """The section of a file that gives these values, in the order of its schema.
+
+    ``values`` are by path, of registers and of what no register holds. Required fields are always given, and those
+    named in ``always``; of the others those that differ from ``unset``, or from the schema's default where that says
+    nothing. A section that has a value of its own is not walked; where that is None it is left out.
+    """
+    data: Data = {}
+    for part in fields(model):
+        path = above + part.key
+        if part.section is not None and path not in values:
+            section = file_data(part.section, values, unset, always, f"{path}.")
+            data |= {part.key: section} if section else {}
+        elif part.key.endswith(ENABLED):
+            has_value = data if part.key == ENABLED else part.key.removesuffix(f"_{ENABLED}") in data
+            if has_value and not values[path]:
+                data[part.key] = False
+        elif (
+            part.required or path in always or _switched_on(values, path, above) or _differs(part, path, values, unset)
+        ):
+            data |= present({part.key: plain(_whole(values, path))})
+    return data
+
+
+def _switched_on(values: Mapping[str, Any], path: str, above: str) -> bool:
+    """Whether the enable bit of a field, or of all of its section, is on."""
+    return bool(values.get(f"{path}_{ENABLED}") or values.get(above + ENABLED))
+
+
+def _differs(field: Field, path: str, values: Mapping[str, Any], unset: Mapping[str, Any]) -> bool:
+    absent = _whole(unset, path)
+    return bool(_whole(values, path) != (field.default if absent is None else absent))
+
+
+def _whole(values: Mapping[str, Any], path: str) -> Any:
+    """A value, or both ends of a pair."""
+    low, high = f"{path}.0", f"{path}.1"
+    return (values[low], values[high]) if low in values else values.get(path)
+
+
+# --- What no register holds of a loop and stands beside the registers in a listing, or is said by options -------------
+
+S = TypeVar("S", bound=BaseModel)
+
+
+class RefusedError(DecodeError):
+    """Settings that a schema refuses: ``where`` they stand, and the ``path`` in them of what is wrong."""
+
+    def __init__(self, message: str, where: str, path: Sequence[str | int]) -> None:
+        super().__init__(message)
+        self.where = where
+        self.path = tuple(path)
+
+
+def default_name(index: int) -> str:
+    """What a loop is called whose listing does not say its name, counted from 0."""
+    return f"LOOP-{index + 1}"
+
+
+def read_settings(model: type[S], entry: Mapping[str, Any], place: str) -> S:
+    """Settings from beside the words, as strictly as from a file; raises `RefusedError`."""
+    try:
+        return model.model_validate(entry)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise RefusedError(f"{place}: {dotted(first['loc'])}: {first['msg']}", place, first["loc"]) from None
+
+
+class LoopOption(NamedTuple):
+    """An option for what a listing may lack, one text a loop: the key in the settings, the option, what it says."""
+
+    path: tuple[str, ...]
+    option: str
+    title: str
+    needed: bool = True
+
+
+def with_options(
+    settings: Sequence[Mapping[str, Any]],
+    options: Mapping[str, Any],
+    rows: Sequence[LoopOption],
+    name: Callable[[int], str] = default_name,
+) -> list[dict[str, Any]]:
+    """The settings of each loop with what options say; what neither says and is needed is asked for.
+
+    The number of loops is that of the settings, or of the longest option; an option that is shorter than that speaks
+    of no loop in particular, and is refused unless it says one thing for all.
+    """
+    count = len(settings) or max((len(options.get(row.option) or ()) for row in rows), default=0)
+    loops = [deepcopy(dict(settings[i])) if settings else {"loop": name(i)} for i in range(count)]
+    for row in rows:
+        texts = options.get(row.option)
+        if texts is not None and len(texts) not in {1, count}:
+            flag = row.option.replace("_", "-")
+            raise DecodeError(f"--{flag} names {len(texts)} for {count} loops; give one for each, with commas between")
+        for i, loop in enumerate(loops):
+            if texts is not None:
+                put(loop, row.path, texts[0] if len(texts) == 1 else texts[i])
+    if not loops:
+        raise _missing(rows[0], "")
+    for loop in loops:
+        for row in rows:
+            if row.needed and not has_key(loop, row.path):
+                raise _missing(row, f" of {loop.get('loop', 'a loop')}")
+    return loops
+
+
+def _missing(row: LoopOption, whose: str) -> DecodeError:
+    what, comma, why = row.title.partition(", ")
+    return DecodeError(f"the listing does not say {what}{whose}{comma}{why}; give --{row.option.replace('_', '-')}")
+
+
+def settings_of(
+    model: type[Model], loop: Any, banks: Mapping[str, str] = NOTHING, explicit: frozenset[str] = frozenset()
+) -> Data:
+    """What no register of a loop holds: the fields that ``model`` has of it, as far as they are given.
+
+    ``banks``: prefixes of the addresses at which its blocks begin; ``explicit``: fields whose absence says something.
+    """
+    entry = {"loop": loop.name, **_settings(model, loop, explicit, "")}
+    return entry | {key: f"{prefix}{entry[key]}" for key, prefix in banks.items()}
+
+
+def _settings(model: type[Model], section: Any, explicit: frozenset[str], above: str) -> Data:
+    data: Data = {}
+    for part in fields(model):
+        path, value = above + part.key, getattr(section, part.key, None)
+        if part.section is not None and value is not None:
+            value = _settings(part.section, value, explicit, f"{path}.") or None
+        elif isinstance(value, Model):  # a switch for a section: false where the file leaves its value to the operator
+            value = False if value_at(value, ("value",)) is None else None
+        is_default = value is None or (isinstance(value, bool) and value == part.default)
+        if path in explicit or not is_default:
+            data[part.key] = plain(value)
+    return data
+
+
+def settings_values(settings: Any, banks: Mapping[str, str] = NOTHING) -> Data:
+    """What stands beside the registers of a loop as values of its fields, by path."""
+    values = {dotted(path): value for path, value in given_fields(settings)}
+    del values["loop"]
+    values.pop("setpoint", None)
+    return {"name": settings.loop, **values, **{key: f"{prefix}{values[key]}" for key, prefix in banks.items()}}
+
+
+# --- The blocks of registers of a loop in a listing, on their way back to a configuration -----------------------------
+
+
+class NoValueError(DecodeError):
+    """A register of a listing whose content is no value of its format; ``place`` is its address."""
+
+
+@frozen
+class LoopBlock:
+    """One block of a loop in a listing: its raw registers by name, and the values of its settings by path."""
+
+    loop: str
+    space: Space
+    start: int
+    table: RegisterMap
+    raw: tuple[int, ...]
+
+    def word(self, name: str) -> int:
+        """A register as it is."""
+        return self.raw[self.table.offset(name)]
+
+    def address(self, name: str) -> str:
+        """Where a register is."""
+        return self.space.name(self.start + self.table.offset(name))
+
+    def values(self, scales: Mapping[str, Scale]) -> Data:
+        """Values by path; a register that is no value is named with its address."""
+        try:
+            return self.table.decode(self.raw, scales)
+        except DecodeError as error:
+            raise self._at_address(error) from None
+
+    def choices(self) -> Data:
+        """The choices inside bit words alone, by path; they decide the scales of the words."""
+        try:
+            return self.table.decode_bits(self.raw)
+        except DecodeError as error:
+            raise self._at_address(error) from None
+
+    def _at_address(self, error: DecodeError) -> NoValueError:
+        address = self.start + (error.place or 0)
+        return NoValueError(f"{self.loop}, {self.space.name(address)}: {error}", address)
+
+    def left_out(self) -> Iterator[str]:
+        """Says what is not carried over: momentary requests, what the controller writes, reserved registers."""
+        for row in self.table.words:
+            if row.path is None and self.raw[row.offset]:
+                address = self.start + row.offset
+                value = self.space.kind(address).text(self.raw[row.offset])
+                yield f"{self.loop}: {self.space.name(address)} = {value} ({row.title}) is not carried over"
+
+
+def read_loops(
+    model: type[S],
+    settings: Sequence[Mapping[str, Any]],
+    words: Mapping[int, int],
+    space: Space,
+    blocks: Mapping[str, tuple[str, RegisterMap]],
+) -> Iterator[tuple[Any, list[LoopBlock]]]:
+    """The settings of each loop as ``model`` says, and its blocks, whose addresses stand among them."""
+    for i, entry in enumerate(settings):
+        loop: Any = read_settings(model, entry, f"settings[{i}]")
+        yield (
+            loop,
+            [
+                loop_block(words, space, space.number(prefix, getattr(loop, key)), table, loop.loop)
+                for key, (prefix, table) in blocks.items()
+            ],
+        )
+
+
+def loop_block(words: Mapping[int, int], space: Space, start: int, table: RegisterMap, loop: str) -> LoopBlock:
+    """A loop's block at ``start``; settings must be there, what the controller writes may be missing."""
+    missing = next((w for w in table.words if w.access == "setting" and start + w.offset not in words), None)
+    if missing is not None:
+        name = space.name(start + missing.offset)
+        raise DecodeError(f"the listing does not hold {name} ({missing.title}) of {loop}")
+    return LoopBlock(loop, space, start, table, tuple(words.get(start + n, 0) for n in range(table.size)))

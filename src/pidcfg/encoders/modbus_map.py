@@ -1,24 +1,273 @@
-"""A stated Modbus map of a vendor with banks of registers (`pidcfg.encoders.map_rows` reads its rows).
-
-A row is for its register and those that follow it in the bank, up to the next row.
-"""
+"""The Modbus map of a PLC that the user states: its rows, what they stand for, and a map ready to be filled in."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+import re
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
-from pidcfg.encoders.map_rows import LAST_BIT, NONE, WIDTHS, MapError, read_rows, shown
-from pidcfg.encoders.spaces import BIT, SINGLE
-from pidcfg.refs import Decision
+from pidcfg.encoders.codecs import WORD_MAX
+from pidcfg.encoders.image import Cell
+from pidcfg.encoders.listing import (
+    COMMENT,
+    FIRST_REFERENCE,
+    FIVE_DIGITS,
+    FileKind,
+    Listing,
+    ListingError,
+    Place,
+    Table,
+    delimiter,
+    reference,
+)
+from pidcfg.encoders.parameters import raw_of, types_of
+from pidcfg.encoders.regmap import BIT, SINGLE, WORD
+from pidcfg.schemas.iec import Wire
+from pidcfg.text.references import Decision
+from pidcfg.text.signs import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.image import Image
-    from pidcfg.encoders.map_rows import Row
-    from pidcfg.encoders.modbus import Place
-    from pidcfg.encoders.spaces import Kind, Space
+    from pidcfg.encoders.parameters import Content, Program
+    from pidcfg.encoders.regmap import Kind, Space
+    from pidcfg.schemas.iec import IecType
+
+# --- The rows of a Modbus map that the user states: a symbol of the PLC, and where a client finds it ------------------
+#
+# Rows without a header, or below ``symbol,table,register,type,order,comment`` in any order of the columns::
+#
+# R100,holding,99,uint16 S100,coil,99,bool M10,holding,40.3,bool DF1,holding,0,float32,high-first
+# PRG.TIC_1.Kp,holding,1000,float32 TIC_1.Direct,none
+#
+# Registers count from 0. Nothing here knows a vendor: what a symbol is, and which types fit it, is looked at by
+# `pidcfg.encoders.modbus_map` and `pidcfg.encoders.modbus_map`.
+
+D890 = Decision(
+    890,
+    "a register of a map counts from 0, and one that looks like a reference is refused",
+    "`holding,0` is what references call 40001. In the tables holding, input and discrete a number from 40001, 30001 "
+    "or 10001 up to the end of the five-digit references is refused with both readings, and so is one with a leading "
+    "zero; `0x9C41` says that the number is meant as it stands.",
+    "Panels print references and drivers want numbers: whoever takes one for the other reads a register that is "
+    "another one's.",
+)
+D891 = Decision(
+    891,
+    "without an order the low word comes first",
+    "Of the two registers of a 32-bit value the one with the lower number holds the low word, unless the row says "
+    "high-first.",
+    "So do a CLICK and the double words of a Delta AS: D500 is the low word, D501 the high one.",
+)
+HEADER = ("symbol", "table", "register", "type", "order", "comment")
+ORDERS = {"low-first": False, "high-first": True}
+WIDTHS = {"bool": 1, "int16": 1, "uint16": 1, "int32": 2, "uint32": 2, "float32": 2}
+"""Registers, or coils, that a value of a type takes."""
+TABLES: tuple[Table, ...] = ("coil", "discrete", "holding", "input")
+BITS = frozenset({"coil", "discrete"})
+"""Tables of single bits."""
+NONE: Literal["none"] = "none"
+"""In place of a table: no register has it."""
+LAST_BIT = 15
+REGISTER = re.compile(r"(?P<number>0[xX][0-9A-Fa-f]{1,4}|[0-9]{1,6})(?:\.(?P<bit>[0-9]{1,2}))?")
+
+
+class MapError(ListingError):
+    """A map that cannot be used, with line and column of the fault."""
+
+
+class UnusableMapError(ValueError):
+    """A map that is missing or cannot be used: file, line and column, and what to do."""
+
+    def __init__(self, message: str, name: str = "", line: int = 1, column: int = 1) -> None:
+        super().__init__(f"{name}:{line}:{column}: {message}" if name else message)
+        self.said = message
+        self.name, self.line, self.column = name, line, column
+
+
+class Row(NamedTuple):
+    """A row: where a symbol is, and, of a vendor with banks, those behind it."""
+
+    symbol: str
+    table: Table | Literal["none"]
+    line: int
+    columns: Mapping[str, int]
+    """Where its cells begin, counted from 1."""
+    register: int = 0
+    type: str = ""
+    bit: int | None = None
+    """Of a switch in a register: the bit, 0 to 15."""
+    high_first: bool = False
+
+    @property
+    def bits(self) -> int:
+        """The place of a switch as a number of bits."""
+        return self.register * (LAST_BIT + 1) + (self.bit or 0)
+
+    def place(self, steps: int) -> Place:
+        """Where the symbol is that is ``steps`` registers, or switches, behind that of the row.
+
+        Raises `LookupError` beyond the last register.
+        """
+        width = WIDTHS[self.type]
+        if self.bit is None:
+            register, bit = self.register + steps, None
+        else:
+            register, bit = divmod(self.bits + steps, LAST_BIT + 1)
+        if register + width - 1 > WORD_MAX:
+            raise LookupError(f"{register}, beyond the last register, {WORD_MAX}")
+        return Place(cast("Table", self.table), register, width, self.high_first, bit)
+
+    def wrong(self, cell: str, message: str) -> MapError:
+        """The error of one of its cells."""
+        return MapError(message, self.line, self.columns.get(cell, 1))
+
+
+def shown(place: Place) -> str:
+    """A place as messages name it, with the reference that counts from 1: ``holding 99 (40100)``."""
+    bit = "" if place.bit is None else f".{place.bit}"
+    return f"{place.table} {place.register}{bit} ({reference(place.table, place.register)}{bit})"
+
+
+def read_rows(text: str) -> list[Row]:
+    """The rows of a map; raises `MapError`."""
+    text = text.removeprefix("\ufeff")
+    between, rows = delimiter(text), list[Row]()
+    header: tuple[str, ...] = HEADER
+    is_first = True
+    for line, content in enumerate(text.splitlines(), start=1):
+        if not content.strip(f" \t{between}") or content.lstrip().startswith(COMMENT):
+            continue
+        cells = list(_cells(content, between, line))
+        if is_first and _is_header({text.lower() for text, _ in cells}):
+            header = _header(cells, line)
+        else:
+            rows.append(_row(cells, header, line))
+        is_first = False
+    if not rows:
+        raise MapError("the map has no row; write one like R100,holding,99,uint16")
+    return rows
+
+
+def _is_header(cells: set[str]) -> bool:
+    """Whether the first line names the columns: the symbol's, or, where that has another name, two of the others."""
+    return HEADER[0] in cells or len(cells & {*HEADER[1:]}) > 1
+
+
+def _cells(content: str, between: str, line: int) -> Iterator[tuple[str, int]]:
+    """The cells of a line, each with its column."""
+    end = re.escape(between)
+    cell = re.compile(rf'[ ]*(?P<text>"(?:[^"]|"")*" *|[^"{end}][^{end}]*|)(?P<end>{end}|$)')
+    at = 0
+    while (match := cell.match(content, at)) is not None:
+        text = match["text"].strip()
+        quoted = len(text) > 1 and text[0] == text[-1] == '"'
+        yield text[1:-1].replace('""', '"').strip() if quoted else text, match.start("text") + 1
+        at = match.end()
+        if not match["end"]:
+            return
+    raise MapError("a cell ends behind a quotation mark: remove the mark", line, at + 1)
+
+
+def _header(cells: list[tuple[str, int]], line: int) -> tuple[str, ...]:
+    names = [text.lower() for text, _ in cells]
+    while names and not names[-1]:
+        names.pop()
+    for name, (text, column) in zip(names, cells, strict=False):
+        if name not in HEADER:
+            raise MapError(f"{text!r} is none of the columns {', '.join(HEADER)}", line, column)
+        if names.count(name) > 1:
+            raise MapError(f"the column {name} stands here twice", line, column)
+    missing = [name for name in HEADER[:4] if name not in names]
+    if missing:
+        raise MapError(f"the header has no column {missing[0]}", line)
+    return tuple(names)
+
+
+def _row(cells: list[tuple[str, int]], header: tuple[str, ...], line: int) -> Row:
+    while cells and not cells[-1][0]:
+        cells.pop()
+    if len(cells) > len(header):
+        raise MapError(f"{len(cells)} cells; a row has at most {','.join(header)}", line, cells[len(header)][1])
+    texts = dict(zip(header, (text for text, _ in cells), strict=False))
+    columns = dict(zip(header, (column for _, column in cells), strict=False))
+    end = cells[-1][1] + len(cells[-1][0]) + 1
+    row = Row(texts.get("symbol", ""), NONE, line=line, columns={**dict.fromkeys(header, end), **columns})
+    if not row.symbol:
+        raise row.wrong("symbol", "the row names no symbol")
+    table = texts.get("table", "").lower()
+    if table == NONE:
+        if any(texts.get(key) for key in ("register", "type", "order")):
+            raise row.wrong("table", f"{row.symbol} is in no table, but the row says more")
+        return row
+    if table not in TABLES:
+        wanted = f"write {', '.join(TABLES)}, or {NONE} where no register has {row.symbol}"
+        raise row.wrong("table", f"{texts.get('table', '')!r} is no table; {wanted}")
+    row = row._replace(table=next(name for name in TABLES if name == table))
+    row = row._replace(type=_type(row, texts.get("type", "")))
+    row = _with_register(row, texts.get("register", ""))
+    return row._replace(high_first=_order(row, texts.get("order", "")))
+
+
+def _type(row: Row, text: str) -> str:
+    kind = text.lower()
+    if kind not in WIDTHS:
+        near = nearest(kind, WIDTHS)
+        cure = f"did you mean {near}?" if near else f"write one of {', '.join(WIDTHS)}"
+        raise row.wrong("type", f"{text!r} is no type; {cure}" if text else f"the type is missing; {cure}")
+    if (kind == "bool") < (row.table in BITS):
+        raise row.wrong("type", f"a {row.table} holds a bool, not {kind}")
+    return kind
+
+
+def _with_register(row: Row, text: str) -> Row:
+    if not text:
+        first = f"{row.table} 0 is what references call {reference(cast('Table', row.table), 0)}"
+        raise row.wrong("register", f"the register of {row.symbol} is missing; write its number from 0 on: {first}")
+    match = REGISTER.fullmatch(text)
+    if match is None:
+        raise row.wrong("register", f"{text!r} is no register; write 0 to {WORD_MAX}, of a bit such as 100.3")
+    number = int(match["number"], 16 if match["number"][:2].lower() == "0x" else 10)
+    _refuse_reference(row, match["number"], number)
+    if number + WIDTHS[row.type] - 1 > WORD_MAX:
+        raise row.wrong("register", f"{row.symbol} would end at {number + WIDTHS[row.type] - 1}, beyond {WORD_MAX}")
+    bit = None if match["bit"] is None else int(match["bit"])
+    if (bit is not None) != (row.type == "bool" and row.table not in BITS):
+        if bit is None:
+            cure = f"say its bit, such as {text}.0, or take a coil or discrete"
+            raise row.wrong("register", f"a {row.table} register has 16 switches: {cure}")
+        raise row.wrong("register", f"{text!r} is a bit, and {row.symbol} a {row.type} of {row.table}")
+    if bit is not None and bit > LAST_BIT:
+        raise row.wrong("register", f"{text!r}: the bits of a register are 0 to {LAST_BIT}")
+    return row._replace(register=number, bit=bit)
+
+
+def _refuse_reference(row: Row, text: str, number: int) -> None:
+    """Refuses what two people read differently (D890)."""
+    table = cast("Table", row.table)
+    short, long = FIRST_REFERENCE[table]
+    if len(text) > 1 and text[0] == "0" and text[1] not in "xX":
+        raise row.wrong("register", f"{text} may be a number or a reference; write {number} or {max(number - 1, 0)}")
+    first = next((n for n in (short, long) if n > 1 and n <= number < n + FIVE_DIGITS), None)
+    if first is not None and text[1] not in "xX":
+        other = f", or 0x{number:X} if {number} itself is meant" if number <= WORD_MAX else ""
+        said = f"{number} is how references call {table} {number - first}; write {number - first}{other}"
+        raise row.wrong("register", said)
+
+
+def _order(row: Row, text: str) -> bool:
+    if text and WIDTHS[row.type] == 1:
+        raise row.wrong("order", f"{row.symbol} is in one place and has no order; leave {text!r} out")
+    if text and text.lower() not in ORDERS:
+        raise row.wrong("order", f"{text!r} is no order; write {' or '.join(ORDERS)}")
+    return ORDERS.get(text.lower(), False)
+
+
+# --- A stated Modbus map of a vendor with banks of registers (`pidcfg.encoders.modbus_map` reads its rows) ------------
+#
+# A row is for its register and those that follow it in the bank, up to the next row.
 
 D875 = Decision(
     875,
@@ -41,7 +290,7 @@ D894 = Decision(
 
 @dataclass(frozen=True, slots=True)
 class StatedNumbering:
-    """The rows of a map by the plain numbers at which they begin; a `pidcfg.encoders.modbus.Numbering`."""
+    """The rows of a map by the plain numbers at which they begin; a `pidcfg.encoders.listing.Numbering`."""
 
     space: Space
     rows: tuple[tuple[int, Row], ...]
@@ -123,7 +372,7 @@ def _start(row: Row, space: Space) -> int:
         raise row.wrong("symbol", f"{row.symbol!r} is no register of this vendor, which has {banks}")
     if row.table == NONE:
         raise row.wrong("table", f"the registers of a block follow each other: {row.symbol} cannot be without a table")
-    known = types_of(space.kind(start))
+    known = map_types_of(space.kind(start))
     if row.type not in known:
         raise row.wrong("type", f"{row.symbol} holds {space.kind(start).holds}: {' or '.join(known)}, not {row.type}")
     return start
@@ -131,11 +380,321 @@ def _start(row: Row, space: Space) -> int:
 
 def example_row(symbol: str, kind: Kind) -> str:
     """A row for a register."""
-    return f"{symbol},{'coil' if kind is BIT else 'holding'},0,{types_of(kind)[0]}"
+    return f"{symbol},{'coil' if kind is BIT else 'holding'},0,{map_types_of(kind)[0]}"
 
 
-def types_of(kind: Kind) -> Sequence[str]:
+def map_types_of(kind: Kind) -> Sequence[str]:
     """The types that a register may have in a map, the usual one first."""
     if kind is BIT:
         return ("bool",)
     return ("float32",) if kind is SINGLE else ("uint16", "int16")
+
+
+# --- A stated Modbus map of a vendor whose parameters have names (`pidcfg.encoders.modbus_map` reads its rows) --------
+#
+# A row is for one parameter by its name, with whatever stands before it in the program (``PRG.TIC_1.Kp``), or, where
+# the vendor has devices, for a device and those of its type behind it (``D0``, ``M0``).
+
+D893 = Decision(
+    893,
+    "a map covers every setting of its loops, or says that no register has it",
+    "A parameter with a value in the file that stands in the PLC's memory needs a row; `NAME,none` says that no "
+    "register has it, and a note repeats that it was not compared. What is wired, a literal of the program without a "
+    "device, an input of a function, and what runs need none.",
+    "A comparison that leaves out a setting in silence calls two different PLCs alike.",
+)
+FEW = 5
+
+
+class Point(NamedTuple):
+    """A parameter that the memory of a PLC may hold."""
+
+    name: str
+    type: IecType
+    loop: str | None = None
+    needed: bool = False
+    """A map must say where it is, or that it is nowhere."""
+    literal: bool = False
+    """A setting that stands in the program, unless a row says where else."""
+    device: str = ""
+    """Where it stands in the PLC, for vendors with devices."""
+
+
+Device = tuple[str, int]
+"""A bank, and the number in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Symbols:
+    """What the rows of a vendor's map may name."""
+
+    title: str
+    """A parameter, ``an operand of DPIDE``."""
+    points: Mapping[str, Point]
+    """The parameters of a program, by name."""
+    parameters: frozenset[str]
+    """The names of all parameters that the vendor has: those of loops in other files are passed over."""
+    device: Callable[[str], Device | None] = lambda _text: None
+    """A device's bank, and its number there; None: it is none."""
+
+    def point(self, symbol: str) -> Point | None:
+        """The parameter that a symbol ends with."""
+        parts = symbol.split(".")
+        ends = (".".join(parts[i:]) for i in range(len(parts)))
+        return next((self.points[end] for end in ends if end in self.points), None)
+
+    def is_foreign(self, symbol: str) -> bool:
+        """Whether a symbol is a parameter of another loop."""
+        parts = symbol.split(".")
+        return any(".".join(parts[i:]) in self.parameters for i in range(1, len(parts)))
+
+
+@dataclass(frozen=True, slots=True)
+class NamedNumbering:
+    """Where a client finds the parameters of one program, by their names."""
+
+    points: Mapping[str, Point]
+    places: Mapping[str, Place]
+    without: tuple[str, ...] = ()
+    """Parameters that no register has, by the map."""
+    literals: tuple[str, ...] = ()
+    """Settings that stand in the program, and in no register."""
+
+    def place(self, name: str) -> Place:
+        """Where a parameter is; raises `LookupError` where no row says it."""
+        if name not in self.places:
+            raise LookupError(f"no row of the map says where {name} is")
+        return self.places[name]
+
+    def cells(self, program: Program) -> Iterator[tuple[Cell, Place]]:
+        """The contents of a program as registers hold them."""
+        for number, entry in enumerate(program.cells):
+            place = self.places.get(entry.address)
+            if place is None or isinstance(entry.raw, Wire):
+                continue
+            kind = BIT if entry.type.kind == "bool" else WORD if place.width == 1 else SINGLE
+            yield Cell(entry.address, number, raw_of(entry.type, entry.raw), entry.field, entry.loop, kind), place
+
+
+def read_symbol_map(text: str, symbols: Symbols) -> NamedNumbering:
+    """A map as text for one program; raises `MapError` with the place of what cannot be read, or is missing."""
+    rows = read_rows(text)
+    single: dict[str, Row] = {}
+    banks: list[tuple[Device, Row]] = []
+    for row in rows:
+        device = symbols.device(row.symbol)
+        point = symbols.point(row.symbol)
+        if device is not None and point is None:
+            same = [other for start, other in banks if start == device]
+            _refuse_again(row, [other for other in same if other.type == row.type])
+            _refuse_apart(row, same)
+            banks.append((device, _of_device(row, symbols)))
+        elif point is not None:
+            _refuse_again(row, [single[point.name]] if point.name in single else [])
+            single[point.name] = _of_point(row, point)
+        elif not symbols.is_foreign(row.symbol):
+            near = nearest(row.symbol, symbols.points)
+            cure = f"did you mean {near}?" if near else "write the name of a parameter"
+            raise row.wrong("symbol", f"{row.symbol!r} is not {symbols.title}; {cure}")
+    return _numbering(symbols, single, banks, rows[-1].line)
+
+
+def _refuse_again(row: Row, others: list[Row]) -> None:
+    if others:
+        raise row.wrong("symbol", f"{row.symbol} stands here again; first in line {others[0].line}")
+
+
+def _refuse_apart(row: Row, others: list[Row]) -> None:
+    """A device is in one place, whatever the type of what stands there."""
+    here = (row.table, row.register, row.bit)
+    for other in others:
+        if (other.table, other.register, other.bit) != here:
+            place = f"{other.table} {other.register}"
+            raise row.wrong("register", f"{row.symbol} is at {place} by line {other.line}, and cannot be elsewhere")
+
+
+def _of_point(row: Row, point: Point) -> Row:
+    known = types_of(point.type)
+    if row.table != NONE and row.type not in known:
+        fits = f"{' or '.join(known)}, not {row.type}" if known else "no type of a map fits it"
+        raise row.wrong("type", f"{point.name} is {point.type.name}: {fits}")
+    return row
+
+
+def _of_device(row: Row, symbols: Symbols) -> Row:
+    here = [point for point in symbols.points.values() if point.device == row.symbol]
+    if row.table == NONE:
+        cure = f"; write {here[0].name},{NONE}" if here else ""
+        raise row.wrong("table", f"{row.symbol} begins a bank{cure}")
+    for point in here:
+        if row.type not in types_of(point.type):
+            fits = " or ".join(types_of(point.type))
+            message = f"{row.symbol} is {point.name} of type {point.type.name}: {fits}, not {row.type}"
+            raise row.wrong("type", message)
+    return row
+
+
+def _numbering(
+    symbols: Symbols, single: Mapping[str, Row], banks: list[tuple[Device, Row]], last: int
+) -> NamedNumbering:
+    """The places of all parameters that rows cover; what is missing, or stands twice, is refused."""
+    places: dict[str, Place] = {}
+    lines: dict[str, Row] = {}
+    for point in symbols.points.values():
+        row, steps = single.get(point.name), 0
+        device = symbols.device(point.device)
+        if row is None and device is not None:
+            start, row = _bank_row(point, device, banks)
+            steps = device[1] - start
+        if row is None or row.table == NONE:
+            continue
+        try:
+            places[point.name] = row.place(steps)
+        except LookupError as error:
+            raise row.wrong("register", f"{_named(point)} would be at {error}") from None
+        lines[point.name] = row
+    without = tuple(name for name, row in single.items() if row.table == NONE)
+    missing = [p for p in symbols.points.values() if p.needed and p.name not in places and p.name not in without]
+    if missing:
+        raise MapError(_gap(missing), last)
+    _refuse_overlaps(symbols, places, lines)
+    literals = (point.name for point in symbols.points.values() if point.literal and point.name not in places)
+    return NamedNumbering(symbols.points, places, without, tuple(name for name in literals if name not in without))
+
+
+def _bank_row(point: Point, device: Device, banks: list[tuple[Device, Row]]) -> tuple[int, Row | None]:
+    """The row that a device is behind, of its bank and its type: the nearest one."""
+    bank, number = device
+    behind = [
+        (start, row)
+        for (of, start), row in banks
+        if of == bank and start <= number and row.type in types_of(point.type)
+    ]
+    return max(behind, key=lambda entry: entry[0], default=(0, None))
+
+
+def _named(point: Point) -> str:
+    return f"{point.device} ({point.name})" if point.device else point.name
+
+
+def _gap(missing: list[Point]) -> str:
+    names = ", ".join(_named(point) for point in missing[:FEW])
+    more = f" and {len(missing) - FEW} more" if len(missing) > FEW else ""
+    line = row_text(missing[0], register="REGISTER")
+    return f"no row says where {names}{more} is; add {line}, or {missing[0].name},{NONE} where no register has it"
+
+
+def _refuse_overlaps(symbols: Symbols, places: Mapping[str, Place], lines: Mapping[str, Row]) -> None:
+    seen: dict[tuple[str, int, int], str] = {}
+    for name, place in places.items():
+        for taken in places_of(place):
+            other = seen.setdefault(taken, name)
+            one, two = symbols.points[other], symbols.points[name]
+            if other != name and not (one.device and one.device == two.device):
+                rows = sorted((lines[other], lines[name]), key=lambda row: row.line)
+                message = f"{_named(one)} and {_named(two)} are both at {shown(place)}"
+                by = f"by lines {rows[0].line} and {rows[1].line}"
+                raise rows[1].wrong("register", f"{message} {by}; each needs a place of its own")
+
+
+def row_text(point: Point, register: str = "", symbol: str = "") -> str:
+    """A row of a map for a parameter; without ``register`` it is left to the user."""
+    kind = types_of(point.type)[0]
+    table = "coil" if kind == "bool" else "holding"
+    order = ",low-first" if kind in {"float32", "int32", "uint32"} else ""
+    return f"{symbol or point.device or point.name},{table},{register},{kind}{order}"
+
+
+def with_contents(program: Program, contents: Mapping[str, Content]) -> Program:
+    """A program with other contents of some of its parameters."""
+    cells = (cell._replace(raw=contents.get(cell.address, cell.raw)) for cell in program.cells)
+    return replace(program, cells=tuple(cells))
+
+
+# --- A Modbus map that is ready to be filled in: a row for everything that it must cover, without the registers -------
+
+FORMAT = "modbus-map"
+COLUMNS = ",".join(HEADER[:5])
+Rows = list[str]
+"""Rows of a map; those that begin with ``#`` are offered and not needed."""
+SHOWN = 3
+"""Rows of an example in a message."""
+
+
+def map_kind(rows: Callable[[Any], Rows]) -> FileKind:
+    """The format ``modbus-map`` of a vendor."""
+    return FileKind(
+        FORMAT, "Modbus map to be filled in (CSV)", lambda image, _: _text(rows(image)), _read, _never, whole=False
+    )
+
+
+def _never(_text: str) -> bool:
+    return False
+
+
+def _read(_text: str) -> Listing:
+    raise ListingError("a map says where registers are, not what they hold; name it with --map")
+
+
+def _text(rows: Iterable[str]) -> str:
+    firsts = ", ".join(f"{table} 0 is {reference(table, 0)}" for table in reversed(TABLES))
+    lines = [
+        "# Write the register of each row behind its table, counted from 0:",
+        f"# {firsts}. A switch in a register has its bit behind a point: holding,40.3.",
+        COLUMNS,
+        *rows,
+    ]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def space_rows(space: Space, offered: Space) -> Rows:
+    """A row a bank, which counts for all registers behind its own; ``offered``: with tags that a trend wants."""
+    rows = [
+        f"{bank.name(bank.first)},{'coil' if bank.kind is BIT else 'holding'},,{map_types_of(bank.kind)[0]}"
+        for bank in offered.banks
+    ]
+    needed = len(space.banks)
+    return [*rows[:needed], *(f"# {row}" for row in rows[needed:])]
+
+
+def symbol_rows(symbols: Symbols, offered: Iterable[str] = (), prefix: str = "") -> Rows:
+    """A row a parameter, of devices one a bank and type.
+
+    ``offered``: names of parameters that no map has to cover, but that a trend or an operator wants.
+    """
+    rows: dict[str, None] = {}
+    points = symbols.points.values()
+    for point in points:
+        if point.needed:
+            rows[_template_row(symbols, point, prefix)] = None
+    wanted = set(offered)
+    more = (p for p in points if not p.needed and p.name.removeprefix(f"{p.loop}.") in wanted and p.loop)
+    others = dict.fromkeys(_template_row(symbols, point, prefix) for point in more)
+    return [*rows, *(f"# {row}" for row in others if row not in rows)]
+
+
+def _template_row(symbols: Symbols, point: Point, prefix: str) -> str:
+    device = symbols.device(point.device)
+    if device is None:
+        return row_text(point, symbol=f"{prefix}{point.name}")
+    bank, _ = device
+    return row_text(point, symbol=f"{bank}0" if not bank.endswith(".") else f"{bank[:-1]}0.0")
+
+
+def filled(rows: Iterable[str]) -> Iterator[str]:
+    """Rows as an example, with registers one after the other; a device is in one place by all its rows."""
+    numbers: Mapping[str, Iterator[int]] = {table: count(0, 2 if table == "holding" else 1) for table in TABLES}
+    places: dict[tuple[str, str], int] = {}
+    for row in rows:
+        if not row.startswith("#"):
+            symbol, table, _, *rest = row.split(",")
+            if (symbol, table) not in places:
+                places[symbol, table] = next(numbers[table])
+            yield ",".join((symbol, table, str(places[symbol, table]), *rest))
+
+
+def example(rows: Rows) -> str:
+    """What a message shows of a map: some rows, and how many more there are."""
+    lines = list(filled(rows))
+    more = f" and {len(lines) - SHOWN} more" if len(lines) > SHOWN else ""
+    return " ".join(f"'{line}'" for line in lines[:SHOWN]) + more

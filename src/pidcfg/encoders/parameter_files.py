@@ -10,25 +10,26 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.display_width import to_left, width_of
-from pidcfg.encoders.files import FileKind
 from pidcfg.encoders.listing import (
+    FileKind,
     Listing,
     ListingError,
+    columns,
     comments,
     csv_text,
     fill_from_json,
+    first_line,
     json_listing,
     settings_line,
+    table_rows,
 )
 from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, read, shown
-from pidcfg.encoders.tables import columns, first_line, table_rows
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
 from pidcfg.schemas.numbers import NUMBER
+from pidcfg.text.signs import to_left, width_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
 
 NAME = re.compile(r"\w[\w.\-/# ]*")
 COLUMNS = ("name", "type", "value", "expression", "device", "loop", "parameter")

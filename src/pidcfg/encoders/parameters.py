@@ -1,21 +1,29 @@
-"""The image of a vendor whose parameters have names and types, as variables of a program have, and no addresses.
-
-`Program` is to such a vendor what `pidcfg.encoders.image.Image` is to one with registers. Its content is what the PLC
-holds: a REAL is the shortest decimal that means its single-precision number, an LREAL that of a double-precision one.
-"""
+"""Vendors whose parameters have names and types: their tables, their image, and one walk of it both ways."""
 
 from __future__ import annotations
 
 import sys
-from dataclasses import field
+from dataclasses import dataclass, field
 from decimal import Decimal
+from functools import cache, cached_property
 from math import isfinite
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
+from pidcfg.encoders.codecs import WORD_MAX, DecodeError, EncodeError, Single, single_bits, single_value
+from pidcfg.encoders.image import (
+    NOTHING,
+    Decoded,
+    file_data,
+    plain,
+    present,
+    read_settings,
+    settings_of,
+    settings_values,
+    with_options,
+)
 from pidcfg.encoders.regmap import Misfit
-from pidcfg.encoders.singles import Single, single_value
-from pidcfg.encoders.words import DecodeError, EncodeError
-from pidcfg.frozen import frozen
+from pidcfg.schemas.base import SectionSettings, limits_at
+from pidcfg.schemas.document import models_of
 from pidcfg.schemas.iec import (
     AUTOTUNE_MODE,
     BOOL,
@@ -33,14 +41,27 @@ from pidcfg.schemas.iec import (
     time_seconds,
     time_text,
 )
-from pidcfg.schemas.names import nearest
+from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import put, steps, value_at
+from pidcfg.text.references import Decision
+from pidcfg.text.signs import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.regmap import Rounded
-    from pidcfg.paths import Path
-    from pidcfg.refs import Basis
+    from pydantic import BaseModel
+
+    from pidcfg.encoders.image import Data, LoopOption
+    from pidcfg.encoders.regmap import GainUnit, Rounded
+    from pidcfg.schemas.base import Limits, Model
+    from pidcfg.text.paths import Path
+    from pidcfg.text.references import Basis
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The image of a vendor whose parameters have names and types, as variables of a program have, and no addresses.
+# `Program` is to such a vendor what `pidcfg.encoders.image.Image` is to one with registers. Its content is what the
+# PLC holds: a REAL is the shortest decimal that means its single-precision number, an LREAL that of a double-
+# precision one.
 
 SHOWN = 60
 """Characters of a strange name that a message quotes."""
@@ -231,3 +252,285 @@ def shown(kind: IecType, content: Content) -> str:
     if kind.kind in {"word", "time"}:
         return str(content)
     return repr(content).upper() if kind.kind == "real" else str(int(content))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The three numbers of a PID controller where they are parameters with names, as `pidcfg.encoders.regmap` has them.
+
+
+@frozen
+class TunedParameters:
+    """Parameters of gain, integral and derivative time, in the dependent form and in engineering units."""
+
+    table: ParameterTable
+    names: tuple[str, str, str]
+    heating: str
+    cooling: str
+    gain_unit: GainUnit = "engineering"
+    no_integral: Decimal = Decimal(0)
+    dependent: tuple[str, bool] | None = None
+    """The parameter that makes the other two times rather than gains, and its state then; None: they always are."""
+
+    def key(self, name: str) -> str:
+        """Where a parameter stands in the configuration: under its own name."""
+        return self.table.row(name).name
+
+    def unit(self, name: str) -> str:
+        """The unit of a parameter; the gain's is that of the plant."""
+        return "" if name == self.names[0] else "s"
+
+    def stored(self, name: str, value: Decimal) -> Decimal:
+        """What the parameter holds; raises `EncodeError`."""
+        return Decimal(repr(store(self.table.row(name).type, value)))
+
+    def limits(self, model: type[BaseModel], name: str) -> Limits | None:
+        """What the manual allows for a parameter; raises `KeyError` for a name that no part of the model has."""
+        key = name.partition(".")[0]
+        part = next((part for part in models_of(model) if key in part.model_fields), None)
+        if part is None:
+            raise KeyError(name)
+        return limits_at(part, name)
+
+    def step(self, _: str) -> None:
+        """Parameters are numbers in floating point."""
+        return
+
+
+# --- The units of a vendor's registers and parameters, from the tables that hold them ---------------------------------
+
+
+class Parts(Protocol):
+    """What has tables: a vendor."""
+
+    def load(self, what: str) -> Any:
+        """One of its parts by name."""
+
+
+@cache
+def units_by_path(vendor: Parts) -> Mapping[str, str]:
+    """The units of the vendor's registers and parameters by the path of their value."""
+    units: dict[str, str] = {}
+    for table in vendor.load("registers"):
+        if isinstance(table, ParameterTable):
+            rows = [(row.name, row.unit) for row in table.rows]
+        else:
+            rows = [(word.path, word.unit) for word in table.words if word.path is not None]
+        for path, unit in rows:
+            if unit:
+                units.setdefault(path, unit)
+    return units
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Elementary types of IEC 61131-3 in registers of 16 bits: how many, by which type of a map, and with which content.
+
+D892 = Decision(
+    892,
+    "an elementary type has the registers of its size",
+    "REAL is float32, DINT int32, TIME uint32 in ms, INT int16, UINT and USINT uint16, BOOL one bit; an enumeration is "
+    "its number from 0 in an int16 or uint16. LREAL and every other type have none.",
+    "IEC 61131-3 gives the sizes, TIME and enumerations as the runtime systems of NextoPID and ISPSoft keep them. What "
+    "a client sees of a scaled copy of a value is another value.",
+)
+LONG_MAX = 0xFFFFFFFF
+
+
+def types_of(kind: IecType) -> tuple[str, ...]:
+    """The types that a parameter may have in a map, the usual one first; empty: none fits it."""
+    if kind.kind == "bool":
+        return ("bool",)
+    if kind.kind == "real":
+        return () if kind.double else ("float32",)
+    if kind.kind == "time":
+        return ("uint32",)
+    if kind.kind == "word" or kind.high <= WORD_MAX:
+        return ("int16", "uint16") if kind.low < 0 or kind.kind == "word" else ("uint16", "int16")
+    return ("int32",)
+
+
+def raw_of(kind: IecType, content: Content) -> int:
+    """A content as its registers hold it."""
+    if kind.kind == "bool":
+        return int(bool(content))
+    if kind.kind == "real":
+        return single_bits(float(content)) or 0
+    if kind.kind == "time":
+        return int((time_seconds(str(content)) or 0) * 1000)
+    if kind.kind == "word":
+        return kind.words.index(str(content))
+    return int(content) & (WORD_MAX if kind.high <= WORD_MAX else LONG_MAX)
+
+
+def register_content(kind: IecType, raw: int) -> Content:
+    """The content that registers hold; raises `DecodeError` where that is no value of the type."""
+    if kind.kind == "bool":
+        return bool(raw)
+    if kind.kind == "real":
+        return float(SINGLE.decode(raw))
+    if kind.kind == "time":
+        return time_text(raw)
+    size = WORD_MAX if kind.kind == "word" or kind.high <= WORD_MAX else LONG_MAX
+    if kind.kind == "word":
+        if raw >= len(kind.words):
+            raise DecodeError(f"{raw} is none of the {len(kind.words)} of {kind.name}")
+        return kind.words[raw]
+    number = raw - size - 1 if kind.low < 0 and raw > size // 2 else raw
+    if not kind.low <= number <= kind.high:
+        raise DecodeError(f"{number} is outside the range of {kind.name}")
+    return number
+
+
+# --- Configurations whose loops are rows of one table of named parameters: to their contents and back -----------------
+#
+# A parameter is called ``LOOP.NAME``, where the name is its path in a loop of the file (``OVEN.SV``,
+# ``TIC-101.tuning.gain``). A vendor makes one `NamedLoops`, which says what its table cannot: what stands beside the
+# parameters, which of them have no default, and what messages call them. Defaults are left out on the way back, so
+# that encoding the result again gives the same contents.
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedLoops:
+    """What a vendor's loops are made of, and what messages call it."""
+
+    vendor: str
+    table: ParameterTable
+    loop: type[Model]
+    """The schema of a loop."""
+    settings: type[Model]
+    """What no parameter of a loop holds; its ``loop`` is the name."""
+    file: type[SectionSettings]
+    """What no parameter of the file holds."""
+    title: str
+    """A parameter, ``an operand of DPIDE``."""
+    kind: str
+    """The same, of a name that is none."""
+    entry: str
+    """An entry of a listing, for the message that there is none."""
+    needed: Sequence[str] = ()
+    """Parameters without a default."""
+    always: frozenset[str] = frozenset()
+    """Choices that are written even where they are defaults, and remarked on where a listing lacks them."""
+    first: Mapping[str, int] = field(default_factory=dict)
+    """Parameters that the file never gives, and what they hold at the start."""
+    options: Sequence[LoopOption] = ()
+    """What options say where no settings stand beside the parameters."""
+    last: Sequence[str] = ()
+    """Settings that a file has behind the parameters of their section."""
+    devices: Callable[[Any], Mapping[str, str]] = lambda _loop: NOTHING
+    """Where parameters of a loop stand in the PLC's memory."""
+
+    @cached_property
+    def rows(self) -> dict[str, Parameter]:
+        """The parameters by name."""
+        return {row.name: row for row in self.table.rows}
+
+    @cached_property
+    def places(self) -> list[tuple[Parameter, Path | None]]:
+        """The parameters in their order, each with its place in a loop; None for one that the file never gives."""
+        return [(row, None if row.name in self.first else steps(row.name)) for row in self.table.rows]
+
+    def split(self, name: str) -> tuple[str, str]:
+        """The loop and the parameter of a full name; two empty texts for another name.
+
+        No name of a parameter is the end of another one, so that a loop may have dots in its name.
+        """
+        parts = name.split(".")
+        ends = (".".join(parts[i:]) for i in range(1, len(parts)))
+        end = next((end for end in ends if end in self.rows), "")
+        return (name[: -len(end) - 1], end) if end else ("", "")
+
+    def loop_names(self, words: Iterable[str]) -> list[str]:
+        """The loops of names with a known parameter, in their order."""
+        return list(dict.fromkeys(loop for loop, _ in map(self.split, words) if loop))
+
+    def values_of(self, loop: Any) -> Iterator[tuple[Parameter, Any]]:
+        """Parameters with their values; what is not given and has no default is left out."""
+        for row, path in self.places:
+            value = self.first[row.name] if path is None else value_at(loop, path)
+            if value is not None:
+                yield row, value
+
+    def encode(self, config: Any) -> ProgramEncoding:
+        """All parameters of every loop that have a value; what none holds stands beside them."""
+        entries, misfits = [], []
+        for i, loop in enumerate(config.loops):
+            devices = self.devices(loop)
+            for row, value in self.values_of(loop):
+                content, misfit = stored(row, value)
+                device = devices.get(row.name)
+                entries.append(Entry(f"{loop.name}.{row.name}", row.type, content, row.name, loop.name, device))
+                if misfit is not None:
+                    misfits.append((("loops", i, *steps(row.name)), misfit))
+        settings = tuple(settings_of(self.settings, loop) for loop in config.loops)
+        values = {**dict(config), **dict(getattr(config, "plc", {}))}
+        beside = present({key: plain(values.get(key)) for key in self.file.model_fields})
+        return ProgramEncoding(Program(self.vendor, tuple(entries), settings, beside), tuple(misfits))
+
+    def decode(
+        self,
+        words: Mapping[str, Content | Wire],
+        settings: Sequence[Mapping[str, Any]] = (),
+        plc: Mapping[str, Any] | None = None,
+        options: Mapping[str, Any] | None = None,
+    ) -> Decoded:
+        """The configuration that these parameters hold; raises `DecodeError` for what is missing or is no value.
+
+        ``words`` are contents by full name; ``settings`` and ``plc`` are what an encoder put beside them; ``options``
+        one list for each of the vendor's, of one entry a loop.
+        """
+        file = read_settings(self.file, plc or {}, "plc")
+        entries: Sequence[Mapping[str, Any]] = list(settings) or [{"loop": name} for name in self.loop_names(words)]
+        if not entries:
+            raise DecodeError(f"the listing holds no {self.entry}")
+        if self.options:
+            entries = with_options(entries, options or {}, self.options)
+        loops: list[Any] = [read_settings(self.settings, entry, f"settings[{i}]") for i, entry in enumerate(entries)]
+        names = {loop.loop for loop in loops}
+        self._check_names(words, names)
+        others = [name for name in self.loop_names(words) if name not in names]
+        notes = [f"{name} is not carried over: the settings do not name it" for name in others]
+        data: Data = {"pidcfg": 1, "vendor": self.vendor}
+        data |= present({key: getattr(file, key) for key in SectionSettings.model_fields})
+        of_plc = present({key: value for key, value in dict(file).items() if key not in SectionSettings.model_fields})
+        data |= {"plc": of_plc} if of_plc else {}
+        return Decoded({**data, "loops": [self._loop(loop, words, notes) for loop in loops]}, tuple(notes))
+
+    def _check_names(self, words: Iterable[str], loops: set[str]) -> None:
+        """An unknown name would leave its default in place, which may be the other direction."""
+        nested = any("." in name for name in self.rows)
+        for name in words:
+            loop = max((loop for loop in loops if name.startswith(f"{loop}.")), key=len, default=None)
+            key = name.removeprefix(f"{loop}.")
+            if loop is not None and not self.split(name)[0] and (nested or "." not in key):
+                raise unknown_name(name, key, self.rows, self.kind)
+
+    def _loop(self, settings: Any, words: Mapping[str, Content | Wire], notes: list[str]) -> Data:
+        values = settings_values(settings)
+        behind = {path: values.pop(path) for path in self.last if path in values}
+        for row in self.table.rows:
+            name = f"{settings.loop}.{row.name}"
+            if name not in words:
+                if row.name in self.needed:
+                    raise DecodeError(f"the listing does not hold {name} ({row.title})")
+                continue
+            content = content_of(name, row, words[name], self.title)
+            if row.access == "input" and row.name not in self.first:
+                values[row.name] = value_of(content)
+            elif content:
+                notes.append(f"{name} = {shown(row.type, content)} ({row.title}) is not carried over")
+        self._check_pairs(settings.loop, values)
+        for key in sorted(self.always - values.keys()):
+            default = shown(self.rows[key].type, self.rows[key].type.default)
+            notes.append(f"{settings.loop}: the listing does not hold {key}, which then is {default}")
+        data = file_data(self.loop, values, always=self.always)
+        for path, value in behind.items():
+            put(data, steps(path), value)
+        return data
+
+    def _check_pairs(self, loop: str, values: Mapping[str, Any]) -> None:
+        """Refuses one end of a pair alone."""
+        for low in (name for name in self.rows if name.endswith(".0")):
+            ends = (low, f"{low.removesuffix('0')}1")
+            missing = [end for end in ends if end not in values]
+            if len(missing) == 1:
+                raise DecodeError(f"the listing does not hold {loop}.{missing[0]} ({self.rows[missing[0]].title})")

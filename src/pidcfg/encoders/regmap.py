@@ -1,24 +1,40 @@
-"""A vendor's registers as a table, and everything that follows from the table.
-
-A `RegisterMap` is rows only: a `Word` per register and a `Bits` row per choice inside a bit word. Encoding, decoding,
-the register documentation and the word tests all walk the same rows; nothing else knows an offset.
-"""
+"""A vendor's registers as a table, the address space they lie in, who else writes them, and where its gains stand."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
+from decimal import Decimal
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, cast, get_args
 
-from pidcfg.encoders.scales import Distance, Position
-from pidcfg.encoders.words import Binary, DecodeError, EncodeError
-from pidcfg.frozen import frozen
+from pidcfg.encoders.codecs import (
+    WORD_MAX,
+    Binary,
+    DecodeError,
+    Distance,
+    EncodeError,
+    Position,
+    single_bits,
+    single_value,
+)
+from pidcfg.schemas.base import limits_at
+from pidcfg.text.frozen import frozen
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from decimal import Decimal
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from pidcfg.encoders.scales import Scale
-    from pidcfg.refs import Basis
+    from pydantic import BaseModel
+
+    from pidcfg.encoders.codecs import Scale
+    from pidcfg.schemas.base import Limits
+    from pidcfg.text.references import Basis
+
+# --- A vendor's registers as a table, and everything that follows from the table --------------------------------------
+#
+# A `RegisterMap` is rows only: a `Word` per register and a `Bits` row per choice inside a bit word. Encoding,
+# decoding, the register documentation and the word tests all walk the same rows; nothing else knows an offset.
 
 Access = Literal["setting", "request", "status", "reserved"]
 """Who owns a word or bit: the engineer, a momentary request, the controller, nobody."""
@@ -279,3 +295,334 @@ def decode_one(codec: Codec | ScaledCodec, raw: int, scales: Mapping[str, Scale]
     if scale is None:
         return cast("Codec", codec).decode(raw)
     return cast("ScaledCodec", codec).decode(raw, scales[scale])
+
+
+# --- A vendor's address space: its banks of registers, how an address is written, and what one cell holds -------------
+#
+# Addresses are plain numbers in the order in which a listing shows them; vendors with several banks have them one
+# after the other, ``BANK`` numbers apart. Raw contents are whole numbers too: the bits of a word, a switch or a
+# single-precision number.
+
+BANK = 1 << 16
+"""Numbers that each bank has to itself."""
+Value = bool | int | float
+
+
+@frozen
+class Kind:
+    """What one address holds: how its raw bits are shown, and read again (None: it cannot hold that value)."""
+
+    name: str
+    digits: int
+    show: Callable[[int], Value]
+    read: Callable[[object], int | None]
+    holds: str
+
+    def hex(self, raw: int) -> str:
+        """The raw content in hexadecimal."""
+        return f"{raw:0{self.digits}X}"
+
+    def text(self, raw: int) -> str:
+        """The value as a listing writes it: a switch as 0 or 1."""
+        value = self.show(raw)
+        return str(int(value)) if isinstance(value, bool) else str(value)
+
+    @property
+    def highest(self) -> int:
+        """The largest raw content."""
+        return 1 if self is BIT else (1 << 4 * self.digits) - 1
+
+    def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
+        """A copy, be it in another process, is the kind itself."""
+        return kind_named, (self.name,)
+
+
+def _whole(value: object, low: int, high: int) -> int | None:
+    return value if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high else None
+
+
+def _signed(value: object) -> int | None:
+    whole = _whole(value, -0x8000, 0x7FFF)
+    return None if whole is None else whole & WORD_MAX
+
+
+def _bit(value: object) -> int | None:
+    return int(value) if isinstance(value, bool) else _whole(value, 0, 1)
+
+
+def _single(value: object) -> int | None:
+    return single_bits(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+WORD = Kind("word", 4, int, lambda v: _whole(v, 0, WORD_MAX), "a word of 0 to 65535")
+INT16 = Kind("integer", 4, lambda raw: raw - 0x10000 if raw > 0x7FFF else raw, _signed, "an integer of -32768 to 32767")
+BIT = Kind("bit", 1, bool, _bit, "true or false")
+SINGLE = Kind("float", 8, single_value, _single, "a finite single-precision number")
+
+
+def kind_named(name: str) -> Kind:
+    """One of the kinds that there are."""
+    return next(kind for kind in (WORD, INT16, BIT, SINGLE) if kind.name == name)
+
+
+class NoRegisterError(LookupError):
+    """A register that does not exist: it lies behind the last one of its bank."""
+
+
+@frozen
+class Bank:
+    """Registers with one prefix, from ``first`` to ``last``."""
+
+    prefix: str
+    first: int
+    last: int
+    kind: Kind
+    octal: bool = False
+
+    def name(self, n: int) -> str:
+        """An address as the vendor writes it: ``DF106``."""
+        return f"{self.prefix}{n:{'o' if self.octal else 'd'}}"
+
+
+@frozen
+class Space:
+    """All banks of a vendor."""
+
+    banks: Sequence[Bank]
+
+    @cached_property
+    def _row(self) -> dict[str, int]:
+        return {bank.prefix: i for i, bank in enumerate(self.banks)}
+
+    def number(self, prefix: str, n: int) -> int:
+        """An address as a plain number."""
+        return self._row[prefix] * BANK + n
+
+    def place(self, number: int) -> tuple[Bank, int]:
+        """A plain number's bank, and its number there; raises `NoRegisterError` behind the last bank."""
+        if not self.holds(number):
+            raise NoRegisterError(f"no register lies behind {self.banks[-1].name(self.banks[-1].last)}")
+        return self.banks[number // BANK], number % BANK
+
+    def holds(self, number: int) -> bool:
+        """Whether a plain number belongs to a bank that there is."""
+        return number // BANK < len(self.banks)
+
+    def same_bank(self, first: int, last: int) -> bool:
+        """Whether two plain numbers belong to one bank that there is."""
+        return first // BANK == last // BANK < len(self.banks)
+
+    def name(self, number: int) -> str:
+        """An address as the vendor writes it: ``DF106``."""
+        bank, n = self.place(number)
+        return bank.name(n)
+
+    def kind(self, number: int) -> Kind:
+        """What an address holds."""
+        return self.place(number)[0].kind
+
+    def shown(self, number: int, raw: int) -> str:
+        """A content as the vendor's tools show it: hexadecimal where addresses are octal, so that BCD is its digits."""
+        bank, _ = self.place(number)
+        return bank.kind.hex(raw) if bank.octal else bank.kind.text(raw)
+
+    def parse(self, text: str) -> int | None:
+        """A written address as a plain number; None for anything else."""
+        match = re.fullmatch(r"([A-Z]+)([0-9]{1,6})", text)
+        row = self._row.get(match.group(1)) if match else None
+        if match is None or row is None:
+            return None
+        bank, digits = self.banks[row], match.group(2)
+        if bank.octal and not set(digits) <= set("01234567"):
+            return None
+        n = int(digits, 8 if bank.octal else 10)
+        return row * BANK + n if bank.first <= n <= bank.last else None
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Who writes which register or parameter while a PLC runs: what a file and a listing may differ in without an edit.
+# Each vendor's map has a table of rows (``WRITTEN``) with the manual's place. What no row names is the engineer's
+# where it is a setting, and the PLC's where it is a status or a request. A comparison with a listing leaves out what
+# is ``live``, shows what is ``operated`` apart, and compares what is ``compared``, such as the gains of an auto-tune.
+
+D345 = Decision(
+    345,
+    "a comparison with a listing leaves out what runs",
+    "Measurement, output, status, requests, mode, the bias of a loop with an integral, and a set point of a profile "
+    "or another loop are left out; another set point is told apart and is no difference; gains and sample time, "
+    "which an auto-tune writes, and the bias without an integral are compared.",
+    "The first differ in every PLC that runs. The operator has the set point. The last stay what somebody made them.",
+)
+
+WriterKind = Literal["live", "operated", "compared"]
+"""The PLC or the process, all the time; the operator or the program; now and then, and it then stays."""
+
+
+def always(values: Mapping[str, Any]) -> bool:
+    """Whatever the loop's other values are."""
+    del values
+    return True
+
+
+class Written(NamedTuple):
+    """Who else writes a register or parameter, and when, by the loop's values (by the paths of their rows)."""
+
+    name: str
+    kind: WriterKind
+    by: str
+    basis: Basis
+    when: Callable[[Mapping[str, Any]], bool] = always
+
+
+def writer_of(table: Iterable[Written], name: str, values: Mapping[str, Any]) -> Written | None:
+    """The first row of a register or parameter that holds for a loop; None: it is the engineer's alone."""
+    return next((row for row in table if row.name == name and row.when(values)), None)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a bit, a number or a state means for the plant, and what to do about it: rows beside the register tables.
+
+
+class Meaning(NamedTuple):
+    """What happens while a bit is on or a number is shown, what to do, and which rules find it before the download."""
+
+    effect: str
+    cure: str = ""
+    rules: tuple[str, ...] = ()
+    basis: Basis | None = None
+
+
+class Code(NamedTuple):
+    """A number that a PLC shows: the register that shows it, what it stands for, and what that means."""
+
+    register: str
+    number: int
+    title: str
+    meaning: Meaning
+
+
+# --- Where a vendor keeps the three numbers of a PID controller, and in which terms -----------------------------------
+
+GainUnit = Literal["span", "percent", "engineering"]
+"""``span``: share of the output's span per share of the PV's span; ``percent``: % of the output per PV unit;
+``engineering``: output units per PV unit."""
+FULL_OUTPUT = Decimal(100)
+"""The output's span where nothing is said: 0 to 100 %."""
+
+
+class Tuned(Protocol):
+    """The three numbers of a vendor by name (times in s), and its words for the action."""
+
+    @property
+    def names(self) -> tuple[str, str, str]:
+        """Gain, integral and derivative time."""
+
+    @property
+    def gain_unit(self) -> GainUnit:
+        """What the gain is counted in."""
+
+    @property
+    def no_integral(self) -> Decimal:
+        """What the integral time is written as where there is no integral term."""
+
+    @property
+    def heating(self) -> str:
+        """The action of a loop whose PV rises with its output."""
+
+    @property
+    def cooling(self) -> str:
+        """The action of the others."""
+
+    def key(self, name: str) -> str:
+        """Where a number stands in the configuration."""
+
+    def unit(self, name: str) -> str:
+        """The unit of a number."""
+
+    def stored(self, name: str, value: Decimal) -> Decimal:
+        """What the vendor holds of a number; raises `EncodeError`."""
+
+    def limits(self, model: type[BaseModel], name: str) -> Limits | None:
+        """What the manual allows."""
+
+    def step(self, name: str) -> Decimal | None:
+        """What two neighbours differ by; None: a number in floating point."""
+
+
+@frozen
+class TunedWords:
+    """Registers of gain, integral and derivative time."""
+
+    table: RegisterMap
+    gain: str
+    integral: str
+    derivative: str
+    gain_unit: GainUnit
+    no_integral: Decimal
+    heating: str
+    cooling: str
+
+    @property
+    def names(self) -> tuple[str, str, str]:
+        """The registers."""
+        return self.gain, self.integral, self.derivative
+
+    def key(self, name: str) -> str:
+        """Where a register's value stands in the configuration."""
+        return str(self.table.word(name).path)
+
+    def unit(self, name: str) -> str:
+        """The unit of a register."""
+        return self.table.word(name).unit
+
+    def stored(self, name: str, value: Decimal) -> Decimal:
+        """What the register holds; raises `EncodeError`."""
+        codec = cast("Codec", self.table.word(name).codec)
+        held: Decimal = codec.decode(codec.encode(value))
+        return held
+
+    def limits(self, model: type[BaseModel], name: str) -> Limits | None:
+        """What the manual allows for a register."""
+        return limits_at(get_args(model.model_fields["loops"].annotation)[0], self.key(name))
+
+    def step(self, name: str) -> Decimal | None:
+        """What two neighbours differ by; None: a register in floating point."""
+        return getattr(self.table.word(name).codec, "step", None)
+
+
+@frozen
+class LoopTuning:
+    """How one loop of a file holds the three numbers, and what of it the gains of a rule depend on."""
+
+    words: Tuned
+    raises_pv: bool | None = None
+    """Whether the loop acts for a PV that rises with the output; None: a program decides."""
+    pv_span: Decimal | None = None
+    """PV units that the gain is a share of, where it is one; None: the file does not say."""
+    output_span: Decimal | None = None
+    """Output units from 0 to 100 %; None: the file does not say, so they are 0 to 100."""
+    independent: bool = False
+    """Integral and derivative gains (Ki in 1/s, Kd in s) stand in the place of the times."""
+    minutes: bool = False
+    """The integral time is held in minutes."""
+    now: tuple[Decimal | None, Decimal | None, Decimal | None] = (None, None, None)
+    """What the loop holds at present, each in the unit of its word; None: an expression."""
+    wrong: str = ""
+    """Why the gains of a rule would not act as they should."""
+    no_derivative: str = ""
+    """Why a derivative time would have no effect."""
+    off: tuple[str, str] = ("0", "0")
+    """How the file says that there is no integral term, and no derivative."""
+    sample_time: float | None = None
+    """Time between two calculations, in s; None: no file says it."""
+    pv_share: float = 1.0
+    """What the filter of the PV takes of a difference in each sample."""
+    derivative_share: float = 1.0
+    """What the filter of the derivative takes."""
+    derivative_limit: float | None = None
+    """The derivative time over the time constant of its filter; None: ``derivative_share`` says it."""
+
+    def units(self) -> tuple[str, str, str]:
+        """Of the gain, the integral and the derivative number."""
+        gain, _, derivative = (self.words.unit(name) for name in self.words.names)
+        return gain, "1/s" if self.independent else "min" if self.minutes else "s", derivative

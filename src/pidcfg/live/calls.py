@@ -8,31 +8,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.limits import DEFAULT, Limits
-from pidcfg.live.address import RTU, Address, parse_address, parse_listen
-from pidcfg.live.errors import AddressError
-from pidcfg.live.link import Patience
-from pidcfg.map_files import numbering_of
-from pidcfg.reader import reader_of
-from pidcfg.results.arguments import ArgumentError, vendor_named
-from pidcfg.results.exact import exact
-from pidcfg.results.sources import checked_of, document_of, stated_map
+from pidcfg.live.link import RTU, Address, AddressError, Patience, parse_address, parse_listen
+from pidcfg.output.arguments import ArgumentError, exact, vendor_named
+from pidcfg.output.sources import checked_of, document_of, stated_map
+from pidcfg.text.reader import DEFAULT, Limits, reader_of
+from pidcfg.validate.map_files import numbering_of
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
-    from pidcfg.live.compare import CompareResult
-    from pidcfg.live.pull import PullResult
+    from pidcfg.live.pull import CompareResult, PullResult
     from pidcfg.live.pull import Source as Plc
     from pidcfg.live.serving import ServeResult
     from pidcfg.live.trend import TrendResult
-    from pidcfg.map_files import MapFile
-    from pidcfg.reader import Files
-    from pidcfg.results.sources import Source
-    from pidcfg.sim.trace import Sink
+    from pidcfg.output.sources import Source
+    from pidcfg.sim.engine.run import Sink
+    from pidcfg.text.reader import Files
     from pidcfg.validate.engine import Checked
+    from pidcfg.validate.map_files import MapFile
     from pidcfg.vendors import Vendor
 
 FASTEST = 1e6
@@ -81,7 +76,7 @@ def compare(
 
     What runs is left out, and a set point that the operator has changed is told in ``notes``. Raises as `pull`.
     """
-    from pidcfg.live.compare import read_and_compared
+    from pidcfg.live.pull import read_and_compared
 
     checked = checked_of(source, name, files, limits)
     source_plc = source_of(plc, checked, None, {}, stated_map(map, checked.document, files, limits))

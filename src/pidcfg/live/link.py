@@ -1,24 +1,199 @@
-"""A connection to a PLC that can read and nothing else: this module calls no function that writes (D870)."""
+"""A connection to a PLC that can read and nothing else, where a PLC is, and work that goes on in the background."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
+import os
+import signal
 import socket
+import threading
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
+from urllib.parse import parse_qsl, unquote, urlsplit
 
-from pidcfg.live.address import PARITIES
-from pidcfg.live.errors import PlcError
-from pidcfg.live.faults import TERMINAL_ERRORS, serial_reason, what_came
-from pidcfg.refs import Decision
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable
+    from collections.abc import Awaitable, Callable, Coroutine
+    from urllib.parse import SplitResult
 
-    from pidcfg.live.address import Address
+# --- What goes wrong between here and a PLC ---------------------------------------------------------------------------
+
+
+class PlcError(ConnectionError):
+    """A PLC that cannot be reached, or does not give what was asked for: one line with host, function and register."""
+
+
+class AddressError(ValueError):
+    """An address that no PLC can be reached at, or listened on; the message says how to write one."""
+
+
+# --- What is wrong with a line, in words: bytes that are no answer, and devices that cannot be opened -----------------
+
+TERMINAL_ERRORS: tuple[type[Exception], ...] = ()
+"""What a system raises for a device that takes no baud rate or parity; it is no `OSError`."""
+with suppress(ImportError):  # Windows has no such thing
+    import termios
+
+    TERMINAL_ERRORS = (termios.error,)
+
+MBAP = 8
+"""Bytes from which on a frame of Modbus TCP tells whose answer it is: transaction, protocol, length, unit, function."""
+PROTOCOL, LENGTH, UNIT = slice(2, 4), slice(4, 6), 6
+
+
+def what_came(sent: bytes, came: bytes, *, is_serial: bool) -> str:
+    """What came instead of the answer to a request; empty: nothing."""
+    count = len(came)
+    if not came or is_serial:
+        return f"{count} bytes that make none" if came else ""
+    if any(came[PROTOCOL]):
+        return "bytes that are no Modbus"
+    if count < MBAP:
+        return f"{count} bytes of one"
+    if came[:2] != sent[:2] or came[UNIT] != sent[UNIT]:
+        return f"one of unit {came[UNIT]}" if came[:2] == sent[:2] else "one to another request"
+    whole = int.from_bytes(came[LENGTH]) + LENGTH.stop
+    return f"{count} of {whole} bytes of one" if count < whole else "bytes that make none"
+
+
+def serial_reason(device: str) -> str:
+    """What the system says of a serial device."""
+    import serial
+
+    try:
+        serial.Serial(device).close()
+    except OSError as error:
+        return os.strerror(error.errno) if error.errno else "it is no serial line"
+    except ValueError as error:
+        return str(error)
+    return "the device cannot be opened"
+
+
+# --- Where a PLC is: ``modbus://host[:502][?unit=1]``, ``modbus+rtu:///dev/ttyS0?baud=9600&parity=odd`` ---------------
+
+TCP, RTU = "modbus", "modbus+rtu"
+PORT = 502
+HIGHEST_UNIT = 255
+BAUD, PARITY = 19_200, "even"
+"""Of a serial line that says nothing else."""
+PARITIES = {"none": "N", "odd": "O", "even": "E"}
+HOW = f"write {TCP}://HOST[:{PORT}][?unit=1] or {RTU}:///DEVICE?baud=9600&parity=odd"
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """One PLC: ``device`` of a serial line, or ``host`` and ``port``; and its ``unit`` there.
+
+    Without more words a serial line is that of the Modbus standard: 19200 baud, even parity, one stop bit.
+    """
+
+    host: str = ""
+    port: int = PORT
+    unit: int = 1
+    device: str = ""
+    baud: int = BAUD
+    parity: str = PARITY
+    stop_bits: int = 1
+
+    def __str__(self) -> str:
+        """As messages name it: ``10.0.0.5:502``, ``/dev/ttyS0``."""
+        return self.device or endpoint(self.host, self.port)
+
+
+def endpoint(host: str, port: int) -> str:
+    """Host and port in one word, as a URL has them."""
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def parse_address(url: str) -> Address:
+    """The PLC that a URL names; raises `AddressError`."""
+    parts, port = _split(url, url.strip(), HOW)
+    if parts.scheme not in {TCP, RTU}:
+        raise AddressError(f"{url!r} begins with neither {TCP}:// nor {RTU}://; {HOW}")
+    if parts.username is not None or parts.fragment:
+        raise AddressError(f"{url!r}: Modbus knows no users and no fragments; {HOW}")
+    return _tcp(url, parts, port) if parts.scheme == TCP else _rtu(url, parts)
+
+
+def _split(text: str, url: str, how: str) -> tuple[SplitResult, int | None]:
+    """The parts of a URL and its port."""
+    brackets = "an IPv6 address stands in brackets, [::1]"
+    try:
+        parts = urlsplit(url)
+    except ValueError:
+        raise AddressError(f"{text!r}: {brackets}; {how}") from None
+    try:
+        return parts, parts.port
+    except ValueError:
+        cause = brackets if parts.netloc.count(":") > 1 else "the port is a whole number from 1 to 65535"
+        raise AddressError(f"{text!r}: {cause}; {how}") from None
+
+
+def _tcp(url: str, parts: SplitResult, port: int | None) -> Address:
+    if not parts.hostname or parts.path not in {"", "/"}:
+        raise AddressError(f"{url!r} names no host, or more than a host; {HOW}")
+    if port == 0:
+        raise AddressError(f"{url!r}: port 0 is none to be reached; {HOW}")
+    try:
+        parts.hostname.encode("idna")
+    except UnicodeError:
+        raise AddressError(f"{url!r}: {parts.hostname!r} is no name of a host; {HOW}") from None
+    values = _query(url, parts, ("unit",))
+    return Address(unquote(parts.hostname), port or PORT, _number(url, values, "unit", 1, 0, HIGHEST_UNIT))
+
+
+def _rtu(url: str, parts: SplitResult) -> Address:
+    device = unquote(parts.path)
+    if parts.netloc or not device.strip("/"):
+        raise AddressError(f"{url!r} names no device, which stands behind three slashes; {HOW}")
+    values = _query(url, parts, ("unit", "baud", "parity", "stop_bits"))
+    parity = values.get("parity", PARITY)
+    if parity not in PARITIES:
+        raise AddressError(f"{url!r}: the parity is one of {', '.join(PARITIES)}")
+    is_windows = device.upper().startswith("/COM")
+    return Address(
+        unit=_number(url, values, "unit", 1, 1, 247),
+        device=device[1:] if is_windows else device,
+        baud=_number(url, values, "baud", BAUD, 300, 4_000_000),
+        parity=parity,
+        stop_bits=_number(url, values, "stop_bits", 1, 1, 2),
+    )
+
+
+def _query(url: str, parts: SplitResult, known: tuple[str, ...]) -> dict[str, str]:
+    pairs = parse_qsl(parts.query, keep_blank_values=True)
+    for key, _ in pairs:
+        if key not in known:
+            raise AddressError(f"{url!r}: {key!r} is none of {', '.join(known)}")
+    if len(dict(pairs)) < len(pairs):
+        raise AddressError(f"{url!r} says one thing twice")
+    return dict(pairs)
+
+
+def _number(url: str, values: dict[str, str], key: str, otherwise: int, low: int, high: int) -> int:
+    text = values.get(key)
+    if text is None:
+        return otherwise
+    if not (text.isascii() and text.isdecimal() and len(text) <= len(str(high)) and low <= int(text) <= high):
+        raise AddressError(f"{url!r}: {key} is a whole number from {low} to {high}")
+    return int(text)
+
+
+def parse_listen(text: str) -> tuple[str, int]:
+    """Host and port to listen on, ``127.0.0.1:5020`` or ``[::1]:5020``; raises `AddressError`."""
+    how = "write HOST:PORT, such as 127.0.0.1:5020"
+    parts, port = _split(text, f"//{text.strip()}", how)
+    if not parts.hostname or port is None or parts.path or parts.query or parts.fragment or parts.username is not None:
+        raise AddressError(f"{text!r} is no place to listen on; {how}")
+    return parts.hostname, port
+
+
+# --- A connection to a PLC that can read and nothing else: this module calls no function that writes (D870) -----------
 
 D870 = Decision(
     870,
@@ -270,3 +445,101 @@ def _client_of(
         return AsyncModbusTcpClient(address.host, port=address.port, **common)
     line: dict[str, Any] = {"baudrate": address.baud, "parity": PARITIES[address.parity], "stopbits": address.stop_bits}
     return AsyncModbusSerialClient(address.device, **line, **common)
+
+
+# --- Asynchronous work from synchronous calls, also where a loop runs already, as in a notebook -----------------------
+
+R = TypeVar("R")
+
+ENDINGS = (signal.SIGINT, signal.SIGTERM)
+"""Signals that somebody sends who wants the work to end."""
+
+
+def run(work: Coroutine[Any, Any, R]) -> R:
+    """The result of the work, in an event loop of its own.
+
+    Ctrl-C and SIGTERM cancel the work, which may come to an end with what it has; otherwise they do what they did
+    before. A signal that is ignored, or whose default nobody has changed, stays as it is.
+    """
+    ending = _Ending()
+    watched = ending.watched(work)
+    try:
+        return ending.around(lambda: _beside(watched) if _is_in_a_loop() else asyncio.run(watched))
+    finally:  # where no loop can be made, neither has begun
+        watched.close()
+        work.close()
+
+
+def _is_in_a_loop() -> bool:
+    """Whether an event loop runs in this thread, as in a notebook."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
+
+
+def _beside(work: Coroutine[Any, Any, R]) -> R:
+    """The result of the work in a thread of its own."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(asyncio.run, work).result()
+
+
+class _Ending:
+    """What signals do while work is running: the first one cancels it, the next one is none of ours."""
+
+    def __init__(self) -> None:
+        self._before: dict[int, Callable[[int, Any], Any]] = {}
+        self._cancel: Callable[[], object] | None = None
+        self._came: int | None = None
+
+    def around(self, work: Callable[[], R]) -> R:
+        """What the work gives; a signal that ended it without a result does what it would have done."""
+        self._install()
+        try:
+            return work()
+        except asyncio.CancelledError:
+            if self._came is not None:
+                self._before[self._came](self._came, None)
+            raise
+        finally:
+            for number, handler in self._before.items():
+                signal.signal(number, handler)
+
+    def _install(self) -> None:
+        """Takes the signals that have a handler, in the one thread that may."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        for number in ENDINGS:
+            handler = signal.getsignal(number)
+            if callable(handler):
+                self._before[number] = handler
+                signal.signal(number, self._end)
+
+    def _end(self, number: int, frame: object) -> None:
+        if self._came is not None:
+            self._before[number](number, frame)
+            return
+        self._came = number
+        if self._cancel is not None:
+            with suppress(RuntimeError):  # its loop has just been closed
+                self._cancel()
+
+    async def watched(self, work: Coroutine[Any, Any, R]) -> R:
+        """The work, which a signal cancels while it is running, or as it begins."""
+        loop, task = asyncio.get_running_loop(), asyncio.ensure_future(_quiet(work))
+        self._cancel = partial(loop.call_soon_threadsafe, task.cancel)  # wakes a loop that waits
+        if self._came is not None:
+            task.cancel()
+        try:
+            return await task
+        finally:
+            self._cancel = None
+
+
+async def _quiet(work: Coroutine[Any, Any, R]) -> R:
+    """What a malformed answer breaks inside of the library is told by the request that gets none."""
+    asyncio.get_running_loop().set_exception_handler(lambda _loop, _context: None)
+    return await work

@@ -1,25 +1,69 @@
-"""The registers of a PLC's loops, read until two readings say the same."""
+"""The registers of a PLC's loops, read until two readings say the same, and what a reading tells about itself."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Image
-from pidcfg.encoders.map_rows import MapError
-from pidcfg.encoders.modbus_map import StatedNumbering
-from pidcfg.encoders.words import DecodeError
-from pidcfg.live.errors import PlcError
-from pidcfg.live.link import MOST, NoRegistersError, Request
-from pidcfg.map_files import space_of
-from pidcfg.refs import Decision
+from pidcfg.encoders.listing import csv_text
+from pidcfg.encoders.modbus_map import MapError, StatedNumbering, with_contents
+from pidcfg.encoders.modbus_map import shown as shown_place
+from pidcfg.encoders.parameter_files import COLUMNS, csv_row
+from pidcfg.encoders.parameters import Entry, register_content
+from pidcfg.encoders.regmap import SINGLE, writer_of
+from pidcfg.live.link import MOST, NoRegistersError, PlcError, Request
+from pidcfg.schemas.iec import Wire
+from pidcfg.text.references import Decision
+from pidcfg.validate.map_files import space_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.areas import Area
-    from pidcfg.encoders.modbus import Numbering, Place
+    from pidcfg.encoders.image import Area
+    from pidcfg.encoders.listing import Numbering, Place
+    from pidcfg.encoders.modbus_map import NamedNumbering
+    from pidcfg.encoders.parameters import Program
     from pidcfg.live.link import Link
     from pidcfg.vendors import Vendor
+
+# --- What a reading tells about itself: contents that nobody has meant ------------------------------------------------
+
+D880 = Decision(
+    880,
+    "numbers next to 0 are told as registers in the other order",
+    "Where more of a PLC's single-precision numbers lie between 0 and 1e-30 than beyond, `pull` and `compare` say that "
+    "the two registers of a number seem to stand in the other order. The contents are taken as they are.",
+    "140.0 in the other order is 2.4e-41. No quantity of a loop is as small; a gateway that exchanges words is the "
+    "usual cause, and each number for itself looks like a difference.",
+)
+NOTHING = 1e-30
+LISTED = 3
+
+
+def doubts(image: Image | Program) -> Iterator[str]:
+    """Remarks on what was read."""
+    numbers = dict(_singles(image))
+    odd = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NOTHING]
+    if len(odd) > len(numbers) / 2 and len(odd) > 1:
+        more = f" and {len(odd) - LISTED} more" if len(odd) > LISTED else ""
+        yield (
+            f"{', '.join(odd[:LISTED])}{more} are next to 0: the two registers of a number seem to stand in the other "
+            "order; look at the set-up of the gateway, or state the order by --map"
+        )
+
+
+def _singles(image: Image | Program) -> Iterator[tuple[str, float]]:
+    """The numbers in single precision that are not 0."""
+    for cell in image.cells:
+        if isinstance(cell, Entry):
+            if isinstance(cell.raw, float) and cell.raw and not cell.type.double:
+                yield cell.address, cell.raw
+        elif cell.kind is SINGLE and cell.value:
+            yield cell.address, cell.value
+
+
+# --- The registers of a PLC's loops, read until two readings say the same ---------------------------------------------
 
 D872 = Decision(
     872,
@@ -164,3 +208,60 @@ def joined(places: Mapping[int, Place], first: int, content: Sequence[int]) -> d
         else content[place.register - first] >> place.bit & 1
         for n, place in places.items()
     }
+
+
+# --- The registers of a PLC whose parameters have names, read until two readings say the same -------------------------
+#
+# A program's structure is no register: block types, wires and literals are those of the configuration that is read
+# like.
+
+
+class NamedRegisters(Registers):
+    """Where a program's parameters are in a PLC, by a map, and how they are read from there."""
+
+    def __init__(self, vendor: Vendor, numbering: NamedNumbering, like: Any) -> None:
+        self.vendor, self.named = vendor, numbering
+        self.numbering: Any = numbering
+        self.most = getattr(vendor.module("points"), "MOST", MOST)
+        self.program: Program = like
+        cells = [cell for cell in self.program.cells if not isinstance(cell.raw, Wire)]
+        self.names: list[Any] = [cell.address for cell in cells if cell.address in numbering.places]
+        table = vendor.load("written")
+        self._kept: Any = {}
+        for cell in cells:
+            writer = writer_of(table, cell.field, _values(self.program, cell.loop))
+            self._kept[cell.address] = -1 if writer is None or writer.kind == "compared" else 0
+
+    def name(self, number: Any) -> str:
+        """A parameter as messages name it."""
+        return str(number)
+
+    def owners(self) -> Mapping[Any, str]:
+        """The loop that each parameter is of."""
+        return {name: point.loop or "" for name, point in self.named.points.items()}
+
+    async def image(self, link: Link) -> Any:
+        """The program with the contents of the PLC; raises `PlcError`."""
+        words: Mapping[Any, int] = await self.read(link)
+        return with_contents(self.program, {name: self.content(name, words[name], link) for name in self.names})
+
+    async def _once(self, link: Link) -> dict[int, int]:
+        return await self.words(link, self.names)
+
+    def content(self, name: str, raw: int, link: Link) -> Any:
+        """The content of a parameter; raises `PlcError` where its registers hold no value of its type."""
+        kind = self.named.points[name].type
+        try:
+            return register_content(kind, raw)
+        except DecodeError as error:
+            where = shown_place(self.named.place(name))
+            raise PlcError(f"{link.address}: {name}, {where}, is no {kind.name}: {error}") from None
+
+
+def _values(program: Program, loop: str | None) -> dict[str, Any]:
+    return {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
+
+
+def written(program: Program) -> bytes:
+    """A program as a listing, with nothing beside its parameters."""
+    return csv_text(COLUMNS, map(csv_row, program.cells), ()).encode()

@@ -1,29 +1,320 @@
-"""The virtual PLC of a scenario for others to read and to operate: the result of `pidcfg.serve`."""
+"""The virtual PLC of a scenario behind its register map: a Modbus server for others to read and to operate."""
 
 from __future__ import annotations
 
+import asyncio
+import logging
+import socket
+import time
+from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.live.running import run
-from pidcfg.live.server import serve
-from pidcfg.live.virtual import VirtualPlc
-from pidcfg.map_files import named_map, numbering_of
-from pidcfg.results.findings import errors_in, findings_data
-from pidcfg.scenario.load import load
-from pidcfg.scenario.outcome import Outcome
-from pidcfg.sim.run import UnusableError
+from pidcfg.live.link import PARITIES, TERMINAL_ERRORS, Address, PlcError, endpoint, run, serial_reason
+from pidcfg.output.findings import errors_in, findings_data
+from pidcfg.sim.controllers.settings import NO_REGISTER, RegisterError
+from pidcfg.sim.engine.run import Settings, UnusableError, begun
+from pidcfg.sim.judgement.report import Note, rounded
+from pidcfg.study.outcome import Outcome
+from pidcfg.study.scenario import load
+from pidcfg.validate.map_files import named_map, numbering_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from pidcfg.diagnostics import Diagnostic
-    from pidcfg.document import Document
-    from pidcfg.limits import Limits
-    from pidcfg.live.address import Address
-    from pidcfg.map_files import MapFile
-    from pidcfg.reader import Reader
-    from pidcfg.results.findings import Data
+    from pidcfg.encoders.listing import Places
+    from pidcfg.output.findings import Data
+    from pidcfg.sim.controllers.settings import Done, Registers
+    from pidcfg.sim.judgement.report import Report
+    from pidcfg.study.scenario import Loaded
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits, Reader
+    from pidcfg.validate.map_files import MapFile
+
+# --- The virtual PLC of a scenario behind its vendor's register map: read, written to, and moved on in time -----------
+
+Where = tuple[str, int]
+"""A table and the number of a register in it."""
+WORD = 0xFFFF
+
+
+class Part(NamedTuple):
+    """What a register has of a value: the bits of ``mask`` behind ``shift``, at its own bit ``bit``."""
+
+    number: int
+    shift: int
+    mask: int
+    bit: int
+    loop: int
+
+
+ENDLESS = Decimal(10) ** 9
+"""Seconds of a run that ends when somebody ends it."""
+LISTED = 1000
+"""Writes that the report lists; so that a panel that writes all the time does not fill the memory."""
+
+
+class VirtualPlc:
+    """A run that goes on for as long as it is wanted. Nothing is expected of it: somebody else has a hand in it."""
+
+    def __init__(self, loaded: Loaded, numbering: Places) -> None:
+        if loaded.scenario is None or loaded.vendor is None:
+            raise ValueError(f"{loaded.document.file} could not be loaded")
+        scenario = loaded.scenario.model_copy(update={"duration": ENDLESS, "expect": (), "allow": ()})
+        self.run = begun(scenario, loaded.plc, loaded.controller, Settings(engine="python", judged=False))
+        self.registers: Registers = loaded.vendor.load("virtual")(self.run.plc)
+        self.unlisted = 0
+        self._course: Iterator[int] = self.run.course()
+        self._at = self.run.zero
+        self._where: dict[Where, list[Part]] = {}
+        for number, loop in self.registers.places().items():
+            with suppress(LookupError):  # no client reads what the map does not have
+                place = numbering.place(number)
+                for part in range(place.width):
+                    shift, mask = (place.shift(part), WORD) if place.bit is None else (0, 1)
+                    one = Part(number, shift, mask, place.bit or 0, loop)
+                    here = self._where.setdefault((place.table, place.register + part), [])
+                    if all(other.mask != WORD and other.bit != one.bit for other in here):  # one device, several names
+                        here.append(one)
+        self._held: dict[int, Mapping[int, int]] = {}
+
+    @property
+    def steps(self) -> int:
+        """Base steps so far."""
+        return self._at - self.run.zero
+
+    @property
+    def dt(self) -> float:
+        """The base step in s."""
+        return self.run.dt
+
+    def advance(self, steps: int) -> None:
+        """Base steps, as fast as they go."""
+        end = self._at + steps
+        self._held.clear()
+        while self._at < end:
+            self.run.chunk = end - self._at
+            self._at = next(self._course)
+
+    def read(self, table: str, first: int, count: int) -> list[int]:
+        """Registers as they are now; raises `RegisterError` where one is not there."""
+        return [self._content(table, first + k) for k in range(count)]
+
+    def _content(self, table: str, register: int) -> int:
+        content = 0
+        for part in self._parts(table, register):
+            content |= (self._raw(part) >> part.shift & part.mask) << part.bit
+        return content
+
+    def _raw(self, part: Part) -> int:
+        """What a value holds now."""
+        if part.loop not in self._held:
+            self._held[part.loop] = self.registers.contents(part.loop, self.run.net.sig)
+        return self._held[part.loop][part.number]
+
+    def _parts(self, table: str, register: int) -> list[Part]:
+        found = self._where.get((table, register))
+        if found is None:
+            raise RegisterError(NO_REGISTER, f"{table} {register} is no register of this PLC")
+        return found
+
+    def write(self, table: str, first: int, contents: Sequence[int]) -> None:
+        """Registers one after the other, halves of a value together; raises `RegisterError` where one is refused."""
+        raws: dict[int, tuple[int, int]] = {}
+        for k, content in enumerate(contents):
+            for part in self._parts(table, first + k):
+                raw, written = raws.get(part.number, (self._raw(part), int(content) >> part.bit & part.mask))
+                if part.mask == WORD or written != raw:  # of the switches in a register those that change
+                    raw = raw & ~(part.mask << part.shift) | (int(content) >> part.bit & part.mask) << part.shift
+                    raws[part.number] = (raw, part.loop)
+        for number, (raw, loop) in raws.items():
+            self._write(number, raw, loop)
+
+    def _write(self, number: int, raw: int, loop: int) -> None:
+        """One value, with everything that an event of the scenario brings about."""
+        sig, cfg = self.run.net.sig, self.run.plc.cfg
+        before = list(sig)
+        done = self.registers.write(number, raw, sig)
+        self._held.clear()
+        self.run.machine.hold(before)
+        if loop >= 0:
+            self._note(loop, done)
+            slot = cfg[loop].sig_sp
+            if sig[slot] != before[slot]:
+                self.run.agenda.begin_step(self.steps, loop, before[slot])
+
+    def _note(self, loop: int, done: Done) -> None:
+        run = self.run
+        if done.mode is not None:
+            run.journal.requested[loop] = done.mode
+        if len(run.agenda.done) < LISTED:
+            run.agenda.done.append(Note(rounded(self.steps * self.dt), run.plc.loops[loop], done.text))
+        else:
+            self.unlisted += 1
+
+    def report(self) -> Report:
+        """What has happened so far; the run is over then."""
+        self.run.last = max(self.steps - 1, 0)
+        return self.run.finish()
+
+
+# --- A Modbus server in front of a virtual PLC, which is moved on in real time meanwhile ------------------------------
+
+TABLES = {1: "coil", 2: "discrete", 3: "holding", 4: "input", 5: "coil", 6: "holding", 15: "coil", 16: "holding"}
+TABLES |= {22: "holding", 23: "holding"}
+"""The table that a function reads or writes."""
+SLICE = 0.02
+"""Seconds for which requests may have to wait for the PLC."""
+BEHIND = 1.0
+"""Seconds behind its time after which the PLC is said not to keep up."""
+MOST_WAITING, HEAD, LONGEST = 16, 6, 254
+"""Requests of a client that may wait, by the protocol; bytes before the length of one, and what it is at most."""
+
+
+def context_of(plc: VirtualPlc, unit: int | None = None) -> Any:
+    """The PLC as pymodbus' servers know one; without a ``unit`` it answers whichever one is asked for."""
+    from pymodbus.constants import ExcCodes
+    from pymodbus.datastore import ModbusBaseDeviceContext, ModbusServerContext
+
+    class Context(ModbusBaseDeviceContext):
+        """Every request goes to the PLC as it is at that moment."""
+
+        def getValues(self, func_code: int, address: int, count: int = 1) -> Any:  # noqa: N802 - pymodbus' name
+            try:
+                return plc.read(TABLES.get(func_code, ""), address, count)
+            except RegisterError as error:
+                return ExcCodes(error.code)
+
+        def setValues(self, func_code: int, address: int, values: Any) -> Any:  # noqa: N802 - pymodbus' name
+            try:
+                plc.write(TABLES.get(func_code, ""), address, values)
+            except RegisterError as error:
+                return ExcCodes(error.code)
+            return None
+
+    devices = Context() if unit is None else {unit: Context()}
+    return ModbusServerContext(devices, single=unit is None)  # type: ignore[no-untyped-call]
+
+
+async def serve(
+    plc: VirtualPlc,
+    listen: Address,
+    speed: float,
+    seconds: float | None,
+    ready: Callable[[str], None],
+    tell: Callable[[str], None],
+) -> None:
+    """Serves until it is cancelled, or for so many seconds; raises `PlcError` where it cannot listen."""
+    logging.getLogger("pymodbus.logging").addHandler(logging.NullHandler())
+    server = _server_of(plc, listen)
+    try:
+        is_listening = await server.listen()
+    except TERMINAL_ERRORS as error:
+        raise PlcError(f"{listen}: the line cannot be set up: {error.args[-1]}") from None
+    if not is_listening:
+        raise PlcError(f"{listen}: {_reason(listen)}")
+    try:
+        ready(_place(server, listen))
+        moving = _move(plc, speed, tell)
+        await (moving if seconds is None else asyncio.wait_for(moving, seconds))
+    except (asyncio.CancelledError, TimeoutError):
+        pass
+    finally:
+        await server.shutdown()
+
+
+def _server_of(plc: VirtualPlc, listen: Address) -> Any:
+    from pymodbus.server import ModbusSerialServer
+
+    if not listen.device:
+        return _tcp_server(plc, listen)
+    line: dict[str, Any] = {
+        "port": listen.device,
+        "baudrate": listen.baud,
+        "parity": PARITIES[listen.parity],
+        "stopbits": listen.stop_bits,
+    }
+    return ModbusSerialServer(context_of(plc, listen.unit), ignore_missing_devices=True, **line)
+
+
+def is_flood(data: bytes) -> bool:
+    """Whether more requests of a client wait than it may have under way."""
+    at = 0
+    for _ in range(MOST_WAITING):
+        at += HEAD + min(int.from_bytes(data[at + HEAD - 2 : at + HEAD], "big"), LONGEST)
+    return at < len(data)
+
+
+def _tcp_server(plc: VirtualPlc, listen: Address) -> Any:
+    """A server that hangs up on who asks without end and on who takes no answer, so that all others get theirs."""
+    from pymodbus.server import ModbusTcpServer
+    from pymodbus.server.requesthandler import ServerRequestHandler
+
+    class Connection(ServerRequestHandler):
+        """One client."""
+
+        def data_received(self, data: bytes) -> None:
+            """Requests that have come since the last time."""
+            if is_flood(data):
+                self.transport.abort()  # type: ignore[attr-defined]
+            else:
+                super().data_received(data)
+
+        def pause_writing(self) -> None:
+            """Called when more answers wait than a client has taken for long."""
+            self.transport.abort()  # type: ignore[attr-defined]
+
+    class Server(ModbusTcpServer):
+        """One listener for all of them."""
+
+        def callback_new_connection(self) -> Connection:
+            """As the library has it."""
+            return Connection(self, self.trace_packet, self.trace_pdu, self.trace_connect)  # type: ignore[no-untyped-call]
+
+    return Server(context_of(plc), address=(listen.host, listen.port))
+
+
+def _place(server: Any, listen: Address) -> str:
+    """Where it listens, as a URL without its scheme; a port 0 has become one of the system's choice."""
+    if listen.device:
+        return listen.device
+    return endpoint(listen.host, server.transport.sockets[0].getsockname()[1])
+
+
+def _reason(listen: Address) -> str:
+    """Why nobody can listen there."""
+    if listen.device:
+        return serial_reason(listen.device)
+    try:
+        family, kind, number, _, place = socket.getaddrinfo(listen.host, listen.port, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, number) as probe:
+            probe.bind(place)
+    except OSError as error:
+        return f"cannot listen: {error.strerror or error}"
+    return "cannot listen"
+
+
+async def _move(plc: VirtualPlc, speed: float, tell: Callable[[str], None]) -> None:
+    """Moves the PLC on, ``speed`` times as fast as the clock."""
+    begin, first, is_late = time.monotonic(), plc.steps, False
+    while True:
+        due = first + int((time.monotonic() - begin) * speed / plc.dt)
+        stop = time.monotonic() + SLICE
+        while plc.steps < due and time.monotonic() < stop:
+            plc.advance(1)
+        behind = (due - plc.steps) * plc.dt / speed
+        if behind > BEHIND:
+            reached = (plc.steps - first) * plc.dt / (time.monotonic() - begin)
+            if not is_late:
+                tell(f"the simulation cannot keep up: {reached:.3g} times real time instead of {speed:g}")
+            begin, first, is_late = time.monotonic(), plc.steps, True
+        with suppress(asyncio.TimeoutError):
+            await asyncio.sleep(0 if plc.steps < due else min(plc.dt / speed, SLICE))
+
+
+# --- The virtual PLC of a scenario for others to read and to operate: the result of `pidcfg.serve` --------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +338,7 @@ class ServeResult:
 
     def to_json(self) -> Data:
         """The report as ``pidcfg simulate --format json`` has it; where nothing ran, the errors."""
-        from pidcfg.results.runs import SimulateResult
+        from pidcfg.output.runs import SimulateResult
 
         return SimulateResult(self.outcome).to_json() if self.ok else findings_data(errors_in(self.findings))
 

@@ -9,33 +9,32 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.iec_registers import content_of
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.listing import csv_lines
+from pidcfg.encoders.modbus_map import NamedNumbering
+from pidcfg.encoders.parameters import register_content
 from pidcfg.encoders.regmap import decode_one
-from pidcfg.encoders.settings import read_settings
-from pidcfg.encoders.symbol_map import NamedNumbering
-from pidcfg.encoders.words import DecodeError
-from pidcfg.live.link import Link
+from pidcfg.live.link import Link, run
 from pidcfg.live.pull import listing
-from pidcfg.live.running import run
-from pidcfg.refs import Decision
-from pidcfg.results.findings import errors_in, findings_data
-from pidcfg.results.words import DecodeOptions, decoded
+from pidcfg.output.findings import errors_in, findings_data
+from pidcfg.output.words import DecodeOptions, decoded
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from pidcfg.diagnostics import Diagnostic
+    from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.image import Encoding
-    from pidcfg.encoders.scales import Scale
-    from pidcfg.limits import Limits
     from pidcfg.live.link import Patience
     from pidcfg.live.pull import Source
     from pidcfg.live.reading import Registers
-    from pidcfg.results.findings import Data
+    from pidcfg.output.findings import Data
     from pidcfg.schemas.iec import IecType
-    from pidcfg.sim.trace import Sink
+    from pidcfg.sim.engine.run import Sink
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.reader import Limits
     from pidcfg.vendors import Vendor
 
 D874 = Decision(
@@ -224,7 +223,7 @@ def named_channels(vendor: Vendor, numbering: NamedNumbering, image: Any) -> Ite
 def _content(kind: IecType, name: str) -> Callable[[Mapping[Any, int]], str]:
     def show(words: Mapping[Any, int]) -> str:
         try:
-            content = content_of(kind, words[name])
+            content = register_content(kind, words[name])
         except DecodeError:
             return ""
         return str(int(content)) if isinstance(content, bool) else decimal_text(Decimal(repr(content)))
@@ -241,7 +240,7 @@ def _named_mode(
 
     def show(words: Mapping[Any, int]) -> str:
         held = {
-            name.removeprefix(prefix): content_of(numbering.points[name].type, raw)
+            name.removeprefix(prefix): register_content(numbering.points[name].type, raw)
             for name, raw in words.items()
             if name.startswith(prefix)
         }

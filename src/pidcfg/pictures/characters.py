@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from pidcfg.display_width import to_right, width_of
-from pidcfg.pictures.layout import explained, numbered
-from pidcfg.pictures.style import HELD, drawable, plain, unit_of_time, with_unit
+from pidcfg.pictures.layout import HELD, drawable, explained, numbered, plain, unit_of_time, with_unit
+from pidcfg.text.signs import to_right, width_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -1,41 +1,204 @@
-"""A sheet of charts as a matplotlib figure: panels, strips, marks and names of lines."""
+"""Charts as SVG and PNG by matplotlib: panels, the open loop in the complex plane, and what makes an SVG readable."""
 
 from __future__ import annotations
 
+import hashlib
+import io
+import logging
+import re
+import warnings
+from cmath import phase
+from contextlib import contextmanager
 from dataclasses import replace
+from math import cos, pi, sin
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree as ET
 
 from pidcfg.pictures.chart import Line
-from pidcfg.pictures.layout import KEY, LABEL, LINE, MARGIN, POINTS, RIGHT, TITLE, letters_in, numbered, sheet
-from pidcfg.pictures.locus import draw_locus
-from pidcfg.pictures.scale import layer_of, level_names, limits, spread, tick_text
-from pidcfg.pictures.strips import draw_marks, draw_strips, label
-from pidcfg.pictures.style import (
+from pidcfg.pictures.layout import (
     BEFORE,
+    BLUE,
     GREY,
     HELD,
     INK,
+    KEY,
+    LABEL,
+    LINE,
+    MARGIN,
     PALE,
     PENS,
+    POINTS,
+    RIGHT,
     SIZES,
+    TITLE,
     WARNING,
+    described,
+    draw_marks,
+    draw_strips,
     drawable,
+    label,
+    layer_of,
+    letters_in,
+    level_names,
+    limits,
+    numbered,
     pen_of,
     plain,
+    sheet,
     shortened,
+    spread,
     stroke,
+    tick_text,
     unit_of_time,
     with_unit,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.typing import RcKeyType
 
-    from pidcfg.pictures.chart import Chart, Panel
+    from pidcfg.pictures.chart import Chart, Locus, Panel
     from pidcfg.pictures.layout import Box, Place, Sheet
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What is done to an SVG once it is drawn: identifiers of its own, classes, words for screen readers, common fonts.
+
+SVG, XLINK = "http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"
+FONTS = "'DejaVu Sans', Verdana, 'Segoe UI', Arial, sans-serif"
+"""The font that the places are made for, and wide ones that most systems have."""
+REFERENCE = re.compile(r"url\(#([^)]*)\)")
+CLASSES = {
+    "title",
+    "loop",
+    "note",
+    "key",
+    "side",
+    "axis",
+    "line",
+    "name",
+    "strip",
+    "bar",
+    "label",
+    "mark",
+    "number",
+    "level",
+    "band",
+}
+"""First words of what `figure` calls the parts; they become classes."""
+
+
+def finished(text: str, title: str, description: str) -> str:
+    """The drawing as it is handed out: without metadata, and with no identifier that another drawing could have."""
+    root = ET.fromstring(text)  # noqa: S314 - the drawing was made here
+    salt = hashlib.sha256(f"{title}\0{text}".encode()).hexdigest()[:8]
+    for parent in list(root.iter()):
+        for child in list(parent):
+            if child.tag in {f"{{{SVG}}}metadata", f"{{{SVG}}}style"}:
+                parent.remove(child)
+    used = _references(root)
+    for element in root.iter():
+        _name_element(element, f"p{salt}-", used)
+    root.attrib |= {
+        "role": "img",
+        "aria-labelledby": f"p{salt}-title p{salt}-desc",
+        "class": "pidcfg-chart",
+        "style": "stroke-linejoin: round",
+    }
+    for place, (tag, words) in enumerate((("title", plain(title)), ("desc", description))):
+        element = ET.Element(f"{{{SVG}}}{tag}", {"id": f"p{salt}-{tag}"})
+        element.text = words
+        root.insert(place, element)
+    ET.register_namespace("", SVG)
+    ET.register_namespace("xlink", XLINK)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _references(root: ET.Element) -> set[str]:
+    """Identifiers that something refers to."""
+    names: set[str] = set()
+    for element in root.iter():
+        for key, value in element.attrib.items():
+            names |= set(REFERENCE.findall(value))
+            if key in {"href", f"{{{XLINK}}}href"} and value.startswith("#"):
+                names.add(value[1:])
+    return names
+
+
+def _name_element(element: ET.Element, prefix: str, used: set[str]) -> None:
+    """Identifiers that are needed get the prefix, names of parts become classes, the rest goes."""
+    name = element.attrib.pop("id", None)
+    if name is not None and name in used:
+        element.set("id", prefix + name)
+    elif name is not None and name.split(" ")[0] in CLASSES:
+        element.set("class", name)
+    for key, value in list(element.attrib.items()):
+        if key in {"href", f"{{{XLINK}}}href"} and value.startswith("#"):
+            element.set(key, f"#{prefix}{value[1:]}")
+        else:
+            element.set(key, REFERENCE.sub(rf"url(#{prefix}\1)", value).replace("'DejaVu Sans'", FONTS))
+
+
+# --- The open loop in the complex plane: the curve, the circle that Ms keeps it out of, and both margins --------------
+
+BOTTOM, TOP, MIDDLE = -1.8, 1.2, -0.45
+"""Ends of the imaginary axis, and the middle of the real one: the unit circle and what is below it."""
+ROUND = 180
+"""Points of a circle."""
+
+
+def draw_locus(axes: Axes, locus: Locus, box: Box) -> None:
+    """Draws the curve with its margins; both axes have one scale."""
+    half = (TOP - BOTTOM) * box.width / box.height / 2
+    axes.set_xlim(MIDDLE - half, MIDDLE + half)
+    axes.set_ylim(BOTTOM, TOP)
+    axes.axhline(0, color=PALE, linewidth=0.8, zorder=1)
+    axes.axvline(0, color=PALE, linewidth=0.8, zorder=1)
+    _arc(axes, 0j, 1.0, 0.0, 2 * pi, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), gid="line circle unit")
+    _arc(axes, -1 + 0j, 1 / locus.ms, 0.0, 2 * pi, color=WARNING, linewidth=1.3, gid="line circle ms")
+    axes.plot(
+        [z.real for z in locus.points], [z.imag for z in locus.points], color=BLUE, linewidth=1.9, gid="line locus only"
+    )
+    axes.plot([-1], [0], marker="+", markersize=9, color=WARNING, markeredgewidth=1.8, gid="mark critical")
+    _label(axes, "-1", -1 + 0j, (4, -11), WARNING)
+    _label(axes, f"Ms {locus.ms:.3g}", complex(-1 - 0.75 / locus.ms, 0.75 / locus.ms), (-4, 4), WARNING, ha="right")
+    if locus.turn is not None:
+        _dot(axes, locus.turn)
+        _label(axes, f"gain margin {locus.gain_margin:.3g}", locus.turn, (6, 8), INK)
+    if locus.crossover is not None:
+        _dot(axes, locus.crossover)
+        ends = [0.0, locus.crossover.real], [0.0, locus.crossover.imag]
+        axes.plot(*ends, color=GREY, linewidth=0.9, gid="line radius")
+        angle = phase(locus.crossover)
+        _arc(axes, 0j, 0.45, -pi if angle < 0 else pi, angle, color=INK, linewidth=1.1, gid="line angle")
+        at = (8, -10) if angle < 0 else (8, 4)
+        _label(axes, f"phase margin {locus.phase_margin:.3g}°", locus.crossover, at, INK)
+    axes.set_xlabel("real part of the open loop", size=SIZES["label"], color=INK, labelpad=2, gid="axis real")
+    axes.set_ylabel("imaginary part", size=SIZES["label"], color=INK, gid="axis imaginary")
+    axes.yaxis.set_label_coords(-LABEL / box.width, 0.5)
+
+
+def _arc(axes: Axes, centre: complex, radius: float, begin: float, end: float, **look: Any) -> None:
+    """A part of a circle, angles in radians."""
+    angles = [begin + (end - begin) * i / ROUND for i in range(ROUND + 1)]
+    points = [(centre.real + radius * cos(a), centre.imag + radius * sin(a)) for a in angles]
+    axes.plot([x for x, _ in points], [y for _, y in points], zorder=2, **look)
+
+
+def _dot(axes: Axes, point: complex) -> None:
+    axes.plot([point.real], [point.imag], marker="o", markersize=5, color=INK, zorder=5, gid="mark margin")
+
+
+def _label(axes: Axes, text: str, point: complex, offset: tuple[float, float], colour: str, ha: str = "left") -> None:
+    """A text at a point, on a ground of its own where lines pass below it."""
+    ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+    look = {"color": colour, "weight": "bold", "ha": ha, "bbox": ground, "zorder": 6}
+    label(axes, text, (point.real, point.imag), offset, gid="name", **look)
+
+
+# --- A sheet of charts as a matplotlib figure: panels, strips, marks and names of lines -------------------------------
 
 FAINT = 0.18
 """How dense a band is; where two lie over each other they are denser."""
@@ -202,3 +365,53 @@ def _name_levels(axes: Axes, panel: Panel, points: float) -> None:
     for at, (_, name) in zip(places, levels, strict=True):
         look = {"xycoords": "axes fraction", "color": PENS["level", None].colour, "ha": "right"}
         label(axes, plain(name), (1.0, at / points), (-3, 5), gid="level", **look)
+
+
+# --- Charts as SVG and PNG, drawn with matplotlib on figures of its own, without global state or a display ------------
+
+OWN: dict[RcKeyType, Any] = {
+    "font.family": ["DejaVu Sans"],
+    "text.parse_math": False,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "pidcfg",
+    "svg.image_inline": True,
+    "axes.unicode_minus": False,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.1,
+}
+"""What differs from matplotlib's defaults; a user's own matplotlibrc has no say."""
+DPI = 144
+"""Of a PNG: 1382 pixels across."""
+
+
+def svg(charts: Sequence[Chart], *, title: str) -> str:
+    """All charts below each other as one SVG, without an XML declaration: a file, or a part of a page.
+
+    Its identifiers are its own, so that a page can hold several.
+    """
+    with _drawing():
+        sink = io.StringIO()
+        figure_of(charts, title).savefig(sink, format="svg", metadata={"Date": None})
+    return finished(sink.getvalue(), title, described(charts))
+
+
+def png(charts: Sequence[Chart], *, title: str) -> bytes:
+    """All charts below each other as one PNG."""
+    with _drawing():
+        sink = io.BytesIO()
+        metadata = {"Software": None, "Description": described(charts)}
+        figure_of(charts, title).savefig(sink, format="png", dpi=DPI, metadata=metadata)
+    return sink.getvalue()
+
+
+@contextmanager
+def _drawing() -> Iterator[None]:
+    """The library with its defaults and `OWN`, silent about letters that its font lacks."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    import matplotlib as mpl
+
+    with mpl.rc_context(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mpl.rcdefaults()
+        mpl.rcParams.update(OWN)
+        yield

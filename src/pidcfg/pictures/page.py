@@ -1,17 +1,227 @@
-"""Charts as one HTML file that needs nothing else: its script stands in it, and no font or network is asked for."""
+"""Charts as parts of an HTML page, or as a page that needs nothing else."""
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from html import escape
+from itertools import pairwise
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pidcfg.pictures.style import plain
-from pidcfg.pictures.trend import POLICY, SCRIPT, STYLE, figures
+from pidcfg.pictures.layout import (
+    HELD,
+    described,
+    drawable,
+    explained,
+    grouped,
+    layer_of,
+    level_names,
+    limits,
+    numbered,
+    plain,
+    spread,
+    tick_text,
+    ticks,
+    unit_of_time,
+    with_unit,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from pidcfg.pictures.chart import Chart
+    from pidcfg.pictures.chart import Chart, Line, Panel, Strip
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Charts as parts of an HTML page: one drawing for every width and colour scheme, which a small script can zoom.
+# Lines are polylines in a square of `SQUARE` by `SQUARE`, which the browser stretches to the width that there is;
+# letters are HTML and keep their size. Without the script the page shows the whole run.
+
+SQUARE = 100_000
+"""Width and height of a panel in its own units: finer than any screen."""
+CLOSE = 0.03
+"""Marks that are closer than this share of the time axis share one number."""
+TIMES, VALUES = 8, 5
+"""Most ticks of the axes."""
+APART = 9_000.0
+"""What is between the names of two lines."""
+MODES = {"manual", "auto", "cascade"}
+"""Modes that have a colour of their own; others take turns."""
+STYLE = (Path(__file__).parent / "trend.css").read_text("utf-8")
+SCRIPT = (Path(__file__).parent / "trend.js").read_text("utf-8")
+SCRIPT_HASH = "sha256-" + base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode()
+POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; "
+    f"script-src '{SCRIPT_HASH}'; img-src data:; base-uri 'none'; form-action 'none'"
+)
+"""What a page with `figures` may load and run: its own styles, this script, nothing from elsewhere."""
+
+
+def figures(charts: Iterable[Chart]) -> str:
+    """The charts, for a page that has `STYLE`, and after them a script element with `SCRIPT`."""
+    return "".join(map(figure, charts))
+
+
+def figure(chart: Chart) -> str:
+    """One chart."""
+    begin, end = chart.ends
+    unit, size = unit_of_time(chart)
+    notes = "".join(
+        f'<p class="note{" failure" if "failed: " in text else ""}">{escape(text)}</p>\n' for text in explained(chart)
+    )
+    return (
+        f'<figure class="chart">\n<figcaption dir="auto">{escape(plain(chart.title))}</figcaption>\n{_key(chart)}'
+        f'<p class="said">{escape(described([chart]))}</p>\n'
+        f'<div class="area" data-begin="{begin!r}" data-end="{end!r}" data-unit="{unit}" data-size="{size!r}">\n'
+        f'<div class="over">{_numbers(chart)}</div>\n<div class="stack">\n'
+        + "".join(_panel(chart, panel) for panel in chart.panels)
+        + "".join(_strip(chart, strip) for strip in chart.strips)
+        + f'<div class="through">{_marks(chart)}</div>\n</div>\n{_times(chart)}</div>\n{notes}</figure>\n'
+    )
+
+
+def _key(chart: Chart) -> str:
+    """What before and after are."""
+    sides = zip(("before", "after"), chart.sides or (), strict=False)
+    rows = "".join(
+        f'<span><i class="{side}"></i>{side}: <bdi>{escape(plain(name))}</bdi></span>' for side, name in sides
+    )
+    return f'<p class="key">{rows}</p>\n' if rows else ""
+
+
+def share(chart: Chart, time: float) -> int:
+    """Where a time stands on its axis."""
+    begin, end = chart.ends
+    return round((time - begin) / ((end - begin) or 1.0) * SQUARE)
+
+
+def percent(part: float) -> str:
+    """A part of the square as a style wants it."""
+    return f"{100 * part / SQUARE:.5g}%"
+
+
+# --- panels ----------------------------------------------------------------------------------------------------------
+
+
+def _panel(chart: Chart, panel: Panel) -> str:
+    low, high = limits(panel)
+    unit = escape(plain(panel.unit))
+    title = escape(with_unit(plain(panel.title), plain(panel.unit)))
+
+    def height(value: float) -> int:
+        return round((high - value) / (high - low) * SQUARE)
+
+    rows = [(tick, height(tick)) for tick in ticks(low, high, VALUES)]
+    columns = [share(chart, tick * unit_of_time(chart)[1]) for tick in time_ticks(chart)]
+    grid = "".join([*(f"M0 {y}H{SQUARE}" for _, y in rows), *(f"M{x} 0V{SQUARE}" for x in columns)])
+    shown = [(line, points(chart, line, low, high)) for line in sorted(panel.lines, key=layer_of)]
+    lines = "".join(
+        f'<polyline class="line {line.role} {line.side or "only"}" data-name="{escape(plain(line.name))}" '
+        f'points="{" ".join([f"{x},{y}" for x, y in corners])}"/>\n'
+        for line, corners in shown
+        if corners
+    )
+    names = "".join(_names(panel, shown, height))
+    numbers = "".join(f'<span class="y" style="top:{percent(y)}">{tick_text(tick)}</span>' for tick, y in rows)
+    return (
+        f'<div class="panel" data-low="{low!r}" data-high="{high!r}" data-unit="{unit}">'
+        f'<span class="axis" dir="auto">{title}</span>'
+        f'<svg viewBox="0 0 {SQUARE} {SQUARE}" preserveAspectRatio="none" aria-hidden="true">\n'
+        f'<path class="grid" d="{grid}"/>\n{lines}</svg>{numbers}{names}</div>\n'
+    )
+
+
+def points(chart: Chart, line: Line, low: float, high: float) -> list[tuple[int, int]]:
+    """A line's points in the square of a panel from ``low`` to ``high``, without those that change nothing.
+
+    The last point goes where the line is level before and after it.
+    """
+    (begin, end), (times, values) = chart.ends, drawable(line)
+    scale, span, held = SQUARE / ((end - begin) or 1.0), high - low, line.role in HELD
+    xs = [round((time - begin) * scale) for time in times]
+    ys = [round((high - value) / span * SQUARE) for value in values]
+    corners = list(zip(xs[:1], ys[:1], strict=True))
+    level = False
+    for (before, height), (x, y) in pairwise(zip(xs, ys, strict=True)):
+        if y == height:
+            if level:
+                corners[-1] = (x, y)
+            elif x != before:
+                corners.append((x, y))
+                level = True
+        else:
+            if held and x != before:
+                corners[-1 if level else len(corners) :] = [(x, height)]
+            corners.append((x, y))
+            level = False
+    return corners
+
+
+def _names(
+    panel: Panel, lines: Sequence[tuple[Line, Sequence[tuple[int, int]]]], height: Callable[[float], int]
+) -> Iterator[str]:
+    """The names of the signals where they end, pushed apart, and of the levels above them."""
+    ends = {line.name: (corners[-1][1], line) for line, corners in reversed(lines) if corners and line.role != "level"}
+    placed = sorted(ends.values(), key=lambda end: end[0])
+    for at, (_, line) in zip(spread([at for at, _ in placed], SQUARE, APART), placed, strict=True):
+        side = "before" if line.side == "before" else "only"
+        yield f'<b class="name {line.role} {side}" style="top:{percent(at)}">{escape(plain(line.name))}</b>'
+    levels = level_names(panel)[::-1]
+    for at, (_, name) in zip(spread([height(value) for value, _ in levels], SQUARE, APART), levels, strict=True):
+        yield f'<span class="limit" style="top:{percent(at)}">{escape(plain(name))}</span>'
+
+
+# --- strips, marks and time ------------------------------------------------------------------------------------------
+
+
+def _strip(chart: Chart, strip: Strip) -> str:
+    """A row of bars; a bar tells its name unless the row does."""
+    others = list(dict.fromkeys(bar.label for bar in strip.bars if strip.kind != "mode" or bar.label not in MODES))
+    bars = []
+    for bar in strip.bars:
+        first, last = share(chart, bar.begin), share(chart, bar.end)
+        look = "ab"[others.index(bar.label) % 2] if bar.label in others else bar.label
+        label = "" if bar.label == strip.title else escape(plain(bar.label))
+        place = f"left:{percent(first)};width:{percent(last - first)}"
+        bars.append(
+            f'<i class="bar {strip.kind} {look}" data-from="{first}" data-to="{last}" style="{place}">'
+            f'<span dir="auto">{label}</span></i>'
+        )
+    return f'<div class="strip"><span class="row" dir="auto">{escape(plain(strip.title))}</span>{"".join(bars)}</div>\n'
+
+
+def _marks(chart: Chart) -> str:
+    """A line through everything at each event and failure."""
+    places = ((share(chart, mark.at), mark.kind) for _, mark in numbered(chart))
+    return "".join(f'<i class="mark {kind}" data-at="{at}" style="left:{percent(at)}"></i>' for at, kind in places)
+
+
+def _numbers(chart: Chart) -> str:
+    """The numbers of the marks, above them."""
+    numbers = [(float(share(chart, mark.at)), number, mark.kind == "failure") for number, mark in numbered(chart)]
+    return "".join(
+        f'<b class="{"failure" if failed else "event"}" data-at="{at:.0f}" style="left:{percent(at)}">{text}</b>'
+        for at, text, failed in grouped(numbers, CLOSE * SQUARE)
+    )
+
+
+def time_ticks(chart: Chart) -> list[float]:
+    """Where the time axis has numbers, in its unit."""
+    (begin, end), (_, size) = chart.ends, unit_of_time(chart)
+    return ticks(begin / size, (end if end > begin else begin + 1.0) / size, TIMES)
+
+
+def _times(chart: Chart) -> str:
+    unit, size = unit_of_time(chart)
+    numbers = "".join(
+        f'<span class="x" style="left:{percent(share(chart, tick * size))}">{tick_text(tick)}</span>'
+        for tick in time_ticks(chart)
+    )
+    return f'<div class="times">{numbers}<span class="unit">{with_unit("time", unit)}</span></div>\n'
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Charts as one HTML file that needs nothing else: its script stands in it, and no font or network is asked for.
 
 PAGE_STYLE = """\
 :root { color-scheme: light dark; }

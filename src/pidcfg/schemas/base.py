@@ -1,19 +1,18 @@
-"""Field types of every vendor's schema: what a text in a YAML file means, decided by the field it stands in.
-
-Each type is a parser that takes the text of a scalar (`pidcfg.document.Plain` or a quoted string) or a native Python
-value, and returns a frozen, exact value; what cannot be read is refused as in `pidcfg.schemas.numbers`.
-"""
+"""Field types of every vendor's schema: numbers with units, times, rates, addresses, and the limits of manuals."""
 
 from __future__ import annotations
 
 import re
+from copy import deepcopy
 from decimal import Decimal
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, WithJsonSchema
 from pydantic_core.core_schema import no_info_plain_validator_function
 
 from pidcfg.schemas.numbers import (
+    EXACT,
     NUMBER,
     SIGNED,
     help_of,
@@ -22,15 +21,25 @@ from pidcfg.schemas.numbers import (
     number_text,
     parse_integer,
     parse_number,
+    plain_number,
     refuse,
     shown,
     text_schema,
 )
+from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import value_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator, Mapping
 
     from pydantic_core import CoreSchema
+
+    from pidcfg.text.references import Basis
+
+# --- Field types of every vendor's schema: what a text in a YAML file means, decided by the field it stands in --------
+#
+# Each type is a parser that takes the text of a scalar (`pidcfg.text.document.Plain` or a quoted string) or a native
+# Python value, and returns a frozen, exact value; what cannot be read is refused as in `pidcfg.schemas.numbers`.
 
 TRUTHS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 LOOKS_BOOLEAN = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "false", "n": "false"}
@@ -134,7 +143,7 @@ def parse_name(value: object) -> str:
         message = f"a name of {len(text)} characters; the limit is {NAME_LENGTH}"
         refuse("name_form", message, help="shorten it; a long text can stand in description")
     if not NAME.fullmatch(text) or "  " in text:
-        from pidcfg.odd_signs import said_of
+        from pidcfg.text.signs import said_of
 
         refuse(
             "name_form",
@@ -206,7 +215,7 @@ def parse_pair(parse: Callable[[object], Any], what: str) -> Callable[[object], 
 
 def _range_help(value: object) -> str | None:
     """How to write the range that a text seems to mean."""
-    from pidcfg.schemas.misread import range_of
+    from pidcfg.schemas.numbers import range_of
 
     return range_of(value) if isinstance(value, str) else None
 
@@ -243,3 +252,287 @@ QuantityPair = Annotated[
     Parser(parse_pair(parse_quantity, "a pair of limits")),
     WithJsonSchema(pair_schema(QUANTITY_SCHEMA)),
 ]
+
+# --- What the files of every vendor say in the same words -------------------------------------------------------------
+
+
+class ConfigurationFile(Model):
+    """The head of a configuration; each vendor adds its loops."""
+
+    pidcfg: FormatVersion
+    """Version of the file format."""
+    vendor: str
+    """The PLC family."""
+    name: Text | None = None
+    """Name of the machine or plant section."""
+    description: Text | None = None
+    """Anything worth knowing."""
+
+
+class SectionSettings(Model):
+    """What a listing says beside its words for the whole file."""
+
+    name: Text | None = None
+    """Name of the machine or plant section."""
+    description: Text | None = None
+    """Anything worth knowing."""
+
+
+class LoopNameSettings(Model):
+    """What a listing says beside its words of one loop."""
+
+    loop: Name
+    """Name of the loop."""
+    description: Text | None = None
+    """What the loop does."""
+
+
+# --- Rates of change of a PV, for the alarms of every vendor ----------------------------------------------------------
+
+
+class Rate(NamedTuple):
+    """A rate of change of the PV: per sample, or per a unit of time (``"15 /min"``)."""
+
+    value: Decimal
+    counts: bool = False
+    per: Literal["sample", "s", "min"] = "sample"
+
+    def per_sample(self, sample_rate: Decimal) -> Quantity:
+        """The change in one sample of ``sample_rate`` seconds (manual: rate / 60 x counts per unit x sample rate)."""
+        if self.per == "sample":
+            return Quantity(self.value, self.counts)
+        change = EXACT.multiply(self.value, sample_rate)
+        return Quantity(EXACT.divide(change, Decimal(60)) if self.per == "min" else change, self.counts, derived=True)
+
+    def __str__(self) -> str:
+        return f"{Quantity(self.value, self.counts)} /{self.per}"
+
+
+def parse_rate(value: object) -> Rate:
+    """A quantity per sample, or a text ``15 /min``, ``0.25 /s``, ``40 counts/min``."""
+    if isinstance(value, Rate):
+        return value
+    if isinstance(value, str) and "/" in value:
+        amount, _, unit = value.partition("/")
+        amount, per = amount.strip(), {"min": "min", "s": "s", "sample": "sample"}.get(unit.strip())
+        number = amount.removesuffix("counts").strip()
+        if per is None or not NUMBER.fullmatch(number):
+            refuse("duration_form", f"{value!r} is not a rate", help="write 0.5 (per sample), 15 /min or 0.25 /s")
+        return Rate(number_text(number), number != amount, per)  # type: ignore[arg-type]  # one of the Literal's words
+    quantity = parse_quantity(value)
+    return Rate(quantity.value, quantity.counts)
+
+
+PER_TIME = r"\s*/\s*(?:sample|s|min)\s*"
+UNIT_RATE_SCHEMA = number_schema(text_schema(rf"\s*{SIGNED}{PER_TIME}", "15 /min", "0.25 /s"))
+COUNT_RATE_TEXT = text_schema(rf"\s*{SIGNED}\s*(?:counts)?{PER_TIME}", "15 /min", "0.25 /s", "40 counts/min")
+AnyRate = Annotated[Rate, Parser(parse_rate), WithJsonSchema(number_schema(COUNT_RATE_TEXT, COUNTS_TEXT))]
+
+# --- Decimal addresses with a prefix, ``DS101``: a bank with its limits, and the field type that it gives -------------
+
+LONGEST = 9
+"""Digits of an address that still reads as one."""
+LIKE_ADDRESS = re.compile(r" *([A-Z]+) *([0-9]+) *")
+"""Blanks between digits may stand for anything: ``C10 1`` is no address."""
+
+
+class BankRange(NamedTuple):
+    """The addresses of one bank, first and last inclusive; ``what`` names them for messages."""
+
+    prefix: str
+    first: int
+    last: int
+    what: str
+
+    def parse(self, value: object) -> int:
+        """The number of an address of this bank; another spelling of one is refused with the right one."""
+        if isinstance(value, int) and not isinstance(value, bool):
+            return self._inside(value)
+        example = f"write it like {self._example}"
+        if not isinstance(value, str):
+            refuse("address_form", f"{self.what} is wanted", help=example)
+        match = LIKE_ADDRESS.fullmatch(value.upper())
+        if match is None or match.group(1) != self.prefix or len(match.group(2)) > LONGEST:
+            refuse("address_form", f"{value!r} is not {self.what}", help=example)
+        number = self._inside(int(match.group(2)))
+        only = f"{self.prefix}{number}"
+        if value != only:
+            refuse("address_form", f"{value!r} is not spelled as an address", help=f"write {only}", only=only)
+        return number
+
+    def _inside(self, number: int) -> int:
+        if not self.first <= number <= self.last:
+            refuse(
+                "address_form",
+                f"{self.prefix}{number} does not exist",
+                help=f"addresses go from {self.prefix}{self.first} to {self.prefix}{self.last}",
+            )
+        return number
+
+    @property
+    def _example(self) -> str:
+        return f"{self.prefix}{self.first + 100}"
+
+    @property
+    def schema(self) -> dict[str, Any]:
+        """The JSON Schema of an address."""
+        return text_schema(f"{self.prefix}[1-9][0-9]{{0,{len(str(self.last)) - 1}}}", self._example)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# V-memory addresses of the DirectLOGIC family: octal, written ``V2000`` as in the manual, held as plain numbers.
+
+V_ADDRESS = re.compile(r"V([0-7]{1,6})")
+BARE = re.compile(r"[0-9]+")
+HIGHEST = 0o177777
+
+
+def v_name(address: int) -> str:
+    """The manual's spelling of an address: ``v_name(1024) == "V2000"``."""
+    return f"V{address:o}"
+
+
+def parse_v_address(value: object) -> int:
+    """``V2000`` to 1024; every other spelling is refused with the right one."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return _in_memory(value, v_name(value))
+    if not isinstance(value, str):
+        refuse("address_form", "a V-memory address is wanted", help="write it like V2000")
+    match = V_ADDRESS.fullmatch(value)
+    if match:
+        return _in_memory(int(match.group(1), 8), value)
+    digits = value.lstrip("vV0") or "0"
+    if not BARE.fullmatch(value.lstrip("vV")):
+        refuse("address_form", f"{value!r} is not a V-memory address", help="write it like V2000")
+    wrong = next((d for d in digits if d in "89"), None)
+    if wrong:
+        refuse(
+            "address_form",
+            f"{value} is not octal: {wrong} is not an octal digit",
+            help="V-memory addresses have the digits 0 to 7",
+        )
+    if BARE.fullmatch(value):
+        refuse(
+            "address_form", f"{value} can be read as octal V{digits} or as decimal {digits}", help=f"write V{digits}"
+        )
+    only = value.upper() if V_ADDRESS.fullmatch(value.upper()) else None
+    _in_memory(int(digits, 8), f"V{digits}")
+    return refuse("address_form", f"{value!r} is not spelled as an address", help=f"write V{digits}", only=only)
+
+
+def _in_memory(address: int, shown: str) -> int:
+    if not 0 <= address <= HIGHEST:
+        refuse("address_form", f"{shown} is beyond {v_name(HIGHEST)}, the last address that a word can hold")
+    return address
+
+
+VAddress = Annotated[int, Parser(parse_v_address), WithJsonSchema(text_schema("V[01]?[0-7]{1,5}", "V2000"))]
+
+# --- The Modbus map that a configuration names: a file, never a host --------------------------------------------------
+
+HOSTS = ("//", "\\\\")
+"""How a name begins that is looked for on another machine."""
+
+
+def parse_map_file(value: object) -> str:
+    """The name of a file; what names another machine is refused."""
+    name = parse_text(value)
+    if "://" in name or name.startswith(HOSTS):
+        cure = "name a file beside the configuration; the PLC's address stands on the command line (--plc)"
+        refuse("text_type", f"{name!r} is no file of this machine", help=cure)
+    if not name.strip():
+        refuse("text_type", "the name of the map is empty", help="name a file such as oven-map.csv")
+    return name
+
+
+MapFile = Annotated[str, PlainValidator(parse_map_file), WithJsonSchema({"type": "string"})]
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a manual allows for a number: beside its type, for the JSON Schema and for the rule that checks all of them.
+
+
+@frozen
+class Limits:
+    """What the manual allows for a number: inclusive, in ``unit``; ``severity`` of passing them is an error."""
+
+    low: str | None
+    high: str | None
+    unit: str
+    basis: Basis
+    effect: str | None = None
+    """What the PLC itself reports about a value outside."""
+
+    def __get_pydantic_json_schema__(
+        self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]
+    ) -> dict[str, Any]:
+        """Adds ``minimum``, ``maximum`` and the unit where an editor looks for them."""
+        schema = deepcopy(handler(core_schema))
+        if self.unit:
+            schema["x-unit"] = self.unit
+        number = next((s for s in schema.get("anyOf", []) if s.get("type") in {"number", "integer"}), schema)
+        for key, bound in (("minimum", self.low), ("maximum", self.high)):
+            if bound is not None:
+                number[key] = plain_number(Decimal(bound))
+        return schema
+
+    def holds(self, value: Decimal) -> bool:
+        """Whether ``value`` lies inside."""
+        return (self.low is None or value >= number_of(self.low)) and (
+            self.high is None or value <= number_of(self.high)
+        )
+
+
+@cache
+def number_of(text: str) -> Decimal:
+    """The number of a limit."""
+    return Decimal(text)
+
+
+def limits_at(model: type[BaseModel], path: str) -> Limits | None:
+    """The limits of a key, by its path through sections and lists; None where it has none."""
+    key, _, rest = path.partition(".")
+    field = model.model_fields[key]
+    if not rest:
+        return next((m for m in (*field.metadata, *_inside(field.annotation)) if isinstance(m, Limits)), None)
+    inside = (inner for inner in _inside(field.annotation) if rest.partition(".")[0] in _fields(inner))
+    inner = next(inside, None)
+    return None if inner is None else limits_at(inner, rest)
+
+
+def _inside(annotation: Any) -> Iterator[Any]:
+    """An annotation, its metadata, and all that it is made of."""
+    yield annotation
+    yield from getattr(annotation, "__metadata__", ())
+    for inner in get_args(annotation):
+        yield from _inside(inner)
+
+
+def _fields(annotation: Any) -> Any:
+    return getattr(annotation, "model_fields", ())
+
+
+# --- Units of tables in the words of a loop ---------------------------------------------------------------------------
+
+SIDES = ("pv", "output")
+"""The two ends of a loop, which have units of their own."""
+RESET_UNIT = "s, or min by reset_unit"
+"""The unit of DL06's reset time in tables: a bit of the loop says which of both."""
+RESET_UNITS = {"seconds": "s", "minutes": "min"}
+
+
+def units_of(loop: object) -> dict[str, str]:
+    """The units of PV and output that a loop, or what a listing says of one, gives; of the reset time, if it tells."""
+    units = {side: str(unit) for side in SIDES if (unit := value_at(loop, (side, "unit")))}
+    reset = RESET_UNITS.get(str(value_at(loop, ("tuning", "reset_unit"))))
+    return {**units, RESET_UNIT: reset} if reset else units
+
+
+def unit_text(unit: str, units: Mapping[str, str], nested: str = " per ") -> str:
+    """A unit of a table with the loop's own for ``pv`` and ``output``: ``pv/s`` is ``degC/s``, or ``m3/h per s``.
+
+    ``nested`` divides where a part is a quotient itself.
+    """
+    if " per " in unit:
+        return " per ".join(unit_text(part, units, nested) for part in unit.split(" per "))
+    parts = [units.get(part, part) for part in unit.split("/")]
+    return (nested if len(parts) > 1 and any("/" in part for part in parts) else "/").join(parts)

@@ -11,27 +11,31 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, WithJsonSchema
 
-from pidcfg.refs import CLICK, CLICK_HELP, Decision
-from pidcfg.schemas.addresses import BankRange
 from pidcfg.schemas.base import (
     DURATION_TEXT,
+    UNIT_RATE_SCHEMA,
+    BankRange,
+    ConfigurationFile,
     Flag,
     Integer,
+    Limits,
+    LoopNameSettings,
     Model,
     Name,
     Number,
     Parser,
     Range,
+    Rate,
     Seconds,
+    SectionSettings,
     Text,
     pair_schema,
     parse_duration,
     parse_pair,
+    parse_rate,
 )
-from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
-from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.numbers import NUMBER, parse_integer, parse_number, refuse, text_schema
-from pidcfg.schemas.rates import UNIT_RATE_SCHEMA, Rate, parse_rate
+from pidcfg.text.references import CLICK, CLICK_HELP, Decision
 
 D100 = Decision(
     100,

@@ -11,13 +11,17 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from pidcfg.refs import DL06
 from pidcfg.schemas.base import (
     DURATION_TEXT,
+    RESET_UNIT,
     AnyQuantity,
+    AnyRate,
+    ConfigurationFile,
     Duration,
     Flag,
     Integer,
+    Limits,
+    LoopNameSettings,
     Minutes,
     Model,
     Name,
@@ -26,15 +30,13 @@ from pidcfg.schemas.base import (
     QuantityPair,
     Range,
     Seconds,
+    SectionSettings,
     Text,
+    VAddress,
     parse_duration,
 )
-from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
-from pidcfg.schemas.limits import Limits
 from pidcfg.schemas.numbers import number_schema, parse_integer, refuse
-from pidcfg.schemas.octal import VAddress
-from pidcfg.schemas.rates import AnyRate
-from pidcfg.schemas.units import RESET_UNIT
+from pidcfg.text.references import DL06
 
 FEATURES = DL06.at("PID Loop Feature Specifications")
 SETUP = DL06.at("Loop Table and Number of Loops")

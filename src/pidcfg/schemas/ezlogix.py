@@ -11,12 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import WithJsonSchema
 
-from pidcfg.refs import EZLOGIX, Decision
-from pidcfg.schemas.addresses import BankRange
 from pidcfg.schemas.base import (
     AnyQuantity,
+    BankRange,
+    ConfigurationFile,
     Flag,
     Integer,
+    Limits,
+    LoopNameSettings,
+    MapFile,
     Model,
     Name,
     Number,
@@ -26,15 +29,14 @@ from pidcfg.schemas.base import (
     QuantityPair,
     Range,
     Seconds,
+    SectionSettings,
     Text,
     pair_schema,
     parse_pair,
     parse_text,
 )
-from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
-from pidcfg.schemas.limits import Limits
-from pidcfg.schemas.map_file import MapFile
 from pidcfg.schemas.numbers import parse_integer, refuse, text_schema
+from pidcfg.text.references import EZLOGIX, Decision
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -9,10 +9,21 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Annotated, Literal
 
-from pidcfg.refs import Decision
-from pidcfg.schemas.base import Flag, Model, Name, Number, OffSeconds, Range, Seconds, Text
-from pidcfg.schemas.common import ConfigurationFile, LoopNameSettings, SectionSettings
-from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.base import (
+    ConfigurationFile,
+    Flag,
+    Limits,
+    LoopNameSettings,
+    Model,
+    Name,
+    Number,
+    OffSeconds,
+    Range,
+    Seconds,
+    SectionSettings,
+    Text,
+)
+from pidcfg.text.references import Decision
 
 D280 = Decision(
     280,

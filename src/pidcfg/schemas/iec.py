@@ -12,17 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import BeforeValidator, WithJsonSchema
 
-from pidcfg.frozen import frozen
-from pidcfg.schemas.base import (
-    DURATION,
-    DURATION_FORM,
-    LOOKS_BOOLEAN,
-    TRUTHS,
-    Parser,
-    flag,
-    parse_duration,
-    parse_flag,
-)
+from pidcfg.schemas.base import DURATION, DURATION_FORM, LOOKS_BOOLEAN, TRUTHS, Parser, flag, parse_duration, parse_flag
 from pidcfg.schemas.numbers import (
     LEADING_ZERO,
     NOT_FINITE,
@@ -35,6 +25,7 @@ from pidcfg.schemas.numbers import (
     refuse,
     text_schema,
 )
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable

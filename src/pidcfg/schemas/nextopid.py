@@ -13,12 +13,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pidcfg.refs import NEXTOPID, Decision
-from pidcfg.schemas.base import Model, Range, Seconds, Text
-from pidcfg.schemas.common import ConfigurationFile
+from pidcfg.schemas.base import ConfigurationFile, Limits, MapFile, Model, Range, Seconds, Text
 from pidcfg.schemas.iec import BoolIn, Identifier, IntIn, MoveIn, RealIn, Signal, TimeIn, TuneMode, UInt, UIntIn, USInt
-from pidcfg.schemas.limits import Limits
-from pidcfg.schemas.map_file import MapFile
+from pidcfg.text.references import NEXTOPID, Decision
 
 D200 = Decision(
     200,

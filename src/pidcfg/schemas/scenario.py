@@ -1,35 +1,375 @@
-"""What a scenario file may say: which configuration runs against which plants, what happens, and what is expected.
-
-A key that only fits some models, events or expectations is optional here; what belongs together is checked once the
-configuration is known (`pidcfg.sim.check_scenario`), since names of loops, signals and alarms come from there.
-"""
+"""What a scenario file may say: which configuration runs against which plants, what happens, and what is expected."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from decimal import Decimal
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from pidcfg.schemas.base import AnyQuantity, Flag, FormatVersion, Integer, Model, Name, Number, Range, Seconds, Text
-from pidcfg.schemas.scenario_fields import (
-    AnyBound,
-    AnyMode,
-    Expression,
-    Initial,
-    Key,
-    LoopCount,
-    Metric,
-    ModelName,
-    Percent,
-    StandingKind,
-    Times,
-    Truth,
-    both_forms,
-    by_key,
-    whole,
+from pidcfg.schemas.base import (
+    DURATION,
+    DURATION_FORM,
+    DURATION_SCHEMA,
+    QUANTITY_SCHEMA,
+    TRUTHS,
+    AnyQuantity,
+    Flag,
+    FormatVersion,
+    Integer,
+    Model,
+    Name,
+    Number,
+    Parser,
+    Quantity,
+    Range,
+    Seconds,
+    Text,
+    pair_schema,
+    parse_flag,
+    parse_pair,
+    parse_quantity,
+    parse_seconds,
+    parse_text,
 )
-from pidcfg.schemas.scenario_vary import Vary
+from pidcfg.schemas.numbers import (
+    NUMBER,
+    SIGNED,
+    UNSIGNED,
+    decimal_text,
+    number_schema,
+    number_text,
+    parse_integer,
+    parse_number,
+    refuse,
+    text_schema,
+)
+
+# --- Field types of scenarios: what a bound, a share, a start or an expression may look like as text ------------------
+
+
+class Bound(NamedTuple):
+    """A limit of an expectation: a number, a share (``%``), or a time (``s``)."""
+
+    value: Decimal
+    unit: Literal["", "%", "s"] = ""
+
+
+class Never(NamedTuple):
+    """A mode that a loop must not reach."""
+
+    mode: str
+
+
+def parse_mode(value: object) -> str | Never:
+    """A mode, ``manual``, or one that must not come, ``{never: auto}``."""
+    if isinstance(value, Never):
+        return value
+    if isinstance(value, Mapping):
+        if set(value) != {"never"}:
+            refuse("mode_form", "a mode is wanted", help="write 'mode: auto', or 'mode: {never: auto}'")
+        return Never(parse_text(value["never"]))
+    return parse_text(value)
+
+
+def parse_percent(value: object) -> Decimal:
+    """A share in %: ``5 %`` or ``5``."""
+    if isinstance(value, str) and value.endswith("%"):
+        return number_text(value[:-1].strip())
+    return parse_number(value)
+
+
+def parse_bound(value: object) -> Bound:
+    """``10``, ``10 %`` or ``10 min``."""
+    if isinstance(value, Bound):
+        return value
+    if isinstance(value, str) and value.endswith("%"):
+        return Bound(parse_percent(value), "%")
+    if isinstance(value, str) and DURATION.fullmatch(value):
+        return Bound(parse_seconds(value), "s")
+    return Bound(parse_number(value))
+
+
+def parse_initial(value: object) -> Literal["steady"] | dict[str, Quantity]:
+    """``steady``, or the output that each loop starts with: ``{TIC-101: 40}``."""
+    if value == "steady":
+        return "steady"
+    if isinstance(value, Mapping):
+        return {str(loop): parse_quantity(output) for loop, output in value.items()}
+    return refuse("initial_form", f"{value!r} is no way to start", help="write steady, or {TIC-101: 40} with outputs")
+
+
+def parse_word(value: object) -> int:
+    """A 16-bit word: ``0x0008`` or ``8``."""
+    if isinstance(value, str) and value[:2].lower() == "0x":
+        try:
+            word = int(value, 16)
+        except ValueError:
+            return refuse("number_form", f"{value!r} is not a hexadecimal number")
+    else:
+        word = int(parse_number(value))
+    if not 0 <= word <= 0xFFFF:
+        refuse("number_form", f"{value} does not fit a 16-bit word")
+    return word
+
+
+def parse_loop_count(value: object) -> int:
+    """A number of loops as a set-up word of four decimal digits takes it."""
+    count = parse_integer(value)
+    if not 0 <= count <= MOST_LOOPS:
+        refuse("number_form", f"{value} does not fit the word", help=f"write 0 to {MOST_LOOPS}")
+    return count
+
+
+def parse_truth(value: object) -> bool | int:
+    """What a flag must be: true, false, or the value of a word."""
+    if isinstance(value, bool) or (isinstance(value, str) and value in TRUTHS):
+        return parse_flag(value)
+    return parse_word(value)
+
+
+def by_key(value: object) -> object:
+    """A list as a mapping of its indices, so that both forms of ``plants`` are read the same way."""
+    return dict(enumerate(value)) if isinstance(value, list) else value
+
+
+def both_forms(schema: dict[str, Any]) -> None:
+    """The JSON Schema of a mapping, changed so that a list of the same things is as good."""
+    items = schema.pop("additionalProperties")
+    del schema["type"]
+    schema["anyOf"] = [{"type": "object", "additionalProperties": items}, {"type": "array", "items": items}]
+
+
+def rejoin(value: object) -> object:
+    """Puts an expression together that a YAML mapping in braces cut at its commas.
+
+    To YAML ``{input: 1 / max(Fi, 1), load: 2}`` is a value ``1 / max(Fi``, a key ``1)`` without a value, and the rest.
+    """
+    if not isinstance(value, Mapping):
+        return value
+    joined: dict[Any, Any] = {}
+    cut: Any = None
+    for key, item in value.items():
+        if cut is not None and item is None:
+            joined[cut] = type(joined[cut])(f"{joined[cut]}, {key}")
+        else:
+            joined[key], cut = item, key
+        if not isinstance(joined[cut], str) or joined[cut].count("(") <= joined[cut].count(")"):
+            cut = None
+    return joined
+
+
+def whole(data: object) -> object:
+    """The data of a scenario file with its expressions put together."""
+    if not isinstance(data, Mapping):
+        return data
+    plants = data.get("plants")
+    mended = dict(data)
+    if isinstance(plants, Mapping):
+        mended["plants"] = {name: rejoin(plant) for name, plant in plants.items()}
+    elif isinstance(plants, list):
+        mended["plants"] = [rejoin(plant) for plant in plants]
+    if "connect" in data:
+        mended["connect"] = rejoin(data["connect"])
+    return mended
+
+
+def parse_key(value: object) -> str | int:
+    """A loop's name, or the index in a list."""
+    return value if isinstance(value, int) else str(value)
+
+
+def parse_expression(value: object) -> str:
+    """An expression of signals as text; it is read when the names are known."""
+    if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
+        return str(value)
+    if not isinstance(value, str):
+        refuse("text_type", "an expression is wanted", help="write a signal's name, or 1 / max(Fi, 1)")
+    return str(value)
+
+
+MOST_LOOPS = 9999
+
+_PERCENT_FORM = rf"\s*{SIGNED}\s*%"
+_PERCENT_TEXT = text_schema(_PERCENT_FORM, "5 %")
+_BOUND_TEXT = text_schema(f"{_PERCENT_FORM}|{DURATION_FORM}", "10 %", "10 min")
+_MODE_SCHEMA = {
+    "anyOf": [
+        {"type": "string"},
+        {
+            "type": "object",
+            "properties": {"never": {"type": "string"}},
+            "required": ["never"],
+            "additionalProperties": False,
+        },
+    ]
+}
+_INITIAL_SCHEMA = {"anyOf": [{"const": "steady"}, {"type": "object", "additionalProperties": QUANTITY_SCHEMA}]}
+
+Initial = Annotated[Literal["steady"] | dict[str, Quantity], Parser(parse_initial), WithJsonSchema(_INITIAL_SCHEMA)]
+LoopCount = Annotated[
+    int, Parser(parse_loop_count), WithJsonSchema({"type": "integer", "minimum": 0, "maximum": MOST_LOOPS})
+]
+AnyBound = Annotated[Bound, Parser(parse_bound), WithJsonSchema(number_schema(_BOUND_TEXT))]
+Percent = Annotated[Decimal, Parser(parse_percent), WithJsonSchema(number_schema(_PERCENT_TEXT))]
+AnyMode = Annotated[str | Never, Parser(parse_mode), WithJsonSchema(_MODE_SCHEMA)]
+Truth = Annotated[bool | int, Parser(parse_truth), WithJsonSchema({"type": ["boolean", "integer", "string"]})]
+Times = Annotated[
+    tuple[Decimal, Decimal],
+    Parser(parse_pair(parse_seconds, "a pair of times")),
+    WithJsonSchema(pair_schema(DURATION_SCHEMA)),
+]
+Expression = Annotated[str, Parser(parse_expression), WithJsonSchema({"type": ["string", "number"], "maxLength": 1000})]
+Key = Annotated[str | int, Parser(parse_key), WithJsonSchema({"type": "string"})]
+ModelName = Literal["first_order", "second_order", "integrator", "lead_lag", "dead_time", "valve"]
+Metric = Literal[
+    "overshoot",
+    "settling_time",
+    "rise_time",
+    "iae",
+    "ise",
+    "itae",
+    "total_variation",
+    "final_error",
+    "oscillation_period",
+    "oscillation_amplitude",
+]
+StandingKind = Literal[
+    "not-in-mode",
+    "set-up-error",
+    "pv-not-driven",
+    "saturated",
+    "error-stands",
+    "out-of-range",
+    "oscillates",
+    "alarm-stands",
+]
+"""What a standing expectation can find, in the order of the report."""
+
+# --- What a scenario says of what is uncertain: numbers of plants and of loops, and how each is spread ----------------
+
+AMOUNT = re.compile(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?) *([^\s0-9.].*)")
+SHARE = re.compile(r"(?:±|\+-|\+/-) ?([0-9.]+) ?%")
+FORMS = "write ±30 %, {uniform: [40, 90]} or {normal: [8, 2], limits: [4, 14]}"
+
+
+class Amount(NamedTuple):
+    """A number, and the unit that is written behind it: ``40``, ``2 min``."""
+
+    value: Decimal
+    unit: str = ""
+
+    def __str__(self) -> str:
+        return f"{decimal_text(self.value)} {self.unit}".rstrip()
+
+
+class Spread(NamedTuple):
+    """How a number is spread.
+
+    ``share``: uniform around the file's value, ``pair[0]`` % of its amount to either side. ``uniform``: between the
+    pair. ``normal``: the pair is mean and standard deviation; within ``limits`` where there are some.
+    """
+
+    kind: Literal["share", "uniform", "normal"]
+    pair: tuple[Amount, Amount]
+    limits: tuple[Amount, Amount] | None = None
+
+    def __str__(self) -> str:
+        first, second = self.pair
+        if self.kind == "share":
+            return f"±{decimal_text(first.value)} %"
+        within = "" if self.limits is None else f" within {self.limits[0]} to {self.limits[1]}"
+        return f"{first} to {second}" if self.kind == "uniform" else f"{first}, deviation {second}{within}"
+
+
+def parse_amount(value: object) -> Amount:
+    """A number, with or without a unit."""
+    match = AMOUNT.fullmatch(value) if isinstance(value, str) and not NUMBER.fullmatch(value) else None
+    return Amount(number_text(match[1]), match[2].strip()) if match else Amount(parse_number(value))
+
+
+def parse_spread(value: object) -> Spread:
+    """``±30 %``, ``{uniform: [40, 90]}`` or ``{normal: [8, 2], limits: [4, 14]}``."""
+    if isinstance(value, Spread):
+        return value
+    if isinstance(value, str) and (match := SHARE.fullmatch(value)):
+        share = number_text(match[1])
+        if share <= 0:
+            refuse("number_form", f"{value} leaves nothing to vary", help=FORMS)
+        return Spread("share", (Amount(share, "%"), Amount(share, "%")))
+    if not isinstance(value, Mapping):
+        refuse("spread_form", f"{value!r} does not say how the number is spread", help=FORMS)
+    keys = set(value)
+    if keys == {"uniform"}:
+        return Spread("uniform", _ascending(value["uniform"], "uniform"))
+    if keys in ({"normal"}, {"normal", "limits"}):
+        mean, sigma = _pair(value["normal"], "mean and standard deviation")
+        if sigma.value <= 0:
+            refuse("number_form", f"the standard deviation {sigma} is not above 0", help=FORMS)
+        limits = _ascending(value["limits"], "limits") if "limits" in keys else None
+        if limits is not None and limits[0].unit != mean.unit:
+            refuse("number_form", f"normal is in {mean.unit or 'plain numbers'}, limits in another unit", help=FORMS)
+        return Spread("normal", (mean, sigma), limits)
+    return refuse(
+        "spread_form", f"{', '.join(map(str, value)) or 'nothing'} does not say how a number varies", help=FORMS
+    )
+
+
+def _pair(value: object, what: str) -> tuple[Amount, Amount]:
+    """Two amounts of one unit."""
+    first, second = parse_pair(parse_amount, what)(value)
+    if first.unit != second.unit:
+        refuse("number_form", f"{first} and {second} are not in one unit", help="write both in the same unit")
+    return first, second
+
+
+def _ascending(value: object, what: str) -> tuple[Amount, Amount]:
+    """Two ends, the lower one first."""
+    low, high = _pair(value, "a pair of ends")
+    if low.value >= high.value:
+        refuse("range_order", f"{what} [{low}, {high}] does not ascend", help="write the lower end first")
+    return low, high
+
+
+_AMOUNT_SCHEMA: dict[str, Any] = {"type": ["number", "string"]}
+_PAIR_SCHEMA = pair_schema(_AMOUNT_SCHEMA)
+_SPREAD_SCHEMA: dict[str, Any] = {
+    "anyOf": [
+        text_schema(rf"(?:±|\+-|\+/-) ?{UNSIGNED} ?%", "±30 %"),
+        {
+            "type": "object",
+            "properties": {"uniform": _PAIR_SCHEMA},
+            "required": ["uniform"],
+            "additionalProperties": False,
+        },
+        {
+            "type": "object",
+            "properties": {"normal": _PAIR_SCHEMA, "limits": _PAIR_SCHEMA},
+            "required": ["normal"],
+            "additionalProperties": False,
+        },
+    ]
+}
+AnySpread = Annotated[Spread, Parser(parse_spread), WithJsonSchema(_SPREAD_SCHEMA)]
+
+
+class Vary(Model):
+    """What is uncertain; ``pidcfg certify`` draws it anew for each sample, other commands run the file's values."""
+
+    seed: Integer | None = None
+    """Seed of the samples; not given: that of the scenario."""
+    plants: Annotated[dict[Name, dict[str, AnySpread]], Field(default_factory=dict)]
+    """By plant its keys: ``gain: ±30 %``, ``dead_time: {normal: [8, 2], limits: [4, 14]}``."""
+    loops: Annotated[dict[Name, dict[str, AnySpread]], Field(default_factory=dict)]
+    """By loop keys that an event may ``set``: ``tuning.gain: ±10 %``."""
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a scenario file may say: which configuration runs against which plants, what happens, and what is expected.
+# A key that only fits some models, events or expectations is optional here; what belongs together is checked once the
+# configuration is known (`pidcfg.sim.engine.checks`), since names of loops, signals and alarms come from there.
 
 
 class Plant(Model):

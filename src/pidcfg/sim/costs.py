@@ -1,4 +1,4 @@
-"""What running and compiling a vendor's kernels takes; `pidcfg.sim.engine.choose` decides by it, and never by a clock.
+"""What running and compiling a vendor's kernels takes; `pidcfg.sim.engine.choice` decides by it, and never by a clock.
 
 Measured with the shipped examples and written by ``python tasks.py bench --write-costs``.
 """

@@ -15,11 +15,20 @@ from statistics import fmean, median
 from typing import TYPE_CHECKING
 
 from pidcfg.tuning import response
-from pidcfg.tuning.output import Path, output_path
-from pidcfg.tuning.response import Fit, Samples, Segment, least_squares
+from pidcfg.tuning.response import (
+    Fit,
+    Path,
+    Record,
+    RecordError,
+    Samples,
+    Segment,
+    least_squares,
+    output_path,
+    refuse_shape,
+    refuse_spikes,
+    refuse_stop,
+)
 from pidcfg.tuning.rules import Process
-from pidcfg.tuning.samples import Record, RecordError
-from pidcfg.tuning.shape import refuse_shape, refuse_spikes, refuse_stop
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

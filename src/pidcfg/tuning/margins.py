@@ -1,28 +1,32 @@
-"""How robust a loop is: maximum sensitivity, gain margin and phase margin of a controller on a process.
-
-The loop is L = Kp (1 + 1/(Ti s) + Td s) G(s): the dependent form without a filter, as the rules have it, in continuous
-time; a sample time counts as half of it in dead time.
-"""
+"""Whether gains are to be trusted: margins of the loop, its answers in time, and the range of the rule."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
 from cmath import exp, phase
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import degrees, inf, isinf, log10, pi
+from math import atan, degrees, inf, isinf, log10, pi, sqrt
+from math import exp as real_exp
 from typing import TYPE_CHECKING
 
-from pidcfg.refs import Decision
+from pidcfg.text.references import Decision
+from pidcfg.tuning.rules import Process
+from pidcfg.tuning.transfer import transfer_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from pidcfg.tuning.rules import Gains
+    from pidcfg.tuning.rules import Cycle, Form, Gains, Method
     from pidcfg.tuning.transfer import Transfer
 
     OpenLoop = Callable[[float], complex]
     """The open loop by the frequency in rad/s."""
+
+# --- How robust a loop is: maximum sensitivity, gain margin and phase margin of a controller on a process -------------
+#
+# The loop is L = Kp (1 + 1/(Ti s) + Td s) G(s): the dependent form without a filter, as the rules have it, in
+# continuous time; a sample time counts as half of it in dead time.
 
 D708 = Decision(
     708,
@@ -212,3 +216,204 @@ def crossings(loop: OpenLoop, frequencies: Sequence[float], of: Callable[[comple
                     left = middle
             yield (left + right) / 2
         before = after
+
+
+# --- What the loop does in time: overshoot and absolute error after a step of the set point, and of the output --------
+#
+# The controller has the derivative on the PV, so that a step of the set point makes no spike; process and dead time
+# are exact for an output that is held over a step of the calculation, which is a small part of the fastest time.
+
+FINEST, MOST_STEPS = 100, 60_000
+"""Steps of the calculation in the fastest time, and in all."""
+COARSEST = 5
+"""Times that step where the fastest time is not the loop's."""
+SETTLED, SHOWN, MOST_SHOWN = 0.01, 1.15, 1500
+"""Part of the way within which a PV is at rest; how long, in times until then, and in points, is shown."""
+LONG = 12
+"""Times the slowest of integral time, lags and dead time: how long is looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Overshoot in % of a step of the set point, and integrals of |error| in units and s.
+
+    The integrals are of a unit step of the set point, and of one that is added to the output; None: without an integral
+    term the error stays.
+    """
+
+    overshoot: float
+    iae_setpoint: float | None
+    iae_disturbance: float | None
+
+
+class _Plant:
+    """A transfer function in steps of time; as many leads as lags at most."""
+
+    def __init__(self, transfer: Transfer, dt: float) -> None:
+        self.dt, self.gain = dt, abs(transfer.gain)
+        leads = [*transfer.zeros, *[0.0] * len(transfer.poles)]
+        self.lags = [(1 - real_exp(-dt / lag), lead / lag) for lag, lead in zip(transfer.poles, leads, strict=False)]
+        self.leads = transfer.zeros[len(transfer.poles) :]
+        self.states = [0.0] * len(self.lags)
+        self.integral, self.integrates = 0.0, bool(transfer.integrators)
+        self.delay = [0.0] * round(transfer.dead_time / dt)
+        self.at = 0
+
+    def step(self, output: float) -> float:
+        """The PV after one step with this output."""
+        if self.delay:
+            self.delay[self.at], output = output, self.delay[self.at]
+            self.at = (self.at + 1) % len(self.delay)
+        value = output * self.gain
+        if self.integrates:
+            slope = value
+            self.integral += value * self.dt
+            value = self.integral + sum(self.leads) * slope
+        for i, (share, lead) in enumerate(self.lags):
+            self.states[i] += (value - self.states[i]) * share
+            value = self.states[i] + lead * (value - self.states[i])
+        return value
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """The PV after a unit step of the set point, and after one that is added to the output; times in s."""
+
+    times: tuple[float, ...]
+    setpoint: tuple[float, ...]
+    disturbance: tuple[float, ...]
+
+
+def curves(gains: Gains, transfer: Transfer) -> Curves:
+    """How a stable loop answers, until it is at rest; nothing where its times are too far apart."""
+    grid = _grid(gains, transfer)
+    if grid is None:
+        return Curves((0.0,), (0.0,), (0.0,))
+    dt, duration = grid
+    after_setpoint, _ = _run(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
+    after_load, _ = _run(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
+    moving = max(_moving(after_setpoint), _moving(after_load))
+    end = min(len(after_setpoint), round(SHOWN * moving) + 2)
+    every = max(1, end // MOST_SHOWN)
+    times = (0.0, *((i + 1) * dt for i in range(0, end, every)))
+    return Curves(times, (0.0, *after_setpoint[:end:every]), (0.0, *after_load[:end:every]))
+
+
+def _moving(pvs: list[float]) -> int:
+    """Steps until the PV stays within a small part of its way."""
+    band = SETTLED * (max(pvs) - min(pvs))
+    return next((i for i in range(len(pvs) - 1, -1, -1) if abs(pvs[i] - pvs[-1]) > band), 0)
+
+
+def _grid(gains: Gains, transfer: Transfer) -> tuple[float, float] | None:
+    """The step of the calculation and how long it goes on, in s; None: more steps than can be made."""
+    loop = Loop(gains, transfer)
+    fine, duration = min(loop.times) / FINEST, LONG * max(loop.times)
+    if duration / fine <= MOST_STEPS:
+        return fine, duration
+    # A lag that is much slower than the loop ends with it; a time that is much faster makes no difference.
+    fastest = 1 / loop.crossover
+    slowest = max(time for time in (fastest, transfer.dead_time, gains.integral_time) if not isinf(time))
+    duration = min(duration, LONG * slowest)
+    step = max(fine, duration / MOST_STEPS)
+    return (step, duration) if step <= fastest / FINEST * COARSEST else None
+
+
+def answer(gains: Gains, transfer: Transfer) -> Answer | None:
+    """The figures of a stable loop; None where its times are too far apart."""
+    if (grid := _grid(gains, transfer)) is None:
+        return None
+    pvs, setpoint_error = _run(gains, transfer, *grid, setpoint=1.0, load=0.0)
+    _, load_error = _run(gains, transfer, *grid, setpoint=0.0, load=1.0)
+    rest = isinf(gains.integral_time)
+    final = pvs[-1] if rest else 1.0
+    overshoot = 100 * max(0.0, max(pvs) / final - 1) if final else 0.0
+    return Answer(overshoot, None if rest else setpoint_error, None if rest else load_error)
+
+
+def _run(
+    gains: Gains, transfer: Transfer, dt: float, duration: float, *, setpoint: float, load: float
+) -> tuple[list[float], float]:
+    """The PV, and the integral of the absolute error."""
+    plant, integral, pv, before, total = _Plant(transfer, dt), 0.0, 0.0, 0.0, 0.0
+    rate = gains.derivative_time / dt
+    share = 0.0 if isinf(gains.integral_time) else dt / gains.integral_time
+    pvs = []
+    for _ in range(round(duration / dt)):
+        error = setpoint - pv
+        integral += error * share
+        output = gains.gain * (error + integral - rate * (pv - before))
+        before, pv = pv, plant.step(output + load)
+        pvs.append(pv)
+        total += abs(error) * dt
+    return pvs, total
+
+
+# --- Whether gains are to be trusted: the range of the rule, the margins of the loop, and what it does in time --------
+
+LIVELIEST = 2.5
+"""Of Ms: above it small errors of the process make the loop swing (D706)."""
+SAMPLE_SHARE = 10
+"""A sample time should be below this part of the time constant."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """Whether the rule was made for the process, with its range in words, and how the loop behaves."""
+
+    valid: bool
+    reason: str
+    margins: Margins | None = None
+    """None: the loop is unstable, or the process is not known."""
+    answer: Answer | None = None
+    plant: Transfer | None = None
+    """What the margins are those of; None: the process is not known."""
+    known: bool = True
+    """Whether there was a process to judge the gains by."""
+
+    def warnings(self) -> Iterator[str]:
+        """What an engineer has to know before the gains are used."""
+        if not self.valid:
+            yield f"outside the rule's range, which is {self.reason}"
+        if self.margins is not None and self.margins.ms > LIVELIEST:
+            yield f"Ms is {self.margins.ms:.3g}: up to 2 is robust, this loop swings when the process changes a little"
+        elif self.known and self.margins is None:
+            yield "with these gains the loop is unstable"
+
+
+def judged(
+    method: Method, form: Form, gains: Gains, process: Process | None, transfer: Transfer | None = None
+) -> Judgement:
+    """The judgement of gains on a process, or on the transfer function that it was reduced from."""
+    if process is None:
+        return Judgement(valid=True, reason="it has no limits; margins need the process's gain", known=False)
+    valid, reason = method.range_of_validity(form, process)
+    plant = transfer_of(process)
+    if transfer is not None:
+        plant = replace(transfer, dead_time=transfer.dead_time + process.sample_time / 2)
+    found = margins(gains, plant)
+    return Judgement(valid, reason, found, None if found is None else answer(gains, plant), plant)
+
+
+def process_of_cycle(gain: float, cycle: Cycle) -> Process | None:
+    """The lag with dead time that has this gain and ultimate cycle; None: no such process."""
+    loud = gain * cycle.gain
+    if loud <= 1:
+        return None
+    turned, w = sqrt(loud * loud - 1), 2 * pi / cycle.period
+    return Process(gain, turned / w, (pi - atan(turned)) / w)
+
+
+def remarks(process: Process) -> Iterator[str]:
+    """What the rules' authors warn of."""
+    if process.integrating:
+        return
+    if process.dead_time and process.time_constant / process.dead_time < 1:
+        yield "the dead time is longer than the time constant: hard to control, whatever the gains"
+    if process.sample_time and process.sample_time * SAMPLE_SHARE >= process.time_constant:
+        yield "the sample time is not below a tenth of the time constant"
+
+
+def finite(value: float) -> float | None:
+    """A number for JSON; None where there is no limit."""
+    return None if isinf(value) else value

@@ -1,8 +1,4 @@
-"""How a process answers to the recorded output, and the parameters of it that fit best.
-
-The output is held between its changes, or runs straight along a ramp. A process is a first-order lag or an integrator
-behind a dead time. Gain, rest and drift are linear and follow by least squares; the two times are searched.
-"""
+"""How a process answers to a recorded output, the parameters that fit best, and what no first-order process does."""
 
 from __future__ import annotations
 
@@ -15,6 +11,45 @@ from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+# --- The samples of a test, what a user says of them, and the error for those that tell no process --------------------
+
+
+class RecordError(ValueError):
+    """A record that tells no process: what is wrong, and what to record instead."""
+
+    def __init__(self, message: str, cure: str, row: int | None = None) -> None:
+        super().__init__(message)
+        self.cure = cure
+        self.row = row
+        """Index of the sample that shows it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Samples of one test: times in s, and what output and PV were."""
+
+    time: Sequence[float]
+    output: Sequence[float]
+    pv: Sequence[float]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What the user says of a record: its columns, the output before it, and the part that counts."""
+
+    columns: str | None = None
+    rest: float | None = None
+    start: str | None = None
+    """A time of the record: a number with or without unit, or as the record writes it."""
+    until: str | None = None
+
+
+# --- How a process answers to the recorded output, and the parameters of it that fit best -----------------------------
+#
+# The output is held between its changes, or runs straight along a ramp. A process is a first-order lag or an
+# integrator behind a dead time. Gain, rest and drift are linear and follow by least squares; the two times are
+# searched.
 
 POINTS = 800
 """Points that the search looks at; longer records are averaged."""
@@ -256,3 +291,199 @@ def _simplex(cost: Callable[[Sequence[float]], float], start: tuple[float, float
             shrunk = [((p[0] + a[0]) / 2, (p[1] + a[1]) / 2) for p in (b, c)]
             ranked = sorted([(best, a), *((cost(p), p) for p in shrunk)])
     return ranked[0][1]
+
+
+# --- What the output of a record does: levels that are held, or a ramp, from its first change on ----------------------
+
+STRAY = 0.05
+"""How far a held output may stray, in its range."""
+MOST_TURNS = 8
+"""How often the output of a test turns round at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """The output from its first change on."""
+
+    segments: Sequence[Segment]
+    first: int
+    """The first sample that is not at rest."""
+    span: float
+    """The largest change from rest."""
+
+
+def output_path(record: Record, rest: float | None) -> Path:
+    """How the output goes from rest; ``rest`` is its value before the record, where it changed at the first sample.
+
+    Raises `RecordError`.
+    """
+    output = record.output
+    levels = [*output, *([] if rest is None else [rest])]
+    reach = max(levels) - min(levels)
+    if reach == 0:
+        cure = "record a step of the output in manual mode"
+        if rest is None:
+            cure += "; where it stepped at the first sample, give the output before it with --rest"
+        raise RecordError(f"the output never changes, it is {output[0]:g}", cure)
+    turns = _turns(output, STRAY * reach)
+    if turns > MOST_TURNS:
+        raise RecordError(
+            f"the output turns round {turns} times, as in a closed loop",
+            "put the loop into Manual, step the output once, and record until the PV is at rest",
+        )
+    held = _held(output, STRAY * reach)
+    path = output if held is None else held
+    before = path[0] if rest is None else rest
+    first = next((i for i, u in enumerate(path) if abs(u - before) > STRAY * reach / 10), len(path) - 1)
+    start = first if held is not None else max(first - 1, 0)
+    segments = _segments(record.time, [u - before for u in path], start, ramps=held is None)
+    return Path(segments, first, max((u - before for u in path), key=abs))
+
+
+def _held(output: Sequence[float], stray: float) -> list[float] | None:
+    """The output without its jitter, each level its mean; None where it does not stay on levels, as in a ramp."""
+    levels: list[list[float]] = [[output[0]]]
+    for a, b in pairwise(output):
+        if abs(b - a) > stray:
+            levels.append([])
+        levels[-1].append(b)
+    means = [fmean(level) for level in levels]
+    if any(abs(u - mean) > stray for level, mean in zip(levels, means, strict=True) for u in level):
+        return None
+    if len(levels) > 3 and sum(len(level) == 1 for level in levels) * 2 > len(levels):
+        return None
+    return [mean for level, mean in zip(levels, means, strict=True) for _ in level]
+
+
+def _segments(times: Sequence[float], path: Sequence[float], start: int, *, ramps: bool) -> list[Segment]:
+    """The output as levels that are held, or as straight lines between its samples."""
+    out: list[Segment] = []
+    for i in range(start, len(path)):
+        ahead = times[i + 1] - times[i] if i + 1 < len(path) else 0.0
+        slope = (path[i + 1] - path[i]) / ahead if ramps and ahead > 0 else 0.0
+        last = out[-1] if out else None
+        if last is None or path[i] != last.value + last.slope * (times[i] - last.time) or slope != last.slope:
+            out.append(Segment(times[i], path[i], slope))
+    return out
+
+
+def _turns(path: Sequence[float], stray: float) -> int:
+    """How often a path turns round by more than its stray."""
+    turns, way, end = 0, 0, path[0]
+    for u in path:
+        if abs(u - end) > stray:
+            now = 1 if u > end else -1
+            turns += way not in {0, now}
+            way, end = now, u
+        elif way and (u - end) * way > 0:
+            end = u
+    return turns
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What no first-order process does (the wrong way first, overshoot, swings), and what none does (spikes, a stop).
+
+WINDOWS = 60
+"""Means that the answer is looked at by, so that noise makes no shape."""
+WRONG_WAY, OVERSHOOT = 0.04, 0.06
+"""Parts of the answer from which on they are told."""
+ABOVE_NOISE = 5.0
+"""How many standard deviations of a mean a shape must have."""
+BACK = 0.3
+"""Part of the overshoot by which the PV must come back."""
+
+SPIKE = 12.0
+"""How many standard deviations of noise a sample must lie beyond both of its neighbours."""
+SPIKE_SHARE = 0.05
+"""The same as a part of the PV's range."""
+STANDS, STOPS = 10, 0.08
+"""Samples for which a PV at its end must stand still; how fast it came there, in the fastest way it went."""
+WINDOW = 40
+"""The part of the answer over which its speed is measured."""
+
+
+def refuse_spikes(record: Record, noise: float) -> None:
+    """Refuses single samples that stand alone, far from both neighbours, which agree: no process is that fast."""
+    pv = record.pv
+    far = max(SPIKE * noise, SPIKE_SHARE * (max(pv) - min(pv)))
+    spikes = [
+        i
+        for i in range(1, len(pv) - 1)
+        if min(abs(pv[i] - pv[i - 1]), abs(pv[i] - pv[i + 1])) > far
+        and abs(pv[i + 1] - pv[i - 1]) < far / 2
+        and (pv[i] - pv[i - 1]) * (pv[i] - pv[i + 1]) > 0
+    ]
+    if spikes:
+        first, more = spikes[0], f", and {len(spikes) - 1} more" if len(spikes) > 1 else ""
+        raise RecordError(
+            f"the PV jumps to {pv[first]:.4g} for one sample at {record.time[first]:g} s and back (spike{more})",
+            "remove the row" + ("s" if more else ""),
+            first,
+        )
+
+
+def refuse_stop(record: Record, k: int, quantum: float) -> None:
+    """Refuses an answer that stops at once and stands still: the end of a sensor's range."""
+    pv = record.pv[k:]
+    stands = next((i for i in range(len(pv) - 1, -1, -1) if pv[i] != pv[-1]), -1) + 1
+    width = max(2, len(pv) // WINDOW)
+    if len(pv) - stands < STANDS or stands <= width:
+        return
+    ways = [abs(b - a) for a, b in zip(pv[: stands + 1], pv[width : stands + 1], strict=False)]
+    if ways[-1] > max(STOPS * max(ways), 4 * quantum):
+        raise RecordError(
+            f"the PV stops at once at {pv[-1]:.6g} and stands still, as at the end of a sensor's range",
+            "take a smaller step, or widen the range of the measurement",
+            k + stands,
+        )
+
+
+def refuse_shape(record: Record, k: int, drift: float, noise: float) -> None:
+    """Refuses the answer to one step, from sample ``k`` on, that no first-order process gives."""
+    base = fmean(record.pv[:k]) if k else record.pv[0]
+    begin = fmean(record.time[:k]) if k else record.time[0]
+    moved = [y - base - drift * (t - begin) for t, y in zip(record.time[k:], record.pv[k:], strict=True)]
+    width = max(1, len(moved) // WINDOWS)
+    means = [fmean(moved[i : i + width]) for i in range(0, len(moved) - width + 1, width)]
+    times = [record.time[k + i] for i in range(0, len(moved) - width + 1, width)]
+    tail = max(1, len(means) // 5)
+    answer = fmean(means[-tail:])
+    doubt = ABOVE_NOISE * noise / sqrt(width)
+    sign = 1 if answer > 0 else -1
+    means = [sign * y for y in means]
+    _refuse_wrong_way(means, times, abs(answer), doubt, record.time[k])
+    _refuse_overshoot(means, times, abs(answer), doubt)
+
+
+def _refuse_wrong_way(means: Sequence[float], times: Sequence[float], answer: float, doubt: float, at: float) -> None:
+    lowest = min(means)
+    if lowest < -max(WRONG_WAY * answer, doubt):
+        raise RecordError(
+            f"the PV first goes the wrong way, by {-lowest:.4g} of {answer:.4g}, until "
+            f"{times[means.index(lowest)] - at:.4g} s after the step (inverse response)",
+            "no first-order process does that; give --gain, --time-constant and --dead-time, with the time of the "
+            "wrong way as dead time",
+        )
+
+
+def _refuse_overshoot(means: Sequence[float], times: Sequence[float], answer: float, doubt: float) -> None:
+    highest = max(means)
+    top = means.index(highest)
+    later = means[top:]
+    over = highest - answer
+    if over <= max(OVERSHOOT * answer, doubt) or highest - min(later) < BACK * over:
+        return
+    crossings = [t for t, (a, b) in zip(times, pairwise(y - answer for y in means), strict=False) if a * b < 0]
+    if len(crossings) > 2:
+        period = 2 * (crossings[-1] - crossings[0]) / (len(crossings) - 1)
+        raise RecordError(
+            f"the PV swings about its end with a period of about {period:.3g} s, by {over:.4g} of {answer:.4g} "
+            "(oscillation)",
+            "put the loop into Manual, so that no controller answers; a process that swings by itself has no "
+            "first-order model",
+        )
+    raise RecordError(
+        f"the PV goes beyond its end by {over:.4g} of {answer:.4g} and comes back (overshoot)",
+        "put the loop into Manual, keep disturbances away, record longer before the step if the PV drifts, and until "
+        "it is at rest",
+    )

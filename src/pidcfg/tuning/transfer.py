@@ -1,12 +1,17 @@
-"""Transfer functions of lags, leads, integrators and dead time, and the half rule that reduces them to a process."""
+"""Transfer functions: lags, leads, integrators and dead time, the half rule, and how they are written as text."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import isclose
+import re
+from dataclasses import dataclass, field, replace
+from math import isclose, sqrt
+from typing import NoReturn
 
-from pidcfg.refs import Decision
-from pidcfg.tuning.rules import Process, TuningError
+from pidcfg.text.references import Decision
+from pidcfg.tuning.rules import LARGEST, LEAST, Process, TuningError, is_usable
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Transfer functions of lags, leads, integrators and dead time, and the half rule that reduces them to a process.
 
 D707 = Decision(
     707,
@@ -103,3 +108,202 @@ def _partner(lead: float, lags: list[float]) -> float:
     if larger is None or smaller is None:
         return larger or smaller or lags[0]
     return smaller if lead / smaller < min(larger / lead, CLOSE) * (1 - LAST_DIGITS) else larger
+
+
+# --- A transfer function as text: ``(-0.3s+1)(0.08s+1)/((2s+1)(s+1)^2) exp(-1.5s)`` -----------------------------------
+#
+# Numbers, ``s``, brackets, powers, products with and without ``*``, one ``/`` or several, and ``exp(-1.5s)`` or
+# ``e^(-1.5s)`` for the dead time. A product without a sign binds closer than ``/``. Polynomials in a bracket may be
+# of second degree and must have real roots: the half rule needs time constants.
+
+NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+TOKEN = re.compile(
+    rf"\s*(?:(?P<delay>(?:exp\s*|e\s*(?:\^|\*\*)\s*)[({{]?\s*-\s*(?P<dead>{NUMBER})?\s*\*?\s*s\s*[)}}]?)"
+    rf"|(?P<number>{NUMBER})|(?P<sign>\*\*|[-+*/^()s]))"
+)
+MOST_CHARACTERS, LARGEST_POWER, MOST_FACTORS = 500, 20, 40
+QUADRATIC = 3
+"""Coefficients of a polynomial of second degree."""
+Polynomial = tuple[float, ...]
+"""Coefficients, the constant first."""
+
+
+@dataclass
+class Product:
+    """Polynomials above and below the line, and the dead time."""
+
+    above: list[Polynomial] = field(default_factory=list)
+    below: list[Polynomial] = field(default_factory=list)
+    dead_time: float = 0.0
+
+    def times(self, other: Product, *, inverse: bool = False) -> Product:
+        """The product with another one, or with its inverse."""
+        above, below = (other.below, other.above) if inverse else (other.above, other.below)
+        sign = -1 if inverse else 1
+        return Product(self.above + above, self.below + below, self.dead_time + sign * other.dead_time)
+
+
+def read_transfer(text: str) -> Transfer:
+    """The transfer function; raises `TuningError` with the place of what cannot be read."""
+    product = _Reader(text).whole()
+    gain, zeros, at_zero = _factored(product.above)
+    below, poles, integrators = _factored(product.below)
+    if not gain or not below:
+        raise TuningError("the transfer function is 0, or divides by 0")
+    if any(pole <= 0 for pole in poles):
+        raise TuningError("the transfer function has an unstable pole: no rule is for such a process")
+    order = integrators - at_zero
+    if order < 0 or order > 1:
+        raise TuningError("the transfer function may have one integrator (s below the line), and no s above it")
+    if len(zeros) > len(poles) + order:
+        raise TuningError("the transfer function has more zeros than poles")
+    if product.dead_time < 0:
+        raise TuningError("the dead time is negative; it is written exp(-1.5s), above the line")
+    transfer = Transfer(gain / below, tuple(zeros), tuple(poles), order, product.dead_time)
+    for number in (transfer.gain, *zeros, *poles, product.dead_time or LEAST):
+        if not is_usable(number):
+            raise TuningError(f"the transfer function has {number:g}; its numbers go from {LEAST:g} to {LARGEST:g}")
+    return transfer
+
+
+class _Reader:
+    """A reader of tokens, from left to right."""
+
+    def __init__(self, text: str) -> None:
+        if len(text) > MOST_CHARACTERS:
+            raise TuningError(f"a transfer function of more than {MOST_CHARACTERS} characters")
+        self.text, self.tokens, self.at = text, list[re.Match[str]](), 0
+        place = 0
+        while text[place:].strip():
+            match = TOKEN.match(text, place)
+            if match is None:
+                place += len(text[place:]) - len(text[place:].lstrip())
+                raise TuningError(f"the transfer function cannot be read at column {place + 1}: {text[place:][:20]!r}")
+            self.tokens.append(match)
+            place = match.end()
+
+    def whole(self) -> Product:
+        """Everything that is there."""
+        product = self.sum(0)
+        if self.at < len(self.tokens):
+            self.refuse()
+        return product
+
+    def refuse(self) -> NoReturn:
+        """Raises `TuningError` at the token that does not fit."""
+        if self.at == len(self.tokens):
+            raise TuningError("the transfer function ends too early: a bracket or a factor is missing")
+        token = self.tokens[self.at]
+        column = token.end() - len(token.group().strip()) + 1
+        raise TuningError(f"the transfer function cannot be read at column {column}: {self.text[column - 1 :][:20]!r}")
+
+    def sign(self, *signs: str) -> str | None:
+        """The next token, taken, if it is one of these signs."""
+        if self.at < len(self.tokens) and self.tokens[self.at]["sign"] in signs:
+            self.at += 1
+            return self.tokens[self.at - 1]["sign"]
+        return None
+
+    def sum(self, depth: int) -> Product:
+        """Terms with + and - between them; several become one polynomial."""
+        if depth > LARGEST_POWER:
+            raise TuningError("the transfer function has too many brackets in each other")
+        negative = self.sign("+", "-") == "-"
+        terms = [self.quotient(depth)]
+        signs = [-1.0 if negative else 1.0]
+        while sign := self.sign("+", "-"):
+            signs.append(-1.0 if sign == "-" else 1.0)
+            terms.append(self.quotient(depth))
+        if len(terms) == 1:
+            return terms[0].times(Product([(signs[0],)]))
+        return Product([_sum([_polynomial(term, sign) for term, sign in zip(terms, signs, strict=True)])])
+
+    def quotient(self, depth: int) -> Product:
+        """Factors with * and / between them."""
+        product = self.factors(depth)
+        while sign := self.sign("*", "/"):
+            product = product.times(self.factors(depth), inverse=sign == "/")
+        return product
+
+    def factors(self, depth: int) -> Product:
+        """Factors without a sign between them."""
+        product = self.factor(depth)
+        while self.at < len(self.tokens) and self.tokens[self.at]["sign"] in {None, "(", "s"}:
+            product = product.times(self.factor(depth))
+            if len(product.above) + len(product.below) > MOST_FACTORS:
+                raise TuningError(f"a transfer function of more than {MOST_FACTORS} factors")
+        return product
+
+    def factor(self, depth: int) -> Product:
+        """A number, s, a dead time or a bracket, with its power."""
+        if self.at == len(self.tokens):
+            self.refuse()
+        token = self.tokens[self.at]
+        if token["delay"]:
+            self.at += 1
+            return self.power(Product(dead_time=float(token["dead"] or 1)))
+        if token["number"]:
+            self.at += 1
+            base = Product([(float(token["number"]),)])
+        elif self.sign("s"):
+            base = Product([(0.0, 1.0)])
+        elif self.sign("("):
+            base = self.sum(depth + 1)
+            if not self.sign(")"):
+                self.refuse()
+        else:
+            self.refuse()
+        return self.power(base)
+
+    def power(self, base: Product) -> Product:
+        """A factor so many times."""
+        if not self.sign("^", "**"):
+            return base
+        number = self.tokens[self.at]["number"] if self.at < len(self.tokens) else None
+        if number is None or not number.isdigit() or not 0 < int(number) <= LARGEST_POWER:
+            self.refuse()
+        self.at += 1
+        times = int(number)
+        return Product(base.above * times, base.below * times, base.dead_time * times)
+
+
+def _polynomial(product: Product, sign: float) -> Polynomial:
+    """A term of a sum, multiplied out; raises `TuningError` for a quotient or a dead time."""
+    if product.below or product.dead_time:
+        raise TuningError("a quotient or a dead time stands in a sum: write the transfer function as factors")
+    result: Polynomial = (sign,)
+    for factor in product.above:
+        result = tuple(
+            sum(result[i] * factor[k - i] for i in range(len(result)) if 0 <= k - i < len(factor))
+            for k in range(len(result) + len(factor) - 1)
+        )
+        if len(result) > QUADRATIC:
+            raise TuningError("a bracket of a higher degree than 2: write it as factors")
+    return result
+
+
+def _sum(polynomials: list[Polynomial]) -> Polynomial:
+    size = max(map(len, polynomials))
+    return tuple(sum(row[k] for row in polynomials if k < len(row)) for k in range(size))
+
+
+def _factored(polynomials: list[Polynomial]) -> tuple[float, list[float], int]:
+    """The gain, the times T of factors (T s + 1), and how many factors are s alone."""
+    gain, times, of_s = 1.0, list[float](), 0
+    for polynomial in polynomials:
+        rest = list(polynomial)
+        while len(rest) > 1 and not rest[-1]:
+            rest.pop()
+        while len(rest) > 1 and not rest[0]:
+            rest.pop(0)
+            of_s += 1
+        gain *= rest[0]
+        if len(rest) == QUADRATIC:
+            both, product = rest[1] / rest[0], rest[2] / rest[0]
+            inner = both * both - 4 * product
+            if inner < 0:
+                raise TuningError("a factor swings by itself (complex roots): the half rule needs time constants")
+            times += [(both + sqrt(inner)) / 2, (both - sqrt(inner)) / 2]
+        elif len(rest) > 1:
+            times.append(rest[1] / rest[0])
+    return gain, times, of_s

@@ -1,26 +1,195 @@
-"""Known findings: a list that is written once and from then on only shrinks.
-
-An entry has neither a line nor a message: it is file, code, severity, loop, key, the value that is written there
-(`pidcfg.validate.identity`) and what else the message quotes of the loop (`pidcfg.validate.quotes`), with how many such
-findings there are. So it survives every edit that does not touch its loop, and a value that changes is a new finding,
-at whichever key it stands. Entries of former formats are in `pidcfg.validate.former_baseline`.
-"""
+"""Findings that are known: a list that only shrinks, and comments in the file that ignore a code with a reason."""
 
 from __future__ import annotations
 
 import json
-from collections import Counter
+import re
+from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.diagnostics import Diagnostic, Severity, Span, number_of
-from pidcfg.validate.catalog import current, ignorable
-from pidcfg.validate.codes import D317, SUPPRESSION
-from pidcfg.validate.former_baseline import FormerEntry, SecondEntry
-from pidcfg.writer import json_line
+from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span, number_of
+from pidcfg.text.source import Places, comments_in
+from pidcfg.text.writer import json_line
+from pidcfg.validate.catalog import LISTED, current, ignorable, rule_of, rules, suggestion, unusable
+from pidcfg.validate.rule import D315, D317, SUPPRESSION
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+
+    from pidcfg.text.document import Document
+    from pidcfg.text.source import Comment
+
+# --- Baselines of former formats, which are read until 1.0: what they know becomes entries of the present one ---------
+#
+# A row of the second format has the value at the key of its finding and none of those that it is compared with; it
+# knows a finding of its code, severity, loop, key and value. The first format knew findings by path and message, of
+# which one could stand for several loops. A row knows the findings of its code and severity in its file that say the
+# same at the same path. The wording has changed where findings of several loops became one a loop, so these count as
+# well:
+#
+# * a message that ended in "as in A, B and 2 more": the findings of these loops, and of so many more;
+# * a finding of several loops: those at each of them, when the row names them and quotes no other numbers;
+# * a message that stands at another path now.
+#
+# Rows of rules that are lines of the checklist now know nothing, and go.
+
+COUNTED_LOOP = re.compile(r"^loops\[\d+\]")
+MERGED = re.compile(r", as in (?P<names>.+?)(?: and (?P<more>\d+) more)?$")
+"""The end of a message that stood for several loops."""
+REWORDED = frozenset(("DL293", "EZ404", "NX602", "NX604"))
+"""Rules whose findings within one loop, or at blocks, have another wording or stand at more places now."""
+SUBJECT = 3
+"""Words that a message begins with before it says anything: ``the name TIC1``."""
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
+
+
+class FormerEntry(NamedTuple):
+    """A finding as the first format kept it."""
+
+    code: str
+    severity: str
+    file: str
+    path: str
+    message: str
+
+    @property
+    def place(self) -> str:
+        """Where it was found."""
+        return self.path
+
+    @property
+    def said(self) -> str:
+        """What was found."""
+        return self.message
+
+
+class SecondEntry(NamedTuple):
+    """A finding as the second format kept it: without what it is compared with."""
+
+    file: str
+    code: str
+    severity: str
+    loop: str
+    key: str
+    value: str | None
+
+    @property
+    def place(self) -> str:
+        """Where it was found."""
+        return " ".join(filter(None, (self.loop, self.key)))
+
+    @property
+    def said(self) -> str:
+        """What was found."""
+        return self.value or "no value"
+
+
+class Renewed(NamedTuple):
+    """What becomes of former rows: the findings that they know, the rows that know none, and those that go."""
+
+    known: list[Diagnostic]
+    left: list[FormerEntry | SecondEntry]
+    gone: list[FormerEntry | SecondEntry]
+
+
+def renewed(
+    rows: Sequence[FormerEntry | SecondEntry], findings: Iterable[Diagnostic], file_of: Callable[[str], str]
+) -> Renewed:
+    """The findings that the rows of a former baseline know; a row that several findings fit knows each of them once."""
+    by_rule: dict[tuple[str, str, str], list[Diagnostic]] = {}
+    for d in findings:
+        by_rule.setdefault((d.code, d.severity.label, file_of(d.file)), []).append(d)
+    result = Renewed([], [], [])
+    taken: set[int] = set()
+    for row in rows:
+        code = current(row.code)
+        if code in rules(code) and rule_of(code).checklist:
+            result.gone.append(row)
+            continue
+        candidates = by_rule.get((code, row.severity, row.file), [])
+        free = [d for d in candidates if id(d) not in taken]
+        known = list(_known(row, free))
+        merges = isinstance(row, FormerEntry) and any(True for _ in _known(row, candidates))
+        if not known and not merges:
+            result.left.append(row)
+        taken.update(map(id, known))
+        result.known.extend(known)
+    return result
+
+
+def _known(row: FormerEntry | SecondEntry, findings: Sequence[Diagnostic]) -> Iterable[Diagnostic]:
+    """The findings that a row knows."""
+    if isinstance(row, FormerEntry):
+        return _said(row, findings)
+    return [d for d in findings if (d.loop, d.key, d.value) == row[3:]][:1]
+
+
+def _said(row: FormerEntry, findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """The findings that a row of the first format knows."""
+    at_path = [d for d in findings if _path(d) == row.path]
+    merged = None if any(d.message == row.message for d in at_path) else MERGED.search(row.message)
+    stem = row.message[: merged.start()] if merged else row.message
+    same = [d for d in at_path if d.message == stem] or [d for d in at_path if stem in d.message.split("; ")]
+    if current(row.code) in REWORDED:
+        yield from (d for d in findings if d in same or _is_reworded(row, d))
+    elif merged is not None:
+        yield from same[:1]
+        yield from _of_loops(merged, [d for d in findings if not row.path.startswith(f"loops[{d.loop}]")])
+    elif same and not same[0].with_loops:
+        yield same[0]
+    else:
+        shared = [d for d in findings if d.with_loops and (d in same or _names(row, d))]
+        yield from shared or [d for d in findings if d.message == stem or _is_of_the_file(row, d)]
+
+
+def _is_reworded(row: FormerEntry, d: Diagnostic) -> bool:
+    """Whether a finding says the same as a row in other words: at its path, of the same name, or of the same loops."""
+    if _path(d) == row.path:
+        return _has_no_other_numbers(row, d)
+    begins = (text.casefold().split()[:SUBJECT] for text in (row.message, d.message))
+    return d.message == row.message or len(set(map(tuple, begins))) == 1 or (bool(d.with_loops) and _names(row, d))
+
+
+def _of_loops(merged: re.Match[str], findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """The findings of loops that a message named, and of so many more as it only counted."""
+    names, more = merged["names"].split(", "), int(merged["more"] or 0)
+    for d in findings:
+        if d.loop in names:
+            yield d
+        elif more:
+            more -= 1
+            yield d
+
+
+def _names(row: FormerEntry, d: Diagnostic) -> bool:
+    """Whether a row speaks of a finding's loop and of one that it concerns with it, and of no other numbers."""
+    text = f"{row.path} {row.message}"
+    has = {name for name in (d.loop, *d.with_loops) if re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text)}
+    return len(has) > 1 and _has_no_other_numbers(row, d)
+
+
+def _is_of_the_file(row: FormerEntry, d: Diagnostic) -> bool:
+    """Whether a finding that was reported at one loop is reported at their list now."""
+    return d.path == ("loops",) and row.path.startswith("loops[") and _has_no_other_numbers(row, d)
+
+
+def _has_no_other_numbers(row: FormerEntry, d: Diagnostic) -> bool:
+    """Whether a finding quotes all numbers that a row quotes."""
+    return set(NUMBER.findall(row.message)) <= set(NUMBER.findall(d.message))
+
+
+def _path(d: Diagnostic) -> str:
+    """A finding's path as the first format had it, with the name of the loop."""
+    return COUNTED_LOOP.sub(lambda _: f"loops[{d.loop}]", d.where) if d.loop else d.where
+
+
+# --- Known findings: a list that is written once and from then on only shrinks ----------------------------------------
+#
+# An entry has neither a line nor a message: it is file, code, severity, loop, key, the value that is written there
+# (`pidcfg.validate.fixes`) and what else the message quotes of the loop (`pidcfg.validate.engine`), with how many
+# such findings there are. So it survives every edit that does not touch its loop, and a value that changes is a new
+# finding, at whichever key it stands. Entries of former formats are in `pidcfg.validate.baseline`.
 
 VERSION, FIRST, SECOND = 3, 1, 2
 NEVER_KNOWN = frozenset(rule.code for rule in SUPPRESSION)
@@ -232,3 +401,195 @@ def stale_finding(message: str, row: str, text: str, file: str) -> Diagnostic:
     span = Span(line, column, line, max(column, len(content)) + 1)
     cure = "--shrink-baseline removes it"
     return Diagnostic("PID048", Severity.WARNING, message, file, span, reference=str(D317), help=cure)
+
+
+# --- Findings that a comment in the file ignores: ``# pidcfg: ignore[DL211] reason`` ----------------------------------
+#
+# At the end of a line the comment applies to findings that begin there; on its own line, to those of the next line
+# that holds more than a comment. Every code is written in full, with a reason; what ignores nothing is reported. It
+# stands at the very beginning of its comment: a line that was commented out, or prose, ignores nothing. What an alias
+# (``*name``) brings to another place is ignored at the alias.
+
+HINT = re.compile(r"#[ \t]*pidcfg:[ \t]*(?:ignore|[\w-]+[ \t]*\[)", re.IGNORECASE)
+"""What a text must hold before its comments are looked for: most files have none."""
+DIRECTIVE = re.compile(
+    r"#[ \t]*pidcfg:[ \t]*(?P<word>[\w-]+)[ \t]*(?:\[(?P<codes>[^\]#]*)\])?(?P<reason>.*?)(?=\s#|$)", re.IGNORECASE
+)
+WORD = "ignore"
+ONE = "put it first, with all its codes in one bracket"
+FORM = "write # pidcfg: ignore[DL211] reason"
+MOST_NEAR = 100
+"""Comments of a file whose unknown codes are compared with all there are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ignored:
+    """A finding that a comment ignores, and why."""
+
+    finding: Diagnostic
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Suppressed:
+    """What is left of a file's findings, with what is wrong with its comments, and what was ignored."""
+
+    kept: list[Diagnostic]
+    ignored: list[Ignored] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class _Ignore:
+    """One comment: the line that it applies to (0: none), its codes and its reason."""
+
+    comment: Comment
+    span: Span
+    target: int
+    codes: tuple[str, ...]
+    reason: str
+    whole: bool
+    """Whether the comment contains nothing else."""
+
+
+def suppress(findings: Sequence[Diagnostic], doc: Document) -> Suppressed:
+    """Removes the findings that comments of the file ignore, and adds the mistakes in these comments."""
+    if not HINT.search(doc.text) or any(map(unusable, findings)):
+        return Suppressed(list(findings))
+    ignores, problems = _read_comments(doc)
+    kept: list[Diagnostic] = []
+    ignored: list[Ignored] = []
+    used: dict[int, set[str]] = defaultdict(set)
+    places = Places(doc)
+    by_place = {(ignore.target, code): (i, ignore) for i, ignore in enumerate(ignores) for code in ignore.codes}
+    for d in findings:
+        match = by_place.get((places.line(d), d.code)) if ignorable(d) else None
+        if match is None:
+            kept.append(d)
+        else:
+            used[match[0]].add(d.code)
+            ignored.append(Ignored(d, match[1].reason))
+    whole = all(map(ignorable, findings))
+    for i, ignore in enumerate(ignores):
+        problems += _remarks(ignore, used[i], doc, checked=whole, near=i < MOST_NEAR)
+    return Suppressed(kept + problems, ignored)
+
+
+def _read_comments(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
+    """The comments that ignore something, and what is wrong with those that only begin so."""
+    ignores: list[_Ignore] = []
+    problems: list[Diagnostic] = []
+    comments = list(comments_in(doc.text))
+    below = _lines_below({comment.line for comment in comments if comment.alone}, doc.lines)
+    for comment in comments:
+        first = DIRECTIVE.match(comment.text)
+        for match in DIRECTIVE.finditer(comment.text):
+            span = _part(comment, match.start(), match.end())
+            if match.start() and match["word"].lower() == WORD:
+                if first or not comment.alone:
+                    problems.append(_problem("PID045", "an ignore begins its comment", doc, span, ONE))
+                continue
+            codes = [current(code) for code in _codes_of(match)]
+            if match["word"].lower() != WORD:
+                if match["codes"] is not None:
+                    problems.append(_problem("PID045", f"{match['word']!r} is no word of pidcfg's", doc, span, FORM))
+            elif not codes:
+                problems.append(_problem("PID045", "the comment names no code to ignore", doc, span, FORM))
+            else:
+                target = below[comment.line] if comment.alone else comment.line
+                whole = match.start() == 0 and match.end() == len(comment.text)
+                codes_once = tuple(dict.fromkeys(codes))
+                ignores.append(_Ignore(comment, span, target, codes_once, match["reason"].strip(), whole))
+    return ignores, problems
+
+
+def _codes_of(match: re.Match[str]) -> list[str]:
+    """The codes in the bracket of a comment, as they are written but for capitals."""
+    return [code.strip().upper() for code in (match["codes"] or "").split(",") if code.strip()]
+
+
+def former_codes(doc: Document) -> Iterator[tuple[str, Edit]]:
+    """The codes in comments that have another name now, each with the edit that writes it; of a text that is YAML."""
+    if not HINT.search(doc.text):
+        return
+    for comment in comments_in(doc.text):
+        for match in DIRECTIVE.finditer(comment.text):
+            if match["word"].lower() != WORD or match["codes"] is None or match.start():
+                continue
+            for code in re.finditer(r"[^,\s](?:[^,]*[^,\s])?", match["codes"]):
+                name = current(code[0].upper())
+                if name != code[0].upper() and name in rules(name):
+                    start = match.start("codes") + code.start()
+                    yield code[0], Edit(_part(comment, start, start + len(code[0])), name)
+
+
+def _lines_below(alone: set[int], lines: list[str]) -> dict[int, int]:
+    """The next line that holds more than a comment, below each line of ``alone``; 0 at the end of the file."""
+    below, following = {}, 0
+    for line in range(len(lines), 0, -1):
+        if line in alone:
+            below[line] = following
+        elif lines[line - 1].strip():
+            following = line
+    return below
+
+
+def _part(comment: Comment, start: int, end: int) -> Span:
+    """A part of a comment as a place in the file."""
+    return Span(comment.line, comment.column + start, comment.line, comment.column + end)
+
+
+def _remarks(ignore: _Ignore, used: set[str], doc: Document, *, checked: bool, near: bool) -> Iterator[Diagnostic]:
+    """What is wrong with one comment; ``checked``: every rule has seen the file, so that unused is unused.
+
+    ``near``: the code that was probably meant is looked for.
+    """
+    unused = []
+    for code in (c for c in ignore.codes if c not in used):
+        rule = rules(code).get(code)
+        if rule is None:
+            yield _unknown(code, doc, ignore, near=near)
+        elif not rule.ignorable:
+            yield _problem("PID047", f"{code} ({rule.name}) cannot be ignored", doc, ignore.span, "correct the error")
+        elif checked:
+            unused.append(code)
+    if unused:
+        where = "the next line" if ignore.comment.alone else "this line"
+        message = f"{', '.join(unused)}: no such finding on {where}"
+        yield _problem("PID043", message, doc, ignore.span, "delete it", _without(ignore, set(unused), doc))
+    if not ignore.reason:
+        yield _problem(
+            "PID046",
+            f"no reason is given for ignoring {', '.join(ignore.codes)}",
+            doc,
+            ignore.span,
+            "write the reason behind the bracket",
+        )
+
+
+def _unknown(code: str, doc: Document, ignore: _Ignore, *, near: bool) -> Diagnostic:
+    """A code that no rule has: misspelt, or only the beginning of one."""
+    if rules(code):
+        return _problem("PID044", f"{code} is only the beginning of a code", doc, ignore.span, "write it in full")
+    return _problem("PID044", f"no rule is called {code!r}", doc, ignore.span, suggestion(code) if near else LISTED)
+
+
+def _without(ignore: _Ignore, unused: set[str], doc: Document) -> tuple[Edit, ...]:
+    """The edit that takes the codes away: out of the bracket, or all but the reason, which may be worth keeping."""
+    line, column = ignore.span.line, ignore.span.column
+    row = doc.lines[line - 1]
+    left = [code for code in ignore.codes if code not in unused]
+    if left:
+        start, end = row.index("[", column - 1) + 1, row.index("]", column - 1)
+        return (Edit(Span(line, start + 1, line, end + 1), ", ".join(left)),)
+    if not ignore.whole:
+        return ()
+    if ignore.reason:
+        remark = f"# {ignore.reason}"
+        return () if DIRECTIVE.search(remark) else (Edit(ignore.span, remark),)
+    if ignore.comment.alone and line < len(doc.lines):
+        return (Edit(Span(line, 1, line + 1, 1), ""),)
+    return (Edit(Span(line, len(row[: column - 1].rstrip()) + 1, line, len(row) + 1), ""),)
+
+
+def _problem(code: str, message: str, doc: Document, span: Span, cure: str, edits: tuple[Edit, ...] = ()) -> Diagnostic:
+    return Diagnostic(code, Severity.WARNING, message, doc.file, span, reference=str(D315), help=cure, edits=edits)

@@ -1,23 +1,23 @@
-"""All rules by code: the only module that knows what a code looks like, and whose rules it belongs to.
-
-Only the modules are imported that have the rules in question: one finding needs the rules of one vendor.
-"""
+"""All rules by code, their documentation, and the lines that remain to be looked at on the plant."""
 
 from __future__ import annotations
 
 import re
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.diagnostics import Severity, number_of
-from pidcfg.validate.codes import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION
+from pidcfg.text.diagnostics import Diagnostic, Severity, number_of
+from pidcfg.validate.rule import LISTING, LIVE, READING, SCENARIO, SCHEMA, SUPPRESSION
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
-    from pidcfg.diagnostics import Diagnostic
     from pidcfg.validate.rule import Rule
+
+# --- All rules by code: the only module that knows what a code looks like, and whose rules it belongs to --------------
+#
+# Only the modules are imported that have the rules in question: one finding needs the rules of one vendor.
 
 PREFIX = "PID"
 """The prefix of codes that belong to no vendor."""
@@ -78,7 +78,7 @@ def suggestion(text: str) -> str:
 
 def _nearest(code: str, name: str) -> str | None:
     """The code with the same number, which no two have, or of that name; the beginning of some; the most alike."""
-    from pidcfg.schemas.names import nearest
+    from pidcfg.text.signs import nearest
 
     code = re.sub("(?<=[0-9])O|O(?=[0-9])", "0", code)
     number, begin = re.search("[0-9]{3}", code), re.match("[A-Z]+[0-9]{2}", code)
@@ -117,3 +117,61 @@ def unusable(finding: Diagnostic) -> bool:
     """Whether a finding says that a text could not be read as a document (exit code 2); only file rules do."""
     rule = FILE_RULES.get(finding.code)
     return rule is not None and rule.unusable
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What is right as a file says it, and has to be looked at on the plant: lines of the checklist instead of findings.
+
+
+def is_to_check(d: Diagnostic) -> bool:
+    """Whether a rule's result belongs on the checklist; one that is worse than an info is a finding."""
+    return d.severity is Severity.INFO and rule_of(d.code).checklist
+
+
+def lines(checklist: Iterable[Diagnostic]) -> tuple[str, ...]:
+    """One line a rule: what it says of the first loop, the others that it says it of, and what to look at."""
+    groups: dict[str, list[Diagnostic]] = {}
+    for d in checklist:
+        groups.setdefault(d.code, []).append(d)
+    return tuple(_line(group) for group in groups.values())
+
+
+def _line(group: list[Diagnostic]) -> str:
+    first = group[0]
+    others = [name for name in dict.fromkeys(d.loop for d in group) if name and name != first.loop]
+    also = f" (also {', '.join(others)})" if others else ""
+    loop = f"{first.loop}: " if first.loop else ""
+    return f"{loop}{first.message}{also}: {(first.help or '').rstrip('.')} ({first.code})"
+
+
+# --- The documentation of rules, for the command and for docs/rules.md: one source ------------------------------------
+
+
+def as_data(rule: Rule) -> dict[str, Any]:
+    """A rule as the JSON output spells it."""
+    return {
+        "code": rule.code,
+        "name": rule.name,
+        "severity": rule.severity.label,
+        "title": rule.title,
+        "message": rule.message,
+        "why": rule.part("Why"),
+        "fix": rule.part("Fix"),
+        "reference": str(rule.basis),
+        "since": rule.since,
+    }
+
+
+def page(rule: Rule) -> str:
+    """A rule as Markdown."""
+    example = rule.part("Example")
+    parts = [
+        f"# {rule.code} {rule.name} ({rule.kind})",
+        rule.title,
+        *([f"Message: `{rule.message}`"] if rule.message != "{text}" else []),
+        f"**Why.** {rule.part('Why')}",
+        f"**Cure.** {rule.part('Fix')}",
+        *([f"**Example.** {example}"] if example else []),
+        f"Basis: {rule.basis}.",
+    ]
+    return "\n\n".join(parts) + "\n"

@@ -1,34 +1,359 @@
-"""From a document to its findings: the text's problems, then the schema's, then the rules over model and image."""
+"""From a document to its findings: those of the text, of the schema and of the rules; also of half a file."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.diagnostics import Diagnostic, Severity, Span, ordered
-from pidcfg.frozen import frozen
-from pidcfg.limits import DEFAULT, Limits
-from pidcfg.odd_signs import plain
-from pidcfg.validate.checklist import is_to_check, lines
-from pidcfg.validate.curly import curly_quotes
-from pidcfg.validate.edits import of_quotes, of_value
-from pidcfg.validate.identity import key_of, loop_name, value_of
-from pidcfg.validate.lookalike import of_another_vendor, vendor_meant
-from pidcfg.validate.partial import readable
-from pidcfg.validate.quotes import Quotes
+from pydantic import ValidationError
+
+from pidcfg.encoders.parameters import units_by_path
+from pidcfg.schemas.base import unit_text, units_of
+from pidcfg.schemas.numbers import NUMBER, WITH_UNIT, range_of
+from pidcfg.text.diagnostics import Diagnostic, Severity, Span, ordered
+from pidcfg.text.document import Plain
+from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import value_at
+from pidcfg.text.reader import DEFAULT, Limits
+from pidcfg.text.signs import QUOTES, code, in_curly_quotes, plain
+from pidcfg.validate.catalog import is_to_check, lines
+from pidcfg.validate.fixes import LOOPS, key_of, loop_name, of_quotes, of_value, shortened, value_of
+from pidcfg.validate.rule import D720, PLACEHOLDER
 from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, read_model, same_word
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.image import Encoding
-    from pidcfg.paths import Path
-    from pidcfg.source import Document
-    from pidcfg.validate.rule import Finding, Rule
-    from pidcfg.validate.views import Context
+    from pidcfg.text.document import Document
+    from pidcfg.text.paths import Path
+    from pidcfg.validate.rule import Context, Finding, Rule
 
+    Judge = Callable[[dict[str, Any]], Iterable[Diagnostic] | None]
+    """The findings of the rules over data; None where they cannot be read."""
+
+# --- A file whose keys are those of another vendor than the one that it names -----------------------------------------
+
+OF_KEYS = frozenset(("PID020", "PID021"))
+"""Findings of keys that are unknown or missing."""
+FEWEST = 3
+"""So many of them before the vendor itself is doubted."""
+
+
+MADE = (
+    ("directlogic", "dl06"),
+    ("koyo", "dl06"),
+    ("d0-06", "dl06"),
+    ("dl0", "dl06"),
+    ("click", "click"),
+    ("c0-", "click"),
+    ("c2-", "click"),
+    ("ez", "ezlogix"),
+    ("altus", "nextopid"),
+    ("nexto", "nextopid"),
+    ("codesys", "nextopid"),
+    ("delta", "dpide"),
+    ("isp", "dpide"),
+    ("as2", "dpide"),
+    ("as3", "dpide"),
+    ("neutral", "generic"),
+)
+"""How names begin that people give to a family: its maker, its program, its parts."""
+
+
+def vendor_meant(name: str) -> str | None:
+    """The family that a name seems to mean; None where nothing tells."""
+    word = plain(name).casefold().replace(" ", "").replace("_", "-")
+    near = next(iter(get_close_matches(word.replace("-", ""), VENDORS, 1, 0.7)), None)
+    return near or next((vendor for begins, vendor in MADE if word.startswith(begins)), None)
+
+
+def of_another_vendor(vendor: Vendor, doc: Document, errors: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """The finding that names the vendor whose keys these are; none where the keys fit no other one better."""
+    if sum(d.code in OF_KEYS for d in errors) < FEWEST:
+        return []
+    others = [other.key for other in VENDORS.values() if other.key != vendor.key and _has_keys_of(other, doc)]
+    if len(others) != 1:
+        return []
+    message = f"this looks like {others[0]}: its keys are those of the file, and those of {vendor.key} are not"
+    cure = f"write vendor: {others[0]}, or convert the file with 'pidcfg convert'"
+    path = ("vendor",)
+    return [Diagnostic("PID031", Severity.ERROR, message, doc.file, doc.locate(path), path, help=cure)]
+
+
+def _has_keys_of(vendor: Vendor, doc: Document) -> bool:
+    """Whether a vendor knows every key of a file, and misses none."""
+    try:
+        vendor.model.model_validate({**(doc.data or {}), "vendor": vendor.key})
+    except ValidationError as error:
+        return not {e["type"] for e in error.errors(include_url=False)} & {"extra_forbidden", "missing"}
+    return True
+
+
+# --- Texts in the quotes of a word processor, which are letters to YAML -----------------------------------------------
+
+
+def curly_quotes(doc: Document) -> list[Diagnostic]:
+    """A warning for each plain text of a file that begins and ends so."""
+    if not any(quote in doc.text for quote in QUOTES):
+        return []
+    return [_warning(doc, path, text) for path, text in _plain_texts(doc.data, ()) if in_curly_quotes(text)]
+
+
+def _plain_texts(data: object, path: Path) -> Iterator[tuple[Path, str]]:
+    """Every text that stands without quotes of YAML, and its place."""
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for step, value in items:
+        if isinstance(value, Plain):
+            yield (*path, step), value
+        else:
+            yield from _plain_texts(value, (*path, step))
+
+
+def _warning(doc: Document, path: Path, text: str) -> Diagnostic:
+    message = f"{path[-1]}: the quotes of {text[:60]} are a part of the text: {code(text[0])} is a letter to YAML"
+    cure = f'write "{text[1:-1]}" with straight quotes'
+    return Diagnostic(
+        code="PID018",
+        severity=Severity.WARNING,
+        message=message,
+        file=doc.file,
+        span=doc.locate(path),
+        path=path,
+        loop=loop_name(doc, path),
+        help=cure,
+        reference=str(D720),
+    )
+
+
+# --- Numbers that carry their key's own unit: ``85 degC`` where the PV is in degC is 85 -------------------------------
+#
+# Looked at only where a value was refused, so that a file of bare numbers costs nothing. Another unit stays an error,
+# which names the key's: nothing is ever converted.
+
+WRONG_TYPE = "PID022"
+RANGES = ("range", "input_range")
+SAME = {"°C": "degC", "℃": "degC", "°F": "degF", "℉": "degF", "degK": "K", "°": "deg"}
+"""Spellings of one unit."""
+OPEN = re.compile(" or |, ")
+"""Stands in a unit that depends on another setting."""
+
+
+def without_own_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Document:
+    """The document with the number alone wherever a refused value carries the unit of its key."""
+    data: Any = doc.data
+    for path, said in _stated(vendor, doc, errors):
+        if said.unit == said.own:
+            data = _with(data, path, type(value_at(doc.data, path))(said.number))
+    return doc if data is doc.data else replace(doc, data=data)
+
+
+def in_key_units(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """The errors, with the key's unit where a value carries another one."""
+    named = []
+    for d in errors:
+        other = next((s for _, s in _stated(vendor, doc, [d]) if s.unit != s.own), None)
+        named.append(replace(d, help=other.cure) if other else d)
+    return named
+
+
+def with_numbers(doc: Document, numbers: Mapping[Path, str]) -> Document:
+    """The document with numbers in the place of texts."""
+    data: Any = doc.data
+    for path, number in numbers.items():
+        data = _with(data, path, Plain(number))
+    return replace(doc, data=data)
+
+
+class Stated(NamedTuple):
+    """A number as written, the unit that it carries, and the unit of its key, both in one spelling."""
+
+    number: str
+    unit: str
+    own: str
+
+    @property
+    def cure(self) -> str:
+        """What to do about another unit."""
+        return f"the key is in {self.own}, not in {self.unit}: write the number of {self.own} alone"
+
+
+def stated(vendor: Vendor, loop: Any, path: Path, text: str) -> Stated | None:
+    """A number with a unit, for a key of a loop that has one, too; None for any other text."""
+    match = WITH_UNIT.fullmatch(text)
+    own = match and _unit_of(vendor, loop, path)
+    if not match or not own or not NUMBER.fullmatch(match["number"]):
+        return None
+    return Stated(match["number"], _spelling(match["unit"]), _spelling(own))
+
+
+def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iterator[tuple[Path, Stated]]:
+    """The refused numbers with a unit whose key has one, too; of a list each item."""
+    for d in errors:
+        if d.code != WRONG_TYPE or len(d.path) < 3 or d.path[0] != "loops":
+            continue
+        value = value_at(doc.data, d.path)
+        items = enumerate(value) if isinstance(value, list) else [(None, value)]
+        for i, item in items:
+            if not isinstance(item, str) or range_of(item) is not None:
+                continue
+            path = d.path if i is None else (*d.path, i)
+            said = stated(vendor, value_at(doc.data, path[:2]), path[2:], item)
+            if said is not None:
+                yield path, said
+
+
+def _unit_of(vendor: Vendor, loop: Any, path: Path) -> str | None:
+    """The unit of a key in the loop's own words; None where it has none, or the loop does not say it."""
+    units = units_of(loop)
+    if len(path) > 1 and path[1] in RANGES:
+        return units.get(str(path[0]))
+    dotted = ".".join(map(str, path))
+    table = units_by_path(vendor)
+    unit = next((table[place] for place in (dotted, f"{dotted}.0", str(path[-1])) if place in table), None)
+    if unit is None or OPEN.search(unit):
+        return None
+    sides = {part for part in re.split("/| per ", unit) if part in {"pv", "output"}}
+    return unit_text(unit, units) if sides <= set(units) else None
+
+
+def _spelling(unit: str) -> str:
+    """A unit in one spelling, without blanks around its signs."""
+    unit = re.sub(r"\s*/\s*", "/", unit.strip())
+    return "/".join(SAME.get(part, part) for part in unit.split("/"))
+
+
+def _with(data: Any, path: Path, value: object) -> Any:
+    """A copy of plain data with another value at a place; what does not hold the place is shared."""
+    step, *rest = path
+    copy = data.copy()
+    copy[step] = _with(data[step], tuple(rest), value) if rest else value
+    return copy
+
+
+# --- The numbers that the message of a finding quotes of its own loop: they make it this fault and no other one -------
+#
+# A fault may lie between two keys of a loop, of which only one is the key of the finding: ``low`` is not above
+# ``low_low``. So the numbers of a message are a part of what a finding is known by, whatever key they come from and
+# however they were worked out. What follows from other loops or from the place in the file is left out: names,
+# addresses, and every number of a fault that several loops share. Words are no part of it, so that a better wording
+# makes no new finding.
+
+QUOTED_NUMBER = re.compile(r"(?<![\w.\-/#])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w\-/#]|\.\d)")
+"""A number that stands for itself: no part of a name (``TIC-101``), an address (``V2005.3``) or a version."""
+
+
+class Quotes:
+    """What the findings of one file quote."""
+
+    def __init__(self, doc: Document) -> None:
+        self._doc = doc
+
+    def of(self, rule: Rule, findings: Sequence[Finding]) -> str | None:
+        """The numbers of a rule's findings at one key; None where there are none, or no loop that they are of."""
+        path = findings[0].path
+        if not loop_name(self._doc, path):
+            return None
+        fields = PLACEHOLDER.findall(rule.message)
+        own = (" | ".join(str(one.values[name]) for name in fields) for one in findings if not one.with_loops)
+        texts = dict.fromkeys(" ".join(self._numbers(text)) for text in own)
+        return shortened("; ".join(filter(None, texts))) or None
+
+    def _numbers(self, text: str) -> list[str]:
+        return QUOTED_NUMBER.findall(self._numbered.sub("", text) if self._numbered else text)
+
+    @cached_property
+    def _numbered(self) -> re.Pattern[str] | None:
+        """The names of loops, blocks and signals that hold a number of their own, ``Oven 2``; 2.5 holds no name."""
+        lists = [items for items in (self._doc.data or {}).values() if isinstance(items, list)]
+        names = {str(item["name"]) for items in lists for item in items if _is_named(item)}
+        several = sorted(filter(QUOTED_NUMBER.search, names), key=len, reverse=True)
+        return re.compile(rf"(?<![\w.\-])(?:{'|'.join(map(re.escape, several))})(?!\w|\.\d)") if several else None
+
+
+def _is_named(item: Any) -> bool:
+    return isinstance(item, dict) and isinstance(item.get("name"), str)
+
+
+# --- The rules over a file of which some loops cannot be read: each of the others is judged by itself -----------------
+#
+# Design. The file is read twice more: with a copy of a readable loop in the place of each that cannot be read, which
+# keeps positions and addresses, and without these loops. What both readings find at a loop does not come from the
+# loops that are missing, and is told; what follows from several loops may do so, and waits until all can be read.
+
+SHOWN = 3
+"""Loops that the remark names."""
+
+
+@frozen
+class Readable:
+    """The loops of a file that can be read, by their places, and those that cannot."""
+
+    doc: Document
+    sound: Sequence[int]
+    broken: Sequence[int]
+
+    def findings(self, judge: Judge) -> list[Diagnostic]:
+        """What both readings find at the sound loops, and the remark that something waits."""
+        full, short = judge(self._filled()), judge(self._without())
+        if full is None or short is None:
+            return []
+        places = {(d.code, self.sound[i], d.path[2:]) for d in short if (i := place_of(d.path)) is not None}
+        kept = [d for d in full if (d.code, place_of(d.path), d.path[2:]) in places]
+        return [*(d for d in kept if not self._names.intersection(d.with_loops)), self._remark()]
+
+    @property
+    def _names(self) -> set[str]:
+        """The names of the loops that cannot be read, as far as they can."""
+        return {loop_name(self.doc, (LOOPS, i)) for i in self.broken}
+
+    def _filled(self) -> dict[str, Any]:
+        loops = list(self._loops)
+        for i in self.broken:
+            name = loop_name(self.doc, (LOOPS, i))
+            loops[i] = {**loops[self.sound[0]], **({"name": name} if name else {})}
+        return {**(self.doc.data or {}), LOOPS: loops}
+
+    def _without(self) -> dict[str, Any]:
+        return {**(self.doc.data or {}), LOOPS: [self._loops[i] for i in self.sound]}
+
+    @property
+    def _loops(self) -> list[Any]:
+        loops: list[Any] = (self.doc.data or {})[LOOPS]
+        return loops
+
+    def _remark(self) -> Diagnostic:
+        names = [loop_name(self.doc, (LOOPS, i)) or f"loop {i + 1}" for i in self.broken]
+        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+        message = (
+            f"{', '.join(names[:SHOWN])}{more} cannot be read: each other loop was checked by itself, "
+            "what concerns several loops was not"
+        )
+        cure = "correct the errors, and check again"
+        place = self.doc.locate((LOOPS,), key=True)
+        return Diagnostic("PID038", Severity.INFO, message, self.doc.file, place, (LOOPS,), help=cure)
+
+
+def readable(doc: Document, errors: Iterable[Diagnostic]) -> Readable | None:
+    """The loops without errors, where every error is in a loop, and some loop has none."""
+    loops = (doc.data or {}).get(LOOPS)
+    broken = {place_of(d.path) for d in errors if d.severity is Severity.ERROR}
+    if not isinstance(loops, list) or None in broken:
+        return None
+    sound = [i for i in range(len(loops)) if i not in broken]
+    return Readable(doc, sound, [i for i in range(len(loops)) if i in broken]) if sound and broken else None
+
+
+def place_of(path: Path) -> int | None:
+    """The number of the loop that a path is in; None: it is in none."""
+    return path[1] if len(path) > 1 and path[0] == LOOPS and isinstance(path[1], int) else None
+
+
+# --- From a document to its findings: the text's problems, then the schema's, then the rules over model and image -----
 
 MOST_TEXTS = 8
 """Faults of one rule at one key that a message describes before it only counts."""
@@ -93,8 +418,6 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
 
 def _in_own_units(vendor: Vendor, doc: Document, errors: list[Diagnostic]) -> tuple[Document, Any, list[Diagnostic]]:
     """The document read again where values carry the units of their keys."""
-    from pidcfg.validate.own_units import in_key_units, without_own_units
-
     bare, config = without_own_units(vendor, doc, errors), None
     if bare is not doc:
         config, errors = read_model(vendor.model, bare)

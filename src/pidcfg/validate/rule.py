@@ -1,8 +1,4 @@
-"""What a rule is: a label, a documented function, and the findings it yields.
-
-The docstring has fixed parts: a first line that says what is wrong, ``Why:`` and ``Fix:``. `pidcfg rule` prints it and
-docs/rules.md is made of it. A label builds a `Rule` and registers nothing; the list of rules is in `rules`.
-"""
+"""What a rule is and what the rules look at; and the rules about any file: its text, its keys, its comments."""
 
 from __future__ import annotations
 
@@ -10,14 +6,24 @@ import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
-from pidcfg.diagnostics import Severity
-from pidcfg.frozen import frozen
+from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.frozen import frozen
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from pidcfg.paths import Path
-    from pidcfg.refs import Basis
+    from collections.abc import Iterable
+    from decimal import Decimal
+
+    from pidcfg.text.paths import Path
+    from pidcfg.text.references import Basis
+
+# --- What a rule is: a label, a documented function, and the findings it yields ---------------------------------------
+#
+# The docstring has fixed parts: a first line that says what is wrong, ``Why:`` and ``Fix:``. `pidcfg rule` prints it
+# and docs/rules.md is made of it. A label builds a `Rule` and registers nothing; the list of rules is in `rules`.
 
 PLACEHOLDER = re.compile(r"\{(\w+)")
 
@@ -159,3 +165,289 @@ per_pid = _each("pids")
 def finding(*path: str | int, plc_effect: str | None = None, key: bool = False, **values: object) -> Finding:
     """A finding at a path, with the values of the message; ``key``: it points at the key rather than at the value."""
     return Finding(path, values, key=key, plc_effect=plc_effect)
+
+
+# --- What the rules of all vendors look at: a configuration, its loops, and numbers as messages write them ------------
+
+DIGITS = 12
+"""More of a number than a message shows."""
+Pair = tuple["Decimal", "Decimal"]
+
+
+class Named(Protocol):
+    """A loop of any vendor."""
+
+    @property
+    def name(self) -> str:
+        """Its name, which is unique in the file."""
+
+
+class Placed(Protocol):
+    """A loop at its place in the file, for rules that report findings there."""
+
+    @property
+    def name(self) -> str:
+        """The loop's name."""
+
+    @property
+    def at(self) -> Callable[..., Finding]:
+        """Makes a finding at a place below the loop."""
+
+    @property
+    def at_key(self) -> Callable[..., Finding]:
+        """Makes a finding at a key."""
+
+
+LoopT = TypeVar("LoopT", bound=Named)
+ConfigT = TypeVar("ConfigT")
+EncodingT = TypeVar("EncodingT")
+Value = TypeVar("Value")
+
+
+@frozen
+class View(Generic[LoopT]):
+    """A loop and its place in the file."""
+
+    index: int
+    loop: LoopT
+
+    @property
+    def name(self) -> str:
+        """The loop's name."""
+        return self.loop.name
+
+    def at(
+        self,
+        *path: str | int,
+        plc_effect: str | None = None,
+        severity: Severity | None = None,
+        fix: str | None = None,
+        basis: Basis | None = None,
+        **values: object,
+    ) -> Finding:
+        """A finding at a place below this loop, with the values of the message and what differs from the label."""
+        place = ("loops", self.index, *path)
+        return Finding(place, values, plc_effect=plc_effect, severity=severity, fix=fix, basis=basis)
+
+    def at_key(
+        self,
+        *path: str | int,
+        plc_effect: str | None = None,
+        severity: Severity | None = None,
+        **values: object,
+    ) -> Finding:
+        """A finding that points at a key: what it opens is a block of lines."""
+        return Finding(("loops", self.index, *path), values, key=True, plc_effect=plc_effect, severity=severity)
+
+
+@frozen
+class Context(Generic[ConfigT, EncodingT]):
+    """A configuration with its encoding."""
+
+    config: ConfigT
+    encoding: EncodingT
+
+    @property
+    def explained(self) -> frozenset[Path]:
+        """Places that a rule of the vendor's own explains better than the rules for every vendor."""
+        return frozenset()
+
+
+def complete(values: Iterable[Value | None]) -> list[Value]:
+    """All of some values; empty as soon as one of them is None."""
+    items = list(values)
+    known = [value for value in items if value is not None]
+    return known if len(known) == len(items) else []
+
+
+def value_or_switch(part: object, key: str) -> str:
+    """The key to point at where a feature is on: its value's, or that of its switch where no value is given."""
+    return key if getattr(part, key) is not None else f"{key}_enabled"
+
+
+def number_text(value: Decimal) -> str:
+    """A number as people write it; more than 12 digits are shortened."""
+    text = decimal_text(value)
+    return text if len(text) <= DIGITS else f"{float(value):.6g}"
+
+
+def with_unit(value: Decimal, unit: str | None) -> str:
+    """A number as people write it, with its unit."""
+    return f"{number_text(value)} {unit}" if unit else number_text(value)
+
+
+# --- Rules about any file: what can be wrong with its text, its keys, its comments or its scenario --------------------
+#
+# Rows only: what a reader or a schema type reports by kind is given its code and its explanation here.
+
+D05 = Decision(
+    5,
+    "the field decides what a text means",
+    "Scalars are read as text; numbers, switches and addresses are what their "
+    "field says, and a spelling that two people read differently is refused with both readings.",
+    "YAML 1.1 and 1.2 disagree on 010, yes and 1_000, and PLC engineers read a leading zero as octal.",
+)
+
+D720 = Decision(
+    720,
+    "curly quotes are letters",
+    "A text that begins and ends with quotes of a word processor (“…”, „…“, «…» and single ones) is kept as it is written, with a "
+    "warning (PID018); around a number or a word of a choice they are an error, as any other letter is there. `--fix` "
+    "leaves them alone. Inside of YAML's own quotes they are meant.",
+    "YAML 1.2 knows two quotes, ' and \". Which of the two readings is meant in a text only its writer can say.",
+)
+
+D315 = Decision(
+    315,
+    "what may be ignored, and where that counts",
+    "A comment, a baseline or --ignore quietens `pidcfg validate` and "
+    "nothing else: `encode`, `convert` and `simulate` go on refusing what has errors. Errors of text, schema and scenario "
+    "(PID0xx) cannot be ignored at all, nor two loops of one name (PID106); warnings and every other rule from PID101 on "
+    "can. A comment names whole codes and a reason, and is reported when it ignores nothing.",
+    "The words of a wrong configuration stay wrong when somebody stops reading about it, and a file that could not be "
+    "read in one way only has not been checked.",
+)
+D317 = Decision(
+    317,
+    "what makes a finding a known one",
+    "A baseline knows findings by file, code, severity, loop, key, the value that is written there, the other values of "
+    "the loop that the message quotes, and how many there are; never by line or wording. Other loops of the fault, "
+    "addresses and numbers of items are no part of it. It is made once, by --create-baseline, and after that only loses "
+    "entries; one of a former format, which knew messages or the value at one key alone, is written anew when it is "
+    "read.",
+    "Lines and addresses move with every loop that is inserted, and messages quote both; none of that is a new fault. A "
+    "value that changes is, whichever of the keys that do not fit together it stands at: somebody has to look at it.",
+)
+
+
+def _row(code: str, name: str, title: str, why: str, fix: str, severity: Severity = Severity.ERROR) -> Rule:
+    """A fault that cannot be ignored where it is an error: without curing it there is no configuration."""
+    doc = f"{title}\n\nWhy: {why}\n\nFix: {fix}"
+    return Rule(code, name, severity, "{text}", D05, FIRST_VERSION, doc, ignorable=severity is not Severity.ERROR)
+
+
+def _unreadable(code: str, name: str, title: str, why: str, fix: str) -> Rule:
+    """A fault that keeps a text from being read as a document: exit code 2."""
+    return replace(_row(code, name, title, why, fix), unusable=True)
+
+
+def _remark(code: str, name: str, title: str, why: str, fix: str, basis: Decision = D315) -> Rule:
+    """A warning about a comment or a baseline."""
+    return replace(_row(code, name, title, why, fix, Severity.WARNING), basis=basis)
+
+
+# fmt: off
+READING = (
+    _unreadable("PID001", "not-yaml", "The text is not YAML.", "A file that cannot be read cannot be checked.", "Correct the place that the message points at; indentation and missing quotes are the usual causes."),
+    _unreadable("PID002", "not-utf8", "The file is not UTF-8.", "Another encoding would change names and units silently.", "Save the file as UTF-8."),
+    _unreadable("PID003", "control-character", "The file holds a control character.", "NUL and its like have no place in text and break the tools that follow.", "Delete the character."),
+    _unreadable("PID004", "duplicate-key", "A key stands twice in one mapping.", "YAML readers take the first or the last of them, so two people see two different set-ups.", "Keep one."),
+    _unreadable("PID005", "empty-file", "The file is empty.", "There is nothing to check, which is never what was meant.", "Start from `pidcfg init`."),
+    _unreadable("PID006", "not-a-mapping", "The file is a list or a single value.", "A configuration is a mapping of keys to values.", "Begin with the line `pidcfg: 1`."),
+    _unreadable("PID007", "several-documents", "The file holds several YAML documents.", "It would not be clear which of them is downloaded.", "Put each into a file of its own."),
+    _unreadable("PID008", "complex-key", "A key is a list, a mapping, an alias or missing.", "Keys of this format are plain words.", "Write `key: value`."),
+    _unreadable("PID009", "merge-key", "The file uses a merge key (`<<`).", "Merging hides where a value comes from, and YAML 1.2 has dropped it.", "Write the keys out, or alias a whole value."),
+    _unreadable("PID010", "tag", "The file uses a tag (`!…`).", "The key decides what a value is; a tag could only contradict it.", "Delete the tag."),
+    _unreadable("PID011", "directive", "The file has a YAML directive (`%…`).", "YAML 1.1 reads numbers and booleans differently.", "Delete the line; files are YAML 1.2."),
+    _unreadable("PID012", "bad-alias", "An alias names no anchor above it, or itself.", "It has no value.", "Define the anchor above its use, or write the value out."),
+    _unreadable("PID013", "limit", "The file is larger, deeper or longer than the limits.", "Limits keep a hostile or broken file from taking the machine.", "Split the file, or raise the limit by an option of the command."),
+    _unreadable("PID014", "tab", "A tab is used for indentation.", "YAML forbids it, since editors show tabs at different widths.", "Indent with spaces."),
+    _unreadable("PID015", "unknown-template", "A loop uses a template that is not there, or templates use each other in a ring.", "The loop would lack what the template gives it.", "Write the name of a template that stands under `templates`."),
+    _unreadable("PID016", "bad-template", "A template is no loop, has a name, or has a list where the loop that uses it has something else.", "A template holds what equal loops have in common; lists are replaced as a whole, never in part.", "Write the keys of a loop below the template's name, and what is a loop's own into the loop."),
+    _unreadable("PID040", "unreadable", "A file cannot be opened.", "It is missing, a folder without configurations, or not permitted.", "Check the path."),
+)
+LISTING = (
+    _unreadable("PID041", "bad-listing", "A memory listing cannot be read, or its words are no configuration.", "A missing or impossible word would have to be guessed.", "Export the listing again, or name its format with --from and what it lacks with the options of `pidcfg decode`."),
+    _row("PID042", "not-convertible", "A configuration does not say what its conversion needs.", "A range, a sample time or a form that is guessed is a wrong gain.", "Add the key that the message names."),
+)
+LIVE = (
+    _row("PID065", "plc-differs", "A PLC holds another setting than its file.", "What runs is not what was agreed: somebody has changed the PLC or the file, or a download was never made.", "Find out who changed it; correct the file, or write its value into the PLC."),
+    _unreadable("PID066", "plc-not-reached", "A PLC is not reached, or does not give what is asked for.", "Nothing has been compared: that is neither a pass nor a difference.", "Look at the cable, the address, the unit number and what the PLC allows over Modbus; the message names the function and the register."),
+    _row("PID067", "unusable-map", "The Modbus map that a configuration names cannot be used.", "A register that is missing from it, or that it has twice, would be read as another one's, or not at all.", "Correct the line of the map that the message names; `pidcfg encode FILE --format modbus-map` writes one to be filled in."),
+)
+"""What `pidcfg compare` finds, and what is wrong with the map that it reads by."""
+SCHEMA = (
+    _row("PID020", "unknown-key", "A key is not known here.", "It would be ignored, and the setting it was meant for would keep its default.", "Correct the spelling; the message suggests the nearest key."),
+    _row("PID021", "missing-key", "A required key is missing.", "It has no safe default.", "Add the key."),
+    _row("PID022", "wrong-type", "A value is of the wrong kind.", "A list, a text or a number stands where another kind is wanted.", "Write the kind that the message asks for."),
+    _row("PID023", "not-finite", "A number is infinite, not a number, or too large to compute with.", "No register holds it.", "Write a finite number."),
+    _row("PID024", "leading-zero", "A number has a leading zero.", "YAML 1.1 and PLC engineers read it as octal, YAML 1.2 as decimal.", "Write the reading that is meant."),
+    _row("PID025", "number-notation", "A number is written in a notation other than decimal.", "Readers disagree about 1_000, 0b11, 0x1F and 60:30.", "Write it in decimal."),
+    _row("PID026", "boolean-spelling", "A switch is neither `true` nor `false`.", "`yes` and `on` are text in YAML 1.2.", "Write `true` or `false`."),
+    _row("PID027", "not-a-choice", "A value is not one of the words allowed here.", "It would select nothing.", "Write one of the words in the message."),
+    _row("PID028", "bad-unit", "A time or rate has a unit that is not known.", "A wrong unit is a wrong value.", "Use ms, s, min or h."),
+    _row("PID029", "bad-address", "An address is not written the vendor's way.", "02000 can be octal or decimal, V2008 is neither, and DF501 does not exist.", "Write addresses as the vendor does: V2000 (octal), C101, DF106, R100."),
+    _row("PID030", "format-version", "The format version is missing or not supported.", "A newer file may mean something else by the same keys.", "Begin with the line `pidcfg: 1`, or update pidcfg."),
+    _row("PID031", "unknown-vendor", "The vendor is not known.", "Without it no schema can be chosen.", "Write one of the vendors in the message."),
+    _row("PID032", "neither-vendor-nor-scenario", "The file says neither which vendor it is for nor that it is a scenario.", "It could be anything.", "Add `vendor: …` for a configuration, or `scenario: …` for a simulation."),
+    _row("PID033", "bad-name", "A name holds characters that outputs cannot carry.", "Names reach tags, file names and spreadsheets.", "Begin with a letter or digit; letters, digits, blanks and _ - . / # may follow."),
+    _row("PID034", "range-order", "A range does not ascend.", "0 % must lie below 100 %.", "Write the lower end first; the direction of control is the loop's `action`."),
+    _row("PID035", "incomplete-transfer", "An auto transfer names neither a channel nor an address, or both.", "The CPU would read the wrong input.", "Give slot and channel, or address."),
+    _row("PID036", "too-many-items", "A list has more items than there is room for.", "The table in the PLC has a fixed size.", "Remove items."),
+    _row("PID037", "no-value", "A key has no value.", "An empty value is neither a number nor a default.", "Give a value, or remove the key."),
+    _row("PID017", "unused-template", "No loop uses a template.", "Nothing in it is checked, and somebody may believe that it is in force.", "Use it, or delete it.", Severity.WARNING),
+    replace(_row("PID018", "curly-quotes", "A text stands in quotes of a word processor.", "They are letters to YAML, so that the unit or the name has them in it, also in the PLC's tables and in reports.", "Write straight quotes, or none.", Severity.WARNING), basis=D720),
+    _row("PID038", "loops-not-checked", "Some loops cannot be read, so what concerns several loops was not checked.", "Rules that compare loops would find faults of a loop that is not there; the other loops were checked each by itself.", "Correct the errors of the loops that cannot be read, and check again.", Severity.INFO),
+)
+SUPPRESSION = (
+    _remark("PID043", "unused-ignore", "A comment ignores findings that are not there.", "It would hide the next one of its kind that comes to this line.", "Delete the comment, or the code; `--fix` does it."),
+    _remark("PID044", "ignore-of-unknown-code", "A comment ignores a code that no rule has.", "It ignores nothing, and somebody believes it does.", "Correct the code; `pidcfg rule` lists all. Codes are written in full."),
+    _remark("PID045", "malformed-ignore", "A comment begins like an ignore but cannot be read as one.", "It ignores nothing. An ignore without codes would hide everything that comes to its line.", "Write `# pidcfg: ignore[DL211] reason`."),
+    _remark("PID046", "ignore-without-reason", "A comment ignores a finding and does not say why.", "Whoever reads the file next cannot tell a decision from an oversight.", "Write the reason behind the bracket."),
+    _remark("PID047", "not-ignorable", "A comment ignores an error that cannot be ignored.", "Without it there is no configuration: nothing else in the file has been checked.", "Correct the error, and delete the comment."),
+    _remark("PID048", "stale-baseline-entry", "A baseline knows a finding that no longer occurs.", "It would hide the same finding when it comes back.", "Run `pidcfg validate` on the same paths with `--shrink-baseline`.", D317),
+)
+"""Mistakes in comments and baselines that are to suppress findings."""
+SCENARIO = (
+    _row("PID050", "unknown-name", "A scenario names a loop, signal, alarm, mode or key that its configuration does not have.", "The event or expectation would concern nothing.", "Correct the spelling; the message suggests the nearest name."),
+    _row("PID051", "bad-expression", "An expression of signals cannot be read.", "Only numbers, declared names, + - * /, parentheses and min, max, abs, sqrt have a meaning.", "Correct the character that the message points at."),
+    _row("PID052", "keys-do-not-combine", "Keys of a plant, an event or an expectation do not go together.", "It would not be clear what is meant.", "Keep the keys that the message names."),
+    _row("PID053", "scenario-value", "A value of a scenario is outside what can be simulated.", "A plant without a time constant above 0, or a bound in the wrong unit, has no meaning.", "Write a value as the message asks for."),
+    _row("PID054", "event-after-end", "An event comes after the end of the scenario.", "It never happens.", "Lengthen the duration, or move the event.", Severity.WARNING),
+    _row("PID055", "loop-without-plant", "Nothing is wired to the PV of a loop.", "Its PV stays at the low end of its range.", "Add the loop to plants, or its PV to connect.", Severity.WARNING),
+    _row("PID056", "rounded-to-steps", "A time is no whole number of base steps.", "The simulation advances in steps; the nearest one is taken.", "Choose a time or a step that fits, if the difference matters.", Severity.WARNING),
+    _row("PID057", "no-steady-state", "The loops do not come to rest before time 0.", "With `initial: steady` the run starts where everything is settled; nothing settles.", "Check mode, action and tuning, and the signs of gain and load of the plant."),
+    _row("PID059", "set-up-fails", "The scenario gives the PLC a set-up that its own check refuses.", "The PLC then calculates no loop; the run shows that.", "Correct `plc.number_of_loops`, unless the failure is what is to be shown.", Severity.WARNING),
+    _row("PID060", "wrong-action", "The action of a loop does not fit its plant.", "The output would drive the PV away from the set point: a heater runs to full power and stays there.", "Compare the action with the plant: DL06 and CLICK name the process (direct: the PV rises with the output), EZLogix the controller (reverse: the output rises when the PV falls). Then the sign of the plant's gain."),
+    _row("PID058", "unusable-configuration", "The configuration or listing of a scenario cannot be used.", "There is nothing to simulate.", "Correct the path, or validate the configuration."),
+    _row("PID061", "expectation-failed", "An expectation of a scenario does not hold.", "The loops do not do what they were set up for, or more was expected than they can do.", "Look at the trend (`pidcfg simulate … --trend`), then correct the configuration, the plant or the expectation."),
+    _row("PID063", "standing-expectation-failed", "A loop of a scenario does not control.", "Every run is expected to be a sound one: loops come into their modes, their outputs move their PVs, nothing stays saturated, swings or stands in alarm.", "Look at what the message names; where the scenario is meant to show it, write an entry of `allow` with its reason."),
+    _row("PID064", "idle-allowance", "An entry of `allow` allows nothing.", "It would hide the next failure of its kind.", "Remove the entry.", Severity.WARNING),
+    _row("PID062", "run-error", "Something in a run has no value.", "What is calculated from there on, and what is expected of it, means nothing.", "Correct the expression or the event that the message names."),
+)
+# fmt: on
+
+SCENARIO_KINDS = {
+    "unknown_name": "PID050",
+    "expression": "PID051",
+    "combination": "PID052",
+    "value": "PID053",
+    "too_late": "PID054",
+    "missing_plant": "PID055",
+    "rounded": "PID056",
+    "no_steady_state": "PID057",
+    "limit": "PID013",
+    "set_up": "PID059",
+    "wrong_action": "PID060",
+    "idle_allowance": "PID064",
+}
+"""Codes of `pidcfg.sim.engine.expressions.Problem` by kind."""
+
+BY_KIND = {
+    "extra_forbidden": "PID020",
+    "missing": "PID021",
+    "not_finite": "PID023",
+    "leading_zero": "PID024",
+    "number_form": "PID025",
+    "boolean_form": "PID026",
+    "literal_error": "PID027",
+    "duration_form": "PID028",
+    "address_form": "PID029",
+    "name_form": "PID033",
+    "range_order": "PID034",
+    "transfer_form": "PID035",
+    "too_long": "PID036",
+    "too_short": "PID036",
+    "too_many_digits": "PID013",
+}
+OTHER_KIND = "PID022"

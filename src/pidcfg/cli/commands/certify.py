@@ -8,24 +8,23 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options
+from pidcfg.cli import options, plots
+from pidcfg.cli import terminal as console
 from pidcfg.cli.commands.simulate import files_of, scenarios_of
-from pidcfg.cli.extras import need
-from pidcfg.cli.files import plots
-from pidcfg.cli.files.inputs import FILES, read_inputs
+from pidcfg.cli.environment import need
 from pidcfg.cli.formats import report_options
-from pidcfg.cli.formats.certification import render_batches
+from pidcfg.cli.formats.reports import render_batches
+from pidcfg.cli.inputs import FILES, read_inputs
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal import console
-from pidcfg.cli.terminal.progress import LINE, held
+from pidcfg.cli.terminal import LINE, held
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.certification.outcome import Outcome
-    from pidcfg.document import Document
-    from pidcfg.limits import Limits
     from pidcfg.pictures.chart import Chart
+    from pidcfg.study.certification.certify import BatchOutcome
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg certify chiller.scenario.yaml --samples 100",
@@ -144,12 +143,12 @@ def run_all(
     limits: Limits,
     *,
     record: bool,
-) -> Iterator[Outcome]:
+) -> Iterator[BatchOutcome]:
     """The batches one after the other; the line on the terminal shows how many samples are done."""
     from pidcfg.api import certify
-    from pidcfg.certification.workers import WorkersError
-    from pidcfg.cli.files.kept import keeper, kept
-    from pidcfg.results.arguments import ArgumentError
+    from pidcfg.cli.outputs import keeper, kept
+    from pidcfg.output.arguments import ArgumentError
+    from pidcfg.study.certification.samples import WorkersError
 
     jobs, cluster = who
     for doc in scenarios:
@@ -206,7 +205,7 @@ def _continued(resume: str | None) -> str:
     return "" if resume is None else f"; {resume} keeps what is ready, and the same command goes on there"
 
 
-def worst_files(outcomes: Sequence[Outcome], files: dict[str, str | bytes]) -> dict[tuple[str, int], str]:
+def worst_files(outcomes: Sequence[BatchOutcome], files: dict[str, str | bytes]) -> dict[tuple[str, int], str]:
     """Adds the worst samples to the files that are to be written; their names by scenario and number."""
     names = {}
     for outcome in outcomes:
@@ -225,9 +224,9 @@ def sample_name(file: str, sample: int) -> str:
     return path.with_name(".".join([first, f"sample-{sample}", *rest])).as_posix()
 
 
-def fan_charts(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
+def fan_charts(outcomes: Sequence[BatchOutcome], loops: Sequence[str]) -> list[Chart]:
     """The fan charts of all batches."""
-    from pidcfg.certification.charts import charts_of
+    from pidcfg.study.certification.certify import charts_of
 
     known = list(dict.fromkeys(loop for outcome in outcomes for loop in outcome.axes))
     wrong = next((loop for loop in loops if loop not in known), None)
@@ -236,7 +235,7 @@ def fan_charts(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]
     return [chart for outcome in outcomes for chart in charts_of(outcome, loops)]
 
 
-def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:
+def heading(outcomes: Sequence[BatchOutcome]) -> tuple[str, list[str]]:
     """The title of a picture of batches, and what ran."""
     found = [outcome for outcome in outcomes if outcome.certification is not None]
     titles = [one.certification.scenario for one in found if one.certification is not None]
@@ -246,7 +245,7 @@ def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:
     )
 
 
-def exit_code(outcomes: Sequence[Outcome]) -> Exit:
+def exit_code(outcomes: Sequence[BatchOutcome]) -> Exit:
     """A scenario that cannot run outweighs one that fails."""
     if any(outcome.certification is None for outcome in outcomes):
         return Exit.UNUSABLE

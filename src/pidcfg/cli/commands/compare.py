@@ -9,20 +9,21 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options, plc_options
-from pidcfg.cli.arguments import usage
+from pidcfg.cli import options
+from pidcfg.cli import options as plc_options
 from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import note, remark, show
+from pidcfg.cli.options import usage
+from pidcfg.cli.terminal import note, remark, show
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from pidcfg.diagnostics import Diagnostic
-    from pidcfg.document import Document
-    from pidcfg.limits import Limits
-    from pidcfg.live.compare import CompareResult
+    from pidcfg.live.pull import CompareResult
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg compare reactor.yaml --plc modbus://10.0.0.5",
@@ -67,8 +68,8 @@ def command(
     operator has changed is told and is no difference. The PLC is only read.
     """
     plc_options.needed(plc)
-    from pidcfg.cli.findings.collect import one_configuration
-    from pidcfg.encoders.map_rows import UnusableMapError
+    from pidcfg.cli.findings import one_configuration
+    from pidcfg.encoders.modbus_map import UnusableMapError
     from pidcfg.live.calls import compare
 
     documents = {doc.file: doc for doc in (one_configuration(name, limits) for name in files)}
@@ -131,7 +132,7 @@ class Round:
 
     def shown(self, fmt: str = "") -> list[Diagnostic]:
         """What differs, and in reports an error for each file that was not compared; people are told on stderr."""
-        from pidcfg.live.compare import not_reached
+        from pidcfg.live.pull import not_reached
 
         told = () if fmt in PEOPLE else (not_reached(name, said) for name, said in self.unreached.items())
         return [*(d for result in self.results for d in result.findings), *told]
@@ -153,8 +154,7 @@ class Round:
 
 def compared_once(documents: Mapping[str, Document], compare: Callable[[Document], CompareResult]) -> Round:
     """Every file with its PLC; one that does not answer is not asked for the next one."""
-    from pidcfg.live.errors import PlcError
-    from pidcfg.live.link import SilentError
+    from pidcfg.live.link import PlcError, SilentError
 
     results, unreached = [], {}
     dead = ""

@@ -8,20 +8,18 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from pidcfg.cli import options
-from pidcfg.cli.arguments import VerifyCommand, usage
-from pidcfg.cli.files import plots
+from pidcfg.cli import options, plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, echo_json, note, remark
-from pidcfg.cli.terminal.progress import LINE
+from pidcfg.cli.options import VerifyCommand, usage
+from pidcfg.cli.terminal import LINE, echo, echo_json, note, remark
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
 
-    from pidcfg.limits import Limits
-    from pidcfg.results.conversion import ConvertResult
+    from pidcfg.output.conversion import ConvertResult
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg convert reactor.yaml --to click -o reactor-click.yaml --allow-loss",
@@ -118,8 +116,8 @@ def command(
     """
     from pidcfg.api import convert
     from pidcfg.cli.commands.validate import exit_code
-    from pidcfg.cli.findings.collect import one_configuration, show_errors
-    from pidcfg.cli.formats.conversion import render, text
+    from pidcfg.cli.findings import one_configuration, show_errors
+    from pidcfg.cli.formats.conversion import render_conversion, text
 
     if report == "json" and out is None:
         raise click.UsageError("the report and the file would both go to standard output; name the file with -o")
@@ -147,16 +145,16 @@ def command(
     apart = max_deviation is not None and result.pv_percent > max_deviation
     unlike = bool(verify == "pass" or max_deviation is not None) and verify != "report" and not result.alike
     if report == "json":
-        echo_json(render("json", result))
+        echo_json(render_conversion("json", result))
     elif shown := text(result, changes=not quiet, losses=lossy, apart=not quiet or apart or unlike).strip():
         note(shown)
     if not result.ok or lossy or apart or unlike:
-        report_options.write_reports(reports, lambda fmt: render(fmt, result))
+        report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result))
         refuse(result, lossy, unlike, max_deviation)
     charts = [loop.chart for loop in result.verified or ()]
     pictures = plots.drawn(plot, charts, f"{Path(file).name} for {VENDORS[target].title}")
     files = {**({} if out is None else {out: result.text}), **pictures}
-    report_options.write_reports(reports, lambda fmt: render(fmt, result), files, force=force)
+    report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result), files, force=force)
     put(result.text, out, () if quiet else files)
 
 
@@ -176,7 +174,7 @@ def named(result: ConvertResult, out: str | None) -> ConvertResult:
 
 def put(text: str, out: str | None, written: Collection[str]) -> None:
     """Prints the result that goes to no file, and names the files."""
-    from pidcfg.cli.terminal.next_step import next_step
+    from pidcfg.cli.terminal import next_step
 
     if out is None:
         echo(text)
@@ -188,8 +186,8 @@ def put(text: str, out: str | None, written: Collection[str]) -> None:
 
 def refuse(result: ConvertResult, lossy: bool, unlike: bool, max_deviation: float | None) -> NoReturn:
     """Ends the command with why nothing was written."""
-    from pidcfg.cli.formats.reporters import text
-    from pidcfg.results.findings import errors_in
+    from pidcfg.cli.formats.findings import text
+    from pidcfg.output.findings import errors_in
 
     document = result.target_document
     if not result.ok and document is not None:

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import refuse_all, usage
-from pidcfg.cli.files.inputs import listing_fault, read_input
+from pidcfg.cli.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, note, remark
+from pidcfg.cli.options import refuse_all, usage
+from pidcfg.cli.terminal import echo, note, remark
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pidcfg.limits import Limits
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg decode reactor.json --vendor dl06",
@@ -74,9 +74,9 @@ def command(
     Several files are read as one listing: an image may be spread over them.
     """
     from pidcfg.api import decode
-    from pidcfg.cli.files.outputs import write_files
-    from pidcfg.cli.findings.collect import one_configuration
-    from pidcfg.cli.formats.reporters import text
+    from pidcfg.cli.findings import one_configuration
+    from pidcfg.cli.formats.findings import text
+    from pidcfg.cli.outputs import write_files
 
     entries = [read_input(name, limits) for name in image]
     if any(entry.problem is not None for entry in entries):
@@ -100,6 +100,6 @@ def command(
         for line in result.notes:
             remark(f"note: {line}")
     if out is not None and not annotate:
-        from pidcfg.cli.terminal.next_step import next_step
+        from pidcfg.cli.terminal import next_step
 
         next_step("validate", out, quiet=quiet)

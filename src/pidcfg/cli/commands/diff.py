@@ -7,20 +7,18 @@ from typing import TYPE_CHECKING, NoReturn
 
 import click
 
-from pidcfg.cli import options
-from pidcfg.cli.arguments import VerifyCommand, usage
-from pidcfg.cli.files import plots
+from pidcfg.cli import options, plots
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import remark
-from pidcfg.cli.terminal.progress import LINE
+from pidcfg.cli.options import VerifyCommand, usage
+from pidcfg.cli.terminal import LINE, remark
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from pidcfg.cli.files.inputs import Input
-    from pidcfg.document import Document
-    from pidcfg.limits import Limits
-    from pidcfg.results.differences import DiffResult
+    from pidcfg.cli.inputs import Input
+    from pidcfg.output.differences import DiffResult
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
 
 UNREADABLE, UNSAID = "PID041", "PID042"
 """A listing that cannot be read; a configuration that does not say what its values mean."""
@@ -82,8 +80,8 @@ def command(
     point is shown as operated, and is no difference.
     """
     from pidcfg.api import diff
-    from pidcfg.cli.files.inputs import Input
-    from pidcfg.cli.formats.differences import render
+    from pidcfg.cli.formats.conversion import render_differences
+    from pidcfg.cli.inputs import Input
 
     report_options.refuse_outputs((*plot, *(report.path for report in reports)), (before, after))
     if fmt != "text" and plots.TERMINAL in plot:
@@ -113,7 +111,7 @@ def command(
         remark(f"note: {line}")
     charts = [loop.chart for loop in result.verified or ()]
     pictures = plots.drawn(plot, charts, f"{Path(before).name} and {Path(after).name}")
-    report_options.deliver(fmt, reports, lambda name: render(name, result), pictures, force=force)
+    report_options.deliver(fmt, reports, lambda name: render_differences(name, result), pictures, force=force)
     if plots.TERMINAL in plot:
         plots.show(charts)
     unlike = verify == "pass" and not result.alike
@@ -123,15 +121,15 @@ def command(
 
 def _configuration(name: str, limits: Limits) -> Document:
     """The document of a configuration."""
-    from pidcfg.cli.findings.collect import one_configuration
+    from pidcfg.cli.findings import one_configuration
 
     return one_configuration(name, limits)
 
 
 def _source(name: str, limits: Limits) -> Document | Input:
     """A YAML file's document, or a memory listing as it was read."""
-    from pidcfg.cli.files.inputs import UNNAMED, name_of, read_input
-    from pidcfg.results.differences import is_listing
+    from pidcfg.cli.inputs import UNNAMED, name_of, read_input
+    from pidcfg.output.differences import is_listing
 
     if name_of(name) == UNNAMED or not is_listing(name_of(name)):
         return _configuration(name, limits)
@@ -141,8 +139,8 @@ def _source(name: str, limits: Limits) -> Document | Input:
 def _unreadable(entry: Input, other: Document | Input, family: str | None, limits: Limits, fmt: str) -> NoReturn:
     """Ends the command with what is wrong with the configuration on the other side, else with the listing's fault."""
     from pidcfg.api import diff
-    from pidcfg.cli.files.inputs import Input, document
-    from pidcfg.cli.findings.collect import show_errors
+    from pidcfg.cli.findings import show_errors
+    from pidcfg.cli.inputs import Input, document
 
     if not isinstance(other, Input):
         result = diff(other, other, names=(other.file, other.file), limits=limits)
@@ -158,7 +156,7 @@ def _unreadable(entry: Input, other: Document | Input, family: str | None, limit
 
 def refuse(result: DiffResult, fmt: str) -> NoReturn:
     """Ends the command with what is wrong with a side: as the result where JSON was asked for."""
-    from pidcfg.cli.findings.collect import show_errors
+    from pidcfg.cli.findings import show_errors
 
     findings, name = result.findings, result.refused
     codes = {d.code for d in findings}

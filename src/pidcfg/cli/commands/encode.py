@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import refuse_all, usage
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, echo_json, echo_xml, note, remark
+from pidcfg.cli.options import refuse_all, usage
+from pidcfg.cli.terminal import echo, echo_json, echo_xml, note, remark
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from pidcfg.cli.files.inputs import Input
-    from pidcfg.document import Document
-    from pidcfg.encoders.files import FileKind
-    from pidcfg.limits import Limits
+    from pidcfg.cli.inputs import Input
+    from pidcfg.encoders.listing import FileKind
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg encode reactor.yaml",
@@ -73,11 +73,10 @@ def command(
     """Write the PLC's memory for the configuration FILE (- for standard input): every word with its address."""
     from pidcfg.api import encode
     from pidcfg.cli.commands.validate import exit_code
-    from pidcfg.cli.findings.collect import show_errors
-    from pidcfg.cli.plc_options import map_file
-    from pidcfg.encoders.files import CONFLICT, UnwritableError
-    from pidcfg.encoders.listing import ListingError
-    from pidcfg.encoders.map_rows import UnusableMapError
+    from pidcfg.cli.findings import show_errors
+    from pidcfg.cli.options import map_file
+    from pidcfg.encoders.listing import CONFLICT, ListingError, UnwritableError
+    from pidcfg.encoders.modbus_map import UnusableMapError
 
     configuration, others = _inputs(file, (into, changed_from), fmt, limits)
     (data, name), (old, old_name) = others
@@ -124,8 +123,8 @@ def _inputs(
     What is wrong with any of them ends the command, in order.
     """
     from pidcfg.api import encode
-    from pidcfg.cli.files.inputs import read_input
-    from pidcfg.cli.findings.collect import one_configuration, show_errors
+    from pidcfg.cli.findings import one_configuration, show_errors
+    from pidcfg.cli.inputs import read_input
 
     configuration, faults = None, []
     try:
@@ -164,7 +163,7 @@ def tell(kind: FileKind, names: list[str], checklist: tuple[str, ...], values: i
 
 def _put(kind: FileKind, parts: Mapping[str, str], out: str | None, *, force: bool) -> list[str]:
     """Writes the texts, to standard output without ``out``; returns the names of the files."""
-    from pidcfg.cli.files.outputs import write_files
+    from pidcfg.cli.outputs import write_files
 
     if parts and out is not None:
         files = {part_name(out, suffix): text.encode(kind.encoding) for suffix, text in parts.items()}

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.arguments import usage
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo_json, markdown, note, remark, show
+from pidcfg.cli.options import usage
+from pidcfg.cli.terminal import echo_json, markdown, note, remark, show
+from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
-    from pidcfg.document import Document
-    from pidcfg.limits import Limits
-    from pidcfg.results.explanations import ExplainResult
+    from pidcfg.output.explanation.lookup import ExplainResult
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg explain V7642=0008",
@@ -78,9 +78,9 @@ def command(
     Without a THING, lists what can be asked for.
     """
     from pidcfg.api import explain
-    from pidcfg.cli.findings.former_codes import current_code
-    from pidcfg.explanation.question import QuestionError
-    from pidcfg.explanation.render import as_text, forms_text
+    from pidcfg.cli.options import current_code
+    from pidcfg.output.explanation.lookup import as_text, forms_text
+    from pidcfg.output.explanation.page import QuestionError
 
     for thing in things:
         current_code(thing.upper())
@@ -106,14 +106,14 @@ def command(
 
 def _configuration(name: str, limits: Limits) -> Document:
     """The configuration of ``--in``; one with errors is taken as far as it can be encoded."""
-    from pidcfg.cli.findings.collect import one_configuration
+    from pidcfg.cli.findings import one_configuration
 
     return one_configuration(name, limits)
 
 
 def _refuse(result: ExplainResult, name: str) -> NoReturn:
     """Ends the command with what keeps the configuration from being read."""
-    from pidcfg.cli.findings.collect import show_errors
+    from pidcfg.cli.findings import show_errors
 
     show_errors(result.findings, result.document, "text")
     raise click.ClickException(f"{name} could not be read")

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.extras import need
-from pidcfg.cli.terminal.console import echo, remark
+from pidcfg.cli.environment import need
+from pidcfg.cli.terminal import echo, remark
 
 if TYPE_CHECKING:
-    from pidcfg.document import Document
-    from pidcfg.limits import Limits
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg export reactor.yaml -o loops.csv",
@@ -45,9 +45,9 @@ def command(
 
     'pidcfg init --from' reads such a sheet, or anybody's, back.
     """
-    from pidcfg.cli.files.outputs import write_files
-    from pidcfg.cli.findings.collect import one_configuration
-    from pidcfg.cli.terminal.next_step import next_step
+    from pidcfg.cli.findings import one_configuration
+    from pidcfg.cli.outputs import write_files
+    from pidcfg.cli.terminal import next_step
     from pidcfg.validate.engine import vendor_of
 
     doc = one_configuration(file, limits)
@@ -62,7 +62,7 @@ def command(
     vendor, _ = vendor_of(doc)
     if vendor is None or not isinstance((doc.data or {}).get("loops"), list):
         _refuse(doc, limits)
-    from pidcfg.sheets import write
+    from pidcfg.output import sheets as write
 
     text: str | bytes
     if kind == "xlsx":
@@ -70,7 +70,7 @@ def command(
     elif kind == "csv":
         text = write.as_csv(doc, vendor, comma=decimal_comma)
     else:
-        from pidcfg.sheets.values import plain_text
+        from pidcfg.output.sheets import plain_text
 
         text = plain_text(doc)
     if out is None:
@@ -84,7 +84,7 @@ def command(
 
 def _refuse(doc: Document, limits: Limits) -> NoReturn:
     """Ends the command with what is wrong with the file."""
-    from pidcfg.cli.findings.collect import show_errors
+    from pidcfg.cli.findings import show_errors
     from pidcfg.validate.engine import check_document
 
     show_errors(check_document(doc, limits).findings, doc, "text")

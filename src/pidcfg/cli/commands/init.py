@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.terminal.console import echo, remark
+from pidcfg.cli.terminal import echo, remark
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
-    from pidcfg.limits import Limits
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg init --vendor dl06",
@@ -58,8 +58,8 @@ def command(
     no verdict fails that it does not name. With --from, write a configuration from a sheet of loops; its columns are
     keys of the vendor, or common words such as tag, gain, reset, rate, range low, unit, Sollwert.
     """
-    from pidcfg.cli.files.outputs import write_files
-    from pidcfg.cli.terminal.next_step import next_step
+    from pidcfg.cli.outputs import write_files
+    from pidcfg.cli.terminal import next_step
 
     if config is not None and (vendor is not None or sheet is not None):
         raise click.UsageError("--scenario goes with neither --vendor nor --from")
@@ -83,8 +83,8 @@ def command(
 
 def _scenario(config: str, out: str | None, limits: Limits) -> str:
     """The scenario of a configuration, which it names as seen from the folder that it is written to."""
-    from pidcfg.cli.findings.collect import one_configuration, show_errors
-    from pidcfg.draft.write import NoDraftError, draft_of
+    from pidcfg.cli.findings import one_configuration, show_errors
+    from pidcfg.study.draft import NoDraftError, draft_of
     from pidcfg.validate.engine import check_document
 
     doc = one_configuration(config, limits)
@@ -101,10 +101,10 @@ def _scenario(config: str, out: str | None, limits: Limits) -> str:
 
 def _from_sheet(sheet: str, vendor: str | None, limits: Limits, *, quiet: bool) -> str:
     """The configuration of a sheet."""
-    from pidcfg.cli.arguments import refuse_all
-    from pidcfg.cli.extras import need
-    from pidcfg.cli.files.inputs import read_input
-    from pidcfg.sheets.read import SheetFaultsError, from_sheet
+    from pidcfg.cli.environment import need
+    from pidcfg.cli.inputs import read_input
+    from pidcfg.cli.options import refuse_all
+    from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet
 
     entry = read_input(sheet, limits)
     if entry.problem is not None:

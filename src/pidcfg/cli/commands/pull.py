@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options, plc_options
+from pidcfg.cli import options
+from pidcfg.cli import options as plc_options
 from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, remark
+from pidcfg.cli.terminal import echo, remark
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:
-    from pidcfg.limits import Limits
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg pull --plc modbus://10.0.0.5 --like reactor.yaml -o running.yaml",
@@ -55,8 +56,8 @@ def command(
     A DL06 tells its own loop table by V7640 and V7641; of other PLCs --like FILE or options say where the loops are.
     """
     plc_options.needed(plc)
-    from pidcfg.cli.files.outputs import write_files
-    from pidcfg.cli.findings.collect import one_configuration, show_errors
+    from pidcfg.cli.findings import one_configuration, show_errors
+    from pidcfg.cli.outputs import write_files
     from pidcfg.live.calls import pull
 
     other = None if like is None else one_configuration(like, limits)

@@ -1,28 +1,262 @@
-"""``pidcfg report``: the commissioning report as one HTML page, as CSV files and as a workbook."""
+"""``pidcfg report``: the commissioning report; every file is read, checked and run once."""
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pidcfg import __version__
 from pidcfg.cli import options
-from pidcfg.cli.extras import need
+from pidcfg.cli.environment import need
+from pidcfg.cli.inputs import FILES, document, note_read, read_entries, read_input
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo_xml, note, remark
-from pidcfg.cli.terminal.progress import LINE
+from pidcfg.cli.terminal import LINE, echo_xml, note, remark
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.image import read_settings
+from pidcfg.output.report.content import SourceFile, Units
+from pidcfg.output.report.runs import Run, run_sheet
+from pidcfg.output.report.sheets import plc_sheet
+from pidcfg.text.diagnostics import ordered
+from pidcfg.text.document import Document, Node
+from pidcfg.text.processes import Crew
+from pidcfg.validate.engine import Checked, check_document, is_scenario
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from pidcfg.cli.files.report_inputs import Gathered
-    from pidcfg.limits import Limits
-    from pidcfg.report.content import Content
-    from pidcfg.scenario.outcome import Outcome
+    from pidcfg.cli.inputs import Input
+    from pidcfg.output.report.content import Content, PlcSheet, RunSheet
+    from pidcfg.study.outcome import Axes, Outcome
+    from pidcfg.study.scenario import Loaded
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.reader import Limits
+
+# --- The inputs of a report: every file is read, checked and run once, by this process or by several ------------------
+
+SCENARIO = re.compile(rb"^scenario[ \t]*:", re.MULTILINE)
+"""What a scenario looks like to whoever only counts them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Configured:
+    """A configuration or a memory listing, and the sheet on it."""
+
+    file: SourceFile
+    sheet: PlcSheet
+    findings: Sequence[Diagnostic] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Ran:
+    """A scenario and its run; it travels between processes."""
+
+    file: SourceFile
+    sheet: RunSheet
+    outcome: Outcome
+    """Without the recording and the texts of the files."""
+    findings: Sequence[Diagnostic]
+    named: Configured | None
+    """What it runs, unless the command line has a file by this name."""
+
+
+Taken = Configured | Ran
+
+
+@dataclass(frozen=True)
+class Taker:
+    """Reads, checks and runs one file after the other."""
+
+    limits: Limits
+    names: frozenset[str]
+    """The files of the command line."""
+    runs: int
+    """About how many of them are scenarios."""
+    pictures: bool
+    """Whether the runs are recorded for charts."""
+    progress: Callable[[float], None] | None = None
+
+    @cached_property
+    def configured(self) -> dict[str, Configured]:
+        """The configurations that scenarios have named, and that the command line does not."""
+        return {}
+
+    @cached_property
+    def run(self) -> dict[str, Checked]:
+        """The configuration that was run last, checked; it often is the next file."""
+        return {}
+
+    def __call__(self, entry: Input) -> Taken:
+        """One file of the command line; a file that cannot be opened ends the command."""
+        if not entry.piped:
+            entry = read_input(entry.name, self.limits)
+        run = self.run.pop(entry.name, None)
+        if run is not None and run.document.text.encode() == entry.data:
+            return configured(entry, run)
+        doc = document(entry, self.limits)
+        if entry.problem is not None:
+            raise click.ClickException(entry.problem)
+        return self._run(entry, doc) if is_scenario(doc) else configured(entry, check_document(doc, self.limits))
+
+    def _run(self, entry: Input, doc: Document) -> Ran:
+        from pidcfg.sim.engine.run import Settings
+        from pidcfg.study.outcome import charts_of, signals_before_root, simulate_loaded
+        from pidcfg.study.scenario import load
+
+        loaded = load(doc, self.limits, FILES)
+        settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress, runs=self.runs)
+        outcome = simulate_loaded(loaded, settings, record=self.pictures)
+        run = Run(
+            outcome.file,
+            outcome.config,
+            outcome.report,
+            passed=outcome.passed,
+            unjudged=outcome.unjudged,
+            title=str((doc.data or {}).get("scenario") or ""),
+            charts=charts_of(outcome) if outcome.recording is not None else (),
+            units={loop: units_of(axes) for loop, axes in outcome.axes.items()},
+            before_root=signals_before_root(outcome),
+        )
+        findings = [d for d in outcome.findings if d.file == doc.file or d.file not in loaded.documents]
+        slim = replace(outcome, recording=None, documents={}, axes={})
+        self.run.clear()
+        if loaded.checked is not None:
+            self.run[loaded.config] = loaded.checked
+        return Ran(source_file(entry, "scenario"), run_sheet(run), slim, findings, self._named(loaded))
+
+    def _named(self, loaded: Loaded) -> Configured | None:
+        """The configuration that a scenario names, or the memory listing."""
+        name = loaded.config
+        if not name or name in self.names:
+            return None
+        if name not in self.configured:
+            entry = read_input(name, self.limits)
+            if entry.problem is not None:
+                return None
+            if loaded.checked is not None:
+                self.configured[name] = configured(entry, loaded.checked)
+            elif name in loaded.documents:
+                self.configured[name] = configured(entry, check_document(loaded.documents[name], self.limits))
+            elif loaded.vendor is not None:
+                self.configured[name] = configured(entry, decoded(name, loaded), "memory listing")
+        return self.configured.get(name)
+
+
+def configured(entry: Input, checked: Checked, kind: str = "configuration") -> Configured:
+    """A checked configuration with its sheet."""
+    return Configured(source_file(entry, kind), plc_sheet(checked), ordered(list(checked.findings)))
+
+
+def source_file(entry: Input, kind: str) -> SourceFile:
+    """A file with its hash."""
+    return SourceFile(entry.name, kind, len(entry.data), hashlib.sha256(entry.data).hexdigest())
+
+
+def effort(taken: Taken) -> float:
+    """What a file has taken beside its reading, in µs."""
+    return taken.outcome.effort if isinstance(taken, Ran) else 0.0
+
+
+def units_of(axes: Axes) -> Units:
+    """The units of a loop and its signals; before a root a PV has none."""
+    pv = "" if axes.root is not None else axes.pv_unit
+    signals = {axes.pv: pv, axes.setpoint: pv, axes.output: axes.output_unit}
+    return Units(pv, axes.output_unit, {name: unit for name, unit in signals.items() if name})
+
+
+def decoded(name: str, loaded: Any) -> Checked:
+    """A memory listing as a configuration, as far as it carries what one needs."""
+    doc, vendor, image = Document(name, "", None, Node(None)), loaded.vendor, loaded.image
+    try:
+        data = vendor.load("decode")(image.words, image.settings, image.plc).data
+        config = read_settings(vendor.model, data, name)
+    except DecodeError:
+        return Checked(doc, (), vendor)
+    return Checked(Document(name, "", data, Node(None)), (), vendor, config, vendor.encoder(config))
+
+
+@dataclass(slots=True)
+class Gathered:
+    """Everything that was read, in the order of the command line; a configuration stands before its first run."""
+
+    files: dict[Path, SourceFile] = field(default_factory=dict)
+    sheets: dict[Path, PlcSheet] = field(default_factory=dict)
+    runs: list[RunSheet] = field(default_factory=list)
+    outcomes: list[Outcome] = field(default_factory=list)
+    findings: list[Diagnostic] = field(default_factory=list)
+
+    def add(self, taken: Taken, named: Configured | None) -> None:
+        """One file, with the configuration that it names where it is a scenario."""
+        if isinstance(taken, Configured):
+            self._configuration(taken)
+            return
+        self._note(taken.file)
+        if named is not None:
+            self._configuration(named)
+        self.runs.append(taken.sheet)
+        self.outcomes.append(taken.outcome)
+        self.findings += taken.findings
+
+    def _note(self, file: SourceFile) -> None:
+        """A file, once."""
+        self.files.setdefault(Path(file.name).resolve(), file)
+
+    def _configuration(self, one: Configured) -> None:
+        self._note(one.file)
+        place = Path(one.file.name).resolve()
+        if place not in self.sheets:
+            self.sheets[place] = one.sheet
+            self.findings += one.findings
+
+
+def gathered(
+    paths: Sequence[str], limits: Limits, progress: Callable[[float], None] | None, *, pictures: bool, jobs: int = 1
+) -> Gathered:
+    """All files of a command line, folders and patterns included; ``progress`` is told the share that is done."""
+    entries, scenarios = [], 0
+    for entry in read_entries(paths, limits):
+        if entry.problem is not None:
+            raise click.ClickException(entry.problem)
+        scenarios += SCENARIO.search(entry.data) is not None
+        entries.append(entry if entry.piped else replace(entry, data=b""))
+    names = frozenset(entry.name for entry in entries)
+    taken = list(_taken(entries, (limits, names, max(scenarios, 1), pictures), jobs, progress))
+    own = {one.file.name: one for one in taken if isinstance(one, Configured)}
+    content = Gathered()
+    for one in taken:
+        content.add(one, own.get(one.outcome.config, one.named) if isinstance(one, Ran) else None)
+    return content
+
+
+def _taken(
+    entries: Sequence[Input], given: tuple[Any, ...], jobs: int, progress: Callable[[float], None] | None
+) -> Iterator[Taken]:
+    """The files one by one; what other processes have read counts as read here."""
+    done = 0
+
+    def part(share: float) -> None:
+        if progress is not None:
+            progress((done + share) / len(entries))
+
+    def make(*arguments: Any) -> Taker:
+        return replace(Taker(*arguments), progress=part)
+
+    for one in Crew(jobs, Taker, given).results_soon(entries, effort, make):
+        done += 1
+        part(0.0)
+        if isinstance(one, Ran):
+            note_read(one.outcome.config)
+        yield one
+
+
+# --- ``pidcfg report``: the commissioning report as one HTML page, as CSV files and as a workbook ---------------------
 
 STDOUT, PAGE, PDF = "-", "report.html", ".pdf"
 NEEDS = {"page": ("jinja2",), "xlsx": ("xlsxwriter",)}
@@ -124,9 +358,8 @@ def command(
 
     Exit codes: 0 no error and no failed expectation, 1 some (they are in the report), 2 unusable input.
     """
-    from pidcfg.cli.files.report_inputs import gathered
-    from pidcfg.report.compose import compose, renamed
-    from pidcfg.report.content import Title
+    from pidcfg.output.report.content import Title
+    from pidcfg.output.report.sheets import compose, renamed
 
     if out is None and csv is None and xlsx is None:
         out = PAGE
@@ -178,7 +411,7 @@ def shortener(names: Sequence[str]) -> Callable[[str], str]:
 
 def _browser() -> str:
     """The browser that prints; ends the command, before anything runs, where there is none."""
-    from pidcfg.report.pdf import PdfError, browser
+    from pidcfg.output.report.page import PdfError, browser
 
     try:
         return browser()
@@ -187,13 +420,13 @@ def _browser() -> str:
 
 
 def _page(content: Content, *, sheet: bool, full: bool) -> str:
-    from pidcfg.report.page import door_sheet, page
+    from pidcfg.output.report.page import door_sheet, page
 
     return door_sheet(content) if sheet else page(content, full=full)
 
 
 def _printed(html: str, path: str) -> bytes:
-    from pidcfg.report.pdf import PdfError, pdf
+    from pidcfg.output.report.page import PdfError, pdf
 
     try:
         return pdf(html, path)
@@ -205,17 +438,17 @@ def _write(
     content: Content, page: str | bytes | None, names: tuple[str | None, str | None, str | None], *, force: bool
 ) -> None:
     """All files or none; the page goes to standard output last. ``names``: of the page, the folder, the workbook."""
-    from pidcfg.cli.files.outputs import write_files
-    from pidcfg.report.tables import tables_of
+    from pidcfg.cli.outputs import write_files
+    from pidcfg.output.report.tables import tables_of
 
     out, csv, xlsx = names
     files: dict[str, str | bytes] = {}
     if csv is not None:
-        from pidcfg.report.csv_files import csv_files
+        from pidcfg.output.report.tables import csv_files
 
         files |= {(Path(csv) / name).as_posix(): text for name, text in csv_files(tables_of(content)).items()}
     if xlsx is not None:
-        from pidcfg.report.workbook import workbook
+        from pidcfg.output.report.tables import workbook
 
         files[xlsx] = workbook([table for table in tables_of(content) if table.rows], content.title)
     if out not in {None, STDOUT} and page is not None:
@@ -246,7 +479,7 @@ def _folder(name: str | None) -> Iterator[None]:
 
 def summary(content: Content, names: Sequence[str]) -> str:
     """One line on what was written."""
-    from pidcfg.report.page import counts
+    from pidcfg.output.report.page import counts
 
     passed, total = content.verdicts
     loops, runs = len(content.loops), len(content.runs)
@@ -258,7 +491,7 @@ def summary(content: Content, names: Sequence[str]) -> str:
 
 def why_failed(outcome: Outcome) -> str:
     """Which expectations of a run failed, the standing ones included, and how it was judged."""
-    from pidcfg.cli.formats.simulation_text import failures, in_a_line
+    from pidcfg.cli.formats.runs import failures, in_a_line
 
     return ("" if outcome.report is None else failures(outcome.report)) + in_a_line(outcome)
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.terminal.console import echo_json, markdown, show
-from pidcfg.writer import json_text
+from pidcfg.cli.terminal import echo_json, markdown, show
+from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
     from pidcfg.validate.rule import Rule
@@ -21,7 +21,7 @@ EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24
 @options.output_format("text", "json")
 def command(code: str | None, fmt: str) -> None:
     """Explain the rule CODE, or list those whose code begins so, or all."""
-    from pidcfg.cli.findings.former_codes import current_code
+    from pidcfg.cli.options import current_code
     from pidcfg.validate.catalog import rules, suggestion
 
     begin = current_code((code or "").upper())
@@ -36,7 +36,7 @@ def command(code: str | None, fmt: str) -> None:
 
 def _one(rule: Rule, fmt: str) -> None:
     """A rule's page."""
-    from pidcfg.validate.pages import as_data, page
+    from pidcfg.validate.catalog import as_data, page
 
     if fmt == "json":
         echo_json(json_text({"version": 1, **as_data(rule)}))
@@ -46,7 +46,7 @@ def _one(rule: Rule, fmt: str) -> None:
 
 def _list(rules: list[Rule], fmt: str) -> None:
     """A line a rule."""
-    from pidcfg.validate.pages import as_data
+    from pidcfg.validate.catalog import as_data
 
     if fmt == "json":
         rows = [as_data(rule) for rule in rules]

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.terminal.console import echo_json, show
-from pidcfg.results.schemas import OUTPUTS, output_schema
+from pidcfg.cli.terminal import echo_json, show
+from pidcfg.output.json_schemas import OUTPUTS, output_schema
+from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -34,7 +34,7 @@ def command(name: str | None, out: str | None, force: bool) -> None:
 
     Without NAME, list what there is.
     """
-    from pidcfg.cli.files.outputs import write_files
+    from pidcfg.cli.outputs import write_files
 
     if name is None:
         rows = [(v.key, v.title) for v in VENDORS.values()]
@@ -51,7 +51,7 @@ def command(name: str | None, out: str | None, force: bool) -> None:
 
 def document_schema(name: str) -> dict[str, Any]:
     """The JSON Schema of a vendor's files, with templates, of scenarios, of settings, or of an output."""
-    from pidcfg.schemas.template_schema import with_templates
+    from pidcfg.schemas.templates import with_templates
 
     schema = plain_schema(name)
     return with_templates(schema) if name in VENDORS else schema
@@ -62,7 +62,7 @@ def plain_schema(name: str) -> dict[str, Any]:
     if name in OUTPUTS:
         return output_schema(name)
     if name == SETTINGS:
-        from pidcfg.cli.findings.settings_keys import settings_schema
+        from pidcfg.cli.settings import settings_schema
 
         return settings_schema()
     from pidcfg.schemas.document import json_schema

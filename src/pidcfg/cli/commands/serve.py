@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options, plc_options
+from pidcfg.cli import options
+from pidcfg.cli import options as plc_options
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo_json, note, show
-from pidcfg.cli.terminal.progress import LINE
+from pidcfg.cli.terminal import LINE, echo_json, note, show
 
 if TYPE_CHECKING:
-    from pidcfg.limits import Limits
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg serve reactor.scenario.yaml",
@@ -60,11 +60,11 @@ def command(
     loops answer. The events of the scenario happen; its duration and its expectations do not count.
     """
     plc_options.needed(listen)
-    from pidcfg.cli.files.inputs import read_inputs
-    from pidcfg.cli.findings.collect import show_errors
-    from pidcfg.cli.formats.simulation_text import text
+    from pidcfg.cli.findings import show_errors
+    from pidcfg.cli.formats.runs import simulations_text
+    from pidcfg.cli.inputs import read_inputs
     from pidcfg.live.calls import serve
-    from pidcfg.writer import json_text
+    from pidcfg.text.writer import json_text
 
     documents = list(read_inputs((scenario,), limits))
     if len(documents) != 1:
@@ -94,7 +94,7 @@ def command(
     if fmt == "json":
         echo_json(json_text(result.to_json()))
     else:
-        show(text([result.outcome]))
+        show(simulations_text([result.outcome]))
 
 
 def _who(place: str) -> str:

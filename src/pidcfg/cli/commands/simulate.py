@@ -9,28 +9,24 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options, watch
-from pidcfg.cli.extras import need
-from pidcfg.cli.files import plots
-from pidcfg.cli.files.identity import note_read
-from pidcfg.cli.files.inputs import FILES, STDIN, document, name_of, read_input, read_inputs
+from pidcfg.cli import options, plots, watch
+from pidcfg.cli.environment import need
 from pidcfg.cli.formats import report_options
-from pidcfg.cli.formats.simulation import render_runs
+from pidcfg.cli.formats.reports import render_runs
+from pidcfg.cli.inputs import FILES, STDIN, document, name_of, note_read, read_input, read_inputs
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import remark
-from pidcfg.cli.terminal.detail import Detail
-from pidcfg.cli.terminal.progress import LINE
-from pidcfg.diagnostics import Severity
+from pidcfg.cli.terminal import LINE, Detail, remark
+from pidcfg.text.diagnostics import Severity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from typing import TextIO
 
-    from pidcfg.limits import Limits
-    from pidcfg.results.runs import SimulateResult
-    from pidcfg.scenario.outcome import Outcome
-    from pidcfg.sim.engine import EngineName
-    from pidcfg.source import Document
+    from pidcfg.output.runs import SimulateResult
+    from pidcfg.sim.engine.choice import EngineName
+    from pidcfg.study.outcome import Outcome
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg simulate reactor.scenario.yaml",
@@ -106,8 +102,8 @@ def command(
     Exit codes: 0 all hold, 1 a failed expectation (or a configuration with errors of which nothing is expected), 2 a
     scenario that cannot run.
     """
-    from pidcfg.cli.files.trend import trend_file
-    from pidcfg.cli.formats.simulation_text import remarks
+    from pidcfg.cli.formats.runs import remarks
+    from pidcfg.cli.outputs import trend_file
 
     detail = Detail(click.get_current_context(), wanted=verbose, quiet=quiet)
     if engine == "numba":
@@ -154,7 +150,7 @@ def _nothing_to_run(paths: Sequence[str], plot: Sequence[str], *, quiet: bool) -
 
 def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
     """After one run: the words for the PLC, or a look at what went wrong."""
-    from pidcfg.cli.terminal.next_step import next_step
+    from pidcfg.cli.terminal import next_step
 
     if outcome.passed:
         next_step("encode", outcome.config, quiet=quiet, fmt=fmt)
@@ -166,7 +162,7 @@ def run_all(
     scenarios: Sequence[Document], how: Mapping[str, Any], trend: TextIO | None, detail: Detail, jobs: int
 ) -> Iterator[SimulateResult]:
     """Runs the scenarios, here or in several processes; the line on the terminal shows how many are done."""
-    from pidcfg.processes import Crew
+    from pidcfg.text.processes import Crew
 
     here, done = {doc.file: doc for doc in scenarios}, 0
 
@@ -226,7 +222,7 @@ def files_of(scenarios: Sequence[Document]) -> Iterator[str]:
 
 def exit_code(outcomes: Sequence[Outcome], *, strict: bool = False) -> Exit:
     """A scenario that cannot run outweighs one that fails."""
-    from pidcfg.cli.formats.simulation_text import worst
+    from pidcfg.cli.formats.runs import worst
 
     if any(outcome.report is None for outcome in outcomes):
         return Exit.UNUSABLE

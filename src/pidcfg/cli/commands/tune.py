@@ -8,22 +8,20 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from pidcfg.cli import options
-from pidcfg.cli.arguments import usage
-from pidcfg.cli.files import plots
-from pidcfg.cli.files.inputs import STDIN
+from pidcfg.cli import options, plots
+from pidcfg.cli.inputs import STDIN
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo_json, remark, show
-from pidcfg.tuning.methods import METHODS
-from pidcfg.tuning.rules import TuningError
+from pidcfg.cli.options import usage
+from pidcfg.cli.terminal import echo_json, remark, show
+from pidcfg.text.writer import json_text
+from pidcfg.tuning.rules import METHODS, TuningError
 from pidcfg.vendors import VENDORS
-from pidcfg.writer import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pidcfg.limits import Limits
-    from pidcfg.results.retune import Written
+    from pidcfg.output.retune import Written
+    from pidcfg.text.reader import Limits
     from pidcfg.tuning.rules import Form
 
 EPILOG = options.examples(
@@ -44,7 +42,7 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
     def check(ctx: click.Context, param: click.Parameter, value: float | None) -> float | None:
         if value is None:
             return None
-        from pidcfg.results.processes import not_usable
+        from pidcfg.output.process import not_usable
         from pidcfg.tuning.rules import is_usable
 
         if is_usable(value) and (value > 0 or signed):
@@ -128,9 +126,8 @@ def command(
     Gains are output units per PV unit, times are seconds.
     """
     from pidcfg.api import tune
-    from pidcfg.cli.files.loop_plots import chart_of
-    from pidcfg.cli.files.outputs import write_files
-    from pidcfg.cli.formats.tuning import as_text
+    from pidcfg.cli.formats.tuning import as_text, margin_chart
+    from pidcfg.cli.outputs import write_files
 
     ctx = click.get_current_context()
     refuse_options(ctx)
@@ -155,7 +152,7 @@ def command(
     for value in () if result.vendor is None else result.vendor.values:
         if value.problem is not None:
             remark(f"{value.key}: {value.problem}")
-    charts = [chart_of(result)] if plot else []
+    charts = [margin_chart(result)] if plot else []
     pictures = plots.drawn(plot, charts, f"{result.method.name}, {result.form}")
     changed = result.written is not None and save(result.written, diff=diff)
     if diff:
@@ -188,7 +185,7 @@ def save(written: Written, *, diff: bool) -> bool:
 
     Nothing is written where a rule finds an error at the loop.
     """
-    from pidcfg.cli.files.edited import difference, print_patch, replace_files
+    from pidcfg.cli.outputs import difference, print_patch, replace_files
 
     changes = written.data != written.before
     if diff:
@@ -200,7 +197,7 @@ def save(written: Written, *, diff: bool) -> bool:
 
 def _data(name: str, limits: Limits) -> bytes:
     """The bytes of a file."""
-    from pidcfg.cli.files.inputs import read_input
+    from pidcfg.cli.inputs import read_input
 
     entry = read_input(name, limits)
     if entry.problem is not None:

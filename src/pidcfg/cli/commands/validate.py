@@ -6,26 +6,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pidcfg.cli import options, watch
-from pidcfg.cli.files.inputs import STDIN, gather, left_out, reasons
-from pidcfg.cli.findings import settings
-from pidcfg.cli.findings.settings_keys import EXCLUDES
-from pidcfg.cli.formats import render, report_options, statistics
-from pidcfg.cli.formats.findings import Findings
-from pidcfg.cli.formats.reporters import summary
+from pidcfg.cli import options, settings, watch
+from pidcfg.cli.formats import findings as statistics
+from pidcfg.cli.formats import render, report_options
+from pidcfg.cli.formats.findings import Findings, summary
+from pidcfg.cli.inputs import STDIN, gather, left_out, reasons
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal.console import echo, note, remark
-from pidcfg.cli.terminal.detail import Detail
-from pidcfg.cli.terminal.progress import progress
-from pidcfg.diagnostics import Diagnostic, Severity
+from pidcfg.cli.settings import EXCLUDES
+from pidcfg.cli.terminal import Detail, echo, note, progress, remark
+from pidcfg.text.diagnostics import Diagnostic, Severity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pidcfg.cli.files.inputs import Input
-    from pidcfg.cli.findings.policy import Triage
-    from pidcfg.limits import Limits
-    from pidcfg.source import Document
+    from pidcfg.cli.inputs import Input
+    from pidcfg.cli.policy import Triage
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
 
 EPILOG = options.examples(
     "pidcfg validate reactor.yaml",
@@ -78,8 +75,8 @@ def command(
     **baseline: Any,
 ) -> None:
     """Find every mistake in PATHS: configurations, scenarios, folders of them, or - for standard input."""
-    from pidcfg.cli.findings.collect import check_all
-    from pidcfg.cli.findings.policy import Rules, count, triage
+    from pidcfg.cli.findings import check_all
+    from pidcfg.cli.policy import Rules, count, triage
 
     ctx = click.get_current_context()
     detail = Detail(ctx, wanted=verbose, quiet=quiet)
@@ -97,7 +94,7 @@ def command(
     report_options.refuse_inputs(reports, read)
     printed = statistics.fmt_of(ctx, fmt) if counted else fmt
     if fix or diff:
-        from pidcfg.cli.findings.corrections import fixing, refuse_options
+        from pidcfg.cli.policy import fixing, refuse_options
 
         refuse_options(ctx, reports)
         inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
@@ -137,7 +134,7 @@ def _hides(ctx: click.Context, left: Triage, shown: Findings, gathered: Sequence
 
 def _next_step(documents: Sequence[Document], findings: Sequence[Diagnostic], *, quiet: bool, fmt: str) -> None:
     """After one file: what its first error means, or how it behaves."""
-    from pidcfg.cli.terminal.next_step import next_step
+    from pidcfg.cli.terminal import next_step
 
     worst = next((d for d in findings if d.severity is Severity.ERROR), None)
     if worst is not None:

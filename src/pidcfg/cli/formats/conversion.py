@@ -1,26 +1,110 @@
-"""The report of a conversion as text, JSON and Markdown: what became of every field of every loop."""
+"""Conversions, differences and verdicts of the battery as text, JSON and Markdown."""
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from dataclasses import replace
 from decimal import Decimal
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.cli.formats.markdown import cell
-from pidcfg.cli.formats.verification import verdict_markdown, verdict_text
-from pidcfg.control_characters import one_line
-from pidcfg.conversion.ledger import LOSSES, WORST
-from pidcfg.conversion.values import text_of
-from pidcfg.writer import json_text
+from pidcfg.cli.formats.reports import cell
+from pidcfg.cli.plots import in_characters
+from pidcfg.conversion.ledger import LOSSES, WORST, text_of
+from pidcfg.output.conversion import SEVERAL
+from pidcfg.text.signs import one_line
+from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
+    from pidcfg.conversion.differences import Compared, Difference
     from pidcfg.conversion.ledger import Change
     from pidcfg.conversion.pipeline import LoopReport
-    from pidcfg.results.conversion import ConvertResult
+    from pidcfg.output.conversion import ConvertResult
+    from pidcfg.output.differences import DiffResult
+    from pidcfg.study.verification.comparison import SignalDifference
+    from pidcfg.study.verification.verify import Named, Untried, Verified
+
+# --- The verdicts of the battery as text and Markdown -----------------------------------------------------------------
+
+UNITS = {"pv": "PV", "output": "output", "setpoint": "set point", "mode": "mode", "run": "no run"}
+NOTHING = "  no loop could be compared"
+
+
+def verdict_text(loops: Sequence[Verified], *, pictures: bool = True) -> str:
+    """What differs, loop by loop, and where a line of the report says why; with pictures for the terminal."""
+    lines = ["both sides in the same battery of stages, on the same plants"]
+    for loop in loops:
+        lines += ["", f"{loop.loop}: {headline(loop)}"]
+        lines += [f"  differs: {in_words(one.difference)}{_because(one.key)}" for one in loop.failures]
+        lines += [f"  named: {text}" for text in _named(loop.named)]
+        lines += [f"  not tried: {text}" for text in _untried(loop.untried)]
+        if pictures:
+            lines.append(in_characters(replace(loop.chart, title=""), sys.stderr))
+    return "\n".join(lines if loops else [*lines, NOTHING]) + "\n"
+
+
+def headline(loop: Verified) -> str:
+    """The verdict, and how far both sides lie apart in a step and a disturbance."""
+    ratio = "" if loop.iae_ratio is None else f", ratio of IAE {loop.iae_ratio:.4g}"
+    verdict = "alike" if loop.passed else "NOT alike"
+    stages = f"{len(loop.stages)} stages" if len(loop.stages) > 1 else "one stage"
+    apart = f"PV at most {loop.pv_percent:.3g} % of its range apart, output {loop.output_percent:.3g} %"
+    return f"{verdict} in {stages}; {apart}{ratio}"
+
+
+def in_words(one: SignalDifference) -> str:
+    """A difference: stage, signal, time, and what both sides show."""
+    signal = UNITS.get(one.signal, f"alarm {one.signal}")
+    if one.signal == "run":
+        return f"{one.stage}: {one.after}"
+    most = "" if one.worst is None else f", at most {100 * one.worst:.3g} % of the range apart"
+    return f"{one.stage}: {signal} {_shown(one, one.before)} against {_shown(one, one.after)} at {one.at:.4g} s{most}"
+
+
+def _shown(one: SignalDifference, value: float | str | bool) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, str):
+        return value
+    return f"{100 * value:.4g} %" if one.signal == "output" else f"{value:.5g}"
+
+
+def _because(key: str) -> str:
+    return f" (see {key})" if key else ""
+
+
+def _named(rows: Sequence[Named]) -> Iterator[str]:
+    """Each line of the report once, with the stages in which it shows."""
+    stages: dict[tuple[str, str], dict[str, None]] = {}
+    for row in rows:
+        line = ("rounding", SEVERAL) if row.line is None else (row.line.field, row.line.note)
+        stages.setdefault(line, {})[row.difference.stage] = None
+    for (field, note), names in stages.items():
+        yield f"{field} ({', '.join(names)}){f': {note}' if note else ''}"
+
+
+def _untried(rows: Sequence[Untried]) -> Iterator[str]:
+    """The stages of each mode that the source does not go to."""
+    for mode in dict.fromkeys(row.mode for row in rows):
+        stages = ", ".join(row.stage for row in rows if row.mode == mode)
+        yield f"{stages}: the source does not go to {mode} when it is asked to; its program, or an input, decides"
+
+
+def verdict_markdown(loops: Sequence[Verified]) -> list[str]:
+    """The same as lines of Markdown."""
+    lines = ["", "### Verified", ""]
+    for loop in loops:
+        lines.append(f"- **{cell(loop.loop)}**: {cell(headline(loop))}")
+        lines += [f"  - differs: {cell(in_words(one.difference) + _because(one.key))}" for one in loop.failures]
+        lines += [f"  - named: {cell(text)}" for text in _named(loop.named)]
+        lines += [f"  - not tried: {cell(text)}" for text in _untried(loop.untried)]
+    return lines
+
+
+# --- The report of a conversion as text, JSON and Markdown: what became of every field of every loop ------------------
 
 TABLE = ("", "| kind | field | before | after | |", "|---|---|---|---|---|")
 WIDTH = 100
@@ -28,23 +112,23 @@ WARN_PERCENT = 1.0
 """A value that the target holds further off than this is warned of."""
 
 
-def render(fmt: str, result: ConvertResult) -> str:
+def render_conversion(fmt: str, result: ConvertResult) -> str:
     """The report in one of its formats."""
-    return {"text": text, "json": json_v1, "markdown": as_markdown}[fmt](result)
+    return {"text": text, "json": conversion_json, "markdown": conversion_markdown}[fmt](result)
 
 
-def json_v1(result: ConvertResult) -> str:
+def conversion_json(result: ConvertResult) -> str:
     """The public layout."""
     return json_text(result.to_json())
 
 
 def text(result: ConvertResult, *, changes: bool = True, losses: bool = False, apart: bool = True) -> str:
     """For people: the changes, or the losses alone, and the verdict of the battery where that was asked for."""
-    parts = [as_text(result) if changes else losses_of(result)] if changes or losses else []
+    parts = [conversion_text(result) if changes else losses_of(result)] if changes or losses else []
     return "".join(parts + ([verdict_text(result.verified)] if apart and result.verified is not None else []))
 
 
-def as_text(result: ConvertResult) -> str:
+def conversion_text(result: ConvertResult) -> str:
     """Every change that is worth reading, loop by loop; what came over exactly and needs no word is counted."""
     lines = [f"{result.source} to {result.target}"]
     for loop in result.loops:
@@ -107,12 +191,12 @@ def _apart(changes: Sequence[Change]) -> Callable[[Change], Change]:
     )
 
 
-def as_markdown(result: ConvertResult) -> str:
+def conversion_markdown(result: ConvertResult) -> str:
     """A table a loop, as in ``pidcfg diff --format markdown``."""
     lines = [f"### PID loops: {result.source} to {result.target}"]
     for loop in result.loops:
         lines += ["", f"**{cell(loop.loop)}**: {cell(_counted(loop))}"]
-        rows = dict.fromkeys(_cells(change) for change in _worth_reading(loop.changes))
+        rows = dict.fromkeys(_change_cells(change) for change in _worth_reading(loop.changes))
         lines += [*TABLE, *rows] if rows else []
         if unneeded := _unneeded(loop.changes):
             lines += ["", f"Not needed there: {cell(', '.join(unneeded))}"]
@@ -140,7 +224,7 @@ def _short(value: Decimal) -> str:
     return text_of(Decimal(f"{value:.7g}"))
 
 
-def _cells(change: Change) -> str:
+def _change_cells(change: Change) -> str:
     remark = "; ".join(part for part in (_error(change), change.note) if part)
     kind = f"{change.kind} (loss)" if change.loss and change.kind not in LOSSES else change.kind
     values = (kind, change.field, text_of(change.source), text_of(change.target), remark)
@@ -157,3 +241,149 @@ def _line(change: Change) -> str:
     mark = "!" if change.loss or change.error_percent > WARN_PERCENT else " "
     note = f"\n             {one_line(change.note)}" if change.note else ""
     return f" {mark}{change.kind:<8} {change.field}: {one_line(values)}{error}{note}"
+
+
+# --- Differences as text, JSON and Markdown ---------------------------------------------------------------------------
+
+WORD = "word "
+"""What stands before a content that is no value."""
+REST = "file"
+"""What belongs to no loop."""
+FEW = 6
+"""Keys that a line lists before it only counts."""
+
+
+def render_differences(fmt: str, result: DiffResult) -> str:
+    """The differences in one of the formats."""
+    return {"text": differences_text, "json": differences_json, "markdown": differences_markdown}[fmt](result)
+
+
+def differences_json(result: DiffResult) -> str:
+    """The public layout."""
+    return json_text(result.to_json())
+
+
+# --- what both formats say --------------------------------------------------------------------------------------------
+
+
+def _heading(entry: Compared) -> str:
+    """A loop, and what became of it as a whole."""
+    parts = []
+    if entry.was:
+        parts.append(f"renamed, was {entry.was}")
+    if entry.moved is not None:
+        parts.append(f"moved {entry.moved[0]} → {entry.moved[1]}")
+    if entry.status in {"added", "removed"}:
+        parts.append(entry.status)
+    return ", ".join(parts)
+
+
+def _change(d: Difference) -> str:
+    """Both values with their unit: ``2.5 → 3.1 %/%``."""
+    values = [_value(d.before, d.word_before), _value(d.after, d.word_after)]
+    unit = "" if any(value.startswith(WORD) for value in values) else d.unit
+    return f"{values[0]} → {values[1]} {unit}".rstrip()
+
+
+def _value(value: Any, word: str | None) -> str:
+    """A value; where there is none, a dash, and for what is no value its word."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(text_of, value))}]"
+    return text_of(value) if value is not None or not word or not word.strip("0.") else f"{WORD}{word}"
+
+
+def _word(d: Difference) -> str:
+    """The register with both contents; only its address where these are the values themselves."""
+    if not d.address or d.address == d.key:
+        return ""
+    words = (d.word_before, d.word_after)
+    plain = all(word is None or _is_number(word, value) for word, value in zip(words, (d.before, d.after), strict=True))
+    return d.address if plain else f"{d.address} {words[0] or '-'} → {words[1] or '-'}"
+
+
+def _is_number(word: str, value: Any) -> bool:
+    """Whether a content is shown as its value already; with zeros in front it is a word."""
+    if len(word) > 1 and word.startswith("0") and word.isdigit():
+        return False
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        try:
+            return float(word) == value
+        except ValueError:
+            return False
+    return word.removeprefix(":= ").casefold() == text_of(value).casefold()
+
+
+def _same_values(rows: tuple[Difference, ...]) -> str:
+    """Values that are the same in other words, in one line."""
+    words = tuple(f"{d.key} {_word(d)}" for d in rows if d.other_word_only)
+    return f"same values, other words: {_some(words)}" if words else ""
+
+
+def _some(keys: tuple[str, ...]) -> str:
+    more = len(keys) - FEW
+    return ", ".join(keys[:FEW]) + (f" and {more} more" if more > 0 else "")
+
+
+def _asides(entry: Compared) -> Iterator[str]:
+    """What is told of a loop without being a difference."""
+    if entry.left_out:
+        yield f"left out, since it runs: {_some(entry.left_out)} (--live)"
+    if entry.missing:
+        yield f"not in the listing: {_some(entry.missing)}"
+
+
+# --- text -------------------------------------------------------------------------------------------------------------
+
+
+def differences_text(result: DiffResult) -> str:
+    """Loops that differ, the gravest difference first."""
+    lines = [f"{result.before} → {result.after}"]
+    for entry in result.loops:
+        body = [_row(d) for d in entry.differences if not d.other_word_only]
+        body += [f"  {line}" for line in (_same_values(entry.differences),) if line]
+        body += [_row(d, "operated") for d in entry.operated] + [f"  {line}" for line in _asides(entry)]
+        heading = _heading(entry)
+        if body or heading:
+            lines += ["", f"{entry.loop or REST}{': ' if heading else ''}{heading}", *body]
+    same = [entry.loop for entry in result.loops if entry.same and entry.loop and not (entry.missing or entry.operated)]
+    if same:
+        lines += ["", f"the same: {', '.join(same)}"]
+    lines = [one_line(line) for line in lines]
+    if result.verified is not None:
+        lines += ["", verdict_text(result.verified, pictures=False).rstrip()]
+    return "\n".join(lines) + "\n"
+
+
+def _row(d: Difference, title: str = "") -> str:
+    word = f" ({text})" if (text := _word(d)) else ""
+    note = f"  {d.note}" if d.note else ""
+    return f"  {title or d.risk:<8}  {d.key or d.field}: {_change(d)}{word}{note}"
+
+
+# --- Markdown ---------------------------------------------------------------------------------------------------------
+
+HEADER = ("", "| risk | key | before → after | register | |", "|---|---|---|---|---|")
+
+
+def differences_markdown(result: DiffResult) -> str:
+    """Tables for a pull request."""
+    lines = [one_line(f"### PID loops: `{result.before}` → `{result.after}`")]
+    for entry in result.loops:
+        heading = _heading(entry)
+        rows = [_difference_cells(d, d.risk) for d in entry.differences if not d.other_word_only]
+        rows += [_difference_cells(d, "operated") for d in entry.operated]
+        asides = [text for text in (_same_values(entry.differences), *_asides(entry)) if text]
+        if rows or asides or heading:
+            lines += ["", f"**{cell(entry.loop or REST)}**{' ' if heading else ''}{cell(heading)}"]
+            lines += [*HEADER, *rows] if rows else []
+            lines += [line for text in asides for line in ("", cell(f"{text[:1].upper()}{text[1:]}."))]
+    if result.same:
+        lines += ["", "No other difference." if any(entry.operated for entry in result.loops) else "No difference."]
+    if result.verified is not None:
+        lines += verdict_markdown(result.verified)
+    return "\n".join(lines) + "\n"
+
+
+def _difference_cells(d: Difference, risk: str) -> str:
+    texts = (f"**{risk}**" if risk in {"critical", "high"} else risk, d.key or d.field, _change(d), _word(d), d.note)
+    return "| " + " | ".join(text if text.startswith("**") else cell(text) for text in texts) + " |"

@@ -1,21 +1,30 @@
-"""The findings of a run, and what several formats need: names relative to the checkout, and fingerprints."""
+"""Findings of a run as text and JSON, what several formats need, and how often each rule has something to say."""
 
 from __future__ import annotations
 
 import os
 import re
 from collections import Counter
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.diagnostics import Severity
-from pidcfg.frozen import frozen
+import click
+from click.core import ParameterSource
+
+from pidcfg.output.findings import counts, findings_data
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.document import Document
+from pidcfg.text.frozen import frozen
+from pidcfg.text.signs import one_line, printable, width_of
+from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator
 
-    from pidcfg.cli.formats.reporters import Documents
-    from pidcfg.diagnostics import Diagnostic, Span
+    from pidcfg.text.diagnostics import Diagnostic, Span
+
+# --- The findings of a run, and what several formats need: names relative to the checkout, and fingerprints -----------
 
 STDIN = "<stdin>"
 """The name of standard input in reports."""
@@ -130,3 +139,156 @@ def details(d: Diagnostic) -> list[str]:
     """Everything that a finding says, line by line."""
     rows = (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help))
     return [sentence(d), *(f"{label}: {text}" for label, text in rows if text)]
+
+
+# --- Findings as text and as JSON, as many commands print them --------------------------------------------------------
+
+Documents = Mapping[str, Document]
+MAX_LINE = 160
+MOST_PLACES = 24
+"""Further places that a line names before it only counts."""
+
+
+def text(findings: Sequence[Diagnostic], documents: Documents) -> str:
+    """One block a rule and cure: place, message, the line with a caret, the PLC, the manual, the cure, further places.
+
+    Grouping is for the eye alone: findings are collected, counted, ignored and known one by one before.
+    """
+    groups: dict[Hashable, list[Diagnostic]] = {}
+    for d in findings:
+        groups.setdefault((d.file, d.code, d.severity, d.reference, d.help, d.plc_effect is None), []).append(d)
+    return "".join(_block(group, documents.get(group[0].file)) + "\n" for group in groups.values())
+
+
+def _block(group: Sequence[Diagnostic], doc: Document | None) -> str:
+    d = group[0]
+    loop = f" [{d.loop}]" if d.loop else ""
+    lines = [f"{d.file}:{d.span.line}:{d.span.column}: {d.severity.label} {d.code}: {d.message}{loop}"]
+    lines += _excerpt(d, doc)
+    lines += [
+        f"      = {label}: {value}"
+        for label, value in (("PLC", d.plc_effect), ("see", d.reference), ("cure", d.help))
+        if value
+    ]
+    lines += [f"      = also: {row}" for row in _further(group)]
+    return "\n".join(map(one_line, lines)) + "\n"
+
+
+def _further(group: Sequence[Diagnostic]) -> list[str]:
+    """The other findings of a group: those that say the same, and infos, by name; of the rest what each says."""
+    kinds: dict[str, list[Diagnostic]] = {}
+    for d in group:
+        kinds.setdefault("" if d.severity is Severity.INFO else _words(d), []).append(d)
+    (_, *same), *rest = kinds.values()
+    rows = [_places(same)] if same else []
+    for first, *others in rest:
+        loop = f" [{first.loop}]" if first.loop else ""
+        also = f", and {_places(others)}" if others else ""
+        rows.append(f"{first.span.line}:{first.span.column}: {first.message}{loop}{also}")
+    return rows
+
+
+def _places(findings: Sequence[Diagnostic]) -> str:
+    """Loops and lines of findings."""
+    places = [f"{d.loop} (line {d.span.line})" if d.loop else f"line {d.span.line}" for d in findings]
+    if len(places) > MOST_PLACES:
+        places[MOST_PLACES:] = [f"{len(places) - MOST_PLACES} more (--format concise has a line for each)"]
+    return ", ".join(places)
+
+
+def _words(d: Diagnostic) -> str:
+    """What a finding says, whichever loop it says it of; what concerns several loops names them all."""
+    if not d.loop or d.with_loops:
+        return d.message
+    return without_word(d.message, d.loop)
+
+
+def without_word(text: str, word: str) -> str:
+    """A text without a word, wherever no letter, digit or underscore stands beside it."""
+    left, kept, at = [], 0, text.find(word)
+    while at >= 0:
+        end = at + len(word)
+        if any(c.isalnum() or c == "_" for c in text[max(at - 1, 0) : at] + text[end : end + 1]):
+            at = text.find(word, at + 1)
+            continue
+        left.append(text[kept:at])
+        kept, at = end, text.find(word, end)
+    return "".join(left) + text[kept:]
+
+
+def _excerpt(d: Diagnostic, doc: Document | None) -> list[str]:
+    """The source line with a caret under the value, wherever a tab or a very long line leaves it."""
+    rows = doc.lines if doc else []
+    if not 0 < d.span.line <= len(rows) or not rows[d.span.line - 1].strip():
+        return []
+    row, start = printable(rows[d.span.line - 1]), d.span.column - 1
+    end = d.span.end_column - 1 if d.span.end_line == d.span.line else len(row.rstrip())
+    begin = max(0, start - MAX_LINE // 2) if len(row) > MAX_LINE else 0
+    row = row[begin : begin + MAX_LINE]
+    start, end = start - begin, min(end - begin, len(row))
+    indent = "".join("\t" if c == "\t" else " " * width_of(c) for c in row[:start])
+    return [f" {d.span.line:>4} | {row.rstrip()}", f"      | {indent}{'^' * max(1, width_of(row[start:end]))}"]
+
+
+def summary(findings: Sequence[Diagnostic], files: int, skipped: int = 0, left_out: str = "") -> str:
+    """One line that says how it went; ``skipped``: YAML files in folders that are not for pidcfg."""
+    n = counts(findings)
+    parts = [f"{n[s]} {s.label}{'s' if n[s] != 1 else ''}" for s in n]
+    others = f"; {skipped} without a pidcfg key skipped" if skipped else ""
+    others += f"; {one_line(left_out)}" if left_out else ""
+    return f"{files} file{'s' if files != 1 else ''} checked: {', '.join(parts)}{others}"
+
+
+def json_v1(findings: Sequence[Diagnostic], documents: Documents) -> str:
+    """The layout of the public interface, version 1."""
+    return json_text(findings_data(findings, len(documents)))
+
+
+# --- ``validate --statistics``: how often each rule has something to say, in place of what it says --------------------
+
+OPTION = click.option(
+    "--statistics",
+    "counted",
+    is_flag=True,
+    help="Print how many findings each rule has (text or json), not the findings.",
+)
+
+
+def fmt_of(ctx: click.Context, fmt: str) -> str:
+    """The format of the counts: ``text`` or ``json``; another one that was asked for is refused."""
+    if fmt in {"text", "json"}:
+        return fmt
+    if ctx.get_parameter_source("fmt") is ParameterSource.DEFAULT:  # that of GitHub's jobs
+        return "text"
+    raise click.UsageError(f"--statistics is printed as text or json, not as {fmt}", ctx)
+
+
+def render(fmt: str, findings: Findings) -> str:
+    """The counts as text or as JSON."""
+    rows = list(_rows(findings))
+    if fmt == "json":
+        summary = findings_data(findings.reported, len(findings.documents))["summary"]
+        return json_text({"version": 1, "statistics": rows, "summary": summary})
+    width = max((len(str(row["count"])) for row in rows), default=0)
+    return "".join(
+        f"{row['count']:>{width}}  {row['code']:<6}  {row['severity']:<7}  {row['title']}"
+        + (f" ({row['fixable']} correctable with --fix)" if row["fixable"] else "")
+        + "\n"
+        for row in rows
+    )
+
+
+def _rows(findings: Findings) -> Iterator[dict[str, Any]]:
+    """A row a rule and severity, the most frequent first."""
+    from pidcfg.validate.catalog import rule_of
+
+    tally = Counter((d.code, d.severity) for d in findings.reported)
+    fixable = Counter((d.code, d.severity) for d in findings.reported if d.edits)
+    for (code, severity), number in sorted(tally.items(), key=lambda row: (-row[1], -row[0][1], row[0][0])):
+        yield {
+            "code": code,
+            "severity": severity.label,
+            "title": rule_of(code).title,
+            "count": number,
+            "fixable": fixable[code, severity],
+        }

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from pidcfg.cli.files.identity import identity, one_file, was_read
-from pidcfg.cli.formats import formats_of, load
-from pidcfg.cli.formats.format import Kind
-from pidcfg.cli.terminal.console import echo_json, echo_xml, note, show, show_lines, show_orders
-from pidcfg.control_characters import printable
+from pidcfg.cli.formats import Kind, formats_of, load
+from pidcfg.cli.inputs import identity, one_file, was_read
+from pidcfg.cli.terminal import echo_json, echo_xml, note, show, show_lines, show_orders
+from pidcfg.text.signs import printable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -81,7 +80,7 @@ def report_files(command: str, *former: str) -> Decorator:
 
 def parse_report(text: str, names: Sequence[str]) -> Report:
     """One value of the option; a ValueError says what is wrong with it."""
-    from pidcfg.reader import is_stream
+    from pidcfg.text.reader import is_stream
 
     fmt, equals, path = text.partition("=")
     if not equals or fmt not in names:
@@ -147,7 +146,7 @@ def write_reports(
     """Writes the reports, all or none, and with them ``others``, which are never written over a file that differs."""
     if not reports and not others:
         return
-    from pidcfg.cli.files.outputs import write_files
+    from pidcfg.cli.outputs import write_files
 
     texts = {path: _text(fmt, render).encode("utf-8", "replace") for fmt, path in reports}
     write_files({**(others or {}), **texts}, force=force, renewed=texts)

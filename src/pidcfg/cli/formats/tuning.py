@@ -1,4 +1,4 @@
-"""The result of a tuning rule for people, with a picture of what was fitted to a record."""
+"""The result of a tuning rule for people, what holds on which plants, and the picture of its margins."""
 
 from __future__ import annotations
 
@@ -6,16 +6,141 @@ import sys
 from math import isinf
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.cli.files.plots import in_characters
-from pidcfg.cli.formats.robust import robust_lines
+import click
+
+from pidcfg.cli.formats.runs import figure
+from pidcfg.cli.plots import in_characters
+from pidcfg.pictures.chart import Chart, Line, Locus, Panel
 
 if TYPE_CHECKING:
-    from pidcfg.pictures.chart import Chart
-    from pidcfg.results.gains import TuneResult
-    from pidcfg.results.retune import Written
+    from collections.abc import Iterator
+
+    from pidcfg.output.gains import TuneResult
+    from pidcfg.output.retune import Written
+    from pidcfg.output.robust import Confirmation, RobustGains
     from pidcfg.tuning.identify import Identified
-    from pidcfg.tuning.judgement import Judgement
-    from pidcfg.tuning.samples import Record
+    from pidcfg.tuning.margins import Judgement
+    from pidcfg.tuning.response import Record
+    from pidcfg.tuning.rules import Gains
+
+# --- ``tune --plot``: the margins of a loop in the complex plane, and what it does after steps ------------------------
+
+LOUDEST = 12.0
+"""Points of the curve that are farther out are in no picture."""
+
+
+def margin_chart(result: TuneResult) -> Chart:
+    """The picture of a loop; ends the command where its process is not known, or it is unstable."""
+    from pidcfg.tuning.margins import curves, traced
+
+    judgement, gains = result.judgement, result.gains
+    margins, plant = judgement.margins, judgement.plant
+    if plant is None:
+        raise click.ClickException("--plot needs the process: add its --gain")
+    if margins is None:
+        raise click.ClickException("--plot: with these gains the loop is unstable, there is nothing to be drawn")
+    trace, moves = traced(gains, plant), curves(gains, plant)
+    points = tuple(point for point in trace.points if abs(point) < LOUDEST)
+    locus = Locus(
+        points, margins.ms, trace.nearest, margins.gain_margin, trace.turn, margins.phase_margin, trace.crossover
+    )
+    step = Line("SP", "setpoint", (0.0, moves.times[-1]), (1.0, 1.0))
+    panels = (
+        Panel("PV, set point +1", "", (Line("PV", "pv", moves.times, moves.setpoint), step), (0.0, 1.0)),
+        Panel("PV, output +1", "", (Line("PV", "pv", moves.times, moves.disturbance),), (0.0, 0.0)),
+    )
+    return Chart(_title(gains), "", panels, locus=locus, notes=tuple(_notes(result, locus)))
+
+
+def _title(gains: Gains) -> str:
+    """The controller."""
+    parts = [f"Kp {gains.gain:.4g}"]
+    parts += [] if isinf(gains.integral_time) else [f"Ti {gains.integral_time:.4g} s"]
+    parts += [f"Td {gains.derivative_time:.4g} s"] if gains.derivative_time else []
+    return ", ".join(parts)
+
+
+def _notes(result: TuneResult, locus: Locus) -> list[str]:
+    """What stands below the picture."""
+    answer = result.judgement.answer
+    figures = "" if answer is None else f"; overshoot {answer.overshoot:.3g} %"
+    return [f"{locus.said}{figures}", *(f"warning: {text}" for text in result.warnings)]
+
+
+# --- What holds on which plants, of robust gains, as lines for people -------------------------------------------------
+
+SECONDS = ("time_constant", "time_constant_2", "dead_time")
+
+
+def robust_lines(gains: RobustGains, reason: str) -> Iterator[str]:
+    """The loop, the plants, and what holds on them."""
+    data, found = gains.to_json(), gains.found
+    filtered = "no PV filter" if data["pv_share"] == 1 else f"PV filter {data['pv_share']:.4g} per sample"
+    yield f"  rule         holds: {reason}"
+    yield f"  loop         samples every {data['sample_time']:g} s, {filtered}"
+    yield f"  plants       {_plants(gains, data['plants'])}"
+    lowest = _where(data["worst_ms_plant"], gains)
+    yield f"  worst Ms     {data['worst_ms']:.4f} of at most {data['ms_limit']:g}{lowest}"
+    margin, angle = data["gain_margin"], data["phase_margin"]
+    shown = "unlimited" if margin is None else f"{margin:.3g}"
+    yield f"  there        gain margin {shown}  phase margin {'unlimited' if angle is None else f'{angle:.3g}°'}"
+    slowest = _where(data["worst_iae_plant"], gains)
+    yield f"  worst IAE    {data['worst_iae']:.4g} after a step of 1 at the output{slowest}"
+    if found.words:
+        yield from _words(data)
+    if gains.confirmed is not None:
+        yield f"  certified    {_certified(gains.confirmed)}"
+    for text in gains.assumed:
+        yield f"  assumed      {text}"
+
+
+def _plants(gains: RobustGains, count: int) -> str:
+    """How many there are, and what they differ by."""
+    spreads = gains.found.spreads
+    if not spreads:
+        return "the process alone; --vary says what is uncertain"
+    corners = 2 ** len(spreads)
+    ends = ", ".join(_ends(spread.name, spread.low, spread.high, negative=gains.negative) for spread in spreads)
+    return f"{count}: the process, {corners} combinations of ends, {count - corners - 1} samples between; {ends}"
+
+
+def _words(data: dict[str, Any]) -> Iterator[str]:
+    """What the grid of the PLC costs."""
+    real = data["real"]
+    tried = "the best of all words" if data["every_word"] else "the best words around the best real numbers"
+    rate = f", Td {real['derivative_time']:.5g} s" if real["derivative_time"] else ""
+    yield f"  words        {tried}; they cost {_cost(data['cost_percent'])} against real numbers"
+    yield f"               (Kp {real['gain']:.5g}, Ti {real['integral_time']:.5g} s{rate}: IAE {real['worst_iae']:.4g})"
+
+
+def _certified(done: Confirmation) -> str:
+    """What the samples show."""
+    kept = f"{done.held} of {done.samples} samples on a virtual {done.plc} keep the IAE"
+    sure = f"so at least {figure(done.bound)} % of the plants between these ends, at 95 % confidence"
+    return f"{'' if done.passed else 'NOT CONFIRMED: '}{kept}, {sure}"
+
+
+def _cost(percent: float) -> str:
+    """A share of the IAE; what is below the search's own steps counts as nothing."""
+    return "nothing" if percent < 0.005 else f"{percent:.2f} % IAE"
+
+
+def _ends(name: str, low: float, high: float, *, negative: bool) -> str:
+    unit = " s" if name != "gain" else ""
+    if name == "gain" and negative:
+        low, high = -high, -low
+    return f"{name.replace('_', ' ')} {low:.5g} to {high:.5g}{unit}"
+
+
+def _where(plant: dict[str, float], gains: RobustGains) -> str:
+    """The numbers of a plant that vary."""
+    names = {spread.name.replace("second_time_constant", "time_constant_2") for spread in gains.found.spreads}
+    signed = {**plant, "gain": -plant["gain"]} if gains.negative else plant
+    shown = [f"{k.replace('_', ' ')} {v:.5g}{' s' if k in SECONDS else ''}" for k, v in signed.items() if k in names]
+    return f" ({', '.join(shown)})" if shown else ""
+
+
+# --- The result of a tuning rule for people, with a picture of what was fitted to a record ----------------------------
 
 UNITS = {"gain": "", "ultimate_gain": ""}
 PER_S = {"gain": " per s"}
@@ -52,7 +177,7 @@ def as_text(tuned: TuneResult) -> str:
 
 def _written(written: Written) -> str:
     """What changed in a file, and the findings of the loop."""
-    from pidcfg.cli.formats import reporters
+    from pidcfg.cli.formats import findings as reporters
 
     is_new = written.data != written.before
     state = "written" if written.ok else "NOT WRITTEN, for its errors"

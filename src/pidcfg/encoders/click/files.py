@@ -1,23 +1,375 @@
-"""The files that a CLICK image is written to and read from."""
+"""The files that a CLICK image is written to and read from: DataView, data dump and the common ones."""
 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.encoders.click.dataview import read_dataview, write_dataviews
-from pidcfg.encoders.click.dump import merge_dump, read_dump, write_dump
-from pidcfg.encoders.click.nickname_csv import HEADER, write_nicknames
-from pidcfg.encoders.click.nickname_loops import read_nicknames
-from pidcfg.encoders.click.nickname_merge import merge_nicknames
-from pidcfg.encoders.files import FileKind, listings
+from pidcfg.encoders.click.nicknames import (
+    HEADER,
+    merge_nicknames,
+    read_nicknames,
+    read_with,
+    write_nicknames,
+    written_by,
+)
+from pidcfg.encoders.listing import (
+    FileKind,
+    Listing,
+    ListingError,
+    Place,
+    UnwritableError,
+    columns,
+    decimal_content,
+    first_line,
+    listings,
+)
 from pidcfg.encoders.maps.click import SPACE
-from pidcfg.encoders.modbus import Place
-from pidcfg.encoders.spaces import NoRegisterError
-from pidcfg.encoders.tables import columns, first_line
+from pidcfg.encoders.regmap import BIT, INT16, SINGLE, NoRegisterError
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pidcfg.encoders.image import Cell, Image
+    from pidcfg.encoders.regmap import Bank, Kind
     from pidcfg.schemas.click import ClickFile
+
+# --- CLICK DataViews (CDV): one a loop, with new values for the settings; UTF-16 and CRLF as CLICK writes them --------
+#
+# pyclickplc writes and reads them; it ends lines with LF, cuts at 100 rows and wraps numbers, so everything is
+# checked.
+
+D108 = Decision(
+    108,
+    "a DataView shows all of a loop and writes its settings",
+    "One file a loop in address order: settings with a new value, requests and what the controller writes without, "
+    "reserved registers not at all.",
+    "A new value is written by one click on all rows: a request among them would start, a status would be overwritten.",
+)
+
+ROWS = 100
+MARK = "\ufeff"
+CDV_HEADER = re.compile(r"(-1|0)(,[0-9]{1,6}){2}")
+ROW = re.compile(r"([A-Z]{1,3}[0-9]{1,4}u?),([0-9]{1,4})(?:,([0-9]{1,10})?)?")
+EMPTY = re.compile(r"(,0?,?)?")
+BIT_MAX, SIGNED = 1, 0xFFFF8000
+"""Integers are kept as 32 bits with their sign: -1 is 4294967295."""
+CODES = {"BIT": 768, "INT": 0, "INT2": 256, "FLOAT": 257, "HEX": 3, "TXT": 1024}
+"""The second cell of a row; pyclickplc takes the address's own type for a code that it does not know."""
+PLAIN = re.compile(r"[^A-Za-z0-9_-]")
+
+
+def write_dataviews(image: Image, checklist: tuple[str, ...] = ()) -> Mapping[str, str]:
+    """A DataView for each loop, by its name; a single one needs no name."""
+    del checklist
+    views = [
+        (f"{name}-{i}" if i > 1 else name, cells)
+        for name in _loops(image)
+        for i, cells in enumerate(_views([c for c in image.cells if c.loop == name]), start=1)
+    ]
+    texts = [MARK + _text(cells) for _, cells in views]
+    if len(texts) == 1:
+        return {"": texts[0]}
+    safe = [PLAIN.sub("_", name) for name, _ in views]
+    if len({name.casefold() for name in safe}) < len(safe):
+        safe = [f"{i}-{name}" for i, name in enumerate(safe, start=1)]
+    return dict(zip(safe, texts, strict=True))
+
+
+def _loops(image: Image) -> list[str]:
+    return list(dict.fromkeys(str(entry["loop"]) for entry in image.settings))
+
+
+def _views(cells: list[Cell]) -> list[list[Cell]]:
+    """The registers with a meaning, a hundred at a time."""
+    shown = [cell for cell in cells if cell.access != "reserved"]
+    return [shown[i : i + ROWS] for i in range(0, len(shown), ROWS)]
+
+
+def _text(cells: list[Cell]) -> str:
+    """One DataView, written by pyclickplc and read again."""
+    from pyclickplc.dataview import DataViewFile, make_dataview_record
+
+    rows = [make_dataview_record(c.address, new_value=c.value if c.access == "setting" else None) for c in cells]
+    content = written_by(DataViewFile(rows=rows).save)
+    text = content.decode("utf-16").replace("\r\n", "\n").replace("\n", "\r\n")
+    if read_dataview(text).words != {c.number: c.raw for c in cells if c.access == "setting"}:
+        raise UnwritableError(f"a DataView of {cells[0].loop} does not hold what it was given")
+    return text
+
+
+def read_dataview(text: str) -> Listing:
+    """The new values of C, DS and DF rows; rows without, and rows of other banks, only have to be right."""
+    listing = Listing(mixed=True)
+    lines = _lines(text)
+    if not lines or not CDV_HEADER.fullmatch(lines[0]):
+        raise ListingError("this is no DataView: the first line is not like -1,0,0")
+    rows = list(_rows(lines[1:]))
+    if lines[0].startswith("0") and any(value for _, _, _, value in rows):
+        raise ListingError("the first line says that no row has a new value, but one has (-1 in place of 0)")
+    for line, address, code, value in rows:
+        _typed(line, address, code)
+        number = SPACE.parse(address)
+        if number is not None and value:
+            listing.add(number, _content(line, address, SPACE.kind(number), int(value)), address, line)
+    _compare(listing, rows, lines)
+    return listing
+
+
+def _lines(text: str) -> list[str]:
+    """Lines by LF or CRLF; nothing else ends one."""
+    lines = text.removeprefix(MARK).replace("\r\n", "\n").split("\n")
+    while lines and not lines[-1].strip():
+        lines.pop()
+    return [line.strip(" ") for line in lines]
+
+
+def _rows(lines: list[str]) -> Iterator[tuple[int, str, str, str]]:
+    """Line, address, type code and new value of every row that has an address."""
+    for line, text in enumerate(lines, start=2):
+        if EMPTY.fullmatch(text):
+            continue
+        match = ROW.fullmatch(text)
+        if match is None:
+            raise ListingError(f"{text[:60]!r} is not a row of a DataView: address,type or address,type,value", line)
+        if line > ROWS + 1:
+            raise ListingError(f"a DataView has at most {ROWS} rows; the address {match.group(1)} is beyond", line)
+        yield line, match.group(1), match.group(2), match.group(3) or ""
+
+
+def _typed(line: int, address: str, code: str) -> None:
+    from pyclickplc.addresses import normalize_address
+    from pyclickplc.dataview import get_data_type_for_address
+
+    kind = get_data_type_for_address(address)
+    if kind is None or normalize_address(address) != address:
+        raise ListingError(f"{address} is not an address of CLICK", line)
+    if int(code) != CODES[kind.name]:
+        raise ListingError(f"{address} has the type {CODES[kind.name]}, but the row says {code}", line)
+
+
+def _content(line: int, address: str, kind: Kind, stored: int) -> int:
+    """A stored number as raw content: a switch, 16 bits with their sign spread over 32, the bits of a float."""
+    fits = {
+        BIT: stored <= BIT_MAX,
+        INT16: stored <= 0x7FFF or SIGNED <= stored <= 0xFFFFFFFF,
+        SINGLE: stored <= 0xFFFFFFFF and kind.read(kind.show(min(stored, 0xFFFFFFFF))) == stored,
+    }
+    if not fits[kind]:
+        raise ListingError(f"{address}: the new value {stored} is not {kind.holds}", line)
+    return stored & kind.highest
+
+
+def _compare(listing: Listing, rows: list[tuple[int, str, str, str]], lines: list[str]) -> None:
+    """What pyclickplc reads must be the same."""
+    from pyclickplc.dataview import DataViewFile
+
+    try:
+        content = (MARK + "\r\n".join(lines) + "\r\n").encode("utf-16-le")
+    except UnicodeEncodeError:
+        raise ListingError("a character that is not Unicode") from None
+    view = read_with(DataViewFile.load, content)
+    read = {line: row for line, row in enumerate(view.rows, start=2) if row.address}
+    for line, address, _, value in rows:
+        row = read.pop(line, None)
+        if row is None or row.address != address or (row.new_value is None) != (not value):
+            raise ListingError(f"pyclickplc does not read the row of {address} as it is written", line)
+        number = SPACE.parse(address)
+        if (
+            number is not None
+            and number in listing.words
+            and SPACE.kind(number).read(row.new_value) != listing.words[number]
+        ):
+            raise ListingError(f"{address}: pyclickplc reads {row.new_value} from {value}", line)
+    if read:
+        raise ListingError(f"pyclickplc reads a row that is not there: {next(iter(read.values())).address}")
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# CLICK's data dump, which "Write Data into PLC" loads: whole banks, so that ours only go into one of the user's.
+# Everything that is not a cell of ours stays byte for byte. pyclickplc writes our cells and reads the result; what it
+# would skip, round or take for a number is refused before.
+
+D109 = Decision(
+    109,
+    "a data dump gets settings, and requests off",
+    "Merged into a dump are the settings of each loop, and 0 for its requests; what the controller writes and reserved "
+    "registers keep the dump's content.",
+    "The dump is what the PLC held when it was read: a request caught in it would start when it is written back.",
+)
+START, END = re.compile(r"<([A-Z]{1,3})=START>"), re.compile(r"</([A-Z]{1,3})=END>")
+BANKS = {bank.prefix: bank for bank in SPACE.banks}
+MOST_COLUMNS = 100
+
+
+class DumpCell(NamedTuple):
+    """One value of a dump: its raw content, its line, and where its text stands."""
+
+    raw: int
+    line: int
+    start: int
+    end: int
+
+
+@dataclass(slots=True)
+class Dump:
+    """The C, DS and DF cells of a dump by address, and the lines of those three sections."""
+
+    cells: dict[int, DumpCell] = field(default_factory=dict)
+    sections: set[str] = field(default_factory=set)
+    lines: list[str] = field(default_factory=list)
+
+
+def write_dump(image: Image, checklist: tuple[str, ...] = ()) -> str:
+    """A dump of its own would write zeros everywhere else, so there is none."""
+    del image, checklist
+    raise UnwritableError("a data dump covers whole banks, and is only written into one of yours")
+
+
+def read_dump(text: str) -> Listing:
+    """All C, DS and DF values."""
+    listing = Listing(mixed=True)
+    for number, cell in parse(text).cells.items():
+        listing.add(number, cell.raw, SPACE.name(number), cell.line)
+    return listing
+
+
+def parse(text: str) -> Dump:
+    """The cells of the three banks, each checked; what pyclickplc would read must be the same."""
+    dump = Dump()
+    columns: list[int] = []
+    bank, line, position = "", 0, 0
+    for line, raw in enumerate(re.split(r"(?<=\n)", text), start=1):
+        words, at = raw.strip(" \r\n" + MARK), position
+        position += len(raw)
+        opened, closed = START.fullmatch(words), END.fullmatch(words)
+        if opened or closed:
+            bank = _section(dump, bank, opened, closed, line)
+            columns = []
+        elif words and not bank:
+            raise ListingError("this stands in no section of a data dump, which begins like <DS=START>", line)
+        elif words and bank in BANKS and words.startswith("Address,"):
+            columns = _columns(words, line)
+        elif words and bank in BANKS:
+            _row(dump, BANKS[bank], columns, raw, line, at)
+        if bank in BANKS or closed:
+            dump.lines.append(words)
+    if bank:
+        raise ListingError(f"the section {bank} does not end: the file is cut off", line)
+    if not dump.sections:
+        raise ListingError("this is no data dump: it has no section that begins like <DS=START>")
+    _compare_dump(dump)
+    return dump
+
+
+def _section(dump: Dump, bank: str, opened: re.Match[str] | None, closed: re.Match[str] | None, line: int) -> str:
+    """The section that is open after this line."""
+    if opened is None:
+        name = closed.group(1) if closed else ""
+        if name != bank:
+            raise ListingError(f"the section {name} ends here, but {bank or 'none'} is open", line)
+        return ""
+    name = opened.group(1)
+    if bank:
+        raise ListingError(f"the section {name} begins inside {bank}", line)
+    if name in dump.sections:
+        raise ListingError(f"the section {name} stands here again", line)
+    dump.sections.add(name)
+    return name
+
+
+def _columns(words: str, line: int) -> list[int]:
+    """The header of a section: numbers from 1 up, which the address of a row is counted from."""
+    cells = words.removesuffix(",").split(",")[1:]
+    if len(cells) > MOST_COLUMNS or cells != [str(n) for n in range(1, len(cells) + 1)]:
+        raise ListingError("the header of a section is Address,1,2,3 and so on", line)
+    return list(range(len(cells)))
+
+
+def _row(dump: Dump, bank: Bank, columns: list[int], raw: str, line: int, position: int) -> None:
+    """The values of one row."""
+    text = raw.rstrip(" \r\n")
+    name, *cells = text.removesuffix(",").split(",")
+    first = SPACE.parse(name.strip())
+    if first is None or SPACE.place(first)[0] != bank:
+        raise ListingError(f"{name.strip()[:40]!r} is not an address of {bank.prefix}", line)
+    if len(cells) > len(columns):
+        raise ListingError(
+            f"{len(cells)} value{'s stand' if cells[1:] else ' stands'} under a header of {len(columns)}", line
+        )
+    start = position + len(name) + 1
+    for offset, cell in enumerate(cells):
+        number = first + offset
+        if SPACE.place(number)[1] > bank.last:
+            raise ListingError(f"{bank.prefix}{SPACE.place(number)[1]} does not exist", line)
+        if number in dump.cells:
+            raise ListingError(f"{SPACE.name(number)} stands here again", line)
+        end = start + len(cell)
+        dump.cells[number] = DumpCell(_raw(number, cell.strip(" "), line), line, start, end)
+        start = end + 1
+
+
+def _raw(number: int, text: str, line: int) -> int:
+    kind = SPACE.kind(number)
+    raw = decimal_content(text, kind)
+    if raw is None:
+        raise ListingError(f"{SPACE.name(number)}: {text[:40]!r} is not {kind.holds}", line)
+    return raw
+
+
+def _compare_dump(dump: Dump) -> None:
+    """What pyclickplc reads from the three sections must be the same."""
+    from pyclickplc.plcdata import read_plc_data
+
+    values = read_with(read_plc_data, "\n".join(dump.lines).encode("ascii", "replace"))
+    for number, cell in dump.cells.items():
+        name = SPACE.name(number)
+        if name not in values or SPACE.kind(number).read(values.pop(name)) != cell.raw:
+            raise ListingError(f"pyclickplc does not read {name} as it is written", cell.line)
+    if values:
+        raise ListingError(f"pyclickplc reads {next(iter(values))}, which no row has")
+
+
+def merge_dump(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
+    """The user's dump with the loops' settings in their places, and all requests off (D109)."""
+    dump = parse(text)
+    settings = {c.number: c.raw for c in image.cells if c.access in {"setting", "request"}}
+    missing = next((number for number in settings if number not in dump.cells), None)
+    if missing is not None:
+        raise ListingError(f"the dump does not hold {SPACE.name(missing)}; read all data from the PLC, and save that")
+    written = _formatted(settings)
+    pieces, position, changed = [], 0, 0
+    for number in sorted(settings, key=lambda n: dump.cells[n].start):
+        cell = dump.cells[number]
+        if cell.raw != settings[number]:
+            pieces += [text[position : cell.start], written[number]]
+            position, changed = cell.end, changed + 1
+    merged = "".join([*pieces, text[position:]])
+    expected = {number: cell.raw for number, cell in dump.cells.items()} | settings
+    if {number: cell.raw for number, cell in parse(merged).cells.items()} != expected:
+        raise ListingError("the values could not be put into this dump")
+    return merged, (f"{len(settings)} values are in the dump, {changed} of them changed",)
+
+
+def _formatted(values: Mapping[int, int]) -> dict[int, str]:
+    """Each value as pyclickplc writes it; one that its decimals do not hold is refused."""
+    from pyclickplc.plcdata import write_plc_data
+
+    data = {SPACE.name(number): SPACE.kind(number).show(raw) for number, raw in values.items()}
+    text = written_by(lambda path: write_plc_data(path, data, banks=list(BANKS))).decode("ascii")
+    text = text.replace("\r\n", "\n")
+    cells = parse(text).cells
+    for number, raw in values.items():
+        if cells[number].raw != raw:
+            decimals = " (eight decimals)" if SPACE.kind(number) is SINGLE else ""
+            value = SPACE.kind(number).text(raw)
+            raise UnwritableError(f"{SPACE.name(number)} = {value} does not fit into a data dump{decimals}")
+    return {number: text[cells[number].start : cells[number].end] for number in values}
+
+
+# --- The files that a CLICK image is written to and read from ---------------------------------------------------------
 
 COIL_BANK = "C"
 

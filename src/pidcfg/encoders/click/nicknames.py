@@ -1,19 +1,62 @@
-"""The nicknames of a loop's registers: a name each, its initial value, and a comment that says what it is."""
+"""CLICK's nickname CSV: the names of a loop's registers, written, read back, and added to a list of the user's."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+import csv
+import io
+import re
+import tempfile
+from collections import Counter
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from pidcfg.encoders.files import UnwritableError
+from pidcfg.encoders.codecs import FLAG, Choice
+from pidcfg.encoders.listing import CONFLICT, Listing, ListingError, UnwritableError, cells_stand, decimal_content
 from pidcfg.encoders.maps.click import BLOCKS, SPACE, SUFFIXES
-from pidcfg.encoders.words import FLAG, Choice
-from pidcfg.refs import Decision
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.image import Cell, Image
     from pidcfg.encoders.regmap import Word
+
+# ----------------------------------------------------------------------------------------------------------------------
+# How pyclickplc is asked: it works on paths and trusts what it reads, so it gets a file of its own and is checked.
+
+T = TypeVar("T")
+
+
+@contextmanager
+def scratch() -> Iterator[Path]:
+    """A path of a file that is gone afterwards; never one of the user's."""
+    try:
+        with tempfile.TemporaryDirectory(prefix="pidcfg-") as folder:
+            yield Path(folder) / "file"
+    except OSError as error:
+        raise ListingError(f"no temporary file can be used: {error.strerror or error}") from None
+
+
+def read_with(read: Callable[[Path], T], content: bytes) -> T:
+    """What pyclickplc reads from this content; whatever it raises is a listing that cannot be read."""
+    with scratch() as path:
+        path.write_bytes(content)
+        try:
+            return read(path)
+        except (ValueError, LookupError, OverflowError) as error:
+            raise ListingError(f"pyclickplc refuses the file: {error}") from None
+
+
+def written_by(write: Callable[[Path], object]) -> bytes:
+    """The bytes that pyclickplc writes."""
+    with scratch() as path:
+        write(path)
+        return path.read_bytes()
+
+
+# --- The nicknames of a loop's registers: a name each, its initial value, and a comment that says what it is ----------
 
 D104 = Decision(
     104,
@@ -164,3 +207,396 @@ def _unit(unit: str, entry: Mapping[str, object]) -> str:
     if unit == "pv/sample":
         return f"{shown} per sample".strip()
     return UNITS.get(unit, "")
+
+
+# --- CLICK's nickname CSV: written and checked by pyclickplc, and read strictly ---------------------------------------
+#
+# Newer versions of CLICK's software export two more columns, the Modbus address and its function codes, behind the
+# type.
+
+HEADER = ("Address", "Data Type", "Nickname", "Initial Value", "Retentive", "Address Comment")
+MODBUS, FUNCTION_CODE = "Modbus Address", "Function Code"
+HEADERS = (HEADER, (*HEADER[:2], MODBUS, FUNCTION_CODE, *HEADER[2:]))
+MARK = "\ufeff"
+SYSTEM = frozenset({"SC", "SD"})
+"""Banks whose nicknames the PLC's software gives, some of them twice."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One address of a nickname CSV: its first line, its text with the line end, its cells without blanks around."""
+
+    line: int
+    raw: str
+    address: str
+    bank: str
+    kind: str
+    nickname: str
+    value: str
+    retentive: str
+    comment: str
+    modbus: str = ""
+    """Its Modbus address as the file writes it, where the file has that column."""
+
+    @property
+    def is_unused(self) -> bool:
+        """Whether the row only says that the address exists: no nickname, no comment, no initial value."""
+        return not self.nickname and not self.comment and self.value in {"", "0"}
+
+
+@dataclass(slots=True)
+class Table:
+    """A nickname CSV: what stands before the first row, and its rows by address and by nickname in small letters."""
+
+    head: str = ""
+    columns: tuple[str, ...] = HEADER
+    rows: list[Row] = field(default_factory=list)
+    by_address: dict[str, Row] = field(default_factory=dict)
+    by_name: dict[str, Row] = field(default_factory=dict)
+
+    def add(self, row: Row) -> None:
+        """Takes a row; an address twice is refused, and so is a nickname twice but for the system's own."""
+        if row.address in self.by_address:
+            first = self.by_address[row.address]
+            raise ListingError(f"{row.address} stands here again, after line {first.line}", row.line)
+        other = self.by_name.get(row.nickname.casefold()) if row.nickname else None
+        if other is not None and row.bank not in SYSTEM:
+            raise ListingError(
+                f"the nickname {row.nickname!r} of {row.address} is that of {other.address} in line {other.line} too",
+                row.line,
+            )
+        self.rows.append(row)
+        self.by_address[row.address] = row
+        if row.nickname:
+            self.by_name[row.nickname.casefold()] = row
+
+    def column(self, name: str) -> int:
+        """Where a column stands, from 0."""
+        return self.columns.index(name)
+
+    @property
+    def line_end(self) -> str:
+        """How the file ends its lines."""
+        return "\r\n" if self.head.endswith("\r\n") else "\n"
+
+
+def write_nicknames(image: Image, checklist: tuple[str, ...] = ()) -> str:
+    """The nicknames of all loops; raises `UnwritableError` for one that CLICK would refuse."""
+    from pyclickplc.addresses import make_address_record
+    from pyclickplc.nicknames import write_csv
+
+    del checklist
+    rows = nicknames(image)
+    records = [
+        make_address_record(row.address, nickname=row.nickname, initial_value=row.value, comment=row.comment)
+        for row in rows
+    ]
+    text = written_by(lambda path: write_csv(path, records)).decode().replace("\r\n", "\n")
+    back = [(row.address, row.nickname, row.value, row.comment) for row in parse(text).rows]
+    if back != [(row.address, row.nickname, row.value or "0", row.comment) for row in rows]:
+        raise UnwritableError("pyclickplc did not write what it was given")
+    return text
+
+
+def parse(text: str) -> Table:
+    """The rows of a nickname CSV, each checked; what pyclickplc would read from it must be the same."""
+    table = Table()
+    for line, raw, cells in _records(text.removeprefix(MARK)):
+        stripped = [cell.strip() for cell in cells]
+        if not table.head:
+            table.head, table.columns = raw, _header(stripped, line)
+        elif any(stripped):
+            table.add(_row(line, raw, stripped, table.columns))
+        else:
+            table.rows.append(Row(line, raw, "", "", "", "", "", "", ""))
+    if not table.head:
+        raise ListingError("the file is empty")
+    _compare(table, ",".join(table.columns) + "\n" + text.removeprefix(MARK).removeprefix(table.head))
+    return table
+
+
+def _records(text: str) -> Iterator[tuple[int, str, list[str]]]:
+    """Each record with its first line and its raw text; a quoted comment may run over several lines."""
+    if "\0" in text:
+        raise ListingError("a NUL character", text[: text.index("\0")].count("\n") + 1)
+    lines = io.StringIO(text, newline="").readlines()
+    reader = csv.reader(iter(lines), strict=True)
+    done = 0
+    while True:
+        try:
+            cells = next(reader)
+        except StopIteration:
+            return
+        except csv.Error as error:
+            raise ListingError(f"not CSV: {error}", done + 1) from None
+        yield done + 1, "".join(lines[done : reader.line_num]), cells
+        done = reader.line_num
+
+
+def _header(cells: list[str], line: int) -> tuple[str, ...]:
+    """The columns of a file, whatever the letters of its header."""
+    for header in HEADERS:
+        if [cell.casefold() for cell in cells] == [name.casefold() for name in header]:
+            return header
+    raise ListingError(
+        f"the header of a nickname CSV is {','.join(HEADER)}, with {MODBUS} and {FUNCTION_CODE} behind Data Type or "
+        "without; export it again",
+        line,
+    )
+
+
+def _row(line: int, raw: str, cells: list[str], columns: tuple[str, ...]) -> Row:
+    from pyclickplc.addresses import normalize_address, parse_address
+
+    if len(cells) != len(columns):
+        raise ListingError(f"{cells_stand(cells)} under a header of {len(columns)} columns", line)
+    named = dict(zip(columns, cells, strict=True))
+    written, kind, nickname, value, retentive, comment = (named[name] for name in HEADER)
+    address = normalize_address(written) if written.isascii() and len(written) < len("CTD1000000") else None
+    if address is None:
+        raise ListingError(f"{written[:40]!r} is not an address of CLICK", line)
+    bank, _ = parse_address(address)
+    if retentive.lower() not in {"yes", "no", ""}:
+        raise ListingError(f"{address}: {retentive[:40]!r} stands where Yes or No is wanted", line)
+    row = Row(line, raw, address, bank, kind, nickname, value, retentive, comment, named.get(MODBUS, ""))
+    _typed(row)
+    initial(row)
+    return row
+
+
+def _typed(row: Row) -> None:
+    """The data type must be that of the bank."""
+    from pyclickplc.banks import MEMORY_TYPE_TO_DATA_TYPE
+    from pyclickplc.nicknames import DATA_TYPE_CODE_TO_STR, DATA_TYPE_STR_TO_CODE
+
+    code = MEMORY_TYPE_TO_DATA_TYPE[row.bank]
+    if row.kind and DATA_TYPE_STR_TO_CODE.get(row.kind.upper()) != code:
+        raise ListingError(
+            f"{row.address} is of type {DATA_TYPE_CODE_TO_STR[code]}, but the file says {row.kind[:40]!r}", row.line
+        )
+
+
+def initial(row: Row) -> int | None:
+    """The raw content of a C, DS or DF row; None where it has no initial value, and for other banks."""
+    number = SPACE.parse(row.address)
+    if number is None or not row.value:
+        return None
+    kind = SPACE.kind(number)
+    raw = decimal_content(row.value, kind)
+    if raw is None:
+        raise ListingError(f"{row.address}: the initial value {row.value[:40]!r} is not {kind.holds}", row.line)
+    return raw
+
+
+def _compare(table: Table, text: str) -> None:
+    """What pyclickplc reads must be what stands there: it drops what it does not understand."""
+    from pyclickplc.nicknames import read_csv
+
+    def read(path: Path) -> dict[str, tuple[str, str, str]]:
+        return {r.display_address: (r.nickname, r.initial_value, r.comment) for r in read_csv(path).values()}
+
+    try:
+        content = text.encode()
+    except UnicodeEncodeError as error:
+        raise ListingError("a character that is not Unicode", text[: error.start].count("\n") + 1) from None
+    rows = read_with(read, content)
+    for row in table.rows:
+        if row.address and rows.pop(row.address, None) != (row.nickname, row.value, row.comment):
+            raise ListingError(f"pyclickplc does not read the row of {row.address} as it is written", row.line)
+    if rows:
+        raise ListingError(f"pyclickplc reads {', '.join(sorted(rows)[:3])}, which no row has")
+
+
+# --- A nickname CSV read back: its initial values, and the loops and blocks that the nicknames tell -------------------
+
+KEYS = {prefix: key for key, (prefix, _) in BLOCKS.items()}
+
+
+ALIKE = 3
+"""So many nicknames that agree on where a block begins are no chance."""
+
+
+class Claim(NamedTuple):
+    """What one nickname says: where a block of a loop begins."""
+
+    loop: str
+    bank: str
+    start: int
+    row: Row
+
+
+def read_nicknames(text: str) -> Listing:
+    """The initial values of all C, DS and DF rows, and beside them the loops with their blocks (D107)."""
+    listing = Listing(mixed=True)
+    rows = parse(text).rows
+    for row in rows:
+        number, raw = SPACE.parse(row.address), initial(row)
+        if number is not None and raw is not None:
+            listing.add(number, raw, row.address, row.line)
+    claims = list(_claims(rows))
+    listing.settings = tuple(_loops(claims))
+    listing.notes = tuple(_almost_loops(claims))
+    return listing
+
+
+def _claims(rows: Iterable[Row]) -> Iterator[Claim]:
+    """Nicknames with a known suffix; none of a bank's suffixes is the end of another."""
+    for row in rows:
+        number = SPACE.parse(row.address)
+        if number is None:
+            continue
+        bank, n = SPACE.place(number)
+        for named in NAMED:
+            name = row.nickname.removesuffix(named.suffix)
+            if named.bank == bank.prefix and name and name != row.nickname:
+                yield Claim(name, named.bank, n - named.offset, row)
+
+
+def _almost_loops(claims: list[Claim]) -> Iterator[str]:
+    """Names that look like loops and are none, as the nickname of the action's bit is missing (D107)."""
+    names = {claim.loop for claim in claims if claim.row.nickname == claim.loop + ACTION.suffix}
+    for name in dict.fromkeys(claim.loop for claim in claims if claim.loop not in names):
+        agreeing = Counter((claim.bank, claim.start) for claim in claims if claim.loop == name)
+        count = sum(number for number in agreeing.values() if number >= ALIKE)
+        if not count:
+            continue
+        place = next((f" at C{start + ACTION.offset}" for bank, start in agreeing if bank == ACTION.bank), "")
+        yield (
+            f"{name}: {count} nicknames are those of a loop, but {name}{ACTION.suffix} is missing{place}, so it is not "
+            "read as one (D107)"
+        )
+
+
+def _loops(claims: list[Claim]) -> Iterator[Mapping[str, Any]]:
+    names = [claim.loop for claim in claims if claim.row.nickname == claim.loop + ACTION.suffix]
+    for name in dict.fromkeys(names):
+        entry: dict[str, Any] = {"loop": name}
+        for bank, key in KEYS.items():
+            block_claims = [claim for claim in claims if claim.loop == name and claim.bank == bank]
+            if block_claims:
+                entry[key] = _start(block_claims)
+        yield entry
+
+
+def _start(claims: list[Claim]) -> str:
+    """Where a block begins when all nicknames agree."""
+    first = claims[0]
+    other = next((claim for claim in claims if claim.start != first.start), None)
+    if other is not None:
+        raise ListingError(
+            f"the nicknames of {first.loop} do not agree: {first.row.nickname} at {first.row.address} belongs to a "
+            f"block from {first.bank}{first.start}, {other.row.nickname} at {other.row.address} to one from "
+            f"{other.bank}{other.start}",
+            other.row.line,
+        )
+    if SPACE.parse(f"{first.bank}{first.start}") is None:
+        raise ListingError(f"{first.row.nickname} at {first.row.address} leaves no room for its block", first.row.line)
+    return f"{first.bank}{first.start}"
+
+
+# --- A nickname list of the user's with the nicknames of all loops added, in the columns that it has (D106) -----------
+
+CELL = re.compile(r'"(?:[^"]|"")*"|[^",\r\n][^,\r\n]*|')
+"""A cell as it is written, with its quotes."""
+FIRST_HOLDING = 400_001
+"""Reference of the first holding register; coils count from 1."""
+FUNCTION_CODES = {"coil": "FC=01,05,15", "holding": "FC=03,06,16"}
+"""How CLICK's own exports name the Modbus functions of C bits, and of DS and DF registers."""
+
+
+def merge_nicknames(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
+    """The text of the user's file with all rows, and what was done; only an initial value of theirs is renewed."""
+    mark = MARK if text.startswith(MARK) else ""
+    theirs, wanted = parse(text), parse(write_nicknames(image))
+    hexadecimal = _modbus_style(theirs)
+    set_here = {row.address for row in nicknames(image) if row.value}
+    changed: dict[str, str] = {}
+    created, named, same, notes = [], 0, [], []
+    for row in wanted.rows:
+        at, called = theirs.by_address.get(row.address), theirs.by_name.get(row.nickname.casefold())
+        if called is None and (at is None or at.is_unused):
+            line = _in_columns(row, theirs, hexadecimal=hexadecimal)
+            if at is None:
+                created.append(line)
+            else:
+                changed[row.address], named = line + _line_end(at.raw), named + 1
+        elif at is not None and at is called:
+            same.append(row.address)
+            if row.address in set_here and (initial(at) or 0) != initial(row):
+                changed[row.address] = _with_cell(at.raw, theirs.column("Initial Value"), row.value)
+                notes.append(f"initial value renewed: {row.nickname} ({row.address}), {at.value or 0} to {row.value}")
+        else:
+            notes.append(_conflict(row, at, called))
+    body = "".join(changed.get(row.address, row.raw) for row in theirs.rows)
+    if created and not (theirs.head + body).endswith(("\n", "\r")):
+        body += theirs.line_end
+    body += "".join(line + theirs.line_end for line in created)
+    merged = theirs.head + body
+    if len(parse(merged).rows) != len(theirs.rows) + len(created):
+        raise ListingError("the rows could not be added to this file")
+    return mark + merged, (f"created {len(created) + named}, already there: {len(same)}", *notes)
+
+
+def _modbus_style(table: Table) -> bool:
+    """Whether the file writes Modbus addresses in hexadecimal; what it says of a C, DS or DF row must be so."""
+    if MODBUS not in table.columns:
+        return False
+    hexadecimal = any(row.modbus.endswith(("h", "H")) for row in table.rows)
+    for row in table.rows:
+        number = SPACE.parse(row.address)
+        if number is None or not row.modbus:
+            continue
+        wanted = _modbus(row.address, hexadecimal=hexadecimal)[0]
+        if row.modbus.lstrip("0").casefold() != wanted.lstrip("0").casefold():
+            raise ListingError(
+                f"{row.address} has the {MODBUS} {wanted}, but the file says {row.modbus[:40]!r}; export it again, or "
+                "correct the cell",
+                row.line,
+            )
+    return hexadecimal
+
+
+def _modbus(address: str, *, hexadecimal: bool) -> tuple[str, str]:
+    """The Modbus address of a C, DS or DF register as CLICK's exports write it, and its function codes."""
+    from pyclickplc import plc_to_modbus
+    from pyclickplc.addresses import parse_address
+
+    bank, n = parse_address(address)
+    register, _ = plc_to_modbus(bank, n)
+    table = "coil" if bank == "C" else "holding"
+    first = 1 if table == "coil" else FIRST_HOLDING
+    return f"{register:04X}h" if hexadecimal else str(first + register), FUNCTION_CODES[table]
+
+
+def _in_columns(row: Row, table: Table, *, hexadecimal: bool) -> str:
+    """A row of ours in the columns of the user's file, without its line end."""
+    line = row.raw.removesuffix("\n")
+    if MODBUS not in table.columns:
+        return line
+    address, kind, rest = line.split(",", 2)
+    register, codes = _modbus(row.address, hexadecimal=hexadecimal)
+    return f'{address},{kind},{register},"{codes}",{rest}'
+
+
+def _with_cell(raw: str, column: int, value: str) -> str:
+    """A row's text with another value in one column, and every other character as it was."""
+    at = 0
+    for _ in range(column):
+        cell = CELL.match(raw, at)
+        at = (at if cell is None else cell.end()) + 1
+    cell = CELL.match(raw, at)
+    return raw[:at] + value + raw[at if cell is None else cell.end() :]
+
+
+def _line_end(raw: str) -> str:
+    return raw[len(raw.rstrip("\r\n")) :]
+
+
+def _conflict(row: Row, at: Row | None, called: Row | None) -> str:
+    """Why a row was not added."""
+    reasons = []
+    if at is not None:
+        reasons.append(f"{at.address} is {at.nickname!r}" if at.nickname else f"{at.address} has no nickname there")
+    if called is not None:
+        reasons.append(f"the nickname is that of {called.address}")
+    return f"{CONFLICT}, left as it is: {row.nickname} ({row.address}) was not created, since {' and '.join(reasons)}"

@@ -6,20 +6,26 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.dpide.operands import read_csv_devices, read_json_devices, read_operands, write_operands
-from pidcfg.encoders.dpide.points import points
+from pidcfg.encoders.dpide.image import points
 from pidcfg.encoders.dpide.st_read import read_st
+from pidcfg.encoders.dpide.st_scope import read_symbols
 from pidcfg.encoders.dpide.st_write import write_st
-from pidcfg.encoders.dpide.symbol_read import read_symbols
-from pidcfg.encoders.dpide.symbol_table import merge_symbols
-from pidcfg.encoders.dpide.symbols import COLUMNS, ENCODING, write_symbols
-from pidcfg.encoders.files import FileKind
-from pidcfg.encoders.map_template import map_kind, symbol_rows
+from pidcfg.encoders.dpide.symbols import (
+    COLUMNS,
+    ENCODING,
+    merge_symbols,
+    read_csv_devices,
+    read_json_devices,
+    read_operands,
+    write_operands,
+    write_symbols,
+)
+from pidcfg.encoders.listing import FileKind, columns
 from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN_BY_AUTOTUNE
+from pidcfg.encoders.modbus_map import map_kind, symbol_rows
 from pidcfg.encoders.parameter_files import parameter_listings
-from pidcfg.encoders.st.lex import opening
-from pidcfg.encoders.tables import columns
-from pidcfg.schemas.dpide_devices import place_of
+from pidcfg.encoders.structured_text import opening
+from pidcfg.schemas.dpide import place_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

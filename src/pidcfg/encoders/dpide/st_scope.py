@@ -1,27 +1,164 @@
-"""What the names of a program are, and what stands at an operand: a number, a symbol, or a device of the PLC."""
+"""What the names of a program are and what stands at an operand; program units; symbol tables as listings."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.dpide.program import WITHOUT_NUMBER
-from pidcfg.encoders.dpide.symbol_table import registers_of
+from pidcfg.encoders.dpide.st_write import WITHOUT_NUMBER
+from pidcfg.encoders.dpide.symbols import SUFFIXES, Row, Table, parse, registers_of
 from pidcfg.encoders.listing import ListingError
-from pidcfg.encoders.parameters import read
-from pidcfg.encoders.st.lex import NAME, NUMBER, TYPED
-from pidcfg.encoders.st.values import TRUTHS, number_of
-from pidcfg.schemas.dpide_devices import BLOCK, parse_flag_device, parse_register
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, ROWS
+from pidcfg.encoders.parameter_files import ParameterListing
+from pidcfg.encoders.parameters import Elsewhere, read
+from pidcfg.encoders.structured_text import (
+    END,
+    ENDS,
+    NAME,
+    NUMBER,
+    QUALIFIERS,
+    TRUTHS,
+    TYPED_LITERAL,
+    VARIABLES,
+    Cursor,
+    Token,
+    declarations,
+    number_of,
+    statement,
+    tokens_of,
+)
+from pidcfg.schemas.dpide import BLOCK, parse_flag_device, parse_register
 from pidcfg.schemas.iec import BOOL, REAL, Timed
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
+    from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.parameters import Content, Parameter
-    from pidcfg.encoders.st.lex import Token
-    from pidcfg.encoders.st.parse import Declaration
+    from pidcfg.encoders.structured_text import Comment, Declaration
     from pidcfg.schemas.iec import IecType
+
+# --- A text as programs and function blocks, and their statements one by one with the conditions around them ----------
+
+UNITS = ("PROGRAM", "FUNCTION_BLOCK")
+SKIPPED = ("FUNCTION", "TYPE")
+"""What has no place for the instruction, and is left out up to its end."""
+THEN = frozenset(("THEN",))
+
+
+class Guard(NamedTuple):
+    """A condition around a statement; one that is not ``plain`` is of ELSE, ELSIF or what comes behind one."""
+
+    tokens: tuple[Token, ...]
+    plain: bool = True
+
+
+class Step(NamedTuple):
+    """A statement, with the end as its last token; CASE and loops are one with all that is inside."""
+
+    tokens: tuple[Token, ...]
+    guards: tuple[Guard, ...] = ()
+
+    @property
+    def first(self) -> Token:
+        """Where it begins."""
+        return self.tokens[0]
+
+    @property
+    def is_compound(self) -> bool:
+        """Whether others are inside."""
+        return self.first.kind == NAME and self.first.upper in ENDS
+
+
+@dataclass(slots=True)
+class Unit:
+    """A program or a function block; without a name what stands outside of all."""
+
+    kind: str = "PROGRAM"
+    name: Token | None = None
+    declarations: list[Declaration] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+
+
+def units_of(text: str) -> tuple[list[Unit], list[Comment], list[int]]:
+    """Units, comments, and the lines of what is skipped; raises `ListingError` at what cannot be read."""
+    tokens, comments = tokens_of(text)
+    cursor, bare, skipped = Cursor(tokens), Unit(), list[int]()
+    units = [bare]
+    while cursor.here.kind != END:
+        word = cursor.here.upper if cursor.here.kind == NAME else ""
+        if word in UNITS:
+            units.append(_unit(cursor))
+        elif word in SKIPPED:
+            skipped.append(cursor.here.line)
+            _skip(cursor)
+        else:
+            _part(cursor, bare)
+    return units, comments, skipped
+
+
+def _unit(cursor: Cursor) -> Unit:
+    """A program or a function block up to its end."""
+    head = cursor.take()
+    name = cursor.take()
+    if name.kind != NAME:
+        raise name.error(f"a name is missing after {head.text}, before {name.text!r}")
+    unit, end = Unit(head.upper, name), f"END_{head.upper}"
+    while cursor.here.upper != end:
+        if cursor.here.kind == END or cursor.here.upper in UNITS:
+            raise head.error(f"{head.text} {name.text} has no {end}")
+        _part(cursor, unit)
+    cursor.take()
+    return unit
+
+
+def _part(cursor: Cursor, unit: Unit) -> None:
+    """A block of variables, or a statement."""
+    if cursor.here.kind == NAME and cursor.here.upper in VARIABLES:
+        unit.declarations += declarations(cursor)
+        return
+    if cursor.here.kind == NAME and (cursor.here.upper.startswith("END_") or cursor.here.upper in QUALIFIERS):
+        raise cursor.here.error(f"{cursor.here.text} stands here without its beginning")
+    for whole in statement(cursor):
+        unit.steps += steps_of(whole.tokens)
+
+
+def _skip(cursor: Cursor) -> None:
+    head = cursor.take()
+    while cursor.here.upper != f"END_{head.upper}":
+        if cursor.take().kind == END:
+            raise head.error(f"{head.text} has no END_{head.upper}")
+    cursor.take()
+
+
+def steps_of(tokens: tuple[Token, ...], guards: tuple[Guard, ...] = ()) -> Iterator[Step]:
+    """The statements of a statement: those inside of IF, each with the conditions around it."""
+    if tokens[0].kind != NAME or tokens[0].upper != "IF":
+        yield Step(tokens, guards)
+        return
+    cursor, is_first = Cursor(tokens), True
+    while cursor.take().upper in {"IF", "ELSIF"}:
+        condition = cursor.until(THEN)
+        word = cursor.expect("THEN", "the condition of IF")
+        if not condition:
+            raise word.error("a condition is missing before THEN")
+        yield from _body(cursor, (*guards, Guard(condition, is_first)))
+        is_first = False
+    if cursor.tokens[cursor.at - 1].upper == "ELSE":
+        yield from _body(cursor, (*guards, Guard((cursor.tokens[cursor.at - 1],), plain=False)))
+
+
+def _body(cursor: Cursor, guards: tuple[Guard, ...]) -> Iterator[Step]:
+    while cursor.here.upper not in {"ELSIF", "ELSE", "END_IF"}:
+        if cursor.here.kind == END:
+            raise cursor.here.error("END_IF is missing")
+        for inner in statement(cursor):
+            yield from steps_of(inner.tokens, guards)
+
+
+# --- What the names of a program are, and what stands at an operand: a number, a symbol, or a device of the PLC -------
 
 DEVICE = re.compile(r"(?:X|Y|M|SM|S|D|SR|T|C|HC|E|FR)\d+(?:\.\d+)?", re.IGNORECASE)
 CONSTANT = re.compile(r"([KF])([-+]?[0-9.]+(?:E[-+]?[0-9]+)?)", re.IGNORECASE)
@@ -159,7 +296,9 @@ def is_constant(tokens: Sequence[Token]) -> bool:
     rest = [token for token in tokens if token.text not in {"+", "-"}]
     if CONSTANT.fullmatch(joined(tokens)):
         return True
-    return len(rest) == 1 and (rest[0].kind in {NUMBER, TYPED} or (rest[0].kind == NAME and rest[0].upper in TRUTHS))
+    return len(rest) == 1 and (
+        rest[0].kind in {NUMBER, TYPED_LITERAL} or (rest[0].kind == NAME and rest[0].upper in TRUTHS)
+    )
 
 
 def constant(row: Parameter, tokens: Sequence[Token], *, initial: bool = False) -> Content:
@@ -235,3 +374,78 @@ def initial_value(row: Parameter, declared: Symbol | None) -> Content | None:
             f"{declared.name} begins with something that is no number", initial[0].line, initial[0].column
         )
     return constant(row, initial, initial=True)
+
+
+# --- A symbol table of ISPSoft to a listing: the loops whose symbols have the names that pidcfg gives them (D610) -----
+
+D610 = Decision(
+    610,
+    "a symbol table holds the loops whose symbols are all there",
+    "A loop is read where a symbol ends in _IMV and those of all other operands stand beside it, with the suffixes of "
+    "D256. Its name is what they begin with; units, ranges and the interval of an interrupt task are not in the table. "
+    "With a program beside it, the program says which symbols are operands, whatever their names.",
+    "Nothing else in a table says what a symbol is for; one that is missing would leave a default in its place.",
+)
+BLOCK_SUFFIX = f"_{SUFFIXES['I_MV']}"
+
+
+@dataclass(slots=True)
+class SymbolListing(ParameterListing):
+    """The listing of a symbol table, with all of its rows."""
+
+    table: Table = field(default_factory=Table)
+
+
+def read_symbols(text: str) -> Listing:
+    """The loops of a symbol table; raises `ListingError` at a row that is none."""
+    listing = SymbolListing(table=parse(text.lstrip("\ufeff")))
+    listing.settings = tuple(_loops(listing))
+    listing.mixed = True
+    return listing
+
+
+def _loops(listing: SymbolListing) -> Iterator[dict[str, Any]]:
+    rows = listing.table.by_name
+    for block in [row for row in listing.table.rows if any(row.cells) and _is_block(row)]:
+        loop = block.name[: -len(BLOCK_SUFFIX)]
+        names = {row.name: f"{loop}_{SUFFIXES.get(row.name, row.name)}".casefold() for row in DPIDE_TABLE.rows}
+        missing = [operand for operand, name in names.items() if name not in rows]
+        if len(missing) == len(names) - 1:
+            continue
+        if missing:
+            shown = ", ".join(f"{loop}_{SUFFIXES.get(name, name)}" for name in missing)
+            raise ListingError(f"{loop} has no symbol {shown}; a loop has one for each operand", block.line)
+        devices = {}
+        for operand, name in names.items():
+            row = rows[name]
+            if device := device_in(ROWS[operand], row):
+                devices[operand] = device
+            content = value_in(ROWS[operand], row)
+            if operand in {"I_MV", "MV"} or (operand == "PV" and content is None):
+                continue
+            full = f"{loop}.{operand}"
+            listing.add(full, Elsewhere(row.name) if content is None else content, full, row.line)
+        entry: dict[str, Any] = {"loop": loop}
+        entry |= {"device": devices.pop("I_MV")} if "I_MV" in devices else {}
+        yield entry | ({"devices": devices} if devices else {})
+
+
+def _is_block(row: Row) -> bool:
+    return row.name.casefold().endswith(BLOCK_SUFFIX.casefold()) and len(row.name) > len(BLOCK_SUFFIX)
+
+
+def device_in(row: Parameter, symbol: Row) -> str:
+    """The device of an operand's symbol; raises `ListingError` for one that it cannot have."""
+    if not symbol.address:
+        return ""
+    return device_of(row, symbol.address, tokens_of(symbol.address, symbol.line)[0][0])
+
+
+def value_in(row: Parameter, symbol: Row) -> Content | None:
+    """The initial value of an operand's symbol; raises `ListingError` for one that is none of its type."""
+    if not symbol.value or row.name in {"I_MV", "MV"}:
+        return None
+    tokens = tokens_of(symbol.value, symbol.line)[0][:-1]
+    if not is_constant(tokens):
+        raise ListingError(f"{symbol.name} begins with {symbol.value[:40]}, which is no number", symbol.line)
+    return constant(row, tokens, initial=True)

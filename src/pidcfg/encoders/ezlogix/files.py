@@ -1,17 +1,265 @@
-"""The files that an EZLogix image is written to and read from."""
+"""The files that an EZLogix image is written to and read from, the tag list among them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import re
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.ezlogix.tags import merge_tags, read_tags, write_tags
-from pidcfg.encoders.files import FileKind, listings
-from pidcfg.encoders.map_template import map_kind, space_rows
-from pidcfg.encoders.maps.ezlogix import MAP_SPACE, SPACE
-from pidcfg.encoders.tables import columns
+from pidcfg.encoders.codecs import Choice, Distance, Implied, Position
+from pidcfg.encoders.listing import (
+    CONFLICT,
+    LOOP,
+    PLC,
+    FileKind,
+    Listing,
+    ListingError,
+    UnwritableError,
+    columns,
+    comments,
+    csv_lines,
+    csv_text,
+    delimiter,
+    few,
+    listings,
+    table_rows,
+)
+from pidcfg.encoders.maps.ezlogix import MAP_SPACE, PULSE_REGISTERS, R_BLOCK, S_BLOCK, SPACE, VARIABLES
+from pidcfg.encoders.modbus_map import map_kind, space_rows
+from pidcfg.schemas.ezlogix import PlcSettings, tag_name
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from pidcfg.encoders.image import Cell, Image
+    from pidcfg.encoders.regmap import Word
     from pidcfg.schemas.ezlogix import EzlogixFile
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The tag list of an EZLogix image: one tag a loop variable, written, added to a list of the user's, and read back.
+# The columns are ours, since the vendor's are not public. What no register holds stands in comment lines as in the
+# other listings.
+
+D155 = Decision(
+    155,
+    "the tag list holds the variables of the blocks",
+    "One tag for each register and discrete that the manual names, those of the control output only where it is "
+    "enabled; settings with their raw value, the others without. PV, CV and control output get none.",
+    "Those three are entered in the dialog as tags, so they are there before the loop is.",
+)
+D156 = Decision(
+    156,
+    "a tag that exists is left as it is",
+    "A tag whose name or address stands in the user's list is not created but reported, also with another value.",
+    "The vendor's own tool creates no tag that exists, and says which.",
+)
+
+COLUMNS = ("tag", "address", "type", "value", "loop", "field", "comment")
+TAG = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+NUMBER = re.compile(r"[0-9]{1,5}")
+MARK = "\ufeff"
+TABLES = {"R": R_BLOCK, "S": S_BLOCK}
+KEYS = {"R": "registers", "S": "discretes"}
+
+
+class Tag(NamedTuple):
+    """One row of a tag list."""
+
+    tag: str
+    address: str
+    type: str
+    value: str
+    loop: str
+    field: str
+    comment: str
+
+
+def tags(image: Image) -> list[Tag]:
+    """The tags of all loops in address order; raises `UnwritableError` for a name that cannot be one."""
+    template = str(image.plc.get("tag_names", PlcSettings.model_fields["tag_names"].default))
+    numbers = {entry["loop"]: i for i, entry in enumerate(image.settings, start=1)}
+    pulsed = {entry["loop"] for entry in image.settings if (entry.get("output") or {}).get("pulse")}
+    rows: dict[str, Tag] = {}
+    for cell in image.cells:
+        is_variable = cell.field in VARIABLES and cell.loop is not None
+        if not is_variable or (cell.field in PULSE_REGISTERS and cell.loop not in pulsed):
+            continue
+        row = _tag(cell, template, numbers.get(cell.loop, 0))
+        other = rows.setdefault(row.tag.casefold(), row)
+        if other is not row:
+            raise UnwritableError(
+                f"{other.address} and {row.address} would both have the tag {row.tag}; `plc.tag_names` needs {{loop}}, "
+                "or other names of loops"
+            )
+    return list(rows.values())
+
+
+def _tag(cell: Cell, template: str, number: int) -> Tag:
+    loop = str(cell.loop)
+    name = tag_name(template, number, loop, VARIABLES[cell.field])
+    if not TAG.fullmatch(name):
+        raise UnwritableError(
+            f"loop {loop}: {name!r} is not usable as a tag; rename the loop with letters, digits and _, or use "
+            "{loop} in `plc.tag_names`"
+        )
+    bank, _ = SPACE.place(cell.number)
+    word = TABLES[bank.prefix].words[TABLES[bank.prefix].offset(cell.field)]
+    value = cell.text if cell.access == "setting" else ""
+    return Tag(name, cell.address, cell.kind.name, value, loop, cell.field, _comment(word))
+
+
+def _comment(word: Word) -> str:
+    """The register's title, and what one of its counts is worth."""
+    codec = word.codec
+    if isinstance(codec, Choice):
+        return f"{word.title}: {codec.notation}"
+    if isinstance(codec, Position | Distance) or word.unit == "pv":
+        return f"{word.title}, counts"
+    worth = [f"{codec.step:f}"] if isinstance(codec, Implied) and codec.decimals else []
+    return ", ".join([word.title, *filter(None, [" ".join([*worth, word.unit]).strip()])])
+
+
+def write_tags(image: Image, checklist: tuple[str, ...] = ()) -> str:
+    """The whole list, with the checklist and what no register holds above it."""
+    rows = tags(image)
+    return csv_text(COLUMNS, rows, comments(image, checklist))
+
+
+def read_tags(text: str) -> Listing:
+    """Values of R and S tags; the loops from the comment lines, else from the columns ``loop`` and ``field``."""
+    listing = Listing(mixed=True)
+    rows = _rows(text, listing)
+    for line, row in rows:
+        number, value = SPACE.parse(row["address"]), row.get("value", "")
+        if number is None or not value:
+            continue
+        kind = SPACE.kind(number)
+        raw = kind.read(int(value)) if NUMBER.fullmatch(value) else None
+        if raw is None:
+            raise ListingError(f"{row['tag']} ({row['address']}): the value {value[:40]!r} is not {kind.holds}", line)
+        listing.add(number, raw, row["address"], line)
+    if not listing.settings:
+        listing.settings = tuple(_loops(rows))
+    _without_pulses(listing)
+    return listing
+
+
+def _rows(text: str, listing: Listing) -> list[tuple[int, dict[str, str]]]:
+    """The rows with their lines; a tag's name twice is refused."""
+    rows = list(table_rows(text.removeprefix(MARK), listing, required=("tag", "address")))
+    for _, row in rows:
+        row["address"] = row["address"].upper()
+    lines: dict[str, int] = {}
+    for line, row in rows:
+        first = lines.setdefault(row["tag"].casefold(), line)
+        if first != line:
+            raise ListingError(f"the tag {row['tag'][:60]} stands here again, after line {first}", line)
+    return rows
+
+
+def _loops(rows: Iterable[tuple[int, Mapping[str, str]]]) -> Iterator[dict[str, Any]]:
+    """Where the blocks of each loop begin, as its tags say; they must agree."""
+    loops: dict[str, dict[str, Any]] = {}
+    for line, row in rows:
+        number, name = SPACE.parse(row["address"]), row.get("loop")
+        prefix = "" if number is None else SPACE.place(number)[0].prefix
+        word = next((w for w in TABLES[prefix].words if w.name == row.get("field")), None) if prefix else None
+        if number is None or word is None or not name:
+            continue
+        entry = loops.setdefault(name, {"loop": name, "output": {"pulse": None}})
+        start = f"{prefix}{SPACE.place(number)[1] - word.offset}"
+        if entry.setdefault(KEYS[prefix], start) != start or SPACE.parse(start) is None:
+            raise ListingError(f"{row['tag']} at {row['address']} is not in the block of {name} with its others", line)
+        if word.name in PULSE_REGISTERS:
+            entry.pop("output", None)
+    yield from loops.values()
+
+
+def _without_pulses(listing: Listing) -> None:
+    """A loop without a control output has no tags for its times, which then are 0."""
+    for entry in listing.settings:
+        output, base = entry.get("output"), entry.get("registers")
+        start = SPACE.parse(base) if isinstance(base, str) else None
+        if start is None or not isinstance(output, dict) or output.get("pulse", "") is not None:
+            continue
+        for field in PULSE_REGISTERS:
+            number = start + R_BLOCK.offset(field)
+            if number not in listing.words:
+                listing.add(number, 0, SPACE.name(number))
+
+
+def merge_tags(image: Image, text: str) -> tuple[str, tuple[str, ...]]:
+    """A list of the user's with the tags that are not in it (D156), in the columns that it has."""
+    listing = Listing()
+    theirs = _rows(text, listing)
+    head, between = columns(text.removeprefix(MARK)), delimiter(text.removeprefix(MARK))
+    if not head:
+        raise ListingError(f"the list has no header; it begins with a line like {','.join(COLUMNS)}")
+    by_tag = {row["tag"].casefold(): row for _, row in theirs}
+    by_address = {row["address"]: row for _, row in theirs}
+    created: list[Tag] = []
+    there: list[str] = []
+    notes: list[str] = []
+    for tag in tags(image):
+        at, called = by_address.get(tag.address), by_tag.get(tag.tag.casefold())
+        if at is None and called is None:
+            created.append(tag)
+            continue
+        if at is called:
+            there.append(tag.tag)
+        notes += _differs(tag, at, called)
+    notes += _differing_settings(image, listing)
+    end = "\r\n" if "\r\n" in text else "\n"
+    added = "".join(line + end for line in _missing_comments(image, listing))
+    cells = [[getattr(tag, name) if name in COLUMNS else "" for name in head] for tag in created]
+    added += csv_lines(cells, end, between)
+    merged = text + ("" if text.endswith("\n") or not added else end) + added
+    if len(_rows(merged, Listing())) != len(theirs) + len(created):
+        raise ListingError("the tags could not be added to this file")
+    if "value" not in head:
+        notes.append("the list has no column value, so the values are not in it")
+    return merged, (f"created {len(created)}, already there: {few(there) or 'none'}", *notes)
+
+
+def _missing_comments(image: Image, listing: Listing) -> Iterator[str]:
+    """The comment lines of loops that the list does not know yet."""
+    loops = [entry.get("loop") for entry in listing.settings]
+    lines = [line for line in comments(image, ()) if line.startswith((PLC, LOOP))]
+    if not listing.plc:
+        yield lines[0]
+    for entry, line in zip(image.settings, lines[1:], strict=True):
+        if entry["loop"] not in loops:
+            yield line
+
+
+def _differing_settings(image: Image, listing: Listing) -> Iterator[str]:
+    """What the user's list says otherwise of what no register holds, such as the action."""
+    pairs = [(PLC, listing.plc, image.plc)] if listing.plc else []
+    for entry in image.settings:
+        same = [theirs for theirs in listing.settings if theirs.get("loop") == entry["loop"]]
+        pairs += [(f"{LOOP}{entry['loop']}", theirs, entry) for theirs in same]
+    for name, theirs, wanted in pairs:
+        keys = [key for key in {**theirs, **wanted} if theirs.get(key) != wanted.get(key)]
+        if keys:
+            yield f"left as it is: the line {name.strip()!r}; the configuration says otherwise in {', '.join(keys)}"
+
+
+def _differs(tag: Tag, at: Mapping[str, str] | None, called: Mapping[str, str] | None) -> Iterator[str]:
+    """What the user's list says otherwise."""
+    if at is not None and at is called:
+        value = at.get("value", "") or "(none)"
+        if tag.value and value != tag.value:
+            yield f"left with its value {value}: {tag.tag} ({tag.address}); the configuration says {tag.value}"
+        return
+    reasons = []
+    if at is not None:
+        reasons.append(f"{tag.address} has the tag {at['tag']}")
+    if called is not None:
+        reasons.append(f"the name is that of {called['address']}")
+    yield f"{CONFLICT}, left as it is: {tag.tag} ({tag.address}) was not created, since {' and '.join(reasons)}"
+
+
+# --- The files that an EZLogix image is written to and read from ------------------------------------------------------
 
 FORMATS = listings(SPACE, "register listing") | {
     "tags": FileKind(

@@ -1,26 +1,112 @@
-"""DL06 registers: tables only, offsets in octal as the manual prints them.
-
-``path`` is where a register's value stands in a loop of the configuration; a register without a path is written by the
-controller. ``read`` is the manual's column "Read on the Fly": ``*`` alarm words are read when their enable bit goes from
-0 to 1, ``**`` words at a change of the PLC's mode.
-"""
+"""DL06 registers, bits, error codes and the codecs that only this PLC has: tables only, offsets in octal."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from decimal import Decimal
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dl06.codecs import Source, SpanBcd
-from pidcfg.encoders.regmap import Bits, RegisterMap, Word
-from pidcfg.encoders.scales import Distance, Format, Position
-from pidcfg.encoders.spaces import WORD, Bank, Space
-from pidcfg.encoders.tuned import TunedWords
-from pidcfg.encoders.words import Bcd, Binary, Pointer, SignMagnitude
-from pidcfg.encoders.written import D345, Written
-from pidcfg.frozen import frozen
-from pidcfg.refs import DL06, Decision
-from pidcfg.schemas.octal import HIGHEST
-from pidcfg.schemas.units import RESET_UNIT
+from pidcfg.encoders.codecs import (
+    SIGN,
+    Bcd,
+    Binary,
+    Distance,
+    EncodeError,
+    Format,
+    Pointer,
+    Position,
+    SignMagnitude,
+    is_raw,
+)
+from pidcfg.encoders.regmap import D345, WORD, Bank, Bits, Meaning, RegisterMap, Space, TunedWords, Word, Written
+from pidcfg.schemas.base import HIGHEST, RESET_UNIT, v_name
+from pidcfg.text.frozen import frozen
+from pidcfg.text.references import DL06, Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pidcfg.encoders.codecs import Scale
+
+# --- Codecs of words that only the DL06 has ---------------------------------------------------------------------------
+
+
+@frozen
+class SpanBcd:
+    """A BCD word that holds a difference on a named scale per second."""
+
+    scale: str
+    bcd: Bcd
+
+    @property
+    def notation(self) -> str:
+        """How the word is written, for reference pages."""
+        return "BCD counts a second"
+
+    def encode(self, value: Any, scale: Scale) -> int:
+        """A quantity to counts in BCD; the limits of an error are in the quantity's own unit."""
+        try:
+            return self._word(value, scale)
+        except EncodeError as error:
+            if error.fault != "range" or is_raw(value, scale):
+                raise
+            most = self.decode(self.bcd.encode(self.bcd.high), scale).value
+            raise EncodeError(error.fault, str(error), error.low, most) from None
+
+    def _word(self, value: Any, scale: Scale) -> int:
+        return self.bcd.encode(scale.distance(value))
+
+    def decode(self, word: int, scale: Scale) -> Any:
+        """The word to a quantity."""
+        counts = self.bcd.decode(word)
+        return scale.span_value_by(counts, lambda q: self._same(q, scale, word))
+
+    def _same(self, value: Any, scale: Scale, word: int) -> bool:
+        try:
+            return self._word(value, scale) == word
+        except EncodeError:
+            return False
+
+
+@frozen
+class Source:
+    """Where an auto transfer goes: base, slot and channel, or with bit 15 a V-memory address."""
+
+    @property
+    def notation(self) -> str:
+        """How the word is written, for reference pages."""
+        return "slot and channel, or address"
+
+    def encode(self, value: tuple[int, int, int] | int) -> int:
+        """``(base, slot, channel)`` or an address to its word: slot 1, channel 2 is 0102."""
+        if isinstance(value, int):
+            if not 0 <= value < SIGN:
+                raise EncodeError("range", "an address beyond V77777 does not fit the lower 15 bits")
+            return SIGN | value
+        base, slot, channel = value
+        if not (0 <= base <= 7 and 0 <= slot <= 15 and 0 <= channel <= 255):
+            raise EncodeError("range", "base, slot or channel does not fit its digits")
+        return base << 12 | slot << 8 | channel
+
+    def spelled(self, word: int, name: Callable[[int], str]) -> str:
+        """The place in words."""
+        source = self.decode(word)
+        if isinstance(source, int):
+            return name(source)
+        return "none" if source is None else "base {}, slot {}, channel {}".format(*source)
+
+    def decode(self, word: int) -> tuple[int, int, int] | int | None:
+        """A word to ``(base, slot, channel)``, an address, or None for no transfer."""
+        if word & SIGN:
+            return word & ~SIGN
+        return (word >> 12, word >> 8 & 0xF, word & 0xFF) if word else None
+
+
+# --- DL06 registers: tables only, offsets in octal as the manual prints them ------------------------------------------
+#
+# ``path`` is where a register's value stands in a loop of the configuration; a register without a path is written by
+# the controller. ``read`` is the manual's column "Read on the Fly": ``*`` alarm words are read when their enable bit
+# goes from 0 to 1, ``**`` words at a change of the PLC's mode.
 
 TABLE = DL06.at("Loop Table Word Definitions")
 SETUP = DL06.at("Establishing the Loop Table Size and Location")
@@ -108,7 +194,8 @@ LOOP_TABLE = RegisterMap(
     label=OCTAL,
     size=0o40,
     words=(
-        #    offset name                     path                     codec                unit      title                                   read   basis  access
+        #    offset name                     path                     codec                unit      title
+        #                       read   basis  access
         Word(0o00, "mode_setting_1",         None,                    BITS,                "",       "PID loop mode setting 1",              "yes", TABLE),
         Word(0o01, "mode_setting_2",         None,                    BITS,                "",       "PID loop mode setting 2",              "yes", TABLE),
         Word(0o02, "setpoint",               "setpoint.value",        Position("sp"),      "pv",     "Set point (SP)",                       "yes", TABLE),
@@ -313,3 +400,161 @@ WRITTEN = (
     *(Written(name, "compared", "an auto-tune", TUNE) for name in ("sample_rate", "gain", "reset", "rate")),
 )
 """Who else writes a word of a loop; whatever no row names is yours, or the PLC's by its access."""
+
+# --- What the DL06's flags, requests and status bits mean for the plant: tables only ----------------------------------
+#
+# Keys are the register's name and the lowest bit of the row in the register map; names and bits stand there.
+
+ERROR_FLAGS_BASIS = DL06.at("PID Error Flags, V7642")
+MODES = DL06.at("Mode / Alarm Monitoring Word (Addr + 06)")
+TROUBLE = DL06.at("Troubleshooting Tips")
+ALARM_ERROR = DL06.at("Alarm Programming Error")
+TUNING = DL06.at("Auto Tuning error")
+RAMP_ERRORS = DL06.at("Ramp/Soak Table Programming Error Flags (Addr + 35)")
+
+NO_LOOP = "The loop task does not run: no loop is calculated, in any mode."
+STOPS = "This stops the machine: in Program mode the outputs are off and the loops that follow the CPU are in Manual."
+AGAIN = f"Then change the CPU from Program to Run: it looks at V7640 and V7641 only at that moment. {STOPS}"
+NEW_TABLE = "Put an address of 32 free words of user memory into +34, then change the CPU from Program to Run. " + STOPS
+LOWER, UPPER = (f"{v_name(first)} to {v_name(last)}" for first, last in (CPU.lower, CPU.upper))
+SEGMENT_KEY = "Look at +35 when the profile does not start."
+PV_ALARM = "A loop in Manual does not go to Automatic while it is on."
+PV_CURE = (
+    "Look at the plant and the sensor first. It goes off when the PV is back across the limit by the hysteresis (+22)."
+)
+WAIT = "Set it for one moment and let go; the CPU clears it when it has read it. +06 shows the mode that was reached."
+
+# fmt: off
+BIT_MEANINGS = {
+    ("error_flags", 0): Meaning(
+        f"{NO_LOOP} V7640 holds an address below {v_name(CPU.upper[0])} that is not within {LOWER}.",
+        f"Put the start of the loop table into V7640: {LOWER}, or {UPPER}. {AGAIN}", ("DL201",), ERROR_FLAGS_BASIS),
+    ("error_flags", 1): Meaning(
+        f"{NO_LOOP} V7640 holds an address above {v_name(CPU.upper[1])}.",
+        f"Put the start of the loop table into V7640: {UPPER}, or {LOWER}. {AGAIN}", ("DL202",), ERROR_FLAGS_BASIS),
+    ("error_flags", 2): Meaning(
+        f"{NO_LOOP} V7641 asks for more than {CPU.loops} loops, or is no BCD number.",
+        f"Put the number of loops into V7641, 0 to {CPU.loops} in BCD. {AGAIN}", ("DL203",), ERROR_FLAGS_BASIS),
+    ("error_flags", 3): Meaning(
+        f"{NO_LOOP} The table begins below {v_name(CPU.lower_end)} and would run past it into the system's words.",
+        f"Start the table closer to {v_name(CPU.lower[0])} (V7640; each loop takes 40 octal words), or calculate fewer "
+        f"loops (V7641). {AGAIN}", ("DL204",), ERROR_FLAGS_BASIS),
+
+    ("mode_setting_1", 0): Meaning("Asks for Manual: the output then stays where it is put.", WAIT, (), D04),
+    ("mode_setting_1", 1): Meaning("Asks for Automatic. Refused while a PV alarm or the alarm programming error is on, "
+                                   "or while the minor loop of a cascade is not in Cascade.", WAIT, (), TROUBLE),
+    ("mode_setting_1", 2): Meaning("Asks for Cascade: the set point then comes from the word that +32 points at.",
+                                   WAIT, (), D04),
+    ("mode_setting_2", 7): Meaning("Starts the auto-tune: it takes the output over and moves the plant. Off again when "
+                                   "it is done.", "Stay at the plant while it runs; bits 12 and 13 of +06 tell how it "
+                                   "goes.", (), DL06.at("PID Mode Setting 2 Bit Descriptions (Addr + 01)")),
+    ("mode_setting_2", 8): Meaning("The CPU's own clock; nothing to do with the plant."),
+
+    ("mode_and_alarm_status", 0): Meaning(
+        "The loop is in Manual: it does not control, the output (+05) stands where the operator or the program puts it.",
+        "To control, set bit 1 of +00 for a moment. If the loop stays in Manual, look at bits 3 to 6 and 10, "
+        "and, of a major loop, whether its minor loop is in Cascade.", (), TROUBLE),
+    ("mode_and_alarm_status", 1): Meaning(
+        "The loop is in Automatic: it works the output (+05) out from its own set point (+02) and the PV (+03).", "", (), MODES),
+    ("mode_and_alarm_status", 2): Meaning(
+        "The loop is in Cascade: its set point is the word that +32 points at, the output of another loop.", "", (), MODES),
+    ("mode_and_alarm_status", 3): Meaning(f"The PV is below the low-low limit in +13. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 4): Meaning(f"The PV is below the low limit in +14. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 5): Meaning(f"The PV is above the high limit in +15. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 6): Meaning(f"The PV is above the high-high limit in +16. {PV_ALARM}", PV_CURE, ("DL248",), TROUBLE),
+    ("mode_and_alarm_status", 7): Meaning(
+        "The PV is further from the set point than the yellow limit in +17.",
+        "Normal for a while after a change of the set point; else look at the output, the actuator and the load.", (), MODES),
+    ("mode_and_alarm_status", 8): Meaning(
+        "The PV is further from the set point than the red limit in +20.",
+        "The loop does not hold its set point: look whether the output is at a limit, and at actuator and sensor.", (), MODES),
+    ("mode_and_alarm_status", 9): Meaning(
+        "The PV changed by more counts within one sample than +21 allows. The hysteresis does not apply to it.",
+        "A broken sensor or wire jumps like this; if the signal is only noisy, filter it (+24) or raise +21.", ("DL247",), MODES),
+    ("mode_and_alarm_status", 10): Meaning(
+        "The alarm limits are not in their order. The loop does not go to Automatic, and one that was there is put "
+        "into Manual.",
+        "Put +13 < +14 < +15 < +16 (low-low, low, high, high-high) and +17 < +20 (yellow, red), each at least one count "
+        "apart. The CPU reads them when the alarm's enable bit goes from 0 to 1: switch bit 12 or 13 of +00 off and on.",
+        ("DL242", "DL244"), ALARM_ERROR),
+    ("mode_and_alarm_status", 11): Meaning(
+        "The calculation gave a number that does not fit its word. The output is not to be trusted, and the loop goes "
+        "to Manual.",
+        "Look at the gains (+10 to +12 are BCD, not binary), at the data format (+01) and at the PV, then ask for "
+        "Automatic again.", (), MODES),
+    ("mode_and_alarm_status", 12): Meaning("The auto-tune has the output and moves the plant.",
+                                           "Wait, and stay at the plant.", (), TUNING),
+    ("mode_and_alarm_status", 13): Meaning(
+        "The auto-tune has not started, or was given up, and the gains are the old ones; or the relay of the closed loop "
+        "went to the ends of the output's range, and the gains are new all the same (D29): compare +10 to +12.",
+        "Open loop (bit 5 of +01 on): the PV must be at least 205 counts of a 12-bit format, 5 % of full scale, below "
+        "the SP of a direct-acting loop, above that of a reverse-acting one (D28). Closed loop: bring PV and SP within 5 % "
+        "of full scale, and narrow the output limits (+30 and +31), between which the relay switches. Then start again "
+        "(bit 7 of +01); the manual contradicts itself, so try the other reading if the bit comes back.",
+        ("DL299", "DL501"), TUNING),
+
+    ("ramp_soak_flags", 0): Meaning(f"Asks for start (1), hold (2), resume (4) or jog to the next segment (8) of the "
+                                    f"profile. {SEGMENT_KEY}", "Set one of bits 0 to 3 for a moment. The generator "
+                                    "must be on (bit 11 of +00), and the loop not in Cascade.", ("DL281",), TROUBLE),
+    ("ramp_soak_flags", 4): Meaning("The profile has run to its end; the set point stays at its last value.", "", (), FLAGS),
+    ("ramp_soak_flags", 5): Meaning("The PV is further from the set point of the profile than the deviation of its soak "
+                                    "segment allows.", "Look whether the plant can follow: output at a limit, slope too steep.", (), FLAGS),
+    ("ramp_soak_flags", 6): Meaning("The profile stands still.", "Set the resume bit (bit 2) to go on.", (), FLAGS),
+    ("ramp_soak_flags", 8): Meaning("Two hexadecimal digits: 01 to 10 are segments 1 to 16; odd ones are ramps, even ones soaks. 00: the profile is not running.", "", (), FLAGS),
+
+    ("ramp_soak_errors", 0): Meaning(
+        f"The ramp/soak table does not lie in the user's V-memory below {v_name(CPU.upper[0])}; the profile does not start.",
+        NEW_TABLE, ("DL274",), RAMP_ERRORS),
+    ("ramp_soak_errors", 1): Meaning(
+        f"The ramp/soak table does not lie in the user's V-memory above {v_name(CPU.upper[0])}; the profile does not start.",
+        NEW_TABLE, ("DL274",), RAMP_ERRORS),
+    ("ramp_soak_errors", 4): Meaning(
+        f"The ramp/soak table starts among the system's words {v_name(CPU.system[0])} to {v_name(CPU.system[1])}; the "
+        "profile does not start, and a download of the table would overwrite the set-up of all loops.",
+        NEW_TABLE, ("DL275",), RAMP_ERRORS),
+}
+# fmt: on
+"""By the name of the register and the lowest bit of the row."""
+WORDS = {
+    "error_flags": Meaning(
+        "Tells what is wrong with V7640 and V7641. All bits 0 in Run mode: nothing is wrong with them.",
+        "",
+        (),
+        ERROR_FLAGS_BASIS,
+    ),
+    "pv": Meaning(
+        "The measurement, from the ladder program or by auto transfer (+36). A value that stands still "
+        "although the plant moves: the program does not write it here.",
+        "",
+        (),
+        TROUBLE,
+    ),
+    "bias": Meaning(
+        "The integral: the part of the output that holds the set point at rest. Somebody else may write it "
+        "too (feedforward)."
+    ),
+    "output": Meaning(
+        "What the loop gives to the actuator. 0 in Automatic is right while the PV of a heating loop is "
+        "above its SP (cooling: below).",
+        "If it stays 0 on the other side too, look whether the upper limit in +31 is 0, then whether the "
+        "direction (bit 4 of +00) fits the process. Never change bit 4 before a small step of the output in "
+        "Manual has shown which way the PV goes: the wrong direction is a runaway.",
+        ("DL226",),
+        TROUBLE,
+    ),
+    "mode_and_alarm_status": Meaning(
+        "Tells the mode and the alarms of one loop; the CPU writes it at each calculation, nobody else should.",
+        "",
+        (),
+        MODES,
+    ),
+    "mode_setting_1": Meaning("Sixteen switches of the loop: mode requests, direction of control, equation, alarms."),
+    "mode_setting_2": Meaning("More switches of the loop: data formats, filter, limits, auto-tune."),
+    "ramp_soak_flags": Meaning("Starts and stops the ramp/soak profile, and tells where it is."),
+    "ramp_soak_errors": Meaning(
+        "Tells what is wrong with the address of the ramp/soak table in +34. 0: nothing.", "", (), RAMP_ERRORS
+    ),
+}
+"""By the name of a register that the configuration does not set."""
+WRITERS = {row.name: row.by for row in reversed(WRITTEN) if row.name in {"pv", "bias", "output"}}
+"""Who writes a word that is not the PLC's alone."""

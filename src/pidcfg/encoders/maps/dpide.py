@@ -1,20 +1,20 @@
-"""DPIDE operands: a table only, in the order of the instruction."""
+"""Operands of DPIDE and the registers of I_MV: tables only."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.named import NamedLoops
-from pidcfg.encoders.parameters import Parameter, ParameterTable
-from pidcfg.encoders.settings import LoopOption
-from pidcfg.encoders.tuned_parameters import TunedParameters
-from pidcfg.encoders.written import Written
-from pidcfg.refs import DPIDE, Decision
+from pidcfg.encoders.image import LoopOption
+from pidcfg.encoders.parameters import NamedLoops, Parameter, ParameterTable, TunedParameters
+from pidcfg.encoders.regmap import Code, Meaning, Written
 from pidcfg.schemas.dpide import D251, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.iec import BOOL, DINT, REAL
+from pidcfg.text.references import DPIDE, Decision
 
 if TYPE_CHECKING:
     from pidcfg.schemas.iec import IecType
+
+# --- DPIDE operands: a table only, in the order of the instruction ----------------------------------------------------
 
 TABLE = DPIDE.at("parameter settings")
 REMARKS = DPIDE.at("Additional remarks")
@@ -118,3 +118,44 @@ WRITTEN = (
     *(Written(name, "compared", "an autotune", TABLE) for name in WRITTEN_BY_AUTOTUNE),
 )
 """Who else writes an operand; whatever no row names is yours."""
+
+# --- What DPIDE's modes and the registers of I_MV mean for the plant: tables only -------------------------------------
+
+# fmt: off
+CODES = (
+    Code("PID_MODE", 0, "automatic", Meaning(
+        "The algorithm sets MV. While MV is beyond MV_MAX or MV_MIN the integral I_MV stands still.", "", (), TABLE)),
+    Code("PID_MODE", 1, "autotune", Meaning(
+        "The instruction tunes itself for temperature control and moves MV to do so; PID_MAN has no effect. When it is "
+        "done, Kc_Kp, Ti_Ki, Td_Kd and Tf are new and PID_MODE is 0.",
+        "Stay at the plant. PID_MODE and the four coefficients must be registers, not numbers in the program.",
+        ("DP705", "DP706", "DP707"), TABLE)),
+    Code("PID_MODE", 2, "automatic, with I_MV worked out of MV", Meaning(
+        "As 0, but I_MV follows MV at its limits and at the end of manual, so that the loop comes back sooner and "
+        "without a bump.", "", (), TABLE)),
+)
+"""Numbers that PID_MODE holds."""
+
+STATES = {
+    ("PID_RUN", True): "the algorithm runs", ("PID_RUN", False): "the algorithm does not run, and MV is 0",
+    ("PID_MAN", True): "manual: MV is MOUT, within MV_MIN and MV_MAX", ("PID_MAN", False): "automatic: the algorithm sets MV",
+    ("MOUT_AUTO", True): "MOUT follows MV", ("MOUT_AUTO", False): "MOUT stays as it is written",
+    ("PID_EQ", True): "dependent form: Kc, Ti, Td", ("PID_EQ", False): "independent form: Kp, Ki, Kd",
+    ("PID_DE", True): "derivative of PV", ("PID_DE", False): "derivative of the error",
+    ("PID_DIR", True): "forward, E = SV - PV: MV rises while PV is below SV (heating)",
+    ("PID_DIR", False): "reverse, E = PV - SV: MV rises while PV is above SV (cooling)",
+}
+"""What a BOOL operand chooses."""
+
+WRITERS = {row.name: row.by for row in WRITTEN if row.name in {"PV", "I_MV"}}
+"""Who writes an operand that is not yours alone."""
+
+INTEGRAL = (
+    (0, 0, "I_MV", "The accumulated integral. It may be read, cleared or changed."),
+    (1, 1, "previous error", "The error of the calculation before; the PLC writes it."),
+    (2, 5, "system use", "The PLC's own; leave it alone."),
+    (6, 6, "previous PV", "The PV of the calculation before; the PLC writes it."),
+    (7, 14, "system use", "The PLC's own; leave it alone."),
+)
+"""The 15 double words of I_MV: first and last, what they hold, and what that means."""
+# fmt: on

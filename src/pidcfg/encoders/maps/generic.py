@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.named import NamedLoops
-from pidcfg.encoders.parameters import Parameter, ParameterTable
-from pidcfg.encoders.tuned_parameters import TunedParameters
-from pidcfg.encoders.written import Written
+from pidcfg.encoders.parameters import NamedLoops, Parameter, ParameterTable, TunedParameters
+from pidcfg.encoders.regmap import Written
 from pidcfg.schemas.generic import D280, Loop, LoopSettings, PlcSettings
 from pidcfg.schemas.iec import BOOL, DERIVATIVE_OF, LOOP_MODE, LREAL
 

@@ -6,15 +6,13 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.files import FileKind
-from pidcfg.encoders.map_template import map_kind, symbol_rows
-from pidcfg.encoders.nextopid.plcopen import write_plcopen
-from pidcfg.encoders.nextopid.plcopen_read import read_plcopen
-from pidcfg.encoders.nextopid.points import points
-from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
-from pidcfg.encoders.nextopid.st_write import write_st
+from pidcfg.encoders.listing import FileKind
+from pidcfg.encoders.modbus_map import map_kind, symbol_rows
+from pidcfg.encoders.nextopid.image import points
+from pidcfg.encoders.nextopid.st_read import read_plcopen, read_st, with_zeros
+from pidcfg.encoders.nextopid.st_write import write_plcopen, write_st
 from pidcfg.encoders.parameter_files import parameter_listings
-from pidcfg.encoders.st.lex import opening
+from pidcfg.encoders.structured_text import opening
 from pidcfg.schemas.nextopid import Plc
 from pidcfg.schemas.numbers import decimal_text
 

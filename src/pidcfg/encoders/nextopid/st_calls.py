@@ -1,31 +1,313 @@
-"""Calls and assignments of a program that concern blocks of the library.
-
-Other statements are skipped, and their lines noted. What a configuration cannot express is refused: a call or an
-assignment inside IF, a second call of a block, an assignment after the call.
-"""
+"""Calls and assignments of a program that concern blocks of the library, also in IF and CASE."""
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
 from itertools import compress
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.nextopid.st_branches import BRANCHES, Branches, Guarded, is_latch
-from pidcfg.encoders.nextopid.st_foreign import STRUCTURE, Foreign
 from pidcfg.encoders.nextopid.st_scope import LIBRARY
-from pidcfg.encoders.st.lex import END, NAME, Token
-from pidcfg.encoders.st.parse import ENDS, Statement, arguments, chain
-from pidcfg.encoders.st.values import INTEGERS, number_of
+from pidcfg.encoders.structured_text import (
+    END,
+    ENDS,
+    INTEGERS,
+    NAME,
+    Cursor,
+    Statement,
+    Token,
+    arguments,
+    chain,
+    is_literal,
+    number_of,
+    statement,
+)
 from pidcfg.schemas.base import parse_seconds
+from pidcfg.schemas.expressions import MAX_LENGTH
 from pidcfg.schemas.numbers import plain_number
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from decimal import Decimal
 
     from pidcfg.encoders.nextopid.st_scope import Item, Scope
     from pidcfg.encoders.parameters import Parameter
-    from pidcfg.encoders.st.parse import Argument
+    from pidcfg.encoders.structured_text import Argument
+
+# --- IF and CASE of Structured Text as assignments, each with the conditions under which it is executed ---------------
+#
+# Design. `assignments` walks a statement and gives its assignments in their order, each `Guarded` by the conditions
+# of all branches around it. Whoever reads them takes every condition where its assignment stands, and not where IF
+# does; so each `Guard` knows what was assigned before it was looked at, and `pidcfg.encoders.nextopid.st_moves` finds
+# a change in between.
+
+BRANCHES = frozenset(("IF", "CASE"))
+LATCHES = {"S": "TRUE", "R": "FALSE"}
+"""What ``x S= y`` and ``x R= y`` make of x when y is TRUE."""
+THEN, OF = frozenset(("THEN",)), frozenset(("OF",))
+MOST_GUARDS = MAX_LENGTH // len("a AND ") + 1
+"""Conditions of an assignment; more are no expression, however short each of them is."""
+
+
+class Label(NamedTuple):
+    """A value of CASE, or a range of them."""
+
+    low: float
+    high: float | None = None
+
+    @property
+    def last(self) -> float:
+        """The highest value."""
+        return self.low if self.high is None else self.high
+
+
+@dataclass(slots=True)
+class Labels:
+    """The values that branches of a CASE have, as ranges in ascending order that do not meet."""
+
+    lows: list[float] = field(default_factory=list)
+    highs: list[float] = field(default_factory=list)
+
+    def hold(self, label: Label) -> bool:
+        """Whether a value of a label is there; a range that does not ascend has none."""
+        return label.low <= label.last and self._first(label) < self._behind(label)
+
+    def add(self, label: Label) -> None:
+        """Adds the values of a label."""
+        if label.low > label.last:
+            return
+        first, behind = self._first(label), self._behind(label)
+        self.lows[first:behind] = [min([label.low, *self.lows[first:behind]])]
+        self.highs[first:behind] = [max([label.last, *self.highs[first:behind]])]
+
+    def _first(self, label: Label) -> int:
+        return bisect_left(self.highs, label.low)
+
+    def _behind(self, label: Label) -> int:
+        return bisect_right(self.lows, label.last)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Guard:
+    """A condition that must hold, or must not: of IF, or that a number has one of some values."""
+
+    tokens: tuple[Token, ...]
+    opened: int
+    """Of how many assignments it was looked at behind."""
+    labels: tuple[Label, ...] = ()
+    inverted: bool = False
+
+    def inverse(self) -> Guard:
+        """The condition of the branches behind."""
+        return Guard(self.tokens, self.opened, self.labels, not self.inverted)
+
+
+class Guarded(NamedTuple):
+    """An assignment: what to, what, under which conditions, its number among all, and the calls before it."""
+
+    target: tuple[Token, ...]
+    value: tuple[Token, ...]
+    guards: tuple[Guard, ...]
+    number: float
+    turn: int
+
+    @property
+    def line(self) -> int:
+        """Where it stands."""
+        return self.target[0].line
+
+
+@dataclass(slots=True)
+class Branches:
+    """Walks statements; what is no assignment is handed to ``other``."""
+
+    turn: Callable[[], int]
+    other: Callable[[tuple[Token, ...]], None]
+    found: list[Guarded] = field(default_factory=list)
+
+    def take(self, tokens: tuple[Token, ...], guards: tuple[Guard, ...] = ()) -> None:
+        """A statement, which ends with the end as its last token."""
+        word = tokens[0].upper if tokens[0].kind == NAME else ""
+        if word in BRANCHES:
+            cursor = Cursor(tokens)
+            cursor.take()
+            (self._if if word == "IF" else self._case)(cursor, guards)
+            return
+        parts = chain(tokens)
+        behind = tokens[2 * len(parts) - 1 :] if parts else tokens
+        if parts and behind[0].text == ":=" and len(behind) > 2:
+            self._assign(parts, tuple(behind[1:-1]), guards)
+        elif is_latch(behind):
+            truth = behind[0]._replace(text=LATCHES[behind[0].upper])
+            self._assign(parts, (truth,), (*guards, Guard(tuple(behind[2:-1]), len(self.found))))
+        else:
+            self.other(tokens)
+
+    def _assign(self, target: tuple[Token, ...], value: tuple[Token, ...], guards: tuple[Guard, ...]) -> None:
+        self.found.append(Guarded(target, value, guards, len(self.found), self.turn()))
+
+    def _if(self, cursor: Cursor, guards: tuple[Guard, ...]) -> None:
+        opened, before = len(self.found), guards
+        while True:
+            guard = Guard(_wanted(cursor, THEN, "IF"), opened)
+            self._body(cursor, (*before, guard), ("ELSIF", "ELSE", "END_IF"))
+            before = (*before, guard.inverse())[: MOST_GUARDS + 1]
+            if cursor.take().upper != "ELSIF":
+                break
+        if cursor.tokens[cursor.at - 1].upper == "ELSE":
+            self._body(cursor, before, ("END_IF",))
+
+    def _case(self, cursor: Cursor, guards: tuple[Guard, ...]) -> None:
+        opened, taken = len(self.found), Labels()
+        cases: list[Guard] = []
+        selector = _wanted(cursor, OF, "CASE")
+        while cursor.here.upper not in {"ELSE", "END_CASE"}:
+            here = cursor.here
+            guard = Guard(selector, opened, tuple(_labels(cursor)))
+            if any(map(taken.hold, guard.labels)):
+                raise here.error("this value stands in the CASE again")
+            for label in guard.labels:
+                taken.add(label)
+            cases.append(guard)
+            self._body(cursor, (*guards, guard), ("ELSE", "END_CASE"))
+        if cursor.take().upper == "ELSE":
+            others = (*guards, *(case.inverse() for case in cases[: MOST_GUARDS + 1]))
+            self._body(cursor, others, ("END_CASE",))
+
+    def _body(self, cursor: Cursor, guards: tuple[Guard, ...], ends: tuple[str, ...]) -> None:
+        """The statements of a branch, up to the next one."""
+        while cursor.here.upper not in ends and not _begins_label(cursor):
+            if cursor.here.kind == END:
+                raise cursor.here.error(f"{ends[-1]} is missing")
+            for inner in statement(cursor):
+                self.take(inner.tokens, guards)
+
+
+def is_latch(behind: Sequence[Token]) -> bool:
+    """Whether what stands behind a name is ``S=`` or ``R=`` with a condition (CODESYS)."""
+    return behind[0].kind == NAME and behind[0].upper in LATCHES and behind[1].text == "=" and len(behind) > 3
+
+
+def _wanted(cursor: Cursor, word: frozenset[str], after: str) -> tuple[Token, ...]:
+    """The tokens up to a word, which must come."""
+    tokens = cursor.until(word)
+    (name,) = word
+    cursor.expect(name, f"the condition of {after}")
+    if not tokens:
+        raise cursor.here.error(f"a condition is missing after {after}")
+    return tokens
+
+
+def _begins_label(cursor: Cursor) -> bool:
+    """Whether a value of CASE stands here: a number, with or without a sign."""
+    sign = cursor.here.text == "-"
+    return is_literal(cursor.tokens[min(cursor.at + sign, len(cursor.tokens) - 1)])
+
+
+def _labels(cursor: Cursor) -> Iterator[Label]:
+    """The values before a colon."""
+    while True:
+        low = _label(cursor)
+        if cursor.here.text == "..":
+            cursor.take()
+            yield Label(low, _label(cursor))
+        else:
+            yield Label(low)
+        if cursor.here.text != ",":
+            cursor.expect(":", "the value of CASE")
+            return
+        cursor.take()
+
+
+def _label(cursor: Cursor) -> float:
+    negative = cursor.here.text == "-"
+    if negative:
+        cursor.take()
+    token = cursor.take()
+    if not is_literal(token):
+        raise token.error(f"{token.text}: only numbers are read as values of CASE")
+    value = float(number_of(token))
+    return -value if negative else value
+
+
+# --- Statements of a program that do not concern the blocks of the library: skipped, unless they use one of them ------
+
+STRUCTURE = "AutoTuneParam"
+"""The input that is a structure."""
+JUMPS = frozenset(("RETURN", "JMP"))
+
+
+@dataclass(slots=True)
+class Foreign:
+    """What is left out of a program."""
+
+    scope: Scope
+    lines: list[int] = field(default_factory=list)
+    """Where the statements stand."""
+
+    def pass_over(self, tokens: Sequence[Token]) -> None:
+        """Skips a statement that does not concern the library, but remembers the variables that it assigns."""
+        if tokens[0].line not in self.lines[-1:]:
+            self.lines.append(tokens[0].line)
+        depth, padded = 0, (*tokens, *(Token(END, "", token.line, token.column) for token in [tokens[-1]] * 3))
+        for at, token in enumerate(tokens):
+            before = tokens[at - 1].text if at else ""
+            depth += (token.text == "(") - (token.text == ")")
+            if token.kind != NAME:
+                continue
+            if before == ".":
+                self._refuse_member(token, padded[at + 1].text)
+                continue
+            parts = chain(padded, at)
+            behind = at + 2 * len(parts) - 1
+            follows = padded[behind].text
+            self._refuse(token, parts, follows, depth)
+            refers = [part.upper for part in padded[behind : behind + 2]] == ["REF", "="]
+            if (follows == ":=" and depth == 0) or before == "=>" or refers:
+                self.scope.assigned.setdefault(token.upper, token)
+
+    def is_held(self, name: Token) -> bool:
+        """Whether a variable stands for a parameter."""
+        return name.upper in self.scope.aliases or name.upper in self.scope.structures
+
+    def refuse_written_over(self) -> None:
+        """Variables that stand for inputs are not assigned besides; what is read of outputs is refused where it is."""
+        for upper, (item, row) in self.scope.aliases.items():
+            at = self.scope.assigned.get(upper)
+            if at is not None and row.access == "input":
+                raise at.error(f"{at.text} is assigned in line {at.line}, and is {row.name} of {item.name}: wire it")
+        for upper, (item, name) in self.scope.structures.items():
+            at = self.scope.assigned.get(upper)
+            if at is not None and name.upper == STRUCTURE.upper():
+                what = f"{at.text} is assigned in line {at.line}, and is {STRUCTURE} of {item.name} in line {name.line}"
+                raise at.error(f"{what}: assign {item.name}.{STRUCTURE} itself, member by member")
+
+    def _refuse_member(self, token: Token, follows: str) -> None:
+        """Refuses the call of a block by another name than it is declared with."""
+        item = self.scope.instance(token.upper)
+        if item is not None and follows == "(":
+            raise token.error(f"{item.name} is called here with another name before it; write {item.name}(…) alone")
+
+    def _refuse(self, token: Token, parts: tuple[Token, ...], follows: str, depth: int) -> None:
+        """Refuses jumps, and other uses of a block inside a skipped statement."""
+        kind, item = LIBRARY.get(token.upper), self.scope.instance(token.upper)
+        if token.upper in JUMPS:
+            raise token.error(f"{token.text}: what stands behind is not always executed")
+        if kind is not None and kind.function and follows == "(":
+            raise token.error(f"{token.text} is called inside another statement")
+        if item is None:
+            return
+        if len(parts) == 1:
+            what = "is called" if follows == "(" else "is used as a whole"
+            raise token.error(f"{item.name} {what} inside another statement")
+        if follows == ":=" and depth == 0:
+            raise token.error(f"a parameter of {item.name} is assigned inside another statement")
+
+
+# --- Calls and assignments of a program that concern blocks of the library --------------------------------------------
+#
+# Other statements are skipped, and their lines noted. What a configuration cannot express is refused: a call or an
+# assignment inside IF, a second call of a block, an assignment after the call.
 
 RESULTS = ("AutoTuneResult", "ErrBits", "WarnBits")
 """Outputs that are structures."""
@@ -211,8 +493,8 @@ class Calls:
             return False
         if isinstance(counter.initial, dict) or [token.text for token in counter.initial or ()] not in ([], ["0"]):
             raise counter.name.error(f"{counter.name.text} counts the cycles of {loop.name}, and must begin with 0")
-        for statement in inner:
-            self.take(Statement((*statement, tokens[-1])))
+        for call in inner:
+            self.take(Statement((*call, tokens[-1])))
         self.gates.append((loop, tokens[1]))
         self.counters.add(tokens[1].upper)
         return True

@@ -1,4 +1,4 @@
-"""The names of a program that is read: instances of the library, functions, and variables."""
+"""A text as one program: its declarations and statements, its names, and its expressions as code."""
 
 from __future__ import annotations
 
@@ -11,21 +11,172 @@ from pydantic_core import PydanticCustomError
 
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES
-from pidcfg.encoders.st.text import settings_of
-from pidcfg.encoders.st.values import INTEGERS, REALS
-from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, Wire, parse_identifier
-from pidcfg.schemas.names import nearest
+from pidcfg.encoders.nextopid.st_write import DEEPEST, EQUALITY, OPERATORS, PRODUCT, SUM
+from pidcfg.encoders.structured_text import (
+    END,
+    INTEGERS,
+    NAME,
+    REALS,
+    TRUTHS,
+    VARIABLES,
+    Comment,
+    Cursor,
+    Declaration,
+    Statement,
+    Token,
+    chain,
+    declarations,
+    is_literal,
+    name_of,
+    number_of,
+    settings_of,
+    statement,
+    tokens_of,
+)
+from pidcfg.schemas.expressions import (
+    ABSOLUTE,
+    CONSTANT,
+    KINDS,
+    LARGEST_VALUE,
+    MAX_LENGTH,
+    MAXIMUM,
+    MINIMUM,
+    NEGATE,
+    NOT,
+    ROOT,
+    SIGNAL,
+    TRUTH,
+)
+from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, Timed, Wire, parse_identifier
+from pidcfg.text.signs import nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.encoders.listing import Listing
     from pidcfg.encoders.maps.nextopid import BlockType
-    from pidcfg.encoders.nextopid.st_source import Source
     from pidcfg.encoders.parameters import Parameter
-    from pidcfg.encoders.st.lex import Comment, Token
-    from pidcfg.encoders.st.parse import Declaration
     from pidcfg.schemas.iec import IecType
+
+# --- A text as one program: its declarations, statements and comments, and what stands beside it ----------------------
+
+BLOCKS = frozenset(name.upper() for name in BLOCK_TYPES)
+"""Types of the library, in capitals."""
+SKIPPED = frozenset(("FUNCTION", "FUNCTION_BLOCK", "TYPE"))
+"""What may stand beside the program, and is left out up to its end."""
+FOREIGN = frozenset(
+    (
+        "CONFIGURATION",
+        "RESOURCE",
+        "CLASS",
+        "INTERFACE",
+        "METHOD",
+        "PROPERTY",
+        "ACTION",
+        "NAMESPACE",
+    )
+)
+
+
+@dataclass(slots=True)
+class Source:
+    """A program as written."""
+
+    program: Token | None = None
+    declarations: list[Declaration] = field(default_factory=list)
+    statements: list[Statement] = field(default_factory=list)
+    comments: list[Comment] = field(default_factory=list)
+    skipped: list[int] = field(default_factory=list)
+    """Where parts begin that are left out."""
+
+
+def parse_st(text: str) -> Source:
+    """A program; raises `ListingError` at what cannot be read."""
+    tokens, comments = tokens_of(text)
+    source, cursor, ended = Source(comments=comments), Cursor(tokens), False
+    while cursor.here.kind != END:
+        word = cursor.here.upper
+        if word in VARIABLES:
+            source.declarations += declarations(cursor)
+        elif word in SKIPPED:
+            source.skipped.append(cursor.here.line)
+            _skip(cursor)
+        elif word == "PROGRAM" or word in FOREIGN:
+            token = cursor.take()
+            if word != "PROGRAM" or source.program is not None:
+                raise token.error(f"{word}: a file holds one PROGRAM, with its variables and statements")
+            source.program = name_of(cursor, "PROGRAM")
+        elif word == "END_PROGRAM" and not ended:
+            ended = bool(cursor.take())
+        elif ended:
+            raise cursor.here.error(f"{cursor.here.text!r} stands behind END_PROGRAM")
+        else:
+            source.statements += statement(cursor)
+    owners = _owners(source)
+    source.statements = [unqualified(whole, owners) for whole in source.statements]
+    return source
+
+
+def _skip(cursor: Cursor) -> None:
+    """Moves behind a part that is no program, which has no blocks of the library."""
+    head = cursor.take()
+    while cursor.here.upper != f"END_{head.upper}":
+        token = cursor.take()
+        if token.kind == END:
+            raise head.error(f"{head.text} has no END_{head.upper}")
+        if token.kind == NAME and token.upper in BLOCKS:
+            raise token.error(f"{token.text} stands in a {head.text}; blocks of the library are read in a program only")
+    cursor.take()
+
+
+def _owners(source: Source) -> dict[str, set[str]]:
+    """The lists of global variables by the names that the program writes before them, each with its variables."""
+    declared = {declaration.name.upper for declaration in source.declarations}
+    lists: dict[str, Token] = {}
+    shared = {one.name.upper for one in source.declarations if one.section == "VAR_GLOBAL"}
+    for whole in source.statements:
+        for before, first, dot, second in _fours(whole.tokens):
+            is_list = first.kind == NAME and dot.text == "." and first.upper not in declared and before.text != "."
+            if not is_list or second.upper not in shared:
+                continue
+            other = lists.setdefault(second.upper, first)
+            if other.upper != first.upper:
+                raise first.error(f"{second.text} stands in {other.text} in line {other.line} and in {first.text} here")
+    owners: dict[str, set[str]] = {}
+    for variable, first in lists.items():
+        owners.setdefault(first.upper, set()).add(variable)
+    return owners
+
+
+def _fours(tokens: Sequence[Token]) -> Iterator[tuple[Token, ...]]:
+    """Each token but the last two, between the one before and the two behind."""
+    before = (tokens[0]._replace(kind=END, text=""), *tokens)
+    return zip(before, tokens, tokens[1:], tokens[2:], strict=False)
+
+
+def parse_body(text: str, line: int, source: Source) -> None:
+    """Statements alone, which begin in this line of a file."""
+    tokens, comments = tokens_of(text, line)
+    source.comments += comments
+    cursor = Cursor(tokens)
+    while cursor.here.kind != END:
+        source.statements += statement(cursor)
+
+
+def unqualified(whole: Statement, owners: Mapping[str, set[str]]) -> Statement:
+    """A statement without the names of lists before their variables, ``GVL.TIC_1``."""
+    tokens, kept, at = whole.tokens, [], 0
+    while at < len(tokens):
+        behind = tokens[at + 2].upper if at + 2 < len(tokens) and tokens[at + 1].text == "." else ""
+        is_member = at > 0 and tokens[at - 1].text == "."
+        if not is_member and tokens[at].kind == NAME and behind in owners.get(tokens[at].upper, ()):
+            at += 2
+        kept.append(tokens[at])
+        at += 1
+    return Statement(tuple(kept))
+
+
+# --- The names of a program that is read: instances of the library, functions, and variables --------------------------
 
 LIBRARY = {name.upper(): kind for name, kind in BLOCK_TYPES.items()}
 SIGNAL_TYPES = {kind.name: kind for kind in (BOOL, REAL, INT, TIME)}
@@ -219,3 +370,217 @@ class Scope:
             fits = declaration.type_name in SIGNAL_TYPES and upper not in self.aliases and upper not in self.assigned
             if upper in self.used or (everything and fits):
                 yield declaration
+
+
+# --- Expressions of Structured Text as the code of `pidcfg.schemas.expressions`, with the type of everything ----------
+#
+# A program tells whole numbers from real ones, and divides them otherwise; it joins BOOLs, and has times. What means
+# the same in a configuration is read; a type that an operator does not take is refused where it stands.
+
+TO_REAL = frozenset((*(f"{kind}_TO_REAL" for kind in INTEGERS | {"LREAL"}), "TO_REAL"))
+"""Conversions that change no number of ours."""
+TO_WHOLE = {"INT": frozenset(("REAL_TO_INT", "TO_INT")), "UINT": frozenset(("REAL_TO_UINT", "TO_UINT"))}
+"""Conversions of a whole expression, by the type of the parameter that it is for."""
+TIME_TO_REAL = "TIME_TO_REAL"
+MILLI = 1000
+FUNCTIONS = {"MIN": (MINIMUM, 2), "MAX": (MAXIMUM, 2), "ABS": (ABSOLUTE, 1), "SQRT": (ROOT, 1)}
+SUMS = ("+", "-")
+SIGNS = {sign: (op, rank) for op, (sign, rank) in OPERATORS.items()}
+"""Operators between two operands, and how tightly they bind."""
+AMPERSANDS = {"&": "AND"}
+ALLOWED = "numbers, names, conditions, + - * / ( ) and MIN, MAX, ABS, SQRT can be wired"
+LONGER = f"the expression is longer than {MAX_LENGTH} characters: assign a part of it to a variable before"
+BOOL_KIND, REAL_KIND, WHOLE_KIND, TIME_KIND = "bool", "real", "whole", "time"
+IN_WORDS = {BOOL_KIND: "a BOOL", REAL_KIND: "a REAL", WHOLE_KIND: "a whole number", TIME_KIND: "a TIME"}
+NUMBERS = frozenset((REAL_KIND, WHOLE_KIND))
+
+
+@dataclass(slots=True)
+class Wiring:
+    """Reads an expression into code and names; ``resolve`` gives the full name and the type of a name as written.
+
+    Every part returns the kind of what it has read: ``bool``, ``real``, ``whole`` or ``time``.
+    """
+
+    cursor: Cursor
+    resolve: Callable[[tuple[Token, ...]], tuple[str, IecType]]
+    code: list[int] = field(default_factory=list)
+    constants: list[float] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+
+    @classmethod
+    def read(
+        cls, tokens: Sequence[Token], kind: IecType, resolve: Callable[[tuple[Token, ...]], tuple[str, IecType]]
+    ) -> Wiring:
+        """The expression that is wired to a parameter of this type."""
+        end = Token(END, "the end of the expression", tokens[-1].line, tokens[-1].column)
+        self = cls(Cursor((*tokens, end, end, end, end, end)), resolve)
+        if self.cursor.here.upper in TO_WHOLE.get(kind.name, ()):
+            word = self.cursor.take()
+            self.cursor.expect("(", word.text)
+            found = self.expression(1)
+            self.cursor.expect(")", "the expression")
+        else:
+            found = self.expression(0)
+        if len(self.code) > 2 * MAX_LENGTH:  # each pair of it is a character at least
+            raise tokens[0].error(LONGER)
+        if self.cursor.here.kind != END:
+            raise self.cursor.here.error(f"unexpected {self.cursor.here.text!r}; {ALLOWED}")
+        wanted = "a BOOL is wanted" if kind.kind == "bool" else "numbers are wanted"
+        what = f"{self.names[0]} is" if self.code[::2] == [SIGNAL] else "this is"
+        want((found in NUMBERS) == (KINDS[kind.kind] == "number"), tokens[0], f"{what} {IN_WORDS[found]}; {wanted}")
+        return self
+
+    def emit(self, op: int, operand: int = 0) -> None:
+        """One pair of code."""
+        self.code += (op, operand)
+
+    def expression(self, depth: int, least: int = 0) -> str:
+        """Operands and the operators between them that bind as tightly as ``least``, from left to right."""
+        if depth > DEEPEST:
+            raise self.cursor.here.error(f"more than {DEEPEST} levels of nesting")
+        kind = REAL_KIND if least <= PRODUCT and self.seconds() else self.factor(depth)
+        while True:
+            sign = self.cursor.here
+            op, rank = SIGNS.get(AMPERSANDS.get(sign.text, sign.upper), (0, -1))
+            if rank < least:
+                return kind
+            self.cursor.take()
+            kind = self.joined(sign, rank, kind, self.expression(depth, rank + 1))
+            self.emit(op)
+
+    def joined(self, sign: Token, rank: int, left: str, right: str) -> str:
+        """The kind that an operator gives; refuses operands that it does not take."""
+        both = {left, right}
+        if rank < EQUALITY:
+            want(both == {BOOL_KIND}, sign, f"{sign.text} takes BOOLs")
+        elif rank < SUM:
+            alike = both <= NUMBERS or both == {TIME_KIND} or (both == {BOOL_KIND} and rank == EQUALITY)
+            want(alike, sign, f"{IN_WORDS[left]} and {IN_WORDS[right]} are compared here")
+        else:
+            times = both == {TIME_KIND} and rank == SUM
+            want(both <= NUMBERS or times, sign, f"{sign.text} takes two numbers")
+            if both == {WHOLE_KIND} and sign.text == "/":
+                raise sign.error("whole numbers are divided without a remainder; write them as REAL, as in 1.0 / 2.0")
+            return left if left == right else REAL_KIND
+        return BOOL_KIND
+
+    def seconds(self) -> bool:
+        """``TIME_TO_REAL(x) / 1000.0``: a time in s, as it counts in a configuration; False where that is not here."""
+        cursor, at = self.cursor, self.cursor.at
+        if cursor.here.upper != TIME_TO_REAL or cursor.tokens[at + 1].text != "(":
+            return False
+        parts = chain(cursor.tokens, at + 2)
+        behind = at + 2 + max(2 * len(parts) - 1, 0)
+        close, slash, number = (cursor.tokens[min(behind + i, len(cursor.tokens) - 1)] for i in range(3))
+        if not parts or (close.text, slash.text) != (")", "/") or not is_literal(number) or number_of(number) != MILLI:
+            return False
+        name, kind = self.resolve(parts)
+        want(kind.kind == TIME_KIND, parts[0], f"{name} is {kind.name}; a TIME is wanted")
+        self.signal(name)
+        cursor.at = behind + 3
+        return True
+
+    def factor(self, depth: int) -> str:
+        """A number, a name, a function, parentheses, or one of them with a sign or NOT."""
+        cursor = self.cursor
+        if cursor.here.upper == "NOT" and cursor.here.kind == NAME:
+            return self.inverted(depth)
+        negative, signs = False, cursor.at
+        while cursor.here.text in SUMS:
+            negative ^= cursor.take().text == "-"
+        token, signed = cursor.here, cursor.at > signs
+        if is_literal(token):
+            kind = self.constant(cursor.take())
+        elif token.text == "(":
+            cursor.take()
+            kind = self.expression(depth + 1)
+            cursor.expect(")", "the expression")
+        elif token.kind == NAME:
+            kind = self.name_or_call(depth)
+        else:
+            raise token.error(f"a number or a name is missing before {token.text!r}; {ALLOWED}")
+        want(not signed or kind in NUMBERS, token, "a sign wants a number")
+        if negative:
+            self.emit(NEGATE)
+        return kind
+
+    def inverted(self, depth: int) -> str:
+        """NOT, any number of times, and its BOOL."""
+        count = 0
+        while self.cursor.here.upper == "NOT":
+            self.cursor.take()
+            count += 1
+        start = self.cursor.here
+        want(
+            self.factor(depth) == BOOL_KIND,
+            start,
+            "NOT takes a BOOL; put a comparison into parentheses: NOT (PV < 4.0)",
+        )
+        if count % 2:
+            self.emit(NOT)
+        return BOOL_KIND
+
+    def constant(self, token: Token) -> str:
+        """A number, a time in s, or a truth with its type before it."""
+        value = number_of(token)
+        if isinstance(value, bool):
+            self.emit(TRUTH, int(value))
+            return BOOL_KIND
+        if not 0 <= value <= LARGEST_VALUE:
+            raise token.error(f"{token.text} cannot stand in an expression")
+        self.emit(CONSTANT, len(self.constants))
+        self.constants.append(float(value))
+        return TIME_KIND if isinstance(value, Timed) else WHOLE_KIND if isinstance(value, int) else REAL_KIND
+
+    def signal(self, name: str) -> None:
+        """The value of a name."""
+        self.emit(SIGNAL, len(self.names))
+        self.names.append(name)
+
+    def name_or_call(self, depth: int) -> str:
+        """A name, TRUE or FALSE, or a function with its arguments."""
+        cursor = self.cursor
+        parts = chain(cursor.tokens, cursor.at)
+        if cursor.tokens[cursor.at + 1].text == "(":
+            return self.call(depth)
+        if len(parts) == 1 and parts[0].upper in TRUTHS:
+            self.emit(TRUTH, int(TRUTHS[parts[0].upper]))
+            cursor.take()
+            return BOOL_KIND
+        name, kind = self.resolve(parts)
+        want(kind.kind in IN_WORDS, parts[0], f"{name} is {kind.name}; numbers and BOOLs can be wired")
+        cursor.at += 2 * len(parts) - 1
+        self.signal(name)
+        return kind.kind
+
+    def call(self, depth: int) -> str:
+        """A function."""
+        word = self.cursor.take()
+        if any(word.upper in words for words in TO_WHOLE.values()):
+            raise word.error(f"{word.text} can only be around the whole expression of an INT parameter")
+        if word.upper not in {*FUNCTIONS, *TO_REAL, TIME_TO_REAL}:
+            raise word.error(f"{word.text} is a function that cannot be wired; {ALLOWED}")
+        op, fewest = FUNCTIONS.get(word.upper, (0, 1))
+        self.cursor.expect("(", word.text)
+        kinds = [self.expression(depth + 1)]
+        while self.cursor.here.text == ",":
+            self.cursor.take()
+            kinds.append(self.expression(depth + 1))
+            self.emit(op)
+        self.cursor.expect(")", "the arguments")
+        if len(kinds) < fewest or (fewest == 1 and len(kinds) > 1):
+            raise word.error(f"{word.text} does not take {len(kinds)} argument{'s' * (len(kinds) > 1)}")
+        if word.upper == TIME_TO_REAL:
+            want(kinds == [TIME_KIND], word, f"{word.text} takes a TIME")
+            raise word.error(f"{word.text} gives ms; write {word.text}(…) / 1000.0, since a configuration has s")
+        want({*kinds} <= NUMBERS, word, f"{word.text} takes numbers")
+        if op in (ABSOLUTE, ROOT):
+            self.emit(op)
+        return REAL_KIND if word.upper in {"SQRT", *TO_REAL} or REAL_KIND in kinds else WHOLE_KIND
+
+
+def want(holds: bool, token: Token, message: str) -> None:  # noqa: FBT001 - what is wanted
+    """Refuses what is not so, where it stands."""
+    if not holds:
+        raise token.error(message)

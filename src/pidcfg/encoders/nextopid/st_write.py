@@ -1,24 +1,415 @@
-"""A NextoPID program as Structured Text: declarations with initial values, and the calls in order of execution."""
+"""A NextoPID program as Structured Text and as PLCopen XML: declarations, and calls in the order of execution."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cached_property
+from html import escape
+from itertools import chain
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.files import UnwritableError
-from pidcfg.encoders.nextopid.st_expression import ST, depth, is_number, printed
-from pidcfg.encoders.nextopid.st_program import Unit
-from pidcfg.encoders.st.text import comment_text, literal, settings_text, wrapped
-from pidcfg.schemas.iec import BOOL, Wire
+from pidcfg.encoders.listing import UnwritableError
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.encoders.nextopid.image import MoveError, read_moves
+from pidcfg.encoders.nextopid.wiring import Layout, Wires
+from pidcfg.encoders.structured_text import comment_text, literal, settings_text, st_real, wrapped
+from pidcfg.schemas.base import LOOKS_BOOLEAN
+from pidcfg.schemas.expressions import (
+    ABSOLUTE,
+    ADD,
+    COMPARISONS,
+    CONSTANT,
+    DIVIDE,
+    EQUALITIES,
+    FUNCTIONS,
+    JOINTS,
+    MAXIMUM,
+    MINIMUM,
+    MULTIPLY,
+    NEGATE,
+    NOT,
+    ROOT,
+    SIGNAL,
+    SUBTRACT,
+    TRUTH,
+    TRUTHS,
+    ExpressionError,
+)
+from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, Wire, is_numeric
+from pidcfg.schemas.nextopid import Move, Plc
+from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.nextopid.moves import Copy
-    from pidcfg.encoders.nextopid.st_program import Variable
+    from pidcfg.encoders.maps.nextopid import BlockType
+    from pidcfg.encoders.nextopid.image import Copy
     from pidcfg.encoders.nextopid.wiring import Instance
-    from pidcfg.encoders.parameters import Content, Parameter, Program
+    from pidcfg.encoders.parameters import Content, Entry, Parameter, Program
     from pidcfg.schemas.expressions import Expression
     from pidcfg.schemas.iec import IecType
+
+# --- Expressions in Structured Text and in configuration files: the same code, printed in two dialects ----------------
+#
+# What is printed here reads back to the same code, so that no sum is taken in another order: `printed` sets
+# parentheses wherever the order of evaluation is not the one that the language has by itself.
+
+EQUALITY, COMPARISON, SUM, PRODUCT, SIGN, ATOM = range(len(JOINTS), len(JOINTS) + 6)
+"""How tightly a text binds; what words join binds less."""
+OPERATORS = {
+    **{op: (word, rank) for rank, level in enumerate(JOINTS) for word, op in level.items()},
+    **{op: (sign, EQUALITY) for sign, op in EQUALITIES.items()},
+    **{op: (sign, COMPARISON) for sign, op in COMPARISONS.items()},
+    ADD: ("+", SUM),
+    SUBTRACT: ("-", SUM),
+    MULTIPLY: ("*", PRODUCT),
+    DIVIDE: ("/", PRODUCT),
+}
+WORDS_OF_TRUTH = {value: word for word, value in TRUTHS.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How a language writes numbers and functions."""
+
+    number: Callable[[float], str]
+    functions: Mapping[int, str]
+    most_arguments: Mapping[int, int]
+    """Of min and max; more are nested."""
+    space: str = " "
+
+
+class Piece(NamedTuple):
+    """Part of an expression as text, how tightly it binds, and the arguments if it is a call."""
+
+    text: str
+    rank: int
+    op: int = -1
+    arguments: tuple[str, ...] = ()
+
+
+def plain_real(value: float) -> str:
+    """A number as people write it."""
+    return repr(value).removesuffix(".0")
+
+
+WORDS = {op: name for name, (op, _, _) in FUNCTIONS.items()}
+ST = Dialect(st_real, {op: name.upper() for op, name in WORDS.items()}, {MINIMUM: 2, MAXIMUM: 2})
+PLAIN = Dialect(plain_real, WORDS, {FUNCTIONS[name][0]: FUNCTIONS[name][2] for name in ("min", "max")})
+COMPACT = Dialect(PLAIN.number, PLAIN.functions, PLAIN.most_arguments, "")
+"""As configuration files have it, for an expression that would be too long with blanks."""
+
+
+def printed(code: Sequence[int], constants: Sequence[float], name: Callable[[int], str], dialect: Dialect) -> str:
+    """The text of an expression's code; ``name`` gives the name of a signal's number.
+
+    A number and nothing else stands in parentheses: it is wired, and not the value of a parameter.
+    """
+    stack: list[Piece] = []
+    for op, operand in zip(code[::2], code[1::2], strict=True):
+        if op == CONSTANT:
+            stack.append(Piece(dialect.number(constants[operand]), ATOM))
+        elif op == SIGNAL:
+            stack.append(Piece(name(operand), ATOM))
+        elif op == TRUTH:
+            stack.append(Piece(WORDS_OF_TRUTH[operand], ATOM))
+        elif op in (NEGATE, NOT):
+            stack.append(Piece(f"{'-' if op == NEGATE else 'NOT '}{_atom(stack.pop())}", SIGN))
+        elif op in (ABSOLUTE, ROOT):
+            stack.append(_call(op, (stack.pop().text,), dialect))
+        else:
+            right, left = stack.pop(), stack.pop()
+            stack.append(_pair(op, left, right, dialect))
+    text = stack.pop().text
+    return f"({text})" if is_number(code) else text
+
+
+def is_number(code: Sequence[int]) -> bool:
+    """Whether an expression is a number with or without signs or a truth, and nothing else."""
+    return set(code[::2]) <= {CONSTANT, NEGATE, TRUTH}
+
+
+def _pair(op: int, left: Piece, right: Piece, dialect: Dialect) -> Piece:
+    if op in OPERATORS:
+        sign, rank = OPERATORS[op]
+        first = left.text if left.rank >= rank else f"({left.text})"
+        second = right.text if right.rank > rank and not right.text.startswith("-") else f"({right.text})"
+        space = " " if sign.isalpha() else dialect.space
+        return Piece(f"{first}{space}{sign}{space}{second}", rank)
+    if left.op == op and len(left.arguments) < dialect.most_arguments[op]:
+        return _call(op, (*left.arguments, right.text), dialect)
+    return _call(op, (left.text, right.text), dialect)
+
+
+def _atom(piece: Piece) -> str:
+    return piece.text if piece.rank == ATOM else f"({piece.text})"
+
+
+def _call(op: int, arguments: tuple[str, ...], dialect: Dialect) -> Piece:
+    return Piece(f"{dialect.functions[op]}({f',{dialect.space}'.join(arguments)})", ATOM, op, arguments)
+
+
+def wire_text(code: Sequence[int], constants: Sequence[float], name: Callable[[int], str], longest: int) -> str:
+    """An expression as a configuration has it; a name that would be read as a number or a truth gets parentheses."""
+    text = printed(code, constants, name, PLAIN)
+    text = printed(code, constants, name, COMPACT) if len(text) > longest else text
+    return f"({text})" if is_numeric(text) or text.lower() in {*LOOKS_BOOLEAN, "null"} else text
+
+
+def depth(text: str) -> int:
+    """How deep the parentheses of a text are nested."""
+    deepest = now = 0
+    for character in text:
+        now += (character == "(") - (character == ")")
+        deepest = max(deepest, now)
+    return deepest
+
+
+# --- A NextoPID program as a programming system holds it: variables, and calls in the order of execution --------------
+#
+# Design. `Unit` rebuilds wiring and execution order from the listing. Functions have no instance, so their outputs,
+# and those of their inputs that something reads, become variables with new names. The comment of each such variable
+# says which parameter it is, ``SEL.MV``; the readers of Structured Text and PLCopen XML rely on it.
+
+CONVERSIONS = (
+    "INT_TO_REAL",
+    "UINT_TO_REAL",
+    "USINT_TO_REAL",
+    "DINT_TO_REAL",
+    "TIME_TO_REAL",
+    "REAL_TO_INT",
+    "REAL_TO_UINT",
+)
+RESERVED = frozenset(name.upper() for name in (*BLOCK_TYPES, *CONVERSIONS, AUTOTUNE_MODE.name, *AUTOTUNE_MODE.words))
+"""Names that a variable cannot have, in capitals: IEC 61131-3 ignores case."""
+UINT_CYCLES = 0xFFFF
+
+
+class Variable(NamedTuple):
+    """A variable of the program: initial values of an instance by parameter, members of a structure with a dot."""
+
+    name: str
+    type: str
+    initial: Mapping[str, tuple[IecType, Content]] | tuple[IecType, Content] | None = None
+    note: str = ""
+
+
+def is_kept(kind: BlockType, row: Parameter) -> bool:
+    """Whether a parameter is declared even when it has its default value."""
+    field = kind.model.model_fields.get(row.name)
+    return field is None or field.is_required() or field.default is None
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The variables and calls of a program; raises `UnwritableError` for what Structured Text cannot hold."""
+
+    image: Program
+
+    @cached_property
+    def signals(self) -> dict[str, Entry]:
+        """Values from outside."""
+        return {cell.address: cell for cell in self.image.cells if "." not in cell.address}
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Names, numbers and types."""
+        types = {name: cell.type for name, cell in self.signals.items()}
+        blocks = [(entry.get("loop") or entry["block"], BLOCK_TYPES[entry["type"]]) for entry in self.image.settings]
+        seen: dict[str, str] = {}
+        names = [*types, *(name for name, _ in blocks)]
+        for name in names:
+            other = seen.setdefault(name.upper(), name)
+            if other != name or name.upper() in RESERVED or names.count(name) > 1:
+                also = "of a type or function of the library" if name.upper() in RESERVED else f"of another ({other})"
+                raise UnwritableError(f"{name}: Structured Text takes the name for that {also}; rename it")
+        return Layout.of(types, blocks)
+
+    @cached_property
+    def wires(self) -> Wires:
+        """What every wire means."""
+        numbers = {block.name: i for i, block in enumerate(self.layout.instances)}
+        wires: Wires = {}
+        for cell in self.image.cells:
+            owner, _, row = cell.address.partition(".")
+            if isinstance(cell.raw, Wire):
+                try:
+                    wires[numbers[owner], row] = self.layout.read(cell.type, cell.raw.text)
+                except ExpressionError as error:
+                    raise UnwritableError(f"{cell.address}: {error.message}") from None
+        return wires
+
+    @cached_property
+    def copies(self) -> list[Copy]:
+        """What the program copies, in order."""
+        wired = {cell.address for cell in self.image.cells if isinstance(cell.raw, Wire)}
+        moves = [Move.model_validate(entry) for entry in self.image.plc.get("moves", ())]
+        try:
+            return read_moves(self.layout, moves, wired, self.cells)
+        except MoveError as error:
+            raise UnwritableError(f"moves: {error}") from None
+
+    @cached_property
+    def order(self) -> list[int]:
+        """Instances in the order of execution."""
+        return self.layout.order(self.wires)
+
+    @property
+    def program(self) -> str:
+        """Name of the program."""
+        return str(self.image.plc.get("program") or Plc.model_fields["program"].default)
+
+    # --- names -------------------------------------------------------------------------------------------------------
+
+    @property
+    def names(self) -> dict[int, str]:
+        """The name of every value in the program, by its number."""
+        return self._names_and_counters[0]
+
+    @property
+    def counters(self) -> dict[int, tuple[str, int]]:
+        """Cycle counters of loops that are not called in every cycle: the variable, and the number of cycles."""
+        return self._names_and_counters[1]
+
+    @cached_property
+    def _names_and_counters(self) -> tuple[dict[int, str], dict[int, tuple[str, int]]]:
+        used = {
+            name.upper() for name in (*self.signals, *(block.name for block in self.layout.instances), self.program)
+        }
+        used |= RESERVED
+        names = {number: name for name, number in self.layout.numbers.items()}
+        for block in self.layout.instances:
+            for offset, row in enumerate(block.kind.table.rows if block.kind.function else ()):
+                if row.access == "output" or block.base + offset in self.read:
+                    names[block.base + offset] = unused_name(f"{block.name}_{row.name}", used)
+        counters = {}
+        for i, entry in enumerate(self.image.settings):
+            cycles = cycles_of(entry, self.image.plc)
+            if cycles != 1:
+                counters[i] = (unused_name(f"{self.layout.instances[i].name}_Cycle", used), cycles)
+        return names, counters
+
+    @cached_property
+    def read(self) -> frozenset[int]:
+        """Numbers of all that some wire or move reads."""
+        moved = (part.signals for copy in self.copies for part in (copy.value, copy.when) if part is not None)
+        return frozenset(chain.from_iterable((*(wire.signals for wire in self.wires.values()), *moved)))
+
+    def type_of(self, number: int) -> IecType:
+        """The type of a value."""
+        owner = self.layout.owner(number)
+        if owner is None:
+            return list(self.layout.signals.values())[number]
+        block = self.layout.instances[owner]
+        return block.kind.table.rows[number - block.base].type
+
+    def full_name(self, number: int) -> str:
+        """The name of a value in a configuration: ``SEL.MV``."""
+        owner = self.layout.owner(number)
+        if owner is None:
+            return list(self.layout.signals)[number]
+        block = self.layout.instances[owner]
+        return f"{block.name}.{block.kind.table.rows[number - block.base].name}"
+
+    # --- cycles ------------------------------------------------------------------------------------------------------
+
+    def previous(self, i: int) -> list[str]:
+        """Values of the previous cycle that the call of a block reads."""
+        late = []
+        for number in sorted(self._reads.get(i, ())):
+            owner = self.layout.owner(number)
+            if owner is not None and self._place[owner] >= self._place[i] and self._is_changed(owner, number):
+                late.append(self.full_name(number))
+        return late
+
+    def _is_changed(self, owner: int, number: int) -> bool:
+        """Whether the call of a block changes one of its values: an output, or a wired input."""
+        block = self.layout.instances[owner]
+        name = block.kind.table.rows[number - block.base].name
+        return not self.layout.is_input(number) or (owner, name) in self.wires
+
+    @cached_property
+    def _place(self) -> dict[int, int]:
+        return {number: at for at, number in enumerate(self.order)}
+
+    @cached_property
+    def _reads(self) -> dict[int, set[int]]:
+        """Numbers that each block reads."""
+        reads: dict[int, set[int]] = {}
+        for (i, _), wire in self.wires.items():
+            reads.setdefault(i, set()).update(wire.signals)
+        return reads
+
+    # --- variables ---------------------------------------------------------------------------------------------------
+
+    def variables(self) -> Iterator[Variable]:
+        """All declarations: signals, instances and variables of functions in the order of the file, counters."""
+        for name, cell in self.signals.items():
+            yield Variable(name, cell.type.name, (cell.type, content(cell)))
+        for block in self.layout.instances:
+            if block.kind.function:
+                yield from self._function_variables(block)
+            else:
+                yield Variable(block.name, block.kind.name, self.initial(block) or None)
+        for name, cycles in self.counters.values():
+            yield Variable(name, "UINT" if cycles <= UINT_CYCLES else "UDINT")
+
+    def _function_variables(self, block: Instance) -> Iterator[Variable]:
+        for offset, row in enumerate(block.kind.table.rows):
+            full = f"{block.name}.{row.name}"
+            if row.access == "output":
+                yield Variable(self.names[block.base + offset], row.type.name, None, full)
+            elif block.base + offset in self.read:
+                cell = self.cells.get(full)
+                fixed = cell is not None and not isinstance(cell.raw, Wire)
+                initial = (row.type, content(cell)) if cell is not None and fixed else None
+                yield Variable(self.names[block.base + offset], row.type.name, initial, full)
+
+    @cached_property
+    def cells(self) -> dict[str, Entry]:
+        """All parameters by their full names."""
+        return {cell.address: cell for cell in self.image.cells}
+
+    def initial(self, block: Instance) -> dict[str, tuple[IecType, Content]]:
+        """Initial values of an instance: required parameters, and those that differ from the default of their type."""
+        values = {}
+        for row in block.kind.inputs:
+            cell = self.cells.get(f"{block.name}.{row.name}")
+            if cell is None or isinstance(cell.raw, Wire):
+                continue
+            if is_kept(block.kind, row) or cell.raw != row.type.default:
+                values[row.name] = (row.type, content(cell))
+        return values
+
+
+def unused_name(wanted: str, used: set[str]) -> str:
+    """The wanted name or one with a number after it; it is then in use."""
+    name, number = wanted, 1
+    while name.upper() in used:
+        name, number = f"{wanted}_{number}", number + 1
+    used.add(name.upper())
+    return name
+
+
+def content(cell: Entry) -> Content:
+    """The text of a wire, or the content of a parameter that is not wired."""
+    return cell.raw.text if isinstance(cell.raw, Wire) else cell.raw
+
+
+def cycles_of(entry: Mapping[str, Any], plc: Mapping[str, Any]) -> int:
+    """The interval of a loop in cycles of the task; raises `UnwritableError` where it is no multiple."""
+    interval, task = entry.get("sample_time"), plc.get("sample_time")
+    if interval is None:
+        return 1
+    times = [Decimal(str(time)) for time in (interval, task or 0)]
+    if times[1] <= 0 or times[0] <= 0 or times[0] % times[1]:
+        name = entry.get("loop") or entry.get("block")
+        raise UnwritableError(f"{name}: {interval} s is no whole number of cycles of the task, {task} s")
+    return int(times[0] / times[1])
+
+
+# --- A NextoPID program as Structured Text: declarations with initial values, and the calls in order of execution -----
 
 DEEPEST = 100
 """Levels of parentheses that the reader takes."""
@@ -175,3 +566,123 @@ def _operand(unit: Unit, number: int) -> str:
     if kind.kind == "time":
         return f"(TIME_TO_REAL({name}) / 1000.0)"
     return f"{kind.name}_TO_REAL({name})" if kind.kind == "whole" else name
+
+
+# --- A NextoPID program as PLCopen XML (TC6, version 2.01), which CODESYS and its relatives import --------------------
+#
+# One POU, and the task that calls it: the declarations as ``initialValue/structValue/value[@member]``, the calls as
+# Structured Text, and in the documentation what no parameter holds. The dates that the format demands are fixed, so
+# that the same configuration gives the same bytes.
+
+NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
+XHTML = "http://www.w3.org/1999/xhtml"
+DATE = "2000-01-01T00:00:00"
+"""A date must stand there, and none means anything."""
+ELEMENTARY = frozenset(("BOOL", "REAL", "USINT", "UINT", "UDINT", "INT", "DINT", "TIME"))
+TOP = f"""<?xml version="1.0" encoding="utf-8"?>
+<project xmlns="{NAMESPACE}">
+  <fileHeader companyName="" productName="pidcfg" productVersion="1" creationDateTime="{DATE}" />
+  <contentHeader name="{{name}}" modificationDateTime="{DATE}">
+    <coordinateInfo>
+      <fbd>
+        <scaling x="1" y="1" />
+      </fbd>
+      <ld>
+        <scaling x="1" y="1" />
+      </ld>
+      <sfc>
+        <scaling x="1" y="1" />
+      </sfc>
+    </coordinateInfo>
+  </contentHeader>
+  <types>
+    <dataTypes />
+    <pous>
+      <pou name="{{name}}" pouType="program">
+        <interface>"""
+BOTTOM = """      </pou>
+    </pous>
+  </types>
+  <instances>
+"""
+WITHOUT_TASK = ("<configurations />",)
+WITH_TASK = """<configurations>
+  <configuration name="Device">
+    <resource name="Application">
+      <task name="{task}" interval="PT{seconds}S" priority="1">
+        <pouInstance name="{name}" typeName="{name}" />
+      </task>
+    </resource>
+  </configuration>
+</configurations>"""
+"""The names are those that CODESYS gives a new project."""
+END = """  </instances>
+</project>
+"""
+
+
+def write_plcopen(image: Program, checklist: tuple[str, ...] = ()) -> str:
+    """The program as an XML document."""
+    unit = Unit(image)
+    lines = TOP.replace("{name}", escape(unit.program)).split("\n")
+    variables = [line for variable in unit.variables() for line in _variable(variable)]
+    if variables:
+        lines += ["          <localVars>", *(f"            {line}" for line in variables), "          </localVars>"]
+    lines += ["        </interface>", "        <body>", "          <ST>"]
+    lines += [_xhtml("\n".join(("", *statements(unit), "")), "            ")]
+    lines += ["          </ST>", "        </body>", "        <documentation>"]
+    lines += [_xhtml("\n".join(("", *header(image, checklist), "")), "          "), "        </documentation>"]
+    return "\n".join(lines) + "\n" + BOTTOM + "".join(f"    {line}\n" for line in _task(unit)) + END
+
+
+def _task(unit: Unit) -> Sequence[str]:
+    """The cyclic task that calls the program; none where nobody says its interval."""
+    interval = unit.image.plc.get("sample_time")
+    if interval is None:
+        return WITHOUT_TASK
+    used = {name.upper() for name in (*unit.names.values(), *(block.name for block in unit.layout.instances))}
+    task = unused_name("PidTask", used | {unit.program.upper()})
+    seconds = decimal_text(Decimal(str(interval)))
+    return WITH_TASK.format(task=task, seconds=seconds, name=escape(unit.program)).split("\n")
+
+
+def _xhtml(text: str, indent: str) -> str:
+    return f'{indent}<xhtml xmlns="{XHTML}">{escape(text, quote=False)}</xhtml>'
+
+
+def _variable(variable: Variable) -> Iterator[str]:
+    """A declaration."""
+    kind = f"<{variable.type} />" if variable.type in ELEMENTARY else f'<derived name="{escape(variable.type)}" />'
+    yield f'<variable name="{escape(variable.name)}">'
+    yield from ("  <type>", f"    {kind}", "  </type>")
+    if variable.initial is not None:
+        yield "  <initialValue>"
+        if isinstance(variable.initial, tuple):
+            yield f"    {_simple(*variable.initial)}"
+        else:
+            yield from (f"    {line}" for line in _structure(variable.initial))
+        yield "  </initialValue>"
+    if variable.note:
+        yield from ("  <documentation>", _xhtml(variable.note, "    "), "  </documentation>")
+    yield "</variable>"
+
+
+def _structure(initial: Mapping[str, tuple[IecType, Content]]) -> Iterator[str]:
+    """Initial values by member; members of a structure inside it have a dot in their names."""
+    yield "<structValue>"
+    inside = ""
+    for name, value in initial.items():
+        first, _, rest = name.rpartition(".")
+        if inside and inside != first:
+            yield from ("    </structValue>", "  </value>")
+        if first and inside != first:
+            yield from (f'  <value member="{escape(first)}">', "    <structValue>")
+        inside, pad = first, "      " if first else "  "
+        yield from (f'{pad}<value member="{escape(rest)}">', f"{pad}  {_simple(*value)}", f"{pad}</value>")
+    if inside:
+        yield from ("    </structValue>", "  </value>")
+    yield "</structValue>"
+
+
+def _simple(kind: IecType, content: Content) -> str:
+    return f'<simpleValue value="{escape(literal(kind, content))}" />'

@@ -13,11 +13,19 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.maps.nextopid import LOOP_TYPES
-from pidcfg.frozen import frozen
-from pidcfg.refs import Decision
-from pidcfg.schemas.conditions import KINDS, TRUTHS, Typed
-from pidcfg.schemas.expressions import SIGNAL, Expression, ExpressionError, lengths_of, never_a_value
-from pidcfg.schemas.names import nearest
+from pidcfg.schemas.expressions import (
+    KINDS,
+    SIGNAL,
+    TRUTHS,
+    Expression,
+    ExpressionError,
+    Typed,
+    lengths_of,
+    never_a_value,
+)
+from pidcfg.text.frozen import frozen
+from pidcfg.text.references import Decision
+from pidcfg.text.signs import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

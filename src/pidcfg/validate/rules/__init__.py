@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import number_of
+from pidcfg.text.diagnostics import number_of
 from pidcfg.validate.rule import Rule
 
 if TYPE_CHECKING:

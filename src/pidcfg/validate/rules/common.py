@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 from pydantic import BaseModel
 
-from pidcfg.paths import value_at
-from pidcfg.refs import Decision
-from pidcfg.schemas.limits import Limits
+from pidcfg.schemas.base import SIDES, Limits, unit_text, units_of
 from pidcfg.schemas.numbers import MAX_DIGITS, decimal_text
-from pidcfg.schemas.units import SIDES, unit_text, units_of
-from pidcfg.validate.ideas.duplicates import in_words
+from pidcfg.text.paths import value_at
+from pidcfg.text.references import Decision
+from pidcfg.validate.ideas import in_words
 from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning
 
 if TYPE_CHECKING:
@@ -22,8 +21,8 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Encoding
     from pidcfg.encoders.regmap import Misfit, Rounded
-    from pidcfg.paths import Path
-    from pidcfg.validate.views import Context
+    from pidcfg.text.paths import Path
+    from pidcfg.validate.rule import Context
 
 D06 = Decision(
     6,

@@ -1,14 +1,316 @@
-"""The position equation of the CLICK, every result rounded to single precision as it arises (D110).
-
-CO(n) = Bias(n) + Kp [e(n) + Td/Ts (e(n) - e(n-1))], Bias(n) = Bias(n-1) + Kp Ts/Ti e(n). The factors carry the sign of
-the action, which changes no bit of a rounded product. D numbers: see `decisions`.
-"""
+"""What a CLICK loop knows and calculates: its records, the position equation, alarms, PID errors and pulses."""
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.click.state import FRESH, Config, State
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.terms import clamp, single
+import struct
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.codecs import Implied
+from pidcfg.encoders.image import default_name
+from pidcfg.encoders.maps.click import BLOCKS, ERRORS, SPACE, WORDS_BY_NAME, PidError
+from pidcfg.encoders.regmap import SINGLE
+from pidcfg.schemas.click import BITS, FLOATS, INTEGERS
+from pidcfg.sim.controllers.kernels import (
+    LoopConfig,
+    RequestState,
+    clamp,
+    latched,
+    read_registers,
+    register,
+    register_values,
+    single,
+)
+from pidcfg.sim.controllers.plc import TICKS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from decimal import Decimal
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Records of a CLICK loop: `Config` (decoded registers, fixed during a run) and `State` (what the controller writes).
+# Numbers are what the PLC's single-precision registers hold; the clock is in ticks of a microsecond. Everything is an
+# int or a float: the same fields become a NumPy record for numba.
+
+UNBOUNDED = 1e39
+"""A limit that no value reaches: beyond single precision."""
+NAN = float("nan")
+"""Content of a register whose calculation had no finite result."""
+
+# Bits of `State.status`: modes, the alarms Cn+31 to Cn+37, errors
+MANUAL, AUTO, TUNING = 1, 2, 4
+MODES = MANUAL | AUTO | TUNING
+LOW_LOW, LOW, HIGH, HIGH_HIGH = 8, 16, 32, 64
+PV_ALARMS = LOW_LOW | LOW | HIGH | HIGH_HIGH
+DEVIATION_HIGH, DEVIATION_HIGH_HIGH = 128, 256
+DEVIATION_ALARMS = DEVIATION_HIGH | DEVIATION_HIGH_HIGH
+RATE_OF_CHANGE = 512
+ALARMS = PV_ALARMS | DEVIATION_ALARMS | RATE_OF_CHANGE
+PID_ERROR = 1024
+TUNE_ERROR = 2048
+
+# What is pending besides the equation (`State.busy`)
+FIRST = 1
+"""First sample after the change from STOP to RUN: the PV has no past."""
+STOPPED = 2
+"""The PLC is in STOP mode."""
+FRESH = 4
+"""First calculation after Manual or Autotune: the error has no past."""
+REQUEST = 8
+"""`State.request` holds requested mode bits."""
+GOAL = 16
+"""`State.goal` has not been reached."""
+
+
+@dataclass(slots=True)
+class Config(LoopConfig):
+    """One loop's registers, decoded."""
+
+    sig_error: int = 5
+    sig_pwm: int = 6
+    # PV, set point and error
+    filtered: int = register("filter_enable", 0)
+    filter: float = 1.0
+    """Share of the raw PV that is passed each sample: DSn+08 / 100."""
+    sp_low_on: int = register("setpoint_lower_enable", 0)
+    sp_low: float = register("setpoint_lower", 0.0)
+    sp_high_on: int = register("setpoint_upper_enable", 0)
+    sp_high: float = register("setpoint_upper", 0.0)
+    squared: int = register("error_squared", 0)
+    deadband_on: int = 0
+    deadband: float = register("deadband", 0.0)
+    # equation
+    reverse: int = register("action", 0)
+    bumpless: int = 1
+    freeze: int = register("freeze_bias", 0)
+    limited: int = register("derivative_limit_enable", 0)
+    limit: float = register("derivative_gain_limit", 100.0)
+    out_low: float = register("output_lower", 0.0)
+    out_high: float = register("output_upper", 100.0)
+    # alarms; a disabled group has limits that no value reaches
+    low_low: float = register("pv_low_low", -UNBOUNDED, enabled="pv_alarm_enable")
+    low: float = register("pv_low", -UNBOUNDED, enabled="pv_alarm_enable")
+    high: float = register("pv_high", UNBOUNDED, enabled="pv_alarm_enable")
+    high_high: float = register("pv_high_high", UNBOUNDED, enabled="pv_alarm_enable")
+    deviation_high: float = register("deviation_high", UNBOUNDED, enabled="deviation_alarm_enable")
+    deviation_high_high: float = register("deviation_high_high", UNBOUNDED, enabled="deviation_alarm_enable")
+    rate_of_change: float = register("rate_of_change", UNBOUNDED, enabled="rate_alarm_enable")
+    hysteresis: float = register("hysteresis", 0.0)
+    # pulse width modulation
+    pwm: int = 0
+    """The output drives a discrete output."""
+    pwm_period: int = 10_000_000
+    """In ticks."""
+    # autotune
+    tune_closed: int = register("autotune_method", 0)
+    tune_pi: int = register("autotune_type", 0)
+    tune_hysteresis: float = register("autotune_hysteresis", 1.0)
+    tune_buffer: int = -1
+    """Offset in `aux` of `reaction_curve.POINTS` floats."""
+    pv_low: float = register("pv_lower", 0.0)
+    """PV lower and upper limit, the process's range for the whole range of the output."""
+    pv_high: float = register("pv_upper", 100.0)
+
+
+@dataclass(slots=True)
+class State(RequestState):
+    """One loop's registers and memory that the controller writes."""
+
+    # registers
+    sample_ms: int = register("sample_rate", 100)
+    sp: float = register("setpoint", 0.0)
+    raw: float = register("raw_pv", 0.0)
+    pv: float = register("pv", 0.0)
+    bias: float = register("bias", 0.0)
+    out: float = register("output", 0.0)
+    gain: float = register("proportional_gain", 1.0)
+    reset: float = register("reset_time", 1.0)
+    rate: float = register("derivative_gain", 0.0)
+    error: int = 0
+    """Row of the table of PID errors that is active, the lowest, from 1; 0: none."""
+    number: float = 0.0
+    """Its number, DSn+00."""
+    busy: int = FIRST
+    """What is pending, as bits; 0 in undisturbed operation."""
+    # factors calculated from them
+    lag: float = 1.0
+    """Of the derivative's filter, Ts / (Ts + Td / limit)."""
+    # past
+    e1: float = 0.0
+    """The error of the calculation before, without the deadband."""
+    y1: float = 0.0
+    """The filtered difference of errors."""
+    quiet_low: float = UNBOUNDED
+    """Between these no alarm can change, as long as the set point stays."""
+    quiet_high: float = -UNBOUNDED
+    quiet_sp: float = 0.0
+    # pulse width modulation
+    pulse_at: int = 0
+    """Start of the present period."""
+    pulse: float = -1.0
+    """On-time of the present period in ticks; below 0: none has begun."""
+    last_tick: int = 0
+    """Tick of the base step before."""
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# PID errors of a CLICK loop: which one DSn+00 shows, worked out from the registers whenever one is written (D117).
+
+
+def row_of(number: int) -> int:
+    """The row of an error, counted from 1: what `State.error` holds."""
+    return next(row for row, error in enumerate(ERRORS, start=1) if error.number == number)
+
+
+BIAS_NUMBER = 25.0
+BIAS_ERROR = row_of(int(BIAS_NUMBER))
+
+
+class Range(NamedTuple):
+    """What a register may hold, as it is stored."""
+
+    low: float
+    high: float
+
+
+def _end(error: PidError, end: Decimal | None, otherwise: float) -> float:
+    """A limit as the register holds it: whole digits, or a single-precision number."""
+    codec = WORDS_BY_NAME[error.register].codec
+    if end is None:
+        return otherwise
+    return float(end / codec.step) if isinstance(codec, Implied) else single(float(end))
+
+
+RANGES = {
+    error.register: Range(_end(error, error.low, float("-inf")), _end(error, error.high, float("inf")))
+    for error in ERRORS
+    if error.low is not None
+}
+"""The registers with limits."""
+
+
+def is_active(error: PidError, n: Mapping[str, float]) -> bool:
+    """Whether an error's condition holds; infinities are not numbers either, and limits count only when both are on."""
+    value = n[error.register]
+    if error.above is not None:
+        return bool(n["setpoint_lower_enable"] and n["setpoint_upper_enable"] and value > n[error.above])
+    if not isfinite(value):
+        return True
+    limits = RANGES.get(error.register)
+    return limits is not None and not limits.low <= value <= limits.high
+
+
+def lowest_error(n: Mapping[str, float]) -> int:
+    """The row of the lowest error that is active, from 1; 0: none."""
+    return next((row for row, error in enumerate(ERRORS, start=1) if is_active(error, n)), 0)
+
+
+def nearest_allowed(register: str, value: float) -> float:
+    """A register's value, or the nearest one without an error."""
+    limits = RANGES[register]
+    return min(max(value, limits.low), limits.high)
+
+
+# --- From the registers of a CLICK loop to the numbers that the controller calculates with, and back ------------------
+
+BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
+ROWS = [
+    (key, prefix, row) for key, (prefix, table) in BLOCKS.items() for row in table.words if row.access != "reserved"
+]
+"""Every register that is not reserved: its block, its bank and its row."""
+MILLISECOND = TICKS // 1000
+
+
+def float_of(raw: int) -> float:
+    """The number that single-precision bits are, exactly."""
+    value: float = struct.unpack(">f", raw.to_bytes(4, "big"))[0]
+    return value
+
+
+def bits_of(value: float) -> int:
+    """The bits of a single-precision number."""
+    return int.from_bytes(struct.pack(">f", value), "big")
+
+
+@dataclass(slots=True)
+class Loop:
+    """A loop's registers by name, and what no register holds."""
+
+    name: str
+    goal: str
+    has_setpoint: bool
+    """Whether the configuration gives a set point; it may leave that to the operator."""
+    pwm: bool
+    starts: Mapping[str, int]
+    """The number of each block's first register."""
+    words: dict[str, int]
+
+    def numbers(self) -> dict[str, float]:
+        """What every register holds."""
+        return {row.name: number_of(prefix, self.words[row.name]) for _, prefix, row in ROWS}
+
+    def absorb(self, s: State) -> None:
+        """Put what the controller has written into the registers."""
+        for name, value in register_values(s).items():
+            self.words[name] = value & 0xFFFF if isinstance(value, int) else bits_of(value)
+
+
+def number_of(prefix: str, raw: int) -> float:
+    """What a register of a bank holds."""
+    kind = SPACE.kind(SPACE.number(prefix, 1))
+    return float_of(raw) if kind is SINGLE else kind.show(raw)
+
+
+def loop_of(words: Mapping[int, int], index: int, entry: Mapping[str, Any]) -> Loop:
+    """A loop from the PLC's memory and its entry in the image's settings; a register that was never written is 0."""
+    starts = {key: BANKS[key].parse(entry[key]) for key in BLOCKS}
+    contents = {row.name: words.get(SPACE.number(prefix, starts[key] + row.offset), 0) for key, prefix, row in ROWS}
+    output = entry.get("output") or {}
+    name = str(entry.get("loop", default_name(index)))
+    return Loop(
+        name,
+        entry.get("mode", "manual"),
+        entry.get("setpoint") is not False,
+        output.get("pwm") is not None,
+        starts,
+        contents,
+    )
+
+
+def configure(c: Config, n: Mapping[str, float]) -> None:
+    """Everything in a loop's `Config` that follows from its registers."""
+    read_registers(c, n)
+    c.filter = single(nearest_allowed("filter", n["filter"]) / 100.0)
+    c.deadband_on = int(n["deadband_enable"] and c.deadband > 0.0)
+    c.bumpless = 2 if n["bumpless_mode"] else 1
+    c.pwm_period = int(nearest_allowed("pwm_period", n["pwm_period"])) * TICKS
+
+
+def alarms_off(n: Mapping[str, float]) -> int:
+    """The alarms of the groups that are off; they go off with the bit (D655)."""
+    pv = 0 if n["pv_alarm_enable"] else PV_ALARMS
+    deviation = 0 if n["deviation_alarm_enable"] else DEVIATION_ALARMS
+    return pv | deviation | (0 if n["rate_alarm_enable"] else RATE_OF_CHANGE)
+
+
+def write_state(s: State, n: Mapping[str, float]) -> None:
+    """The registers that the controller writes too, as they stand in memory; the sample rate within its limits."""
+    read_registers(s, n)
+    s.period = sample_ticks(n["sample_rate"])
+    s.status &= ~alarms_off(n)
+    s.quiet_low, s.quiet_high = UNBOUNDED, -UNBOUNDED
+
+
+def sample_ticks(milliseconds: float) -> int:
+    """The time between two samples, within the register's range even with a PID error (D118)."""
+    return int(nearest_allowed("sample_rate", milliseconds)) * MILLISECOND
+
+
+# --- The position equation of the CLICK, every result rounded to single precision as it arises (D110) -----------------
+#
+# CO(n) = Bias(n) + Kp [e(n) + Td/Ts (e(n) - e(n-1))], Bias(n) = Bias(n-1) + Kp Ts/Ti e(n). The factors carry the sign
+# of the action, which changes no bit of a rounded product. D numbers: see `decisions`.
 
 
 def coefficients(c: Config, s: State) -> None:
@@ -59,3 +361,79 @@ def calculate(c: Config, s: State) -> float:
     if s.kd != 0.0:
         e = single(e + single(s.kd * change))
     return single(s.bias + single(s.kp * e))
+
+
+# --- Alarms of a CLICK loop: four of the PV, two of its deviation, one of its rate of change (D122) -------------------
+#
+# An alarm comes on as soon as the PV is beyond its limit and goes off when the PV is back through it by the
+# hysteresis; the rate of change has none. Groups that are off have limits that nothing reaches. While no alarm is on,
+# `alarms` leaves behind the band of PVs in which none can come on, so that the step looks at two numbers instead of
+# six limits.
+
+
+def absolute(c: Config, status: int, pv: float) -> int:
+    """The four alarms of the PV itself."""
+    status = latched(status, LOW_LOW, single(c.low_low - pv), c.hysteresis)
+    status = latched(status, LOW, single(c.low - pv), c.hysteresis)
+    status = latched(status, HIGH, single(pv - c.high), c.hysteresis)
+    return latched(status, HIGH_HIGH, single(pv - c.high_high), c.hysteresis)
+
+
+def deviation(c: Config, status: int, away: float) -> int:
+    """The two alarms of the distance from the set point."""
+    status = latched(status, DEVIATION_HIGH, single(away - c.deviation_high), c.hysteresis)
+    return latched(status, DEVIATION_HIGH_HIGH, single(away - c.deviation_high_high), c.hysteresis)
+
+
+def alarms(c: Config, s: State, old: float) -> None:
+    """Renew all alarms, and the band in which nothing will change; ``old`` is the PV of the sample before."""
+    status = absolute(c, s.status, s.pv)
+    status = deviation(c, status, abs(single(s.sp - s.pv)))
+    if abs(single(s.pv - old)) > c.rate_of_change:
+        status |= RATE_OF_CHANGE
+    else:
+        status &= ~RATE_OF_CHANGE
+    s.status = status
+    s.quiet_sp = s.sp
+    s.quiet_low = UNBOUNDED
+    s.quiet_high = -UNBOUNDED
+    if status & ALARMS == 0:
+        band = lower(c.deviation_high, lower(c.deviation_high_high, UNBOUNDED))
+        s.quiet_low = -lower(-c.low, lower(-c.low_low, band - s.sp))
+        s.quiet_high = lower(c.high, lower(c.high_high, s.sp + band))
+
+
+def lower(x: float, y: float) -> float:
+    """The lower one, and the second where the first is no number, on which ``min`` differs once it is compiled."""
+    if x < y:
+        return x
+    return y
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Pulse width modulation: the share of each period for which a discrete output is on is the control output (D121).
+
+ON, OFF = 1.0, 0.0
+
+
+def pulse(c: Config, s: State, tick: int) -> float:
+    """The discrete output of the base step that begins at ``tick``: as it is in the middle of the step.
+
+    The first step's length is not known yet; its beginning counts. The on-time is taken where a period begins.
+    """
+    middle = tick + (tick - s.last_tick) // 2
+    s.last_tick = tick
+    if s.busy & STOPPED:
+        return OFF
+    if s.pulse < 0.0 or middle - s.pulse_at >= c.pwm_period:
+        if s.pulse < 0.0 or middle - s.pulse_at >= 2 * c.pwm_period:
+            s.pulse_at = tick
+        else:
+            s.pulse_at += c.pwm_period
+        share = s.out / 100.0
+        if not share > 0.0:
+            share = 0.0
+        elif share > 1.0:
+            share = 1.0
+        s.pulse = share * c.pwm_period
+    return ON if middle - s.pulse_at < s.pulse else OFF

@@ -12,29 +12,36 @@ from math import isfinite, sqrt
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.click import ERRORS, TUNED
-from pidcfg.sim.controllers.click import modes as click_modes
-from pidcfg.sim.controllers.click import state as bits
-from pidcfg.sim.controllers.click.equation import coefficients
-from pidcfg.sim.controllers.click.errors import lowest_error
-from pidcfg.sim.controllers.click.report import (
+from pidcfg.sim.controllers.autotune import DONE, POINTS, TUNE_STATUS
+from pidcfg.sim.controllers.click import equation as bits
+from pidcfg.sim.controllers.click import operate as click_modes
+from pidcfg.sim.controllers.click.equation import (
+    Config,
+    Loop,
+    State,
+    coefficients,
+    configure,
+    float_of,
+    loop_of,
+    lowest_error,
+    sample_ticks,
+    write_state,
+)
+from pidcfg.sim.controllers.click.operate import (
     ABOUT_MODE,
     ALARM_BITS,
     ALARM_LIMITS,
     FLAG_BITS,
-    MODES,
+    KEYS,
+    MODE_BITS,
     OUTER_ALARMS,
     REASONS,
     SIGNALS,
+    check_setting,
+    settings_of,
 )
-from pidcfg.sim.controllers.click.setting import KEYS, check_setting, settings_of
-from pidcfg.sim.controllers.click.state import Config, State
-from pidcfg.sim.controllers.click.words import Loop, configure, float_of, loop_of, sample_ticks, write_state
-from pidcfg.sim.notices import tell_request
-from pidcfg.sim.plc import SWITCH_AND_TUNE, TICKS, Plc, ScanOptions
-from pidcfg.sim.reaction_curve import POINTS
-from pidcfg.sim.records import NEVER
-from pidcfg.sim.terms import finite
-from pidcfg.sim.tuning_rules import DONE, TUNE_STATUS
+from pidcfg.sim.controllers.kernels import NEVER, finite, tell_request
+from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, Plc, ScanOptions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -57,7 +64,7 @@ class Click(Plc):
     out_name = "CO"
     output_unit = "%"
     pulses = ("PWM",)
-    modes: Mapping[str, int] = MODES
+    modes: Mapping[str, int] = MODE_BITS
     options = tuple(f.name for f in fields(ScanOptions))
     commands = SWITCH_AND_TUNE
     tuned_names = ("proportional_gain", "reset_time", "derivative_gain", "sample_rate")
@@ -106,7 +113,7 @@ class Click(Plc):
             self.signals[c.sig_pwm] = ""
         self._apply(i)
         c.period = s.period
-        s.goal = 0 if loop.goal == "manual" else MODES[loop.goal]
+        s.goal = 0 if loop.goal == "manual" else MODE_BITS[loop.goal]
         s.goal_sp, s.goal_writes = s.sp, int(loop.has_setpoint)
         s.busy |= bits.GOAL if s.goal else 0
         self._show(i, self.sig)
@@ -205,7 +212,7 @@ class Click(Plc):
 
     def request(self, loop: int, mode: str) -> None:
         """A mode request goes on; it is looked at with the next sample and is off again."""
-        s, bit = self.st[loop], MODES[mode]
+        s, bit = self.st[loop], MODE_BITS[mode]
         s.requested = bit
         if s.busy & bits.STOPPED:
             tell_request(s, click_modes.REFUSED_STOP)

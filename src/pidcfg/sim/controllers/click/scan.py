@@ -1,29 +1,50 @@
-"""The virtual CLICK: what one pass of the main program does for its PID loops.
-
-Design. `scan` is called at every base step, calculates the loops that are due, and renews the discrete outputs of those
-with pulse width modulation. `sample` is one calculation of one loop: PV and filter, mode requests, set-point limits,
-alarms, autotune, equation, output limits. Every result of the calculation is rounded to single precision (D110).
-Nothing here knows files, names or units: see `plc.load` for how registers become `Config` and `State`.
-
-Signals of a loop (slots in `Config`): ``sig_in`` is read, in the PV's unit; ``sig_pv``, ``sig_sp``, ``sig_out``,
-``sig_bias`` and ``sig_error`` are written as the registers say, and ``sig_pwm`` is 1 while the pulse is on.
-"""
+"""The virtual CLICK: what one pass of the main program does, and its registers as others see them."""
 
 from __future__ import annotations
 
 from math import isnan
+from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.click.alarms import alarms
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.maps.click import BLOCKS, SPACE
 from pidcfg.sim.controllers.click.autotune import tune
-from pidcfg.sim.controllers.click.equation import calculate
-from pidcfg.sim.controllers.click.errors import BIAS_ERROR, BIAS_NUMBER
-from pidcfg.sim.controllers.click.modes import OVERRIDE_ERROR, modes, to_manual
+from pidcfg.sim.controllers.click.equation import (
+    AUTO,
+    BIAS_ERROR,
+    BIAS_NUMBER,
+    FIRST,
+    GOAL,
+    NAN,
+    PID_ERROR,
+    REQUEST,
+    TUNING,
+    Config,
+    State,
+    alarms,
+    calculate,
+    pulse,
+)
+from pidcfg.sim.controllers.click.operate import ALARM_BITS, FIXED, OVERRIDE_ERROR, modes, to_manual
 from pidcfg.sim.controllers.click.plc import Click, load
-from pidcfg.sim.controllers.click.pwm import pulse
-from pidcfg.sim.controllers.click.state import AUTO, FIRST, GOAL, NAN, PID_ERROR, REQUEST, TUNING, Config, State
+from pidcfg.sim.controllers.kernels import clamp, finite, single
+from pidcfg.sim.controllers.plc import ScanOptions as Options
+from pidcfg.sim.controllers.settings import NO_REGISTER, NO_VALUE, NOT_NOW, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
-from pidcfg.sim.plc import ScanOptions as Options
-from pidcfg.sim.terms import clamp, finite, single
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence, Sequence
+
+    from pidcfg.encoders.regmap import Word
+
+# --- The virtual CLICK: what one pass of the main program does for its PID loops --------------------------------------
+#
+# Design. `scan` is called at every base step, calculates the loops that are due, and renews the discrete outputs of
+# those with pulse width modulation. `sample` is one calculation of one loop: PV and filter, mode requests, set-point
+# limits, alarms, autotune, equation, output limits. Every result of the calculation is rounded to single precision
+# (D110). Nothing here knows files, names or units: see `plc.load` for how registers become `Config` and `State`.
+#
+# Signals of a loop (slots in `Config`): ``sig_in`` is read, in the PV's unit; ``sig_pv``, ``sig_sp``, ``sig_out``,
+# ``sig_bias`` and ``sig_error`` are written as the registers say, and ``sig_pwm`` is 1 while the pulse is on.
 
 __all__ = ["COST", "INLINED", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
@@ -96,3 +117,59 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 INLINED = (scan, sample, calculate)
 """The hot path of compiled code."""
 COST = COSTS["click"]
+
+# --- The C, DS and DF registers of a virtual CLICK --------------------------------------------------------------------
+
+REQUESTS = {"manual_request": "manual", "auto_request": "auto", "autotune_request": "autotune"}
+ALARMS = {f"alarm_{name.removeprefix('pv_')}": bit for name, bit in ALARM_BITS.items()}
+
+
+class ClickRegisters(Registers):
+    """The blocks of all loops; requests are read as 0, since the PLC takes them at once."""
+
+    def __init__(self, plc: Click) -> None:
+        self.plc = plc
+        self._at: dict[int, tuple[int, Word]] = {}
+        for i in range(len(plc.loops)):
+            starts = plc.memory(i).starts
+            for key, (prefix, table) in BLOCKS.items():
+                start = SPACE.number(prefix, starts[key])
+                self._at |= {start + row.offset: (i, row) for row in table.words}
+
+    def places(self) -> Mapping[int, int]:
+        """The three blocks of each loop."""
+        return {number: loop for number, (loop, _) in self._at.items()}
+
+    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
+        """As the registers are after the last scan."""
+        words, status = self.plc.memory(loop).words, self.plc.st[loop].status
+        alarms = {name: int(bool(status & bit)) for name, bit in ALARMS.items()}
+        idle = dict.fromkeys(REQUESTS, 0)
+        held = {**words, **alarms, **idle}
+        return {number: held.get(row.name, 0) for number, (i, row) in self._at.items() if i == loop}
+
+    def write(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:
+        """A setting, the output in Manual, or a request."""
+        loop, row = self._at[number]
+        name = SPACE.name(number)
+        if row.name in REQUESTS:
+            return self._request(loop, row.name, raw)
+        if row.path is None or row.path in FIXED:
+            raise RegisterError(NO_REGISTER, f"{name} ({row.title}) is written by the PLC alone")
+        try:
+            row.codec.decode(raw)  # type: ignore[call-arg]  # no register of a CLICK has a scale
+        except DecodeError as error:
+            raise RegisterError(NO_VALUE, f"{name}: {error}") from None
+        if late := self.plc.write(loop, [(row, raw)], sig):
+            raise RegisterError(NOT_NOW, f"{name} {late}")
+        return Done(f"set {row.path} to {SPACE.shown(number, raw)}")
+
+    def _request(self, loop: int, name: str, raw: int) -> Done:
+        """A request goes on; one for an autotune may go off again."""
+        mode = REQUESTS[name]
+        if raw:
+            self.plc.request(loop, mode)
+            return Done(f"request mode {mode}", mode)
+        if name == "autotune_request":
+            self.plc.autotune(loop, "cancel")
+        return Done(f"request of mode {mode} off")

@@ -1,15 +1,392 @@
-"""The PID equation of the DL06 in both forms, line by line as the manual prints it.
-
-The engine works in fractions of the data range: the error is a fraction of the PV's span, the factors turn it into
-output counts and carry the sign of the action (D30, D32). D numbers: see `decisions`.
-"""
+"""What a DL06 loop knows and calculates: its records, the equation in both forms, and the process alarms."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, MutableSequence, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from math import sqrt
+from typing import Any, NamedTuple
 
-from pidcfg.sim.controllers.dl06.state import FRESH, Config, State
-from pidcfg.sim.plc import TICKS
+from pidcfg.encoders.codecs import DecodeError, Scale
+from pidcfg.encoders.dl06.image import alarm_order_broken, check_ramp_soak
+from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_SIZE, RESET
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
+from pidcfg.schemas.base import Quantity
+from pidcfg.sim.controllers.kernels import LoopConfig, RequestState, clamp, latched, nearest, read_registers, register
+from pidcfg.sim.controllers.plc import TICKS
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a DL06 loop knows: `Config` (decoded words, fixed during a run) and `State` (what the controller writes).
+# Words are held as floats with whole values, in counts of their data format; times are in seconds, the clock in ticks
+# of a microsecond. Gains are kept in output counts per fraction of PV span with the sign of the action, so that the
+# step itself reads like the manual's equation. Everything is an int or a float: the same fields become a NumPy record
+# for numba.
+
+UNBOUNDED = 1e18
+"""A limit that nothing reaches."""
+
+# Bits of the status word +06
+MANUAL, AUTO, CASCADE = 1, 2, 4
+MODES = MANUAL | AUTO | CASCADE
+LOW_LOW, LOW, HIGH, HIGH_HIGH = 8, 16, 32, 64
+PV_ALARMS = LOW_LOW | LOW | HIGH | HIGH_HIGH
+YELLOW, RED = 128, 256
+DEVIATION_ALARMS = YELLOW | RED
+RATE_OF_CHANGE = 512
+ALARMS = PV_ALARMS | DEVIATION_ALARMS | RATE_OF_CHANGE
+ALARM_ERROR = 1024
+OVERFLOW = 2048
+TUNING = 4096
+TUNE_ERROR = 8192
+
+# Bits of the ramp/soak word +33
+RS_START, RS_HOLD, RS_RESUME, RS_JOG = 1, 2, 4, 8
+RS_COMPLETE, RS_DEVIATION, RS_HELD = 16, 32, 64
+RS_STEP = 256
+"""The step number stands in the high byte."""
+
+# What a loop has to attend to besides its equation (`State.busy`)
+FIRST = 1
+"""First sample after the program-to-run transition: the PV has no past."""
+STOPPED = 2
+"""The CPU is in Program mode and the loop with it: no calculation, and the output module is off."""
+PV_STALE = 4
+"""The CPU is in Program mode and nothing writes the PV word of this independent loop."""
+OUTPUT_CUT = 8
+"""The CPU is in Program mode and nothing carries the output word to the module."""
+PROGRAM = 16
+"""The CPU is in Program mode; this loop runs on by itself."""
+FRESH = 32
+"""First calculation after Manual: the error has no past."""
+REQUEST = 64
+"""`State.request` holds requested mode bits."""
+GOAL = 128
+"""`State.goal` has not been reached."""
+RESTORE = 256
+"""Back to `State.prior` without asking."""
+SOAK = 512
+"""A ramp/soak command waits or a profile runs."""
+TUNE = 1024
+"""Auto-tune is wanted or runs."""
+RELAY = 2048
+"""Auto-tune has taken the output over."""
+TRIP = 4096
+"""To Manual now: an alarm programming error has been written."""
+
+
+@dataclass(slots=True)
+class Config(LoopConfig):
+    """One loop's words, decoded."""
+
+    sig_step: int = 5
+    """The step of the ramp/soak profile, 1 to 16; 0: none is active."""
+    period: int = 50_000
+    slow: int = 0
+    """Sample rate above 2 s and scans have a length: at most one such loop a scan."""
+    independent: int = register("independent_of_cpu_mode", 0)
+    sees_pv: int = 0
+    """+36 fetches the PV from a module, without the ladder program."""
+    drives: int = 0
+    """+37 carries the output to a module, without the ladder program."""
+    # ends of the ranges in engineering units
+    pv_low: float = 0.0
+    pv_width: float = 4095.0
+    pv_min: float = 0.0
+    pv_max: float = 4095.0
+    pv_span: float = 4095.0
+    out_low: float = 0.0
+    out_width: float = 4095.0
+    out_min: float = 0.0
+    out_max: float = 4095.0
+    out_span: float = 4095.0
+    # PV, set point and error
+    filter: float = 1.0
+    """Filter constant k; 1 is none."""
+    root: int = register("pv.square_root", 0)
+    span: float = 4095.0
+    """What an error is divided by: the PV's span, or its root."""
+    curved: int = 0
+    """Any of root, squared, deadband: the error is not simply SP - PV."""
+    squared: int = register("error.curve", 0, equals="squared")
+    deadband: float = 0.0
+    """As a fraction of the span."""
+    sp_min: float = register("setpoint.limits.0", -UNBOUNDED, enabled="setpoint.limits_enabled")
+    sp_max: float = register("setpoint.limits.1", UNBOUNDED, enabled="setpoint.limits_enabled")
+    major: int = -1
+    """Index of the loop whose output is the remote set point; -1: the pointer names no output of this table."""
+    # equation
+    special: int = 0
+    """Not simply the position form of a linear error: `equation.calculate` is needed."""
+    velocity: int = register("algorithm", 0, equals="velocity")
+    reverse: int = register("action", 0, equals="reverse")
+    bumpless: int = 1
+    freeze: int = register("bias_freeze", 0)
+    on_pv: int = 0
+    """The derivative acts on the PV."""
+    limited: int = register("derivative_gain_limit_enabled", 0)
+    limit: float = register("derivative_gain_limit", 0.0)
+    step_bias: int = 0
+    m_low: float = 0.0
+    """Output limits, within the data range."""
+    m_high: float = 4095.0
+    interlock: int = 1
+    """A PV alarm refuses a request for Auto."""
+    # alarms; a group that is off has thresholds that nothing reaches
+    low_low: float = register("alarms.pv.low_low", -UNBOUNDED, enabled="alarms.pv.enabled")
+    low: float = register("alarms.pv.low", -UNBOUNDED, enabled="alarms.pv.enabled")
+    high: float = register("alarms.pv.high", UNBOUNDED, enabled="alarms.pv.enabled")
+    high_high: float = register("alarms.pv.high_high", UNBOUNDED, enabled="alarms.pv.enabled")
+    yellow: float = register("alarms.deviation.yellow", UNBOUNDED, enabled="alarms.deviation.enabled")
+    red: float = register("alarms.deviation.red", UNBOUNDED, enabled="alarms.deviation.enabled")
+    rate_of_change: float = register("alarms.rate_of_change", UNBOUNDED, enabled="alarms.rate_of_change_enabled")
+    hysteresis: float = register("alarms.hysteresis", 0.0)
+    # ramp/soak
+    rs_enabled: int = register("ramp_soak.enabled", 0)
+    rs_table: int = -1
+    """Offset of the table in `aux`: target, slope/s, soak seconds, deviation for each of 8 pairs; -1: none."""
+    rs_fault: int = 0
+    """Bits of +35 that a start reports."""
+    # auto-tune
+    tune_open: int = register("autotune.method", 0, equals="open")
+    tune_pi: int = register("autotune.type", 0, equals="PI")
+    tune_buffer: int = -1
+    """Offset in `aux` of `tune_open.POINTS` floats."""
+    reset_unit: float = 1.0
+    """Seconds of one unit of the reset word: 1 or 60."""
+    reset_step: float = 0.1
+    """Last digit of the reset word in its unit."""
+    least_period: int = 50_000
+    """Shortest sample rate for this number of loops."""
+
+
+@dataclass(slots=True)
+class State(RequestState):
+    """One loop's words and memory that the controller writes."""
+
+    period: int = 50_000
+    busy: int = FIRST
+    """What has to be attended to, as a set of bits; 0 in quiet operation."""
+    turn: int = -1
+    """In loop 1: the slow loop that was served last."""
+    # words +02 to +05, in counts
+    bias: float = 0.0
+    """With its fraction, which the word does not show."""
+    # gains: the words, and the factors calculated from them
+    gain: float = 0.0
+    """Kc."""
+    lag: float = 1.0
+    """Ts / (Ts + Td / limit)."""
+    # past
+    m: float = 0.0
+    """Output before rounding, the velocity form's position."""
+    e1: float = 0.0
+    x1: float = 0.0
+    """What the derivative acts on, at n-1 and n-2."""
+    x2: float = 0.0
+    last_sp: float = 0.0
+    """Set point of the calculation before, for the step bias."""
+    quiet_low: float = UNBOUNDED
+    """Between these no alarm can change, as long as the set point stays."""
+    quiet_high: float = -UNBOUNDED
+    quiet_sp: float = 0.0
+    # modes
+    prior: int = MANUAL
+    """Mode when the CPU left Run."""
+    # ramp/soak
+    rs_command: int = 0
+    rs_step: int = 0
+    rs_left: float = 0.0
+    """Ticks of the soak that are left."""
+    rs_sp: float = 0.0
+    """Set point with its fraction."""
+    rs_error: int = 0
+    """The word +35."""
+    rs_errors: int = 0
+    """Every bit of it that was on at some time."""
+
+
+# --- From the words of a loop table to the numbers that the controller calculates with --------------------------------
+#
+# Every word and bit is decoded by its row of the register map, in counts. A word that is no value of its format (a
+# BCD digit above 9, say) counts as 0, which switches its function off, and is reported (D50).
+
+Values = Mapping[str, Any]
+"""Decoded values by path; quantities in counts."""
+
+SLOW = 2 * TICKS
+"""Sample rates above this are calculated at most one a scan."""
+
+
+class NoWord(NamedTuple):
+    """A word that is no value of its format, in words, and whether it is a setting, not what the PLC writes."""
+
+    text: str
+    setting: bool
+
+
+OF_SCALES = ("pv.format", "output.format", "pv.square_root")
+"""The choices that decide how counts are written."""
+KEPT_TABLES = 64
+"""Ramp/soak tables that are kept decoded: a loop is decoded anew whenever one of its words is written."""
+
+
+def raw_scales(bits: Values) -> dict[str, Scale]:
+    """The scales of a loop's words, in counts."""
+    pv = FORMATS[bits["pv.format"]]
+    output = FORMATS[bits["output.format"] or bits["pv.format"]]
+    return {"pv": Scale(pv), "sp": Scale(pv, root=bits["pv.square_root"]), "output": Scale(output)}
+
+
+def decode_block(
+    table: RegisterMap, words: Sequence[int], scales: Mapping[str, Scale], start: int = 0
+) -> tuple[Values, list[NoWord]]:
+    """Every value of a block by path, and its words that have no value; ``start`` is where the block begins."""
+    values: dict[str, Any] = {}
+    problems: list[NoWord] = []
+    rows: tuple[Word | Bits, ...] = (*table.bits, *table.words)
+    for row in rows:
+        if row.path is None:
+            continue
+        if isinstance(row, Word) and not scales:
+            scales = raw_scales(values)
+        try:
+            values[row.path] = decode_row(row, words[row.offset], scales)
+        except DecodeError as error:
+            setting = isinstance(row, Bits) or row.access != "status"
+            problems.append(NoWord(f"+{start + row.offset:02o} {row.title}: {error}; taken as 0", setting))
+            values[row.path] = decode_row(row, 0, scales)
+    return values, problems
+
+
+def decode_row(row: Word | Bits, word: int, scales: Mapping[str, Scale]) -> Any:
+    """One register's or choice's value."""
+    return row.decode(word) if isinstance(row, Bits) else decode_one(row.codec, word, scales)
+
+
+def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:
+    """The 32 words of a loop, and which of them have no value."""
+    return decode_block(LOOP_TABLES[reset_decimals], words, {})
+
+
+def counts(value: Any) -> float:
+    """A decoded quantity as a float."""
+    return float(value.value)
+
+
+def configure(c: Config, v: Values, reset_decimals: int, loops: int) -> None:
+    """Everything in a loop's `Config` that follows from its words; ``loops`` decides the least sample rate (D51)."""
+    read_registers(c, {path: value.value if isinstance(value, Quantity) else value for path, value in v.items()})
+    _scales(c, v)
+    c.bumpless = 1 if v["bumpless"] == "I" else 2
+    c.m_low = clamp(counts(v["output.limits.0"]), c.out_min, c.out_max)
+    c.m_high = clamp(counts(v["output.limits.1"]), c.out_min, c.out_max)
+    c.span = sqrt(c.pv_span) if c.root else c.pv_span
+    c.deadband = counts(v["error.deadband"]) / c.span if v["error.deadband_enabled"] else 0.0
+    c.curved = int(c.root or c.squared or c.deadband > 0.0)
+    c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)
+    c.sees_pv = int(isinstance(v["pv.transfer"], tuple))
+    c.drives = int(isinstance(v["output.transfer"], tuple))
+    c.rs_fault = check_ramp_soak(v["ramp_soak.table"])
+    c.reset_unit = 60.0 if v["tuning.reset_unit"] == "minutes" else 1.0
+    c.reset_step = float(RESET[reset_decimals].step)
+    c.least_period = ticks(CPU.fast_rate if loops <= CPU.fast_loops else CPU.slow_rate)
+    c.period = max(ticks(v["sample_rate"]), c.least_period)
+    c.halt = int(v["sample_rate"] == 0)
+
+
+def ticks(seconds: Any) -> int:
+    """Seconds as ticks."""
+    return round(float(seconds) * TICKS)
+
+
+def _scales(c: Config, v: Values) -> None:
+    pv, output = raw_scales(v)["pv"].format, raw_scales(v)["output"].format
+    c.pv_min, c.pv_max, c.pv_span = float(pv.minimum), float(pv.maximum), float(pv.span)
+    c.out_min, c.out_max, c.out_span = float(output.minimum), float(output.maximum), float(output.span)
+    k = float(v["pv.filter"])
+    c.filter = k if v["pv.filter_enabled"] and 0.0 < k <= 1.0 else 1.0
+
+
+PV_LIMITS = ("low_low", "low", "high", "high_high")
+DEVIATION_LIMITS = ("yellow", "red")
+
+
+def alarm_error(v: Values) -> bool:
+    """Whether limits of an enabled group are out of order: bit 10 of +06, which forces Manual (D47)."""
+    pv = [int(v[f"alarms.pv.{name}"].value) for name in PV_LIMITS] if v["alarms.pv.enabled"] else None
+    deviation = [int(v[f"alarms.deviation.{n}"].value) for n in DEVIATION_LIMITS]
+    return alarm_order_broken(pv, deviation if v["alarms.deviation.enabled"] else None)
+
+
+def tuning(c: Config, s: State, v: Values, reset_decimals: int) -> None:
+    """The gain words and the sample rate; a reset of all zeros or all nines is off."""
+    codec = RESET[reset_decimals]
+    reset = v["tuning.reset"]
+    s.gain = float(v["tuning.gain"])
+    s.reset = 0.0 if reset / codec.step in codec.off else float(reset) * c.reset_unit
+    s.rate = float(v["tuning.rate"])
+    s.period = c.period
+
+
+def decode_profile(words: Sequence[int], v: Values) -> Sequence[tuple[Values, list[NoWord]]]:
+    """The pairs of a ramp/soak table, each with its words that have no value."""
+    return _pairs(tuple(words), *(v[path] for path in OF_SCALES))
+
+
+@lru_cache(maxsize=KEPT_TABLES)
+def _pairs(words: Sequence[int], *formats: Any) -> Sequence[tuple[Values, list[NoWord]]]:
+    scales = raw_scales(dict(zip(OF_SCALES, formats, strict=True)))
+    size = RAMP_SOAK_PAIR.size
+    starts = range(0, RAMP_SOAK_SIZE, size)
+    return [decode_block(RAMP_SOAK_PAIR, words[at : at + size], scales, at) for at in starts]
+
+
+def profile(words: Sequence[int], v: Values) -> list[float]:
+    """A ramp/soak table as the kernels want it: target, slope a second, seconds to soak, deviation for each pair."""
+    table: list[float] = []
+    for pair, _ in decode_profile(words, v):
+        table += [counts(pair["ramp_to"]), counts(pair["slope"]), float(pair["soak"] * 60), counts(pair["deviation"])]
+    return table
+
+
+def major_of(pointer: int, start: int, loops: int, minor: int) -> int:
+    """The loop of the table at ``start`` whose output word the remote set point pointer names; -1: none."""
+    index, offset = divmod(pointer - start, LOOP_TABLE.size)
+    named = offset == LOOP_TABLE.offset("output") and 0 <= index < loops and index != minor
+    return index if named else -1
+
+
+def write_state(s: State, v: Values, path: str) -> None:
+    """Words that the controller also writes: a value from outside replaces theirs."""
+    if path == "setpoint.value":
+        s.sp = s.goal_sp = counts(v[path])
+        s.goal_writes = 1
+    elif path == "state.pv":
+        s.pv = counts(v[path])
+    elif path == "state.bias":
+        s.bias = counts(v[path])
+    elif path == "state.output":
+        s.out = s.m = counts(v[path])
+
+
+def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """The signals of a loop as its words say; a remote set point stays the one that was calculated with last (D67)."""
+    out = 0.0 if s.busy & (STOPPED | OUTPUT_CUT) else s.out
+    if s.status & CASCADE == 0 or c.major < 0:
+        sp = clamp(s.sp, c.sp_min, c.sp_max)
+        centre = sp * abs(sp) if c.root else sp
+        sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
+    sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
+    sig[c.sig_out] = c.out_low + (out - c.out_min) * c.out_width / c.out_span
+    sig[c.sig_step] = float(s.rs_step)
+    sig[c.sig_bias] = c.out_low + (nearest(s.bias) - c.out_min) * c.out_width / c.out_span
+
+
+# --- The PID equation of the DL06 in both forms, line by line as the manual prints it ---------------------------------
+#
+# The engine works in fractions of the data range: the error is a fraction of the PV's span, the factors turn it into
+# output counts and carry the sign of the action (D30, D32). D numbers: see `decisions`.
 
 
 def coefficients(c: Config, s: State) -> None:
@@ -119,3 +496,48 @@ def calculate(c: Config, s: State, sp: float, pv: float) -> float:
     if c.step_bias and sp != s.last_sp:
         stepped_bias(c, s, sp)
     return velocity(s, e, x) if c.velocity else position(c, s, e, x)
+
+
+# --- Process alarms of a DL06 loop: four absolute, two deviation, one rate of change ----------------------------------
+#
+# An alarm comes on as soon as the PV is beyond its threshold and goes off when the PV is back through it by the
+# hysteresis (D46); the rate of change has none. Groups that are switched off have thresholds that nothing reaches,
+# which clears their bits. While no alarm is on, `alarms` leaves behind the band of PVs in which none can come on, so
+# that the step looks at two numbers instead of six thresholds.
+
+
+def absolute(c: Config, s: State, pv: float) -> None:
+    """Renew the four alarms of the PV itself."""
+    status = latched(s.status, LOW_LOW, c.low_low - pv, c.hysteresis)
+    status = latched(status, LOW, c.low - pv, c.hysteresis)
+    status = latched(status, HIGH, pv - c.high, c.hysteresis)
+    s.status = latched(status, HIGH_HIGH, pv - c.high_high, c.hysteresis)
+
+
+def alarms(c: Config, s: State, pv: float, old: float, sp: float) -> None:
+    """Renew all alarms, and the band in which nothing will change.
+
+    With square-root extract the set point is on the root's scale; the deviation alarms compare the PV with its square.
+    """
+    absolute(c, s, pv)
+    centre = sp * abs(sp) if c.root else sp
+    deviation = abs(pv - centre)
+    status = latched(s.status, YELLOW, deviation - c.yellow, c.hysteresis)
+    status = latched(status, RED, deviation - c.red, c.hysteresis)
+    if abs(pv - old) > c.rate_of_change:
+        status |= RATE_OF_CHANGE
+    else:
+        status &= ~RATE_OF_CHANGE
+    s.status = status
+    s.quiet_sp = sp
+    s.quiet_low = UNBOUNDED
+    s.quiet_high = -UNBOUNDED
+    if status & ALARMS == 0:
+        band = min(c.yellow, c.red)
+        s.quiet_low = max(c.low, c.low_low, centre - band)
+        s.quiet_high = min(c.high, c.high_high, centre + band)
+
+
+def alarmed(s: State) -> int:
+    """The absolute alarms that are on."""
+    return s.status & PV_ALARMS

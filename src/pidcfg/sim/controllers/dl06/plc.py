@@ -1,53 +1,370 @@
-"""The virtual DL06: built from V-memory words, operated as by its operator, its ladder and the CPU switch.
-
-`load` decodes nothing but words; what no word holds (names, ranges, intended modes) comes from the image's settings.
-"""
+"""The virtual DL06: V-memory and the records that the controller has latched from it, and its place in a run."""
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, field, fields
+from decimal import Decimal
 from math import sqrt
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.maps.dl06 import LOOP_TABLE, TABLE_POINTER
+from pidcfg.encoders.codecs import Scale
+from pidcfg.encoders.dl06.image import Setup, check_setup, intended_mode
+from pidcfg.encoders.image import default_name
+from pidcfg.encoders.maps.dl06 import (
+    CPU,
+    FORMATS,
+    LOOP_COUNT,
+    LOOP_TABLE,
+    LOOP_TABLES,
+    RAMP_SOAK_SIZE,
+    READ_LATE,
+    TABLE_POINTER,
+)
+from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.schemas.numbers import refuse
-from pidcfg.sim.controllers.dl06 import modes as dl06_modes
-from pidcfg.sim.controllers.dl06 import state as bits
-from pidcfg.sim.controllers.dl06 import timing as dl06_timing
-from pidcfg.sim.controllers.dl06.memory import Memory, Options
-from pidcfg.sim.controllers.dl06.report import (
+from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06 import operate as dl06_modes
+from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED, TUNE_ABORTED, TUNE_RUNS, end_tune
+from pidcfg.sim.controllers.dl06.equation import (
+    SLOW,
+    Config,
+    NoWord,
+    State,
+    Values,
+    alarm_error,
+    coefficients,
+    configure,
+    decode_loop,
+    decode_profile,
+    major_of,
+    profile,
+    show,
+    ticks,
+    tuning,
+    write_state,
+)
+from pidcfg.sim.controllers.dl06.operate import (
     ALARM_BITS,
     ALARM_LIMITS,
     AUX_BITS,
+    CASCADE_FROM,
     COMMANDS,
     FLAG_BITS,
-    MODES,
+    MODE_BITS,
     OUTER_ALARMS,
     REASONS,
-)
-from pidcfg.sim.controllers.dl06.setting import (
-    CASCADE_FROM,
+    SIGNALS,
     encode_setting,
     find_rows,
     fits,
     parse_setting,
     stored_rate,
 )
-from pidcfg.sim.controllers.dl06.tune_results import TUNE_ABORTED, end_tune
-from pidcfg.sim.controllers.dl06.words import ticks, write_state
-from pidcfg.sim.notices import tell_request
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.records import NEVER
-from pidcfg.sim.settings import items_of
+from pidcfg.sim.controllers.kernels import NEVER, tell_request
+from pidcfg.sim.controllers.plc import TICKS, CountsPlc, low_and_width
+from pidcfg.sim.controllers.settings import items_of
+from pidcfg.sim.engine.expressions import NoValue
+from pidcfg.sim.judgement.report import ScanTime
+from pidcfg.text.references import DL06
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, MutableSequence, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
     from pidcfg.schemas.base import Quantity
-    from pidcfg.sim.controllers.dl06.state import Config, State
-    from pidcfg.sim.report import ScanTime
-    from pidcfg.sim.settings import Row
+    from pidcfg.sim.controllers.settings import Row
+
+# ----------------------------------------------------------------------------------------------------------------------
+# How much the loops lengthen the PLC's scan, by the formula of the manual ("PID Loop Effect on CPU Scan Time").
+
+BASIS = DL06.at("PID Loop Effect on CPU Scan Time")
+CALCULATION = (150e-6, 250e-6, 350e-6)
+"""Seconds of one loop calculation: minimum, typical, maximum; it depends on the options that are selected."""
+
+
+def scan_time(without_loops: float, sample_rates: Iterable[float]) -> ScanTime:
+    """The scan time without loops, plus for each loop (scan time / sample rate) x calculation time."""
+    share = sum(without_loops / rate for rate in sample_rates)
+    low, typical, high = (without_loops + share * seconds for seconds in CALCULATION)
+    return ScanTime(low, typical, high)
+
+
+# --- The words of one DL06 loop, as they stand in memory and as the controller has last read them ---------------------
+#
+# Some words are read only when an alarm's enable bit goes from 0 to 1, some only when the CPU changes its mode; a
+# value that is written to one of them changes the memory and nothing else until then.
+
+ALARM_WORD = "no*"
+"""The manual's mark of a word that is read only when its alarm's enable bit goes from 0 to 1."""
+
+ENABLES = {
+    "alarms.pv.enabled": ("alarms.pv.", "alarms.hysteresis"),
+    "alarms.deviation.enabled": ("alarms.deviation.", "alarms.hysteresis"),
+    "alarms.rate_of_change_enabled": ("alarms.rate_of_change",),
+}
+"""Which words an alarm's enable bit makes the controller read when it goes from 0 to 1 (D682)."""
+
+
+@dataclass(slots=True)
+class Loop:
+    """A loop's words, and what no word holds."""
+
+    name: str
+    goal: str
+    pv_range: tuple[Decimal, Decimal] | None
+    out_range: tuple[Decimal, Decimal] | None
+    decimals: int
+    """Implied decimals of the reset word."""
+    memory: list[int]
+    read: list[int]
+    values: Values
+    """Decoded from the words that have been read; quantities in counts."""
+    absorbed: bool = True
+    """The results of the last auto-tune have been written to the words."""
+    results: Mapping[str, float] = field(default_factory=dict)
+    """Results of the last auto-tune, by register."""
+    has_setpoint: bool = True
+    """Whether the configuration gives a set point; it may leave that to the operator."""
+
+    def scales(self) -> dict[str, Scale]:
+        """The scales of the loop's words in engineering units."""
+        pv = FORMATS[self.values["pv.format"]]
+        output = FORMATS[self.values["output.format"] or self.values["pv.format"]]
+        root = self.values["pv.square_root"]
+        return {
+            "pv": Scale(pv, self.pv_range),
+            "sp": Scale(pv, self.pv_range, root),
+            "output": Scale(output, self.out_range),
+        }
+
+    def reread(self, *, alarms: bool) -> None:
+        """Read the words at a change of the CPU's mode; those of the alarms at the change to Run only (D648)."""
+        old = self.read[:]
+        self.read[:] = self.memory
+        for word in () if alarms else LOOP_TABLE.words:
+            if word.read == ALARM_WORD:
+                self.read[word.offset] = old[word.offset]
+        self.decode()
+
+    def decode(self) -> None:
+        """Renew the values from the words that have been read."""
+        self.values, _ = decode_loop(self.read, self.decimals)
+
+    def store(self, row: Row, word: int) -> str | None:
+        """Write raw content, of a choice its bits in place; returns why the controller does not know it yet, if so."""
+        if isinstance(row, Bits):
+            word |= self.memory[row.offset] & ~row.mask
+        rose = word & ~self.memory[row.offset]
+        self.memory[row.offset] = word
+        if isinstance(row, Word) and row.read in READ_LATE:
+            return f"+{row.offset:02o} {READ_LATE[row.read]}"
+        self.read[row.offset] = word
+        if rose:
+            self._read_alarms(str(row.path))
+        self.decode()
+        return None
+
+    def _read_alarms(self, path: str) -> None:
+        for start in ENABLES.get(path, ()):
+            for word in LOOP_TABLE.words:
+                if str(word.path).startswith(start):
+                    self.read[word.offset] = self.memory[word.offset]
+
+    def absorb(self, c: Config, s: State) -> None:
+        """Put what an auto-tune has written into the words."""
+        if self.absorbed or not s.tune_done:
+            return
+        self.absorbed = True
+        results = tuned_words(c, s)
+        self.results = {name: float(value) for name, value in results.items()}
+        for name, value in results.items():
+            word = LOOP_TABLES[self.decimals].word(name)
+            self.memory[word.offset] = self.read[word.offset] = encode_one(word.codec, value, {})
+        self.decode()
+
+
+def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], decimals: int) -> tuple[Loop, list[NoWord]]:
+    """A loop from the memory at ``start`` and its entry in the image's settings; its words that have no value.
+
+    Those of its ramp/soak table count where the generator is enabled.
+    """
+    memory = [words.get(start + k, 0) for k in range(LOOP_TABLE.size)]
+    values, problems = decode_loop(memory, decimals)
+    pv, out = entry.get("pv") or {}, entry.get("output") or {}
+    goal = intended_mode(memory[LOOP_TABLE.offset("mode_and_alarm_status")], entry.get("mode", "manual"))
+    loop = Loop(entry["loop"], goal, ends(pv), ends(out), decimals, memory, memory[:], values)
+    loop.has_setpoint = entry.get("setpoint") is not False
+    if values["ramp_soak.enabled"]:
+        table = [words.get(values["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
+        for _, wrong in decode_profile(table, values):
+            problems += [NoWord(f"ramp/soak table {one.text}", one.setting) for one in wrong]
+    return loop, problems
+
+
+def tuned_words(c: Config, s: State) -> dict[str, Decimal]:
+    """What an auto-tune writes, by register."""
+    results = {"gain": s.gain, "reset": s.reset / c.reset_unit, "rate": s.rate, "sample_rate": s.period / TICKS}
+    return {name: Decimal(f"{value:.2f}") for name, value in results.items()}
+
+
+def ends(settings: Mapping[str, Any]) -> tuple[Decimal, Decimal] | None:
+    """The engineering range of a settings entry."""
+    pair = settings.get("range")
+    return None if pair is None else (Decimal(str(pair[0])), Decimal(str(pair[1])))
+
+
+# --- V-memory of a virtual DL06: every loop's words, and the records that the controller calculates with --------------
+#
+# Each loop has its words twice: as they stand in memory, and as the controller has last read them, since some words
+# are read only when an alarm is enabled or the CPU changes its mode.
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What a scenario chooses about the PLC; no word holds it."""
+
+    auto_interlock: bool = True
+    """A PV alarm refuses a request for Auto."""
+    scan_time: int = 0
+    """Length of a scan in ticks (D641); 0: every base step has time for all loops."""
+    step_bias: bool = False
+    """Set-point changes move the bias in proportion."""
+    number_of_loops: int | None = None
+    """What V7641 gets instead of the image's count."""
+
+
+class Memory(CountsPlc):
+    """The words of an image, and what the kernels make of them."""
+
+    cfg: list[Config]
+    st: list[State]
+
+    def __init__(self, image: Image, options: Options) -> None:
+        self._words, self._options, self._plc = image.words, options, image.plc
+        self.problems: list[NoValue] = []
+        if options.number_of_loops is not None:
+            self._words[LOOP_COUNT] = int(str(options.number_of_loops), 16)
+        self._setup = self._check()
+        count = len(image.settings) or min(self._setup.count, CPU.loops)
+        self._loops = [self._loop(i, image) for i in range(count)]
+        self.loops = [loop.name for loop in self._loops]
+        self.goals = [loop.goal for loop in self._loops]
+        self.place_loops(Config, State, SIGNALS, RAMP_SOAK_SIZE + POINTS)
+        for i in range(count):
+            self._begin(i)
+
+    @property
+    def words(self) -> Mapping[int, int]:
+        """V-memory as it was loaded, and what was written outside of the loop table since."""
+        return self._words
+
+    def memory(self, loop: int) -> Loop:
+        """A loop's words as they are after the last scan; what the controller writes all the time is in its state."""
+        self._loops[loop].absorb(self.cfg[loop], self.st[loop])
+        return self._loops[loop]
+
+    def write_other(self, number: int, raw: int) -> None:
+        """Writes a word outside of the loop table; of a ramp/soak table it counts at once."""
+        self._words[number] = raw
+        for i, loop in enumerate(self._loops):
+            if 0 <= number - loop.values["ramp_soak.table"] < RAMP_SOAK_SIZE:
+                self._apply(i)
+
+    def _check(self) -> Setup:
+        return check_setup(self._words.get(TABLE_POINTER, 0), self._words.get(LOOP_COUNT, 0))
+
+    def _loop(self, i: int, image: Image) -> Loop:
+        entry = {"loop": default_name(i), **(image.settings[i] if i < len(image.settings) else {})}
+        decimals = int(image.plc.get("reset_decimals", 1))
+        start = self._words.get(TABLE_POINTER, 0) + i * LOOP_TABLE.size
+        loop, problems = loop_of(self._words, start, entry, decimals)
+        self.problems += [NoValue(i, text, setting) for text, setting in problems]
+        return loop
+
+    def _begin(self, i: int) -> None:
+        """What a loop starts with: the controller's words, its goal, and its places in the shared vectors."""
+        c, s, v = self.cfg[i], self.st[i], self._loops[i].values
+        c.rs_table = i * RAMP_SOAK_SIZE
+        c.tune_buffer = len(self._loops) * RAMP_SOAK_SIZE + i * POINTS
+        c.interlock, c.step_bias = int(self._options.auto_interlock), int(self._options.step_bias)
+        c.on_pv = int(self._plc.get("derivative") == "pv")
+        self._apply(i)
+        for path in ("setpoint.value", "state.pv", "state.bias", "state.output"):
+            write_state(s, v, path)
+        s.goal = 0 if self.goals[i] == "manual" else MODE_BITS[self.goals[i]]
+        s.goal_writes = int(self._loops[i].has_setpoint)
+        s.busy |= bits.GOAL if s.goal else 0
+        if not (v["ramp_soak.enabled"] or v["ramp_soak.table"]):
+            self.signals[c.sig_step] = ""
+        s.rs_command = COMMANDS.get(v["ramp_soak.request"], 0)
+        s.busy |= bits.SOAK if s.rs_command else 0
+        if v["autotune.start"]:
+            self._start_tune(i)
+        self._show(i, self.sig)
+
+    def _apply(self, i: int) -> None:
+        """Make the words that the controller has read its configuration."""
+        words, c, s = self._loops[i], self.cfg[i], self.st[i]
+        v = words.values
+        form = c.velocity
+        configure(c, v, words.decimals, self._setup.count)
+        s.busy |= bits.FRESH if c.velocity != form else 0  # another form has no past (D681)
+        c.halt = int(c.halt or not self._setup.running or i >= self._setup.count)
+        c.slow = int(self._options.scan_time > 0 and c.period > SLOW)
+        self._follow_pointer(i)
+        c.pv_low, c.pv_width = low_and_width(words.pv_range, c.pv_min, c.pv_span)
+        c.out_low, c.out_width = low_and_width(words.out_range, c.out_min, c.out_span)
+        table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
+        self.aux[c.rs_table : c.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
+        tuning(c, s, v, words.decimals)
+        coefficients(c, s)
+        s.quiet_low, s.quiet_high = bits.UNBOUNDED, -bits.UNBOUNDED
+        s.status &= ~bits.ALARM_ERROR
+        if alarm_error(v):
+            s.status |= bits.ALARM_ERROR
+            s.busy |= 0 if s.status & bits.MANUAL else bits.TRIP
+
+    def _follow_pointer(self, i: int) -> None:
+        """Whose output is a loop's remote set point; a loop in Cascade that loses it goes to Manual (D66)."""
+        pointer, start = self._loops[i].values["remote_setpoint"] or 0, self._words.get(TABLE_POINTER, 0)
+        major = major_of(pointer, start, len(self._loops), i)
+        if major < 0 and self.st[i].status & bits.CASCADE:
+            dl06_modes.to_manual(i, self.cfg, self.st, dl06_modes.OVERRIDE_NO_REMOTE)
+        self.cfg[i].major = major
+
+    def _start_tune(self, i: int) -> None:
+        """Bit 7 of +01 goes on."""
+        words, s = self._loops[i], self.st[i]
+        s.requested = 0
+        if s.status & bits.TUNING:
+            tell_request(s, TUNE_RUNS)
+        elif self._calculated(i):
+            words.absorb(self.cfg[i], s)
+            words.absorbed = False
+            s.tune_done = 0
+            s.tune_phase = REQUESTED
+            s.busy |= bits.TUNE
+
+    def _calculated(self, i: int) -> bool:
+        """Whether a loop is calculated at all; leaves a notice when it is not."""
+        s = self.st[i]
+        if self.cfg[i].halt:
+            tell_request(s, dl06_modes.REFUSED_OFF)
+        elif s.busy & bits.STOPPED:
+            tell_request(s, dl06_modes.REFUSED_PROGRAM)
+        else:
+            return True
+        return False
+
+    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+        """The signals of a loop as its words say."""
+        show(self.cfg[i], self.st[i], sig)
+
+
+# --- The virtual DL06: built from V-memory words, operated as by its operator, its ladder and the CPU switch ----------
+#
+# `load` decodes nothing but words; what no word holds (names, ranges, intended modes) comes from the image's
+# settings.
 
 
 class Dl06(Memory):
@@ -55,7 +372,7 @@ class Dl06(Memory):
 
     out_name = "OUT"
     word_of_flags = "0x{:04X}"
-    modes: Mapping[str, int] = MODES
+    modes: Mapping[str, int] = MODE_BITS
     options = tuple(f.name for f in fields(Options))
     commands: Mapping[str, Sequence[str]] = {
         "ramp_soak": tuple(COMMANDS),
@@ -82,7 +399,7 @@ class Dl06(Memory):
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:
         """Whether a notice concerns the mode: a refusal if a mode was requested, an override always."""
-        return reason in dl06_modes.REASONS and bool(requested or reason > dl06_modes.LAST_REFUSAL)
+        return reason in dl06_modes.MODE_REASONS and bool(requested or reason > dl06_modes.LAST_REFUSAL)
 
     @classmethod
     def profile_step(cls, aux_status: int) -> str:
@@ -144,7 +461,7 @@ class Dl06(Memory):
 
     def scan_time(self, without_loops: float) -> ScanTime:
         """The length of a scan with the loops that are calculated, in s."""
-        return dl06_timing.scan_time(without_loops, [period / TICKS for period in self.periods if period])
+        return scan_time(without_loops, [period / TICKS for period in self.periods if period])
 
     def start(self, tick: int) -> None:
         """The program-to-run transition: all words are read, loops begin anew and return to their modes (D49, D648)."""
@@ -193,13 +510,13 @@ class Dl06(Memory):
     def request(self, loop: int, mode: str) -> None:
         """A one-shot mode request; it takes the place of the configured one, granted or not (D68, D643)."""
         s = self.st[loop]
-        s.requested = MODES[mode]
+        s.requested = MODE_BITS[mode]
         if s.busy & bits.GOAL and not self.cfg[loop].halt:
             tell_request(s, dl06_modes.GIVEN_UP)
         s.goal = 0
         s.busy &= ~bits.GOAL
         if self._calculated(loop):
-            s.request = MODES[mode]
+            s.request = MODE_BITS[mode]
             s.busy |= bits.REQUEST
 
     def ramp_soak(self, loop: int, command: str) -> None:

@@ -10,12 +10,7 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.dpide.equation import coefficients
-from pidcfg.sim.controllers.dpide.state import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR
-from pidcfg.sim.notices import noticed
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.terms import clamp, single
-from pidcfg.sim.tuning_rules import (
+from pidcfg.sim.controllers.autotune import (
     CANCELLED,
     DONE,
     FAILED,
@@ -30,10 +25,13 @@ from pidcfg.sim.tuning_rules import (
     stalled,
     ultimate_gain,
 )
+from pidcfg.sim.controllers.dpide.equation import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR, coefficients
+from pidcfg.sim.controllers.kernels import clamp, noticed, single
+from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning.rules import TYREUS_LUYBEN
 
 if TYPE_CHECKING:
-    from pidcfg.sim.controllers.dpide.state import Config, State
+    from pidcfg.sim.controllers.dpide.equation import Config, State
 
 OBSERVING, SWITCHING = 1, 2
 """`State.tune_phase`."""

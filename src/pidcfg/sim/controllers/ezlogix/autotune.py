@@ -10,15 +10,21 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.ezlogix import HUNDREDTHS, TENTHS, highest
 from pidcfg.schemas.ezlogix import DERIVATIVE, GAIN, INTEGRAL
-from pidcfg.sim.controllers.ezlogix.equation import coefficients
-from pidcfg.sim.controllers.ezlogix.state import HELD, TUNE, TUNE_ERROR, TUNING
-from pidcfg.sim.notices import noticed
-from pidcfg.sim.reaction_curve import begin_curve, mean, record, steepest_line, was_moving
-from pidcfg.sim.terms import nearest
-from pidcfg.sim.tuning_rules import begin_noise, curve_gains, measure_noise
+from pidcfg.sim.controllers.autotune import (
+    begin_curve,
+    begin_noise,
+    curve_gains,
+    mean,
+    measure_noise,
+    record,
+    steepest_line,
+    was_moving,
+)
+from pidcfg.sim.controllers.ezlogix.equation import HELD, TUNE, TUNE_ERROR, TUNING, coefficients
+from pidcfg.sim.controllers.kernels import nearest, noticed
 
 if TYPE_CHECKING:
-    from pidcfg.sim.controllers.ezlogix.state import Config, State
+    from pidcfg.sim.controllers.ezlogix.equation import Config, State
 
 # The manual's table of Base+12
 IDLE, COLLECTING, CALCULATING, DONE, CANCELLED = 0, 1, 2, 3, 4

@@ -1,19 +1,157 @@
-"""The PID equation of the EZLogix: the position form, with the derivative of the error or of the PV.
-
-The engine works in counts: an error in counts of the PV times the gain is the CV in counts. D numbers: see `decisions`.
-"""
+"""What an EZLogix loop knows and calculates: its records, the position equation, its signals and pulses."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.schemas.ezlogix import CV_FULL
-from pidcfg.sim.controllers.ezlogix.state import FRESH
-from pidcfg.sim.plc import TICKS
-from pidcfg.sim.terms import NEAREST
+from pidcfg.sim.controllers.kernels import NEAREST, CurveState, LoopConfig, register
+from pidcfg.sim.controllers.plc import TICKS
 
 if TYPE_CHECKING:
-    from pidcfg.sim.controllers.ezlogix.state import Config, State
+    from collections.abc import MutableSequence
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Records of an EZLogix loop: `Config` (registers and dialog, fixed during a run) and `State` (what the PLC writes).
+# Registers are held as floats with whole values, in counts; gains and times in their units, the clock in ticks of a
+# microsecond. Everything is an int or a float: the same fields become a NumPy record for numba.
+
+UNBOUNDED = 1e18
+"""Longer than any cycle."""
+
+# `State.status`
+MANUAL, AUTO = 1, 2
+MODES = MANUAL | AUTO
+SATURATED = 4
+"""Discrete +3: the CV is 0 or 4095."""
+TUNING = 8
+"""An autotune collects or calculates."""
+TUNE_ERROR = 16
+"""The last autotune ended with an error."""
+
+# What is pending besides the equation (`State.busy`)
+STOPPED = 1
+"""The PLC is stopped and the loop with it."""
+PV_STALE = 2
+"""The PLC is stopped and nothing writes the PV's register."""
+OUTPUT_CUT = 4
+"""The PLC is stopped and nothing carries the CV to an output."""
+FRESH = 8
+"""First calculation in Auto: the integral term follows the CV, and nothing has a past."""
+REQUEST = 16
+"""Discrete +0 has been written: `State.wanted`."""
+TUNE = 32
+"""An autotune is started, cancelled, or runs."""
+HELD = 64
+"""The autotune has taken the CV over."""
+
+
+@dataclass(slots=True)
+class Config(LoopConfig):
+    """One loop's registers and dialog."""
+
+    goes_on: int = 0
+    """The dialog's "Process PID when PLC is Stopped"."""
+    sees_pv: int = 0
+    """The PV's tag is an input register."""
+    drives: int = 0
+    """The CV's tag is an output register, or the control output is enabled."""
+    feeds: int = -1
+    """The loop whose set point register is this one's CV tag (D177); -1: none."""
+    fed_by: int = -1
+    """The loop whose CV tag is this one's set point register (D177); -1: none."""
+    sig_error: int = 5
+    sig_status: int = 6
+    sig_pulse: int = 7
+    sig_countdown: int = 8
+    # ends of the ranges in engineering units
+    pv_low: float = 0.0
+    pv_width: float = 4095.0
+    pv_min: float = 0.0
+    pv_max: float = 4095.0
+    pv_span: float = 4095.0
+    out_low: float = 0.0
+    out_width: float = 4095.0
+    # set point and error
+    direct: int = register("action", 0, equals="direct")
+    """The controller's action: direct is E = PV - SP, reverse E = SP - PV."""
+    root: int = register("square_root", 0)
+    """The square root of the PV is used (D163)."""
+    scale: float = 1.0
+    """What makes a difference of roots an error in counts."""
+    deadband: float = register("deadband", 0.0)
+    """On the set point's scale."""
+    sp_low: float = register("setpoint_low", 0.0)
+    sp_high: float = register("setpoint_high", 4095.0)
+    # equation
+    velocity: int = register("algorithm", 0, equals="velocity")
+    """The derivative acts on the PV."""
+    anti_windup: int = register("anti_windup", 0)
+    offset: float = register("cv_offset", 0.0)
+    m_low: float = 0.0
+    """CV limits, within 0 to 4095."""
+    m_high: float = 4095.0
+    # control output; 0: it is not enabled, or its cycle time is 0
+    cycle: int = 0
+    """Ticks of a cycle."""
+    min_on: int = 0
+    min_off: int = 0
+    # autotune
+    tune_pi: int = register("tuning_type", 0)
+    timeout: int = 600_000_000
+    """In ticks."""
+    tune_buffer: int = 0
+    """Where its points begin in the shared vector."""
+
+
+@dataclass(slots=True)
+class State(CurveState):
+    """One loop's registers and memory that the PLC writes."""
+
+    wanted: int = MANUAL
+    """Discrete +0."""
+    error: float = 0.0
+    """Base+11, with its sign."""
+    # gains: the registers, and the factors calculated from them
+    gain: float = 0.0
+    """Kp."""
+    # past
+    integral: float = 0.0
+    """The integral term in counts of the CV."""
+    x1: float = 0.0
+    """What the derivative acts on, at n-1."""
+    whole: float = 0.0
+    """The CV before its limits, which anti-windup looks at."""
+    # control output
+    seen: int = 0
+    """Tick of the last look."""
+    cycle_start: int = 0
+    cycle_end: int = 0
+    on: float = 0.0
+    """On-time of this cycle in ticks."""
+    # autotune
+    tune_command: int = 0
+    """What became of discrete +4 since the last sample: 1 on, 2 off."""
+    tune_status: int = 0
+    """Base+12."""
+    tune_last: int = 0
+    """How the last autotune ended, as Base+12 tells it."""
+    tune_left: int = 0
+    """Base+13: the countdown, in ticks."""
+    tune_change: float = 0.0
+    """How far the PV has come."""
+    tune_gain: float = 0.0
+    """Result of the last successful autotune, as in the register; likewise the next two."""
+    tune_reset: float = 0.0
+    tune_rate: float = 0.0
+
+
+# --- The PID equation of the EZLogix: the position form, with the derivative of the error or of the PV ----------------
+#
+# The engine works in counts: an error in counts of the PV times the gain is the CV in counts. D numbers: see
+# `decisions`.
 
 FULL = float(CV_FULL)
 """Counts of the CV at 100 %."""
@@ -79,3 +217,69 @@ def calculate(c: Config, s: State, e: float, x: float) -> None:
     if m < c.m_low:
         m = c.m_low
     s.out = m
+
+
+# --- The signals of an EZLogix loop: what its registers say, in engineering units -------------------------------------
+
+
+def show_setpoint(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """The set point within its limits, though the register is written at the next calculation (kernel)."""
+    sp = s.sp
+    if sp > c.sp_high:
+        sp = c.sp_high
+    if sp < c.sp_low:
+        sp = c.sp_low
+    if c.root:
+        sp *= sp
+    sig[c.sig_sp] = c.pv_low + (sp - c.pv_min) * c.pv_width / c.pv_span
+
+
+def show_output(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """The CV; one that nothing carries on stays as it is (D672; kernel)."""
+    if s.busy & (OUTPUT_CUT | STOPPED) == 0:
+        sig[c.sig_out] = c.out_low + s.out * c.out_width / FULL
+
+
+def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """Renew them (kernel); BIAS has no limits (D657)."""
+    sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
+    show_setpoint(c, s, sig)
+    show_output(c, s, sig)
+    sig[c.sig_bias] = c.out_low + (s.integral + c.offset) * c.out_width / FULL
+    sig[c.sig_error] = s.error
+    sig[c.sig_status] = s.tune_status * 1.0
+    sig[c.sig_countdown] = s.tune_left // TICKS * 1.0
+
+
+# --- The control output of the EZLogix: pulses whose width is proportional to the CV, between samples as well ---------
+#
+# The on-time of a cycle is taken from the CV at its beginning. Pulses shorter than the minimum on time are left out,
+# and so are gaps shorter than the minimum off time (D176). Cycles begin when the PLC starts (D174) and are as fine as
+# the base step (D175).
+
+DUTY = float(DUTY_FULL)
+"""Counts that are a duty cycle of 100 %."""
+
+
+def begin_cycle(tick: int, c: Config, s: State) -> None:
+    """The next cycle follows the last one without a gap, unless that one is long over."""
+    start = s.cycle_end
+    if tick - start >= c.cycle:
+        start = tick
+    s.cycle_start = start
+    s.cycle_end = start + c.cycle
+    on = s.out * c.cycle / DUTY
+    if on <= 0.0 or on < c.min_on:
+        on = 0.0
+    elif c.cycle - on < c.min_off:
+        on = UNBOUNDED
+    s.on = on
+
+
+def pulse(tick: int, c: Config, s: State, sig: list[float]) -> None:
+    """The output for the base step that begins now: what it is in the middle of that step."""
+    middle = tick + (tick - s.seen) / 2.0
+    s.seen = tick
+    if middle >= s.cycle_end:
+        begin_cycle(tick, c, s)
+    sig[c.sig_pulse] = 1.0 if s.on > 0.0 and middle - s.cycle_start <= s.on else 0.0

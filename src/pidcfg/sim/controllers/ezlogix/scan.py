@@ -1,27 +1,16 @@
-"""The virtual EZLogix: its PID loops at one base step.
-
-Design. `scan` is called at every base step; it calculates the loops that are due, in ascending order, and moves the
-control outputs, which work between samples too. `sample` is one calculation of one loop: PV, set point, error, then
-whatever rarely happens (`State.busy`: a mode, an autotune), equation, saturation, signals. Nothing here knows files,
-names or units: see `plc.load` for how registers become `Config` and `State`.
-
-Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; PV, SP, CV and BIAS (integral term and
-offset) are written in engineering units, ERROR, STATUS and COUNTDOWN as their registers hold them, O as 0 or 1. With
-the square root of the PV, SP is the PV that satisfies the set point, so that both can be compared.
-"""
+"""The virtual EZLogix: its PID loops at one base step, and its registers and discretes as others see them."""
 
 from __future__ import annotations
 
 from math import sqrt
+from typing import TYPE_CHECKING
 
+from pidcfg.encoders.maps.ezlogix import BLOCKS, MAP_SPACE
 from pidcfg.sim.controllers.ezlogix.autotune import tune
-from pidcfg.sim.controllers.ezlogix.equation import FULL, calculate
-from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
-from pidcfg.sim.controllers.ezlogix.pulse import pulse
-from pidcfg.sim.controllers.ezlogix.signals import show, show_output, show_setpoint
-from pidcfg.sim.controllers.ezlogix.state import (
+from pidcfg.sim.controllers.ezlogix.equation import (
     AUTO,
     FRESH,
+    FULL,
     HELD,
     MODES,
     PV_STALE,
@@ -29,12 +18,38 @@ from pidcfg.sim.controllers.ezlogix.state import (
     SATURATED,
     STOPPED,
     TUNE,
+    TUNING,
     Config,
     State,
+    calculate,
+    pulse,
+    show,
+    show_output,
+    show_setpoint,
 )
+from pidcfg.sim.controllers.ezlogix.operate import MODE_BITS
+from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
+from pidcfg.sim.controllers.kernels import NEAREST, nearest
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.controllers.plc import NoOptions as Options
+from pidcfg.sim.controllers.settings import NO_REGISTER, NOT_NOW, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
-from pidcfg.sim.plc import NoOptions as Options
-from pidcfg.sim.terms import NEAREST
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence, Sequence
+
+    from pidcfg.encoders.regmap import Word
+
+# --- The virtual EZLogix: its PID loops at one base step --------------------------------------------------------------
+#
+# Design. `scan` is called at every base step; it calculates the loops that are due, in ascending order, and moves the
+# control outputs, which work between samples too. `sample` is one calculation of one loop: PV, set point, error, then
+# whatever rarely happens (`State.busy`: a mode, an autotune), equation, saturation, signals. Nothing here knows
+# files, names or units: see `plc.load` for how registers become `Config` and `State`.
+#
+# Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; PV, SP, CV and BIAS (integral term
+# and offset) are written in engineering units, ERROR, STATUS and COUNTDOWN as their registers hold them, O as 0 or 1.
+# With the square root of the PV, SP is the PV that satisfies the set point, so that both can be compared.
 
 __all__ = ["COST", "INLINED", "Config", "Ezlogix", "Options", "State", "load", "sample", "scan"]
 
@@ -140,3 +155,86 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 INLINED = (scan, sample, limit_setpoint, calculate, converted, show, show_setpoint, show_output, pulse)
 """The hot path of compiled code."""
 COST = COSTS["ezlogix"]
+
+# --- The registers and discretes of a virtual EZLogix, and the tags of PV and CV --------------------------------------
+
+MODE_OF = {bool(bit & AUTO): name for name, bit in MODE_BITS.items()}
+WORD = 0xFFFF
+
+
+class EzlogixRegisters(Registers):
+    """Both blocks of all loops; where tags of PV and CV have a register of their own, those too."""
+
+    def __init__(self, plc: Ezlogix) -> None:
+        self.plc = plc
+        self._at: dict[int, tuple[int, Word]] = {}
+        self._tags: dict[int, tuple[int, str]] = {}
+        self._started = [False] * len(plc.loops)
+        """Discrete +4 as it was written."""
+        for i in range(len(plc.loops)):
+            dialog = plc.memory(i).dialog
+            for key, (prefix, table) in BLOCKS.items():
+                start = MAP_SPACE.number(prefix, getattr(dialog, key))
+                self._at |= {start + row.offset: (i, row) for row in table.words}
+        for i in range(len(plc.loops)):
+            dialog = plc.memory(i).dialog
+            for tag, what in ((dialog.pv.tag, "pv"), (dialog.output.tag, "cv")):
+                number = MAP_SPACE.parse(tag)
+                if number is not None and number not in self._at:
+                    self._tags.setdefault(number, (i, what))
+
+    def places(self) -> Mapping[int, int]:
+        """The two blocks of each loop, and its tags."""
+        return {number: loop for number, (loop, _) in (self._at | self._tags).items()}
+
+    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
+        """As the registers are after the last calculation."""
+        memory, s = self.plc.memory(loop), self.plc.st[loop]
+        held = {row.name: memory.word(row.name) for row in BLOCKS["registers"][1].words}
+        held |= {row.name: memory.bit(row.name) for row in BLOCKS["discretes"][1].words}
+        held |= {
+            "error": int(nearest(s.error)) & WORD,
+            "autotune_status": s.tune_status,
+            "autotune_timeout": s.tune_left // TICKS,
+            "mode": int(bool((s.wanted if s.busy & REQUEST else s.status) & AUTO)),
+            "saturation": int(bool(s.status & SATURATED)),
+            "start_autotune": int(self._started[loop] or bool(s.status & TUNING)),
+        }
+        tags = {"pv": int(nearest(s.pv)) & WORD, "cv": int(nearest(s.out)) & WORD}
+        contents = {number: held[row.name] for number, (i, row) in self._at.items() if i == loop}
+        return contents | {number: tags[what] for number, (i, what) in self._tags.items() if i == loop}
+
+    def write(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:
+        """A setting, the mode, the start of an autotune, or the CV in Manual."""
+        name = MAP_SPACE.name(number)
+        if number in self._tags:
+            return self._write_tag(number, raw, sig)
+        loop, row = self._at[number]
+        if row.access in {"status", "reserved"}:
+            raise RegisterError(NO_REGISTER, f"{name} ({row.title}) is written by the PLC alone")
+        if row.name == "mode":
+            mode = MODE_OF[bool(raw)]
+            self.plc.request(loop, mode)
+            return Done(f"request mode {mode}", mode)
+        if row.name == "start_autotune":
+            return self._start(loop, is_on=bool(raw))
+        late = self.plc.write(loop, row, raw, sig)
+        return Done(f"set {row.path} to {MAP_SPACE.shown(number, raw)}" + (f"; {late}" if late else ""))
+
+    def _start(self, loop: int, *, is_on: bool) -> Done:
+        """Discrete +4, of which only the changes count."""
+        was = self._started[loop] or bool(self.plc.st[loop].status & TUNING)
+        self._started[loop] = is_on
+        if is_on == was:
+            return Done(f"start of an autotune stays {'on' if is_on else 'off'}")
+        self.plc.autotune(loop, "start" if is_on else "cancel")
+        return Done("autotune start" if is_on else "autotune off")
+
+    def _write_tag(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:
+        loop, what = self._tags[number]
+        name = MAP_SPACE.name(number)
+        if what == "pv":
+            raise RegisterError(NO_REGISTER, f"{name} is the measurement, which the plant writes")
+        if late := self.plc.write_output(loop, raw, sig):
+            raise RegisterError(NOT_NOW, f"{name}: {late}")
+        return Done(f"set output to {raw} counts")

@@ -11,17 +11,7 @@ a loop with a pulse output, PULSE are written.
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.generic.alarms import pulse, watch
 from pidcfg.sim.controllers.generic.equation import (
-    by_hand,
-    calculate,
-    compare,
-    derivative,
-    measure,
-    put_back,
-)
-from pidcfg.sim.controllers.generic.plc import Generic, load
-from pidcfg.sim.controllers.generic.state import (
     AUTO,
     BUMPLESS,
     CASCADE,
@@ -36,10 +26,19 @@ from pidcfg.sim.controllers.generic.state import (
     TRACKING,
     Config,
     State,
+    by_hand,
+    calculate,
+    compare,
+    derivative,
+    measure,
+    pulse,
+    put_back,
+    watch,
 )
+from pidcfg.sim.controllers.generic.plc import Generic, load
+from pidcfg.sim.controllers.kernels import clamp
+from pidcfg.sim.controllers.plc import ScanOptions as Options
 from pidcfg.sim.costs import COSTS
-from pidcfg.sim.plc import ScanOptions as Options
-from pidcfg.sim.terms import clamp
 
 __all__ = ["COST", "INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 

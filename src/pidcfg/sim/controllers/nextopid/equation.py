@@ -10,65 +10,57 @@ from __future__ import annotations
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.nextopid.actions import (
-    derivative,
-    increment,
-    integral_gain,
-    proportional,
-)
+from pidcfg.sim.controllers.kernels import finite, single
 from pidcfg.sim.controllers.nextopid.autotune import ABORTED, ENDED, HOLDS, tune
-from pidcfg.sim.controllers.nextopid.bits import (
-    bad_limits,
-    limited_inputs,
-    negative,
-    write_errors,
-    write_warnings,
-)
-from pidcfg.sim.controllers.nextopid.output_limits import (
-    DOWNWARD,
-    UPWARD,
-    accepted_change,
-    copy_mv,
-    limited,
-    remainder,
-    total,
-)
-from pidcfg.sim.controllers.nextopid.slots import (
+from pidcfg.sim.controllers.nextopid.terms import (
+    AUTO_MODE,
     BIAS,
     CASC,
+    CASCADE_MODE,
     D_ACTION,
     DEAD_BAND,
     DIRECT,
+    DOWNWARD,
     I_ACTION,
     MANUAL,
+    MANUAL_MODE,
     MANUAL_MV,
+    MODES,
     MV,
     OVERR,
+    OVERRIDDEN,
     P_ACTION,
     PIDA_TUNE_INT,
     PIDA_TUNE_REAL,
     SAMPLE_TIME,
+    TRACKING_MODE,
     TRK_IN,
     TRK_OUT,
     TRK_VAL,
+    TUNING_MODE,
+    UPWARD,
     WINDUP_H_OUT,
     WINDUP_L_OUT,
+    accepted_change,
+    bad_limits,
+    copy_mv,
+    derivative,
+    increment,
+    integral_gain,
+    limited,
+    limited_inputs,
+    negative,
+    proportional,
+    remainder,
+    total,
+    write_errors,
+    write_warnings,
 )
-from pidcfg.sim.controllers.nextopid.state import (
-    AUTO_MODE,
-    CASCADE_MODE,
-    MANUAL_MODE,
-    MODES,
-    OVERRIDDEN,
-    TRACKING_MODE,
-    TUNING_MODE,
-)
-from pidcfg.sim.terms import finite, single
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence, Sequence
 
-    from pidcfg.sim.controllers.nextopid.state import Config, State
+    from pidcfg.sim.controllers.nextopid.terms import Config, State
 
 CONTROLLING = AUTO_MODE | CASCADE_MODE
 

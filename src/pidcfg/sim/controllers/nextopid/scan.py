@@ -1,28 +1,401 @@
-"""The virtual NextoPID: one cycle of the task.
-
-Design. `scan` is called at every base step; it calls the blocks that are due, in the order of execution, each after
-its wires have been renewed; what the program around assigns is new in every cycle (D694). What a block is stands in
-one module a family: `equation` (with `autotune`), `on_off`, `pwm`, `filters`, `delay`, `selectors`. Nothing here knows
-files or names: see `memory` for how a program becomes `Config` and `State`.
-"""
+"""One cycle of the task and the blocks other than PID: filters, delays, pulses, selectors; the registers by name."""
 
 from __future__ import annotations
 
-from pidcfg.sim.controllers.nextopid import slots
-from pidcfg.sim.controllers.nextopid.delay import delay, delay_lag
-from pidcfg.sim.controllers.nextopid.equation import (
-    pid,
-)
-from pidcfg.sim.controllers.nextopid.filters import lag, lead_lag, low_filter
-from pidcfg.sim.controllers.nextopid.modes import keep_results, operate
-from pidcfg.sim.controllers.nextopid.on_off import on_off
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
+from pidcfg.encoders.parameters import Parameter, raw_of
+from pidcfg.schemas.iec import Wire, time_text
+from pidcfg.sim.controllers.kernels import clamp, finite, nearest, single
+from pidcfg.sim.controllers.nextopid import terms as slots
+from pidcfg.sim.controllers.nextopid.equation import pid
+from pidcfg.sim.controllers.nextopid.memory import move, number_of, value_of, wire_in
+from pidcfg.sim.controllers.nextopid.operate import keep_results, operate
 from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
-from pidcfg.sim.controllers.nextopid.pwm import pwm
-from pidcfg.sim.controllers.nextopid.selectors import select_max, select_min, split_range
-from pidcfg.sim.controllers.nextopid.state import Config, State
-from pidcfg.sim.controllers.nextopid.wires import move, value_of, wire_in
+from pidcfg.sim.controllers.nextopid.terms import (
+    AUTO_MODE,
+    BAD_DEAD_BAND,
+    BAD_PV_LIMITS,
+    ERROR_BASE,
+    MANUAL_MODE,
+    MODES,
+    PLACES,
+    Config,
+    State,
+    share,
+)
+from pidcfg.sim.controllers.plc import NoOptions as Options
+from pidcfg.sim.controllers.settings import (
+    NO_REGISTER,
+    Done,
+    RegisterError,
+    Registers,
+    checked_row,
+    content_written,
+    done,
+)
 from pidcfg.sim.costs import COSTS
-from pidcfg.sim.plc import NoOptions as Options
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence, Sequence
+
+    from pidcfg.encoders.parameters import Content
+    from pidcfg.schemas.iec import IecType
+
+# --- ControlLowFilter, ControlLag and ControlLeadLag: exact first-order steps, every result in single precision -------
+#
+# A first call has no time before it: it shows where the block starts (D237). At a limit a lag goes on from it (D238);
+# a result that is no number is not written (D247). D numbers: see `block_decisions`.
+
+_FILTER = PLACES["ControlLowFilter"]
+_LAG = PLACES["ControlLag"]
+_LEAD_LAG = PLACES["ControlLeadLag"]
+
+_F_IN, _F_TC = _FILTER["InVar"], _FILTER["Tc"]
+_F_OUT, _F_ERROR, _F_TS = _FILTER["OutVar"], _FILTER["Error"], _FILTER["SampleTime"]
+
+_LAG_IN, _GS, _OFFSET, _TC = _LAG["InVar"], _LAG["Gs"], _LAG["Offset"], _LAG["Tc"]
+_LAG_INIT, _LAG_LOW, _LAG_HIGH = _LAG["Init_OutVar"], _LAG["Min_OutVar"], _LAG["Max_OutVar"]
+_LAG_OUT, _FILTER_ERROR, _FILTER_TS = _LAG["OutVar"], _LAG["Error"], _LAG["SampleTime"]
+
+_LL_IN, _LL_G, _LL_LEAD, _LL_LAG = _LEAD_LAG["InVar"], _LEAD_LAG["G"], _LEAD_LAG["Tlead"], _LEAD_LAG["Tlag"]
+_LL_LOW, _LL_HIGH, _LL_DISABLE = _LEAD_LAG["Min_OutVar"], _LEAD_LAG["Max_OutVar"], _LEAD_LAG["Disable"]
+_LL_OUT, _LL_ERROR, _LL_TS = _LEAD_LAG["OutVar"], _LEAD_LAG["Error"], _LEAD_LAG["SampleTime"]
+
+
+def portion(c: Config, s: State, time_constant: float) -> float:
+    """The share of the way of one sample, worked out again when the time constant has changed (kernel, D236)."""
+    quotient = single(c.ts / time_constant)
+    if quotient != s.share_of:
+        s.share_of = quotient
+        s.share = single(share(quotient))
+    return s.share
+
+
+def toward(y: float, x: float, part: float) -> float:
+    """From ``y`` a part of the way to ``x`` (kernel)."""
+    return single(y + single(single(x - y) * part))
+
+
+def low_filter(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """One call of ControlLowFilter (kernel)."""
+    b = c.base
+    tc = sig[b + _F_TC]
+    sig[b + _F_TS] = c.ts
+    if not tc > 0.0:
+        sig[b + _F_ERROR] = 1.0
+        return
+    sig[b + _F_ERROR] = 0.0
+    x = sig[b + _F_IN]
+    if s.started == 0:
+        s.started = 1
+        s.y = x
+    s.y = finite(toward(s.y, x, portion(c, s, tc)), s.y)
+    sig[b + _F_OUT] = s.y
+
+
+def lag_fault(at: int, sig: Sequence[float]) -> bool:
+    """Whether a lag's parameters stop it, crossed limits among them (kernel).
+
+    ``at``: where ControlLag's parameters would begin.
+    """
+    return not (sig[at + _TC] > 0.0 and sig[at + _LAG_LOW] <= sig[at + _LAG_INIT] <= sig[at + _LAG_HIGH])
+
+
+def step_lag(c: Config, s: State, x: float, at: int, sig: MutableSequence[float]) -> None:
+    """The output of a lag with the input ``x`` (kernel)."""
+    if s.started == 0:
+        s.started = 1
+        s.y = sig[at + _LAG_INIT]
+    else:
+        target = single(single(sig[at + _GS] * x) + sig[at + _OFFSET])
+        y = toward(s.y, target, portion(c, s, sig[at + _TC]))
+        s.y = finite(clamp(y, sig[at + _LAG_LOW], sig[at + _LAG_HIGH]), s.y)
+    sig[at + _LAG_OUT] = s.y
+
+
+def lag(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """One call of ControlLag (kernel)."""
+    b = c.base
+    sig[b + _FILTER_TS] = c.ts
+    if lag_fault(b, sig):
+        sig[b + _FILTER_ERROR] = 1.0
+        return
+    sig[b + _FILTER_ERROR] = 0.0
+    step_lag(c, s, sig[b + _LAG_IN], b, sig)
+
+
+def lead_lag(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """One call of ControlLeadLag: the output comes from the lagged input as it was before this call (kernel, D243)."""
+    b = c.base
+    lead = sig[b + _LL_LEAD]
+    lag_time = sig[b + _LL_LAG]
+    sig[b + _LL_TS] = c.ts
+    if not (lead >= 0.0 and lag_time > 0.0):
+        sig[b + _LL_ERROR] = 1.0
+        return
+    sig[b + _LL_ERROR] = 0.0
+    x = sig[b + _LL_IN]
+    if s.started == 0:
+        s.started = 1
+        s.y = x
+    if sig[b + _LL_DISABLE] != 0.0:
+        sig[b + _LL_OUT] = 0.0
+    else:
+        led = single(s.y + single(single(lead / lag_time) * single(x - s.y)))
+        out = clamp(single(sig[b + _LL_G] * led), sig[b + _LL_LOW], sig[b + _LL_HIGH])
+        sig[b + _LL_OUT] = finite(out, sig[b + _LL_OUT])
+    s.y = finite(toward(s.y, x, portion(c, s, lag_time)), s.y)
+
+
+# --- ControlDelay and ControlDelayLag: the input of so many samples ago -----------------------------------------------
+#
+# The line lies in the shared vector from ``c.buffer`` on and is as long as the delay; the oldest value is at
+# ``s.head``. It starts full of InitDelayedVar, and a delay of another length starts full of what the last one gave,
+# so that the output stands for the new delay (D240). A delay is rounded to samples (D239). D numbers: see
+# `block_decisions`.
+
+_DELAY = PLACES["ControlDelay"]
+_DELAY_LAG = PLACES["ControlDelayLag"]
+_DELAY_IN, _TIME, _DELAY_INIT = _DELAY["InVar"], _DELAY["DelayTime"], _DELAY["InitDelayedVar"]
+"""ControlDelayLag has them at the same places."""
+_DELAY_OUT, _DELAY_ERROR, _DELAY_TS = _DELAY["OutVar"], _DELAY["Error"], _DELAY["SampleTime"]
+_LAG_ERROR, _LAG_TS = _DELAY_LAG["Error"], _DELAY_LAG["SampleTime"]
+LAG_AT = _DELAY_LAG["Gs"] - PLACES["ControlLag"]["Gs"]
+"""How far the rest of ControlDelayLag's parameters is behind ControlLag's."""
+
+ALMOST = 1.0 - 2.0**-22
+"""A delay that exceeds the longest one by less than single precision can tell does not exceed it."""
+
+
+def delay_fault(c: Config, time: float) -> bool:
+    """Whether a delay is negative or longer than the line (kernel, D239)."""
+    return not (time >= 0.0 and time * ALMOST <= MOST_SAMPLES * c.ts)
+
+
+def begin_line(c: Config, s: State, aux: MutableSequence[float], samples: int, value: float) -> None:
+    """A line of this length, full of one value (kernel)."""
+    s.samples = samples
+    s.head = 0
+    s.delayed = value
+    for i in range(samples):
+        aux[c.buffer + i] = value
+
+
+def delayed(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float]) -> float:
+    """What InVar was a DelayTime ago (kernel)."""
+    b = c.base
+    x = sig[b + _DELAY_IN]
+    samples = int(nearest(single(sig[b + _TIME] / c.ts)))
+    if s.started == 0:
+        begin_line(c, s, aux, samples, sig[b + _DELAY_INIT])
+    elif samples != s.samples:
+        begin_line(c, s, aux, samples, s.delayed)
+    if samples == 0:
+        s.delayed = x
+        return x
+    at = c.buffer + s.head
+    s.delayed = aux[at]
+    aux[at] = x
+    s.head += 1
+    if s.head == samples:
+        s.head = 0
+    return s.delayed
+
+
+def delay(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float]) -> None:
+    """One call of ControlDelay (kernel)."""
+    b = c.base
+    sig[b + _DELAY_TS] = c.ts
+    if delay_fault(c, sig[b + _TIME]):
+        sig[b + _DELAY_ERROR] = 1.0
+        return
+    sig[b + _DELAY_ERROR] = 0.0
+    sig[b + _DELAY_OUT] = delayed(c, s, aux, sig)
+    s.started = 1
+
+
+def delay_lag(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float]) -> None:
+    """One call of ControlDelayLag: the delay first, then the lag (kernel)."""
+    b = c.base
+    sig[b + _LAG_TS] = c.ts
+    if delay_fault(c, sig[b + _TIME]) or lag_fault(b + LAG_AT, sig):
+        sig[b + _LAG_ERROR] = 1.0
+        return
+    sig[b + _LAG_ERROR] = 0.0
+    step_lag(c, s, delayed(c, s, aux, sig), b + LAG_AT, sig)
+
+
+# --- ControlON_OFF: the output switches where the error leaves the dead band (D244) -----------------------------------
+#
+# With an error bit the block is not executed, and its other outputs stay (D235). `State.status` has its two error
+# bits where it has those of the PID blocks, so that each is reported under its own name. D numbers: see
+# `block_decisions`.
+
+_ON_OFF = PLACES["ControlON_OFF"]
+_SP, _PV, _BAND, _ON_OFF_HIGH, _ON_OFF_LOW = (_ON_OFF[name] for name in ("SP", "PV", "DeadBand", "MaxPV", "MinPV"))
+_DIRECT, _MANUAL, _MANUAL_MV, _ON_OFF_MV = (_ON_OFF[name] for name in ("Direct", "Manual", "ManualMV", "MV"))
+_ERR_PV_LIMITS, _ERR_DEAD_BAND = _ON_OFF["ErrBits.MaxMinPV"], _ON_OFF["ErrBits.DeadBand"]
+_WARN_BITS = _ON_OFF["WarnBits.PV_MaxPV"]
+"""The first of four, in the order of the table, which is that of the PID blocks."""
+WARNINGS = 4
+PV_HIGH, PV_LOW, SP_HIGH, SP_LOW = 1, 2, 4, 8
+
+
+def write_bits(at: int, count: int, bits: int, sig: MutableSequence[float]) -> None:
+    """A set of bits as BOOLs, one after the other (kernel)."""
+    for i in range(count):
+        sig[at + i] = float((bits >> i) & 1)
+
+
+def limit_inputs(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """PV and SP within MinPV and MaxPV, and the warnings that tell so (kernel)."""
+    b = c.base
+    high = sig[b + _ON_OFF_HIGH]
+    low = sig[b + _ON_OFF_LOW]
+    s.pv = sig[b + _PV]
+    s.sp = sig[b + _SP]
+    warnings = 0
+    if s.pv > high:
+        s.pv = high
+        warnings = PV_HIGH
+    elif s.pv < low:
+        s.pv = low
+        warnings = PV_LOW
+    if s.sp > high:
+        s.sp = high
+        warnings |= SP_HIGH
+    elif s.sp < low:
+        s.sp = low
+        warnings |= SP_LOW
+    if warnings != s.aux_status:
+        s.aux_status = warnings
+        write_bits(b + _WARN_BITS, WARNINGS, warnings, sig)
+
+
+def on_off(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """One call of ControlON_OFF (kernel)."""
+    b = c.base
+    band = sig[b + _BAND]
+    errors = 0
+    if not sig[b + _ON_OFF_HIGH] > sig[b + _ON_OFF_LOW]:
+        errors |= BAD_PV_LIMITS
+    if not band >= 0.0:
+        errors |= BAD_DEAD_BAND
+    if errors != s.status // ERROR_BASE:
+        s.status = (s.status & MODES) | errors * ERROR_BASE
+        sig[b + _ERR_PV_LIMITS] = 1.0 if errors & BAD_PV_LIMITS else 0.0
+        sig[b + _ERR_DEAD_BAND] = 1.0 if errors & BAD_DEAD_BAND else 0.0
+    if errors != 0:
+        return
+    limit_inputs(c, s, sig)
+    s.status = MANUAL_MODE if sig[b + _MANUAL] != 0.0 else AUTO_MODE
+    s.error = single(s.sp - s.pv)
+    if s.status == MANUAL_MODE:
+        sig[b + _ON_OFF_MV] = 1.0 if sig[b + _MANUAL_MV] != 0.0 else 0.0
+    elif s.error > band or s.error < -band:
+        above = s.error > 0.0
+        sig[b + _ON_OFF_MV] = 1.0 if above == (sig[b + _DIRECT] == 0.0) else 0.0
+    s.out = sig[b + _ON_OFF_MV]
+
+
+# --- ControlPWM: the share of a period's cycles in which the output is on ---------------------------------------------
+#
+# The on-cycles come first in a period, as many as MV is where the period begins, rounded (D241, D242). D numbers: see
+# `block_decisions`.
+
+_PWM = PLACES["ControlPWM"]
+_PWM_MV, _PWM_HIGH, _PWM_LOW, _PERIOD = _PWM["MV"], _PWM["MaxMV"], _PWM["MinMV"], _PWM["Period"]
+_PWM_OUT, _PWM_ERROR, _WARNING = _PWM["PWM"], _PWM["Error"], _PWM["Warning"]
+
+
+def pwm(c: Config, s: State, sig: MutableSequence[float]) -> None:
+    """One call of ControlPWM (kernel)."""
+    b = c.base
+    low = sig[b + _PWM_LOW]
+    high = sig[b + _PWM_HIGH]
+    period = sig[b + _PERIOD]
+    if not (high > low and period >= 1.0):
+        sig[b + _PWM_ERROR] = 1.0
+        return
+    sig[b + _PWM_ERROR] = 0.0
+    mv = sig[b + _PWM_MV]
+    limited = clamp(mv, low, high)
+    sig[b + _WARNING] = 1.0 if limited != mv else 0.0
+    if s.head == 0:
+        on = nearest(single(single(single(limited - low) / single(high - low)) * period))
+        s.samples = int(period)
+        s.held = int(on) if on > 0.0 else 0
+    sig[b + _PWM_OUT] = 1.0 if s.head < s.held else 0.0
+    s.head += 1
+    if s.head >= s.samples:
+        s.head = 0
+
+
+# --- ControlSelectMax, ControlSelectMin and ControlSplitRange: functions, which keep nothing from call to call --------
+#
+# Of two equal outputs MV2 is selected (D245); a range is split at SPLIT (D246). D numbers: see `block_decisions`.
+
+_SELECT = PLACES["ControlSelectMax"]
+"""ControlSelectMin has the same places."""
+_MV1, _MV2, _SELECT_MV = _SELECT["MV1"], _SELECT["MV2"], _SELECT["MV"]
+_OVERR1, _OVERR2 = _SELECT["OVERR1"], _SELECT["OVERR2"]
+_SPLIT = PLACES["ControlSplitRange"]
+_SPLIT_IN, _POINT, _MODE = _SPLIT["MV"], _SPLIT["SPLIT"], _SPLIT["Mode"]
+_OUT1, _OUT2, _SPLIT_ERROR = _SPLIT["MV1"], _SPLIT["MV2"], _SPLIT["Error"]
+FULL = 100.0
+
+
+def select(c: Config, first: bool, sig: MutableSequence[float]) -> None:  # noqa: FBT001 - a kernel
+    """Takes one of the two and tells the other one that it is overridden (kernel)."""
+    b = c.base
+    sig[b + _SELECT_MV] = sig[b + (_MV1 if first else _MV2)]
+    sig[b + _OVERR1] = 0.0 if first else 1.0
+    sig[b + _OVERR2] = 1.0 if first else 0.0
+
+
+def select_max(c: Config, sig: MutableSequence[float]) -> None:
+    """One call of ControlSelectMax (kernel)."""
+    select(c, sig[c.base + _MV1] > sig[c.base + _MV2], sig)
+
+
+def select_min(c: Config, sig: MutableSequence[float]) -> None:
+    """One call of ControlSelectMin (kernel)."""
+    select(c, sig[c.base + _MV1] < sig[c.base + _MV2], sig)
+
+
+def split_range(c: Config, sig: MutableSequence[float]) -> None:
+    """One call of ControlSplitRange (kernel)."""
+    b = c.base
+    mv = sig[b + _SPLIT_IN]
+    point = sig[b + _POINT]
+    mode = sig[b + _MODE]
+    if not (1.0 <= mode <= 4.0 and 0.0 <= mv <= FULL and 0.0 < point < FULL):
+        sig[b + _SPLIT_ERROR] = 1.0
+        sig[b + _OUT1] = 0.0
+        sig[b + _OUT2] = 0.0
+        return
+    sig[b + _SPLIT_ERROR] = 0.0
+    lower = FULL
+    upper = 0.0
+    if mv < point:
+        lower = single(single(mv / point) * FULL)
+    else:
+        upper = single(single(single(mv - point) / single(FULL - point)) * FULL)
+    sig[b + _OUT1] = single(FULL - lower) if mode == 4.0 else lower
+    if mode == 1.0:
+        sig[b + _OUT2] = single(FULL - lower)
+    else:
+        sig[b + _OUT2] = single(FULL - upper) if mode == 3.0 else upper
+
+
+# --- The virtual NextoPID: one cycle of the task ----------------------------------------------------------------------
+#
+# Design. `scan` is called at every base step; it calls the blocks that are due, in the order of execution, each after
+# its wires have been renewed; what the program around assigns is new in every cycle (D694). What a block is stands in
+# one module a family: `equation` (with `autotune`), `on_off`, `pwm`, `filters`, `delay`, `selectors`. Nothing here
+# knows files or names: see `memory` for how a program becomes `Config` and `State`.
 
 __all__ = ["COST", "INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
@@ -95,3 +468,69 @@ def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: l
 INLINED = (scan, wire_in, value_of)
 """The hot path of compiled code."""
 COST = COSTS["nextopid"]
+
+# --- The parameters and signals of a virtual NextoPID program by name, as a map puts them into registers --------------
+
+NO_LOOP = -1
+
+
+class NextopidRegisters(Registers):
+    """Signals, and every parameter of every instance; a function has none."""
+
+    def __init__(self, plc: Nextopid) -> None:
+        self.plc = plc
+        self._loops = {loop: i for i, loop in enumerate(plc.loops)}
+        self._rows: dict[str, Parameter] = {name: Parameter(name, kind) for name, kind in plc.layout.signals.items()}
+        for instance in plc.layout.instances:
+            if not instance.kind.function:
+                self._rows |= {f"{instance.name}.{row.name}": row for row in instance.kind.table.rows}
+        copied = {copy.target for copy in plc.copies if copy.when is None}
+        numbers = plc.layout.numbers
+        self._written = {
+            name for name in self._rows if isinstance(plc.words.get(name), Wire) or numbers[name] in copied
+        }
+        """What the program writes in every cycle."""
+
+    def places(self) -> Mapping[Any, int]:
+        """Every signal and parameter, with its loop."""
+        return {name: self._loops.get(name.partition(".")[0], NO_LOOP) for name in self._rows}
+
+    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[Any, int]:
+        """As they are after the last cycle."""
+        numbers = self.plc.layout.numbers
+        return {
+            name: raw_of(self._rows[name].type, content_of_number(self._rows[name].type, sig[numbers[name]]))
+            for name, owner in self.places().items()
+            if owner == loop
+        }
+
+    def write(self, number: Any, raw: int, sig: MutableSequence[float]) -> Done:
+        """A signal from outside, or an input that the program does not write."""
+        row = self._rows[number]
+        owner, _, name = number.partition(".")
+        if row.access == "output":
+            raise RegisterError(NO_REGISTER, f"{number} is an output, which the block writes")
+        if number in self._written:
+            raise RegisterError(NO_REGISTER, f"{number} is written by the program")
+        if name:
+            row = checked_row(self.plc.keys[owner], number, name)
+        content = content_written(number, row, raw)
+        loop = self._loops.get(owner, NO_LOOP)
+        if loop == NO_LOOP or not name:
+            sig[self.plc.inputs.get(number, self.plc.layout.numbers[number])] = number_of(row.type, content)
+            return done(number, row, content, None, None)
+        before = self.plc.intended_mode(loop, sig)
+        late = self.plc.set(loop, (name,), content, sig)
+        mode = self.plc.intended_mode(loop, sig)
+        return done(number, row, content, late, mode if mode != before else None)
+
+
+def content_of_number(kind: IecType, value: float) -> Content:
+    """What the kernels have as a content: the inverse of `number_of`."""
+    if kind.kind == "bool":
+        return value != 0.0
+    if kind.kind == "time":
+        return time_text(round(value * 1000))
+    if kind.kind == "word":
+        return kind.words[int(value)]
+    return finite(value, 0.0) if kind.kind == "real" else int(value)

@@ -10,15 +10,14 @@ from decimal import Decimal
 from functools import cached_property
 from typing import Any
 
-from pidcfg.encoders.click.encode import deviation_alarms_on, pv_alarms_on, values_of
-from pidcfg.encoders.image import Block, Encoding
-from pidcfg.encoders.mapping import switched_on
+from pidcfg.encoders.click.image import deviation_alarms_on, pv_alarms_on, values_of
+from pidcfg.encoders.image import Block, Encoding, switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
 from pidcfg.encoders.regmap import decode_one
-from pidcfg.frozen import frozen
 from pidcfg.schemas.click import ClickFile, Loop
-from pidcfg.validate.ideas.blocks import Extent, extents_of
-from pidcfg.validate.views import Context, Pair, View, complete, with_unit
+from pidcfg.text.frozen import frozen
+from pidcfg.validate.ideas import Extent, extents_of
+from pidcfg.validate.rule import Context, Pair, View, complete, with_unit
 
 PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""

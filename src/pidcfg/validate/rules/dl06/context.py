@@ -10,9 +10,12 @@ from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dl06.encode import (
+from pidcfg.encoders.codecs import Position, Scale, bcd_digits, bcd_word
+from pidcfg.encoders.dl06.image import (
     LOOP_SIZE,
     OUTPUT_OFFSET,
+    Setup,
+    check_setup,
     deviation_alarms_on,
     loop_start,
     pv_alarms_on,
@@ -21,22 +24,18 @@ from pidcfg.encoders.dl06.encode import (
     scales_of,
     values_of,
 )
-from pidcfg.encoders.dl06.setup import Setup, check_setup
-from pidcfg.encoders.image import Block, Encoding
-from pidcfg.encoders.mapping import switched_on
+from pidcfg.encoders.image import Block, Encoding, switched_on
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
 from pidcfg.encoders.regmap import scale_of
-from pidcfg.encoders.scales import Position, Scale
-from pidcfg.encoders.words import bcd_digits, bcd_word
-from pidcfg.frozen import frozen
+from pidcfg.schemas.base import v_name
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
 from pidcfg.schemas.numbers import decimal_text
-from pidcfg.schemas.octal import v_name
-from pidcfg.validate.views import Context, View, complete
+from pidcfg.text.frozen import frozen
+from pidcfg.validate.rule import Context, View, complete
 
 if TYPE_CHECKING:
-    from pidcfg.paths import Path
     from pidcfg.schemas.base import Quantity
+    from pidcfg.text.paths import Path
 
 WORDS = {word.name: word for word in LOOP_TABLE.words}
 NINES = 9999

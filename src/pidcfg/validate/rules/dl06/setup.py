@@ -1,20 +1,38 @@
-"""Set-up of the CPU: where the loop table lies (V7640), how many loops run (V7641), and how fast."""
+"""What lies where in a DL06: loop table, ramp/soak tables, auto transfer, and loops that run in Program mode."""
 
 from __future__ import annotations
 
 from decimal import Decimal
+from itertools import permutations, product
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.dl06.encode import loop_start
-from pidcfg.encoders.dl06.setup import OUTSIDE_LOWER, OUTSIDE_UPPER, STRADDLES, TOO_MANY
-from pidcfg.encoders.maps.dl06 import CPU
-from pidcfg.refs import DL06, Decision
+from pidcfg.encoders.dl06.image import (
+    LOOP_SIZE,
+    OUTSIDE_LOWER,
+    OUTSIDE_UPPER,
+    STRADDLES,
+    TABLE_IN_SYSTEM,
+    TABLE_OUTSIDE_LOWER,
+    TABLE_OUTSIDE_UPPER,
+    TOO_MANY,
+    check_ramp_soak,
+    loop_start,
+)
+from pidcfg.encoders.maps.dl06 import CPU, D03, LOOP_TABLE, RAMP_SOAK_SIZE
+from pidcfg.schemas.base import v_name
 from pidcfg.schemas.numbers import decimal_text
-from pidcfg.schemas.octal import v_name
-from pidcfg.validate.rule import Findings, error, finding, warning
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.references import DL06, Decision
+from pidcfg.validate.ideas import at_both, in_words, sharing
+from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
 
 if TYPE_CHECKING:
-    from pidcfg.validate.rules.dl06.context import Dl06Context
+    from collections.abc import Iterator
+
+    from pidcfg.schemas.dl06 import Transfer
+    from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+
+# --- Set-up of the CPU: where the loop table lies (V7640), how many loops run (V7641), and how fast -------------------
 
 POINTER = DL06.at("Loop Table and Number of Loops")
 FLAGS = DL06.at("PID Error Flags, V7642")
@@ -219,3 +237,414 @@ def sample_rate_too_fast_for_loop_count(context: Dl06Context) -> Findings:
             yield view.at(
                 "sample_rate", value=decimal_text(view.loop.sample_rate), loops=loops_text(context.count), limit=limit
             )
+
+
+# --- The ramp/soak generator: its table's place in memory, and whether it can run -------------------------------------
+
+ERRORS = DL06.at("Ramp/Soak Programming Errors")
+RAMP_SOAK_TABLE = DL06.at("Ramp/Soak Table")
+ENABLE = DL06.at("Ramp/Soak Generator Enable")
+CONTROLS = DL06.at("Ramp/Soak Controls")
+TROUBLE = DL06.at("Troubleshooting Tips")
+
+D348 = Decision(
+    348,
+    "user memory for ramp/soak tables",
+    "V400-V677, V1200-V7577 and V10000-V17777. A table below V1200 or beyond V7377 is a warning.",
+    "The data areas of the PV transfer contain V400-V677 and end at V7377; the lower range of V7640 begins at V1200, "
+    "and bit 3 of V7642 speaks of the boundary at V7577.",
+)
+UNDISPUTED = tuple(area for area in CPU.transfer_sources if area[0] >= CPU.lower[0])
+BELOW_LOWER = (
+    "a data area of the PV transfer (V400-V677), but below the lower memory of V7640, which begins at V1200: bit 0 of "
+    "+35 may come on"
+)
+BEYOND_SOURCES = (
+    "up to V7577 by the flags of V7642, but the data area of the PV transfer ends at V7377: bit 0 of +35 may come on"
+)
+
+BITS = {TABLE_OUTSIDE_LOWER: 0, TABLE_OUTSIDE_UPPER: 1, TABLE_IN_SYSTEM: 4}
+
+
+def tables(context: Dl06Context) -> Iterator[tuple[LoopView, int, int]]:
+    """Each loop with a ramp/soak table that is used or written: the table's first and last word."""
+    for view in context.loops:
+        profile = view.loop.ramp_soak
+        if profile is not None and (profile.enabled or profile.steps is not None):
+            yield view, profile.table, profile.table + RAMP_SOAK_SIZE - 1
+
+
+def error_bit(view: LoopView, flags: int) -> str:
+    """How findings name a bit of +35."""
+    return f"bit {BITS[flags]} of {view.v('ramp_soak_errors')} when the profile is started: it does not run"
+
+
+@error("DL274", ERRORS, "the ramp/soak table occupies {words}, outside user memory ({user})")
+def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Findings:
+    """The 32 words of a ramp/soak table do not all lie in user memory.
+
+    Why: when the generator is started, the CPU sets bit 0 or bit 1 of +35 and the profile does not run; until then
+    nothing shows. The table needs its 32 words whatever the number of steps.
+
+    Fix: place it in V1200-V7377 or V10000-V17777, all 32 words (40 octal).
+    """
+    for view, first, last in tables(context):
+        flags = check_ramp_soak(first)
+        if flags and flags != TABLE_IN_SYSTEM:
+            yield view.at(
+                "ramp_soak",
+                "table",
+                plc_effect=error_bit(view, flags),
+                words=between((first, last)),
+                user=", ".join(between(ends) for ends in CPU.user),
+            )
+
+
+@error("DL275", ERRORS, "the ramp/soak table starts at {start}, among the system parameters {system}")
+def ramp_soak_table_in_system_memory(context: Dl06Context) -> Findings:
+    """A ramp/soak table starts among the system parameters V7600-V7777.
+
+    Why: V7640 to V7642, the set-up of all loops, lie there. Downloading the table would overwrite them; the CPU sets
+    bit 4 of +35 when the profile is started.
+
+    Fix: place the table in user memory, V1200-V7377 or V10000-V17777.
+    """
+    for view, first, _ in tables(context):
+        if check_ramp_soak(first) == TABLE_IN_SYSTEM:
+            yield view.at(
+                "ramp_soak",
+                "table",
+                plc_effect=error_bit(view, TABLE_IN_SYSTEM),
+                start=v_name(first),
+                system=between(CPU.system),
+            )
+
+
+@warning("DL505", D348, "the ramp/soak table occupies {words}; {doubt}")
+def ramp_soak_table_in_disputed_memory(context: Dl06Context) -> Findings:
+    """A ramp/soak table lies where one passage of the manual has user memory and another has not.
+
+    Why: a table "may be anywhere in user memory", and no list says what that is. The data areas of the PV transfer are
+    V400-V677, V1200-V7377 and V10000-V17777; the pointer of the loop table begins at V1200; the error flags of V7642
+    know a boundary at V7577. Where the CPU sees it otherwise, it sets bit 0 of +35 when the profile is started, and the
+    profile does not run.
+
+    Fix: place the table in V1200-V7377 or V10000-V17777, which no passage contradicts.
+    """
+    for view, first, last in tables(context):
+        if not check_ramp_soak(first) and not any(low <= first and last <= high for low, high in UNDISPUTED):
+            below = last < CPU.lower[0]
+            yield view.at(
+                "ramp_soak", "table", words=between((first, last)), doubt=BELOW_LOWER if below else BEYOND_SOURCES
+            )
+
+
+@error("DL276", RAMP_SOAK_TABLE, "the ramp/soak table {words} overlaps the loop table {table}")
+def ramp_soak_table_in_loop_table(context: Dl06Context) -> Findings:
+    """A ramp/soak table overlaps the loop table.
+
+    Why: one of the two overwrites the other: set points and slopes would be read as gains and pointers of a loop.
+
+    Fix: move the ramp/soak table behind the loop table or anywhere else in user memory (32 words).
+    """
+    start, end = context.table
+    for view, first, last in tables(context):
+        if first <= end and last >= start:
+            yield view.at("ramp_soak", "table", words=between((first, last)), table=between((start, end)))
+
+
+@error("DL277", RAMP_SOAK_TABLE, "the ramp/soak table {words} overlaps that of {other}, {theirs}")
+def ramp_soak_tables_overlap(context: Dl06Context) -> Findings:
+    """The ramp/soak tables of two loops overlap.
+
+    Why: each table takes 32 words regardless of the number of segments programmed; words that two profiles share make
+    one of them run the other's steps.
+
+    Fix: place the tables at least 40 octal words apart.
+    """
+    for (view, first, last), (other, start, end) in permutations(tables(context), 2):
+        if first <= end and last >= start:
+            words, theirs = between((first, last)), between((start, end))
+            yield view.at("ramp_soak", "table", words=words, other=other.name, theirs=theirs).shared_with(other.name)
+
+
+@per_loop
+@warning("DL278", RAMP_SOAK_TABLE, "the generator is on, but {what}")
+def ramp_soak_without_steps(view: LoopView) -> Findings:
+    """The ramp/soak generator is on and has no profile.
+
+    Why: with an empty list the table is all zeros, and slope 0 ends the profile at once. Without a list (an info) the
+    table is not part of the file, and something else has to write it.
+
+    Fix: list the `steps`, or remove `ramp_soak`.
+    """
+    profile = view.loop.ramp_soak
+    if profile is not None and profile.enabled and not profile.steps:
+        empty = profile.steps is not None
+        what = "its profile is empty" if empty else f"the file does not write the table at {v_name(profile.table)}"
+        place, severity = ("steps", None) if empty else ("table", Severity.INFO)
+        yield view.at("ramp_soak", place, severity=severity, what=what)
+
+
+@per_loop
+@info("DL279", ENABLE, "a profile is written, but bit 11 of {word} is off: the controls in {flags} will not operate")
+def ramp_soak_switched_off(view: LoopView) -> Findings:
+    """A ramp/soak profile is given, and the generator's enable bit is off.
+
+    Why: the start, hold, resume and jog bits do nothing unless the enable bit is 1 during the entire process. It is the
+    first thing that the troubleshooting section asks for.
+
+    Fix: remove `enabled: false`, unless the ladder program sets the bit.
+    """
+    profile = view.loop.ramp_soak
+    if profile is not None and profile.steps and not profile.enabled:
+        yield view.at("ramp_soak", "enabled", word=view.v("mode_setting_1"), flags=view.v("ramp_soak_flags"))
+
+
+@warning("DL280", TROUBLE, "the ramp/soak generator is on, but mode is cascade: the set point comes from {source}")
+def ramp_soak_in_cascade(context: Dl06Context) -> Findings:
+    """The ramp/soak generator is on in a loop that is meant for Cascade mode.
+
+    Why: the generator writes the loop's own set point (+02), and in Cascade the loop reads the remote one. The profile
+    does not operate, as the troubleshooting section says.
+
+    Fix: put the profile on the outermost loop of the cascade.
+    """
+    for view in context.loops:
+        profile = view.loop.ramp_soak
+        if profile is not None and profile.enabled and view.loop.mode == "cascade":
+            major = context.majors[view.index]
+            source = view.v("remote_setpoint") if major is None else context.loops[major].loop.name
+            yield view.at_key("ramp_soak", source=source)
+
+
+@per_loop
+@warning("DL281", CONTROLS, "request is {request}: the bit is already 1 in {word} when the program is downloaded")
+def ramp_soak_control_preset(view: LoopView) -> Findings:
+    """A control bit of the ramp/soak generator is set in the download.
+
+    Why: the normal state of the control bits is all zeros, and each acts on a change from 0 to 1 while the CPU is in
+    Run. A bit that is already on can start a profile that nobody asked for, or keep it from starting.
+
+    Fix: remove `request`; let the ladder program or the operator set the bit.
+    """
+    profile = view.loop.ramp_soak
+    if profile is not None and profile.request != "none":
+        yield view.at("ramp_soak", "request", request=profile.request, word=view.v("ramp_soak_flags"))
+
+
+# --- Auto transfer of PV and output, and loops that run while the CPU is in Program mode ------------------------------
+
+MODES = DL06.at("CPU Modes and Loop Modes")
+TRANSFER = DL06.at("Auto Transfer to Analog I/O")
+FROM_MEMORY = DL06.at("PV Auto Transfer (Addr + 36) from V-memory Option")
+SOURCES = DL06.at("Data Sources")
+SELECT = DL06.at("Step 4: Select I/O Modules")
+
+D660 = Decision(
+    660,
+    "loops that read one channel",
+    "Two loops may fetch their PV from one channel or word: a heating and a cooling loop do. Two of the same action "
+    "are an info.",
+    "The manual forbids two sources of one variable, not two readers of one source.",
+)
+
+
+def channel_of(transfer: Transfer | None) -> tuple[int, int] | None:
+    """Slot and channel of a transfer that goes to a module."""
+    if transfer is None or transfer.slot is None or transfer.channel is None:
+        return None
+    return transfer.slot, transfer.channel
+
+
+def source_of(transfer: Transfer | None) -> str | None:
+    """Where a transfer fetches the PV, in words."""
+    if transfer is not None and transfer.address is not None:
+        return v_name(transfer.address)
+    place = channel_of(transfer)
+    return None if place is None else f"slot {place[0]}, channel {place[1]}"
+
+
+@warning(
+    "DL289", MODES, "the loop is independent of the CPU mode, but {missing}: in Program mode nothing moves {words}"
+)
+def independent_loop_without_transfer(context: Dl06Context) -> Findings:
+    """A loop is to run while the CPU is in Program mode, without direct access to the channels of PV and output.
+
+    Why: in Program mode the ladder program stands still, and with it the copying of analog values. The loop would go on
+    calculating from a frozen PV, or into a word that no module reads. A PV fetched from V-memory is frozen as well: the
+    ladder program, or the pointer method that it runs, writes that word. The output of a major loop needs no transfer.
+
+    Fix: add `pv.transfer` and `output.transfer` (slot and channel), or remove `independent_of_cpu_mode`.
+    """
+    majors = set(context.majors)
+    for view in context.loops:
+        loop = view.loop
+        if not loop.independent_of_cpu_mode:
+            continue
+        missing = [] if loop.pv.transfer else ["pv"]
+        if loop.output.transfer is None and view.index not in majors:
+            missing.append("output")
+        absent = " and ".join(f"{key}.transfer" for key in missing)
+        reasons = [f"{absent} {'is' if len(missing) == 1 else 'are'} not given"] if missing else []
+        if loop.pv.transfer and loop.pv.transfer.address is not None:
+            reasons.append(f"pv.transfer reads {v_name(loop.pv.transfer.address)}, which the ladder program writes")
+            missing.insert(0, "pv")
+        if reasons:
+            words = " and ".join(view.v(key) for key in missing)
+            yield view.at("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
+
+
+@per_loop
+@error("DL290", FROM_MEMORY, "the PV's source {address} is outside {allowed}")
+def transfer_source_outside_memory(view: LoopView) -> Findings:
+    """The PV is transferred from a V-memory word that the manual does not allow.
+
+    Why: the transfer reads V400-V677, V1200-V7377 and V10000-V17777 only; elsewhere lie timers, system words and words
+    kept in non-volatile memory. An address that is read wrongly is a PV that stands still.
+
+    Fix: copy the value to a word inside these ranges and transfer it from there.
+    """
+    transfer = view.loop.pv.transfer
+    if transfer is None or transfer.address is None:
+        return
+    if not any(low <= transfer.address <= high for low, high in CPU.transfer_sources):
+        yield view.at(
+            "pv",
+            "transfer",
+            "address",
+            address=v_name(transfer.address),
+            allowed=", ".join(between(ends) for ends in CPU.transfer_sources),
+        )
+
+
+@per_loop
+@error("DL291", TRANSFER, "output.transfer names {address}, but {word} holds slot and channel only")
+def output_transferred_to_memory(view: LoopView) -> Findings:
+    """The output is to be transferred to a V-memory word.
+
+    Why: a V-memory address is an option of the PV's word (+36) alone. In the output's word (+37) its digits would be
+    read as base, slot and channel.
+
+    Fix: give slot and channel, or leave the transfer out and let the ladder program read the output word.
+    """
+    transfer = view.loop.output.transfer
+    if transfer is not None and transfer.address is not None:
+        yield view.at("output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer"))
+
+
+@error("DL292", SOURCES, "slot {slot}, channel {channel} is also the output of {others}")
+def output_channel_written_twice(context: Dl06Context) -> Findings:
+    """Two loops transfer their outputs to the same channel.
+
+    Why: the loop that is calculated last wins; the actuator jumps between two outputs, and neither loop controls.
+
+    Fix: correct the slot or channel of one of them.
+    """
+    rows = ((channel_of(view.loop.output.transfer), view) for view in context.loops)
+    for (slot, channel), view, others in sharing((place, view) for place, view in rows if place is not None):
+        finding = view.at_key("output", "transfer", slot=slot, channel=channel, others=in_words(others))
+        yield finding.shared_with(*others)
+
+
+@info("DL520", D660, "{place} is also the PV of {others}, and both are {action}-acting")
+def channel_read_twice(context: Dl06Context) -> Findings:
+    """Two loops read their PV from the same channel or word and act in the same direction.
+
+    Why: two integral terms on one PV share the work in any proportion, and drift against each other. Often the transfer
+    was copied with the rest of the loop, and one of them controls what it does not measure.
+
+    Fix: give each loop its own channel. A direct-acting and a reverse-acting loop on one PV are not reported.
+    """
+    rows = ((source_of(view.loop.pv.transfer), view) for view in context.loops)
+    keyed = (((place, view.loop.action), view) for place, view in rows if place is not None)
+    for (place, action), view, others in sharing(keyed):
+        finding = view.at_key("pv", "transfer", place=place, action=action, others=in_words(others))
+        yield finding.shared_with(*others)
+
+
+@info(
+    "DL293",
+    SELECT,
+    "slot {slot}, channel {channel} is the PV of {reader} and the output of {writer}: right only for a combined "
+    "input/output module",
+)
+def channel_read_and_written(context: Dl06Context) -> Findings:
+    """An output goes to the slot and channel from which a PV is read.
+
+    Why: a module either measures or drives, except for the combination modules, which count inputs and outputs from 1
+    each. With any other module one of the two transfers reaches nothing.
+
+    Fix: check the module in this slot.
+    """
+    for reader, writer in product(context.loops, repeat=2):
+        place = channel_of(reader.loop.pv.transfer)
+        if place is None or place != channel_of(writer.loop.output.transfer):
+            continue
+        values = {"slot": place[0], "channel": place[1], "reader": reader.name, "writer": writer.name}
+        at_writer, at_reader = writer.at_key("output", "transfer"), reader.at_key("pv", "transfer")
+        if reader is writer:
+            yield at_writer.quoting(**values)
+        else:
+            yield from at_both(writer, at_writer, reader, at_reader, **values)
+
+
+@warning("DL294", SOURCES, "the PV's source {address} is {what}")
+def pv_source_in_pid_table(context: Dl06Context) -> Findings:
+    """The PV is transferred from a word of the loop table or of a ramp/soak table.
+
+    Why: those words are settings or results of loops, not measurements. Usually the word that the analog module writes
+    was meant; its own +03 as a source would leave the PV as it is for ever.
+
+    Fix: give the word that holds the measured value, or slot and channel.
+    """
+    for view in context.loops:
+        transfer = view.loop.pv.transfer
+        if transfer is not None and transfer.address is not None and (what := _in_tables(context, transfer.address)):
+            yield view.at("pv", "transfer", "address", address=v_name(transfer.address), what=what)
+
+
+def _in_tables(context: Dl06Context, address: int) -> str:
+    """Which word of which table an address is; empty when it is outside them."""
+    first, last = context.table
+    if first <= address <= last:
+        index, offset = divmod(address - first, LOOP_SIZE)
+        word = next(word for word in LOOP_TABLE.words if word.offset == offset)
+        return f"word +{offset:02o} ({word.title}) of loop {index + 1}"
+    owner = next((view for view, start, end in tables(context) if start <= address <= end), None)
+    return "" if owner is None else f"in the ramp/soak table of {owner.name}"
+
+
+@per_loop
+@checklist(
+    "DL295",
+    D03,
+    "{word} holds {digits}: slot {slot} by the manual's table (1 to 4), but its text counts slots from 0{hexadecimal}",
+)
+def slot_counted_two_ways(view: LoopView) -> Findings:
+    """The manual counts the slots of the option cards in two ways.
+
+    Why: its table says 1 to 4; its text says that slot 1 is the second slot and slot 0 is adjacent to the CPU. The file
+    is encoded by the table. Channels from 10 on are stored as hexadecimal digits, which the manual leaves open.
+    All channels of a module that is used this way are closed to the pointer method.
+
+    Fix: see that the PV follows the right terminal.
+    """
+    if _channels(view):
+        yield _slot(view)
+
+
+def _channels(view: LoopView) -> list[tuple[str, tuple[int, int]]]:
+    """What of a loop is transferred from or to a channel, with its slot and channel."""
+    transfers = (("pv", view.loop.pv.transfer), ("output", view.loop.output.transfer))
+    return [(key, channel) for key, transfer in transfers if (channel := channel_of(transfer)) is not None]
+
+
+def _slot(view: LoopView) -> Finding:
+    """What the word of a loop's first channel holds."""
+    key, (slot, channel) = _channels(view)[0]
+    word = view.block.encoded.words[LOOP_TABLE.offset(f"{key}_transfer")]
+    shown = "" if channel <= 9 else f", and channel {channel} is stored as {channel:02X} hex"
+    return view.at_key(
+        key, "transfer", word=view.v(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown
+    )

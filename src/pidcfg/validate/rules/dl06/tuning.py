@@ -1,21 +1,22 @@
-"""The P, I and D terms: which are on, and values that do not do what they look like."""
+"""The P, I and D terms of the DL06, the form of the equation, and auto-tuning."""
 
 from __future__ import annotations
 
 from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.dl06.encode import reset_value
+from pidcfg.encoders.codecs import EncodeError, bcd_digits, nearest
+from pidcfg.encoders.dl06.image import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
-from pidcfg.encoders.words import EncodeError, bcd_digits, nearest
-from pidcfg.refs import DL06, Decision
 from pidcfg.schemas.numbers import decimal_text
-from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
+from pidcfg.text.references import DL06, Decision
+from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, value_or_switch, warning
 from pidcfg.validate.rules.dl06.context import NINES
-from pidcfg.validate.views import value_or_switch
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
+
+# --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
 
 TERMS = DL06.at("P-I-D Loop Terms")
 SUBSET = DL06.at("Using a Subset of PID Control")
@@ -286,3 +287,266 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
             sample=decimal_text(sample),
             counts=f"{counts:.0f}",
         )
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The form of the equation and what depends on it: bumpless transfer, bias freeze, and what the derivative acts on.
+
+FEATURES = DL06.at("PID Loop Feature Specifications")
+FREEZE = DL06.at("Bias Freeze")
+BUMPLESS = DL06.at("Bumpless Transfers")
+
+D14 = Decision(
+    14,
+    "the DL06's derivative acts on the error",
+    "`derivative: pv` is accepted for other CPUs of the family, with an info.",
+    "The DL06 manual prints Kr·(e(n) − e(n−1)), the DL405 manual a derivative of the PV.",
+)
+
+
+@info("DL220", D14, "derivative is pv, but the DL06's manual prints a derivative of the error")
+def derivative_of_another_cpu(context: Dl06Context) -> Findings:
+    """The file says that the derivative acts on the PV, as on other CPUs of the family.
+
+    Why: no word of the DL06 selects it; the choice only changes the simulation. With the derivative of the error, a
+    step of the set point kicks the output, and a simulation with `pv` would hide that.
+
+    Fix: remove `derivative: pv` unless the file is for another CPU of the family.
+    """
+    if context.config.plc.derivative == "pv":
+        yield finding("plc", "derivative")
+
+
+@per_loop
+@error("DL221", BUMPLESS, "bumpless is II, but the velocity form needs Bumpless Transfer I")
+def velocity_form_with_bumpless_two(view: LoopView) -> Findings:
+    """The velocity form of the equation is combined with Bumpless Transfer II.
+
+    Why: type II sets the bias, and the velocity form has no bias: the change to Auto would not be bumpless at all. The
+    manual demands type I.
+
+    Fix: write `bumpless: I`, or take the position form.
+    """
+    if view.loop.algorithm == "velocity" and view.loop.bumpless == "II":
+        yield view.at("bumpless")
+
+
+@per_loop
+@warning(
+    "DL222",
+    FREEZE,
+    "bias_freeze is on, but the output stays between {low} and {high}: it never reaches {ends} counts, where "
+    "the bias would freeze",
+)
+def freeze_never_reached(view: LoopView) -> Findings:
+    """Bias freeze is on while the output limits are narrower than the data range.
+
+    Why: the freeze works only when the output reaches an end of the data range (0 and 4095 counts for 12-bit unipolar).
+    Behind narrower limits the bias keeps integrating: the loop winds up and overshoots when it comes back, which the
+    freeze was meant to prevent.
+
+    Fix: set the output limits to the ends of the data range and limit the actuator elsewhere, or expect windup and
+    remove `bias_freeze`.
+    """
+    if (
+        view.loop.bias_freeze
+        and view.loop.algorithm == "position"
+        and (limits := view.holds("output_low", "output_high"))
+    ):
+        ends = view.scales["output"].format
+        if limits[0] > ends.minimum or limits[1] < ends.maximum:
+            yield view.at(
+                "bias_freeze",
+                low=view.shown("output_low"),
+                high=view.shown("output_high"),
+                ends=f"{ends.minimum} or {ends.maximum}",
+            )
+
+
+@per_loop
+@warning("DL223", FEATURES, "bias_freeze is on, but the velocity form has no bias to freeze")
+def freeze_in_velocity_form(view: LoopView) -> Findings:
+    """Bias freeze is on in a loop of the velocity form.
+
+    Why: anti-windup is a feature of the position form. The velocity form keeps no integral sum, so the bit does
+    nothing.
+
+    Fix: remove `bias_freeze`, or take the position form.
+    """
+    if view.loop.bias_freeze and view.loop.algorithm == "velocity":
+        yield view.at("bias_freeze")
+
+
+@per_loop
+@checklist(
+    "DL521",
+    FREEZE,
+    "with the reset of {reset} s and without bias_freeze the bias goes on to the end of its range while the output "
+    "stands at {low} or {high} counts",
+)
+def windup_not_prevented(view: LoopView) -> Findings:
+    """A loop integrates while its output is at an end of the data range.
+
+    Why: as long as there is an error the bias goes on to its own limit, although the output cannot follow. After a
+    start-up or a lost signal it takes a long time to come back, and the PV overshoots meanwhile; the manual calls it
+    reset windup. Loops whose output limits are narrower than the data range are not reported: there the freeze does
+    not work.
+
+    Fix: write `bias_freeze: true`, or see that the overshoot after a start-up does no harm.
+    """
+    loop, reset, limits = view.loop, view.reset, view.holds("output_low", "output_high")
+    if loop.bias_freeze or loop.algorithm != "position" or not limits or reset is None or "reset" in view.misfits:
+        return
+    ends = view.scales["output"].format
+    if reset > 0 and (limits[0], limits[1]) == (ends.minimum, ends.maximum):
+        yield view.at("bias_freeze", low=limits[0], high=limits[1], reset=decimal_text(reset))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Auto-tuning: a start that nobody asked for, modes and limits that stop it, and the manual's two contradictions.
+
+PROCEDURE = DL06.at("Auto Tuning Procedure")
+FILTER = DL06.at("The DL06 Built-in Analog Filter")
+
+D28 = Decision(
+    28,
+    "auto-tune starts with the PV 205 counts from the set point",
+    "The PV must be at least 205 of 4095 counts below the set point for direct action, above it for reverse action.",
+    "A note of the procedure says so; the paragraph on the error bit demands PV and SP within 5 % of full scale, "
+    "which is the opposite. The procedure is followed.",
+)
+D29 = Decision(
+    29,
+    "a closed-loop auto-tune switches between the output limits",
+    "Output limits at the ends of the data range set the error bit, and the gains are written all the same; narrower "
+    "limits make the relay smaller and set no bit.",
+    "The timing diagram switches between the upper and lower limit settings, while the error bit is said to come on "
+    "when the output goes to the limits of the range.",
+)
+APART = Decimal(205) / 4095
+
+
+@per_loop
+@warning("DL296", PROCEDURE, "autotune.start is true: bit 7 of {word} is already 1 when the program is downloaded")
+def autotune_start_preset(view: LoopView) -> Findings:
+    """The start bit of auto-tuning is set in the download.
+
+    Why: auto-tuning induces large changes of the output, and the manual warns of injury and damage. With the bit in the
+    image it begins as soon as the PLC runs, with nobody watching, and overwrites gain, reset, rate and sample rate.
+
+    Fix: remove `start`; start auto-tuning from the programming software or the ladder program.
+    """
+    if view.loop.autotune.start:
+        yield view.at("autotune", "start", word=view.v("mode_setting_2"))
+
+
+@per_loop
+@warning("DL297", PROCEDURE, "{method}-loop auto-tuning is to start in mode {mode}; it needs the loop in {wanted}")
+def autotune_in_wrong_mode(view: LoopView) -> Findings:
+    """Auto-tuning is to start in a mode that its method does not work in.
+
+    Why: the open-loop method steps the output and wants the loop in Manual; the closed-loop method is for a loop that
+    is in Auto and cannot be shut down.
+
+    Fix: choose the method that fits the mode.
+    """
+    tune, mode = view.loop.autotune, view.loop.mode
+    wanted = "manual" if tune.method == "open" else "auto"
+    if tune.start and mode != wanted:
+        yield view.at("autotune", "method", method=tune.method, mode=mode, wanted=wanted)
+
+
+@per_loop
+@checklist("DL298", D29, "a closed-loop auto-tune switches the output between {low} and {high} only")
+def autotune_between_narrow_limits(view: LoopView) -> Findings:
+    """A closed-loop auto-tune is planned for a loop with narrowed output limits.
+
+    Why: the relay switches between the output limits. Narrow ones make the PV's swing smaller, so that noise counts for
+    more; the full range, on the other hand, is what the manual calls an error (DL501).
+
+    Fix: see that the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
+    """
+    if closed_loop_planned(view) and view.holds("output_low", "output_high") and not relay_reaches_an_end(view):
+        yield view.at_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
+
+
+@per_loop
+@warning(
+    "DL501",
+    D29,
+    "a closed-loop auto-tune switches the output between {low} and {high}, and an end of the range is an error by the "
+    "manual: bit 13 of {word} comes on",
+)
+def autotune_relay_at_the_end_of_the_range(view: LoopView) -> Findings:
+    """A closed-loop auto-tune is planned for a loop whose output limits reach an end of the data range.
+
+    Why: "the bit will also turn on if the closed-loop method is in use, and the output goes to the limits of the
+    range", yet the output limits are what the relay switches between. The simulated PLC sets the bit and writes the
+    gains all the same; whether a real one does is open, so that gains with bit 13 on are not to be trusted.
+
+    Fix: narrow `output.limits` at both ends while tuning, and read bit 13 of +06 before the gains are used.
+    """
+    if closed_loop_planned(view) and relay_reaches_an_end(view):
+        low, high = view.shown("output_low"), view.shown("output_high")
+        yield view.at_key("autotune", low=low, high=high, word=view.v("mode_and_alarm_status"))
+
+
+@per_loop
+@info("DL508", FILTER, "a closed-loop auto-tune is planned without a PV filter, which the manual strongly recommends")
+def autotune_without_filter(view: LoopView) -> Findings:
+    """A closed-loop auto-tune is planned, and the PV filter is off.
+
+    Why: the relay switches at each crossing of PV and set point; noise switches it too early. "We strongly recommend
+    the use of a filter during auto tuning. You may disable the filter after auto tuning is complete."
+
+    Fix: give `pv.filter` while tuning, or filter in the ladder program.
+    """
+    if closed_loop_planned(view) and not view.filtered:
+        yield view.at_key("autotune")
+
+
+@per_loop
+@checklist("DL509", PROCEDURE, "an auto-tune of type PI writes 0 to {word}: the rate of {rate} s is lost")
+def autotune_of_pi_clears_the_rate(view: LoopView) -> Findings:
+    """An auto-tune of type PI is planned for a loop with a rate time.
+
+    Why: "if you select PI tuning, the auto tune procedure leaves the derivative gain at 0".
+
+    Fix: tune with `type: PID`, or write the rate again afterwards.
+    """
+    tune, rate = view.loop.autotune, view.loop.tuning.rate
+    if "autotune" in view.loop.model_fields_set and tune.type == "PI" and rate:
+        yield view.at_key("autotune", word=view.v("rate"), rate=decimal_text(rate))
+
+
+def closed_loop_planned(view: LoopView) -> bool:
+    """Whether the file speaks of a closed-loop auto-tune."""
+    return "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
+
+
+def relay_reaches_an_end(view: LoopView) -> bool:
+    """Whether an output limit is an end of the data range."""
+    limits, ends = view.holds("output_low", "output_high"), view.scales["output"].format
+    return bool(limits) and (limits[0] <= ends.minimum or limits[1] >= ends.maximum)
+
+
+@per_loop
+@info("DL299", D28, "{condition}")
+def autotune_start_condition(view: LoopView) -> Findings:
+    """Auto-tuning is planned, and the manual contradicts itself about when it starts.
+
+    Why: the open-loop procedure wants the PV more than 205 counts from the set point, below it for direct and above it
+    for reverse action; the text on the error bit wants both within 5 % of full scale, nearly the same number the other
+    way round, and that is all it says about the closed loop.
+
+    Fix: for the open loop move the set point that far from the PV before the start, for the closed loop leave it near;
+    if bit 13 of +06 comes on, try the other reading.
+    """
+    if "autotune" in view.loop.model_fields_set:
+        counts = nearest(APART * view.scales["pv"].format.span)
+        apart = view.text(view.scales["pv"].span_value(counts), "pv", counts)
+        side = "below" if view.loop.action == "direct" else "above"
+        condition = f"open-loop auto-tuning starts only with the PV at least {apart} {side} the set point"
+        if view.loop.autotune.method == "closed":
+            condition = f"closed-loop auto-tuning starts only with PV and set point within 5 % of full scale ({apart})"
+        yield view.at_key("autotune", condition=condition)

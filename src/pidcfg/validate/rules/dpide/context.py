@@ -5,12 +5,12 @@ from __future__ import annotations
 from decimal import Decimal
 from functools import cached_property
 
+from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.maps.dpide import LOOPS
 from pidcfg.encoders.parameters import Content, ProgramEncoding, store
-from pidcfg.encoders.words import EncodeError
-from pidcfg.frozen import frozen
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
-from pidcfg.validate.views import Context, View, with_unit
+from pidcfg.text.frozen import frozen
+from pidcfg.validate.rule import Context, View, with_unit
 
 
 @frozen

@@ -1,18 +1,21 @@
-"""Coefficients: terms that are off, and numbers that belong to the other form."""
+"""Coefficients of DPIDE: terms that are off, the derivative, the dead band, and the direction."""
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
-from pidcfg.encoders.maps.dpide import TABLE
-from pidcfg.refs import DPIDE
+from pidcfg.encoders.maps.dpide import D255, REMARKS, TABLE
 from pidcfg.schemas.iec import Timed
-from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
-from pidcfg.validate.views import number_text
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.references import DPIDE, Decision
+from pidcfg.validate.ideas import spoken_of
+from pidcfg.validate.rule import Findings, checklist, error, info, number_text, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dpide.context import LoopView
+
+# --- Coefficients: terms that are off, and numbers that belong to the other form --------------------------------------
 
 FORMULAS = DPIDE.at("The PID algorithm")
 DIAGRAM = DPIDE.at("PID Block Diagram")
@@ -151,3 +154,206 @@ def no_proportional(view: LoopView) -> Findings:
     alone = not view.loop.PID_EQ and view.held("Kc_Kp") == [0] and not has_no_term(view)
     if alone and not tunes_itself(view):
         yield view.at("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
+
+
+# --- The derivative: what it makes of noise and of a new set point ----------------------------------------------------
+
+D260 = Decision(
+    260,
+    "a derivative of more than 20 cycles needs smoothing",
+    "Without Tf, a derivative time of more than 20 sampling times is a warning.",
+    "A step of the PV of one unit is then a step of the output of more than 20 times the proportional gain for one "
+    "cycle; controllers that limit the derivative limit it to 8 to 20 times.",
+)
+MOST = Decimal(20)
+
+
+def derivative_of(view: LoopView) -> Decimal:
+    """The coefficient of the derivative as it acts: 0 also where the whole controller is dead."""
+    return Decimal(0) if is_dead(view) or tunes_itself(view) else view.coefficient("Td_Kd")
+
+
+@per_loop
+@warning(
+    "DP721",
+    D260,
+    "the derivative time of {time} s is {ratio} sampling times of {cycle} s and Tf is 0: noise of the PV is "
+    "multiplied by that",
+)
+def derivative_unsmoothed(view: LoopView) -> Findings:
+    """A large derivative without smoothing at a short cycle.
+
+    Why: the derivative divides the change from cycle to cycle by the sampling time. One digit of noise becomes a large
+    pulse of MV.
+
+    Fix: write Tf, a tenth to a fifth of the derivative time; or lengthen CYCLE.
+    """
+    if view.times is None or tunes_itself(view) or view.coefficient("Tf"):
+        return
+    ratio = view.times[1] / view.cycle
+    if ratio > MOST:
+        yield view.at("Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio), cycle=number_text(view.cycle))
+
+
+@per_loop
+@warning("DP722", FORMULAS, "the derivative time of {derivative} s is longer than the integral time of {integral} s")
+def derivative_above_integral(view: LoopView) -> Findings:
+    """The derivative time is longer than the integral time.
+
+    Why: such a loop swings; by the usual rules the derivative time is a quarter of the integral time. Mostly the two
+    were exchanged, or a gain was written where a time is wanted. In the independent form the times are Kp/Ki and Kd/Kp.
+
+    Fix: exchange them, or check PID_EQ.
+    """
+    integral, derivative = view.times or (Decimal(0), Decimal(0))
+    if 0 < integral < derivative and not tunes_itself(view):
+        yield view.at("Td_Kd", derivative=number_text(derivative), integral=number_text(integral))
+
+
+@per_loop
+@warning(
+    "DP723", TABLE, "Tf of {tf} s is longer than the derivative time of {time} s: little of the derivative is left"
+)
+def derivative_smoothed_away(view: LoopView) -> Findings:
+    """The smoothing is slower than the derivative.
+
+    Why: the derivative comes so late that it damps nothing; the loop behaves as without it.
+
+    Fix: write Tf as a tenth to a fifth of the derivative time.
+    """
+    time, smoothing = (view.times or (Decimal(0), Decimal(0)))[1], view.coefficient("Tf")
+    if 0 < time < smoothing and not tunes_itself(view):
+        yield view.at("Tf", tf=number_text(smoothing), time=number_text(time))
+
+
+@per_loop
+@info("DP724", TABLE, "Tf has no effect: there is no derivative to smooth")
+def smoothing_without_derivative(view: LoopView) -> Findings:
+    """Tf is given without a derivative.
+
+    Why: it smooths the derivative only, not the PV.
+
+    Fix: leave it out; filter the PV in the program if it is noisy.
+    """
+    if view.coefficient("Tf") and view.held("Td_Kd") and not view.coefficient("Td_Kd") and not tunes_itself(view):
+        yield view.at("Tf")
+
+
+@per_loop
+@info("DP725", FORMULAS, "PID_DE FALSE: the derivative is of the error, so a new SV kicks MV")
+def set_point_kick(view: LoopView) -> Findings:
+    """The derivative follows the set point.
+
+    Why: with PID_DE FALSE a step of SV is a step of the error; its derivative is a pulse of MV of the gain times the
+    derivative time divided by the sampling time.
+
+    Fix: write `PID_DE: true`, unless SV only ever moves slowly.
+    """
+    if not view.loop.PID_DE and derivative_of(view):
+        yield view.at("PID_DE") if view.gives("PID_DE") else view.at("Td_Kd")
+
+
+# --- The dead band with zero crossing ---------------------------------------------------------------------------------
+
+
+@per_loop
+@info("DP761", TABLE, "ERR_DBW is {value}; its absolute value counts")
+def negative_dead_band(view: LoopView) -> Findings:
+    """The dead band is below 0.
+
+    Why: the PLC takes the absolute value, so it is not switched off.
+
+    Fix: write 0 to switch it off, else the number without its sign.
+    """
+    if view.loop.ERR_DBW < 0:
+        yield view.at("ERR_DBW", value=number_text(view.loop.ERR_DBW))
+
+
+@per_loop
+@warning(
+    "DP762",
+    REMARKS,
+    "ERR_DBW {value} around SV covers the PV's whole range {low} to {high}: after the first crossing of SV the "
+    "error counts as 0 for ever",
+)
+def dead_band_covers_range(view: LoopView) -> Findings:
+    """The PV cannot leave the dead band.
+
+    Why: once the PV has crossed SV, the error counts as 0 until the PV is out of the band. If the whole range lies
+    inside, the loop never controls again.
+
+    Fix: write a band that is small against the range; mind the unit.
+    """
+    span, values = view.loop.pv.range, view.held("ERR_DBW", "SV")
+    if span is not None and values and abs(values[0]) >= max(values[1] - span[0], span[1] - values[1]):
+        yield view.at("ERR_DBW", value=number_text(abs(values[0])), low=number_text(span[0]), high=view.pv(span[1]))
+
+
+@per_loop
+@checklist("DP763", REMARKS, "when PV leaves the dead band of {value}, the error jumps from 0 to that, and {effect}")
+def dead_band_kick(view: LoopView) -> Findings:
+    """A dead band makes the output jump at its edge.
+
+    Why: inside the band the error counts as 0 after PV has crossed SV. At its edge the full error comes back within one
+    cycle, and MV jumps by the band times the gain. The previous error was 0, so a derivative of the error is a pulse.
+
+    Fix: see that the actuator bears it. Otherwise write a smaller band, and `PID_DE: true` for the derivative.
+    """
+    if any(view.held("ERR_DBW")):
+        kicks = not view.loop.PID_DE and derivative_of(view) > 0
+        effect = "the derivative kicks MV" if kicks else "MV jumps with it"
+        yield view.at("ERR_DBW", value=view.pv(abs(view.held("ERR_DBW")[0])), effect=effect)
+
+
+# --- Direction and form: choices that decide everything, and that nothing else tells ----------------------------------
+
+D261 = Decision(
+    261,
+    "words of heating and cooling tell the direction that is meant",
+    "PID_DIR FALSE in a loop whose name or description speaks of heating, and TRUE in one that speaks of cooling, are "
+    "a warning. Words of both kinds, of an exhaust, or of an actuator that works the other way round are none, nor is "
+    "a PV whose unit is not one of temperature.",
+    "The manual's forward is heating; other manuals call forward what cools. Swapping it is the likeliest mistake, and "
+    "a heater that runs away its result.",
+)
+CHOICES = {
+    "PID_DIR": ("FALSE: E = PV - SV, MV rises while PV is above SV, as for cooling", "heating needs TRUE"),
+    "PID_EQ": ("FALSE: Ti_Ki is a gain in 1/s", "an integral time needs TRUE"),
+}
+
+
+@per_loop
+@warning("DP781", D255, "{operand} is not given, so it is {meaning}; {other}")
+def choice_not_given(view: LoopView) -> Findings:
+    """The direction, or the form of the equation, is left to its default.
+
+    Why: the wrong direction is a heater that runs away; with the wrong form an integral time counts as a gain. Neither
+    can be seen in any other operand.
+
+    Fix: write PID_DIR and PID_EQ, also where they are false.
+    """
+    for operand, (meaning, other) in CHOICES.items():
+        if not view.gives(operand):
+            yield view.at(operand, operand=operand, meaning=meaning, other=other)
+
+
+@per_loop
+@warning(
+    "DP782",
+    D261,
+    "PID_DIR is {direction}, but the loop's name or description speaks of {purpose}, which needs {other}",
+)
+def direction_against_description(view: LoopView) -> Findings:
+    """The direction is the other one than the loop's name or description suggests.
+
+    Why: TRUE (forward) is E = SV - PV: MV rises while the PV is below SV, as for heating. Other manuals call this
+    reverse. With the wrong one the heater is switched on the further, the hotter it gets.
+
+    Fix: change PID_DIR. If it is right because the actuator works the other way round, say so in the description:
+    "air to close", "normally open", "fail open", "inverted".
+    """
+    forward = view.loop.PID_DIR
+    purpose = "cooling" if forward else "heating"
+    if view.gives("PID_DIR") and spoken_of(view.loop) == {purpose}:
+        direction, other = ("TRUE (forward)", "FALSE") if forward else ("FALSE (reverse)", "TRUE")
+        yield view.at("PID_DIR", direction=direction, purpose=purpose, other=other)

@@ -10,19 +10,19 @@ from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.ezlogix.encode import scales_of
+from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
 from pidcfg.encoders.regmap import decode_one
-from pidcfg.frozen import frozen
 from pidcfg.schemas.ezlogix import REGISTERS, EzlogixFile, Loop
-from pidcfg.validate.ideas.blocks import Extent, extents_of
-from pidcfg.validate.views import Context, View, complete, with_unit
+from pidcfg.text.frozen import frozen
+from pidcfg.validate.ideas import Extent, extents_of
+from pidcfg.validate.rule import Context, View, complete, with_unit
 
 if TYPE_CHECKING:
-    from pidcfg.encoders.scales import Scale
-    from pidcfg.paths import Path
+    from pidcfg.encoders.codecs import Scale
     from pidcfg.schemas.base import Quantity
+    from pidcfg.text.paths import Path
 
 PLACES = {word.name: word.offset for word in R_BLOCK.words}
 SETPOINT = PLACES["setpoint"]

@@ -1,6 +1,6 @@
 """Rules for the neutral form; codes beginning with GN, one module a topic."""
 
 from pidcfg.validate.rules import collect, common
-from pidcfg.validate.rules.generic import alarms, cascade, pulses, scales, tuning
+from pidcfg.validate.rules.generic import loops
 
-RULES = collect(common, scales, alarms, tuning, cascade, pulses)
+RULES = collect(common, loops)

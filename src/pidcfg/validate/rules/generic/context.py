@@ -6,9 +6,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from pidcfg.encoders.parameters import ProgramEncoding
-from pidcfg.frozen import frozen
 from pidcfg.schemas.generic import GenericFile, Loop
-from pidcfg.validate.views import Context, Pair, View, with_unit
+from pidcfg.text.frozen import frozen
+from pidcfg.validate.rule import Context, Pair, View, with_unit
 
 if TYPE_CHECKING:
     from decimal import Decimal

@@ -1,20 +1,23 @@
-"""The limits of PV and MV, the bits that the block sets, and values outside."""
+"""Limits of PV and MV in NextoPID, on-off control, pulse width, split range, and settings that do not go together."""
 
 from __future__ import annotations
 
-from decimal import Decimal
+from decimal import ROUND_HALF_EVEN, Decimal
+from itertools import combinations
 from typing import TYPE_CHECKING
 
-from pidcfg.diagnostics import Severity
-from pidcfg.refs import NEXTOPID
-from pidcfg.schemas.nextopid import D201
-from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
-from pidcfg.validate.rules.nextopid.known import all_known
-from pidcfg.validate.views import number_text
+from pidcfg.schemas.base import limits_at
+from pidcfg.schemas.iec import INT
+from pidcfg.schemas.nextopid import D201, SHORTEST_INTEGRAL
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.references import NEXTOPID, Decision
+from pidcfg.validate.rule import Finding, Findings, error, info, number_text, per_pid, warning
+from pidcfg.validate.rules.nextopid.context import D208, ON_OFF, BlockView, NextopidContext, all_known
 
 if TYPE_CHECKING:
-    from pidcfg.validate.rules.nextopid.context import NextopidContext
-    from pidcfg.validate.rules.nextopid.program import BlockView
+    from collections.abc import Iterator
+
+# --- The limits of PV and MV, the bits that the block sets, and values outside ----------------------------------------
 
 ERRORS = NEXTOPID.at("chapter 2: ErrBits")
 WARNINGS = NEXTOPID.at("chapter 2: WarnBits")
@@ -205,3 +208,352 @@ def output_scale_assumed(view: BlockView) -> Findings:
     """
     if view.item.output.range is None and view.mv_limits not in {None, (Decimal(0), Decimal(100))}:
         yield view.at("MaxMV", low=view.shown("MinMV"), high=view.shown("MaxMV"))
+
+
+# --- Values that come through a wire: the limits that a number in the file is held against, for them too --------------
+
+LOW, HIGH = Decimal(INT.low), Decimal(INT.high)
+INTEGERS = NEXTOPID.at("chapter 3: PIDA_INT")
+
+
+@error("NX613", D208, "{key} is {value}; it must be {allowed}")
+def wired_value_out_of_range(context: NextopidContext) -> Findings:
+    """A parameter is wired to a value that the manual does not allow for it.
+
+    Why: the block stops with an error bit as soon as the program starts. A number that stands in the file itself is
+    found by the rule for every vendor (PID101).
+
+    Fix: give the signal another first value, or limit it on its way.
+    """
+    for view in context.views:
+        for row, _ in view.placed.given():
+            limits = limits_at(view.placed.kind.model, row.name)
+            value = view.number_of(row.name) if limits and view.is_wired(row.name) else None
+            if limits is not None and value is not None and not limits.holds(value):
+                allowed = f"{limits.low} or more" if limits.high is None else f"{limits.low} to {limits.high}"
+                yield view.at(row.name, limits.effect, key=row.name, value=view.shown(row.name), allowed=allowed)
+
+
+@error("NX614", INTEGERS, "{key} is an INT and wired to {value}: {problem}")
+def wired_value_does_not_fit_int(context: NextopidContext) -> Findings:
+    """A REAL signal is wired to an INT parameter that cannot hold its value.
+
+    Why: INT holds whole numbers from -32768 to 32767. The virtual PLC takes the nearest one of them; in a PLC that
+    does not, decimals may be cut off, and what is too large comes out as another number, of either sign.
+
+    Fix: give the signal in the units of the INT controller, or use the REAL one.
+    """
+    for view in context.views:
+        for row, _ in view.placed.given():
+            value = view.number_of(row.name) if row.type is INT and view.is_wired(row.name) else None
+            taken = None if value is None else min(max(value, LOW), HIGH).to_integral_value(ROUND_HALF_EVEN)
+            if value is None or taken is None or value == taken:
+                continue
+            fits = LOW <= value <= HIGH
+            problem = f"{'its decimals are lost' if fits else 'it does not fit'}, {number_text(taken)} is taken"
+            yield view.at(
+                row.name,
+                severity=Severity.WARNING if fits else None,
+                key=row.name,
+                value=view.shown(row.name),
+                problem=problem,
+            )
+
+
+# --- On-off control, pulse width modulation and split range -----------------------------------------------------------
+
+SWITCH = NEXTOPID.at("chapter 6: ControlON_OFF")
+PULSES = NEXTOPID.at("chapter 7: Error")
+PULSE_RANGE = NEXTOPID.at("chapter 7: MaxMV, MinMV")
+SPLIT = NEXTOPID.at("chapter 15: Error")
+
+D215 = Decision(
+    215,
+    "an on-off dead band of 0 is an error",
+    "DeadBand of ControlON_OFF must be above 0; the bit ErrBits.DeadBand is set below 0 only, as the block does.",
+    "The manual's range says above 0, its list of bits below 0. With 0 the output follows the noise of the PV.",
+)
+D216 = Decision(
+    216,
+    "a PWM period below 10 cycles is a warning",
+    "The output then has steps of more than 10 %.",
+    "The manual's own example has 10 cycles.",
+)
+FEWEST_CYCLES = 10
+FULL = Decimal(100)
+PULSE = "ControlPWM"
+SPLITTER = "ControlSplitRange"
+ZEROES = ": both outputs are 0"
+
+
+@error("NX649", D215, "DeadBand is {band}; it must be above 0{silent}")
+def on_off_dead_band_not_positive(context: NextopidContext) -> Findings:
+    """An on-off controller has no dead band.
+
+    Why: with 0 the output is switched by the noise of PV, in every cycle if need be, which ruins a contactor. The block
+    reports only a negative one, and stops then.
+
+    Fix: give the error that can be tolerated, in units of PV.
+    """
+    for view in context.of(ON_OFF):
+        band = view.number_of("DeadBand")
+        if band is not None and band <= 0:
+            silent = "" if band < 0 else ", though the block reports only values below 0"
+            yield view.at(
+                "DeadBand", None if band == 0 else "ErrBits.DeadBand", band=view.shown("DeadBand"), silent=silent
+            )
+
+
+@error(
+    "NX650",
+    SWITCH,
+    "MV is switched {what} when PV is {side} {point}{source}, but PV is limited to {limit} {end}: it never is",
+)
+def switch_point_out_of_reach(context: NextopidContext) -> Findings:
+    """An on-off controller never switches on, or never off.
+
+    Why: PV is limited to MinPV..MaxPV before it is compared. A switch point at or beyond a limit is never passed: a
+    heater that has been switched on once stays on. With a set point that comes from a signal it is a warning: it
+    holds for the first value.
+
+    Fix: lower DeadBand, move SP away from the limit, or widen the limits of PV.
+    """
+    for view in context.of(ON_OFF):
+        sp, band, pv, direct = (
+            view.known("SP"),
+            view.number_of("DeadBand"),
+            view.pv_limits,
+            view.is_on("Direct"),
+        )
+        if sp is None or band is None or pv is None or direct is None or band <= 0:
+            continue
+        point = min(max(sp.value, pv[0]), pv[1])
+        severity = Severity.WARNING if sp.source else None
+        for value, limit, side in ((point - band, "MinPV", "below"), (point + band, "MaxPV", "above")):
+            if value <= pv[0] or value >= pv[1]:
+                what = "on" if (side == "above") == direct else "off"
+                text = f"{number_text(value)}{view.unit('SP')}"
+                yield view.at(
+                    "DeadBand",
+                    None,
+                    severity,
+                    what=what,
+                    side=side,
+                    point=text,
+                    limit=limit,
+                    end=view.shown(limit),
+                    source=sp.source.replace("(", "(SP: ", 1),
+                )
+
+
+@error("NX651", PULSES, "MaxMV {high} is not above MinMV {low}")
+def pulse_limits_crossed(context: NextopidContext) -> Findings:
+    """The range of a pulse width modulation is empty.
+
+    Why: the block stops with its Error, and its output stays as it is, on or off.
+
+    Fix: give MaxMV the larger of the two values.
+    """
+    for view in context.of(PULSE):
+        yield from crossed(view, "MinMV", "MaxMV", "Error")
+
+
+@warning("NX652", D216, "Period {period} cycles: the output has steps of {percent} %")
+def coarse_pulses(context: NextopidContext) -> Findings:
+    """The period of a pulse width modulation has few cycles.
+
+    Why: the on-time is a whole number of cycles. With few of them MV has to move far before anything changes, and the
+    loop swings between two steps.
+
+    Fix: lengthen Period, or call the task more often.
+    """
+    for view in context.of(PULSE):
+        period = view.item.Period
+        if 0 < period < FEWEST_CYCLES:
+            yield view.at("Period", period=period, percent=f"{100 / period:.3g}")
+
+
+def driver(view: BlockView, key: str) -> BlockView | None:
+    """The PID controller whose MV a parameter is wired to, with nothing in between."""
+    expression = view.wire(key)
+    return None if expression is None or expression.signal is None else view.context.pid_output(expression.signal)
+
+
+@warning("NX653", PULSE_RANGE, "{key} is {mine}, that of {loop} is {theirs}: {effect}")
+def pulse_range_differs_from_loop(context: NextopidContext) -> Findings:
+    """A pulse width modulation has another range than the loop that it serves.
+
+    Why: MinMV and MaxMV say where the output is always off and always on. Where the loop goes further, its MV changes
+    and the pulses do not; where it goes less far, the output never is fully on or off.
+
+    Fix: give both the same limits, unless the loop is limited on purpose.
+    """
+    for view in context.of(PULSE):
+        loop = driver(view, "MV") if view.mv_limits else None
+        for key, way in (("MinMV", -1), ("MaxMV", 1)):
+            block_limit = view.number_of(key)
+            loop_limit = None if loop is None else loop.number_of(key)
+            if loop is not None and block_limit is not None and loop_limit is not None and block_limit != loop_limit:
+                beyond = (loop_limit - block_limit) * way > 0
+                effect = "the pulses do not follow beyond it" if beyond else "the pulses never reach the end"
+                yield view.at(
+                    key,
+                    "Warning" if beyond else None,
+                    key=key,
+                    mine=view.shown(key),
+                    loop=loop.name,
+                    theirs=loop.shown(key),
+                    effect=effect,
+                )
+
+
+@error("NX654", SPLIT, "SPLIT is {point} %; it must be above 0 % and below 100 %: both outputs are 0")
+def split_point_out_of_range(context: NextopidContext) -> Findings:
+    """The split point leaves one of the valves no room.
+
+    Why: the function reports its Error, and both its outputs are 0 until the split point is corrected.
+
+    Fix: give the percentage of MV at which one valve hands over to the other.
+    """
+    for view in context.of(SPLITTER):
+        point = view.number_of("SPLIT")
+        if point is not None and not 0 < point < FULL:
+            yield view.at("SPLIT", "Error", point=view.shown("SPLIT"))
+
+
+@error("NX655", SPLIT, "MV is in % of 0 to 100, but {what}{effect}")
+def split_range_not_in_percent(context: NextopidContext) -> Findings:
+    """What a split range is given is not a percentage.
+
+    Why: below 0 or above 100 the function reports its Error, and both its outputs are 0: a valve that was open closes
+    at once. A loop that ends earlier never opens, or never closes, one of them fully.
+
+    Fix: give the loop MinMV 0 and MaxMV 100, or scale its MV in the wire: `TIC.MV / 300`.
+    """
+    for view in context.of(SPLITTER):
+        loop, value = driver(view, "MV"), view.number_of("MV")
+        limits = None if loop is None else loop.mv_limits
+        if value is not None and not 0 <= value <= FULL:
+            yield view.at("MV", "Error", what=f"it is {view.shown('MV')}", effect=ZEROES)
+        elif loop is not None and limits is not None and limits != (Decimal(0), FULL):
+            beyond = limits[0] < 0 or limits[1] > FULL
+            what = f"{loop.name} goes from {loop.shown('MinMV')} to {loop.shown('MaxMV')}"
+            yield view.at(
+                "MV",
+                "Error" if beyond else None,
+                None if beyond else Severity.WARNING,
+                what=what,
+                effect="; beyond 0 to 100 both outputs are 0" if beyond else "",
+            )
+
+
+# --- Settings that are sound by themselves and not beside each other --------------------------------------------------
+
+TRACKING = NEXTOPID.at("chapter 2: TRK_IN, TRK_VAL")
+WINDUP = NEXTOPID.at("chapter 2: Windup_H_IN, Windup_L_IN")
+DIRECTION = NEXTOPID.at("chapter 2: Direct")
+D552 = Decision(
+    552,
+    "a derivative or filter slower than what it is part of",
+    "With an integral, Td_Kd above Ti_Ki, Tfd above Td_Kd and a filter of the PV slower than Ti_Ki are warnings; with "
+    "Indep TRUE, where they are gains, nothing is said.",
+    "A derivative time is a fraction of the integral time by every tuning rule of chapter 17, and a filter a fraction "
+    "of the time that it filters; larger ones are mostly two numbers that have changed places.",
+)
+D553 = Decision(
+    553,
+    "two loops of one PV that act against each other",
+    "An info, unless both go to a selector or a split range: one of them heats and the other cools there.",
+    "Both may be meant so, with a gap between their set points; that no file shows.",
+)
+JOINING = ("ControlSelectMax", "ControlSelectMin", "ControlSplitRange")
+
+
+@per_pid
+@warning("NX687", TRACKING, "TRK_IN is {value}, and TRK_VAL is not given: MV stays at {mv}")
+def tracking_without_value(view: BlockView) -> Findings:
+    """A loop follows a tracking value that is not there.
+
+    Why: while TRK_IN is TRUE the block does not control, and MV is TRK_VAL. Without an entry that is 0, or the limit
+    of MV next to it.
+
+    Fix: give or wire TRK_VAL; write TRK_IN only where a slave, or the program, says when to follow.
+    """
+    if view.is_on("TRK_IN") and not view.is_wired("TRK_IN") and not view.is_given("TRK_VAL"):
+        low, high = view.mv_limits or (None, None)
+        at_rest = "0" if low is None or high is None else number_text(min(max(low * 0, low), high))
+        yield view.at("TRK_IN", value=view.shown("TRK_IN"), mv=f"{at_rest}{view.unit('MV')}")
+
+
+@per_pid
+@warning("NX688", WINDUP, "Windup_H_IN and Windup_L_IN are both TRUE: the integral never moves")
+def integral_held_both_ways(view: BlockView) -> Findings:
+    """The integral may neither rise nor fall.
+
+    Why: each of the two inputs holds it in one direction. Both constant make a loop with an integral time that has no
+    integral, so that an error stays for good.
+
+    Fix: wire them to the slave's outputs, or remove them.
+    """
+    keys = ("Windup_H_IN", "Windup_L_IN")
+    if view.integral and all(view.is_on(key) and not view.is_wired(key) for key in keys):
+        yield view.at("Windup_L_IN")
+
+
+@per_pid
+@warning("NX689", D552, "{long} {value} is longer than {short} {other}")
+def times_out_of_proportion(view: BlockView) -> Findings:
+    """A derivative time is longer than the integral time, or a filter longer than what it filters.
+
+    Why: the loop then answers to the slope of the PV more than to its value, or filters away what it should act on.
+    Mostly two numbers have changed places, or one is in another unit.
+
+    Fix: correct the time; a derivative is 1/4 of the integral time and less, its filter 1/8 of the derivative.
+    """
+    integral, derivative, indep = view.number_of("Ti_Ki"), view.number_of("Td_Kd"), view.is_on("Indep")
+    if indep is not False or integral is None or integral < SHORTEST_INTEGRAL:
+        return
+    for key, short, value, limit in (
+        ("Td_Kd", "Ti_Ki", derivative, integral),
+        ("Tfd", "Td_Kd", view.number_of("Tfd") if derivative and derivative > 0 else None, derivative),
+    ):
+        if value is not None and limit is not None and value > limit:
+            yield view.at(key, long=key, value=view.shown(key), short=short, other=view.shown(short))
+    for name, time in _filters(view):
+        if time > integral:
+            text = f"{number_text(time)} s ({name}.Tc)"
+            yield view.at("Ti_Ki", long="the filter of PV", value=text, short="Ti_Ki", other=view.shown("Ti_Ki"))
+
+
+def _filters(view: BlockView) -> Iterator[tuple[str, Decimal]]:
+    """The low-pass filter that PV comes from, with its time constant."""
+    source = view.source("PV") or ""
+    for block in view.context.of("ControlLowFilter"):
+        time = block.number_of("Tc")
+        if source == f"{block.name}.OutVar" and time is not None:
+            yield block.name, time
+
+
+@info("NX690", D553, "{one} and {two} have one PV, {pv}, and act in opposite directions")
+def opposite_loops_of_one_pv(context: NextopidContext) -> Findings:
+    """Two loops control the same PV, one heating and one cooling.
+
+    Why: where their set points meet they work against each other, and their integrals go to opposite limits.
+
+    Fix: join them by a split range, or leave a gap between the set points; correct Direct where it was not meant.
+    """
+    joined = {
+        number
+        for block in context.of(*JOINING)
+        for key in ("MV", "MV1", "MV2")
+        if key in type(block.item).model_fields and (wire := block.wire(key)) is not None
+        for number in wire.signals
+    }
+    outputs = {view.number for number in joined if (view := context.pid_output(number)) is not None}
+    for one, two in combinations(context.pids, 2):
+        pv, directions = one.source("PV"), {one.is_on("Direct"), two.is_on("Direct")}
+        if pv is None or pv != two.source("PV") or directions != {True, False} or {one.number, two.number} <= outputs:
+            continue
+        for this, other in ((one, two), (two, one)):
+            key = "Direct" if this.is_given("Direct") else "PV"
+            yield this.at(key, one=one.name, two=two.name, pv=pv).shared_with(other.name)

@@ -1,1 +1,0 @@
-"""Shell completion of the word that is being typed."""

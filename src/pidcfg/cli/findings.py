@@ -1,0 +1,298 @@
+"""The findings of the inputs of a command, and those that are kept for files that have not changed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from dataclasses import astuple, dataclass, field, fields
+from itertools import repeat
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from pidcfg.cli.inputs import FILES, document, read_inputs
+from pidcfg.cli.terminal import held, remark
+from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
+from pidcfg.text.document import Document, Node
+from pidcfg.text.store import Store, UnsafeFolderError, cache_folder
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from pidcfg.cli.inputs import Input
+    from pidcfg.text.reader import Limits, Reader
+
+# --- What was read for an input, so that its findings can be kept for as long as all of that is the same --------------
+
+
+@dataclass(slots=True)
+class Reads:
+    """What a check reads besides its input: by the name that the input calls a file, a hash of its bytes."""
+
+    name: str
+    """Of the input."""
+    reader: Reader = FILES
+    called: dict[str, str] = field(default_factory=dict)
+    """What the input calls a file, by the name under which it was read."""
+    hashes: dict[str, str] = field(default_factory=dict)
+    known: bool = True
+    """Whether all that was read is known by what the input calls it, and could be read."""
+
+    def resolve(self, name: str, other: str) -> str:
+        """As the reader does it."""
+        resolved = self.reader.resolve(name, other)
+        if name == self.name:
+            self.called[resolved] = other
+        return resolved
+
+    def read(self, name: str, most: int) -> bytes:
+        """As the reader does it."""
+        try:
+            data = self.reader.read(name, most)
+        except (OSError, ValueError):
+            self.known = False
+            raise
+        if name in self.called:
+            self.hashes[self.called[name]] = hash_of(data)
+        else:
+            self.known = False
+        return data
+
+
+def hash_of(data: bytes) -> str:
+    """The SHA-256 of some bytes in hexadecimal digits."""
+    return hashlib.sha256(data).hexdigest()
+
+
+# --- The findings of files that have not changed since they were last checked -----------------------------------------
+#
+# Kept are the findings as the rules give them, before comments, settings and baselines take any away, and without the
+# names of files, which are put in where the entry is used. The key is a hash of everything that they follow from: the
+# file's bytes, the limits, pidcfg's own sources, Python and the libraries that read and check. A scenario's entry
+# also says which other files were read with it, and holds only as long as these are the same. Nothing is kept of a
+# file that could not be read.
+
+FORMAT = 1
+"""Of an entry; a new one makes all former entries misses."""
+LIBRARIES = ("pydantic", "pydantic_core", "ruamel")
+PACKAGE = Path(__file__).parents[2]
+
+
+@dataclass(frozen=True, slots=True)
+class Cache:
+    """Kept findings under given limits."""
+
+    store: Store
+    limits: Limits
+    ground: bytes
+    """What all keys begin with."""
+
+    @classmethod
+    def open(cls, limits: Limits) -> Cache | None:
+        """The user's cache; None where there is none."""
+        try:
+            return cls(Store(cache_folder("findings")), limits, _ground(limits))
+        except UnsafeFolderError as error:
+            remark(f"note: findings are not kept: {error.strerror}")
+        except OSError:
+            pass
+        return None
+
+    def get(self, entry: Input) -> tuple[Document, list[Diagnostic]] | None:
+        """An input's text and kept findings; None where it has to be checked."""
+        if entry.problem is not None or len(entry.data) > self.limits.file_bytes:
+            return None
+        kept = self.store.get(self._key(entry))
+        if kept is None:
+            return None
+        try:
+            reads, rows = kept
+            files = [entry.name, *(FILES.resolve(entry.name, other) for other in reads)]
+            if not self._same(files[1:], reads.values()):
+                return None
+            findings = [_finding(row, files) for row in rows]
+        except (OSError, ValueError, TypeError, AttributeError, IndexError):
+            return None
+        text = entry.data.decode("utf-8-sig", "replace")
+        return Document(entry.name, text, None, Node(None)), findings
+
+    def put(self, entry: Input, findings: Sequence[Diagnostic], reads: Reads) -> None:
+        """Keeps an input's findings, unless they say more than the key can know."""
+        from pidcfg.validate.catalog import unusable
+
+        if entry.problem is not None or not reads.known or any(map(unusable, findings)):
+            return
+        others = {other: name for name, other in reads.called.items() if other in reads.hashes}
+        files = [entry.name, *(others[other] for other in reads.hashes)]
+        if any(d.file not in files for d in findings) or _names_one(findings, files):
+            return
+        rows = [_row(d, files.index(d.file)) for d in findings]
+        self.store.put(self._key(entry), [reads.hashes, rows])
+
+    def _key(self, entry: Input) -> str:
+        return hashlib.sha256(self.ground + entry.data).hexdigest()
+
+    def _same(self, names: Iterable[str], hashes: Iterable[str]) -> bool:
+        """Whether other files are what they were."""
+        most = self.limits.file_bytes + 1
+        return all(hash_of(FILES.read(name, most)) == kept for name, kept in zip(names, hashes, strict=True))
+
+
+def _names_one(findings: Iterable[Diagnostic], files: Iterable[str]) -> bool:
+    """Whether findings say the name of a file in words."""
+    return any(name in text for d in findings for text in _texts(d) for name in files)
+
+
+def _texts(d: Diagnostic) -> Iterator[str]:
+    """What a finding says in words."""
+    yield from filter(None, (d.message, d.help, d.plc_effect, d.value, d.quotes))
+    yield from (edit.text for edit in d.edits)
+
+
+def _row(d: Diagnostic, at: int) -> list[Any]:
+    """A finding as it is kept: its values in their order, the name of its file as its number among those read."""
+    values = {f.name: getattr(d, f.name) for f in fields(d)}
+    edits = [(_place(edit.span), edit.text) for edit in d.edits]
+    return [at, *(values | {"file": "", "span": _place(d.span), "edits": edits}).values()]
+
+
+def _place(span: Span) -> tuple[int, int, int, int]:
+    """Where something is written, as four numbers."""
+    return span.line, span.column, span.end_line, span.end_column
+
+
+def _finding(row: list[Any], files: Sequence[str]) -> Diagnostic:
+    """A kept finding with the name of its file."""
+    at, code, severity, message, _, span, path, loop, others, effect, reference, cure, edits, *rest = row
+    return Diagnostic(
+        code,
+        Severity(severity),
+        message,
+        files[at],
+        Span(*span),
+        tuple(path),
+        loop,
+        tuple(others),
+        effect,
+        reference,
+        cure,
+        tuple(Edit(Span(*place), text) for place, text in edits),
+        *rest,
+    )
+
+
+def _ground(limits: Limits) -> bytes:
+    """A hash of what all findings follow from, whatever the file."""
+    machine = os.uname().machine if hasattr(os, "uname") else os.environ.get("PROCESSOR_ARCHITECTURE", "")
+    facts = (FORMAT, sys.version, sys.platform, machine, astuple(limits), _libraries(), _sources())
+    return hashlib.sha256(repr(facts).encode()).digest()
+
+
+def _libraries() -> list[str]:
+    """The libraries that read and check, with their versions, as the folders of installed packages name them."""
+    found: list[str] = []
+    for folder in dict.fromkeys(sys.path):
+        try:
+            names = os.listdir(folder or ".")  # noqa: PTH208 - names alone
+        except OSError:
+            continue
+        found += sorted(n for n in names if n.endswith(".dist-info") and n.lower().startswith(LIBRARIES))
+    return found
+
+
+def _sources() -> object:
+    """Pidcfg itself: its record where it is installed, the size and time of each source in a working copy."""
+    records = sorted(PACKAGE.parent.glob("pidcfg-*.dist-info/RECORD"))
+    if records:
+        return [hash_of(path.read_bytes()) for path in records]
+    found = []
+    for folder, folders, names in os.walk(PACKAGE):
+        folders.sort()
+        for name in sorted(names):
+            if not name.endswith(".pyc"):
+                facts = os.stat(os.path.join(folder, name))  # noqa: PTH116, PTH118 - a thousand of them
+                found.append((folder, name, facts.st_size, facts.st_mtime_ns))
+    return found
+
+
+# --- The findings of the inputs of a command, and the one configuration that some commands work on --------------------
+
+MANY, CHUNK = 200, 25
+"""From so many files on a process per processor pays for its start; files are handed out so many at a time."""
+
+
+def check_all(
+    inputs: Sequence[Input], limits: Limits, *, cached: bool = True
+) -> Iterator[tuple[Document, list[Diagnostic]]]:
+    """Each input's text and findings, in order; many files are shared out among the processors.
+
+    ``cached``: findings of files that have not changed are taken from the user's cache (`pidcfg.cli.findings`).
+    """
+    cache = _cache(limits) if cached else None
+    if cache is None:
+        yield from ((document, findings) for document, findings, _ in _checked(inputs, limits))
+        return
+    kept = {i: found for i, entry in enumerate(inputs) if (found := cache.get(entry))}
+    rest = _checked([entry for i, entry in enumerate(inputs) if i not in kept], limits)
+    for i, entry in enumerate(inputs):
+        if i in kept:
+            yield kept[i]
+            continue
+        document, findings, reads = next(rest)
+        cache.put(entry, findings, reads)
+        yield document, findings
+
+
+def _cache(limits: Limits) -> Cache | None:
+    return Cache.open(limits)
+
+
+def _checked(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Document, list[Diagnostic], Reads]]:
+    """Inputs that have to be checked, each with what was read for it."""
+    processors = os.cpu_count() or 1
+    if len(inputs) < MANY or processors == 1:
+        yield from (check_input(entry, limits) for entry in inputs)
+        return
+    from concurrent.futures import ProcessPoolExecutor
+
+    yield check_input(inputs[0], limits)  # a process that is forked has what this one has loaded for it
+    with ProcessPoolExecutor(processors) as pool:
+        with held():
+            checked = pool.map(check_input, inputs[1:], repeat(limits), chunksize=CHUNK)
+        yield from checked
+
+
+def check_input(entry: Input, limits: Limits) -> tuple[Document, list[Diagnostic], Reads]:
+    """One input's text and findings; the data are let go, since a report needs the text only."""
+    from pidcfg.api import check
+
+    reads = Reads(entry.name)
+    result = check(document(entry, limits), files=reads, comments=False, limits=limits)
+    return result.document.bare(), list(result.findings), reads
+
+
+def one_configuration(path: str, limits: Limits) -> Document:
+    """The single configuration that a command works on; ends the command when the path names none or several."""
+    from pidcfg.validate.engine import is_scenario
+
+    documents = list(read_inputs((path,), limits))
+    if len(documents) != 1:
+        raise click.ClickException(f"{path} stands for {len(documents)} files; name one configuration")
+    if is_scenario(documents[0]):
+        raise click.ClickException(f"{path} is a scenario; name the configuration it runs")
+    return documents[0]
+
+
+def show_errors(findings: Sequence[Diagnostic], document: Document | None, fmt: str) -> None:
+    """The errors of a configuration: in full on stderr, or as the result where JSON was asked for."""
+    from pidcfg.cli.formats.findings import json_v1, text
+    from pidcfg.cli.terminal import echo_json, note
+    from pidcfg.output.findings import errors_in
+
+    documents = {} if document is None else {document.file: document}
+    if fmt == "json":
+        echo_json(json_v1(errors_in(findings), documents))
+    else:
+        note(text(errors_in(findings), documents).rstrip())

@@ -1,0 +1,339 @@
+"""Runs and batches of samples as text, and runs as JSON."""
+
+from __future__ import annotations
+
+from math import floor
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.cli.formats.findings import text as findings_text
+from pidcfg.output.runs import runs_data
+from pidcfg.sim.judgement.meters import METRICS, OF_SWINGS
+from pidcfg.sim.judgement.report import Tally, in_short
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.signs import one_line, to_left, to_right, width_of
+from pidcfg.text.writer import json_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from pidcfg.sim.judgement.report import Report
+    from pidcfg.study.certification.certify import BatchOutcome, Certification, Share
+    from pidcfg.study.outcome import Outcome
+
+# --- A run as text for people and CI logs, and as JSON whose layout is spelled out key by key -------------------------
+
+SHOWN = 60
+"""Lines of the list of happenings; JSON has all of them."""
+FAILED = "FAILED"
+METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
+
+
+def simulations_text(outcomes: Sequence[Outcome]) -> str:
+    """One section a scenario."""
+    return "\n".join(_run_section(outcome) for outcome in outcomes)
+
+
+def _run_section(outcome: Outcome) -> str:
+    report = outcome.report
+    findings = findings_text(outcome.findings, outcome.documents).rstrip("\n")
+    if report is None:
+        return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
+    parts = [
+        _head(outcome, report),
+        findings and f"{findings}\n",
+        _happenings(report),
+        _tables(report),
+        _flags(report),
+        _verdicts(outcome, report),
+    ]
+    return "\n".join(part for part in parts if part)
+
+
+def _head(outcome: Outcome, report: Report) -> str:
+    steady = "" if report.settled is None else f", after {report.settled:g} s to the steady state"
+    words = ", ".join(f"{name} = {word}" for name, word in report.plc_flags.items())
+    words += "" if report.running else ": the loop task is off, no loop is calculated"
+    timing = report.scan_time
+    scan = (
+        ""
+        if timing is None
+        else (
+            f"  scan time with these loops: {timing.typical * 1e3:.3f} ms "
+            f"({timing.minimum * 1e3:.3f} to {timing.maximum * 1e3:.3f} ms)\n"
+        )
+    )
+    return (
+        f"{one_line(report.scenario)}\n"
+        f"  {one_line(f'{outcome.file} runs {outcome.config}')}\n"
+        f"  {report.duration:g} s in steps of {report.step:g} s{steady}; engine: {report.engine}\n"
+        + (f"  {words}\n" if words else "")
+        + scan
+    )
+
+
+def _happenings(report: Report) -> str:
+    rows = [(event.at, event.loop or "", f"event: {event.text}") for event in report.events]
+    for name, loop in report.loops.items():
+        for change in loop.modes:
+            requested = "" if change.requested in (None, change.mode) else f" (requested {change.requested})"
+            reason = f": {change.reason}" if change.reason else ""
+            rows.append((change.at, name, f"mode {change.mode}{requested}{reason}"))
+        for alarm in loop.alarms:
+            until = "on at the end" if alarm.cleared is None else f"until {alarm.cleared:g} s"
+            rows.append((alarm.at, name, f"alarm {alarm.alarm}, {until}"))
+        if loop.unlisted:
+            rows.append((report.duration, name, f"and {loop.unlisted} more changes that are not listed"))
+    rows += [(note.at, note.loop or "", ("error: " if note.error else "note: ") + note.text) for note in report.notes]
+    rows.sort(key=lambda row: row[0])
+    lines = [(f"{at:g} s", name, what) for at, name, what in rows[:SHOWN]]
+    more = f"  … and {len(rows) - SHOWN} more; --format json lists all\n" if len(rows) > SHOWN else ""
+    return "What happened\n" + table(lines, right=1) + more if rows else ""
+
+
+def _tables(report: Report) -> str:
+    metrics: list[tuple[str, ...]] = [("", *METRICS)]
+    for name, loop in report.loops.items():
+        values = [loop.metrics.get(metric) for metric in METRICS]
+        units = [METRIC_UNITS.get(metric, "") for metric in METRICS]
+        metrics.append((name, *(_number(v, unit) for v, unit in zip(values, units, strict=True))))
+    metrics = [tuple(row) for row in zip(*_measured(zip(*metrics, strict=True)), strict=True)]
+    parts = [
+        f"  {name}: integrals and errors over the {loop.time_in_control:g} s in Auto or Cascade\n"
+        for name, loop in report.loops.items()
+        if 0 < loop.time_in_control < report.duration
+    ]
+    signals = [("", "min", "max", "final")]
+    signals += [(name, f"{s.low:g}", f"{s.high:g}", f"{s.final:g}") for name, s in report.signals.items()]
+    return "Metrics\n" + table(metrics, left=1) + "".join(parts) + "\nSignals\n" + table(signals, left=1)
+
+
+def _measured(columns: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """The columns of metrics, without those of swings where no loop swings."""
+    return [column for column in columns if column[0] not in OF_SWINGS or set(column[1:]) != {"-"}]
+
+
+def _number(value: float | None, unit: str) -> str:
+    return "-" if value is None else f"{value:g}{unit}"
+
+
+def _flags(report: Report) -> str:
+    rows = []
+    for name, loop in report.loops.items():
+        on = [flag for flag, was_set in loop.flags.items() if was_set]
+        if on:
+            rows.append((name, ", ".join(on)))
+        if loop.autotune is not None:
+            results = ", ".join(f"{key} {value:g}" for key, value in loop.autotune["results"].items())
+            rows.append((name, f"autotune {loop.autotune['status']}{': ' if results else ''}{results}"))
+    return "Flags\n" + table(rows) if rows else ""
+
+
+def failures(report: Report) -> str:
+    """The expectations that failed, as the text of a run has them; nothing where all hold."""
+    rows = [row for row in _expected(report) if row[0] == FAILED]
+    standing = [row for row in in_short(report.standing) if row[0] == FAILED]
+    return (table(rows) if rows else "") + (table(standing) if standing else "")
+
+
+def _expected(report: Report) -> list[tuple[str, str]]:
+    """What was written to be expected: how it was judged, and what was measured."""
+    return [("passed" if v.passed else FAILED, f"{v.text}: {value_text(v.value)}") for v in report.expectations]
+
+
+def _verdicts(outcome: Outcome, report: Report) -> str:
+    rows = _expected(report)
+    standing = in_short(report.standing)
+    return (
+        ("Expectations\n" + table(rows) if rows else "")
+        + ("Standing expectations\n" + table(standing) if standing else "")
+        + run_verdict_line(outcome, report)
+        + "\n"
+    )
+
+
+def remarks(outcomes: Sequence[Outcome], fmt: str, trend: str | None) -> Iterator[str]:
+    """What people are told beside the results: what a trend's signals are, and in a job of GitHub how each run went."""
+    from pidcfg.study.outcome import signals_before_root
+
+    if trend is not None:
+        yield from (f"{trend}: {loop}: {text}" for loop, text in signals_before_root(outcomes[0]).items())
+    if fmt == "github":
+        yield from map(in_a_line, outcomes)
+
+
+def in_a_line(outcome: Outcome) -> str:
+    """A scenario's file, and how its run went."""
+    line = "cannot run" if outcome.report is None else run_verdict_line(outcome, outcome.report)
+    return f"{one_line(outcome.file)}: {line}"
+
+
+def run_verdict_line(outcome: Outcome, report: Report) -> str:
+    """How a run went, in one line."""
+    failed = sum(not verdict.passed for verdict in report.expectations)
+    total, tally = len(report.expectations), Tally.of(report.standing)
+    errors = any(note.error for note in report.notes) or any(p.severity == "error" for p in report.problems)
+    line = f"passed: {total} of {total} expectations, {tally.in_words()}"
+    if not report.expectations and not report.standing:
+        line = "nothing was expected of this run"
+    if not any(loop.time_in_control for loop in report.loops.values()):
+        line += "; no loop was in Auto or Cascade, so nothing was controlled"
+    elif not report.running:
+        line += "; the PLC ends stopped"
+    if failed or tally.failed:
+        parts = [f"{failed} of {total} expectations"] * (failed > 0)
+        parts += [f"{tally.failed} of {tally.judged} standing ones"] * (tally.failed > 0)
+        line = f"FAILED: {', '.join(parts)}"
+    elif errors:
+        line = f"FAILED: an error in the run ({total} of {total} expectations passed)"
+    if outcome.unjudged:
+        line = "FAILED: the configuration has errors, and nothing is expected of the run"
+    return line
+
+
+def value_text(value: Any) -> str:
+    """What was measured, for people."""
+    if isinstance(value, list):
+        return " to ".join(value_text(v) for v in value)
+    if isinstance(value, float):
+        return f"{value:g}"
+    return "none" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
+    """Aligned columns; the first ``right`` ones and all after ``left`` to the right."""
+    rows = [[one_line(cell) for cell in row] for row in rows]
+    widths = [max(map(width_of, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for row in rows:
+        cells = [
+            (to_right if i < right or i >= left else to_left)(cell, width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  " + "  ".join(cells).rstrip())
+    return "\n".join(lines) + "\n"
+
+
+def json_v1(outcomes: Sequence[Outcome]) -> str:
+    """The public layout, version 1."""
+    return json_text(runs_data(outcomes), allow_nan=False)
+
+
+def worst(outcomes: Sequence[Outcome]) -> Severity:
+    """The most severe finding of all scenarios."""
+    return max((d.severity for outcome in outcomes for d in outcome.findings), default=Severity.INFO)
+
+
+# --- A batch of samples as text that is read in ten seconds: shares and bounds, what mattered, what was worst ---------
+
+COLUMNS = ("mean", "p5", "p50", "p95", "p99", "max")
+"""Of each metric; JSON has more."""
+NEVER_FAILED = "-"
+
+
+def batches_text(outcomes: Sequence[BatchOutcome], written: Mapping[tuple[str, int], str]) -> str:
+    """One section a scenario."""
+    return "\n".join(_batch_section(outcome, written) for outcome in outcomes)
+
+
+def _batch_section(outcome: BatchOutcome, written: Mapping[tuple[str, int], str]) -> str:
+    found = outcome.certification
+    findings = findings_text(outcome.findings, outcome.documents).rstrip("\n")
+    if found is None:
+        return f"{one_line(outcome.file)}: cannot run\n\n{findings}\n"
+    head = (
+        f"{one_line(found.scenario)}\n  {one_line(f'{outcome.file} runs {outcome.config}')}\n"
+        f"  {found.samples:,} samples of seed {found.seed}; each bound holds by itself, at 95 % confidence\n"
+    )
+    parts = [
+        head,
+        findings and f"{findings}\n",
+        _expectations(found),
+        _standing(found),
+        _metrics(found),
+        _effects(found),
+        _worst(outcome.file, found, written),
+        batch_verdict_line(outcome, found) + "\n",
+    ]
+    return "\n".join(part for part in parts if part)
+
+
+def figure(percent: float) -> str:
+    """A share in %, cut off: what is less than 100 never reads 100."""
+    return f"{floor(percent * 100) / 100:g}"
+
+
+def _row(one: Share) -> tuple[str, ...]:
+    wanted = "all" if one.wanted is None else f"{one.wanted:g} %"
+    judged = "passed" if one.passed else FAILED
+    count = f"{one.held:,} of {one.samples:,}"
+    return judged, one.text, f"{figure(one.share)} %", f"{figure(one.bound)} %", wanted, count
+
+
+def _expectations(found: Certification) -> str:
+    if not found.expectations:
+        return ""
+    rows = [("", "", "share", "at least", "wanted", "samples"), *map(_row, found.expectations)]
+    return "Expectations\n" + table(rows, left=2)
+
+
+def _standing(found: Certification) -> str:
+    failing = [one for one in found.standing if not one.passed]
+    held = [one for one in found.standing if one.passed and one.judged]
+    rows = [_row(one) for one in failing]
+    if held:
+        bound = figure(min(one.bound for one in held))
+        rows.append(
+            ("passed", f"{len(held)} others" if failing else f"all {len(held)}", "100 %", f"{bound} %", "all", "")
+        )
+    unjudged = sum(one.passed and not one.judged for one in found.standing)
+    remark = f"  {unjudged} more are judged in no sample\n" if unjudged else ""
+    return "Standing expectations\n" + (table(rows, left=2) if rows else "") + remark
+
+
+def _metrics(found: Certification) -> str:
+    rows: list[tuple[str, ...]] = [("", *COLUMNS)]
+    for loop, metrics in found.metrics.items():
+        for name, one in metrics.items():
+            if one["count"]:
+                unit = METRIC_UNITS.get(name, "")
+                fewer = "" if one["count"] == found.samples else f" ({one['count']:,} samples)"
+                rows.append((f"{loop} {name}{fewer}", *(f"{one[column]:.4g}{unit}" for column in COLUMNS)))
+    return "Metrics\n" + table(rows, left=1) if len(rows) > 1 else ""
+
+
+def _effects(found: Certification) -> str:
+    if not found.effects:
+        return ""
+    rows: list[tuple[str, ...]] = [("", "varies", "lowest fifth", "highest fifth")]
+    rows += [(e.label, e.text, *(_or_none(share) for share in (e.lowest, e.highest))) for e in found.effects]
+    return "What matters: samples in which everything holds\n" + table(rows, left=2)
+
+
+def _or_none(share: float | None) -> str:
+    return "-" if share is None else f"{figure(share)} %"
+
+
+def _worst(file: str, found: Certification, written: Mapping[tuple[str, int], str]) -> str:
+    rows = []
+    for one in found.worst:
+        values = ", ".join(f"{name} {value:.4g}" for name, value in one.numbers.items())
+        about = one.expectation or ("fails" if one.failed else "no number tells")
+        near = "" if one.margin is None else f"{abs(one.margin) * 100:.3g} % {'beyond' if one.failed else 'within'} "
+        rows.append((f"sample {one.sample}", f"{near}{about}", values))
+    names = [written[file, one.sample] for one in found.worst if (file, one.sample) in written]
+    files = f"  as {', '.join(names)}\n" if names else ""
+    return "Worst samples\n" + table(rows) + files if rows else ""
+
+
+def batch_verdict_line(outcome: BatchOutcome, found: Certification) -> str:
+    """How a batch went, in one line."""
+    if outcome.unjudged:
+        return f"{FAILED}: the configuration has errors, and nothing is expected of the runs"
+    failed, total = sum(not one.passed for one in found.expectations), len(found.expectations)
+    standing = sum(not one.passed for one in found.standing)
+    parts = [f"{failed} of {total} expectations not shown"] * (failed > 0)
+    parts += [f"{standing} standing ones failed"] * (standing > 0)
+    parts += [f"{found.failed_to_run:,} samples cannot run, {reason}" for reason in found.reasons[:1]]
+    if parts:
+        return f"{FAILED}: {'; '.join(parts)}"
+    return f"passed: {total} of {total} expectations shown, and all standing ones, in {found.samples:,} samples"

@@ -1,0 +1,637 @@
+"""Paths from the command line to documents: files, folders and what is left out of them, patterns, standard input."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+import stat
+import sys
+import warnings
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from itertools import islice
+from math import comb
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import click
+
+from pidcfg.cli.terminal import held, remark
+from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.document import Document, Node
+from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import SUFFIXES, Disk, read_file, refusal
+from pidcfg.text.signs import UTF16_MARKS
+from pidcfg.text.source import read_document
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from typing import IO
+
+    from pidcfg.text.reader import Limits
+    from pidcfg.vendors import Vendor
+
+# --- What tells files apart, by whatever name they are called, and which of them the running command has read ---------
+
+Identity: TypeAlias = "str | tuple[int, int]"
+READ = "pidcfg.files_read"
+"""Where a command keeps the identities of its inputs."""
+NAMES = "pidcfg.names_read"
+"""Where it keeps their names, and those of files that it looked for."""
+EXCLUDED = "pidcfg.files_excluded"
+"""Where it keeps what it leaves out of folders."""
+
+
+class Exclusion(NamedTuple):
+    """Patterns of files that are left out, the folder that they begin at, and what reasons call them."""
+
+    root: Path
+    origin: str
+    patterns: tuple[str, ...]
+
+
+def identity(name: str) -> Identity:
+    """A file's own number; where there is none yet, the place where it would be."""
+    try:
+        status = Path(name).stat()
+    except (OSError, ValueError):
+        return os.path.normcase(os.path.realpath(name))
+    return (status.st_dev, status.st_ino)
+
+
+def one_file(names: Iterable[str]) -> str | None:
+    """What is wrong with the names of outputs where two of them mean one file."""
+    names_of: dict[Identity, str] = {}
+    for name in names:
+        place = identity(name)
+        if place in names_of:
+            return f"{names_of[place]} and {name} are one file; name two"
+        names_of[place] = name
+    return None
+
+
+def remember(stream: IO[bytes]) -> None:
+    """Notes an open file as an input of the running command."""
+    ctx = click.get_current_context(silent=True)
+    if ctx is None:
+        return
+    try:
+        status = os.fstat(stream.fileno())
+    except (OSError, ValueError):  # standard input that is no file
+        return
+    files_read(ctx).add((status.st_dev, status.st_ino))
+
+
+def mention(name: str) -> None:
+    """Notes the name of a file that the running command reads or looks for."""
+    ctx = click.get_current_context(silent=True)
+    if ctx is not None:
+        ctx.meta.setdefault(NAMES, set()).add(name)
+
+
+def note_read(name: str) -> None:
+    """Notes a file that another process has read for the running command."""
+    ctx = click.get_current_context(silent=True)
+    if ctx is not None and name:
+        mention(name)
+        files_read(ctx).add(identity(name))
+
+
+def was_read(name: str) -> bool:
+    """Whether the running command has read this file."""
+    ctx = click.get_current_context(silent=True)
+    return ctx is not None and identity(name) in files_read(ctx)
+
+
+def files_read(ctx: click.Context) -> set[Identity]:
+    """The identities of the command's inputs so far."""
+    identities: set[Identity] = ctx.meta.setdefault(READ, set())
+    return identities
+
+
+def relative(file: str, folder: Path) -> str:
+    """A file's path seen from a folder, with forward slashes; as it is where there is no such path."""
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:
+        return Path(file).as_posix()
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Patterns as git reads them in a ``.gitignore``: each line by itself, and which line of a file counts for an entry.
+# pathspec turns a line into a regular expression. It is asked for one entry at a time, whose folders are not left
+# out; so nothing below a folder that is left out can be taken back, as with git.
+
+MOST = 2000
+"""Lines of a ``.gitignore``, and patterns of a settings file."""
+MOST_WAYS = 10_000
+"""In which the ``**`` of a pattern may lie over the folders of a path."""
+ANY, UP = "**", ".."
+STAR, SIGN = r"\[\^/\]\*", r"(?:\\.|\[\^?\]?[^\]]*\]|[^/\\\[(])"
+STARS = re.compile(rf"(?:{STAR}){{2,}}")
+BETWEEN = re.compile(rf"{STAR}((?:(?!{STAR}){SIGN})+)(?={STAR})", re.DOTALL)
+"""In a regular expression of pathspec: a star, and what stands between it and the next one of the same name."""
+
+
+class Pattern(NamedTuple):
+    """One line that names entries, or takes some back."""
+
+    reason: str
+    """Why an entry that it names is left out."""
+    regex: re.Pattern[str]
+    leaves_out: bool
+    of_folders: bool
+    """Whether it ends with a slash."""
+    of_names: bool
+    """Whether it has no other slash, and so is compared with the name in whatever folder."""
+    jumps: int
+    """How many ``**`` it has."""
+
+    def fits(self, path: str, *, folder: bool) -> bool:
+        """Whether it names this entry itself; one that would take very long is taken for what leaves nothing out."""
+        if self.of_folders and not folder:
+            return False
+        text = path.rpartition("/")[2] if self.of_names else path
+        if self.jumps and comb(text.count("/") + self.jumps, self.jumps) > MOST_WAYS:
+            return not self.leaves_out
+        match = self.regex.search(text)
+        return match is not None and match.lastindex is None  # its group is the slash behind a folder above
+
+
+class Patterns(NamedTuple):
+    """The patterns of one origin, which begin at a folder."""
+
+    base: str
+    """The folder, with a slash at its end."""
+    rows: list[Pattern]
+
+    def decisive(self, path: str, *, folder: bool) -> Pattern | None:
+        """The last pattern that names an entry; None for what lies elsewhere, too."""
+        if not path.startswith(self.base):
+            return None
+        below = path[len(self.base) :]
+        return next((row for row in reversed(self.rows) if row.fits(below, folder=folder)), None)
+
+
+def patterns(base: str, origin: str, lines: Iterable[str], *, numbered: bool = False) -> Patterns:
+    """The patterns of some lines; a line that is none is passed over, as git does."""
+    rows = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # "[[" in a regular expression
+        for number, line in enumerate(lines, 1):
+            row = _pattern(f"{origin}:{number}" if numbered else origin, line)
+            rows += [row] if row is not None else []
+    return Patterns(base, rows)
+
+
+def _pattern(origin: str, line: str) -> Pattern | None:
+    from pathspec.patterns.gitignore.spec import GitIgnoreSpecPattern
+
+    bare = line.rstrip(" ")
+    line = f"{bare} " if bare.endswith("\\") and bare != line else bare
+    body = line.removesuffix("/")
+    try:
+        regex, leaves_out = GitIgnoreSpecPattern.pattern_to_regex(body)
+        if regex is None or leaves_out is None:
+            return None
+        compiled = re.compile(BETWEEN.sub(r"(?>[^/]*?\1)", STARS.sub("[^/]*", regex)))
+    except (ValueError, re.error):
+        return None
+    return Pattern(f"{origin}: {line}", compiled, leaves_out, body != line, "/" not in body, body.count(ANY))
+
+
+def fault(line: str) -> str | None:
+    """What is wrong with a pattern of the command line or of a settings file, and its cure."""
+    if UP in line.split("/"):
+        return f"{line!r} leads out of the folder that patterns begin at; run there, or put the settings there"
+    if re.search(r"\\\w", line):
+        return f"{line!r} is no pattern of paths; write it with forward slashes"
+    if not patterns("/", "", [line]).rows:
+        return f"{line!r} is no pattern of paths; write it as a line of .gitignore, such as 'old/' or '*.bak.yaml'"
+    return None
+
+
+# --- The folders below one, without those that hold other people's files and without what patterns leave out ----------
+
+ENVIRONMENT = "pyvenv.cfg"
+"""What the folder of a virtual environment holds."""
+PACKAGES = frozenset({"node_modules", "site-packages"})
+"""Folders of packages, by name."""
+GITIGNORE, REPOSITORY = ".gitignore", ".git"
+LARGEST_GITIGNORE = 128 << 10
+"""Bytes of a ``.gitignore``."""
+
+Reasons = list[tuple[str, str]]
+"""Names, each with the reason why it is left out or not used."""
+Levels = tuple[Patterns, ...]
+"""The patterns of ``.gitignore`` files, those of the deepest folder first."""
+
+
+class Folder(NamedTuple):
+    """One folder on the way."""
+
+    path: str
+    folders: list[str]
+    """Names of the folders that are entered next, and of links, which are not."""
+    files: list[str]
+    """Names of YAML files, and of whatever else is called so."""
+    left_out: Reasons
+    """Folders, with a slash at the end, and YAML files that are not looked at."""
+    unused: Reasons
+    """Files of patterns that do not count."""
+
+
+def walk(name: str, closed: Callable[[OSError], None] | None = None) -> Iterator[Folder]:
+    """The folder, whatever patterns say of it, and those below it; ``closed`` is told of those that cannot be read."""
+    excluded, unused = _excluded(), Reasons()
+    levels = {name: _above(name, unused)}
+    for place, folders, files in os.walk(name, onerror=closed):
+        ignored = levels.pop(place)
+        if place != name and REPOSITORY in {*folders, *files}:
+            ignored = ()  # a repository of its own
+        if GITIGNORE in files:
+            ignored = (*_ignored(place, unused), *ignored)
+        inside = {f: _folder(place, f, excluded, ignored) for f in sorted(folders) if not f.startswith(".")}
+        yaml = (f for f in sorted(files) if Path(f).suffix.lower() in SUFFIXES)
+        read = {f: _named(place, f, excluded, ignored) for f in yaml}
+        folders[:] = (f for f, reason in inside.items() if reason is None)
+        levels |= {os.path.join(place, f): ignored for f in folders}  # noqa: PTH118 - as os.walk spells it
+        left_out = [(f"{f}/", reason) for f, reason in inside.items() if reason is not None]
+        left_out += ((f, reason) for f, reason in read.items() if reason is not None)
+        yield Folder(place, folders, [f for f, reason in read.items() if reason is None], left_out, unused)
+        unused = Reasons()
+
+
+def _folder(place: str, name: str, excluded: Patterns | None, ignored: Levels) -> str | None:
+    """Why a folder is left out, if it is; a link to one is no folder for patterns."""
+    path = Path(place, name)
+    if name in PACKAGES:
+        return "packages of others"
+    if os.path.lexists(path / ENVIRONMENT):
+        return f"holds {ENVIRONMENT}"
+    return _named(place, name, excluded, ignored, folder=not path.is_symlink())
+
+
+def _named(place: str, name: str, excluded: Patterns | None, ignored: Levels, *, folder: bool = False) -> str | None:
+    """Why patterns leave an entry out, if they do: of those of git, the last of the deepest file counts."""
+    if excluded is None and not ignored:
+        return None
+    path = _base(place) + name
+    row = None if excluded is None else excluded.decisive(path, folder=folder)
+    if row is None or not row.leaves_out:
+        rows = (level.decisive(path, folder=folder) for level in ignored)
+        row = next((row for row in rows if row is not None), None)
+    return row.reason if row is not None and row.leaves_out else None
+
+
+def _base(folder: str) -> str:
+    """A folder as patterns begin at it: from the root, links not followed, with a slash at the end."""
+    return Path(os.path.abspath(folder)).as_posix().rstrip("/") + "/"  # noqa: PTH100 - links are not followed
+
+
+def _excluded() -> Patterns | None:
+    """The patterns of ``--exclude``, or of the settings."""
+    ctx = click.get_current_context(silent=True)
+    kept = None if ctx is None else ctx.meta.get(EXCLUDED)
+    return None if kept is None else patterns(_base(kept.root), kept.origin, kept.patterns)
+
+
+def _above(name: str, unused: Reasons) -> Levels:
+    """The patterns of the folders above one, up to the root of its repository; outside of one there are none."""
+    start = Path(os.path.abspath(name))  # noqa: PTH100 - links are not followed
+    above: list[Path] = []
+    for folder in (start, *start.parents):
+        if folder != start:
+            above.append(folder)
+        if (folder / REPOSITORY).exists():
+            return tuple(level for folder in above for level in _ignored(str(folder), unused))
+    return ()
+
+
+def _ignored(folder: str, unused: Reasons) -> Iterable[Patterns]:
+    """The patterns of a folder's ``.gitignore``, none or one; a link or a pipe is none, for git neither."""
+    path = Path(folder, GITIGNORE)
+    shown = relative(str(path), Path.cwd())
+    try:
+        if not stat.S_ISREG(path.lstat().st_mode):
+            return
+        data = read_file(path, LARGEST_GITIGNORE + 1)
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        unused.append((shown, f"cannot be read ({error.strerror}): what it names is not left out"))
+        return
+    lines = data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "surrogateescape").split("\n")
+    if len(data) > LARGEST_GITIGNORE or len(lines) > MOST:
+        unused.append(
+            (shown, f"has more than {LARGEST_GITIGNORE} bytes or {MOST} lines: what it names is not left out")
+        )
+        return
+    yield patterns(_base(folder), shown, (line.removesuffix("\r") for line in lines), numbered=True)
+
+
+# --- Which YAML files in a folder are for pidcfg: those with its key, and those of which nobody can tell --------------
+
+LARGEST = 64 << 20
+"""Bytes of a file that is searched for the key; a larger one is read, and complained about."""
+BREAK = re.compile(rb"\r\n?|\xc2\x85|\xe2\x80[\xa8\xa9]")
+MARK = b"\xef\xbb\xbf"
+FIRST = re.compile(rb"^([ \t]*)(?!%|#|\.\.\.|[ \t])(?:---(?:[ \t]+|$))?(?:#.*$)?([^\s#].*)", re.MULTILINE)
+"""The first line that says something, and how far it is indented: there the keys at the top stand."""
+PLAIN = re.compile(rb"(?:[\w.$/+-]+|\"[^\"\\\n]*\"|'[^'\n]*')[ \t]*:(?:\s|$)|-(?:[ \t]|$)")
+"""A key or an item in a block: what follows is read line by line. Anything else may hold keys anywhere."""
+OPENING = re.compile(rb"[{,?]\s*")
+KEY = re.compile(rb"^(?:\?[ \t]+)?\t*[\"']?pidcfg[\"']?[ \t]*(?::|$)", re.MULTILINE)
+"""The key at the top; also after a tab."""
+ESCAPED = re.compile(rb"^(?:\?[ \t]+)?\"[^\"\n:]*\\", re.MULTILINE)
+"""A key that is spelled with escapes may be any."""
+LIKE_PIDCFG = (
+    re.compile(rb"^[\"']?(?:vendor|scenario)[\"']?\s*:", re.MULTILINE),
+    re.compile(rb"^[\"']?(?:loops|config|plants|expect)[\"']?\s*:", re.MULTILINE),
+)
+"""Keys at the top by which a file is for pidcfg although that key is missing or misspelt."""
+
+
+def is_for_pidcfg(name: str, data: bytes, most: int) -> bool:
+    """Whether a file is for pidcfg by its first bytes; when they are more than ``most``, by all of them."""
+    if has_key(data):
+        return True
+    if len(data) <= most:
+        return False
+    try:
+        whole = read_file(name, LARGEST + 1)
+    except (OSError, ValueError):
+        return True
+    return len(whole) > LARGEST or has_key(whole)
+
+
+def has_key(data: bytes) -> bool:
+    """Whether a text has the key ``pidcfg`` at the top, or may have it."""
+    text = data.decode("utf-16", "replace").encode() if data.startswith(UTF16_MARKS) else data.replace(b"\0", b"")
+    text = BREAK.sub(b"\n", text.removeprefix(MARK).removeprefix(MARK))
+    first = FIRST.search(text)
+    if first is None:
+        return False
+    if not PLAIN.match(first[2]):
+        text = OPENING.sub(b"\n", text)
+    elif first[1]:
+        text = re.sub(rb"^" + re.escape(first[1]), b"", text, flags=re.MULTILINE)
+    return bool(KEY.search(text) or ESCAPED.search(text)) or all(key.search(text) for key in LIKE_PIDCFG)
+
+
+# --- Paths from the command line to documents: files, folders, patterns and standard input ----------------------------
+
+STDIN = "-"
+UNNAMED = "<stdin>"
+"""Standard input in findings, unless ``--stdin-filename`` names it."""
+NAME_OF_STDIN = "pidcfg.stdin"
+"""Where a command keeps that name."""
+MOST_NAMES = 3
+"""Names of what was left out."""
+MOST_BESIDE = 1000
+"""Names of a folder that are compared with one that is not there."""
+
+
+@frozen
+class Input:
+    """A file's name as reports print it, and its bytes; or why there are none."""
+
+    name: str
+    data: bytes = b""
+    problem: str | None = None
+    piped: bool = False
+    """Whether it is standard input, by whatever name."""
+    foreign: bool = False
+    """A YAML file without the ``pidcfg`` key, in a folder or where such files are to be skipped."""
+    remark: str | None = None
+    """Why a foreign entry of a folder was not even looked at."""
+    left_out: str | None = None
+    """Why a foreign entry of a folder was to be left out; the name of a folder ends with a slash."""
+
+
+def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
+    """The documents that the paths of a command line stand for, each once."""
+    return (document(entry, limits) for entry in read_entries(paths, limits))
+
+
+def read_entries(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
+    """The inputs that are for pidcfg; behind them a remark says what was left out."""
+    others = []
+    for entry in gather(paths, limits):
+        if entry.foreign:
+            others.append(entry)
+        else:
+            yield entry
+    ctx = click.get_current_context(silent=True)
+    params = {} if ctx is None else ctx.params
+    if (text := left_out(others)) and not params.get("quiet"):
+        remark(text)
+    for reason in reasons(others) if params.get("verbose") else ():
+        remark(reason)
+
+
+def left_out(entries: Iterable[Input]) -> str:
+    """How many folders and files were left out, and the names of some; nothing where none was."""
+    names = [entry.name for entry in entries if entry.left_out is not None]
+    folders = sum(name.endswith("/") for name in names)
+    counts = ((folders, "folder"), (len(names) - folders, "file"))
+    number = " and ".join(f"{n} {what}{'s' if n != 1 else ''}" for n, what in counts if n)
+    kinds = list(dict.fromkeys(Path(name).name for name in names))
+    kinds[MOST_NAMES:] = ["…"] * (len(kinds) > MOST_NAMES)
+    return f"{number} left out ({', '.join(kinds)})" if names else ""
+
+
+def reasons(entries: Iterable[Input]) -> Iterator[str]:
+    """Each entry that was left out, and why."""
+    return (f"left out: {entry.name} ({entry.left_out})" for entry in entries if entry.left_out is not None)
+
+
+def document(entry: Input, limits: Limits) -> Document:
+    """An input as a document; a file that could not be opened is one with that finding."""
+    if entry.problem is None:
+        return read_document(entry.data, entry.name, limits)
+    cure = _beside(entry.name) or "check the path"
+    finding = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help=cure)
+    return Document(entry.name, "", None, Node(None), (finding,))
+
+
+def _beside(name: str) -> str | None:
+    """The cure that names a file of the same folder whose name is like that of one that is not there."""
+    path = Path(name)
+    if path.exists() or not path.parent.is_dir():
+        return None
+    names = (entry.name for entry in islice(path.parent.iterdir(), MOST_BESIDE) if entry.suffix.lower() in SUFFIXES)
+    near = get_close_matches(path.name, names, 1, 0.7)
+    return f"did you mean {(path.parent / near[0]).as_posix()}?" if near else None
+
+
+def gather(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = False) -> Iterator[Input]:
+    """The inputs one by one; a folder stands for the files below it that carry a ``pidcfg`` key.
+
+    ``skip_foreign``: a YAML file without one counts as foreign even when it is named. Standard input comes first: it
+    stands for the file that ``--stdin-filename`` names, also in a folder.
+    """
+    taken = _Taken(limits)
+    for name in sorted(expand(paths), key=lambda name: name != STDIN):
+        folder = name != STDIN and Path(name).is_dir()
+        if not taken.adds(name_of(name), folder=folder):
+            continue
+        if _is_pattern(name):
+            yield Input(name, problem=f"no file matches {name}")
+            continue
+        if taken.full:
+            yield taken.refusal(name)
+            return
+        if folder:
+            yield from _inputs_below(name, taken)
+        else:
+            entry = read_input(name, limits)
+            foreign = skip_foreign and name != STDIN and not concerns_pidcfg(entry, limits)
+            yield Input(name, foreign=True) if foreign else entry
+
+
+@dataclass(slots=True)
+class _Taken:
+    """What has been taken: each file once, by whatever way its folder is reached, and no more than the limit."""
+
+    limits: Limits
+    places: set[tuple[str, str]] = field(default_factory=set)
+    files: int = 0
+
+    def adds(self, name: str, *, folder: bool = False) -> bool:
+        """Takes a file or a folder, unless it has been."""
+        above, file = os.path.split(name)
+        key = (os.path.realpath(name), "") if folder else (os.path.realpath(above), file)
+        new = key not in self.places
+        self.places.add(key)
+        self.files += new and not folder
+        return new
+
+    @property
+    def full(self) -> bool:
+        """Whether there are more than the limit allows."""
+        return self.files > self.limits.files
+
+    def refusal(self, name: str) -> Input:
+        """The input that reports the limit."""
+        return Input(name, problem=f"more than {self.limits.files} files; raise it with --limit files=N")
+
+
+def concerns_pidcfg(entry: Input, limits: Limits) -> bool:
+    """Whether a file has the ``pidcfg`` key, or is to be reported because it cannot be read."""
+    return entry.problem is not None or is_for_pidcfg(entry.name, entry.data, limits.file_bytes)
+
+
+def expand(paths: Sequence[str]) -> Iterator[str]:
+    """Patterns that the shell has left alone."""
+    for path in paths:
+        if _is_pattern(path):
+            matches = sorted(glob.glob(path, recursive=True))  # noqa: PTH207 - patterns may be absolute
+            yield from (Path(m).as_posix() for m in matches) if matches else [path]
+        else:
+            yield path if path == STDIN else Path(path).as_posix()
+
+
+def _is_pattern(path: str) -> bool:
+    """Whether a path is a pattern and no file."""
+    return any(c in path for c in "*?[") and not Path(path).exists()
+
+
+def _inputs_below(name: str, taken: _Taken) -> Iterator[Input]:
+    """The files below a folder that have the ``pidcfg`` key or cannot be read; other YAML files as foreign."""
+    has_files, others = False, []
+    for entry in _walked(name, taken.limits):
+        if entry.foreign:
+            others.append(entry)
+            yield entry
+        elif taken.adds(entry.name):
+            has_files = True
+            yield taken.refusal(entry.name) if taken.full else entry
+            if taken.full:
+                return
+        else:
+            has_files = True
+    if not has_files:
+        without = f"; {text}" if (text := left_out(others)) else ""
+        yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key{without}")
+
+
+def _walked(name: str, limits: Limits) -> Iterator[Input]:
+    """Every YAML file below a folder, and whatever may hide some."""
+    closed: list[OSError] = []
+    root = Path(name).resolve()
+    for folder in walk(name, closed.append):
+        yield from (Input(path, foreign=True, remark=reason) for path, reason in folder.unused)
+        for entry, reason in folder.left_out:
+            yield Input(Path(folder.path, entry).as_posix() + "/" * entry.endswith("/"), foreign=True, left_out=reason)
+        for path in (Path(folder.path, f) for f in folder.folders):
+            if path.is_symlink() and not path.resolve().is_relative_to(root):
+                yield Input(path.as_posix(), foreign=True, remark="a link out of the folder is not followed; name it")
+        for path in (Path(folder.path, f) for f in folder.files):
+            if path.is_file() or not path.exists():
+                yield _in_folder(path, limits)
+    for error in closed:
+        yield Input(Path(error.filename).as_posix(), problem=f"cannot read {error.filename}: {error.strerror}")
+
+
+def _in_folder(path: Path, limits: Limits) -> Input:
+    """One YAML file in a folder; foreign where it has no ``pidcfg`` key."""
+    name = path.as_posix()
+    entry = read_input(name, limits)
+    return entry if concerns_pidcfg(entry, limits) else Input(name, foreign=True)
+
+
+class RememberedFiles(Disk):
+    """The files of the disk, which no output of this run takes the place of."""
+
+    def opened(self, stream: IO[bytes]) -> None:
+        """Notes the file as an input of the running command."""
+        remember(stream)
+
+    def resolve(self, name: str, other: str) -> str:
+        """Notes the file that another one refers to, whether it is there or not."""
+        place = super().resolve(name, other)
+        mention(place)
+        return place
+
+
+FILES = RememberedFiles()
+
+
+def name_of(path: str) -> str:
+    """What findings call a path of the command line: standard input goes by the name that it was given."""
+    if path != STDIN:
+        return path
+    ctx = click.get_current_context(silent=True)
+    name: str = UNNAMED if ctx is None else ctx.meta.get(NAME_OF_STDIN, UNNAMED)
+    return name
+
+
+def read_input(name: str, limits: Limits) -> Input:
+    """The bytes of one file or of standard input, at most one more than the limit."""
+    most = limits.file_bytes + 1
+    try:
+        if name == STDIN:
+            if sys.stdin is None:
+                return Input(name_of(name), problem="cannot read standard input: it is closed", piped=True)
+            with held():
+                FILES.opened(sys.stdin.buffer)
+                return Input(name_of(name), sys.stdin.buffer.read(most), piped=True)
+        return Input(name, FILES.read(name, most))
+    except (OSError, ValueError) as error:
+        return Input(name_of(name), problem=refusal(name_of(name), error), piped=name == STDIN)
+
+
+def listing_fault(entry: Input, vendor: Vendor, limits: Limits, kind: str | None = None) -> str | None:
+    """What is wrong with a file by itself that is to be a memory listing."""
+    from pidcfg.encoders.decoding import read_listing
+    from pidcfg.encoders.listing import ListingError
+
+    if entry.problem is not None:
+        return entry.problem
+    try:
+        read_listing(entry.data, vendor, limits, kind)
+    except ListingError as error:
+        return f"{entry.name}:{error.line}:{error.column}: {error}"
+    return None

@@ -1,0 +1,146 @@
+"""``--plot``: charts in a file by its suffix, or in the terminal."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+import click
+
+from pidcfg.cli.environment import need
+from pidcfg.cli.terminal import show as print_report
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.pictures.chart import Chart
+    from pidcfg.study.outcome import Outcome
+
+TERMINAL = "-"
+SUFFIXES = (".svg", ".png", ".html")
+DRAWN = (".svg", ".png")
+"""Those that the plotting library draws."""
+MOST = 40
+"""Charts in one file: what a page of pictures can hold and a person look through."""
+NARROWEST, WIDEST, HEIGHT = 40, 160, 12
+"""Characters of a picture in the terminal."""
+PIPED = 80
+"""Its width where the output is not a terminal."""
+
+
+def named(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
+    """File names whose suffixes give the format; the plotting library is checked before anything runs."""
+    for name in names:
+        if name != TERMINAL and Path(name).suffix.lower() not in SUFFIXES:
+            ends = f"{', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
+            raise click.BadParameter(f"{name!r}; write a name that ends in {ends}, or - for the terminal", ctx, param)
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise click.BadParameter(f"{twice!r} stands there twice", ctx, param)
+    if any(Path(name).suffix.lower() in DRAWN for name in names):
+        need("matplotlib", "report")
+    return names
+
+
+def only_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
+    """The same where the terminal shows the pictures anyway."""
+    if TERMINAL in names:
+        raise click.BadParameter("--verify draws in the terminal; name a file", ctx, param)
+    return named(ctx, param, names)
+
+
+_plot = partial(click.option, "--plot", multiple=True, metavar="FILE")
+PLOT = _plot(callback=named, help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.")
+MARGINS = _plot(
+    callback=named, help="Draw margins and answers of the loop: FILE.svg, .png or .html, or - in the terminal."
+)
+VERIFIED = _plot(
+    callback=only_files,
+    help="As --verify, and draw both sides over each other: FILE.svg, .png or .html; repeatable.",
+)
+OVERLAY = _plot(
+    callback=named,
+    help="Draw both sides over each other on the same plants: FILE.svg, .png or .html, or - in the "
+    "terminal; repeatable.",
+)
+VERIFY = click.option(
+    "--verify",
+    type=click.Choice(["pass", "report"]),
+    metavar="[=report]",
+    help="Run both sides through a battery of stages on the same plants: exit 1 where they behave differently, 0 where "
+    "they are alike; with =report only say so.",
+)
+LOOPS = click.option(
+    "--plot-loop", "plot_loops", multiple=True, metavar="NAME", help="With --plot: draw this loop only; repeatable."
+)
+
+
+def of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
+    """The charts of all runs; where there are several, each says of which one it is."""
+    from pidcfg.study.outcome import charts_of
+
+    known = list(dict.fromkeys(loop for outcome in outcomes for loop in outcome.axes))
+    wrong = next((loop for loop in loops if loop not in known), None)
+    if wrong is not None and known:
+        raise click.UsageError(f"--plot-loop {wrong}: no such loop; there are {', '.join(known)}")
+    drawn_charts = []
+    for outcome in outcomes:
+        charts = charts_of(outcome, loops)
+        if outcome.report is not None and len(outcomes) > 1:
+            charts = [replace(one, title=f"{outcome.report.scenario}: {one.title}") for one in charts]
+        drawn_charts += charts
+    return drawn_charts
+
+
+def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:
+    """The title of a picture of runs, and what ran."""
+    reports = [outcome.report for outcome in outcomes if outcome.report is not None]
+    title = reports[0].scenario if len(reports) == 1 else f"{len(reports)} scenarios"
+    return title, [
+        f"{Path(outcome.file).name} runs {Path(outcome.config).name}"
+        for outcome in outcomes
+        if outcome.report is not None
+    ]
+
+
+def drawn(
+    names: Sequence[str], charts: Sequence[Chart], title: str, intro: Sequence[str] = ()
+) -> dict[str, str | bytes]:
+    """The files of all names but the terminal's, by name."""
+    files: dict[str, str | bytes] = {}
+    if not charts:
+        return files
+    for name in names:
+        suffix = Path(name).suffix.lower()
+        if name == TERMINAL:
+            continue
+        if len(charts) > MOST:
+            raise click.ClickException(f"{name}: {len(charts)} loops are too many for one picture, at most {MOST}")
+        from pidcfg.pictures import figure as draw
+        from pidcfg.pictures import page
+
+        if suffix == ".svg":
+            files[name] = draw.svg(charts, title=title)
+        elif suffix == ".png":
+            files[name] = draw.png(charts, title=title)
+        else:
+            files[name] = page.html(charts, title=title, intro=intro)
+    return files
+
+
+def in_characters(chart: Chart, stream: TextIO) -> str:
+    """A chart as wide as the terminal, in the signs that its code page has."""
+    from pidcfg.pictures.characters import fits, lines
+
+    width = min(max(shutil.get_terminal_size((PIPED, 24)).columns - 1, NARROWEST), WIDEST)
+    return "\n".join(lines(chart, width, HEIGHT, not fits(stream.encoding)))
+
+
+def show(charts: Sequence[Chart]) -> None:
+    """The charts in the terminal, as a result."""
+    for chart in charts:
+        print_report(f"\n{in_characters(chart, sys.stdout)}\n")

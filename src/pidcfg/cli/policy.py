@@ -1,0 +1,367 @@
+"""The triage of findings: what is reported, what comments, settings or a baseline leave of it, and ``--fix``."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from click.core import ParameterSource
+
+from pidcfg.cli import options, settings
+from pidcfg.cli.inputs import FILES, STDIN, UNNAMED, document
+from pidcfg.cli.main import Exit
+from pidcfg.cli.options import named
+from pidcfg.cli.outputs import difference, print_patch, replace_files
+from pidcfg.cli.terminal import hand_on, note, progress, remark
+from pidcfg.study.scenario import check_any
+from pidcfg.text.diagnostics import number_of, ordered
+from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import read_file
+from pidcfg.text.source import read_document
+from pidcfg.validate.catalog import unusable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from pidcfg.cli.formats.report_options import Report
+    from pidcfg.cli.inputs import Input
+    from pidcfg.cli.settings import Settings
+    from pidcfg.text.diagnostics import Diagnostic, Severity
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
+    from pidcfg.validate.baseline import Baseline, Ignored
+    from pidcfg.validate.fixes import Fixed
+
+# --- The triage of findings: what is reported, what comments, settings or a baseline set aside, and remarks on it -----
+
+LARGEST = 64 << 20
+"""Bytes of a baseline."""
+
+
+@frozen
+class Rules:
+    """What the options choose: beginnings of codes, and what is to be done with a baseline."""
+
+    select: list[str]
+    ignore: list[str]
+    baseline: str | None = None
+    create: bool = False
+    shrink: bool = False
+
+
+@dataclass(slots=True)
+class Triage:
+    """What is reported, what a comment ignores (with its reason), what the baseline knows, and remarks for stderr."""
+
+    kept: list[Diagnostic]
+    ignored: list[Ignored] = field(default_factory=list)
+    known: list[Diagnostic] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    set_aside: int = 0
+    """How many findings a settings file leaves out."""
+
+    @property
+    def hides(self) -> bool:
+        """Whether even a quiet run has to mention findings that it does not show."""
+        return bool(self.ignored or self.known or self.set_aside)
+
+    def suppressed(self, severity: Severity) -> list[tuple[Diagnostic, str | None]]:
+        """What is not reported, with the reason that a comment gives; None: the baseline knows it."""
+        by_comment = [(entry.finding, entry.reason) for entry in self.ignored]
+        return [(d, reason) for d, reason in (*by_comment, *((d, None) for d in self.known)) if d.severity >= severity]
+
+    @property
+    def reasons(self) -> Iterator[str]:
+        """What is not reported, one by one, and why not."""
+        rows = [(one.finding, f"ignored, {one.reason or 'for no reason'}") for one in self.ignored]
+        for d, why in (*rows, *((d, "in the baseline") for d in self.known)):
+            yield f"{d.file}:{d.span.line}:{d.span.column}: {d.code}: {why}"
+        if self.set_aside:
+            yield f"{count(self.set_aside, 'finding')}, by the settings"
+
+    @property
+    def counts(self) -> str:
+        """The end of the summary."""
+        fixable = sum(bool(d.edits) for d in self.kept)
+        rows = (
+            (fixable, "correctable with --fix"),
+            (len(self.ignored), "ignored"),
+            (len(self.known), "in the baseline"),
+        )
+        return "".join(f"; {number} {what}" for number, what in rows if number)
+
+
+def triage(findings: Sequence[Diagnostic], documents: dict[str, Document], settings: Settings, rules: Rules) -> Triage:
+    """Sorts findings into reported, ignored and known; writes or shrinks the baseline as the options ask."""
+    result = _without_ignored(findings, documents)
+    all_findings = result.kept
+    left_out = {file: settings.ignored_in(file) for file in documents}
+
+    def is_selected(d: Diagnostic) -> bool:
+        return bool(options.selected([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
+
+    result.ignored = [entry for entry in result.ignored if is_selected(entry.finding)]
+    result.kept = [d for d in all_findings if is_selected(d)]
+    result.set_aside = len(all_findings) - len(result.kept) if settings.file is not None else 0
+    if rules.baseline is not None:
+        _with_baseline(result, all_findings, is_selected, documents, rules)
+    elif rules.create or rules.shrink:
+        raise click.UsageError("name the baseline with --baseline FILE")
+    return result
+
+
+def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Document]) -> Triage:
+    """The findings without those that comments ignore, file by file."""
+    if not any("ignore" in doc.text for doc in documents.values()):
+        return Triage(list(findings))
+    from pidcfg.cli.options import remark
+    from pidcfg.validate.baseline import former_codes, suppress
+    from pidcfg.validate.catalog import unusable
+
+    by_file: dict[str, list[Diagnostic]] = {file: [] for file in documents}
+    result = Triage([d for d in findings if d.file not in by_file])
+    for d in findings:
+        by_file.get(d.file, []).append(d)
+    for file, of_file in by_file.items():
+        outcome = suppress(of_file, documents[file])
+        for former, edit in () if any(map(unusable, of_file)) else former_codes(documents[file]):
+            remark(former.upper(), edit.text)
+        result.kept += ordered(outcome.kept) if len(outcome.kept) != len(of_file) or outcome.ignored else of_file
+        result.ignored += outcome.ignored
+    return result
+
+
+def _with_baseline(
+    result: Triage,
+    all_findings: list[Diagnostic],
+    is_selected: Callable[[Diagnostic], bool],
+    documents: Mapping[str, Document],
+    rules: Rules,
+) -> None:
+    """Takes known findings out, and reports or removes what no longer occurs; or writes the first baseline."""
+    from pidcfg.cli.inputs import relative
+    from pidcfg.validate import baseline
+
+    name = rules.baseline or ""
+    folder = Path(os.path.abspath(name)).parent  # noqa: PTH100 - paths are as they are named, links are not followed
+
+    def file_of(file: str) -> str:
+        return relative(file, folder)
+
+    if rules.create:
+        result.known = [d for d in result.kept if baseline.enters(d) and d.file != UNNAMED]
+        new_ids = {id(d) for d in result.known}
+        result.kept = [d for d in result.kept if id(d) not in new_ids]
+        text = baseline.to_text(baseline.Baseline([baseline.entry(d, file_of) for d in result.known]))
+        _write(name, text, "--create-baseline")
+        result.remarks.append(f"{name}: {count(len(result.known), 'finding')} written")
+        return
+    known, text = read_baseline(name)
+    if known.former:
+        known, text = _renewed(known, text, name, all_findings, file_of, result.remarks)
+    files = {e.file for e in known.entries} | {row.file for row in known.former}
+    checked_files = {file_of(file) for file in documents} | {file for file in files if not (folder / file).exists()}
+    compared = baseline.compare(all_findings, is_selected, known.entries, checked_files, file_of)
+    result.kept, result.known = compared.new, compared.known
+    read_files = baseline.read_files(all_findings, checked_files, file_of)
+    former = [row for row in known.former if row.file in read_files]
+    if rules.shrink and (compared.stale or former):
+        from pidcfg.cli.outputs import write_files
+
+        left = [row for row in known.former if row.file not in read_files]
+        entries = baseline.without(known.entries, compared.stale)
+        write_files({name: baseline.to_text(baseline.Baseline(entries, left))}, force=True)
+        result.remarks.append(f"{name}: {count(len(compared.stale) + len(former), 'entry', 'entries')} removed")
+        return
+    ignored = {baseline.entry(one.finding, file_of) for one in result.ignored}
+    shown = Path(name).as_posix()
+    stale = baseline.stale_findings(compared.stale, ignored, known.entries, text, shown)
+    stale += baseline.stale_rows(former, text, shown)
+    result.kept += [d for d in stale if is_selected(d)]
+
+
+def _renewed(
+    known: Baseline,
+    text: str,
+    name: str,
+    findings: Sequence[Diagnostic],
+    file_of: Callable[[str], str],
+    remarks: list[str],
+) -> tuple[Baseline, str]:
+    """A baseline whose rows of former formats are entries now, as far as their findings are there, and its text.
+
+    The file is written anew, since no row of the old form would survive the next edit of another loop; where it cannot
+    be, the run goes on with what it says.
+    """
+    from pidcfg.cli.outputs import write_files
+    from pidcfg.validate import baseline
+    from pidcfg.validate.baseline import renewed
+
+    rows = renewed(known.former, [d for d in findings if baseline.enters(d)], file_of)
+    entries = [*known.entries, *(baseline.entry(d, file_of) for d in rows.known)]
+    result = baseline.Baseline(entries, rows.left)
+    number = len(known.former) - len(rows.left)
+    if not number:
+        return result, text
+    what = f"{count(number, 'entry', 'entries')} of a former format"
+    try:
+        if os.access(name, os.W_OK):
+            write_files({name: baseline.to_text(result)}, force=True)
+        else:
+            remarks.append(f"{name} is read-only, so {what} could not be renewed")
+            return result, text
+    except click.ClickException as error:
+        remarks.append(f"{what} could not be renewed: {error.message}")
+        return result, text
+    remarks.append(
+        f"{name}: {what} renewed: findings are known by loop, key and all values that they quote now; commit the file"
+    )
+    return result, baseline.to_text(result)
+
+
+def count(number: int, one: str, many: str | None = None) -> str:
+    """A number with its word."""
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def read_baseline(name: str) -> tuple[Baseline, str]:
+    """What a baseline says, and its text; ends the command with one clear error where it cannot be read."""
+    from pidcfg.validate.baseline import BaselineError, from_text
+
+    text = _read(name)
+    try:
+        return from_text(text), text
+    except BaselineError as error:
+        raise click.ClickException(f"{name}:{error}; a new one is made with --create-baseline") from None
+
+
+def _read(name: str) -> str:
+    """The text of a baseline."""
+    try:
+        data = read_file(name, LARGEST + 1)
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise click.ClickException(f"{name} is not UTF-8") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise click.ClickException(f"cannot read {name}: {reason}; --create-baseline makes one") from None
+    if len(data) > LARGEST:
+        raise click.ClickException(f"{name} is larger than {LARGEST} bytes")
+    return text
+
+
+def _write(name: str, text: str, option: str) -> None:
+    """A new baseline; findings never enter one that is there."""
+    from pidcfg.cli.outputs import write_files
+
+    if Path(name).exists():
+        raise click.ClickException(
+            f"{name} exists and only shrinks: {option} makes a new one; delete it first to accept what is there now"
+        )
+    write_files({name: text})
+
+
+# --- ``validate --fix`` and ``--diff``: corrected files, written whole or not at all ----------------------------------
+
+
+def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Context) -> list[Input]:
+    """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
+    diff, quiet = ctx.params["diff"], ctx.params["quiet"]
+    piped = [entry for entry in inputs if entry.piped]
+    asked = ctx.get_parameter_source("fmt") is not ParameterSource.DEFAULT  # a CI job's own format is nobody's wish
+    if piped and not diff and (len(inputs) > 1 or (asked and ctx.params["fmt"] != "text")):
+        raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
+    work = progress((_corrected(entry, limits, rules, ctx) for entry in inputs), "correcting", len(inputs))
+    done = list(zip(inputs, work, strict=True))
+    changed = [(entry, fixed) for entry, fixed in done if fixed.data != entry.data]
+    corrected = [fixed for _, fixed in changed if fixed.fixed]
+    total = f"{count(sum(len(f.fixed) for f in corrected), 'finding')} in {count(len(corrected), 'file')}"
+    if diff:
+        print_patch("".join(difference(_shown(entry), entry.data, fixed.data) for entry, fixed in changed))
+        if not quiet:
+            note(f"{total} would be corrected")
+        unread = any(unusable(d) for _, fixed in done for d in fixed.left)
+        ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if corrected else Exit.OK)
+    if piped:
+        hand_on(done[0][1].data)
+    else:
+        replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changed})
+    if not quiet:
+        for entry, fixed in changed:
+            remark(f"{entry.name}: {_tally(fixed)}")
+        note(f"{total} corrected")
+    return [replace(entry, data=fixed.data) for entry, fixed in done]
+
+
+def _shown(entry: Input) -> str:
+    """A name in the header of a patch."""
+    return STDIN if entry.name == UNNAMED else entry.name
+
+
+def _tally(fixed: Fixed) -> str:
+    """How many findings of which code were corrected."""
+    tally = sorted(Counter(d.code for d in fixed.fixed).items(), key=lambda row: number_of(row[0]))
+    if not tally:
+        return "codes in comments are written as they are called now"
+    return f"corrected {', '.join(f'{n} x {code}' for code, n in tally)}"
+
+
+def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
+    """Ends the command where an option would go unheard, or a report could not be written after the corrections."""
+    named = [f"--{name}-baseline" for name in ("create", "shrink") if ctx.params[name]]
+    named += ["--report-output"] * bool(reports)
+    named += ["--format"] * (ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE)
+    if ctx.params["diff"] and named:
+        raise click.UsageError(f"--diff prints a patch and nothing else, so it takes no {' or '.join(named)}", ctx)
+    baseline = ctx.params["baseline"]
+    if ctx.params["fix"] and baseline is not None and Path(baseline).exists() == ctx.params["create"]:
+        there = "exists and only shrinks" if ctx.params["create"] else "is not there; --create-baseline makes it"
+        raise click.ClickException(f"{baseline} {there}; nothing was corrected")
+    if ctx.params["fix"] and baseline is not None and not ctx.params["create"]:
+        try:
+            read_baseline(baseline)
+        except click.ClickException as error:
+            raise click.ClickException(f"{error.message}; nothing was corrected") from None
+    for report in reports:
+        try:
+            with tempfile.TemporaryFile(dir=Path(report.path).resolve().parent):
+                pass
+        except OSError as error:
+            reason = f"cannot write {report.path}: {error.strerror}"
+            raise click.ClickException(f"{reason}; nothing was corrected") from None
+
+
+def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -> Fixed:
+    """One input with its corrections."""
+    from pidcfg.validate.baseline import suppress
+    from pidcfg.validate.fixes import Fixed, Fixer
+
+    def check(doc: Document) -> list[Diagnostic]:
+        return ordered(suppress(check_any(doc, limits, FILES), doc).kept)
+
+    if entry.problem is not None:
+        return Fixed(entry.data, (), tuple(check(document(entry, limits))))
+    ignore = [*rules.ignore, *settings.of(ctx).ignored_in(entry.name)]
+    fixer = Fixer(
+        lambda data: read_document(data, entry.name, limits), check, lambda d: named(d.code, rules.select, ignore)
+    )
+    fixed = fixer.fix(entry.data)
+    if any(map(unusable, fixed.left)):
+        return fixed
+    return _with_current_codes(fixed, lambda code: named(code, rules.select, ignore), entry.name, limits)
+
+
+def _with_current_codes(fixed: Fixed, wanted: Callable[[str], bool], name: str, limits: Limits) -> Fixed:
+    """A corrected file whose comments name the wanted codes as they are called now; no finding belongs to that."""
+    from pidcfg.validate.baseline import former_codes
+    from pidcfg.validate.fixes import same, splice
+
+    doc = read_document(fixed.data, name, limits)
+    edits = [edit for _, edit in former_codes(doc) if wanted(edit.text)]
+    data = fixed.data.replace(doc.text.encode(), splice(doc.text, edits).encode())
+    return replace(fixed, data=data) if edits and same(read_document(data, name, limits).data, doc.data) else fixed

@@ -1,0 +1,537 @@
+"""Settings of `validate` from ``pidcfg.toml`` or ``pyproject.toml``: keys, types, complaints with their places."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from dataclasses import field
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+
+import click
+
+from pidcfg.cli.formats import formats_of
+from pidcfg.cli.inputs import EXCLUDED, Exclusion, relative
+from pidcfg.cli.options import only_file
+from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import UP
+from pidcfg.text.reader import read_file
+from pidcfg.text.signs import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+# --- The keys of a settings file, and the JSON Schema for editors that is generated from them -------------------------
+
+PER_FILE, EXCLUDE = "per-file-ignores", "exclude"
+EXCLUDES = f"{EXCLUDE} of "
+"""How the reason begins why a settings file leaves an entry out of a folder."""
+LARGEST = 1 << 18
+"""Bytes of a settings file; a byte of TOML takes up to 600 of memory."""
+MOST = 200
+"""Patterns of ``exclude``."""
+
+
+class Key(NamedTuple):
+    """One key: its kind, what it does, and an example."""
+
+    kind: str
+    text: str
+    example: str
+
+
+# fmt: off
+KEYS = {
+    "select": Key("codes", "Only rules whose code begins so.", '["DL2", "PID101"]'),
+    "ignore": Key("codes", "Rules whose code begins so are left out.", '["DL220"]'),
+    "severity": Key("severity", "Findings of this severity and above are shown.", '"warning"'),
+    "strict": Key("switch", "Exit 1 on warnings too.", "true"),
+    "format": Key("format", "How the result is printed.", '"text"'),
+    "baseline": Key("path", "A file of known findings, below the folder of the settings file.", '"known.json"'),
+    EXCLUDE: Key(
+        "patterns", "What is left out of folders: lines of .gitignore, from the folder of the settings file.",
+        '["archive/", "*.bak.yaml"]',
+    ),
+    PER_FILE: Key(
+        "table", "Patterns of paths below the folder of the settings file, and the rules left out there.",
+        '{"old/**" = ["DL222"]}',
+    ),
+}
+"""All there is."""
+REFUSED = {
+    "tool": "in pidcfg.toml the keys stand at the top, without [tool.pidcfg]",
+    "limit": "limits on untrusted input are raised on the command line only (--limit)",
+    "limits": "limits on untrusted input are raised on the command line only (--limit)",
+    "output": "files to write are named on the command line only (--report-output)",
+    "fix": "files are changed only when the command line says so (--fix)",
+}
+"""Keys that users may expect, and why they do not exist."""
+# fmt: on
+SEVERITIES = ("error", "warning", "info")
+ALIASES = {key.replace("-", "_"): key for key in KEYS}
+OPTIONS = frozenset(KEYS) - {PER_FILE}
+"""Keys that are options of the command too."""
+
+
+def settings_schema() -> dict[str, Any]:
+    """The JSON Schema of ``pidcfg.toml``, for editors."""
+    from pidcfg.schemas.document import DIALECT
+    from pidcfg.schemas.numbers import text_schema
+
+    codes = {"type": "array", "items": text_schema("[A-Za-z]{1,3}[0-9]{0,3}", "PID101", "DL2")}
+    kinds: dict[str, dict[str, Any]] = {
+        "codes": codes,
+        "switch": {"type": "boolean"},
+        "severity": {"enum": list(SEVERITIES)},
+        "format": {"enum": list(formats_of("validate"))},
+        "path": {"type": "string", "minLength": 1},
+        "patterns": {"type": "array", "items": {"type": "string", "minLength": 1}, "maxItems": MOST},
+        "table": {"type": "object", "additionalProperties": codes},
+    }
+    properties = {key: {**kinds[row.kind], "description": row.text} for key, row in KEYS.items()}
+    return {
+        "$schema": DIALECT,
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": False,
+        "title": "pidcfg settings",
+    }
+
+
+# --- The check of a settings file: keys, types and codes, and the complaint with line and column ----------------------
+
+SHOWN = 60
+"""Characters of a value."""
+
+
+class _File(NamedTuple):
+    """A settings file as complaints need it."""
+
+    name: str
+    text: str
+    table: str
+    root: Path
+
+    def refuse(self, key: str, message: str, cure: str | None = None, value: str | None = None) -> NoReturn:
+        """Ends the command with one error at a key, or at a text below it."""
+        line, column = locate(self.text, self.table, key, value)
+        place = f":{line}:{column}" if line else ""
+        raise click.ClickException(f"{self.name}{place}: {message}" + (f"; {cure}" if cure else ""))
+
+
+def checked(table: Any, name: str, text: str, within: str, root: Path) -> dict[str, Any]:
+    """The settings of a table, as option values."""
+    file = _File(name, text, within, root)
+    if not isinstance(table, dict):
+        file.refuse(within.rpartition(".")[2], f"[{within}] must be a table")
+    return {key: _value(key, value, file) for key, value in table.items()}
+
+
+def _value(key: str, value: Any, file: _File) -> Any:
+    row = KEYS.get(key)
+    if row is None:
+        near = ALIASES.get(key) or nearest(key, KEYS)
+        cure = f"did you mean {near}?" if near else f"known keys: {', '.join(KEYS)}"
+        file.refuse(key, f"unknown key {key!r}", REFUSED.get(key, cure))
+    return CHECKS[row.kind](key, value, file)
+
+
+def _codes(key: str, value: Any, file: _File) -> list[str]:
+    """Codes or their beginnings."""
+    from pidcfg.cli.options import current_code
+    from pidcfg.validate.catalog import current, rules, suggestion
+
+    if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
+        file.refuse(key, f"{key} must be a list of codes", f"write {key} = {KEYS['select'].example}")
+    codes = list(dict.fromkeys(value))
+    for code in codes:
+        if not code.strip() or not rules(current(code.upper())):
+            file.refuse(key, f"no rule begins with {code!r}", suggestion(code), code)
+    return [current_code(code.upper()) for code in codes]
+
+
+def _quoted(value: object) -> str:
+    """A value as a complaint has it, shortened."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a number of too many digits"
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
+
+
+def _switch(key: str, value: Any, file: _File) -> bool:
+    if not isinstance(value, bool):
+        file.refuse(key, f"{key} must be true or false, not {_quoted(value)}", f"write {key} = true, without quotes")
+    return value
+
+
+def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
+    def choice(key: str, value: Any, file: _File) -> str:
+        if not isinstance(value, str) or value not in words:
+            near = nearest(value, words) if isinstance(value, str) else None
+            cure = f"did you mean {near}?" if near else None
+            file.refuse(key, f"{key} is {_quoted(value)}, not one of {', '.join(words)}", cure)
+        return value
+
+    return choice
+
+
+def _path(key: str, value: Any, file: _File) -> str:
+    """A path that stays below the folder of the settings file, links included."""
+    if not isinstance(value, str) or not value or len(value) > LARGEST:
+        file.refuse(key, f"{key} must be the path of a file, not {_quoted(value)}")
+    try:
+        target, root = (file.root / value).resolve(), file.root.resolve()
+    except (OSError, ValueError, RuntimeError):
+        file.refuse(key, f"{key}: {value!r} is no path")
+    if Path(value).is_absolute() or root not in target.parents:
+        file.refuse(key, f"{key}: {value!r} leads out of the folder of the settings file", "name it with --baseline")
+    return relative(str(file.root / value), Path())
+
+
+def _patterns(key: str, value: Any, file: _File) -> list[str]:
+    """Lines of ``.gitignore``."""
+    from pidcfg.cli.inputs import fault
+
+    if not isinstance(value, list) or not all(isinstance(line, str) for line in value):
+        file.refuse(key, f"{key} must be a list of patterns", f"write {key} = {KEYS[key].example}")
+    if len(value) > MOST:
+        file.refuse(key, f"{key} has more than {MOST} patterns", "name their folder")
+    for line in value:
+        if wrong := fault(line):
+            file.refuse(key, wrong, value=line)
+    return value
+
+
+def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
+    """A table of patterns."""
+    if not isinstance(value, dict):
+        file.refuse(key, f"{key} must be a table of patterns", f"write {key} = {KEYS[key].example}")
+    for glob in value:
+        if not glob.strip("/") or "\\" in glob:
+            file.refuse(key, f"{glob!r} is no pattern of paths", "write it with forward slashes", glob)
+        if UP in glob.split("/"):
+            file.refuse(
+                key,
+                f"{glob!r} leads out of the folder of the settings file, and fits nothing there",
+                "put a settings file into the folder above",
+                glob,
+            )
+    return {glob: _codes(glob, codes, file) for glob, codes in value.items()}
+
+
+CHECKS: dict[str, Callable[[str, Any, _File], Any]] = {
+    "codes": _codes,
+    "switch": _switch,
+    "severity": _choice(SEVERITIES),
+    "format": _choice(formats_of("validate")),
+    "path": _path,
+    "patterns": _patterns,
+    "table": _per_file,
+}
+
+
+def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[int, int]:
+    """Line and column (1-based) of a key of a table, or of a text behind it; 0 where it does not occur."""
+    begin = re.search(rf"^[ \t]*\[[ \t]*{re.escape(table)}\b", text, re.MULTILINE) if table else None
+    start = begin.start() if begin else 0
+    quoted = rf"(?:\"{re.escape(key)}\"|'{re.escape(key)}'|(?<![\w-]){re.escape(key)})"
+    match = re.compile(rf"{quoted}(?=[ \t]*[=.\]])").search(text, start)
+    if match is None:
+        return 0, 0
+    at = match.start()
+    if value is not None:
+        at = max(at, text.find(value, match.end()))
+    before = text[:at].split("\n")
+    return len(before), len(before[-1]) + 1
+
+
+# --- Settings of `validate` from ``pidcfg.toml`` or ``[tool.pidcfg]`` of a ``pyproject.toml`` -------------------------
+#
+# A file can choose what is read and reported and how, and nothing else: it opens no connection, runs nothing, raises
+# no limit and names no file to write, but for a baseline of the first format, renewed where it is. The command line
+# wins.
+
+SETTINGS_FILE, PYPROJECT = "pidcfg.toml", "pyproject.toml"
+TABLE = "tool.pidcfg"
+REPOSITORY = ".git"
+HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[?[\"' \t]*tool[\"' \t]*[\]=]", re.MULTILINE)
+"""What a shared file must hold before it is read as TOML."""
+SETTINGS, CONFIG_FILE, IS_ISOLATED = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
+TOKEN = re.compile(
+    rb"""\"{3}(?:[^\\]|\\.)*?\"{3}|'{3}.*?'{3}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\.|[\w-]+|[^\S\n]+|(?P<ends>\#[^\n]*|.)""",
+    re.DOTALL,
+)
+"""A text, a dot, a word, blanks; what ends a key."""
+MOST_DOTS = 31
+"""In the key of a settings file."""
+PARAMETERS = {"format": "fmt"}
+"""Keys whose option is kept under another name."""
+
+
+@frozen
+class Settings:
+    """What a settings file says; without a file nothing."""
+
+    file: str | None = None
+    """As messages name it."""
+    root: Path = field(default_factory=Path.cwd)
+    """The folder that its paths and patterns begin at."""
+    values: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def mention(self) -> str:
+        """The end of the summary: settings are never in force unseen."""
+        return f"; settings of {self.file}" if self.file else ""
+
+    @property
+    def per_file_ignores(self) -> dict[str, list[str]]:
+        """Patterns of files, and the beginnings of the codes that are left out in them."""
+        patterns: dict[str, list[str]] = self.values.get(PER_FILE, {})
+        return patterns
+
+    def ignored_in(self, file: str) -> list[str]:
+        """The beginnings of codes that are left out in a file."""
+        if not self.per_file_ignores:
+            return []
+        from pidcfg.text.paths import matches
+
+        path = relative(file, self.root)
+        return [code for pattern, codes in self.per_file_ignores.items() if matches(pattern, path) for code in codes]
+
+
+def of(ctx: click.Context) -> Settings:
+    """The settings of the running command."""
+    settings: Settings = ctx.meta[SETTINGS]
+    return settings
+
+
+def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
+    """Callback of the paths, which come before the options: settings become the options' defaults."""
+    del param
+    if ctx.resilient_parsing:
+        return paths
+    config, isolated = ctx.meta.get(CONFIG_FILE), ctx.meta.get(IS_ISOLATED, False)
+    if config is not None and isolated:
+        raise click.UsageError("--config and --isolated exclude each other", ctx)
+    settings = Settings() if isolated or not paths else _settings([place_of(path) for path in paths], config)
+    ctx.meta[SETTINGS] = settings
+    ctx.meta[EXCLUDED] = Exclusion(settings.root, f"{EXCLUDES}{settings.file}", tuple(settings.values.get(EXCLUDE, ())))
+    options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in OPTIONS}
+    ctx.default_map = {**(ctx.default_map or {}), **options}
+    return paths
+
+
+def _settings(paths: Sequence[str], config: str | None) -> Settings:
+    """The settings of a file that was named, or of the one that all paths have."""
+    if config is not None:
+        path = Path(config)
+        data = _bytes(path, config)
+        return _loaded(path, config, data)
+    files: dict[Path | None, str] = {}
+    starts = {_start(name): name for name in reversed(paths)}
+    for folder, name in reversed(starts.items()):
+        files.setdefault(_first(_above(folder)), name)
+    if len(files) > 1:
+        examples = [f"{name}: {_shown(file) if file else 'none'}" for file, name in files.items()]
+        raise click.UsageError(
+            f"the paths have different settings ({'; '.join(examples[:2])}); choose with --config FILE or --isolated, "
+            "or check them one by one"
+        )
+    (file,) = files
+    return Settings() if file is None else _loaded(file, _shown(file), _bytes(file, _shown(file)))
+
+
+def _first(places: Sequence[Path]) -> Path | None:
+    """The first of these files that exists and has a pidcfg table."""
+    for path in places:
+        if path.is_file():
+            data = _bytes(path, _shown(path)) if path.name != SETTINGS_FILE else b""
+            if path.name == SETTINGS_FILE or (HAS_TABLE.search(data) and _has_table(_shown(path), data)):
+                return path
+    return None
+
+
+def place_of(path: str) -> str:
+    """Where the search for settings begins: standard input is where its name is, else in the working directory."""
+    from pidcfg.cli.inputs import STDIN, UNNAMED, name_of
+
+    name = name_of(path)
+    return STDIN if name == UNNAMED else name
+
+
+def candidates(first: str) -> list[Path]:
+    """Where settings may stand: from the folder of the first input upward, to the root of its repository at most."""
+    return _above(_start(first))
+
+
+def _start(name: str) -> Path:
+    """The folder of an input; links are not followed."""
+    start = Path(os.path.abspath("." if name == "-" else name))  # noqa: PTH100
+    return start if start.is_dir() else start.parent
+
+
+def _above(start: Path) -> list[Path]:
+    """Where settings may stand from a folder upward."""
+    places = []
+    for folder in (start, *start.parents):
+        places += [folder / SETTINGS_FILE, folder / PYPROJECT]
+        if (folder / REPOSITORY).exists():
+            break
+    return places
+
+
+def _shown(path: Path) -> str:
+    """A path as messages name it: from the working directory."""
+    return relative(str(path), Path.cwd())
+
+
+def _bytes(path: Path, name: str) -> bytes:
+    try:
+        data = read_file(path, LARGEST + 1)
+    except (OSError, ValueError) as error:
+        raise click.ClickException(f"cannot read {name}: {getattr(error, 'strerror', None) or error}") from None
+    if len(data) > LARGEST:
+        raise click.ClickException(f"{name} is larger than {LARGEST} bytes")
+    return data
+
+
+TOML_CURES = (
+    ("Expected '='", "write key = value"),
+    ("Invalid value", "words stand in quotes, and a switch is true or false"),
+    ("Cannot overwrite", "the key stands twice: keep one"),
+    ("Unclosed array", "close it with ]"),
+    ("Invalid hex value", "write paths with / or between single quotes"),
+    ("Unescaped '\\' in a string", "write paths with / or between single quotes"),
+)
+"""What the parser says, and what helps."""
+
+
+@lru_cache(maxsize=1)
+def _parsed(name: str, data: bytes) -> dict[str, Any]:
+    """The tables of a TOML file; a usage error with line and column where it is none."""
+    import tomllib
+
+    _refuse_depth(name, data)
+    try:
+        return tomllib.loads(data.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise click.ClickException(f"{name} is not UTF-8; save the file as UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r" \(at line (\d+), column (\d+)\)$", str(error))
+        at = f":{place[1]}:{place[2]}" if place else ""
+        text = str(error)[: place.start()] if place else str(error)
+        cure = next((cure for words, cure in TOML_CURES if words in text), None)
+        raise click.ClickException(f"{name}{at}: not TOML: {text}" + (f"; {cure}" if cure else "")) from None
+    except RecursionError:
+        raise click.ClickException(f"{name}: not usable as TOML: brackets are nested too deeply") from None
+    except ValueError:
+        raise click.ClickException(f"{name}{_place_of_digits(data)}: a number of too many digits") from None
+
+
+def _place_of_digits(data: bytes) -> str:
+    """Line and column of the first number that is too long to be read."""
+    match = re.search(rb"[0-9_]{%d}" % sys.get_int_max_str_digits(), data)
+    before = data[: match.start()].decode("utf-8", "replace").split("\n") if match else None
+    return f":{len(before)}:{len(before[-1]) + 1}" if before else ""
+
+
+def _refuse_depth(name: str, data: bytes) -> None:
+    """Ends the command at a key of too many parts: the parser keeps its beginnings, 10 GB for 100 kB of ``a.a.a``."""
+    dots = 0
+    for token in TOKEN.finditer(data):
+        if token[0] == b".":
+            dots += 1
+        elif token["ends"]:
+            dots = 0
+        if dots > MOST_DOTS:
+            before = data[: token.start()].decode("utf-8", "replace").split("\n")
+            message = f"{name}:{len(before)}:{len(before[-1]) + 1}: a key of more than {MOST_DOTS + 1} parts"
+            raise click.ClickException(f"{message}; write tables of one or two names, as [tool.pidcfg]")
+
+
+def _has_table(name: str, data: bytes) -> bool:
+    """Whether a shared file has a pidcfg table."""
+    tool = _parsed(name, data).get("tool")
+    return isinstance(tool, dict) and "pidcfg" in tool
+
+
+def _loaded(path: Path, name: str, data: bytes) -> Settings:
+    """The settings of one file, checked."""
+    table: Any = _parsed(name, data)
+    within = ""
+    if path.name == PYPROJECT:
+        within = TABLE
+        tool = table.get("tool")
+        table = tool.get("pidcfg", {}) if isinstance(tool, dict) else {}
+    root = Path(os.path.abspath(path)).parent  # noqa: PTH100 - links are not followed
+    return Settings(name, root, checked(table, name, data.decode("utf-8-sig"), within, root))
+
+
+def report(ctx: click.Context) -> str:
+    """Which file was used, and what holds now."""
+    settings = of(ctx)
+    lines = [f"settings file: {settings.file or 'none'}"]
+    for key in sorted(OPTIONS):
+        name = PARAMETERS.get(key, key)
+        value = ctx.meta[EXCLUDED].patterns if key == EXCLUDE else ctx.params.get(name)
+        source = ctx.get_parameter_source(name)
+        variable = next((option.envvar for option in ctx.command.params if option.name == name), None)
+        origins = {"COMMANDLINE": "command line", "ENVIRONMENT": variable, "DEFAULT_MAP": settings.file}
+        origin = origins.get(source.name if source else "")
+        lines.append(f"{key} = {_text(value)}" + (f"  # {origin}" if origin else ""))
+    lines += [f"{PER_FILE}.{_text(glob)} = {_text(codes)}" for glob, codes in settings.per_file_ignores.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _text(value: object) -> str:
+    import json
+
+    return json.dumps(value, ensure_ascii=False) if value is not None else '""'
+
+
+def _remember(name: str) -> Callable[[click.Context, click.Parameter, Any], None]:
+    """Keeps an option for `take`, which runs after it."""
+
+    def keep(ctx: click.Context, param: click.Parameter, value: Any) -> None:
+        del param
+        if value:
+            ctx.meta[name] = value
+
+    return keep
+
+
+CONFIG = click.option(
+    "--config",
+    metavar="FILE",
+    is_eager=True,
+    expose_value=False,
+    callback=_remember(CONFIG_FILE),
+    help="Take settings from this file, not from pidcfg.toml or pyproject.toml.",
+)
+ISOLATED = click.option(
+    "--isolated",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_remember(IS_ISOLATED),
+    help="Take no settings from files.",
+)
+SHOW = click.option("--show-settings", is_flag=True, help="Print the settings in force and their file, and stop.")
+FIX = click.option("--fix", is_flag=True, help="Correct what has one reading only, and report the rest.")
+DIFF = click.option("--diff", is_flag=True, help="Show what --fix would change; write nothing, exit 1 if anything.")
+BASELINE = click.option("--baseline", metavar="FILE", callback=only_file, help="Leave out what this file knows.")
+CREATE = click.option("--create-baseline", "create", is_flag=True, help="Write the findings there are to --baseline.")
+SHRINK = click.option(
+    "--shrink-baseline",
+    "shrink",
+    is_flag=True,
+    help="Remove what no longer occurs from --baseline; nothing is ever added.",
+)
+
+
+def baseline_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The options of known findings."""
+    return BASELINE(CREATE(SHRINK(command)))

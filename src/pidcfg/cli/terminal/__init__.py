@@ -1,1 +1,0 @@
-"""What reaches the terminal: results, messages, colour, progress."""

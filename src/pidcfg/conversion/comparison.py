@@ -1,0 +1,469 @@
+"""Two configurations compared: key by key within a vendor, through the neutral loop between two."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any, Literal
+
+from pidcfg.conversion.builder import flat, normal, on_the_same_scale
+from pidcfg.conversion.differences import Compared, Difference, by_risk, judged, judged_key, ranked
+from pidcfg.conversion.ledger import ConvertError, number_of, overlap
+from pidcfg.conversion.pipeline import generic_file
+from pidcfg.conversion.terms import SIGNALS, Item, Owner, Wired
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.parameters import Program
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from pydantic import BaseModel
+
+    from pidcfg.conversion.differences import Status
+    from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.conversion.terms import Terms
+    from pidcfg.schemas.generic import Loop
+    from pidcfg.vendors import Vendor
+
+# --- Configurations of two vendors compared by meaning: through the neutral loop, in engineering units ----------------
+#
+# Each side is first taken as its PLC holds it (encoded and decoded), so that a value below the resolution of a
+# register is no difference. Differences are ranked by what can go wrong. Two sides of one vendor are compared in
+# their own words (`pidcfg.conversion.comparison`).
+
+EQUAL = Decimal("1e-6")
+"""Relative difference of numbers that count as equal."""
+
+
+def compare(before: NeutralSide, after: NeutralSide) -> list[Compared]:
+    """Loop by loop: matched by name, then by their order."""
+    rows = []
+    for i, j in matched(before.names, after.names):
+        if j is None and i is not None:
+            rows.append(Compared(before.names[i], "removed"))
+        elif i is None and j is not None:
+            rows.append(Compared(after.names[j], "added"))
+        elif i is not None and j is not None:
+            rows.append(ranked(after.names[j], _neutral(before, i, after, j)))
+    return rows
+
+
+def matched(before: Sequence[str], after: Sequence[str]) -> list[tuple[int | None, int | None]]:
+    """Numbers of loops that belong together, by their names."""
+    numbers = {_plain(name): j for j, name in enumerate(after)}
+    partners: dict[int, int] = {}
+    for i, name in enumerate(before):
+        j = numbers.get(_plain(name))
+        if j is not None and j not in partners.values():
+            partners[i] = j
+    left = [j for j in range(len(after)) if j not in partners.values()]
+    pairs: list[tuple[int | None, int | None]] = []
+    for i in range(len(before)):
+        j = partners.get(i)
+        if j is None and left and len(before) == len(after):
+            j = left.pop(0)
+        pairs.append((i, j))
+    return pairs + [(None, j) for j in left]
+
+
+def _plain(name: str) -> str:
+    """A name as vendors with narrower rules for names would write it."""
+    return name.casefold().replace("-", "_")
+
+
+# --- the neutral form ------------------------------------------------------------------------------------------------
+
+
+def _neutral(before: NeutralSide, i: int, after: NeutralSide, j: int) -> list[Difference]:
+    first, second = before.loops[i], after.loops[j]
+    if first is None or second is None:
+        if first is second:
+            return []
+        kinds = ["no PID" if loop is None else "PID" for loop in (first, second)]
+        return [Difference("type", "high", kinds[0], kinds[1], "the neutral form does not have both")]
+    one = normal(flat(first))
+    two = on_the_same_scale(one, normal(flat(second)))
+    return [judged(key, one.get(key), two.get(key)) for key in {**one, **two} if not _equal(one.get(key), two.get(key))]
+
+
+def _equal(before: Any, after: Any) -> bool:
+    one, two = number_of(before), number_of(after)
+    if one is None or two is None:
+        return bool(before == after)
+    return abs(one - two) <= EQUAL * max(abs(one), abs(two))
+
+
+# --- One side of a comparison in the neutral form: a configuration as its PLC holds it --------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class NeutralSide:
+    """One configuration: its vendor and its loops, in their order."""
+
+    vendor: Vendor
+    names: tuple[str, ...]
+    loops: tuple[Loop | None, ...]
+    """In the neutral form; None: it has none."""
+
+
+def neutral_side(config: Any, vendor: Vendor, *, partial: bool = False) -> NeutralSide:
+    """A configuration as its PLC holds it.
+
+    Raises `ConvertError` where it does not say what its values mean, unless it may be ``partial``: loops without a
+    neutral form are then none. A vendor that names its parameters may have such loops in any case.
+    """
+    image = vendor.encoder(config).image
+    held: Any = vendor.model.model_validate(vendor.load("decode")(image.words, image.settings, image.plc).data)
+    neutral: list[NeutralLoop] = vendor.load("to_neutral")(held)
+    missing = [entry for loop in neutral for entry in loop.missing]
+    if missing and not partial and not isinstance(image, Program):
+        raise ConvertError(missing)
+    whole = [loop for loop in neutral if not loop.missing]
+    models = iter(generic_file(held, whole).loops if whole else ())
+    loops = tuple(None if loop.missing else next(models) for loop in neutral)
+    return NeutralSide(vendor, tuple(loop.name for loop in held.loops), loops)
+
+
+# --- The neutral fields that the keys of a vendor's loops become: by them a difference is ranked ----------------------
+
+SCALES = ("pv", "output")
+
+
+def fields_of(vendor: Vendor, config: Any, encoding: Any) -> dict[str, list[tuple[str, tuple[str, ...]]]]:
+    """By loop, each key with the neutral fields that it becomes; a key of a block stands with the block's name."""
+    try:
+        loops: list[NeutralLoop] = vendor.load("to_neutral")(with_ranges(config, encoding))
+    except (ConvertError, DecodeError, ArithmeticError):
+        return {}
+    fields: dict[str, list[tuple[str, tuple[str, ...]]]] = {}
+    for loop, neutral in zip(config.loops, loops, strict=True):
+        for row in neutral.fields:
+            _, _, inner = row.path.partition("blocks.")
+            block, _, key = inner.partition(".")
+            owner, path = (block, key) if row.path.startswith("blocks.") and key else (loop.name, row.path)
+            fields.setdefault(owner, []).append((path, row.to))
+    return fields
+
+
+def neutral_fields(fields: Mapping[str, list[tuple[str, tuple[str, ...]]]], owner: str, key: str) -> Iterator[str]:
+    """The neutral fields of a key."""
+    for path, names in fields.get(owner, ()):
+        if overlap(path, key):
+            yield from names
+
+
+def with_ranges(config: Any, encoding: Any) -> Any:
+    """A configuration in which a scale without a range counts from end to end, so that it has a neutral form."""
+    scales = {
+        block.place[1]: block.scales for block in getattr(encoding, "blocks", ()) if block.place[:1] == ("loops",)
+    }
+    loops = []
+    for i, loop in enumerate(config.loops):
+        given: dict[str, BaseModel] = {}
+        for part, scale in ((part, scales.get(i, {}).get(part)) for part in SCALES):
+            if scale is not None and scale.range is None:
+                ends = {"range": (scale.format.minimum, scale.format.maximum)}
+                given[part] = getattr(loop, part).model_copy(update=ends)
+        loops.append(loop.model_copy(update=given) if given else loop)
+    return config.model_copy(update={"loops": tuple(loops)})
+
+
+# --- Which loops of two sides belong together: by name, then as renamed ones; and which of them moved -----------------
+
+D346 = Decision(
+    346,
+    "a loop with another name at the same place is the same loop",
+    "A loop is renamed when its registers begin where they did (in a vendor without addresses: when it has the same "
+    "position) and at least half of what it has set is the same, or when all of it is the same elsewhere. Otherwise "
+    "one loop was removed and another one added.",
+    "A name is changed in an afternoon, and the gains with it; a loop of which most differs is another loop.",
+)
+
+ALIKE = 0.5
+"""The share of what is set that must be the same for a loop at the same place to be the same one."""
+
+Pair = tuple["Owner | None", "Owner | None"]
+
+
+def pairs_of(before: Sequence[Owner], after: Sequence[Owner]) -> list[Pair]:
+    """Owners that belong together, in the order of the second side, what was removed behind the one it followed."""
+    named = dict(zip(_keys(before), before, strict=True))
+    partners = {id(two): named[key] for key, two in zip(_keys(after), after, strict=True) if key in named}
+    for is_same in (_same_place, _same_content):
+        _rename(before, after, partners, is_same)
+    pairs: list[Pair] = [(partners.get(id(two)), two) for two in after]
+    found = {id(one) for one in partners.values()}
+    for i, one in enumerate(before):
+        if id(one) not in found:
+            at = next((k for k, pair in enumerate(pairs) if i and pair[0] is before[i - 1]), len(pairs) - 1)
+            pairs.insert(at + 1, (one, None))
+    return pairs
+
+
+def _rename(
+    before: Sequence[Owner],
+    after: Sequence[Owner],
+    partners: dict[int, Owner],
+    is_same: Callable[[Owner, Owner, int, int], bool],
+) -> None:
+    """Adds pairs of loops that have no partner yet."""
+    for j, two in enumerate(after):
+        taken = {id(one) for one in partners.values()}
+        free = ((i, one) for i, one in enumerate(before) if id(one) not in taken and one.kind == two.kind)
+        if id(two) not in partners:
+            one = next((one for i, one in free if is_same(one, two, i, j)), None)
+            if one is not None:
+                partners[id(two)] = one
+
+
+def _keys(owners: Sequence[Owner]) -> list[tuple[str, str, int]]:
+    """What owners are called; of several with one name the first belongs to the first of the other side, and so on."""
+    seen: Counter[tuple[str, str]] = Counter()
+    keys: list[tuple[str, str, int]] = []
+    for owner in owners:
+        seen[owner.kind, owner.name] += 1
+        keys.append((owner.kind, owner.name, seen[owner.kind, owner.name]))
+    return keys
+
+
+def _same_place(one: Owner, two: Owner, i: int, j: int) -> bool:
+    """At the same address, or position, and much alike."""
+    at_place = one.place == two.place if one.place or two.place else i == j
+    return at_place and likeness(one, two) >= ALIKE
+
+
+def _same_content(one: Owner, two: Owner, i: int, j: int) -> bool:
+    del i, j
+    return likeness(one, two) == 1
+
+
+def likeness(one: Owner, two: Owner) -> float:
+    """The share of settings that are the same, of those that one of two loops has set."""
+    keys = [key for key in {**one.items, **two.items} if _is_set(one, key) or _is_set(two, key)]
+    same = sum(1 for key in keys if _content(one, key) == _content(two, key))
+    return same / len(keys) if keys else 1.0
+
+
+def _content(owner: Owner, key: str) -> object:
+    item = owner.items.get(key)
+    return None if item is None else item.content
+
+
+def _is_set(owner: Owner, key: str) -> bool:
+    """Whether a setting that is not about the place is something other than nothing."""
+    item = owner.items.get(key)
+    return item is not None and item.kind == "setting" and bool(item.content) and not is_place(item.value, owner)
+
+
+def is_place(value: object, owner: Owner) -> bool:
+    """Whether a value is where the registers of a loop begin."""
+    return isinstance(value, str) and value in owner.place.split()
+
+
+def moved(pairs: Sequence[Pair]) -> Iterator[tuple[Owner, tuple[str, str]]]:
+    """Loops of the second side that have another place than on the first, with both places.
+
+    That is where its registers begin; where a vendor gives loops no addresses, its number, if its order has changed.
+    """
+    both = [(one, two) for one, two in pairs if one is not None and two is not None and two.kind == "loop"]
+    for one, two in both:
+        if one.place != two.place:
+            yield two, (one.place, two.place)
+    bare = [(one, two) for one, two in both if not (one.place or two.place)]
+    numbers = [one.number for one, _ in bare]
+    kept = _longest_rise(numbers)
+    for i, (one, two) in enumerate(bare):
+        if i not in kept:
+            yield two, (f"loop {one.number}", f"loop {two.number}")
+
+
+def _longest_rise(numbers: Sequence[int]) -> frozenset[int]:
+    """The places of as many numbers as possible of which each is larger than the one before."""
+    rises: list[tuple[int, ...]] = [()]
+    for i, number in enumerate(numbers):
+        below = [rise for rise in rises if not rise or numbers[rise[-1]] < number]
+        rises.append((*max(below, key=len), i))
+    longest = max(rises, key=len)
+    return frozenset(longest)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Two sides of one vendor compared key by key: the file's numbers, their units, and the words with their addresses.
+
+Fate = Literal["same", "missing", "live", "operated", "differs"]
+"""What becomes of a key: a listing does not hold it, the PLC or the process writes it, the operator does, …"""
+SOURCE = "setpoint.source"
+ALARMS, OFF = "alarms.", "the alarm is off on both sides"
+
+
+@dataclass(slots=True)
+class _Rows:
+    """What was found of a loop."""
+
+    differs: list[Difference] = field(default_factory=list)
+    operated: list[Difference] = field(default_factory=list)
+    live: list[str] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
+
+
+class Comparison:
+    """How two sides are compared.
+
+    ``fields``: the neutral fields that a key of a loop becomes, by which it is ranked; ``live``: whether words that the
+    PLC or the process writes count against a listing.
+    """
+
+    def __init__(
+        self, before: Terms, after: Terms, fields: Callable[[str, str], Sequence[str]], *, live: bool = False
+    ) -> None:
+        self.before, self.after, self.fields, self.live = before, after, fields, live
+        self.listings = (before.is_listing, after.is_listing)
+
+    def rows(self) -> list[Compared]:
+        """Every loop; blocks, and at the end the rest of the file, only where there is something to tell of them."""
+        pairs = pairs_of(self.before.owners, self.after.owners)
+        places = {id(two): place for two, place in moved(pairs)}
+        names = {one.name: two.name for one, two in pairs if one and two and one.name != two.name}
+        rows: list[Compared] = []
+        rest: list[Compared] = []
+        for one, two in pairs:
+            row, kinds = self._row((one, two), names, places), {owner.kind for owner in (one, two) if owner}
+            if "loop" in kinds or not _is_silent(row):
+                (rest if "file" in kinds else rows).append(row)
+        return rows + rest
+
+    def _row(self, pair: Pair, names: Mapping[str, str], places: Mapping[int, tuple[str, str]]) -> Compared:
+        one, two = pair
+        if SIGNALS in {owner.kind for owner in pair if owner}:
+            one, two = one or Owner(SIGNALS, SIGNALS), two or Owner(SIGNALS, SIGNALS)
+        if one is None:
+            return Compared(two.name if two else "", "added")
+        if two is None:
+            return Compared(one.name, "removed")
+        rows = self._compared(one, two, names)
+        place, is_renamed = places.get(id(two)), one.name != two.name
+        status: Status = "renamed" if is_renamed else "moved" if place else "changed" if rows.differs else "same"
+        return Compared(
+            two.name,
+            status,
+            by_risk(_once(rows.differs)),
+            one.name if is_renamed else "",
+            place,
+            by_risk(rows.operated),
+            tuple(rows.live),
+            tuple(rows.missing),
+        )
+
+    def _compared(self, one: Owner, two: Owner, names: Mapping[str, str]) -> _Rows:
+        """The keys of a loop."""
+        rows = _Rows()
+        for key in _keys_of_both(one, two):
+            a, b = one.items.get(key), two.items.get(key)
+            shown = b or a
+            fate = self._fate((one, two), renamed(a, names), b)
+            if shown is not None and fate == "missing":
+                rows.missing.append(shown.key)
+            elif shown is not None and fate == "live":
+                rows.live.append(shown.key)
+            elif fate != "same":
+                difference = self._difference(two.name, a or Item(key), b or Item(key))
+                if _is_off(key, one) and _is_off(key, two):
+                    difference = replace(difference, risk="low", note=OFF)
+                (rows.operated if fate == "operated" else rows.differs).append(difference)
+        return rows
+
+    def _fate(self, owners: tuple[Owner, Owner], a: Item | None, b: Item | None) -> Fate:
+        """What becomes of a key."""
+        items = [item for item in (a, b) if item is not None]
+        if any(item.fault for item in items):
+            is_same = len(items) == len(owners) and items[0].content == items[1].content
+            return "same" if is_same else self._allowed(items)
+        if not all(item.known for item in items):
+            held = any(item.known and item.kind != "live" and item.content for item in items)
+            return "missing" if held else "same"
+        if len(items) < len(owners):
+            side = 0 if a is None else 1
+            fate = self._of_one_side(owners[side], side, items[0])
+        else:
+            fate = "same" if items[0].content == items[1].content else "differs"
+        return self._allowed(items) if fate == "differs" else fate
+
+    def _of_one_side(self, owner: Owner, side: int, item: Item) -> Fate:
+        """What becomes of a key that ``owner``, the loop of one side, lacks."""
+        if item.default or (item.optional and item.value is None):
+            return "same"
+        if not self.listings[side]:
+            return "same" if item.optional and any(self.listings) else "differs"
+        if item.file_only or not (item.address or owner.is_described):
+            return "same"
+        held = (self.before, self.after)[side].holds
+        return "missing" if item.optional and not held(item.address) else "differs"
+
+    def _allowed(self, items: Sequence[Item]) -> Fate:
+        """What becomes of a key that differs: against a listing much does that nobody has edited."""
+        kinds = {item.kind for item in items}
+        if "reserved" in kinds:
+            return "differs" if all(self.listings) else "same"
+        if self.live or not any(self.listings):
+            return "differs"
+        if "live" in kinds or ("operated" in kinds and len(items) == 1):
+            return "live"
+        is_value = not any(item.fault for item in items)
+        return "operated" if is_value and "operated" in kinds else "differs"
+
+    def _difference(self, loop: str, one: Item, two: Item) -> Difference:
+        key = two.key if two.address or not one.address else one.key
+        unit, before, after = _in_one_unit(one, two)
+        neutral, risk, note = judged_key(key, self.fields(loop, key), before, after)
+        by, kinds = one.by or two.by, {one.kind, two.kind}
+        if fault := one.fault or two.fault:
+            note = f"no value: {fault.rpartition(': ')[2]}"
+        elif by and any(self.listings) and (self.live or "operated" not in kinds):
+            written = f"written by {by}" if kinds & {"live", "operated"} else f"written by {by}, too"
+            note = "; ".join(part for part in (note, written) if part)
+        address = two.address or one.address
+        return Difference(neutral, risk, before, after, note, key, unit, address, one.word, two.word)
+
+
+def _keys_of_both(one: Owner, two: Owner) -> Iterator[str]:
+    yield from two.items
+    yield from (key for key in one.items if key not in two.items)
+
+
+def _is_off(key: str, owner: Owner) -> bool:
+    """Whether a key is the limit of an alarm whose enable bit is off."""
+    bits = (f"{key}_enabled", f"{key.rpartition('.')[0]}.enabled")
+    bit = next((owner.items[name] for name in bits if name in owner.items), None)
+    return key.startswith(ALARMS) and key not in bits and bit is not None and bit.known and not bit.content
+
+
+def _is_silent(row: Compared) -> bool:
+    return row.same and not (row.operated or row.left_out or row.missing)
+
+
+def renamed(item: Item | None, names: Mapping[str, str]) -> Item | None:
+    """An item of the first side in which loops have the names of the second."""
+    if item is None or not names:
+        return item
+    if isinstance(item.content, Wired):
+        return replace(item, content=item.content.renamed(names))
+    return replace(item, content=names.get(item.content, item.content)) if item.key == SOURCE else item
+
+
+def _in_one_unit(one: Item, two: Item) -> tuple[str, object, object]:
+    """The unit of both values, of which one may be a word such as ``off``; where they have two, they carry them."""
+    if isinstance(one.content, Wired) or isinstance(two.content, Wired):
+        return "", one.value, two.value
+    if one.value is None or two.value is None:
+        return (two.unit if two.value is not None else one.unit), one.value, two.value
+    if one.unit == two.unit or not (one.unit and two.unit):
+        return one.unit or two.unit, one.value, two.value
+    return "", f"{one.value} {one.unit}".rstrip(), f"{two.value} {two.unit}".rstrip()
+
+
+def _once(rows: Sequence[Difference]) -> Iterator[Difference]:
+    """What a register or a part of it tells is told by no other row: that it is left to the operator, or left alone."""
+    words = [row.key for row in rows if row.address]
+    yield from (row for row in rows if row.address or not any(f"{word}.".startswith(f"{row.key}.") for word in words))

@@ -1,0 +1,215 @@
+"""What a comparison of two configurations gives, and how grave a difference is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any, Literal
+
+from pidcfg.conversion.ledger import number_of, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+# --- What a comparison of two configurations gives: their loops, and what differs in each, by what can go wrong -------
+
+Risk = Literal["critical", "high", "medium", "low", "cosmetic"]
+Status = Literal["same", "changed", "renamed", "moved", "added", "removed"]
+RISKS: tuple[Risk, ...] = ("critical", "high", "medium", "low", "cosmetic")
+"""From harmful to harmless."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One key that differs; ``note`` says what it means.
+
+    Within a vendor ``key`` is the file's, and the numbers are the file's in ``unit``; ``field`` is the neutral field
+    that it becomes, else the key itself. Between vendors there is the neutral field alone.
+    """
+
+    field: str
+    risk: Risk
+    before: Any
+    after: Any
+    note: str = ""
+    key: str = ""
+    unit: str = ""
+    address: str = ""
+    """The register, as the vendor writes it; empty: no register holds it."""
+    word_before: str | None = None
+    word_after: str | None = None
+    """The content of the register as the PLC shows it."""
+
+    @property
+    def other_word_only(self) -> bool:
+        """Whether the value is the same on a scale that is another one, so that its word differs."""
+        return self.before is not None and self.before == self.after and self.word_before != self.word_after
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A loop on both sides, or on one side only."""
+
+    loop: str
+    """Its name on the second side, or on the only one; empty: what belongs to no loop."""
+    status: Status
+    differences: tuple[Difference, ...] = ()
+    was: str = ""
+    """Its name on the first side, where that is another one."""
+    moved: tuple[str, str] | None = None
+    """Where its registers begin on both sides, where that differs; without addresses, its number in the file."""
+    operated: tuple[Difference, ...] = ()
+    """What the operator sets: shown apart, and no difference."""
+    left_out: tuple[str, ...] = ()
+    """Keys of words that differ and that the PLC or the process writes."""
+    missing: tuple[str, ...] = ()
+    """Keys that a listing does not hold."""
+
+    @property
+    def same(self) -> bool:
+        """Whether nothing differs that counts."""
+        return self.status == "same"
+
+
+def ranked(loop: str, differences: Iterable[Difference]) -> Compared:
+    """A loop on both sides, what can go most wrong first."""
+    rows = by_risk(differences)
+    return Compared(loop, "changed" if rows else "same", rows)
+
+
+def by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
+    """What can go most wrong first."""
+    return tuple(sorted(differences, key=lambda difference: RISKS.index(difference.risk)))
+
+
+# --- How grave a difference of the neutral loops is: what can go wrong with the plant ---------------------------------
+
+MUCH = Decimal(2)
+"""A gain that grows or falls by more than this factor is another controller."""
+ROUNDING = Decimal("0.001")
+"""Relative differences below this are what two vendors' registers make of one value."""
+
+# fmt: off
+LOW_ENDS = ("setpoint.limits.0", "output.limits.0")
+HIGH_ENDS = ("setpoint.limits.1", "output.limits.1")
+HIGH_ALARMS = ("alarms.pv.high", "alarms.pv.high_high", "alarms.deviation.high", "alarms.deviation.high_high",
+               "alarms.rate_of_change")
+LOW_ALARMS = ("alarms.pv.low", "alarms.pv.low_low")
+GRAVE: dict[str, tuple[Risk, str]] = {
+    "output_raises_pv":    ("critical", "the action is reversed: positive feedback on the same plant"),
+    "pv.range.0":          ("high", "every quantity on the PV's scale and the gain mean something else"),
+    "pv.range.1":          ("high", "every quantity on the PV's scale and the gain mean something else"),
+    "pv.square_root":      ("high", "the PV means something else"),
+    "output.range.0":      ("high", "the output's scale and the gain mean something else"),
+    "output.range.1":      ("high", "the output's scale and the gain mean something else"),
+    "anti_windup":         ("high", "the integral behaves otherwise at the limits"),
+    "tuning.proportional": ("high", "the proportional action is switched"),
+    "setpoint.source":     ("high", "the set point comes from elsewhere"),
+    "mode":                ("high", "the loop starts in another mode"),
+    "output.max_rate":     ("high", "the output moves at another speed"),
+}
+COSMETIC = ("name", "description", "pv.unit", "output.unit")
+SWITCHES = ("anti_windup", "tuning.proportional", "pv.square_root", "output_raises_pv")
+"""Fields that a number becomes only when it is switched on or off."""
+RANKED = frozenset((*GRAVE, *LOW_ENDS, *HIGH_ENDS, *HIGH_ALARMS, *LOW_ALARMS))
+"""Fields that are ranked by name; a vendor's key may have the same one."""
+# fmt: on
+
+
+# fmt: off
+SET_UP: dict[str, str] = {
+    "plc.number_of_loops": "how many loops the PLC calculates, from the first on",
+    "plc.loop_table":      "the PLC takes every loop from other words",
+    "configuration":       "",
+}
+# fmt: on
+"""Keys that decide which loops there are, whatever their own words say."""
+CALCULATED = "calculated"
+"""What is told of a loop that the PLC runs."""
+PLACES = ("loop_table", "registers", "discretes", "bits", "integers", "floats", "device")
+SIGNALS = ("tag", "format", "transfer", "counts", "pwm", "curve")
+"""Words of keys that say which signal is read or driven, and what its counts mean."""
+NUMBERED = ("bumpless", "slot", "channel")
+"""Words of keys whose numbers are names: half as much of them means nothing."""
+DIRECTIONS = ("action", "Direct", "PID_DIR", "output_raises_pv")
+"""Keys of the direction of control, whatever the vendor calls it."""
+
+
+def judged_key(key: str, fields: Iterable[str], before: Any, after: Any) -> tuple[str, Risk, str]:
+    """The field that a key of a vendor is, how grave its difference is, and what it means.
+
+    ``fields``: the neutral fields that it becomes; of several the one of which most can go wrong.
+    """
+    last = key.rpartition(".")[2]
+    if last in DIRECTIONS:
+        return ("output_raises_pv", *GRAVE["output_raises_pv"])
+    one, two = number_of(before), number_of(after)
+    is_switched = isinstance(before, bool | str) or isinstance(after, bool | str) or bool(before) != bool(after)
+    ends = {_at_end(name, key) for name in fields if is_switched or name not in SWITCHES}
+    names = sorted(name for name in ends if name is not None)
+    names = names or [key] * (key in RANKED)
+    ranks = [(name, *_meaning(name, before, after, one, two)) for name in names]
+    field, risk, note = min(ranks, key=lambda rank: RISKS.index(rank[1]), default=(key, *_of_key(key, before, after)))
+    if one and two is not None and not note and last not in NUMBERED:
+        note = f"{float(two / one - 1) * 100:+.3g} %"
+    return field, risk, note
+
+
+def _at_end(name: str, key: str) -> str | None:
+    """The neutral field of a key that may be one end of a pair; None where the name is of the other end."""
+    ends = ("0", "1")
+    end, other = key.rpartition(".")[2], name.rpartition(".")[2]
+    if end not in ends:
+        return name
+    return f"{name}.{end}" if other not in ends else name if end == other else None
+
+
+def _of_key(key: str, before: Any, after: Any) -> tuple[Risk, str]:
+    """How grave a difference of a key is that becomes no neutral field."""
+    if key in SET_UP:
+        is_gone = before == CALCULATED
+        return "high", "the PLC no longer runs this loop" if is_gone else SET_UP[key]
+    last = key.rpartition(".")[2]
+    if last in {*COSMETIC, "unit"}:
+        return "cosmetic", ""
+    if last in PLACES:
+        return "low", ""
+    if last.endswith("enabled") and key.startswith("alarms"):
+        return ("high", "the alarm is gone") if before and not after else ("low", "a new alarm")
+    return ("high" if any(word in key for word in SIGNALS) else "medium"), ""
+
+
+def judged(field: str, before: Any, after: Any) -> Difference:
+    """The difference of a field, with its risk and what it means."""
+    one, two = number_of(before), number_of(after)
+    risk, note = _meaning(field, before, after, one, two)
+    if one is not None and two is not None and one and abs(two / one - 1) <= ROUNDING:
+        risk, note = "cosmetic", "the registers' rounding"
+    elif one and two is not None and not note:
+        note = f"{(two / one - 1) * 100:+.3g} %"
+    return Difference(field, risk, shown(before), shown(after), note)
+
+
+def _meaning(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
+    """How grave a difference is, and what it means."""
+    if field in COSMETIC:
+        return "cosmetic", ""
+    if field in GRAVE:
+        return GRAVE[field]
+    if field in {*LOW_ALARMS, *HIGH_ALARMS}:
+        return _alarm(field, before, after, one, two)
+    if field in {*LOW_ENDS, *HIGH_ENDS} and one is not None and two is not None:
+        wider = two > one if field in HIGH_ENDS else two < one
+        return ("high", "the limit is wider") if wider else ("medium", "the limit is narrower")
+    if field == "tuning.gain" and one and two is not None and not MUCH >= two / one >= 1 / MUCH:
+        return "high", ""
+    return "medium", ""
+
+
+def _alarm(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
+    if after is None:
+        return "high", "the alarm is gone"
+    if before is None:
+        return "low", "a new alarm"
+    outward = one is not None and two is not None and (two > one if field in HIGH_ALARMS else two < one)
+    return ("high", "the alarm comes later") if outward else ("low", "the alarm comes earlier")

@@ -1,0 +1,78 @@
+"""The neutral form as a vendor: its loops are the neutral loops."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel
+
+from pidcfg.conversion.ledger import COMMON, NeutralLoop, SourceField
+from pidcfg.conversion.operation import Master, Operation, Own, Rate, Smoothing, Stopped, Windup
+from pidcfg.schemas.numbers import plain_number
+from pidcfg.text.paths import dotted, given_fields
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.schemas.generic import GenericFile, Loop
+
+# --- The neutral form as a vendor: its loops are the neutral loops ----------------------------------------------------
+
+NOTHING_LOST = dict.fromkeys(COMMON, "it goes with the loop")
+"""Fields without a line of their own."""
+WHOLE = ("pv.range", "output.range")
+"""Pairs that are one thing: a scale. The others are two limits."""
+
+
+def to_neutral(config: GenericFile) -> list[NeutralLoop]:
+    """The loops as they are."""
+    return [
+        NeutralLoop(plain(loop), [SourceField(path, value, (path,)) for path, value in fields(loop)])
+        for loop in config.loops
+    ]
+
+
+def fields(loop: Loop) -> Iterator[tuple[str, Any]]:
+    """Every field that is given, by its path, with its value; limits as two."""
+    for keys, value in given_fields(loop):
+        path = dotted(keys)
+        if path in NOTHING_LOST:
+            continue
+        if isinstance(value, tuple) and path not in WHOLE:
+            yield from ((f"{path}.{i}", end) for i, end in enumerate(value))
+        else:
+            yield path, value
+
+
+def plain(value: Any) -> Any:
+    """What is given of a model, as a file has it."""
+    if isinstance(value, BaseModel):
+        return {
+            key: plain(getattr(value, key))
+            for key in type(value).model_fields
+            if key in value.model_fields_set and getattr(value, key) is not None
+        }
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    return plain_number(value) if isinstance(value, Decimal) else value
+
+
+# --- Neutral loops: nothing bumps (D301), and the integral stops at the limits (D300) ---------------------------------
+
+OWN = Own()
+"""Nothing has an address, and nothing else is left out."""
+
+
+def operations(config: GenericFile) -> list[Operation]:
+    """Of each loop (D300, D301)."""
+    return [
+        Operation(
+            windup=Windup.CONDITIONAL if loop.anti_windup else Windup.ENDLESS,
+            smoothing=Smoothing.EXACT,
+            rate=Rate.KEPT_UP,
+            master=Master.FOLLOWS,
+            stopped=Stopped.UNSAID,
+        )
+        for loop in config.loops
+    ]

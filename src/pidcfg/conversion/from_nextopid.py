@@ -1,0 +1,469 @@
+"""NextoPID configurations as neutral loops: what the blocks are set to, and what they do when they are switched."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.builder import ZERO, NeutralBuilder, Same, dependent, product, quotient, rounded, same, take
+from pidcfg.conversion.nextopid_wires import Network
+from pidcfg.conversion.operation import Deadband, Filter, Manual, Master, Operation, Own, Rate, Smoothing, Windup
+from pidcfg.encoders.nextopid.image import bumpless_moves, encode
+from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, PidaReal
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.conversion.builder import Table
+    from pidcfg.conversion.ledger import NeutralLoop
+    from pidcfg.conversion.nextopid_wires import Surroundings, Value
+    from pidcfg.encoders.nextopid.image import NextopidEncoding
+    from pidcfg.schemas.nextopid import Loop, Move, NextopidFile
+
+# --- Parameters of a NextoPID loop, with what their wires stand for, on the way to the neutral loop -------------------
+
+D293 = Decision(
+    293,
+    "a wired setting becomes its first value",
+    "What a parameter is wired to is followed to signals and literals; the number that it begins with is converted, "
+    "and reported as assumed with its expression. A wire to something that a block calculates has none: it is "
+    "dropped, or asked for where nothing can be converted without it. A wired BIAS is a feed-forward and always "
+    "dropped.",
+    "A signal stands for an operator's entry or a recipe, which has a place in every PLC, but none in its parameters.",
+)
+
+
+@dataclass(slots=True, kw_only=True)
+class ParameterBuilder(NeutralBuilder):
+    """Fills a neutral loop from the parameters of a block; a wire is reported with its expression."""
+
+    network: Network
+    number: int
+    """Of the block."""
+
+    @property
+    def item(self) -> Any:
+        """The block."""
+        return self.network.items[self.number].item
+
+    @property
+    def around(self) -> Surroundings:
+        """Blocks around a PID that the neutral loop has, too."""
+        return self.network.around[self.number]
+
+    @property
+    def sample_time(self) -> Decimal:
+        """In s: the block's, or the task's."""
+        time: Decimal | None = self.item.sample_time
+        return self.network.config.plc.sample_time if time is None else time
+
+    def value(self, key: str) -> Value:
+        """A parameter's first value."""
+        return self.network.value(self.number, key)
+
+    def is_on(self, key: str) -> bool:
+        """Whether a switch is TRUE at the start."""
+        return bool(self.value(key).value)
+
+    def is_given(self, key: str) -> bool:
+        """Whether a parameter is wired or not what it is without an entry."""
+        return bool(getattr(self.item, key))
+
+    def put_parameter(self, key: str, to: str, became: Any, note: str = "") -> None:
+        """A parameter, and the neutral field with what it became."""
+        self.set(to, became)
+        self.mark_parameter(key, to, note=note)
+
+    def mark_parameter(self, key: str, *to: str, note: str = "") -> None:
+        """A parameter that is part of neutral fields which are set elsewhere; a wire with what it is followed to."""
+        value = self.value(key)
+        self.mark(key, value.written, *to, note=value.note(note), assumed=bool(value.wire))
+
+    def drop_parameter(self, key: str, note: str) -> None:
+        """A parameter that the neutral form does not have, with its expression."""
+        value = self.value(key)
+        self.drop(key, value.written, f"{value.wire}: {note}" if value.wire else note)
+
+    def put_number(self, key: str, to: str, instead: str, factor: Decimal = Decimal(1), note: str = "") -> None:
+        """An optional number; one that nobody knows is dropped, with what to program ``instead``."""
+        value = self.value(key)
+        if value.value is None:
+            self.drop_parameter(key, instead)
+        elif value.value or value.wire:
+            self.put_parameter(key, to, rounded(product(value.value, factor)), note)
+
+    def mark_switch(self, key: str, to: str, note: str = "") -> None:
+        """A BOOL; one that nobody knows is dropped."""
+        if self.value(key).value is None:
+            self.drop_parameter(key, "switch in the program; it counts as FALSE")
+        elif self.is_given(key):
+            self.mark_parameter(key, to, note=note)
+
+
+# --- Blocks and signals of a NextoPID configuration that no loop of another PLC has: what they do, for the report -----
+
+TERMS = ("SP", "PV", "Kp", "Ti_Ki", "Td_Kd", "Tfd", "ManualMV", "DeadBand")
+ENDS = ("MaxVarMV", "MaxMV", "MinMV", "MaxPV", "MinPV")
+SWITCHES = ("Indep", "DisableP", "DerivEr", "CASC", "Manual", "Direct")
+SETTINGS = frozenset((*TERMS, *ENDS, *SWITCHES))
+"""Parameters of a loop whose signals are taken at their first value, or belong to the process."""
+FILTERED = frozenset(("InVar", "Tc", "Period"))
+"""Parameters of a block that the neutral loop has, likewise."""
+
+
+def blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> None:
+    """Drops every block and signal that no loop has, in the report of the loop that it works for."""
+    kept = network.kept()
+    for j in range(network.first_loop):
+        if j in kept:
+            continue
+        item = network.items[j].item
+        wired = ", ".join(f"{key} {text}" for key, text in network.expressions(j))
+        note = f"of {wired}: program it beside the controller" if wired else "program it beside the controller"
+        builder = builders[network.owner_of(j) - network.first_loop]
+        builder.drop(f"blocks.{item.name}", network.items[j].kind.name, note)
+    for name, value in network.config.signals.items():
+        lost = next(((i, key) for i, key in network.readers(name) if not _is_kept(network, kept, i, key)), None)
+        if lost is not None:
+            i, key = lost
+            owner = i if i >= network.first_loop else network.owner_of(i)
+            note = f"read by {network.items[i].item.name}.{key}, which has no twin"
+            builders[owner - network.first_loop].drop(f"signals.{name}", value, note)
+
+
+MOVED = "copy it in the program: "
+STAYS = "the output stays on the way to Manual; see operation.manual where the target's does not"
+
+
+def moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
+    """The moves of figure 16-1 go with their loops; every other one is dropped with the loop that it writes."""
+    known: set[int] = set()
+    for i, builder in zip(network.loops, builders, strict=True):
+        found = bumpless_moves(network.encoding, i)
+        if found.holds_mv is not None:
+            builder.loop.beside[f"moves.{found.holds_mv}"] = STAYS
+        if found.follows_pv is not None:
+            path = f"moves.{found.follows_pv}"
+            builder.put(path, _text(network, found.follows_pv), "setpoint.follows_pv", True)  # noqa: FBT003
+        known |= {number for number in found if number is not None}
+    for number, move in enumerate(network.config.moves):
+        if number not in known:
+            builders[_owner(network, move.to)].drop(f"moves.{number}", _text(network, number), MOVED + _when(move))
+
+
+def _owner(network: Network, name: str) -> int:
+    """The loop that a target is of, or that reads it; else the first."""
+    block = name.partition(".")[0]
+    owners = [i for i in network.loops if network.items[i].item.name == block]
+    if not owners and name in network.config.signals:
+        owners = [i for i, _ in network.readers(name) if i in network.loops]
+    return (owners or [network.first_loop])[0] - network.first_loop
+
+
+def _text(network: Network, number: int) -> str:
+    move = network.config.moves[number]
+    value = move.move.text if isinstance(move.move, Wire) else str(move.move).upper()
+    return f"{value} to {move.to}"
+
+
+def _when(move: Move) -> str:
+    when = move.when.text if isinstance(move.when, Wire) else "never"
+    return "in every cycle" if move.when is True else f"when {when}"
+
+
+def _is_kept(network: Network, kept: set[int], i: int, key: str) -> bool:
+    """Whether a parameter that reads a signal goes over, with the signal's value or as the process's."""
+    if i < network.first_loop:
+        return i in kept and key in FILTERED
+    return key in SETTINGS
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# NextoPID configurations as neutral loops: what the blocks are set to, and what of the network the loops have, too.
+
+NOTHING_LOST = {
+    "type": "the neutral form has one kind of PID; field units of an INT block are those of its MinPV and MaxPV",
+    "PV": "the process's; what calculates it is reported",
+    **dict.fromkeys(("Indep", "DisableP", "CASC", "Manual"), "FALSE, as without it"),
+    **dict.fromkeys(("Tfd", "BIAS", "MaxVarMV", "DeadBand"), "0, as without it"),
+    "ManualMV": "0, as without it",
+    "plc.sample_time": "each loop says its own",
+    "plc.program": "the name of the program in this PLC",
+    "plc.map": "where this PLC's registers are",
+    "sample_time": "it is reported with the task's",
+    "SP_CASC": "0 while cascade mode is off and nothing gives it",
+    "TRK_VAL": "reported where TRK_IN or OVERR can be on",
+    "TRK_IN": "connections of a cascade go with it; others are reported",
+    "Windup_H_IN": "connections of a cascade go with it; others are reported",
+    "Windup_L_IN": "connections of a cascade go with it; others are reported",
+    "OVERR": "reported when it can be on",
+    "AutoTune": "reported when it can be on",
+    "DerivEr": "of no effect without a derivative",
+}
+"""Fields that may come without a line in the report, and why."""
+HELD = "while the error is smaller, MV is held here"
+NEEDED = {
+    "Direct": "the direction",
+    "Indep": "the form",
+    "DisableP": "the proportional term",
+    "Kp": "the gain",
+    "Ti_Ki": "the integral term",
+    "Td_Kd": "the derivative term",
+    "MinMV": "the limits of the output",
+    "MaxMV": "the limits of the output",
+    "MinPV": "the scale of the PV",
+    "MaxPV": "the scale of the PV",
+}
+"""What a loop cannot be converted without."""
+SPECIAL = {
+    "TRK_IN": "put the loop into manual in the program, with TRK_VAL as its output",
+    "Windup_H_IN": "hold the integral in the program",
+    "Windup_L_IN": "hold the integral in the program",
+    "OVERR": "select between the controllers in the program, and let the other one's integral follow",
+}
+"""What to program in place of a connection."""
+
+
+def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
+    """The neutral loops of a configuration."""
+    network = Network(config)
+    builders = [ParameterBuilder(i - network.first_loop, network=network, number=i) for i in network.loops]
+    for b in builders:
+        if not isinstance(b.item, PidaReal) or not _is_complete(b):
+            _refuse(b)
+        else:
+            take(b, b.item, b.item, FIELDS)
+    if builders and not any(b.loop.missing for b in builders):
+        blocks_and_signals(network, builders)
+        moves(network, builders)
+    return [b.loop for b in builders]
+
+
+def _is_complete(b: ParameterBuilder) -> bool:
+    known = all(b.value(key).value is not None for key in NEEDED)
+    return known and all(
+        b.value(low).value < b.value(high).value for low, high in (("MinPV", "MaxPV"), ("MinMV", "MaxMV"))
+    )
+
+
+def _refuse(b: ParameterBuilder) -> None:
+    name = b.item.name
+    if not isinstance(b.item, PidaReal):
+        b.need("type", f"{name} switches on and off, which is no PID: move it from loops to blocks, and it is left out")
+        return
+    for key, what in NEEDED.items():
+        value = b.value(key)
+        if value.value is None:
+            b.need(key, f"{key} of {name} is wired to {value.wire}, and nobody knows its value: write {what} itself")
+    if not b.loop.missing:
+        b.need("MaxPV", f"{name}: write MinPV below MaxPV, and MinMV below MaxMV")
+
+
+def _sample_time(b: ParameterBuilder, item: PidaReal) -> None:
+    where = "plc.sample_time" if item.sample_time is None else "sample_time"
+    b.put(where, b.sample_time, "sample_time", b.sample_time)
+
+
+def _direction(b: ParameterBuilder, _: PidaReal) -> None:
+    b.put_parameter("Direct", "output_raises_pv", not b.is_on("Direct"))
+
+
+def _equation(b: ParameterBuilder, _: PidaReal) -> None:
+    indep, acts = b.is_on("Indep"), not b.is_on("DisableP")
+    gain, integral, derivative = (max(b.value(key).value, ZERO) for key in ("Kp", "Ti_Ki", "Td_Kd"))
+    note = ""
+    if indep:
+        gain, integral, derivative, acts = dependent(gain, integral, derivative)
+    elif integral < SHORTEST_INTEGRAL:
+        note = "below 0.001 s: no integral" if integral else ""
+        integral = ZERO
+    b.set("tuning.proportional", acts)
+    b.set("tuning.derivative_on", "error" if b.is_on("DerivEr") else "pv")
+    b.set("tuning.gain", gain)
+    b.mark_parameter("Kp", "tuning.gain", *(("tuning.proportional",) if indep else ()))
+    b.put_parameter("Ti_Ki", "tuning.integral_time", integral, note)
+    b.put_parameter("Td_Kd", "tuning.derivative_time", derivative)
+    if b.is_given("Indep"):
+        b.mark_parameter("Indep", "tuning.gain")
+    if b.is_given("DisableP"):
+        b.mark_parameter("DisableP", "tuning.proportional", note="of no effect with Indep TRUE" if indep else "")
+    if derivative:
+        b.mark_parameter("DerivEr", "tuning.derivative_on")
+    if b.is_given("Tfd"):
+        b.put_number("Tfd", "tuning.derivative_filter", "filter the derivative in the program")
+
+
+def _pv_range(b: ParameterBuilder, _: PidaReal) -> None:
+    b.set("pv.range", [b.value("MinPV").value, b.value("MaxPV").value])
+    b.mark_parameter("MinPV", "pv.range.0")
+    b.mark_parameter("MaxPV", "pv.range.1")
+
+
+def _pv_filter(b: ParameterBuilder, _: PidaReal) -> None:
+    network, number = b.network, b.around.low_filter
+    if number is not None:
+        time, block = network.value(number, "Tc"), f"blocks.{network.items[number].item.name}"
+        b.put(f"{block}.Tc", time.written, "pv.filter", time.value, assumed=bool(time.wire))
+        expression = network.value(number, "InVar").wire
+        if expression and not _is_plain(network, network.source(number, "InVar")):
+            b.drop(f"{block}.InVar", expression, f"work the PV out in the program: {expression}")
+    elif b.value("PV").wire and not _is_plain(network, network.source(b.number, "PV")):
+        b.drop_parameter("PV", "work it out in the program and give it to the controller")
+
+
+def _is_plain(network: Network, source: str) -> bool:
+    """Whether a name is a signal, or what another loop reads as its PV."""
+    return source in network.config.signals or source.endswith(".PV")
+
+
+def _mode(b: ParameterBuilder, _: PidaReal) -> None:
+    linked, manual = b.around.master is not None, b.is_on("Manual") or b.is_on("TRK_IN")
+    b.set("mode", "manual" if manual else "cascade" if b.is_on("CASC") and linked else "auto")
+    b.set("setpoint", {})  # a neutral file shows the section even if nothing is known of it
+    b.mark_switch("Manual", "mode")
+    b.mark_switch("CASC", "mode" if linked else "setpoint.value", "manual comes first" if manual else "")
+
+
+def _setpoint(b: ParameterBuilder, _: PidaReal) -> None:
+    casc = b.is_on("CASC")
+    if b.around.master is not None:
+        master = b.network.items[b.around.master].item.name
+        b.put("SP_CASC", b.value("SP_CASC").wire, "setpoint.source", master)
+    elif casc and _is_number(b, "SP_CASC"):
+        b.put_parameter("SP_CASC", "setpoint.value", b.value("SP_CASC").value)
+        b.drop_parameter("SP", "cascade mode is on, so SP_CASC is the set point: switch between the two in the program")
+        return
+    elif casc:
+        b.drop_parameter("SP_CASC", "the set point while CASC is TRUE: work it out in the program")
+    elif b.is_given("SP_CASC"):
+        b.drop_parameter("SP_CASC", "a second set point, in force while CASC is TRUE: switch it in the program")
+    if b.value("SP").value is None:
+        b.drop_parameter("SP", "work out the set point in the program")
+    else:
+        b.put_parameter("SP", "setpoint.value", b.value("SP").value)
+
+
+def _is_number(b: ParameterBuilder, key: str) -> bool:
+    """Whether a parameter is a number, or a signal that stands for one."""
+    return not b.value(key).wire or b.network.source(b.number, key) in b.network.config.signals
+
+
+def _output(b: ParameterBuilder, item: PidaReal) -> None:
+    low, high = b.value("MinMV").value, b.value("MaxMV").value
+    b.set("output.limits", [low, high])
+    b.mark_parameter("MinMV", "output.limits.0")
+    b.mark_parameter("MaxMV", "output.limits.1")
+    span, scale = item.output.range, b.around.scale or item.output.range or (low, high)
+    if span is not None and scale == span:
+        b.put("output.range", span, "output.range", span)
+    else:
+        note = "no output.range is given: MinMV and MaxMV are taken for 0 % and 100 %"
+        if b.around.scale is not None:
+            note = f"0 % and 100 % of {b.around.reader}"
+        b.put("output.range", span, "output.range", scale, note, assumed=True)
+
+
+def _pulses(b: ParameterBuilder, _: PidaReal) -> None:
+    network, number = b.network, b.around.pwm
+    if number is not None:
+        period = network.value(number, "Period")
+        time = product(Decimal(period.value), network.config.plc.sample_time)
+        path = f"blocks.{network.items[number].item.name}.Period"
+        b.put(path, period.written, "output.pulse.period", time, assumed=bool(period.wire))
+
+
+def _terms(b: ParameterBuilder, _: PidaReal) -> None:
+    """What else makes the output."""
+    if b.value("BIAS").wire and b.network.wires[b.number, "BIAS"].signals:
+        b.drop_parameter("BIAS", "a feed-forward: add it to the output in the program")
+    elif b.is_given("BIAS"):
+        b.put_parameter("BIAS", "output.bias", b.value("BIAS").value)
+    if b.is_on("TRK_IN") and b.value("TRK_VAL").value is not None:
+        b.set("output.manual", b.value("TRK_VAL").value)
+        if b.is_given("ManualMV"):
+            b.drop_parameter("ManualMV", "TRK_IN is on, so TRK_VAL is the output: write it in the program")
+    elif b.value("ManualMV").value is None:
+        b.drop_parameter("ManualMV", "work out the output in manual in the program")
+    elif b.is_given("ManualMV") or b.is_on("Manual"):
+        b.put_parameter("ManualMV", "output.manual", b.value("ManualMV").value)
+    if b.is_given("MaxVarMV"):
+        per_second = quotient(Decimal(1), b.sample_time)
+        instead = "limit the change of MV in the program"
+        b.put_number("MaxVarMV", "output.max_rate", instead, per_second, "per cycle here")
+
+
+def _deadband(b: ParameterBuilder, _: PidaReal) -> None:
+    if b.is_given("DeadBand"):
+        b.put_number("DeadBand", "deadband", "hold MV in the program while the error is small", note=HELD)
+
+
+def _connections(b: ParameterBuilder, item: PidaReal) -> None:
+    """Connections of cascades and overrides, and the auto-tuning."""
+    slaves = {b.network.items[j].item.name for j in b.around.slaves}
+    cascade = {f"{name}.{key}" for name in slaves for key in ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")}
+    tracks = b.network.source(b.number, "TRK_IN") in cascade
+    for key in ("TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR"):
+        if b.is_given(key) and b.network.source(b.number, key) not in cascade:
+            b.drop_parameter(key, SPECIAL[key])
+    if b.is_given("TRK_VAL") and not tracks and (b.is_given("TRK_IN") or b.is_given("OVERR")):
+        b.drop_parameter("TRK_VAL", "where the output comes from meanwhile")
+    if getattr(item, "AutoTune", False):
+        b.drop_parameter("AutoTune", "start the auto-tuning as the target does it")
+    for key, value in dict(getattr(item, "AutoTuneParam", None) or {}).items():
+        b.drop(
+            f"AutoTuneParam.{key}",
+            value.text if isinstance(value, Wire) else value,
+            "set up the auto-tuning of the target",
+        )
+
+
+FIELDS: Table[ParameterBuilder, PidaReal] = (
+    *same("name", "description"),
+    _sample_time,
+    _direction,
+    _equation,
+    _pv_range,
+    Same("pv.unit"),
+    _pv_filter,
+    _mode,
+    _setpoint,
+    _output,
+    Same("output.unit"),
+    _pulses,
+    _terms,
+    _deadband,
+    _connections,
+)
+"""Every field in the order of the report."""
+
+# --- NextoPID blocks: MV becomes ManualMV, and comes back without a bump (manual, ManualMV and chapter 16) ------------
+
+OWN = Own()
+"""Nothing has an address, and nothing else is left out."""
+
+
+def operations(config: NextopidFile) -> list[Operation]:
+    """Of each block (D221, D222, D229); one whose MV is wired or copied into its ManualMV keeps it."""
+    encoding, first = encode(config), len(config.blocks)
+    return [
+        Operation(
+            manual=Manual.STAYS if _keeps_output(encoding, first + i, loop) else Manual.JUMPS,
+            windup=Windup.PARTIAL,
+            deadband=Deadband.HELD,
+            smoothing=Smoothing.EXACT,
+            rate=Rate.KEPT_UP,
+            filter=Filter.SAMPLED if loop.sample_time in {None, config.plc.sample_time} else Filter.CYCLIC,
+            master=Master.FOLLOWS if isinstance(getattr(loop, "TRK_IN", None), Wire) else Master.INTEGRATES,
+        )
+        for i, loop in enumerate(config.loops)
+    ]
+
+
+def _keeps_output(encoding: NextopidEncoding, i: int, loop: Loop) -> bool:
+    wire = loop.ManualMV
+    if bumpless_moves(encoding, i).holds_mv is not None:
+        return True
+    return isinstance(wire, Wire) and wire.text == f"{loop.name}.MV"

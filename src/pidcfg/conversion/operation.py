@@ -1,0 +1,312 @@
+"""What a loop does when it is switched or limited: the same on both sides, or a line of the report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.builder import decayed, filter_share, filter_time, quotient, rounded
+from pidcfg.conversion.ledger import Change
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from decimal import Decimal
+
+    from pidcfg.conversion.ledger import Kind
+    from pidcfg.schemas.generic import Loop
+
+# --- Decisions on what a conversion says of a loop that is switched, limited or stopped -------------------------------
+
+D341 = Decision(
+    341,
+    "a conversion compares what an operator sees",
+    "How a loop starts, what its output does on the way to Manual and to Auto, what its integral does at a limit, what "
+    "a deadband does, what refuses Auto, and what a master does while its slave has another set point. An output that "
+    "jumps where it stayed, a bias that is not taken over, an integral that runs further and a master that no longer "
+    "follows are losses; a start in another mode, a change to Auto with the error's action on top, and other rules "
+    "are named.",
+    "The first can move a valve to 0 or leave an offset for good; the others an operator sees and can wait for.",
+)
+D342 = Decision(
+    342,
+    "an integral that has an end gets anti-windup where it would have none",
+    "DL06 and CLICK keep their bias within the range or the limits of the output without their freeze, too; EZLogix "
+    "and the neutral form without anti-windup let it run without end. Their anti-windup is therefore switched on, and "
+    "the report says so.",
+    "An integral that runs without end holds the output at its limit for as long again as it was there.",
+)
+D343 = Decision(
+    343,
+    "the filter of a derivative keeps its time constant, and its first sample is named",
+    "Of a step NextoPID and the neutral form let 1 - e^(-Ts/Tf) through in a sample, DL06, CLICK and DPIDE "
+    "Ts/(Ts + Tf). The time constant is converted as it is; a line of the report names both shares, and the time "
+    "constant with which the target's would be the source's.",
+    "Both are first-order lags of the same time, and alike where Tf is many samples. With a Tf of one sample 63 % pass "
+    "instead of 50 %: a kick that is a quarter larger is to be seen on a valve, and nothing is lost.",
+)
+D581 = Decision(
+    581,
+    "a conversion tells what a loop does from the start, in Manual, in each cycle and while its PLC is stopped",
+    "A loop that begins in its mode begins with an integral of 0, one that waits in Manual goes on from its output. "
+    "NextoPID and the neutral form keep the derivative up in Manual, the others begin it anew with Auto. A NextoPID "
+    "filter is worked out in each cycle of its task, not with the samples of a slower loop. A DL06 loop that is "
+    "independent of the CPU mode and an EZLogix with process_when_stopped control a process whose PLC is stopped: "
+    "it is a loss where the source asks for it and the target stands still, else it is named.",
+    "Each was found by running both sides: outputs differ by up to the whole range at the start, by gain x Td x the "
+    "rate of the PV after Manual, and by what the PV does in half a sample. Only the EZLogix goes on by default, which "
+    "nobody asked for: from it a conversion names that, to it the check box is cleared (D760).",
+)
+
+# --- What a loop does when it is switched or limited: the same on both sides, or a line of the report -----------------
+#
+# Design. Each vendor says of each of its loops how it starts, what becomes of its output on the way to Manual and
+# back, what its integral does at a limit, and so on (`operations`, one module a vendor). The source's answers are
+# held against those of the file that was written, rule by rule (`differing_rules`); no adapter has to remember
+# another vendor's habits. Answers have a rank: a target that does worse than the source is a loss, another difference
+# is named.
+
+PREFIX = "operation."
+"""Of the fields of the report's lines."""
+BOUNDED = "without it the integral would run without end, which the source's does not"
+
+
+class Answer(Enum):
+    """What a loop does: from best to worst, in words, and what to do about it in a target that does it."""
+
+    def __init__(self, rank: int, text: str, cure: str = "") -> None:
+        self.rank, self.text, self.cure = rank, text, cure
+
+
+class Start(Answer):
+    """Which mode a loop has when its PLC begins to run."""
+
+    WAITS = 0, "it waits in Manual", "request its mode after each start of the PLC"
+    RETURNS = (
+        1,
+        "it waits in Manual after the download, and later begins in the mode that it had",
+        "request its mode once; switch it to Manual before the PLC stops where it has to wait for somebody",
+    )
+    RUNS = (
+        2,
+        "it begins in its mode, with an integral of 0",
+        "keep it in Manual in the program where it has to wait for somebody",
+    )
+
+
+class Manual(Answer):
+    """What the output does on the way from Auto to Manual."""
+
+    STAYS = 0, "the output stays where it is", "write the value that stood ready after the change to Manual"
+    JUMPS = 1, "the output goes to the value that stands ready", "copy MV to ManualMV in the program while in automatic"
+
+
+class Transfer(Answer):
+    """What the output does on the way from Manual to Auto."""
+
+    GOES_ON = 0, "the output goes on from where it stands"
+    ON_TOP = 1, "the integral becomes the output, and gain x error comes on top", "bring the PV to the set point before"
+    AS_BEFORE = 2, "the integral is what it was before Manual", "bring the output back to where it was before"
+
+
+class WithoutIntegral(Answer):
+    """What the output of a loop without an integral does on the way from Manual to Auto."""
+
+    TAKEN_OVER = 0, "the bias becomes the output", "bring the output to the bias in Manual before going to Auto"
+    CONSTANT = 1, "the output becomes gain x error + bias", "write the output that holds the set point into the bias"
+
+
+class Rate(Answer):
+    """What the derivative does in Manual."""
+
+    KEPT_UP = 0, "it is kept up in Manual", "bring the PV to rest in Manual before going to Auto"
+    ANEW = 0, "it begins anew with Auto", "bring the PV to rest in Manual before going to Auto"
+
+
+class Filter(Answer):
+    """How often the filter of the PV is worked out."""
+
+    SAMPLED = 0, "with each sample of the loop"
+    CYCLIC = 0, "in each cycle of the task, so that a PV on its way comes later by up to half a sample"
+
+
+ALONE = "switch that off where the process must stand still with the PLC"
+
+
+class Stopped(Answer):
+    """What a loop does while its PLC is stopped."""
+
+    UNSAID = 0, "nothing says whether it goes on", "see to it in the PLC"
+    STANDS = 0, "it stands still", "let the output module hold, or bring to a safe value, what the process needs"
+    GOES_ON = 1, "it goes on controlling", ALONE
+    AS_GIVEN = 1, "it goes on controlling, as a PLC of this family does", ALONE
+
+
+OVERSHOOT = "expect more overshoot after the output was at a limit"
+
+
+class Windup(Answer):
+    """What the integral does while the output is at a limit."""
+
+    NONE = 0, "the velocity form has no integral of its own"
+    FROZEN = 0, "it stops while the output is at a limit"
+    HELD_BEYOND = 0, "it takes no step that leaves the output beyond a limit"
+    CONDITIONAL = 0, "it stops where the error drives the output further beyond a limit"
+    PARTIAL = 0, "it takes what does not push the output beyond a limit"
+    WORKED_OUT = 0, "it is worked out of the limited output"
+    WITHIN_LIMITS = 1, "it goes on to the limits of the output", OVERSHOOT
+    FROZEN_AT_ENDS = 2, "it stops while the output is at an end of its range", OVERSHOOT
+    CONDITIONAL_AT_ENDS = 2, "it stops where the error drives the output further beyond an end of its range", OVERSHOOT
+    WITHIN_RANGE = 3, "it goes on to the ends of the output's range", OVERSHOOT
+    ENDLESS = 4, "it goes on without end", OVERSHOOT
+
+
+class Deadband(Answer):
+    """What a deadband does."""
+
+    AS_ZERO = 0, "the error counts as 0"
+    CROSSED = 0, "the error counts as 0 once the PV has crossed the set point"
+    ONLY_BIAS = 0, "the output is the bias, without the other actions"
+    HELD = 0, "the output is held"
+
+
+class Smoothing(Answer):
+    """How the filter of the derivative is worked out: what it lets through of a change in a sample."""
+
+    EXACT = 0, "a sample lets 1 - e^(-Ts/Tf) of a change through"
+    BACKWARD = 0, "a sample lets Ts/(Ts + Tf) of a change through"
+
+    def share(self, time: Decimal, sample: Decimal) -> Decimal:
+        """What a sample lets through with a time constant."""
+        return filter_share(time, sample) if self is Smoothing.EXACT else decayed(sample, time)
+
+    def time(self, share: Decimal, sample: Decimal) -> Decimal:
+        """The time constant with which a sample lets a share through."""
+        return filter_time(share, sample) if self is Smoothing.EXACT else rounded(quotient(sample, share) - sample)
+
+
+class Interlock(Answer):
+    """What refuses Auto."""
+
+    GRANTED = 0, "Auto is granted whatever the PV is", "keep the loop in Manual in the program while a PV alarm is on"
+    REFUSED = 1, "Auto is refused while a PV alarm is on", "bring the PV between its alarms in Manual"
+
+
+class Master(Answer):
+    """What an outer loop does while its inner loop has another set point."""
+
+    FOLLOWS = 0, "its output follows the inner loop"
+    MANUAL = 1, "it goes to Manual", "switch it to Auto again after its inner loop is in Cascade"
+    INTEGRATES = 2, "it goes on integrating", "switch it to Manual first, and bring its output to the inner set point"
+
+
+@dataclass(frozen=True, slots=True)
+class Own:
+    """What a conversion within a vendor keeps, which the neutral form does not know."""
+
+    addresses: tuple[str, ...] = ()
+    """Where loops stand; with an option, which may move them, none of these is kept."""
+    choices: Mapping[str, str] = field(default_factory=dict)
+    """What belongs to the PLC and its modules, each with the option that says otherwise; empty: none does."""
+    scales: Callable[[Any, Sequence[int]], dict[str, Any]] = lambda _config, _kept: {}
+    """Options that gains and times depend on, as the loops at some places of a file have them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Operation:
+    """The rules of one loop."""
+
+    start: Start = Start.RUNS
+    manual: Manual = Manual.STAYS
+    transfer: Transfer = Transfer.GOES_ON
+    without_integral: WithoutIntegral = WithoutIntegral.CONSTANT
+    windup: Windup
+    deadband: Deadband = Deadband.AS_ZERO
+    smoothing: Smoothing | None = Smoothing.BACKWARD
+    """None: the derivative has no filter."""
+    rate: Rate = Rate.ANEW
+    filter: Filter = Filter.SAMPLED
+    interlock: Interlock = Interlock.GRANTED
+    master: Master = Master.INTEGRATES
+    stopped: Stopped = Stopped.STANDS
+
+    @property
+    def bounds_integral(self) -> bool:
+        """Whether the integral has an end."""
+        return self.windup is not Windup.ENDLESS
+
+
+def differing_rules(before: Operation, after: Operation, loop: Loop, *, is_master: bool) -> Iterator[Change]:
+    """A line for each rule that is another one in the target; ``is_master``: both sides have a loop that reads it."""
+    integral = bool(loop.tuning.integral_time)
+    if loop.mode != "manual":
+        yield from _line("start", before.start, after.start)
+    if before.stopped.rank != after.stopped.rank:
+        yield from _line("stopped", before.stopped, after.stopped, loss=before.stopped is Stopped.GOES_ON)
+    yield from _line("manual", before.manual, after.manual, loss=after.manual.rank > before.manual.rank)
+    if integral:
+        back = after.transfer is Transfer.AS_BEFORE
+        yield from _line("transfer", before.transfer, after.transfer, loss=back)
+        further = _rank(after.windup, loop) > _rank(before.windup, loop)
+        yield from _windup(before.windup, after.windup, loop, loss=further)
+    else:
+        one, two = before.without_integral, after.without_integral
+        yield from _line("transfer", one, two, loss=True, neutral="output.bias")
+    if loop.deadband:
+        yield from _line("deadband", before.deadband, after.deadband)
+    yield from _smoothing(before.smoothing, after.smoothing, loop)
+    if loop.tuning.derivative_time:
+        yield from _line("rate", before.rate, after.rate)
+    if loop.pv.filter:
+        yield from _line("filter", before.filter, after.filter)
+    yield from _line("interlock", before.interlock, after.interlock)
+    if is_master:
+        integrates = after.master is Master.INTEGRATES
+        yield from _line("master", before.master, after.master, loss=integrates)
+
+
+KICK = (
+    "a kick of the derivative that a limit cuts off goes into the {side} integral: "
+    "after a step of the set point the PV goes another way"
+)
+
+
+def _windup(before: Windup, after: Windup, loop: Loop, *, loss: bool) -> Iterator[Change]:
+    """A line about the integral at a limit; with a derivative of the error, what becomes of its kick at a step."""
+    kicks = bool(loop.tuning.derivative_time) and loop.tuning.derivative_on == "error"
+    takes = [side is Windup.WORKED_OUT for side in (before, after)]
+    for change in _line("windup", before, after, loss=loss, neutral="anti_windup"):
+        if kicks and takes[0] != takes[1]:
+            note = KICK.format(side="source's" if takes[0] else "target's")
+            yield replace(change, note="; ".join(filter(None, (change.note, note))))
+        else:
+            yield change
+
+
+def _rank(windup: Windup, loop: Loop) -> int:
+    """How far an integral runs: the ends of the range are the limits of an output that has no narrower ones."""
+    narrow = loop.output.limits is not None and loop.output.limits != loop.output.range
+    at_ends = {Windup.FROZEN_AT_ENDS, Windup.CONDITIONAL_AT_ENDS, Windup.WITHIN_RANGE}
+    return windup.rank - 2 if windup in at_ends and not narrow else windup.rank
+
+
+def _smoothing(before: Smoothing | None, after: Smoothing | None, loop: Loop) -> Iterator[Change]:
+    """A line about the filter of a derivative, with what that means at this sample time."""
+    time, sample = loop.tuning.derivative_filter, loop.sample_time
+    if before is None or after is None or before is after or not (time and loop.tuning.derivative_time):
+        return
+    one, two = (rule.share(time, sample) for rule in (before, after))
+    alike = after.time(one, sample)
+    note = f"{100 * two:.3g} % instead of {100 * one:.3g} %; with {alike:.3g} s it would be the same"
+    yield Change(f"{PREFIX}smoothing", "assumed", before.text, after.text, note=note)
+
+
+def _line(rule: str, before: Answer, after: Answer, *, loss: bool = False, neutral: str = "") -> Iterator[Change]:
+    """A line where the answers differ; overshoot is to be expected of a loss only."""
+    if before is after:
+        return
+    note = after.cure if loss or not isinstance(after, Windup) else ""
+    kind: Kind = "dropped" if loss else "assumed"
+    names = (neutral,) if neutral else ()
+    yield Change(f"{PREFIX}{rule}", kind, before.text, after.text, note=note, loss=loss, neutral=names)

@@ -1,1 +1,0 @@
-"""What each vendor's loops do when they are switched, one module a vendor."""

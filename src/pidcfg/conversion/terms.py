@@ -1,0 +1,433 @@
+"""A configuration or a listing in the words of its file and of its PLC: loop by loop, value by value, with units."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+
+from pydantic import BaseModel
+
+from pidcfg.conversion.ledger import shown
+from pidcfg.encoders.decoding import name_in
+from pidcfg.encoders.parameters import units_by_path
+from pidcfg.schemas.base import UNIT_WORDS, Duration, Limits, Minutes, Quantity, Rate, Seconds, unit_text, units_of
+from pidcfg.schemas.expressions import (
+    CONSTANT,
+    FUNCTIONS,
+    SIGNAL,
+    TRUTH,
+    TRUTHS,
+    WORDS,
+    ExpressionError,
+    Typed,
+    lengths_of,
+)
+from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.numbers import plain_number
+from pidcfg.text.diagnostics import path_text
+from pidcfg.text.paths import dotted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from pidcfg.encoders.decoding import Reading
+    from pidcfg.encoders.regmap import Access, Written
+    from pidcfg.text.paths import Path
+    from pidcfg.vendors import Vendor
+
+# --- The values of a configuration one by one, each with the unit that a reader needs ---------------------------------
+
+RANGES = ("range", "input_range")
+GAINS = {"percent": "%/pv", "engineering": "output/pv"}
+"""Units of a gain by what the vendor counts it in; a gain of counts per count has none."""
+OF_GAINS = ("output/pv", "output/pv/s", "output per pv/s")
+"""Units of the three gains of an independent form: MV for the error, for its integral, for its derivative."""
+TIMES = {get_args(Seconds)[1]: "s", get_args(Minutes)[1]: "min"}
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """A value of a model: its path, the model that has it, and whether the file says it."""
+
+    path: Path
+    value: Any
+    model: BaseModel
+    key: str
+    given: bool
+
+    @property
+    def text(self) -> str:
+        """Its path as text: ``steps[0].slope``."""
+        return path_text(self.path)
+
+
+def leaves(model: BaseModel, above: Path = (), *, given: bool = True) -> Iterator[Leaf]:
+    """Every value of a model that is one, in the order of its fields."""
+    for key in type(model).model_fields:
+        value, written = getattr(model, key), given and key in model.model_fields_set
+        path = (*above, key)
+        if isinstance(value, BaseModel):
+            yield from leaves(value, path, given=written)
+        elif isinstance(value, tuple) and value and all(isinstance(part, BaseModel) for part in value):
+            for i, part in enumerate(value):
+                yield from leaves(part, (*path, i), given=written)
+        elif hasattr(value, "items"):
+            yield from (Leaf((*path, name), part, model, key, written) for name, part in value.items())
+        elif value not in (None, ()):
+            yield Leaf(path, value, model, key, written)
+
+
+def _is_raw(leaf: Leaf, unit: str, loop: Any) -> bool:
+    """Whether a quantity is raw counts: written so, or on a scale without a range."""
+    quantities = leaf.value if isinstance(leaf.value, tuple) and type(leaf.value) is tuple else (leaf.value,)
+    if not all(isinstance(part, Quantity) for part in quantities):
+        return False
+    section = getattr(loop, unit.partition("/")[0], None)
+    return all(part.counts for part in quantities) or getattr(section, "range", None) is None
+
+
+def unit_of(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> str:
+    """The unit of a setting as a reader needs it, with nothing left to be chosen.
+
+    ``units``: those of PV and output, or what stands for them.
+    """
+    value = leaf.value
+    chosen = getattr(leaf.model, f"{leaf.key}_unit", None)
+    duration = value if isinstance(value, Duration) else getattr(value, "duration", None)
+    if isinstance(duration, Duration):
+        return duration.unit or UNIT_WORDS.get(str(chosen), "") or _table_unit(leaf, vendor)
+    if isinstance(value, Rate):
+        return unit_text(f"pv/{value.per}", {**units, "pv": "counts"} if value.counts else units)
+    if isinstance(value, bool | str | Wire) and not leaf.text.endswith(RANGES):
+        return ""
+    unit = _table_unit(leaf, vendor)
+    if _is_raw(leaf, unit, loop):
+        return "/".join(["counts", *unit.split("/")[1:]])
+    return unit_text(unit, units)
+
+
+def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
+    """The unit of one of the three terms, where the vendor's tables leave it open."""
+    tuned = vendor.load("tuned")
+    keys = [tuned.key(name) for name in tuned.names]
+    if leaf.text == keys[0]:
+        return GAINS.get(tuned.gain_unit, "")
+    form = getattr(tuned, "dependent", None)
+    chosen = getattr(leaf.model, form[0], None) if form else None
+    if leaf.text not in keys or not isinstance(chosen, bool):
+        return ""
+    return "s" if form is None or chosen is form[1] else OF_GAINS[keys.index(leaf.text)]
+
+
+def _table_unit(leaf: Leaf, vendor: Vendor) -> str:
+    """The unit by the vendor's tables, then by the limits of the field, then by its type."""
+    table, text = units_by_path(vendor), leaf.text
+    places = (text, f"{text}.0", text.rpartition("].")[2])
+    unit = _term_unit(leaf, vendor) or next((table[place] for place in places if place in table), "")
+    if unit:
+        return unit
+    field = type(leaf.model).model_fields[leaf.key]
+    limits = next((m for m in field.metadata if isinstance(m, Limits) and m.unit), None)
+    if limits is not None:
+        return limits.unit
+    if leaf.key in RANGES:
+        return str(leaf.path[-2])
+    return next((TIMES[m] for m in field.metadata if _is_time(m)), "")
+
+
+def _is_time(mark: Any) -> bool:
+    return any(mark is time or mark == time for time in TIMES)
+
+
+# --- What a wire means, however it is written: two expressions are compared by what they calculate, step by step ------
+
+WIRED = ("move", "when")
+"""Keys of a move that hold a wire."""
+NO_NAMES = frozenset((*WORDS, *TRUTHS))
+NAME = re.compile(r"[A-Za-z_]\w*(?:\.\w+)*")
+
+
+class Wired(NamedTuple):
+    """The steps of an expression, each with its constant or the name of its signal; else its text."""
+
+    steps: tuple[tuple[int, float | str | None], ...]
+    text: str = ""
+
+    def renamed(self, names: Mapping[str, str]) -> Wired:
+        """The same with other names of blocks."""
+        return Wired(tuple((op, _renamed(operand, names)) for op, operand in self.steps), self.text)
+
+
+def _renamed(operand: float | str | None, names: Mapping[str, str]) -> float | str | None:
+    if not isinstance(operand, str):
+        return operand
+    block, dot, key = operand.partition(".")
+    return f"{names.get(block, block)}{dot}{key}"
+
+
+def content_of(raw: Any) -> Any:
+    """A content as it is compared: of a wire what it means."""
+    if not isinstance(raw, Wire):
+        return raw
+    names = [
+        name for name in dict.fromkeys(NAME.findall(raw.text)) if name not in FUNCTIONS and name.upper() not in NO_NAMES
+    ]
+    try:
+        code, constants = _code(raw.text, names)
+    except ExpressionError:
+        return Wired((), raw.text)
+    steps = []
+    for op, operand in zip(code[::2], code[1::2], strict=True):
+        value = names[operand] if op == SIGNAL else constants[operand] if op == CONSTANT else None
+        value = float(operand) if op == TRUTH else value
+        steps.append((op, value))
+    return Wired(tuple(steps))
+
+
+def move_content(value: Any) -> Any:
+    """What the wires of a move mean, however they are written; None for a content that is no move."""
+    if not isinstance(value, dict) or "move" not in value:
+        return None
+    parts = ((key, content_of(Wire(str(part))) if key in WIRED else part) for key, part in value.items())
+    return tuple(sorted(parts))
+
+
+def executed(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What stands beside the parameters, with its moves as they are executed: those before all blocks come first."""
+    moves = entry.get("moves")
+    if not isinstance(moves, list | tuple):
+        return entry
+    return {**entry, "moves": sorted(moves, key=lambda move: move.get("at") != "start")}
+
+
+def _code(text: str, names: list[str]) -> tuple[tuple[int, ...], tuple[float, ...]]:
+    expression = Typed(text, {name: i for i, name in enumerate(names)}, lengths_of(names)).read()
+    return expression.code, expression.constants
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A configuration or a listing in the words of its file and of its PLC: loop by loop, every key with its register.
+# `memory_terms` makes them of a vendor with registers, `parameter_terms` of one with named parameters; both are
+# compared by `pidcfg.conversion.comparison`. What is compared is the content of a register (or of one choice inside
+# it),
+# so that a spelling is no difference; what is shown is what the file says, and for a listing what its word means.
+
+Kind = Literal["setting", "live", "operated", "reserved"]
+"""The engineer's; the PLC's or the process's; the operator's; nobody's."""
+SIGNALS: Literal["signals"] = "signals"
+"""Where values that belong to no block are listed."""
+OwnerKind = Literal["file", "loop", "block", "signals"]
+NAMES = frozenset(("loop", "block"))
+"""Settings beside the words that are the name of what they are of."""
+TOP = ("name", "description")
+"""What a listing says of the whole file that stands at the top of it."""
+CONFIGURATION = "configuration"
+"""What a listing is said to lack whose words and settings give none."""
+SETPOINT = "setpoint"
+"""The switch beside the words that says that the set point is left to the operator."""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A key of a loop: what the file says of it, and the register that holds it."""
+
+    key: str
+    value: Any = None
+    """As JSON has it; None: it is not given, or its word is no value."""
+    unit: str = ""
+    content: Any = None
+    """What is compared."""
+    address: str = ""
+    word: str | None = None
+    """The content of the register as the PLC shows it."""
+    kind: Kind = "setting"
+    by: str = ""
+    """Who else writes it."""
+    fault: str = ""
+    """Why its word is no value."""
+    known: bool = True
+    """Whether the listing holds it."""
+    default: bool = False
+    """Whether it means the same when it is not given."""
+    file_only: bool = False
+    """Whether no listing says it."""
+    optional: bool = False
+    """Whether a file may leave its register alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Owner:
+    """A loop, a block, the signals or the whole file, with its keys."""
+
+    name: str
+    kind: OwnerKind = "loop"
+    place: str = ""
+    """The addresses at which its registers begin."""
+    items: dict[str, Item] = field(default_factory=dict)
+    """By what is told apart: the path of a register's row, or a key."""
+    is_described: bool = True
+    """Whether this side says what no register holds, so that what it does not say is not there."""
+    number: int = 0
+    """Of a loop: its place in the order of the file, from 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """One side of a comparison."""
+
+    owners: tuple[Owner, ...]
+    is_listing: bool = False
+    holds: Callable[[str], bool] = bool
+    """Whether a listing holds an address; a file holds all of its own."""
+
+
+class Subject(NamedTuple):
+    """What is put into terms: a configuration, its encoding, and the listing that both were read from."""
+
+    vendor: Vendor
+    config: Any
+    encoding: Any
+    reading: Reading | None = None
+
+    @property
+    def settings(self) -> list[Mapping[str, Any]]:
+        """What this side itself says beside its words, an entry a loop or block; nothing that a listing was given."""
+        if self.reading is None:
+            return list(self.encoding.image.settings)
+        by_name = {name_in(entry): entry for entry in self.reading.listing.settings}
+        return [by_name.get(name_in(entry), {}) for entry in self.encoding.image.settings]
+
+    def faults(self, name: str) -> dict[str, str]:
+        """What is refused of the settings of a loop, by key, and why; of no loop: of the whole file."""
+        refused = {} if self.reading is None else self.reading.refused
+        return {key: fault for (owner, key), fault in refused.items() if owner == name}
+
+    @property
+    def is_described(self) -> bool:
+        """Whether this side says what no register holds, so that what it does not say is not there."""
+        return self.reading is None or self.reading.listing.described
+
+
+def said(leaf: Leaf, loop: Any, vendor: Vendor) -> tuple[Any, str]:
+    """A value as JSON has it, and its unit."""
+    value = leaf.value
+    if isinstance(getattr(value, "duration", value), Duration):
+        value = getattr(value, "duration", value)
+    elif hasattr(value, "duration"):
+        return str(value), ""
+    unit = unit_of(leaf, loop, vendor, unit_names(loop))
+    return number(value), trimmed(unit)
+
+
+def number(value: Any) -> Any:
+    """A value without its unit, as JSON has it."""
+    if isinstance(value, Quantity | Duration | Rate):
+        return plain_number(value.value)
+    if isinstance(value, Wire):
+        return value.text
+    if isinstance(value, float):
+        return plain_number(Decimal(repr(value)))
+    if isinstance(value, list | tuple):
+        return [number(part) for part in value]
+    return shown(value)
+
+
+def unit_names(loop: Any) -> dict[str, str]:
+    """The units of PV and output of a loop, empty where it does not say them."""
+    return {"pv": "", "output": "", **units_of(loop)}
+
+
+def trimmed(unit: str) -> str:
+    """A unit without the quotient by a unit that is not known."""
+    return unit.strip(" ").removesuffix("/").removesuffix(" per")
+
+
+def kind_by(access: Access, writer: Written | None) -> Kind:
+    """Whose an item is, by the row of who else writes it, else by its access."""
+    if writer is not None:
+        return "setting" if writer.kind == "compared" else writer.kind
+    return "setting" if access == "setting" else "reserved" if access == "reserved" else "live"
+
+
+def flat(entry: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """The values of nested mappings by their dotted keys, without what is nothing."""
+    for key, value in entry.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{above}{key}.")
+        elif isinstance(value, list):
+            yield from ((f"{above}{key}.{i}", end) for i, end in enumerate(value))
+        elif value is not None:
+            yield f"{above}{key}", value
+
+
+def beside(
+    entry: Mapping[str, Any], loop: Any, writers: Mapping[str, Written], faults: Mapping[str, str]
+) -> dict[str, Item]:
+    """What stands beside the words of a loop, by its keys; ``faults``: what is refused of it, and why."""
+    units, items = unit_names(loop), {}
+    for key, value in flat({key: value for key, value in entry.items() if key not in NAMES}):
+        writer = writers.get(key)
+        unit = units.get(key.partition(".")[0], "") if ".range." in key else ""
+        if key == SETPOINT:
+            items[key] = Item(f"{SETPOINT}.value", "left to the operator", content=value, kind="operated")
+        else:
+            kind = kind_by("setting", writer)
+            items[key] = Item(key, number(value), unit, number(value), kind=kind, by=writer.by if writer else "")
+    return with_faults(items, faults)
+
+
+def with_faults(items: Mapping[str, Item], faults: Mapping[str, str]) -> dict[str, Item]:
+    """Settings with why they are refused; what is refused because it is not there becomes one of its own."""
+    marked = dict(items)
+    for key, fault in faults.items():
+        told = [name for name in items if overlap(name, key)]
+        marked |= {name: replace(items[name], fault=fault) for name in told} or {key: Item(key, fault=fault)}
+    return marked
+
+
+def others(model: Any, subject: Subject, taken: Iterable[str], above: str = "") -> Iterator[tuple[str, Item]]:
+    """The keys of a file's section that nothing else is made of: no register holds them, nor does any listing."""
+    if subject.reading is not None:
+        return
+    ids = list(taken)
+    for leaf in leaves(model):
+        key = above + dotted(leaf.path)
+        if key in TOP or any(overlap(key, other) for other in ids):
+            continue
+        value, unit = said(leaf, model, subject.vendor)
+        yield key, Item(key, value, unit, value, default=is_default(leaf), file_only=True)
+
+
+def is_default(leaf: Leaf) -> bool:
+    """Whether a value is what the schema takes where it is not given."""
+    entry = type(leaf.model).model_fields.get(leaf.key)
+    return entry is not None and not entry.is_required() and entry.default == leaf.value
+
+
+def overlap(key: str, other: str) -> bool:
+    """Whether two keys are one, or one is a part of the other: ``output.limits`` and ``output.limits.0``."""
+    return key == other or key.startswith(f"{other}.") or other.startswith(f"{key}.")
+
+
+def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
+    """The keys of a file that belong to no loop; ``registers``: those that a register holds."""
+    entry: Mapping[str, Any] = subject.encoding.image.plc
+    if subject.reading is not None:
+        entry = subject.reading.listing.plc
+    items = dict(registers)
+    if subject.reading is not None and subject.reading.fault:
+        items[CONFIGURATION] = Item(CONFIGURATION, "none", fault=subject.reading.fault)
+    plc = getattr(subject.config, "plc", None)
+    if plc is not None and subject.reading is None:
+        for leaf in leaves(plc):
+            key = f"plc.{dotted(leaf.path)}"
+            if not any(overlap(key, other) for other in registers):
+                value, unit = said(leaf, plc, subject.vendor)
+                items[key] = Item(key, value, unit, value, default=is_default(leaf))
+    for name, value in flat(executed(entry)):
+        key = name if name in TOP else f"plc.{name}"
+        items.setdefault(key, Item(key, number(value), "", move_content(value) or number(value)))
+    items = with_faults(items, subject.faults(""))
+    return Owner("", "file", "", items, is_described=subject.is_described)

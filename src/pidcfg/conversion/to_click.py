@@ -1,0 +1,362 @@
+"""Neutral loops as CLICK ones: gains in % of the output per unit of the PV, blocks of registers, alarms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.builder import (
+    HUNDRED,
+    ONE,
+    ZERO,
+    Same,
+    TargetBuilder,
+    filter_share,
+    gain_limit,
+    names,
+    product,
+    quotient,
+    rescaled,
+    same,
+    starts,
+    take,
+    target_file,
+    unmatched,
+    width,
+)
+from pidcfg.conversion.from_click import FOLLOWS, NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
+from pidcfg.encoders.codecs import nearest
+from pidcfg.encoders.maps.click import BLOCKS
+from pidcfg.schemas.click import BITS, DERIVATIVE, FLOATS, GAIN, INTEGERS, RESET, SAMPLE_RATE
+from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.paths import is_given
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.operation import Operation
+    from pidcfg.schemas.generic import Deviation, GenericFile, Loop, Points
+
+# --- Alarms of a neutral loop as CLICK ones, which one bit enables for a whole group ----------------------------------
+
+D287 = Decision(
+    287,
+    "an alarm that is not wanted goes where the PV cannot get",
+    "Of the PV's alarms the outer points go a range's width outside the range, of the deviation's the outer one to the "
+    "width of the range; an inner point that is not wanted goes to the outer one.",
+    "One bit enables all alarms of a group, and a register that is not given is compared like any other.",
+)
+
+
+def pv_alarms(b: TargetBuilder, loop: Loop) -> None:
+    """The four points of the PV."""
+    _group(b, "alarms.pv", dict(loop.alarms.pv), _pv_points(loop.alarms.pv, loop.pv.range))
+
+
+def deviation_alarms(b: TargetBuilder, loop: Loop) -> None:
+    """The two points of the deviation."""
+    deviation = loop.alarms.deviation
+    _group(b, "alarms.deviation", dict(deviation), _deviation_points(deviation, loop.pv.range))
+
+
+def _group(b: TargetBuilder, path: str, wanted: Mapping[str, Decimal | None], points: Mapping[str, Decimal]) -> None:
+    """All points of a group, when one of them is wanted."""
+    if all(value is None for value in wanted.values()):
+        return
+    for key, value in points.items():
+        if wanted[key] is None:
+            b.put(f"{path}.{key}", value, None, "not wanted: one bit enables all of them")
+        else:
+            b.put(f"{path}.{key}", value, f"{path}.{key}")
+
+
+def _pv_points(points: Points, span: tuple[Decimal, Decimal]) -> dict[str, Decimal]:
+    """The four points with those that are not wanted out of reach (D287)."""
+    reach = width(span)
+    low, high = _inner(points.low, points.low_low), _inner(points.high, points.high_high)
+    lowest = span[0] - reach if low is None else min(span[0] - reach, low)
+    highest = span[1] + reach if high is None else max(span[1] + reach, high)
+    return {
+        "low_low": lowest if points.low_low is None else points.low_low,
+        "low": lowest if low is None else low,
+        "high": highest if high is None else high,
+        "high_high": highest if points.high_high is None else points.high_high,
+    }
+
+
+def _deviation_points(points: Deviation, span: tuple[Decimal, Decimal]) -> dict[str, Decimal]:
+    """Both points, the one that is not wanted out of reach or at the other (D287)."""
+    high = _inner(points.high, points.high_high) or ZERO
+    return {"high": high, "high_high": max(width(span), high) if points.high_high is None else points.high_high}
+
+
+def _inner(point: Decimal | None, outer: Decimal | None) -> Decimal | None:
+    return outer if point is None else point
+
+
+# --- Neutral loops as CLICK ones: gains in % of the output per unit of the PV, blocks from C1, DS1 and DF1 upward -----
+
+D288 = Decision(
+    288,
+    "a loop without a proportional action gets the smallest gain",
+    "The gain becomes the smallest that its register and those of the two times allow, and the times shrink or grow "
+    "with it, so that integral and derivative act as strongly as before.",
+    "The gain stands before all three terms and cannot be 0.",
+)
+BANKS = {"bits": BITS, "integers": INTEGERS, "floats": FLOATS}
+ACTIONS = {raises: action for action, raises in RAISES.items()}
+BY_PROGRAM = {
+    "pv.square_root": "take the root in the program, before the raw PV (DFn+11)",
+    "output.max_rate": "limit the change of the output in the program",
+}
+"""Neutral fields that a loop does not have, with what to program instead."""
+MODES = {follows: mode for mode, follows in FOLLOWS.items()}
+LEAST_GAIN, LEAST_RESET, MOST_RATE = (Decimal(str(end)) for end in (GAIN.low, RESET.low, DERIVATIVE.high))
+LEAST_SAMPLE, MOST_SAMPLE = Decimal(str(SAMPLE_RATE.low)), Decimal(str(SAMPLE_RATE.high))
+SETPOINT, OUTPUT_REGISTER = 0, 8
+"""Where set point and output stand in the block of floats."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClickLoop:
+    """A neutral loop, and where it goes in the PLC."""
+
+    neutral: Loop
+    bit: str
+    """Its discrete output, if it pulses."""
+    milliseconds: int
+    """Its sample rate."""
+    setpoint: str
+    """The register of its set point."""
+    outputs: Mapping[str, str]
+    """The registers of the outputs of all loops, by their names."""
+
+    @property
+    def sample(self) -> Decimal:
+        """The sample rate in s."""
+        return Decimal(self.milliseconds).scaleb(-3)
+
+
+def from_neutral(
+    file: GenericFile,
+    options: Mapping[str, Any],
+    operations: Sequence[Operation] = (),  # noqa: ARG001 - a loop has no such choice
+) -> TargetFile:
+    """A CLICK file with these loops."""
+    count = len(file.loops)
+    blocks = {key: starts(BANKS[key], table.size, count, options.get(key) or ()) for key, (_, table) in BLOCKS.items()}
+    pulses = names([entry and entry["bit"] for entry in options.get("pwm_bit") or ()], count, "Y{:03d}".format)
+    outputs = {loop.name: f"DF{blocks['floats'][i] + OUTPUT_REGISTER}" for i, loop in enumerate(file.loops)}
+    builders = []
+    for i, loop in enumerate(file.loops):
+        b = TargetBuilder(i)
+        take(b, loop, loop, HEAD)
+        for key, (prefix, _) in BLOCKS.items():
+            b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
+        rate = nearest(min(max(loop.sample_time, LEAST_SAMPLE), MOST_SAMPLE).scaleb(3))
+        take(b, loop, ClickLoop(loop, pulses[i], rate, f"DF{blocks['floats'][i] + SETPOINT}", outputs), FIELDS)
+        builders.append(b)
+    return target_file("click", file, builders)
+
+
+def _sample_rate(b: TargetBuilder, c: ClickLoop) -> None:
+    time = c.neutral.sample_time
+    outside = not LEAST_SAMPLE <= time <= MOST_SAMPLE
+    b.put("sample_rate", f"{c.milliseconds} ms", "sample_time", exact=time, clamped=outside)
+
+
+def _mode(b: TargetBuilder, c: ClickLoop) -> None:
+    """There is no cascade."""
+    cascade = c.neutral.mode == "cascade"
+    note = "a loop has no cascade: the program writes its set point in auto" if cascade else ""
+    b.put("mode", "auto" if cascade else c.neutral.mode, "mode", note, clamped=cascade)
+
+
+def _bumpless(b: TargetBuilder, c: ClickLoop) -> None:
+    """Mode 1 sets the set point to the PV; where nothing is said it stays, if there is one."""
+    setpoint = c.neutral.setpoint
+    if setpoint.follows_pv is not None:
+        b.put("bumpless", MODES[setpoint.follows_pv], "setpoint.follows_pv")
+        return
+    keeps = setpoint.value is not None or setpoint.source is not None
+    b.put("bumpless", MODES[not keeps], None, "the set point stays" if keeps else "Auto begins with the present PV")
+
+
+# --- equation --------------------------------------------------------------------------------------------------------
+
+
+def _terms(loop: Loop) -> tuple[Decimal, Decimal, Decimal]:
+    """Gain, reset time and derivative time as they are written."""
+    tuning, per_cent = loop.tuning, quotient(HUNDRED, width(loop.output.range))
+    gain, reset, rate = product(tuning.gain, per_cent), tuning.integral_time, tuning.derivative_time
+    if tuning.proportional or not gain:
+        return gain, reset, rate
+    share = quotient(_smallest_gain(gain, reset, rate), gain)
+    return product(gain, share), product(reset, share), quotient(rate, share)
+
+
+def _tuning(b: TargetBuilder, c: ClickLoop) -> None:
+    tuning = c.neutral.tuning
+    gain, reset, rate = _terms(c.neutral)
+    if not tuning.proportional:
+        b.drop(
+            "tuning.proportional",
+            "P cannot be switched off: the gain is the smallest there is, and the times are changed with it",
+        )
+    b.put("tuning.proportional_gain", gain, "tuning.gain")
+    longest = "6000 s is the longest reset time, and counts as no integral" if not reset or reset >= NO_INTEGRAL else ""
+    b.put("tuning.reset_time", reset or NO_INTEGRAL, "tuning.integral_time", longest)
+    b.put("tuning.derivative_gain", rate, "tuning.derivative_time")
+    if tuning.derivative_on == "error":
+        b.mark("tuning.derivative_gain", "tuning.derivative_on", "it acts on the error")
+    elif rate:
+        b.drop(
+            "tuning.derivative_on",
+            "the derivative acts on the error, so a step of the set point kicks the output: "
+            "ramp the set point in the program",
+        )
+
+
+def _smallest_gain(gain: Decimal, reset: Decimal, rate: Decimal) -> Decimal:
+    """The smallest gain with which integral and derivative keep their strength (D288)."""
+    for_reset = quotient(product(gain, LEAST_RESET), reset) if reset else ZERO
+    return max(LEAST_GAIN, for_reset, quotient(product(gain, rate), MOST_RATE))
+
+
+def _derivative_filter(b: TargetBuilder, c: ClickLoop) -> None:
+    constant, (_, _, rate) = c.neutral.tuning.derivative_filter, _terms(c.neutral)
+    if not constant:
+        return
+    if not rate:
+        b.drop("tuning.derivative_filter", "there is no derivative to be filtered")
+        return
+    limit = gain_limit(rate, constant, NO_FILTER)
+    if limit >= NO_FILTER:
+        b.drop("tuning.derivative_filter", "shorter than a hundredth of the derivative time, which is the shortest")
+        return
+    b.put(
+        "derivative_gain_limit",
+        limit,
+        "tuning.derivative_filter",
+        f"a filter of derivative time / {limit}",
+        exact=constant,
+        held=quotient(rate, Decimal(limit)),
+        clamped=constant > rate,
+    )
+
+
+# --- PV, set point and output ----------------------------------------------------------------------------------------
+
+
+def _pv_range(b: TargetBuilder, c: ClickLoop) -> None:
+    span = c.neutral.pv.range
+    note = "that of the instrument: write what the process reaches at 0 and 100 % of the output"
+    b.put("pv.range", span, "pv.range", note, assumed=True)
+    b.put("pv.input_range", span, "pv.range", "the range of the instrument")
+
+
+def _pv_filter(b: TargetBuilder, c: ClickLoop) -> None:
+    if not c.neutral.pv.filter:
+        return
+    share = product(filter_share(c.neutral.pv.filter, c.sample), HUNDRED)
+    if nearest(share) >= NO_FILTER:
+        b.drop("pv.filter", f"with a sample rate of {decimal_text(c.sample)} s such a filter passes everything")
+    else:
+        note = "% of the raw PV that each sample passes"
+        b.put("pv.filter", max(nearest(share), 1), "pv.filter", note, exact=share, clamped=share < ONE)
+
+
+def _output(b: TargetBuilder, c: ClickLoop) -> None:
+    output, span = c.neutral.output, c.neutral.output.range
+    percent = span == OUTPUT
+    shown = " to ".join(decimal_text(end) for end in span)
+    note = f"0 to 100 % of the output are {shown} {output.unit or ''}".rstrip()
+    exact = [rescaled(end, span, OUTPUT) for end in output.limits or span]
+    held = [min(max(end, ZERO), HUNDRED) for end in exact]
+    b.put("output.limits", held, "output.range" if percent else None, "" if percent else note)
+    if not percent:
+        b.drop("output.range", f"the output is in %: {note}")
+    if output.limits is not None:
+        for i in range(2):
+            b.mark(f"output.limits.{i}", f"output.limits.{i}", exact=exact[i], clamped=held[i] != exact[i])
+    if output.unit is not None and percent:
+        b.put("output.unit", output.unit, "output.unit")
+    elif output.unit is not None:
+        b.drop("output.unit", f"the output is in %: {note}")
+    if output.manual is not None:
+        b.put("state.output", rescaled(output.manual, span, OUTPUT), "output.manual")
+    _bias(b, c.neutral, rescaled(output.bias, span, OUTPUT), held)
+
+
+def _bias(b: TargetBuilder, loop: Loop, bias: Decimal, limits: Sequence[Decimal]) -> None:
+    """The output in Manual becomes the bias in Auto: without an integral it begins with the wanted one."""
+    given, held = is_given(loop, ("output", "bias")), min(max(bias, limits[0]), limits[1])
+    if given and loop.tuning.integral_time:
+        b.put("state.bias", bias, "output.bias", "Auto begins with the output as it stands in Manual", assumed=True)
+    if loop.tuning.integral_time or not (given or bias or held or loop.output.manual):
+        return
+    note = "Auto makes the bias of the output, which begins there"
+    if loop.output.manual is not None:
+        note = f"bring the output to {decimal_text(held)} % in Manual before going to Auto: it becomes the bias"
+    b.put("state.bias", held, "output.bias", note, assumed=held == bias, clamped=held != bias)
+    if loop.output.manual is None:
+        b.put("state.output", held, None, "Auto makes the bias of the output")
+
+
+def _pulse(b: TargetBuilder, c: ClickLoop) -> None:
+    pulse = c.neutral.output.pulse
+    if pulse is None:
+        return
+    b.put("output.pwm.bit", c.bit, None, "the dialog alone holds it")
+    b.put("output.pwm.period", pulse.period, "output.pulse.period")
+    for key, what in (("min_on", "pulses"), ("min_off", "gaps")):
+        time = getattr(pulse, key)
+        if time:
+            b.drop(f"output.pulse.{key}", f"leave {what} shorter than {decimal_text(time)} s out in the program")
+
+
+def _alarms(b: TargetBuilder, c: ClickLoop) -> None:
+    pv_alarms(b, c.neutral)
+    deviation_alarms(b, c.neutral)
+    rate = c.neutral.alarms.rate_of_change
+    if rate is not None:
+        b.put("alarms.rate_of_change", product(rate, c.sample), "alarms.rate_of_change", "per sample")
+
+
+def _without_place(b: TargetBuilder, c: ClickLoop) -> None:
+    """What the program does in place of the loop."""
+    b.drop_all(unmatched(c.neutral, BY_PROGRAM))
+    source = c.neutral.setpoint.source
+    if source is not None:
+        low, high = (decimal_text(end) for end in c.neutral.pv.range)
+        output = f"{c.outputs[source]} of {source}" if source in c.outputs else f"the output of {source}"
+        note = f"scale {output}, 0 to 100 %, to {low} to {high} in the program, and write it to {c.setpoint}"
+        b.drop("setpoint.source", note)
+
+
+HEAD = same("name", "description")
+FIELDS = (
+    _mode,
+    Same("output_raises_pv", "action", ACTIONS),
+    _sample_rate,
+    _bumpless,
+    Same("anti_windup", "freeze_bias"),
+    _tuning,
+    _derivative_filter,
+    _pv_range,
+    Same("pv.unit"),
+    _pv_filter,
+    Same("setpoint.value"),
+    Same("setpoint.limits.0", "setpoint.lower_limit"),
+    Same("setpoint.limits.1", "setpoint.upper_limit"),
+    _output,
+    _pulse,
+    Same("deadband", "error.deadband", if_on=True),
+    _alarms,
+    Same("alarms.hysteresis", if_on=True),
+    _without_place,
+)
+"""Every field in the order of the file."""

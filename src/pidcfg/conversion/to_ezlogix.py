@@ -1,0 +1,331 @@
+"""Neutral loops as EZLogix ones: gains in counts per count, blocks from R1 and S1 on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import ROUND_FLOOR, Decimal
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.builder import (
+    ZERO,
+    Same,
+    TargetBuilder,
+    names,
+    product,
+    quotient,
+    rescaled,
+    same,
+    starts,
+    take,
+    target_file,
+    unmatched,
+    width,
+)
+from pidcfg.conversion.from_ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
+from pidcfg.conversion.ledger import ConvertError, Missing
+from pidcfg.conversion.operation import BOUNDED, Stopped
+from pidcfg.encoders.codecs import nearest
+from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL
+from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, parse_counts
+from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.paths import is_given
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.conversion.builder import Table
+    from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.operation import Operation
+    from pidcfg.schemas.generic import GenericFile, Loop, Pulse
+
+# --- Whether the loops of a converted EZLogix go on while their PLC is stopped ----------------------------------------
+
+D760 = Decision(
+    760,
+    "an EZLogix that stands for another PLC goes on while it is stopped only where the source's does",
+    "`process_when_stopped` is written in a conversion: true where a loop of the source is independent of its CPU's "
+    "mode, else false. A file of the same vendor keeps what it has. The check box is one for all loops.",
+    "The dialog's default is to go on (manual, Process PID when PLC is Stopped). The other families' loops stand still "
+    "with their PLC, and a heater that goes on behind a STOP is what nobody looks for.",
+)
+
+
+def stopped_section(builders: list[TargetBuilder], operations: Sequence[Operation]) -> dict[str, Any]:
+    """Whether the loops go on while the PLC is stopped (D760); nothing for loops that come from an EZLogix file."""
+    answers = {operation.stopped for operation in operations}
+    if not answers or Stopped.AS_GIVEN in answers:
+        return {}
+    goes_on = Stopped.GOES_ON in answers
+    note = "the dialog's check box" if goes_on else "clear the dialog's check box: its default is to go on"
+    builders[0].mark("/plc.process_when_stopped", None, note)
+    return {"process_when_stopped": goes_on}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Neutral loops as EZLogix ones: gains in counts per count, blocks from R1 and S1 upward, tags from IR1, OR1 and O1.
+
+D291 = Decision(
+    291,
+    "a converted PV is 0 to 4095 counts",
+    "`pv.counts` of a converted loop is [0, 4095], unless --pv-counts says otherwise; the gain is worked out with it.",
+    "No other controller tells how many counts the new input module makes, and the gain is in counts per count.",
+)
+PLACES = ("registers", "discretes", "pv_tag", "cv_tag", "output_tag")
+
+
+def _counts(text: str) -> tuple[int, int]:
+    low, _, high = text.partition("-")
+    return parse_counts([int(low), int(high)])
+
+
+TENTH = Decimal("0.1")
+"""Of a second: the last digit of the pulse's times."""
+BANKS = {"registers": REGISTERS, "discretes": DISCRETES}
+ACTIONS = {raises: action for action, raises in RAISES.items()}
+BY_PROGRAM = {
+    "setpoint.follows_pv": "copy the PV into the set point in the program while the loop is in Manual",
+    "output.max_rate": "limit the change of the output in the program, between the CV and its output",
+    "alarms.hysteresis": "switch alarms off in the program when the PV is back by as much",
+}
+"""Neutral fields that a loop does not have, with what to program instead."""
+NO_BIAS = "without an integral the output is gain x error + offset, and an offset of 0 counts is the low end"
+ALGORITHMS = {what: algorithm for algorithm, what in ACTS_ON.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class EzlogixLoop:
+    """A neutral loop, and where it goes in the PLC."""
+
+    neutral: Loop
+    counts: tuple[int, int]
+    """Of the PV at both ends of its range."""
+    pv_tag: str
+    cv_tag: str
+    pulse_tag: str
+    """The discrete output, if it pulses."""
+
+
+def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequence[Operation] = ()) -> TargetFile:
+    """An EZLogix file with these loops."""
+    count = len(file.loops)
+    blocks = {key: starts(BANKS[key], table.size, count, options.get(key) or ()) for key, (_, table) in BLOCKS.items()}
+    outputs = [entry and entry["tag"] for entry in options.get("output_tag") or ()]
+    pv_tags = names(options.get("pv_tag") or (), count, "IR{}".format)
+    cv_tags = names(options.get("cv_tag") or (), count, "OR{}".format)
+    pulse_tags = names(outputs, count, "O{}".format)
+    counts = _pv_counts(options.get("pv_counts") or (), count)
+    builders = []
+    for i, loop in enumerate(file.loops):
+        b = TargetBuilder(i)
+        take(b, loop, loop, HEAD)
+        for key, (prefix, _) in BLOCKS.items():
+            b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
+        b.data["mode"] = "manual" if loop.mode == "manual" else "auto"
+        take(b, loop, EzlogixLoop(loop, counts[i], pv_tags[i], cv_tags[i], pulse_tags[i]), FIELDS)
+        _anti_windup(b, loop, operations[i] if operations else None)
+        builders.append(b)
+    wired = len(options.get("cv_tag") or ())
+    _cascades(builders, file.loops, [int(start) for start in blocks["registers"]], counts, wired)
+    return target_file("ezlogix", file, builders, plc=stopped_section(builders, operations))
+
+
+def _pv_counts(pairs: list[tuple[int, int]] | tuple[()], count: int) -> list[tuple[int, int]]:
+    """The counts of each loop's PV: one pair for all, or one of each (D291)."""
+    if len(pairs) not in {0, 1, count}:
+        raise ConvertError([Missing(("loops",), f"{len(pairs)} ranges of counts for {count} loops")])
+    return list(pairs) if len(pairs) == count else [pairs[0] if pairs else (0, CV_FULL)] * count
+
+
+# --- equation --------------------------------------------------------------------------------------------------------
+
+
+def _algorithm(b: TargetBuilder, e: EzlogixLoop) -> None:
+    tuning = e.neutral.tuning
+    if tuning.derivative_time or is_given(tuning, ("derivative_on",)):
+        b.put("algorithm", ALGORITHMS[tuning.derivative_on], "tuning.derivative_on")
+    else:
+        b.put("algorithm", "position", None, "without a derivative both algorithms are the same")
+    if tuning.derivative_filter and tuning.derivative_time:
+        b.drop("tuning.derivative_filter", "filter the PV in the program: the derivative has no filter")
+    elif tuning.derivative_filter:
+        b.drop("tuning.derivative_filter", "there is no derivative to be filtered")
+
+
+def _tuning(b: TargetBuilder, e: EzlogixLoop) -> None:
+    tuning, span = e.neutral.tuning, Decimal(e.counts[1] - e.counts[0])
+    per_share = quotient(product(tuning.gain, width(e.neutral.pv.range)), width(e.neutral.output.range))
+    gain, integral, derivative = quotient(product(per_share, FULL), span), tuning.integral_time, tuning.derivative_time
+    if not gain:
+        note = "gain 0 switches the proportional term off only: the times are off as well"
+        b.put("tuning.proportional_gain", 0, "tuning.gain", note)
+        integral = derivative = ZERO
+    elif tuning.proportional:
+        b.put("tuning.proportional_gain", gain, "tuning.gain", "counts per count")
+    else:
+        b.put("tuning.proportional_gain", 0, "tuning.proportional")
+        integral, derivative = quotient(integral, gain), product(derivative, gain)
+        note = "gain 0 counts as 1 for the other terms: the gain is in the times"
+        b.mark("tuning.integral_time" if integral else "tuning.derivative_time", "tuning.gain", note)
+    b.put("tuning.integral_time", integral, "tuning.integral_time")
+    b.put("tuning.derivative_time", derivative, "tuning.derivative_time")
+
+
+# --- PV and output ---------------------------------------------------------------------------------------------------
+
+
+def _pv_tag(b: TargetBuilder, e: EzlogixLoop) -> None:
+    b.put("pv.tag", e.pv_tag, None, "where the PV stands")
+
+
+def _pv_counts_of_loop(b: TargetBuilder, e: EzlogixLoop) -> None:
+    b.put("pv.counts", e.counts, None, "counts of the input at both ends of the range: the gain depends on them")
+
+
+def _pv_filter(b: TargetBuilder, e: EzlogixLoop) -> None:
+    if e.neutral.pv.filter:
+        time = f"a time constant of {e.neutral.pv.filter:.4g} s"
+        register = "the R register with the result becomes the PV's tag"
+        b.drop("pv.filter", f"filter {e.pv_tag} in the program with {time}; {register}")
+
+
+def _setpoint(b: TargetBuilder, e: EzlogixLoop) -> None:
+    """Within its limits, which every PLC of the set controls to: this one refuses nothing and overwrites it (EZ438)."""
+    value, limits = e.neutral.setpoint.value, e.neutral.setpoint.limits
+    if value is None:
+        return
+    held = value if limits is None else max(min(value, limits[1]), limits[0])
+    note = "" if held == value else "the limit is what the loop controls to"
+    b.put("setpoint.value", held, "setpoint.value", note, exact=value, clamped=held != value)
+
+
+def _cv_tag(b: TargetBuilder, e: EzlogixLoop) -> None:
+    b.put("output.tag", e.cv_tag, None, "where the CV goes")
+
+
+def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
+    output = e.neutral.output
+    if is_given(output, ("bias",)):
+        b.put("output.offset", output.bias, "output.bias")
+    elif not e.neutral.tuning.integral_time and output.bias != output.range[0]:
+        b.put("output.offset", output.bias, "output.bias", NO_BIAS, assumed=True)
+    if output.manual is not None:
+        counts = nearest(rescaled(output.manual, output.range, (ZERO, FULL)))
+        if counts:
+            b.drop("output.manual", f"write {counts} counts into {e.cv_tag} while the loop is in Manual")
+        else:
+            b.mark("output.tag", "output.manual", "a loop starts with 0 counts")
+    if output.pulse is not None:
+        b.put("output.pulse.tag", e.pulse_tag, None, "the discrete output")
+        _least_pulse(b, output.pulse)
+
+
+def _least_pulse(b: TargetBuilder, pulse: Pulse) -> None:
+    """The minimum on time; one of the whole cycle becomes the longest pulse, since full output is 4095 / 4096 of it."""
+    if not pulse.min_on:
+        return
+    longest = product(pulse.period, quotient(FULL, Decimal(DUTY_FULL)))
+    if longest < pulse.min_on.quantize(TENTH) and pulse.min_on <= pulse.period:
+        held = longest.quantize(TENTH, ROUND_FLOOR)
+        note = f"the longest pulse is {CV_FULL}/{DUTY_FULL} of the cycle: it would never switch on"
+        b.put("output.pulse.min_on", held, "output.pulse.min_on", note, exact=pulse.min_on, clamped=True)
+    else:
+        b.put("output.pulse.min_on", pulse.min_on, "output.pulse.min_on")
+
+
+# --- what the program does -------------------------------------------------------------------------------------------
+
+
+def _alarms(b: TargetBuilder, e: EzlogixLoop) -> None:
+    """There are none: what the program compares instead."""
+    alarms = e.neutral.alarms
+    for key, point in dict(alarms.pv).items():
+        if point is not None:
+            what = f"{'above' if key.startswith('high') else 'below'} {_raw(e.neutral, point, e.counts)} counts"
+            b.drop(f"alarms.pv.{key}", f"compare {e.pv_tag} in the program: {what}")
+    for key, point in dict(alarms.deviation).items():
+        if point is not None:
+            b.drop(f"alarms.deviation.{key}", f"compare the error in the program: beyond {decimal_text(point)}")
+    if alarms.rate_of_change is not None:
+        b.drop("alarms.rate_of_change", f"compare {e.pv_tag} with what it was a sample before in the program")
+    b.drop_all(unmatched(e.neutral, BY_PROGRAM))
+
+
+def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:
+    """A PV in counts of its register, which with the square root holds the square."""
+    share = quotient(point - loop.pv.range[0], width(loop.pv.range))
+    if loop.pv.square_root:
+        return nearest(product(share, share, Decimal(counts[1] - counts[0])))
+    return nearest(rescaled(point, loop.pv.range, (Decimal(counts[0]), Decimal(counts[1]))))
+
+
+def _anti_windup(b: TargetBuilder, loop: Loop, operation: Operation | None) -> None:
+    """On, too, where the source's integral has an end without it (D342)."""
+    ends = not loop.anti_windup and operation is not None and operation.bounds_integral
+    b.put("anti_windup", loop.anti_windup or ends, "anti_windup", BOUNDED if ends else "", assumed=ends)
+
+
+# --- cascade ---------------------------------------------------------------------------------------------------------
+
+
+def _cascades(
+    builders: list[TargetBuilder],
+    loops: tuple[Loop, ...],
+    registers: list[int],
+    counts: list[tuple[int, int]],
+    wired: int,
+) -> None:
+    """Set points that are another loop's output: its CV tag becomes their register (D290)."""
+    numbers = {loop.name: i for i, loop in enumerate(loops)}
+    taken = set(range(wired))
+    for i, loop in enumerate(loops):
+        source = loop.setpoint.source
+        if source is None:
+            _mode(builders[i], loop, linked=False)
+            continue
+        register, outer = f"{REGISTERS.prefix}{registers[i] + SETPOINT}", numbers.get(source)
+        alike = outer is not None and loops[outer].output.range == loop.pv.range
+        if outer is None or not alike or outer in taken or loop.pv.square_root or counts[i] != (0, CV_FULL):
+            builders[i].drop("setpoint.source", f"scale the CV of {source} in the program and write it to {register}")
+            _mode(builders[i], loop, linked=False)
+            continue
+        taken.add(outer)
+        fields = builders[outer].fields
+        fields.remove(next(field for field in fields if field.path == "output.tag"))
+        builders[outer].put("output.tag", register, None, f"the set point of {loop.name}")
+        builders[i].mark("registers", "setpoint.source", f"{register} is the CV tag of {source}")
+        _mode(builders[i], loop, linked=True)
+
+
+def _mode(b: TargetBuilder, loop: Loop, *, linked: bool) -> None:
+    """Auto with a linked set point is cascade, without one it is auto."""
+    note = ""
+    if loop.mode == "cascade" and not linked:
+        note = "a loop has no cascade: the program writes its set point in auto"
+    elif loop.mode == "auto" and linked:
+        note = "its set point is always the CV of the other loop"
+    b.mark("mode", "mode", note, clamped=bool(note))
+
+
+HEAD = same("name", "description")
+FIELDS: Table[TargetBuilder, EzlogixLoop] = (
+    _algorithm,
+    Same("output_raises_pv", "action", ACTIONS),
+    Same("sample_time", "sample_rate"),
+    _tuning,
+    _pv_tag,
+    *same("pv.range", "pv.unit"),
+    _pv_counts_of_loop,
+    Same("pv.square_root", if_on=True),
+    _pv_filter,
+    _setpoint,
+    Same("setpoint.limits", two=True),
+    _cv_tag,
+    *same("output.range", "output.unit"),
+    Same("output.limits", two=True),
+    _output,
+    Same("output.pulse.period", "output.pulse.cycle_time"),
+    *same("output.pulse.min_off", "deadband", if_on=True),
+    _alarms,
+)
+"""Every field in the order of the file."""

@@ -1,0 +1,33 @@
+"""The neutral form as a target: every field goes to itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.from_generic import fields, plain
+from pidcfg.conversion.ledger import TargetField, TargetFile
+from pidcfg.conversion.operation import BOUNDED
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.conversion.operation import Operation
+    from pidcfg.schemas.generic import GenericFile
+
+
+def from_neutral(
+    file: GenericFile,
+    options: Mapping[str, Any],  # noqa: ARG001 - nothing to choose
+    operations: Sequence[Operation] = (),
+) -> TargetFile:
+    """The file as it is; an integral that some limit stops is one that the limits of the output stop (D342)."""
+    data = plain(file)
+    stopped = {i for i, operation in enumerate(operations) if operation.bounds_integral}
+    puts = []
+    for i, loop in enumerate(file.loops):
+        puts.append([TargetField(path, path) for path, _ in fields(loop)])
+        if i in stopped and not loop.anti_windup:
+            data["loops"][i]["anti_windup"] = True
+            puts[i] = [put for put in puts[i] if put.path != "anti_windup"]
+            puts[i].append(TargetField("anti_windup", "anti_windup", BOUNDED, assumed=True))
+    return TargetFile(data, puts)

@@ -1,1 +1,0 @@
-"""Each vendor's configuration as neutral loops, one module a vendor with those that it needs."""

@@ -1,0 +1,424 @@
+"""Neutral loops as a NextoPID program: PIDA_REAL blocks with filters and pulses beside them, names, and a task."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass, field
+from decimal import Decimal
+from fractions import Fraction
+from math import gcd
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.builder import (
+    ALARMS,
+    ZERO,
+    Same,
+    TargetBuilder,
+    independent,
+    number,
+    product,
+    quotient,
+    same,
+    take,
+    target_file,
+    unmatched,
+)
+from pidcfg.conversion.from_nextopid import HELD
+from pidcfg.conversion.operation import Manual
+from pidcfg.encoders.codecs import nearest
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.schemas.iec import IDENTIFIER_LENGTH, KEYWORDS
+from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL, Controller, PidaReal, Plc
+from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.conversion.builder import Span, Table
+    from pidcfg.conversion.ledger import TargetFile
+    from pidcfg.conversion.operation import Operation
+    from pidcfg.schemas.generic import GenericFile, Loop
+
+# --- Names of the neutral loops as IEC identifiers, none like another but for capital letters -------------------------
+
+STANDARD = "EXP LIMIT LN LOG MUX SEL SIN COS TAN TRUNC MOVE"
+"""Functions whose names a program can give away, but should not."""
+TAKEN = {name.casefold() for name in (*BLOCK_TYPES, *KEYWORDS, *STANDARD.split(), Plc.model_fields["program"].default)}
+"""What no instance may be called."""
+STRUCTURES = re.compile(r"autotune_(p|pi|pid|param|result|mode)|(pida|on_off)_(error|warning)_bits")
+"""Types of the library that are no blocks, in small letters."""
+OTHER = re.compile(r"[^A-Za-z0-9]+")
+
+
+class Names:
+    """The names of a program, given one after the other."""
+
+    def __init__(self) -> None:
+        self.taken = set(TAKEN)
+
+    def new(self, wanted: str, ending: str = "") -> str:
+        """A name that is still free, as near to the wanted one as can be."""
+        plain = unicodedata.normalize("NFKD", wanted).encode("ascii", "ignore").decode()
+        stem = OTHER.sub("_", plain).strip("_") or "Loop"
+        stem = stem if stem[0].isalpha() else f"L_{stem}"
+        name, count = _joined(stem, ending), 1
+        while name.casefold() in self.taken or STRUCTURES.fullmatch(name.casefold()):
+            count += 1
+            name = _joined(stem, f"_{count}{ending}")
+        self.taken.add(name.casefold())
+        return name
+
+
+def _joined(stem: str, ending: str) -> str:
+    return stem[: IDENTIFIER_LENGTH - len(ending)].rstrip("_") + ending
+
+
+# --- The cyclic task of a NextoPID program: the longest interval of which all loops take every n-th cycle -------------
+
+D295 = Decision(
+    295,
+    "the task's interval is the greatest common step of the loops' sample times, of at least 1 ms",
+    "Sample times are rounded to whole milliseconds for it where they are none, and limited to 60 s; a loop runs in "
+    "every n-th cycle. An interval that an option gives is taken, and sample times are rounded to its multiples. "
+    "Filters and pulses run in every cycle of the task.",
+    "A loop's sample time must be a multiple of the task's. 60 s is the longest that the blocks allow.",
+)
+SHORTEST, LONGEST = Decimal("0.001"), LONGEST_SAMPLE
+"""Sample times in s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """The interval in s."""
+
+    interval: Decimal
+
+    def cycles(self, time: Decimal) -> int:
+        """How many cycles are nearest to a sample time."""
+        most = int(LONGEST / self.interval)
+        return max(1, min(nearest(quotient(time, self.interval)), most))
+
+    @staticmethod
+    def holds(time: Decimal) -> bool:
+        """Whether a sample time is one that the blocks allow."""
+        return SHORTEST <= time <= LONGEST
+
+
+def task_of(times: Sequence[Decimal], interval: Decimal | None) -> Task:
+    """The task for these sample times; ``interval``: it is decided."""
+    if interval is not None:
+        return Task(interval)
+    steps = [min(max(time, SHORTEST), LONGEST) for time in times]
+    common = common_step(steps)
+    if common < SHORTEST:
+        common = common_step([max(Decimal(nearest(step / SHORTEST)), Decimal(1)) * SHORTEST for step in steps])
+    return Task(common)
+
+
+def common_step(times: Sequence[Decimal]) -> Decimal:
+    """The greatest interval of which all times are multiples; 0.1 s without any."""
+    fractions = [Fraction(time) for time in times] or [Fraction(1, 10)]
+    step = fractions[0]
+    for other in fractions[1:]:
+        common = step.denominator * other.denominator
+        step = Fraction(gcd(step.numerator * other.denominator, other.numerator * step.denominator), common)
+    return Decimal(step.numerator) / Decimal(step.denominator)
+
+
+# --- The special connections of the cascades that neutral loops name --------------------------------------------------
+
+OUTPUTS = {"TRK_IN": "TRK_OUT", "Windup_H_IN": "Windup_H_OUT", "Windup_L_IN": "Windup_L_OUT"}
+"""What a master reads of its slave."""
+
+
+def link(file: GenericFile, builders: Sequence[TargetBuilder]) -> None:
+    """Wires every slave to its master, and the master to the first of its slaves."""
+    served: dict[int, str] = {}
+    for i, (b, loop) in enumerate(zip(builders, file.loops, strict=True)):
+        master = _master(file.loops, i, b)
+        if loop.mode == "cascade":
+            note = "" if master is not None else "no loop gives it a set point: it is in automatic, and holds SP"
+            b.put("CASC", master is not None, "mode", note, clamped=master is None)
+        if master is not None:
+            _wire(b, builders[master], served.get(master, ""))
+            served.setdefault(master, b.data["name"])
+
+
+def _master(loops: Sequence[Loop], i: int, b: TargetBuilder) -> int | None:
+    """The loop whose output is this one's set point; dropped where that cannot be."""
+    source, pv = loops[i].setpoint.source, loops[i].pv.range
+    if source is None:
+        return None
+    outer = next((j for j, other in enumerate(loops) if other.name == source and j != i), None)
+    if outer is None:
+        b.drop("setpoint.source", f"no other loop is called {source}: write the set point in the program")
+        return None
+    output = loops[outer].output.range
+    if output != pv:
+        ranges = f"the output of {source} is {_text(output)}, this PV {_text(pv)}"
+        b.drop("setpoint.source", f"{ranges}: wire SP_CASC to its MV with the scale that you mean")
+        return None
+    return outer
+
+
+def _wire(b: TargetBuilder, master: TargetBuilder, other: str) -> None:
+    slave, name = b.data["name"], master.data["name"]
+    note = f"TRK_IN, TRK_VAL and windup inputs of {name} follow {other} only" if other else ""
+    b.put("SP_CASC", f"{name}.MV", "setpoint.source", note)
+    if other:
+        return
+    note = f"connections of the cascade with {slave}"
+    master.put("TRK_VAL", f"{slave}.PV", None, note)
+    for key, output in OUTPUTS.items():
+        master.put(key, f"{slave}.{output}", None, note)
+
+
+def _text(span: Span) -> str:
+    return f"{decimal_text(span[0])} to {decimal_text(span[1])}"
+
+
+# --- Neutral loops as a NextoPID program: PIDA_REAL blocks, with filters and pulses beside them -----------------------
+
+D294 = Decision(
+    294,
+    "without a set point a NextoPID loop gets the one at which its output is least",
+    "SP is MinPV where the PV rises with the output, else MaxPV; reported as assumed.",
+    "SP must be given. A loop that nobody has given a set point must not open its valve.",
+)
+KEYS = (
+    "name",
+    "type",
+    "description",
+    "sample_time",
+    *(key for key in PidaReal.model_fields if key not in Controller.model_fields and key != "type"),
+    "pv",
+    "output",
+)
+"""In the order of the file."""
+PERIODS = (1, 0xFFFF)
+"""Cycles of a ControlPWM's period."""
+ROUGH = 100
+"""Steps of a pulse output below which the report says how to get more."""
+COMPARE = "compare PV in the program"
+BY_PROGRAM = {
+    "pv.square_root": "wire PV to an expression with sqrt",
+    "output.pulse.min_on": "drop shorter pulses in the program, behind ControlPWM",
+    "output.pulse.min_off": "fill shorter gaps in the program, behind ControlPWM",
+    **dict.fromkeys(ALARMS, COMPARE),
+}
+"""Neutral fields that the blocks do not have, with what to program instead."""
+HOLDS = "the output stays on the way to manual, as figure 16-1 has it"
+FOLLOWS = "a move, as figure 16-1 has it: the set point follows the PV all the time in manual"
+WINDUP = "the blocks never integrate further into MinMV, MaxMV or MaxVarMV"
+
+
+@dataclass(slots=True)
+class Program:
+    """What stands beside the loops."""
+
+    task: Task
+    names: Names = field(default_factory=Names)
+    signals: dict[str, Any] = field(default_factory=dict)
+    blocks: list[dict[str, Any]] = field(default_factory=list)
+    moves: list[dict[str, Any]] = field(default_factory=list)
+
+    def add(self, block: dict[str, Any]) -> str:
+        """Adds a block; returns its path in the file."""
+        self.blocks.append(block)
+        return f"/blocks.{len(self.blocks) - 1}"
+
+
+@dataclass(frozen=True, slots=True)
+class NextopidLoop:
+    """A neutral loop, and the program that it goes into."""
+
+    neutral: Loop
+    name: str
+    """The instance of its block."""
+    program: Program
+
+    @property
+    def cycles(self) -> int:
+        """The loop runs in every n-th cycle of the task."""
+        return self.program.task.cycles(self.neutral.sample_time)
+
+    @property
+    def time(self) -> Decimal:
+        """The loop's interval in s: a multiple of the task's, as near as can be."""
+        return product(self.program.task.interval, Decimal(self.cycles))
+
+
+def from_neutral(
+    file: GenericFile,
+    options: Mapping[str, Any],
+    operations: Sequence[Operation] = (),
+) -> TargetFile:
+    """A NextoPID file with these loops."""
+    program = Program(task_of([loop.sample_time for loop in file.loops], options.get("sample_time")))
+    builders = []
+    for i, loop in enumerate(file.loops):
+        name = program.names.new(loop.name)
+        b = TargetBuilder(i, {"name": name, "type": "PIDA_REAL"})
+        if name != loop.name:
+            b.mark("name", "name", "an identifier of IEC 61131-3, unique without regard to capitals", assumed=True)
+        builders.append(b)
+    for b, loop in zip(builders, file.loops, strict=True):
+        take(b, loop, NextopidLoop(loop, b.data["name"], program), FIELDS)
+    link(file, builders)
+    for i, (b, loop) in enumerate(zip(builders, file.loops, strict=True)):
+        stays = bool(operations) and operations[i].manual is Manual.STAYS
+        program.moves += bumpless(b, loop, len(program.moves), stays=stays)
+    for b in builders:
+        b.data = {key: b.data[key] for key in KEYS if key in b.data}
+    plc = {"sample_time": number(program.task.interval)}
+    target = target_file("nextopid", file, builders, plc=plc, signals=program.signals, blocks=program.blocks)
+    target.data |= {"moves": program.moves} if program.moves else {}
+    return target
+
+
+def bumpless(b: TargetBuilder, loop: Loop, first: int, *, stays: bool) -> list[dict[str, Any]]:
+    """The moves of figure 16-1: MV into ManualMV in automatic, PV into SP in manual."""
+    name, moves = b.data["name"], []
+    if stays:
+        moves.append({"move": f"{name}.MV", "to": f"{name}.ManualMV", "when": f"NOT {name}.Manual"})
+        b.mark(f"/moves.{first}.move", None, HOLDS)
+    if loop.setpoint.follows_pv:
+        b.mark(f"/moves.{first + len(moves)}.move", "setpoint.follows_pv", FOLLOWS)
+        moves.append({"move": f"{name}.PV", "to": f"{name}.SP", "when": f"{name}.Manual"})
+    return moves
+
+
+def _time(b: TargetBuilder, n: NextopidLoop) -> None:
+    wanted, task = n.neutral.sample_time, n.program.task
+    where, note = "/plc.sample_time", ""
+    if n.time != task.interval:
+        where, note = "sample_time", f"every {n.cycles} cycles of the task"
+        b.data["sample_time"] = number(n.time)
+    b.mark(where, "sample_time", note, exact=wanted, clamped=not task.holds(wanted))
+
+
+def _direction(b: TargetBuilder, n: NextopidLoop) -> None:
+    b.put("Direct", not n.neutral.output_raises_pv, "output_raises_pv")
+    if n.neutral.mode != "cascade":
+        b.put("Manual", n.neutral.mode == "manual", "mode")
+
+
+def _setpoint(b: TargetBuilder, n: NextopidLoop) -> None:
+    setpoint, span = n.neutral.setpoint, n.neutral.pv.range
+    if setpoint.value is None:
+        note = "nothing says the set point: at this one the output is least"
+        b.put("SP", span[not n.neutral.output_raises_pv], None, note)
+    else:
+        b.put("SP", setpoint.value, "setpoint.value")
+    if setpoint.limits is None:
+        return
+    for i, (end, key, inside) in enumerate(zip(setpoint.limits, ("MinPV", "MaxPV"), (1, -1), strict=True)):
+        if (end - span[i]) * inside > 0:
+            b.drop(f"setpoint.limits.{i}", f"{key} limits the PV too: limit SP in the program")
+        else:
+            b.mark(key, f"setpoint.limits.{i}", "" if end == span[i] else f"{key} limits the set point")
+
+
+def _equation(b: TargetBuilder, n: NextopidLoop) -> None:
+    """The dependent form; the independent one where an integral time would count as none."""
+    tuning = n.neutral.tuning
+    gain, integral, derivative, acts = tuning.gain, tuning.integral_time, tuning.derivative_time, tuning.proportional
+    form = ""
+    if ZERO < integral < SHORTEST_INTEGRAL:
+        form = f"a gain (Indep TRUE): below {SHORTEST_INTEGRAL} s an integral time counts as none"
+        b.data["Indep"] = True
+        integral, derivative = independent(gain, integral, derivative)
+        b.put("Kp", gain if acts else 0, "tuning.gain")
+        b.mark("Kp", "tuning.proportional")
+    else:
+        b.put("Kp", gain, "tuning.gain")
+        b.put("DisableP", not acts, "tuning.proportional")
+    b.put("Ti_Ki", integral, "tuning.integral_time", form)
+    b.put("Td_Kd", derivative, "tuning.derivative_time")
+    b.put("DerivEr", tuning.derivative_on == "error", "tuning.derivative_on")
+
+
+def _pv_filter(b: TargetBuilder, n: NextopidLoop) -> None:
+    """A low-pass filter before the loop."""
+    time, program = n.neutral.pv.filter, n.program
+    if time:
+        signal, block = program.names.new(n.name, "_IN"), program.names.new(n.name, "_FILTER")
+        program.signals[signal] = b.data["SP"]
+        path = program.add({"name": block, "type": "ControlLowFilter", "InVar": signal, "Tc": number(time)})
+        b.mark(f"{path}.Tc", "pv.filter", f"{block}, a block before PV")
+        b.put("PV", f"{block}.OutVar", None, f"{signal} is the PV before its filter: assign it to the analog input")
+
+
+def _limits(b: TargetBuilder, n: NextopidLoop) -> None:
+    low, high = n.neutral.output.limits or n.neutral.output.range
+    b.put("MinMV", low, "output.limits.0")
+    b.put("MaxMV", high, "output.limits.1")
+
+
+def _manual(b: TargetBuilder, n: NextopidLoop) -> None:
+    output = n.neutral.output
+    low, high = output.limits or output.range
+    if output.manual is not None:
+        b.put("ManualMV", output.manual, "output.manual")
+    elif n.neutral.mode == "manual":
+        b.put("ManualMV", min(max(ZERO, low), high), None, "nothing says the output in manual")
+
+
+def _max_rate(b: TargetBuilder, n: NextopidLoop) -> None:
+    rate = n.neutral.output.max_rate
+    if rate is None:
+        return
+    step = product(rate, n.time)
+    if step:
+        b.put("MaxVarMV", step, "output.max_rate", f"per cycle of {decimal_text(n.time)} s", exact=step)
+    else:
+        b.drop("output.max_rate", "MaxVarMV 0 is no limit: put the loop into manual to hold its output")
+
+
+def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
+    """A ControlPWM behind the loop."""
+    pulse, interval = n.neutral.output.pulse, n.program.task.interval
+    if pulse is None:
+        return
+    wanted = quotient(pulse.period, interval)
+    period = min(max(nearest(wanted), PERIODS[0]), PERIODS[1])
+    name = n.program.names.new(n.name, "_PWM")
+    low, high = (number(end) for end in n.neutral.output.range)
+    block = {"name": name, "type": "ControlPWM", "MV": f"{n.name}.MV", "MaxMV": high, "MinMV": low, "Period": period}
+    path = n.program.add(block)
+    note = f"{name}, in cycles of the task of {decimal_text(interval)} s"
+    if period < ROUGH:
+        note += f": the output has {period} steps; a shorter interval (--sample-time) gives more"
+    clamped = not PERIODS[0] <= nearest(wanted) <= PERIODS[1]
+    b.mark(f"{path}.Period", "output.pulse.period", note, exact=wanted, clamped=clamped)
+
+
+def _without_place(b: TargetBuilder, n: NextopidLoop) -> None:
+    if not n.neutral.anti_windup:
+        b.mark("anti_windup", "anti_windup", WINDUP, assumed=True)
+    b.drop_all(unmatched(n.neutral, BY_PROGRAM))
+
+
+FIELDS: Table[TargetBuilder, NextopidLoop] = (
+    Same("description"),
+    _time,
+    _direction,
+    _setpoint,
+    _equation,
+    Same("tuning.derivative_filter", "Tfd", if_on=True),
+    Same("pv.range.0", "MinPV"),
+    Same("pv.range.1", "MaxPV"),
+    Same("pv.unit"),
+    _pv_filter,
+    _limits,
+    *same("output.range", "output.unit"),
+    Same("output.bias", "BIAS", if_on=True),
+    _manual,
+    _max_rate,
+    _pulses,
+    Same("deadband", "DeadBand", if_on=True, note=HELD),
+    _without_place,
+)
+"""Every field in the order of the report."""

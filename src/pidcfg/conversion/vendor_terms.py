@@ -1,0 +1,455 @@
+"""The terms of a configuration's registers or named parameters, and what of an image differs from a listing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.conversion.differences import CALCULATED
+from pidcfg.conversion.terms import (
+    NAMES,
+    SETPOINT,
+    SIGNALS,
+    Item,
+    Kind,
+    Leaf,
+    Owner,
+    OwnerKind,
+    Subject,
+    Terms,
+    beside,
+    content_of,
+    flat,
+    kind_by,
+    number,
+    others,
+    said,
+    trimmed,
+    unit_names,
+    whole_file,
+)
+from pidcfg.encoders.codecs import Choice, DecodeError
+from pidcfg.encoders.decoding import Reading, name_in
+from pidcfg.encoders.listing import few
+from pidcfg.encoders.parameters import Entry, Program, read, shown
+from pidcfg.encoders.regmap import D345, NoRegisterError, Written, decode_one, writer_of
+from pidcfg.schemas.base import Quantity, unit_text
+from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
+from pidcfg.text.paths import dotted, is_given, steps, value_at
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Mapping
+
+    from pidcfg.encoders.image import Block
+    from pidcfg.encoders.listing import Listing
+    from pidcfg.encoders.regmap import Bits, Word
+    from pidcfg.vendors import Vendor
+
+# --- Terms of a vendor with registers: every row of its map that a loop has, with the register's content --------------
+
+SETPOINT_VALUE = f"{SETPOINT}.value"
+COUNT, TABLE = "plc.number_of_loops", "plc.loop_table"
+"""Registers of a set-up that says which loops the PLC calculates, and where they begin."""
+PLACE_OF_LOOP = 2
+"""Steps of the place of a loop: ``("loops", 0)``."""
+
+
+def memory_terms(subject: Subject) -> Terms:
+    """The loops and the set-up of a file or listing."""
+    setup = [_Block(subject, block, subject.config) for block in subject.encoding.blocks if not block.place]
+    registers = {key: item for block in setup for key, item in block.items((), {})}
+    held = {path: value for block in setup for path, value in block.values()}
+    loops, settings, shift = [], subject.settings, _shift(subject, held)
+    outputs = {tag: loop.name for loop in subject.config.loops if (tag := getattr(loop.output, "tag", None))}
+    for i, loop in enumerate(subject.config.loops):
+        own = [block for block in subject.encoding.blocks if block.place[:2] == ("loops", i)]
+        blocks = [_Block(subject, block, loop, outputs) for block in own]
+        values = {path: value for block in blocks if not block.prefix for path, value in block.values()}
+        table: tuple[Written, ...] = subject.vendor.load("written")
+        items = {key: item for block in blocks for key, item in block.items(table, values)}
+        names, entry = {row.name: row for row in table if row.when(values)}, settings[i]
+        items |= beside(entry, loop, names, subject.faults(loop.name))
+        items |= dict(_tables(blocks)) if subject.reading is None else {}
+        if entry.get(SETPOINT) is False:
+            items[SETPOINT_VALUE] = replace(items[SETPOINT_VALUE], kind="live")
+        items |= dict(others(loop, subject, [*items, *(key for block in blocks for key in block.instead())]))
+        items |= _calculated(registers, held, i)
+        place = " ".join(_named(subject, b.block.start + shift) for b in blocks if not b.prefix)
+        loops.append(Owner(loop.name, "loop", place, items, subject.is_described))
+    owners = (whole_file(subject, registers), *loops)
+    reading = subject.reading
+    if reading is None:
+        return Terms(owners)
+    words, space = reading.listing.words, subject.encoding.space
+    return Terms(owners, is_listing=True, holds=lambda address: space.parse(address.partition(".")[0]) in words)
+
+
+def _calculated(registers: Mapping[str, Item], held: Mapping[str, Any], i: int) -> dict[str, Item]:
+    """Whether the PLC calculates loop ``i``, where a register says how many loops it does."""
+    item, count = registers.get(COUNT), held.get(COUNT)
+    if item is None or count is None:
+        return {}
+    value = CALCULATED if i < count else "not calculated"
+    return {COUNT: replace(item, value=value, content=value, unit="", file_only=True)}
+
+
+def _shift(subject: Subject, held: Mapping[str, Any]) -> int:
+    """How far the loops of a listing stand behind those whose places it is compared at."""
+    start = held.get(TABLE)
+    if subject.reading is None or not subject.reading.fault or start is None:
+        return 0
+    return int(start - value_at(subject.config, steps(TABLE)))
+
+
+def _named(subject: Subject, number: int) -> str:
+    """An address; a set-up that is no value may place a loop where nothing is."""
+    try:
+        return str(subject.encoding.space.name(number))
+    except NoRegisterError:
+        return "no register"
+
+
+def _tables(blocks: list[_Block]) -> Iterator[tuple[str, Item]]:
+    """The tables of a loop that a file may leave alone, ``ramp_soak.steps``: that it writes them, if only zeros."""
+    for key in dict.fromkeys(block.prefix.rstrip(".0123456789") for block in blocks if block.prefix):
+        yield key, Item(key, "the table is written", content=True, file_only=True)
+
+
+class _Block:
+    """A block of registers of one side."""
+
+    def __init__(self, subject: Subject, block: Block, model: Any, outputs: Mapping[str, str] | None = None) -> None:
+        self.subject, self.block, self.model = subject, block, model
+        self.outputs = outputs or {}
+        """Loops by the register that their output is written to, where they choose it: in a cascade another's."""
+        inner = dotted(block.place[PLACE_OF_LOOP:])
+        self.prefix = f"{inner}." if inner else ""
+        self.units = unit_names(model)
+        self.is_own = subject.reading is None or not subject.reading.fault
+
+    def raw(self, offset: int) -> int | None:
+        """The content of a register; None: the listing does not hold it."""
+        if self.subject.reading is None:
+            return self.block.encoded.words[offset]
+        word: int | None = self.subject.reading.listing.words.get(self.block.start + offset)
+        return word
+
+    def fault(self, offset: int) -> str:
+        """Why the listing's word is no value."""
+        reading = self.subject.reading
+        return "" if reading is None else reading.unreadable.get(self.block.start + offset, "")
+
+    def values(self) -> Iterator[tuple[str, Any]]:
+        """What the registers and choices mean, by their paths; None: nothing."""
+        rows: tuple[Word | Bits, ...] = (*self.block.table.words, *self.block.table.bits)
+        for row in rows:
+            if row.path is not None:
+                yield row.path, self.value(row)
+
+    def value(self, row: Word | Bits) -> Any:
+        """What a row means."""
+        raw = self.raw(row.offset)
+        try:
+            if raw is None or self.fault(row.offset):
+                return None
+            return row.decode(raw) if not hasattr(row, "codec") else decode_one(row.codec, raw, self.block.scales)
+        except (DecodeError, ArithmeticError):
+            return None
+
+    def instead(self) -> list[str]:
+        """Keys that say in other words what a register holds."""
+        return [row.instead for row in self.block.table.words if row.instead is not None]
+
+    def items(self, table: tuple[Written, ...], values: Mapping[str, Any]) -> Iterator[tuple[str, Item]]:
+        """Every row; the bits of a word that no key sets are one item, and those that are reserved another."""
+        by_offset: dict[int, list[Bits]] = {}
+        for row in self.block.table.bits:
+            by_offset.setdefault(row.offset, []).append(row)
+        for word in self.block.table.words:
+            if not self.block.loop and word.access == "status":
+                continue
+            rows = by_offset.get(word.offset, [])
+            writer = writer_of(table, word.name, values)
+            yield from ((f"{self.prefix}{row.path}", self.choice(word, row)) for row in rows if row.path is not None)
+            if not rows:
+                item = self.register(word, writer)
+                yield self.prefix + (word.path or word.name), replace(item, optional=bool(self.prefix))
+                continue
+            if left := sum(row.mask for row in rows if row.path is None and row.access != "reserved"):
+                yield self.prefix + word.name, self.bits(word, word.name, left, "live")
+            if reserved := sum(row.mask for row in rows if row.access == "reserved"):
+                name = f"{word.name}.reserved"
+                yield self.prefix + name, self.bits(word, name, reserved, "reserved")
+
+    def choice(self, word: Word, row: Bits) -> Item:
+        """A choice inside a word."""
+        raw, key = self.raw(row.offset), f"{self.prefix}{row.path}"
+        address, text = self.place(row.offset)
+        if raw is None:
+            return Item(key, address=address, known=False)
+        if len(row.bits) == 1:
+            address, text = f"{address}.{row.bits[0]}", str(raw >> row.bits[0] & 1)
+        access = row.access if row.access != "setting" else word.access
+        kind, value = kind_by(access, None), self.value(row)
+        return Item(key, number(value), "", raw & row.mask, address, text, kind, fault=self.fault(row.offset))
+
+    def bits(self, word: Word, name: str, mask: int, kind: Kind) -> Item:
+        """The bits of a word that the PLC sets, or that ask it for something; or those that are nobody's."""
+        raw, (address, text) = self.raw(word.offset), self.place(word.offset)
+        content = None if raw is None else raw & mask
+        return Item(self.prefix + name, None, "", content, address, text, kind, known=raw is not None)
+
+    def register(self, word: Word, writer: Written | None) -> Item:
+        """A register of its own."""
+        raw, (address, text) = self.raw(word.offset), self.place(word.offset)
+        key = self.prefix + (word.path or word.name)
+        if raw is None:
+            return Item(key, address=address, known=False)
+        key, value, unit = self.shown(word, raw, key)
+        kind, by = kind_by(word.access, writer), "" if writer is None else writer.by
+        if outer := self.outputs.get(address):
+            kind, by = "live", f"{outer}, whose output it is"
+        return Item(key, value, unit, raw, address, text, kind, by, self.fault(word.offset))
+
+    def shown(self, word: Word, raw: int, key: str) -> tuple[str, Any, str]:
+        """The key of a register, what the file says of it, and its unit; else what its content means."""
+        other = None if word.instead is None or not self.is_own else value_at(self.model, steps(word.instead))
+        if other is not None and word.instead is not None:
+            return word.instead, number(other), ""
+        if self.fault(word.offset) or word.path is None:
+            return key, None, ""
+        spelled = getattr(word.codec, "spelled", None)
+        if spelled is not None:
+            return key, spelled(raw, self.subject.encoding.space.name) if raw else None, ""
+        leaf = None if isinstance(word.codec, Choice) or not self.is_own else self.leaf(key)
+        if leaf is not None:
+            return key, *said(leaf, self.model, self.subject.vendor)
+        value = self.value(word)
+        is_given = bool(raw) or isinstance(word.codec, Choice)
+        is_raw = isinstance(value, Quantity) and (value.counts or not self.block.scales[_scale(word)].range)
+        unit = "counts" if is_raw else unit_text(word.unit, self.units)
+        return key, number(value) if is_given else None, trimmed(unit)
+
+    def leaf(self, key: str) -> Leaf | None:
+        """The value that the configuration gives for a key; None: it gives none."""
+        path = steps(key)
+        value = value_at(self.model, path)
+        named = path[:-1] if isinstance(path[-1], int) else path
+        model = value_at(self.model, named[:-1]) if named[:-1] else self.model
+        return None if value is None or model is None else Leaf(named, value, model, str(named[-1]), given=True)
+
+    def place(self, offset: int) -> tuple[str, str]:
+        """The address of a register, and its content as the PLC shows it."""
+        space, number_ = self.subject.encoding.space, self.block.start + offset
+        raw = self.raw(offset)
+        return space.name(number_), "" if raw is None else space.shown(number_, raw)
+
+
+def _scale(word: Word) -> str:
+    return str(getattr(word.codec, "scale", ""))
+
+
+# --- Terms of a vendor whose parameters have names: every parameter of a loop, of a block, and the signals ------------
+
+TYPE_OF = {bool: BOOL, int: DINT, float: LREAL, str: LOOP_MODE}
+"""The type of a content that no table knows, as far as it is shown."""
+OUTPUT_DEVICE = ("devices", "MV")
+"""Where a loop says in which device its output stands, in a cascade that of another loop's set point."""
+
+
+def parameter_terms(subject: Subject) -> Terms:
+    """The loops, blocks and signals of a file or listing."""
+    image, table = subject.encoding.image, subject.vendor.load("written")
+    names = [name_in(entry) for entry in image.settings]
+    models = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
+    cells: dict[str, list[Entry]] = {name: [] for name in names}
+    for cell in (*image.cells, *_others(subject)):
+        cells.setdefault(owner_of(cell.address, names), []).append(cell)
+    loops = {loop.name: i for i, loop in enumerate(subject.config.loops, start=1)}
+    owners, settings = [whole_file(subject, {})], subject.settings
+    outputs = {place: loop.name for loop in subject.config.loops if (place := value_at(loop, OUTPUT_DEVICE))}
+    for name, entries in cells.items():
+        model = models.get(name)
+        values = {cell.field: cell.raw for cell in entries}
+        items, place = {}, str(getattr(model, "device", ""))
+        for cell in entries:
+            key = cell.field or cell.address.removeprefix(f"{name}.")
+            writer = writer_of(table, SIGNALS if model is None else key, values)
+            if outer := outputs.get(cell.device):
+                writer = Written(key, "live", f"{outer}, whose output it is", D345)
+            items[key] = _item(subject, cell, key, model, writer)
+        if model is not None:
+            entry = settings[names.index(name)]
+            items |= beside(entry, model, {}, subject.faults(name))
+            items |= dict(others(model, subject, [*items, *image.settings[names.index(name)]]))
+        kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
+        owners.append(Owner(name, kind, place, items, subject.is_described, loops.get(name, 0)))
+    return Terms(tuple(owners), is_listing=subject.reading is not None)
+
+
+def _others(subject: Subject) -> Iterator[Entry]:
+    """The parameters of a listing that its configuration does not have."""
+    if subject.reading is None or subject.reading.listing.mixed:
+        return
+    own = subject.encoding.image.words
+    for name, raw in subject.reading.listing.words.items():
+        if name not in own:
+            yield Entry(name, TYPE_OF.get(type(raw), LREAL), raw, "")
+
+
+def owner_of(address: str, names: Iterable[str]) -> str:
+    """The loop or block that a parameter belongs to: the longest name that it begins with."""
+    return max((name for name in names if address.startswith(f"{name}.")), key=len, default=SIGNALS)
+
+
+def _content(cell: Entry, reading: Reading | None) -> tuple[Any, str, bool]:
+    """The content of a parameter on a side, why it is no value, and whether the side has it."""
+    if reading is None:
+        return cell.raw, "", True
+    raw = reading.listing.words.get(cell.address)
+    if raw is None:
+        return cell.raw, "", not (reading.partial or reading.fault)
+    held = None if isinstance(raw, Wire) else read(cell.type, raw)
+    return raw if held is None else held, reading.unreadable.get(cell.address, ""), True
+
+
+def _item(subject: Subject, cell: Entry, key: str, model: Any, writer: Written | None) -> Item:
+    """A parameter; one that is wired is a setting, whoever writes what it is wired to."""
+    content, fault, known = _content(cell, subject.reading)
+    unit = ""
+    if model is not None and not isinstance(content, Wire):
+        leaf = _leaf(model, key, content)
+        unit = "" if leaf is None else said(leaf, model, subject.vendor)[1]
+    is_mine = isinstance(content, Wire) or writer is None or writer.kind == "compared"
+    return Item(
+        key,
+        None if fault else number(content),
+        unit,
+        content_of(content),
+        cell.device or cell.address,
+        _word(cell, content, fault),
+        "setting" if is_mine else kind_by("setting", writer),
+        "" if writer is None or isinstance(content, Wire) else writer.by,
+        fault,
+        known,
+    )
+
+
+def _word(cell: Entry, content: Any, fault: str) -> str:
+    """A content as the PLC shows it."""
+    if isinstance(content, Wire):
+        return f":= {content.text}"
+    return str(content) if fault else shown(cell.type, content)
+
+
+def _leaf(model: Any, key: str, content: Any) -> Leaf | None:
+    """The parameter in its section of the model, with a content."""
+    path = steps(key)
+    named = path[:-1] if isinstance(path[-1], int) else path
+    section = value_at(model, named[:-1]) if named[:-1] else model
+    given: Mapping[str, Any] = {} if section is None else type(section).model_fields
+    return Leaf(named, content, section, str(named[-1]), given=True) if named[-1] in given else None
+
+
+# --- Terms of what no configuration places: words by their addresses, settings by the names that they have ------------
+
+
+def raw_terms(listing: Listing, vendor: Vendor) -> Terms:
+    """Every word of a listing, and every setting beside them."""
+    items = dict(unplaced(listing, vendor, (), ()))
+    items |= {key: Item(key, number(value), "", number(value)) for key, value in flat({"plc": dict(listing.plc)})}
+    owner = Owner("", "file", "", items, is_described=listing.described)
+    return Terms((owner,), is_listing=True, holds=items.__contains__)
+
+
+def unplaced(
+    listing: Listing, vendor: Vendor, words: Collection[Any], names: Collection[str]
+) -> Iterator[tuple[str, Item]]:
+    """What a listing holds besides certain ``words`` and the settings of loops of certain ``names``."""
+    space = getattr(vendor.module("registers"), "SPACE", None)
+    for address, raw in listing.words.items():
+        if address not in words:
+            shown = listing.shown[address] if space is None else space.name(address)
+            value = raw if space is None else space.kind(address).show(raw)
+            text = raw.text if isinstance(raw, Wire) else str(raw) if space is None else space.shown(address, raw)
+            yield shown, Item(shown, number(value), "", raw, shown, text, optional=True)
+    for entry in listing.settings:
+        name = name_in(entry)
+        if name not in names:
+            for key, value in flat({name: {key: part for key, part in entry.items() if key not in NAMES}}):
+                yield key, Item(key, number(value), "", number(value))
+
+
+# --- Terms of any vendor ----------------------------------------------------------------------------------------------
+
+
+def terms_of(subject: Subject) -> Terms:
+    """A side by its registers, or by its named parameters; of a listing without a configuration also all else of it."""
+    image, reading = subject.encoding.image, subject.reading
+    is_named = isinstance(image, Program)
+    terms = (parameter_terms if is_named else memory_terms)(subject)
+    if reading is not None and reading.fault:
+        held = reading.listing.words if is_named or reading.listing.mixed else image.words
+        names = {name_in(entry) for entry in image.settings}
+        terms.owners[0].items.update(unplaced(reading.listing, subject.vendor, held, names))
+    return terms
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The part of an image that differs from a listing: what is to be written into a PLC that holds the listing's words.
+
+D347 = Decision(
+    347,
+    "what is written in part leaves alone what runs",
+    "`encode --changed-from` writes the words that differ. Those that the PLC or the process writes (D345) and of "
+    "which the file says nothing are left out, but for `--live`; a set point that differs is written, and named.",
+    "A listing of a running PLC differs in its bias and output; writing 0 there is a bump of the valve.",
+)
+
+
+class Changes(NamedTuple):
+    """An image of the words that differ, and what is to be told of them."""
+
+    image: Any
+    notes: tuple[str, ...]
+
+
+def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
+    """What a PLC lacks that holds the words of a listing; ``live``: also words that the PLC or the process writes."""
+    image = subject.encoding.image
+    written, left, operated = set[Any](), list[str](), list[str]()
+    given = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
+    for owner, item, place in _differing(subject, listing):
+        told = [f"{owner} {item.key}".lstrip()] if place in listing.words else []
+        is_said = owner in given and is_given(given[owner], steps(item.key))
+        if item.kind in {"live", "reserved"} and not (live or is_said):
+            left += told
+        else:
+            written.add(place)
+            operated += told if item.kind in {"live", "operated"} else []
+    cells = tuple(cell for cell in image.cells if cell.number in written)
+    notes = [f"written, although it may be set while the PLC runs: {few(operated)}"] if operated else []
+    notes += [f"left out, since the PLC or the process writes it: {few(left)} (--live)"] if left else []
+    held = {cell.number for cell in image.cells}
+    rest = [listing.shown[number] for number in listing.words if number not in held]
+    notes += [f"stays as it is, since no loop has it any more: {few(rest)}"] if rest and not listing.mixed else []
+    return Changes(replace(image, cells=cells), tuple(notes))
+
+
+def _differing(subject: Subject, listing: Listing) -> Iterator[tuple[str, Item, Any]]:
+    """Every register or parameter whose content differs: its owner, what it is, and its number."""
+    owners = terms_of(subject).owners
+    if isinstance(subject.encoding.image, Program):
+        items = {owner.name: owner.items for owner in owners}
+        for cell in subject.encoding.image.cells:
+            if cell.address not in listing.words or content_of(listing.words[cell.address]) != content_of(cell.raw):
+                owner = owner_of(cell.address, items)
+                yield owner, items[owner][cell.field], cell.number
+        return
+    held = Subject(*subject[:3], Reading(listing, subject.config, subject.encoding, {}))
+    for new, old in zip(owners, terms_of(held).owners, strict=True):
+        for key, item in new.items.items():
+            other = old.items.get(key)
+            if item.address and (other is None or not other.known or other.content != item.content):
+                yield new.name, item, subject.encoding.space.parse(item.address.partition(".")[0])

@@ -1,1 +1,0 @@
-"""Two configurations compared by meaning."""

@@ -1,1 +1,0 @@
-"""A scenario drafted for a configuration: plants that suit its loops, steps of the set points, expectations."""

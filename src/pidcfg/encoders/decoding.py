@@ -1,0 +1,437 @@
+"""A memory listing of any vendor and format to a configuration, also where something of it is refused."""
+
+from __future__ import annotations
+
+import re
+from contextlib import suppress
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.image import Decoded, NoValueError, RefusedError, read_settings
+from pidcfg.encoders.listing import Listing, ListingError, columns, few, first_line, kind_of
+from pidcfg.encoders.parameters import Elsewhere, Program
+from pidcfg.encoders.regmap import NoRegisterError
+from pidcfg.text.paths import dotted, has_key, put, steps, value_at
+from pidcfg.text.reader import DEFAULT
+from pidcfg.text.signs import binary_file
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.image import Image
+    from pidcfg.encoders.listing import FileKind
+    from pidcfg.text.paths import Path
+    from pidcfg.text.reader import Limits
+    from pidcfg.vendors import Vendor
+
+# --- A memory listing of any vendor and format to a configuration -----------------------------------------------------
+
+NOTHING = {bool: False, int: 0, float: 0.0}
+"""What stands for a content that is no value, by its type."""
+CONFIGURATION = re.compile(r"^pidcfg:", re.MULTILINE)
+SEPARATED = re.compile(r'"?(?P<name>[A-Za-z][\w.]*)"?\s*(?P<sign>[,;:=])')
+"""An address or name, and behind it another sign than the blank of a text listing."""
+MOST_DIGITS = DEFAULT.scalar_bytes
+"""Digits of a number: as many as a value of a configuration may have signs, and fewer than Python reads."""
+ENDLESS = re.compile(rf"(?<![0-9])[0-9]{{{MOST_DIGITS + 1},}}")
+HEADERS = "the header 'address,hex', or 'address,value' where the numbers are decimal"
+INSTEAD = "decode what 'pidcfg encode' writes as text, csv or json, or read the PLC itself with 'pidcfg pull --map'"
+HEAD = 1000
+"""Characters in which a listing names its vendor."""
+
+
+def read_listing(data: bytes, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
+    """The words of a listing; raises `ListingError` with the place of what cannot be read."""
+    refuse_large(data, limits)
+    kinds = vendor.load("formats")
+    text = _text_of(data, [kinds[kind]] if kind else [*kinds.values()])
+    chosen = kinds[kind] if kind else kind_of(text, kinds)
+    if chosen is None:
+        if other := binary_file(data):
+            raise ListingError(f"{other[0]}, no memory listing; {other[1]}")
+        named = next((key for key in VENDORS if f"{key} memory listing" in text[:HEAD]), None)
+        if named not in {None, vendor.key}:
+            raise ListingError(f"this is a listing of vendor {named}, not {vendor.key}")
+        raise ListingError(_no_listing(text, kinds))
+    listing: Listing = chosen.read(text)
+    if listing.vendor not in {None, vendor.key}:
+        raise ListingError(f"the listing is of vendor {listing.vendor!r}, not {vendor.key}")
+    return listing
+
+
+def _no_listing(text: str, kinds: Mapping[str, FileKind]) -> str:
+    """What a text is that is no listing, with the cure where there is one."""
+    if not text.strip():
+        return "the file is empty: export the listing again"
+    if CONFIGURATION.search(text):
+        return "this is a file of pidcfg and no listing; 'pidcfg encode' writes the words of a configuration"
+    if {"table", "register"} <= set(columns(text)):
+        return f"this is a Modbus listing, whose registers only a map of the project explains: {INSTEAD}"
+    problem = f"this is no memory listing that pidcfg reads ({', '.join(kinds)})"
+    row = SEPARATED.match(first_line(text))
+    if row is None or not kinds["text"].looks_like(f"{row['name']} "):
+        return problem
+    return f"{problem}; write blanks in place of {row['sign']!r} behind {row['name']}, or begin a table with {HEADERS}"
+
+
+def _text_of(data: bytes, kinds: Iterable[FileKind]) -> str:
+    """The text of a listing; one that is not UTF-8 is in the encoding of the format that it looks like."""
+    try:
+        return listing_text(data)
+    except ListingError:
+        for kind in kinds:
+            if kind.encoding != "utf-8":
+                with suppress(ListingError):
+                    text = _decoded(data, kind.encoding)
+                    if kind.looks_like(text):
+                        return text
+        raise
+
+
+def refuse_large(data: bytes, limits: Limits) -> None:
+    """Raises `ListingError` for a file that is larger than the limit."""
+    if len(data) > limits.file_bytes:
+        raise ListingError(f"the file is larger than {limits.file_bytes} bytes")
+
+
+def listing_text(data: bytes) -> str:
+    """The text of a file in UTF-8, or in UTF-16 when it begins so."""
+    return _decoded(data, "utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
+
+
+def exact_text(data: bytes, encoding: str) -> str:
+    """The text of a file that goes back byte for byte: a byte order mark stays its first character."""
+    return _decoded(data, encoding)
+
+
+def _decoded(data: bytes, encoding: str) -> str:
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        place = f"byte 0x{data[error.start]:02X} at {error.start}" if error.start < len(data) else "the end of the file"
+        name = encoding.upper().removesuffix("-SIG").removesuffix("-LE")
+        raise ListingError(f"{place} is not {name}; save the file as {name}") from None
+    if endless := ENDLESS.search(text):
+        begin = text.rfind("\n", 0, endless.start()) + 1
+        line, column = text.count("\n", 0, begin) + 1, endless.start() - begin + 1
+        raise ListingError(f"a number of {len(endless[0])} digits; the limit is {MOST_DIGITS}", line, column)
+    return text
+
+
+def together(listings: list[Listing]) -> Listing:
+    """Several files of one image as one; an address in two of them is refused."""
+    first, *others = sorted(listings, key=lambda listing: not listing.leads)
+    for other in others:
+        first.join(other)
+    return first
+
+
+def with_names(listing: Listing, image: Image) -> Listing:
+    """A listing with the names, ranges, units and dialog settings of another image, as far as it does not say them.
+
+    A loop belongs to the one of the same name; where the listing names none, to the one at the same place.
+    """
+    settings = listing.settings
+    if settings:
+        by_name = {name_in(entry): entry for entry in image.settings}
+        settings = tuple(_merged(by_name.get(name_in(entry), {}), entry) for entry in settings)
+    else:
+        settings = tuple(entry for entry in image.settings if _is_held(name_in(entry), listing))
+    return replace(listing, settings=settings, plc={**image.plc, **listing.plc})
+
+
+def name_in(entry: Mapping[str, Any]) -> str:
+    """The loop or block that settings beside the words are of."""
+    return str(entry.get("loop") or entry.get("block") or "")
+
+
+def _is_held(name: Any, listing: Listing) -> bool:
+    """Whether a listing may hold a loop: where its words have names, one of them begins with the loop's."""
+    return any(not isinstance(word, str) or word.startswith(f"{name}.") for word in listing.words)
+
+
+def like_options(listing: Listing, options: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The options of a decoder for a listing that takes its names from another image."""
+    return options if listing.settings else {**options, "names_only": True}
+
+
+def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    merged = {**under, **over}
+    for key in under.keys() & over.keys():
+        if isinstance(under[key], dict) and isinstance(over[key], dict):
+            merged[key] = _merged(under[key], over[key])
+    return merged
+
+
+def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any], like: Image | None = None) -> Decoded:
+    """The configuration that a listing holds; the notes name words that do not come back when it is encoded again.
+
+    ``like``: an image that gives names, ranges and units where the listing does not.
+    """
+    if like is not None:
+        options, listing = like_options(listing, options), with_names(listing, like)
+    try:
+        decoded, wrong = decode_words(listing, vendor, options)
+        config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
+        again = vendor.encoder(config).image
+    except NoRegisterError as error:
+        raise ListingError(str(error)) from None
+    except DecodeError as error:
+        text = "; ".join((str(error), *listing.notes))
+        raise ListingError(text, listing.lines.get(error.place or -1, 1)) from None
+    zeros = (f"{text}; it counts as 0 (D50)" for text in wrong)
+    return Decoded(
+        decoded.data, (*listing.notes, *zeros, *decoded.notes, *_differences(listing, again, decoded.status))
+    )
+
+
+def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[Decoded, list[str]]:
+    """What the words of a listing say, and which of them are no values of their format: those count as 0 (D50).
+
+    Raises `DecodeError` where something else is wrong with them.
+    """
+    words, wrong = dict(listing.words), list[str]()
+    while True:
+        try:
+            return vendor.load("decode")(words, listing.settings, listing.plc, options), wrong
+        except NoValueError as error:
+            words[error.place] = nothing(words[error.place])
+            wrong.append(str(error))
+
+
+def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -> tuple[str, tuple[str, ...]]:
+    """A listing with a meaning beside every word, also of words that are no values; with the reader's notes."""
+    try:
+        text: str = vendor.load("explainer").annotate(listing, options)
+    except (DecodeError, NoRegisterError) as error:
+        raise ListingError(str(error)) from None
+    return text, listing.notes
+
+
+def _differences(listing: Listing, again: Image, status: Collection[int]) -> Iterator[str]:
+    """Words that do not come back: encoded otherwise, or not at all."""
+    said = {number: raw for number, raw in listing.words.items() if not isinstance(raw, Elsewhere)}
+    differ = [c.address for c in again.cells if said.get(c.number, c.raw) != c.raw]
+    if differ:
+        yield f"encoded again, these words differ from the listing: {few(differ)}"
+    name_of = {c.number: c.address for c in again.cells}
+    unassigned = sorted(number for number in listing.words if number not in name_of and number not in status)
+    if unassigned and not listing.mixed:
+        lines = [listing.shown.get(number, str(number)) for number in unassigned]
+        yield f"these words of the listing belong to no loop and are left out: {few(lines)}"
+
+
+def check_settings(listing: Listing, vendor: Vendor) -> None:
+    """Raises `DecodeError` unless what stands beside the words is sound; words that are no values do not matter."""
+    words, unreadable = dict(listing.words), set[Any]()
+    while True:
+        try:
+            vendor.load("decode")(words, listing.settings, listing.plc)
+        except DecodeError as error:
+            if error.place not in words or error.place in unreadable:
+                raise
+            unreadable.add(error.place)
+            words[error.place] = nothing(words[error.place])
+        else:
+            return
+
+
+def nothing(content: Any) -> Any:
+    """What stands for a content that is no value."""
+    return NOTHING.get(type(content), 0.0)
+
+
+# --- A listing read as far as it goes: what is refused of it is named, and hides nothing else -------------------------
+#
+# A word that is no value, a pair of words that contradict each other, a setting beside the words that cannot be: each
+# is remembered with its reason, and what the other side of the comparison has stands in its place until the rest
+# gives a configuration. That configuration says only what the words mean; what is compared is what the listing itself
+# holds.
+
+OWNERS = ("loops", "blocks")
+SIGNALS = "signals"
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A listing that is read as far as it goes: a word that is no value does not hide the others."""
+
+    listing: Listing
+    config: Any
+    """The configuration; what is refused, or is not there, is that of the other side."""
+    encoding: Any
+    """Where the words of that configuration are, and what they mean."""
+    unreadable: Mapping[Any, str]
+    """Words that are no values, and why."""
+    partial: bool = False
+    """Whether words are missing, and those of the other image stand in their place."""
+    notes: tuple[str, ...] = ()
+    refused: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    """Settings beside the words that cannot be, by loop and key, and why."""
+    fault: str = ""
+    """Why the listing gives no configuration at all: it is then compared at the places of the other side."""
+
+
+def reading_of(listing: Listing, vendor: Vendor, like: Any = None) -> Reading:
+    """The loops of a listing; raises `ListingError` where nothing tells where they are.
+
+    ``like``: a configuration and its encoding, which gives names, ranges and units, and what is missing or refused.
+    """
+    return _Reader(listing, vendor, like).read()
+
+
+class _Reader:
+    """A listing on its way to a reading."""
+
+    def __init__(self, listing: Listing, vendor: Vendor, like: Any) -> None:
+        self.listing, self.vendor, self.like = listing, vendor, like
+        self.image: Any = None if like is None else like[1].image
+        named = listing if self.image is None else with_names(listing, self.image)
+        self.options = {} if self.image is None else like_options(listing, {})
+        self.given: Mapping[Any, Any] = {} if self.image is None else self.image.words
+        self.words, self.plc = dict(listing.words), deepcopy(dict(named.plc))
+        self.settings = [deepcopy(dict(entry)) for entry in named.settings]
+        self.unreadable: dict[Any, str] = {}
+        self.refused: dict[tuple[str, str], str] = {}
+        self.partial = False
+        self.data: Mapping[str, Any] = {}
+
+    def read(self) -> Reading:
+        """The configuration of what is not refused; where that is none, the other side's."""
+        while True:
+            try:
+                decoded = self.vendor.load("decode")(self.words, self.settings, self.plc, self.options)
+                self.data = decoded.data
+                config = read_settings(self.vendor.model, self.data, "the listing gives no configuration")
+                return self._reading(config, self.vendor.encoder(config))
+            except DecodeError as error:
+                if isinstance(error, RefusedError) and self.like is not None:
+                    is_cured = self._without_refused(error)
+                else:
+                    is_cured = self._without_word(error) or self._completed()
+                if not is_cured and self.like is None:
+                    raise ListingError(str(error), self.listing.lines.get(error.place, 1)) from None
+                if not is_cured:
+                    return self._reading(self.like[0], self.like[1], str(error))
+
+    def _reading(self, config: Any, encoding: Any, fault: str = "") -> Reading:
+        note = (f"compared word by word at the places of the other side: {fault}",) if fault else ()
+        notes = (*self.listing.notes, *note)
+        return Reading(self.listing, config, encoding, self.unreadable, self.partial, notes, self.refused, fault)
+
+    def _without_word(self, error: DecodeError) -> bool:
+        """Leaves out a word that is no value, at first by what the other side has, then altogether."""
+        place = error.place
+        if place not in self.listing.words or place not in self.words:
+            return False
+        if place not in self.unreadable:
+            self.words[place] = self.given.get(place, nothing(self.words[place]))
+        elif place not in self.given:
+            del self.words[place]
+        else:
+            return False
+        self.unreadable.setdefault(place, str(error))
+        return True
+
+    def _completed(self) -> bool:
+        """Takes words that are missing from the other side."""
+        if self.given.keys() <= self.words.keys():
+            return False
+        self.words, self.partial = {**self.given, **self.words}, True
+        return True
+
+    # --- what a schema refuses --------------------------------------------------------------------------------------
+
+    def _without_refused(self, error: RefusedError) -> bool:
+        """Takes what a schema refuses from the other side: a setting beside the words, or words of one section."""
+        path = _named(error.path)
+        if error.where == "plc":
+            return self._settled(("", dotted(("plc", *path))), self.plc, self.image.plc, path, error)
+        if error.where.startswith("settings["):
+            i = int(error.where.removeprefix("settings[").removesuffix("]"))
+            entry = self.settings[i]
+            return self._settled((name_in(entry), dotted(path)), entry, self._other(entry, i), path, error)
+        return self._without_section(error)
+
+    def _other(self, entry: Mapping[str, Any], i: int) -> Mapping[str, Any]:
+        """The settings of the other side for a loop: by its name, else by its place."""
+        entries: Sequence[Mapping[str, Any]] = self.image.settings
+        named = next((other for other in entries if name_in(other) == name_in(entry)), None)
+        return named or (entries[i] if i < len(entries) else {})
+
+    def _settled(
+        self,
+        key: tuple[str, str],
+        entry: dict[str, Any],
+        other: Mapping[str, Any],
+        path: Path,
+        error: RefusedError,
+    ) -> bool:
+        """Puts the other side's setting in place of a refused one; False: that was done already."""
+        if key in self.refused or not path:
+            return False
+        self.refused[key] = str(error)
+        if has_key(other, path):
+            put(entry, path, deepcopy(value_at(other, path)))
+        elif has_key(entry, path):
+            del value_at(entry, path[:-1])[path[-1]]
+        return True
+
+    def _without_section(self, error: RefusedError) -> bool:
+        """Takes the words and settings of a section that contradict each other from the other side."""
+        name, path = self._owner(error.path)
+        if not path:
+            return False
+        held = self.listing.words.keys() - self.unreadable.keys()
+        places = [place for place in dict.fromkeys(self._places(name, path)) if place in held]
+        for place in places:
+            self.unreadable[place] = str(error)
+            if place in self.given:
+                self.words[place] = self.given[place]
+            else:
+                del self.words[place]
+        i = next((i for i, entry in enumerate(self.settings) if name_in(entry) == name), None)
+        if i is None or not has_key(self.settings[i], path):
+            return bool(places)
+        entry = self.settings[i]
+        return self._settled((name, dotted(path)), entry, self._other(entry, i), path, error) or bool(places)
+
+    def _owner(self, path: Path) -> tuple[str, Path]:
+        """The loop or block that a place of the configuration is in, and the rest of the place."""
+        top, *rest = path or ("",)
+        if top == SIGNALS and rest:
+            return "", (str(rest[0]),)
+        if top not in OWNERS or not rest or not isinstance(rest[0], int):
+            return "", ()
+        item: Any = self.data[top][rest[0]]
+        inner: list[str | int] = []
+        for step in rest[1:]:  # a step that is no key of the data names the kind of a block
+            if has_key(item, (step,)) or (isinstance(item, dict) and inner):
+                inner.append(step)
+                item = value_at(item, (step,))
+        return str(value_at(self.data, (top, rest[0], "name"))), _named(inner)
+
+    def _places(self, name: str, path: Path) -> Iterator[Any]:
+        """The words of the listing that hold a section of a loop."""
+        key = dotted(path)
+        if isinstance(self.image, Program):
+            whole = f"{name}.{key}" if name else key
+            yield from (word for word in self.words if word == whole or word.startswith(f"{whole}."))
+            return
+        for block in self.like[1].blocks:
+            if block.loop == name:
+                inner = dotted(block.place[2:])
+                for row in (*block.table.words, *block.table.bits):
+                    own = ".".join(part for part in (inner, row.path) if part)
+                    if row.path is not None and (own == key or own.startswith(f"{key}.")):
+                        yield block.start + row.offset
+
+
+def _named(path: Sequence[str | int]) -> Path:
+    """A place up to its first list: a pair is one setting."""
+    whole = steps(dotted(path))
+    end = next((i for i, step in enumerate(whole) if isinstance(step, int)), len(whole))
+    return whole[:end]

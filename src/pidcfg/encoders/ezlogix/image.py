@@ -1,0 +1,200 @@
+"""An EZLogix configuration to its registers and discretes and back, and how a loop holds its gains."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.codecs import DecodeError, Position, Scale
+from pidcfg.encoders.image import (
+    Area,
+    Block,
+    Data,
+    Decoded,
+    Encoding,
+    LoopOption,
+    defaults_of,
+    file_data,
+    present,
+    read_loops,
+    read_settings,
+    settings_of,
+    settings_values,
+    values_of,
+    with_options,
+)
+from pidcfg.encoders.maps.ezlogix import BANKS, BLOCKS, CV, MAP_SPACE, SPACE, TABLES, TUNED, counts_format
+from pidcfg.encoders.regmap import LoopTuning
+from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, Loop, LoopSettings, Plc, PlcSettings
+from pidcfg.schemas.numbers import EXACT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.image import Image, LoopBlock
+    from pidcfg.schemas.ezlogix import EzlogixFile, OutputSettings, PvSettings
+    from pidcfg.schemas.ezlogix import Output as OutputSection
+    from pidcfg.schemas.ezlogix import Pv as PvSection
+
+# --- An EZLogix configuration to its registers and discretes ----------------------------------------------------------
+
+EXPLICIT = frozenset({"output.pulse"})
+"""Without it the control output is not enabled, which no register holds."""
+
+
+def encode(config: EzlogixFile) -> Encoding:
+    """Both blocks of every loop; what the PLC itself writes, and the request to tune, are 0."""
+    blocks = tuple(block for i, loop in enumerate(config.loops) for block in _blocks(i, loop))
+    settings = tuple(settings_of(LoopSettings, loop, BANKS, EXPLICIT) for loop in config.loops)
+    return Encoding("ezlogix", blocks, SPACE, settings, _plc_settings(config))
+
+
+def _blocks(i: int, loop: Loop) -> Iterator[Block]:
+    scales = scales_of(loop.pv, loop.output, root=loop.pv.square_root)
+    values = values_of(loop, TABLES, unset_limits(scales))
+    for key, (prefix, table) in BLOCKS.items():
+        start = SPACE.number(prefix, getattr(loop, key))
+        yield Block(("loops", i), start, table, table.encode(values, scales), loop.name, scales=scales)
+
+
+def scales_of(pv: PvSection | PvSettings, output: OutputSection | OutputSettings, *, root: bool) -> dict[str, Scale]:
+    """The scales ``pv``, ``sp`` and ``output`` of a loop's registers; ``root``: it extracts the root of its PV."""
+    form = counts_format(*(pv.counts or (0, CV_FULL)))
+    return {"pv": Scale(form, pv.range), "sp": Scale(form, pv.range, root=root), "output": Scale(CV, output.range)}
+
+
+def unset_limits(scales: Mapping[str, Scale]) -> Data:
+    """The limits of a set point that has none: the ends of its scale."""
+    return {f"setpoint.limits.{i}": end for i, end in enumerate(scales["sp"].ends)}
+
+
+def _plc_settings(config: EzlogixFile) -> dict[str, Any]:
+    """What no register holds for the whole file; that the PLC goes on when it is stopped, always."""
+    names = config.plc.tag_names
+    return present(
+        {
+            "name": config.name,
+            "description": config.description,
+            "process_when_stopped": config.plc.process_when_stopped,
+            "tag_names": None if names == Plc.model_fields["tag_names"].default else names,
+            "map": config.plc.map,
+        }
+    )
+
+
+# --- EZLogix registers and discretes back to a configuration ----------------------------------------------------------
+#
+# A listing alone cannot tell a heating loop from a cooling one: action, algorithm and tags stand beside the
+# registers, or are demanded. Everything that is a default is left out, so that encoding the result again gives the
+# same registers.
+
+LOOP_OPTIONS = (
+    LoopOption(("registers",), "registers", "where the 32 registers begin"),
+    LoopOption(("discretes",), "discretes", "where the 8 discretes begin"),
+    LoopOption(("action",), "action", "the controller action (direct or reverse), which no register holds"),
+    LoopOption(("algorithm",), "algorithm", "the algorithm (position or velocity), which no register holds"),
+    LoopOption(("pv", "tag"), "pv_tag", "the tag of the PV"),
+    LoopOption(("output", "tag"), "cv_tag", "the tag of the CV"),
+    LoopOption(("output", "pulse"), "output_tag", "whether there is a control output", needed=False),
+)
+"""What options say when no settings stand beside the registers."""
+TIMES = ("tuning.integral_time", "tuning.derivative_time")
+"""Times of terms that 0 switches off."""
+ALWAYS = frozenset({"mode", *TIMES})
+"""Fields that are written even where they are defaults."""
+
+
+def decode(
+    words: Mapping[int, int],
+    settings: Sequence[Mapping[str, Any]] = (),
+    plc: Mapping[str, Any] | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> Decoded:
+    """The configuration that these registers hold; raises `DecodeError` with the address of what is no value.
+
+    ``settings`` and ``plc`` are what an encoder put beside the registers. ``options``: one list for each row of
+    `LOOP_OPTIONS`, of one entry a loop.
+    """
+    entries = with_options(settings, options or {}, LOOP_OPTIONS)
+    plc_settings = read_settings(PlcSettings, plc or {}, "plc")
+    loops, notes = [], []
+    for loop, (registers, discretes) in read_loops(LoopSettings, entries, words, SPACE, BLOCKS):
+        _know_pulses(loop, registers)
+        loops.append(_loop(loop, registers, discretes))
+        notes += [*registers.left_out(), *discretes.left_out()]
+    data: Data = {"pidcfg": 1, "vendor": "ezlogix"}
+    data |= present({"name": plc_settings.name, "description": plc_settings.description})
+    section = file_data(Plc, dict(plc_settings))
+    if not plc:
+        notes.append("process_when_stopped is taken as true, the dialog's default; no register holds it")
+    return Decoded({**data, **({"plc": section} if section else {}), "loops": loops}, tuple(notes))
+
+
+def _know_pulses(settings: LoopSettings, registers: LoopBlock) -> None:
+    """A cycle time without a word on the control output could be either."""
+    if registers.word("cycle_time") and "pulse" not in settings.output.model_fields_set:
+        raise DecodeError(
+            f"{settings.loop}: {registers.address('cycle_time')} holds a cycle time, but the listing does not say "
+            "whether the control output is enabled; give --output-tag (none: it is not)",
+            registers.start + registers.table.offset("cycle_time"),
+        )
+
+
+def _loop(settings: LoopSettings, registers: LoopBlock, discretes: LoopBlock) -> Data:
+    chosen = discretes.values({})
+    scales = scales_of(settings.pv, settings.output, root=chosen["pv.square_root"])
+    values = settings_values(settings, BANKS) | chosen | registers.values(scales)
+    if settings.output.pulse is None:
+        values["output.pulse"] = None
+    for path in TIMES:
+        values[path] = values[path] or "off"
+    unset = registers.table.held(defaults_of(Loop, [registers.table], unset_limits(scales)), scales)
+    return file_data(Loop, values, unset, ALWAYS | {"setpoint.value"} if settings.setpoint else ALWAYS)
+
+
+# --- The two blocks of each EZLogix loop: no register says where they are, so a configuration or options do -----------
+
+PLACES = tuple(row for row in LOOP_OPTIONS if row.option in BANKS)
+FIELDS = {"registers": REGISTERS, "discretes": DISCRETES}
+MODE_REGISTER = "mode"
+"""The discrete that tells a loop's mode."""
+
+
+def mode_of(raw: int) -> str:
+    """The mode that the discrete tells."""
+    return "auto" if raw else "manual"
+
+
+def areas(words: Mapping[int, int], like: Image | None, options: Mapping[str, Any]) -> list[Area]:  # noqa: ARG001 - they say nothing of places
+    """The blocks of all loops; raises `DecodeError` naming the option that is missing."""
+    entries = with_options(() if like is None else like.settings, options, PLACES)
+    return [
+        Area(SPACE.number(prefix, FIELDS[key].parse(entry[key])), table, str(entry["loop"]))
+        for entry in entries
+        for key, (prefix, table) in BLOCKS.items()
+    ]
+
+
+def tags(entry: Mapping[str, Any]) -> Iterator[tuple[str, int, Position]]:
+    """PV and output of a loop, which stand outside of its blocks: the signal, its register, and what it is on."""
+    for signal, key, scale in (("PV", "pv", "pv"), ("OUT", "output", "output")):
+        number = MAP_SPACE.parse(str(entry[key]["tag"]))
+        if number is not None:
+            yield signal, number, Position(scale)
+
+
+# --- How an EZLogix loop holds its gains: counts of the CV per count of the PV, and seconds ---------------------------
+
+
+def tuning_of(_: EzlogixFile, loop: Loop) -> LoopTuning:
+    """The three numbers of a loop; 0 to 4095 counts are more than the PV's range where its counts are fewer."""
+    tuning, pv, output = loop.tuning, loop.pv.range, loop.output.range
+    counts = scales_of(loop.pv, loop.output, root=loop.pv.square_root)["sp"].format.span
+    return LoopTuning(
+        TUNED,
+        raises_pv=loop.action == TUNED.heating,
+        pv_span=None if pv is None else EXACT.divide((pv[1] - pv[0]) * CV_FULL, counts),
+        output_span=None if output is None else output[1] - output[0],
+        now=(tuning.proportional_gain, tuning.integral_time, tuning.derivative_time),
+        off=("off", "off"),
+        sample_time=float(loop.sample_rate),
+    )

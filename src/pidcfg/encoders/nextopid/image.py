@@ -1,0 +1,601 @@
+"""A NextoPID configuration to its program and back: parameters, moves beside the calls, memory, gains."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from functools import cached_property
+from math import expm1
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+from pydantic import ConfigDict
+
+from pidcfg.encoders.codecs import DecodeError, EncodeError
+from pidcfg.encoders.image import Data, Decoded, RefusedError, file_data, plain, present, read_settings
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, SIGNAL, TUNED, WRITTEN
+from pidcfg.encoders.modbus_map import Point, Symbols
+from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
+from pidcfg.encoders.parameters import Entry, Parameter, Program, read, store, stored
+from pidcfg.encoders.regmap import LoopTuning, Misfit, writer_of
+from pidcfg.encoders.structured_text import st_real
+from pidcfg.schemas.base import Integer, MapFile, Model, Seconds, SectionSettings, Text
+from pidcfg.schemas.expressions import NOT, ExpressionError
+from pidcfg.schemas.expressions import SIGNAL as SIGNAL_CODE
+from pidcfg.schemas.iec import BOOL, REAL, Identifier, Wire, signal_type
+from pidcfg.schemas.nextopid import Controller, Move, OutputText, PidaReal, Plc, PvText
+from pidcfg.schemas.numbers import plain_number
+from pidcfg.text.frozen import frozen
+from pidcfg.text.paths import put, steps, value_at
+from pidcfg.text.references import NEXTOPID, Decision
+from pidcfg.text.signs import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.maps.nextopid import BlockType
+    from pidcfg.encoders.parameters import Content
+    from pidcfg.encoders.regmap import Rounded
+    from pidcfg.schemas.expressions import Expression
+    from pidcfg.schemas.iec import IecType
+    from pidcfg.schemas.nextopid import Item, NextopidFile
+    from pidcfg.text.paths import Path
+
+# --- What a program copies beside the calls of its blocks: the MOVE instructions of figures 4-6 and 16-1 --------------
+#
+# Design. A move writes a signal, or an input of a block that nothing is wired to, where its condition holds: before
+# the first call of a cycle or behind the last one, one after the other in the order of the file. It is read against
+# the `Layout` as wires are. In a listing the moves stand beside the parameters, with the settings of the PLC; in a
+# program they are assignments, most of them inside IF.
+
+FIGURES = NEXTOPID.at("figures 4-6 and 16-1")
+D551 = Decision(
+    551,
+    "moves are executed before all blocks, or behind all of them",
+    "`at: start` is before the first call of a cycle, `at: end`, which is the default, behind the last; moves of one "
+    "place are executed in the order of the file, and each sees what the one before has written. A move whose "
+    "condition or value cannot be worked out writes nothing.",
+    "Figure 16-1 has its MOVE instructions below the blocks. Between two blocks there is no place of its own: the "
+    "order of the blocks follows from their wires.",
+)
+
+
+class Copy(NamedTuple):
+    """A move as it is executed: into which number of which type, when, and what."""
+
+    target: int
+    type: IecType
+    value: Expression
+    when: Expression | None
+    """None: in every cycle."""
+    at_start: bool
+    literal: Content | None
+    """The value, where it is no expression."""
+
+
+class MoveError(Exception):
+    """A move that means nothing: the key at fault, and what is wrong there."""
+
+    def __init__(self, key: str, error: ExpressionError) -> None:
+        super().__init__(f"{key}: {error.message}")
+        self.key, self.error = key, error
+
+
+def read_move(layout: Layout, move: Move, wired: Collection[str], given: Collection[str]) -> Copy:
+    """What a move means; ``wired``: names of parameters that have a wire, ``given``: those that are in the file."""
+    target = _target(layout, move.to, wired, given)
+    kind, literal = layout.types[move.to], None
+    try:
+        if not isinstance(move.move, Wire):
+            literal = _stored(move, kind)
+        text = move.move.text if isinstance(move.move, Wire) else _text(literal)
+        value = layout.read(kind, text)
+    except (ExpressionError, EncodeError) as error:
+        raise MoveError("move", _as_expression(error)) from None
+    try:
+        when = None if move.when is True else layout.read(BOOL, _when_text(move))
+    except ExpressionError as error:
+        raise MoveError("when", error) from None
+    if when is None and move.at == "start" and layout.owner(target) is not None:
+        message = f"{move.to} is written before every call, which is what a wire does"
+        raise MoveError("to", ExpressionError(message, 0, f"wire it: {move.to.partition('.')[2]}: {text}"))
+    return Copy(target, kind, value, when, move.at == "start", literal)
+
+
+def _stored(move: Move, kind: IecType) -> Content:
+    """What a target of this type holds of a value."""
+    value = str(move.move).upper()
+    if isinstance(move.move, Wire) or isinstance(move.move, bool) != (kind.kind == "bool"):
+        raise ExpressionError(f"{move.to} is {kind.name}, and {value} is none", 0, "write a value of its type")
+    return store(kind, move.move)
+
+
+def _text(content: Content | None) -> str:
+    """A content as an expression."""
+    return str(content).upper() if isinstance(content, bool) else st_real(float(content or 0))
+
+
+def _when_text(move: Move) -> str:
+    return move.when.text if isinstance(move.when, Wire) else "FALSE"
+
+
+def _as_expression(error: Exception) -> ExpressionError:
+    return error if isinstance(error, ExpressionError) else ExpressionError(str(error), 0, "write a value of its type")
+
+
+def _target(layout: Layout, name: str, wired: Collection[str], given: Collection[str]) -> int:
+    """The number of what is written; refuses what another one writes."""
+    problem = cure = ""
+    number = layout.numbers.get(name)
+    owner = None if number is None else layout.owner(number)
+    if number is None:
+        near = nearest(name, [*layout.numbers])
+        problem = f"{name!r} is no declared signal, and no parameter of a block"
+        cure = f"did you mean {near!r}?" if near else "declare it among the signals"
+    elif layout.types[name].kind not in {"bool", "real", "whole"}:
+        problem, cure = f"{name} is {layout.types[name].name}", "numbers and BOOLs can be moved"
+    elif owner is not None and not layout.is_input(number):
+        problem, cure = f"{name} is an output of its block", "move it to a signal, or to an input"
+    elif owner is not None and layout.instances[owner].kind.function:
+        kind = layout.instances[owner].kind.name
+        problem, cure = f"{name}: {kind} is a function, which keeps nothing", "wire it to a signal, and move there"
+    elif name in wired:
+        problem, cure = f"{name} is wired, and its wire writes it at every call", "move to what it is wired to"
+    elif owner is not None and name not in given and _is_open(layout.instances[owner].kind.name, name):
+        problem, cure = f"{name} is left to the program around", "wire it to a signal, and move there"
+    if problem or number is None:
+        raise MoveError("to", ExpressionError(problem, 0, cure))
+    return number
+
+
+def _is_open(kind: str, name: str) -> bool:
+    """Whether an input that is not given is one that the program around assigns."""
+    field = BLOCK_TYPES[kind].model.model_fields.get(name.partition(".")[2])
+    return field is not None and field.default is None and not field.is_required()
+
+
+def read_moves(layout: Layout, moves: Iterable[Move], wired: Collection[str], given: Collection[str]) -> list[Copy]:
+    """All moves of a listing, in the order of execution; raises `MoveError` for one that means nothing."""
+    copies = [read_move(layout, move, wired, given) for move in moves]
+    return sorted(copies, key=lambda copy: not copy.at_start)
+
+
+def entry_of(move: Move) -> dict[str, Any]:
+    """A move as it stands beside the parameters of a listing."""
+    value = move.move.text if isinstance(move.move, Wire) else plain(move.move)
+    entry: dict[str, Any] = {"move": value, "to": move.to}
+    if move.when is not True:
+        entry["when"] = move.when.text if isinstance(move.when, Wire) else move.when
+    return entry | ({"at": move.at} if move.at == "start" else {})
+
+
+# --- A NextoPID configuration to its program: every parameter with its type, and its content or its wire --------------
+
+
+class WireError(EncodeError):
+    """A wire that means nothing: what is wrong at which character, and the cure."""
+
+    def __init__(self, error: ExpressionError) -> None:
+        super().__init__("form", error.message)
+        self.fault = "wire"
+        self.offset, self.cure = error.offset, error.cure
+
+
+@frozen
+class Placed:
+    """A block of the configuration, with its place in the file."""
+
+    place: Path
+    item: Item
+    kind: BlockType
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether it stands among the loops."""
+        return self.place[0] == "loops"
+
+    def is_no_delay(self, sample_time: Decimal) -> bool:
+        """Whether it is a delay of no whole sample."""
+        time = getattr(self.item, "DelayTime", None)
+        return self.kind.name == "ControlDelay" and isinstance(time, Decimal) and 2 * time <= sample_time
+
+    def given(self) -> Iterator[tuple[Parameter, Any]]:
+        """Its inputs with what the file says or the default is; those that are left to the program around have none."""
+        for row in self.kind.inputs:
+            value = value_at(self.item, steps(row.name))
+            if value is not None:
+                yield row, f"AUTOTUNE_{value}" if row.type.kind == "word" else value
+
+
+def placed(config: NextopidFile) -> list[Placed]:
+    """All blocks in the order of the file, blocks before loops."""
+    blocks = [(("blocks", i), item) for i, item in enumerate(config.blocks)]
+    both = [*blocks, *((("loops", i), item) for i, item in enumerate(config.loops))]
+    return [Placed(place, cast("Item", item), BLOCK_TYPES[item.type]) for place, item in both]
+
+
+@frozen
+class NextopidEncoding:
+    """The program of a configuration, how it is wired, and what did not go in as written."""
+
+    image: Program
+    items: tuple[Placed, ...]
+    layout: Layout
+    wires: Wires
+    sample_time: Decimal
+    """Interval of the task in s."""
+    misfits: tuple[tuple[Path, Misfit], ...]
+    rounded: tuple[tuple[Path, Rounded], ...] = ()
+    copies: tuple[Copy | None, ...] = ()
+    """The moves in the order of the file; None: one that means nothing."""
+
+    @property
+    def whole(self) -> bool:
+        """Whether every value has a parameter that can hold it."""
+        return not self.misfits
+
+    @property
+    def rings(self) -> list[list[int]]:
+        """Numbers of items that form a ring without a delay."""
+        passing = {
+            i for i, block in enumerate(self.items) if block.kind.name in PASSES or block.is_no_delay(self.sample_time)
+        }
+        return list(self.layout.rings(self.wires, passing))
+
+    @cached_property
+    def order(self) -> list[int]:
+        """Numbers of the items in the order of execution."""
+        return self.layout.order(self.wires)
+
+
+def encode(config: NextopidFile) -> NextopidEncoding:
+    """Every signal and parameter; what cannot be stored or wired is a misfit at its place."""
+    items = placed(config)
+    types = {name: signal_type(value) for name, value in config.signals.items()}
+    layout = Layout.of(types, [(block.item.name, block.kind) for block in items])
+    misfits: list[tuple[Path, Misfit]] = []
+    wires: Wires = {}
+    entries = []
+    for name, value in config.signals.items():
+        content, misfit = stored(Parameter(name, types[name]), value)
+        misfits += [] if misfit is None else [(("signals", name), misfit)]
+        entries.append(Entry(name, types[name], content, name))
+    for i, block in enumerate(items):
+        for row, value in block.given():
+            place = (*block.place, *steps(row.name))
+            raw: Content | Wire = value
+            if isinstance(value, Wire):
+                misfit = _wire(layout, wires, (i, row), value)
+            else:
+                raw, misfit = stored(row, value)
+            misfits += [] if misfit is None else [(place, misfit)]
+            entries.append(
+                Entry(
+                    f"{block.item.name}.{row.name}", row.type, raw, row.name, block.item.name if block.is_loop else None
+                )
+            )
+    misfits += _wires_to_itself(layout, wires, items)
+    copies, wrong = _copies(config, layout, entries)
+    misfits += wrong
+    settings = tuple(_settings(block) for block in items)
+    image = Program("nextopid", tuple(entries), settings, _plc_settings(config))
+    return NextopidEncoding(image, tuple(items), layout, wires, config.plc.sample_time, tuple(misfits), copies=copies)
+
+
+def _wire(layout: Layout, wires: Wires, key: tuple[int, Parameter], wire: Wire) -> Misfit | None:
+    i, row = key
+    try:
+        wires[i, row.name] = layout.read(row.type, wire.text)
+    except ExpressionError as error:
+        return Misfit(row.name, row, wire.text, WireError(error))
+    return None
+
+
+def _wires_to_itself(layout: Layout, wires: Wires, items: list[Placed]) -> Iterator[tuple[Path, Misfit]]:
+    """Wires that read an input of their own block which is wired itself (D205)."""
+    for (i, name), expression in wires.items():
+        instance = layout.instances[i]
+        for number in sorted(expression.signals):
+            row = instance.kind.table.rows[number - instance.base] if layout.owner(number) == i else None
+            if row is not None and (i, row.name) in wires:
+                text, full = expression.text, f"{instance.name}.{row.name}"
+                cure = f"write what {full} is wired to in its place"
+                error = ExpressionError(f"{full} is wired itself and of the same call", max(text.find(full), 0), cure)
+                yield (*items[i].place, name), Misfit(name, instance.kind.table.row(name), text, WireError(error))
+
+
+def _copies(
+    config: NextopidFile, layout: Layout, entries: list[Entry]
+) -> tuple[tuple[Copy | None, ...], list[tuple[Path, Misfit]]]:
+    """The moves, and those that mean nothing."""
+    wired = {entry.address for entry in entries if isinstance(entry.raw, Wire)}
+    given = {entry.address for entry in entries}
+    copies: list[Copy | None] = []
+    misfits: list[tuple[Path, Misfit]] = []
+    for i, move in enumerate(config.moves):
+        try:
+            copies.append(read_move(layout, move, wired, given))
+        except MoveError as error:
+            copies.append(None)
+            written = getattr(move, error.key)
+            row = Parameter(error.key, BOOL if error.key == "when" else REAL)
+            text = written.text if isinstance(written, Wire) else str(written)
+            misfits.append((("moves", i, error.key), Misfit(error.key, row, text, WireError(error.error))))
+    return tuple(copies), misfits
+
+
+def _settings(block: Placed) -> dict[str, Any]:
+    """What no parameter says of a block: its type, and what is for people and reports."""
+    entry: dict[str, Any] = {"loop" if block.is_loop else "block": block.item.name, "type": block.kind.name}
+    entry |= present({"description": block.item.description})
+    if not isinstance(block.item, Controller):
+        return entry
+    pv, output = block.item.pv, block.item.output
+    return entry | present(
+        {
+            "sample_time": plain(block.item.sample_time),
+            "pv": file_data(type(pv), dict(pv)) or None,
+            "output": file_data(type(output), dict(output)) or None,
+        }
+    )
+
+
+def _plc_settings(config: NextopidFile) -> dict[str, Any]:
+    program = config.plc.program
+    return present(
+        {
+            "name": config.name,
+            "description": config.description,
+            "sample_time": plain_number(config.plc.sample_time),
+            "moves": [entry_of(move) for move in config.moves] or None,
+            "program": None if program == Plc.model_fields["program"].default else program,
+            "map": config.plc.map,
+        }
+    )
+
+
+# --- A NextoPID program back to a configuration -----------------------------------------------------------------------
+#
+# Which block a name is of stands beside the parameters, in the settings or in the declarations of a program.
+# Everything that is a default is left out, so that encoding the result again gives the same program.
+
+REQUIRED = "required"
+
+
+class ItemSettings(Model):
+    """What stands beside the parameters of one block."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    loop: Identifier | None = None
+    """Name of a controller."""
+    block: Identifier | None = None
+    """Name of another block or function."""
+    type: str
+    """Its type."""
+    description: Text | None = None
+    """What it does."""
+    sample_time: Seconds | None = None
+    """Interval of a loop's calls in s."""
+    cycles: Integer | None = None
+    """The same in cycles of the task, where a program does not say how long they are."""
+    pv: PvText = PvText()
+    """Unit of the PV."""
+    output: OutputText = OutputText()
+    """Scale and unit of the output."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.loop or self.block or ""
+
+
+class PlcSettings(SectionSettings):
+    """What stands beside the parameters for the whole file."""
+
+    sample_time: Seconds | None = None
+    """Interval of the task in s."""
+    program: Identifier = "PidLoops"
+    """Name of the program."""
+    moves: tuple[Move, ...] = ()
+    """What the program copies."""
+    map: MapFile | None = None
+    """Modbus map."""
+
+
+def decode(
+    words: Mapping[str, Content | Wire],
+    settings: Sequence[Mapping[str, Any]] = (),
+    plc: Mapping[str, Any] | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> Decoded:
+    """The configuration of these parameters; raises `DecodeError` with the name of what is no value.
+
+    ``options``: ``sample_time``, the interval of the task in s, where the listing does not say it.
+    """
+    plc_settings = read_settings(PlcSettings, plc or {}, "plc")
+    time = (options or {}).get("sample_time") or plc_settings.sample_time
+    if not settings:
+        raise DecodeError(f"the program declares no block of the library ({', '.join(sorted(LOOP_TYPES))}, …)")
+    if time is None:
+        raise DecodeError("the listing does not say the interval of the task; give --sample-time")
+    data: Data = {"pidcfg": 1, "vendor": "nextopid", **present({"name": plc_settings.name})}
+    data |= present({"description": plc_settings.description})
+    data["plc"] = {"sample_time": plain_number(Decimal(time))}
+    if plc_settings.program != Plc.model_fields["program"].default:
+        data["plc"]["program"] = plc_settings.program
+    data["plc"] |= present({"map": plc_settings.map})
+    signals = {name: _signal(content) for name, content in words.items() if "." not in name}
+    data |= {"signals": signals} if signals else {}
+    items = [read_item(entry, i) for i, entry in enumerate(settings)]
+    for key in ("blocks", "loops"):
+        entries = [_item(item, words, Decimal(time)) for item in items if (item.loop is None) == (key == "blocks")]
+        data |= {key: entries} if entries or key == "loops" else {}
+    if plc_settings.moves:
+        data["moves"] = [entry_of(move) for move in plc_settings.moves]
+    return Decoded(data)
+
+
+def read_item(entry: Mapping[str, Any], number: int) -> ItemSettings:
+    """The settings of a block, whose type the library must have."""
+    item = read_settings(ItemSettings, entry, f"settings[{number}]")
+    if (item.loop is None) == (item.block is None):
+        raise DecodeError(f"settings[{number}]: either 'loop' or 'block' names it")
+    kind = BLOCK_TYPES.get(item.type)
+    if kind is None or (item.loop is not None and kind.name not in LOOP_TYPES):
+        message = f"{item.name}: {item.type!r} is no {'controller' if item.loop else 'block'} of the library"
+        raise RefusedError(message, f"settings[{number}]", ("type",))
+    return item
+
+
+def _item(item: ItemSettings, words: Mapping[str, Content | Wire], task: Decimal) -> Data:
+    kind = BLOCK_TYPES[item.type]
+    data: Data = {"name": item.name, "type": item.type, **present({"description": item.description})}
+    interval = item.sample_time if item.cycles is None else item.cycles * task
+    if interval is not None:
+        data["sample_time"] = plain_number(interval)
+    for row in kind.inputs:
+        content = words.get(f"{item.name}.{row.name}")
+        if content is None and _kept(kind, row.name) == REQUIRED:
+            raise DecodeError(f"the listing does not hold {item.name}.{row.name}")
+        if content is not None and not isinstance(content, Wire) and read(row.type, content) is None:
+            raise DecodeError(f"{item.name}.{row.name}: {content!r} is not a value of {row.type.name}")
+        if content is not None and (_kept(kind, row.name) or content != row.type.default):
+            text = str(content).removeprefix("AUTOTUNE_") if row.type.kind == "word" else _plain(content)
+            put(data, steps(row.name), text)
+    sections = {"pv": file_data(PvText, dict(item.pv)), "output": file_data(OutputText, dict(item.output))}
+    return data | {key: section for key, section in sections.items() if section}
+
+
+def _kept(kind: BlockType, name: str) -> str:
+    """Why a parameter is written although it is 0: it is required, or without it something else is meant."""
+    field = kind.model.model_fields.get(name)
+    if field is None or field.default is None:
+        return "given"
+    return REQUIRED if field.is_required() else ""
+
+
+def _signal(content: Content | Wire) -> bool | int | float | str:
+    """The first value of a signal as the file writes it, with its type where a number would be a REAL."""
+    if isinstance(content, int) and not isinstance(content, bool):
+        return f"INT#{content}"
+    return content if isinstance(content, str) else _plain(content)
+
+
+def _plain(content: Content | Wire) -> bool | int | float | str:
+    """A content as the file writes it."""
+    if isinstance(content, Wire):
+        return content.text
+    return content if isinstance(content, bool) else plain_number(Decimal(repr(content)))
+
+
+# --- How a NextoPID block holds its gains: engineering units, as times or as independent gains ------------------------
+
+
+def tuning_of(config: NextopidFile, loop: Controller) -> LoopTuning:
+    """The three parameters of a block."""
+    if not isinstance(loop, PidaReal):
+        return LoopTuning(TUNED, wrong="it switches on and off, and has no gains")
+    wrong = "its form is not known: Indep is wired" if isinstance(loop.Indep, Wire) else ""
+    if loop.DisableP is not False and loop.Indep is False:
+        wrong = "it may act without its proportional term (DisableP)"
+    seconds, filtered = float(loop.sample_time or config.plc.sample_time), float(_number(loop.Tfd) or 0)
+    return LoopTuning(
+        TUNED,
+        raises_pv=None if isinstance(loop.Direct, Wire) else not loop.Direct,
+        independent=loop.Indep is True,
+        now=(_number(loop.Kp), _number(loop.Ti_Ki), _number(loop.Td_Kd)),
+        wrong=wrong,
+        sample_time=seconds,
+        derivative_share=-expm1(-seconds / filtered) if filtered > 0 else 1.0,
+    )
+
+
+def _number(value: Decimal | Wire) -> Decimal | None:
+    return None if isinstance(value, Wire) else value
+
+
+# --- What the memory of a NextoPID program may hold: signals, and the parameters of every instance --------------------
+
+PARAMETERS = frozenset(row.name for kind in BLOCK_TYPES.values() for row in kind.table.rows)
+
+SIGNALS = {"PV": "PV", "SP": "SP", "MV": "OUT"}
+"""Parameters that are columns of a trend."""
+MODE_KEYS = ("Manual", "CASC")
+LITERALS = False
+
+
+def mode_of(values: Mapping[str, Any]) -> str:
+    """The mode that these parameters ask for."""
+    if values["Manual"]:
+        return "manual"
+    return "cascade" if values.get("CASC") else "auto"
+
+
+def points(program: Program) -> Symbols:
+    """All signals, and the parameters of all blocks and loops; a function keeps nothing, and has none (D893)."""
+    found = {cell.address: Point(cell.address, cell.type) for cell in program.cells if "." not in cell.address}
+    for entry in program.settings:
+        found |= {point.name: point for point in _of_block(program, entry)}
+    return Symbols("a parameter or a signal of the program", found, PARAMETERS)
+
+
+def _of_block(program: Program, entry: Mapping[str, Any]) -> Iterator[Point]:
+    kind = BLOCK_TYPES[entry["type"]]
+    name, loop = str(entry.get("loop") or entry.get("block")), entry.get("loop")
+    if kind.function:
+        return
+    words = program.words
+    for row in kind.table.rows:
+        full = f"{name}.{row.name}"
+        writer = writer_of(WRITTEN, row.name, {SIGNAL: None})
+        runs = writer is not None and writer.kind == "live"
+        needed = full in words and not isinstance(words[full], Wire) and not runs
+        yield Point(full, row.type, loop, needed)
+
+
+# --- The two moves of figure 16-1 in a configuration: MV into ManualMV in automatic, PV into SP in manual -------------
+
+
+class Bumpless(NamedTuple):
+    """The numbers of the moves of a loop; None: it has none of this kind."""
+
+    holds_mv: int | None
+    """MV is copied into ManualMV while the loop is not in manual."""
+    follows_pv: int | None
+    """PV is copied into SP while it is."""
+
+
+def bumpless_moves(encoding: NextopidEncoding, i: int) -> Bumpless:
+    """The moves of figure 16-1 around an item: by what they read and write, whatever their signals are called."""
+    return Bumpless(
+        _find(encoding, i, "MV", "ManualMV", in_manual=False), _find(encoding, i, "PV", "SP", in_manual=True)
+    )
+
+
+def _find(encoding: NextopidEncoding, i: int, source: str, target: str, *, in_manual: bool) -> int | None:
+    """The move from one parameter to another that is executed behind the blocks, in manual or else."""
+    manual = _codes(encoding, i, "Manual")
+    wanted = manual if in_manual else {((*code, NOT, 0), constants) for code, constants in manual}
+    sources, targets = _codes(encoding, i, source), {code for code, _ in _codes(encoding, i, target)}
+    for number, copy in enumerate(encoding.copies):
+        if copy is None or copy.when is None or copy.at_start:
+            continue
+        fits = _code(copy.when) in wanted and _code(copy.value) in sources
+        if fits and (SIGNAL_CODE, copy.target) in targets:
+            return number
+    return None
+
+
+Code = tuple[tuple[int, ...], tuple[float, ...]]
+
+
+def _code(expression: Expression) -> Code:
+    return expression.code, expression.constants
+
+
+def _codes(encoding: NextopidEncoding, i: int, key: str) -> set[Code]:
+    """A parameter, and what it is wired to: both have its value behind its call."""
+    numbers = encoding.layout.numbers
+    number = numbers.get(f"{encoding.layout.instances[i].name}.{key}")
+    wire = encoding.wires.get((i, key))
+    own: set[Code] = set() if number is None else {((SIGNAL_CODE, number), ())}
+    return own if wire is None else own | {_code(wire)}

@@ -1,0 +1,518 @@
+"""Structured Text (IEC 61131-3) as far as every vendor has it: words, statements, literals and comments."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.encoders.listing import Listing, ListingError, load_json
+from pidcfg.encoders.parameters import read, store
+from pidcfg.schemas.iec import TYPED, Timed, time_seconds
+from pidcfg.schemas.numbers import MAX_DIGITS
+from pidcfg.text.signs import CONTROL
+from pidcfg.text.writer import json_line
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.parameters import Content
+    from pidcfg.schemas.iec import IecType
+
+# --- Structured Text as words and signs with their places, and its comments -------------------------------------------
+
+NAME, NUMBER, TYPED_LITERAL, OTHER, SIGN, END = "name", "number", "typed", "other", "sign", "end"
+"""What a token is: ``typed`` is a literal with a prefix (``16#FF``), ``other`` a text or a location."""
+
+
+class Token(NamedTuple):
+    """A word or sign of the program."""
+
+    kind: str
+    text: str
+    line: int
+    column: int
+    note: str = ""
+    """The comment that stands behind it on the same line."""
+
+    @property
+    def upper(self) -> str:
+        """In capitals, since the language does not tell them from small letters."""
+        return self.text.upper()
+
+    def error(self, message: str) -> ListingError:
+        """A fault at this place."""
+        return ListingError(message, self.line, self.column)
+
+
+class Comment(NamedTuple):
+    """What people read, and where it stands."""
+
+    text: str
+    line: int
+    column: int
+
+
+PARTS = (
+    ("skip", r"[ \t\r\n\f\ufeff]+"),
+    ("line", r"//[^\n]*"),
+    ("block", r"\(\*|/\*"),
+    ("pragma", r"\{[^}]*\}"),
+    (OTHER, r"""'(?:\$.|[^'$\n])*'|"(?:\$.|[^"$\n])*"|%[\w.*]+"""),
+    (TYPED_LITERAL, r"(?:[DLT]*(?:TIME|DATE|T|D|DT|TOD|TIME_OF_DAY|DATE_AND_TIME)#[-+\w.:]+|\w+(?:#\w+)?#[-+]?[\w.]+)"),
+    (NUMBER, r"\d[\d_]*(?:\.\d[\d_]*)?(?:[eE][-+]?\d+)?(?![^\W\d])"),
+    (NAME, r"[^\W\d]\w*"),
+    (SIGN, r":=|=>|<=|>=|<>|\*\*|\.\.|[-+*/=<>()\[\],;:.&^#@]"),
+)
+PATTERN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in PARTS), re.DOTALL)
+COMMENT_ENDS = {"(*": re.compile(r"\(\*|\*\)"), "/*": re.compile(r"\*/")}
+"""Comments in parentheses may stand in each other."""
+
+CONDITIONAL = re.compile(r"\{\s*(IF|ELSIF|ELSE|END_IF)\b", re.IGNORECASE)
+OPENING = re.compile(r"[\s\ufeff]+|(?P<line>//[^\n]*)|(?P<block>\(\*|/\*)|\{[^}]*\}(?=\s*[A-Z(/{])", re.IGNORECASE)
+"""What may stand before a program; a pragma has a word behind it, which JSON has not."""
+
+
+def opening(text: str) -> int:
+    """Where the first word of a text begins, behind comments and pragmas; the end, where a comment has none."""
+    at = 0
+    while match := OPENING.match(text, at):
+        at = match.end()
+        if match.lastgroup == "block":
+            try:
+                at = _comment_end(text, match.group(), at, 1, 1)
+            except ListingError:
+                return len(text)
+    return at
+
+
+def tokens_of(text: str, line: int = 1) -> tuple[list[Token], list[Comment]]:
+    """All tokens, the last of which is the end, and all comments; raises `ListingError`."""
+    tokens: list[Token] = []
+    comments: list[Comment] = []
+    at, begin = 0, 0
+    while at < len(text):
+        match = PATTERN.match(text, at)
+        if match is None:
+            raise ListingError(f"{text[at]!r} is nothing that Structured Text has here", line, at - begin + 1)
+        kind, column, end = match.lastgroup or "", at - begin + 1, match.end()
+        if kind in {"line", "block"}:
+            end = _comment_end(text, match.group(), end, line, column)
+            inner = text[at + 2 : end if kind == "line" else end - 2].strip()
+            comments.append(Comment(inner, line, column))
+            if tokens and tokens[-1].line == line and not tokens[-1].note:
+                tokens[-1] = tokens[-1]._replace(note=inner)
+        elif kind == "pragma" and (condition := CONDITIONAL.match(match.group())):
+            word = condition.group(1)
+            message = f"{{{word} …}}: what stands behind is compiled on a condition only; write down what is compiled"
+            raise ListingError(message, line, column)
+        elif kind not in {"skip", "pragma"}:
+            tokens.append(Token(kind, match.group(), line, column))
+        breaks = text.count("\n", at, end)
+        if breaks:
+            line, begin = line + breaks, text.rindex("\n", at, end) + 1
+        at = end
+    tokens.append(Token(END, "the end of the file", line, at - begin + 1))
+    return tokens, comments
+
+
+def _comment_end(text: str, sign: str, at: int, line: int, column: int) -> int:
+    """Where a comment ends."""
+    if sign not in COMMENT_ENDS:
+        return at
+    open_comments = 1
+    for match in COMMENT_ENDS[sign].finditer(text, at):
+        open_comments += 1 if match.group() == sign else -1
+        if not open_comments:
+            return match.end()
+    raise ListingError(f"the comment that begins here with {sign} has no end", line, column)
+
+
+# --- Structured Text to declarations and statements; what they mean is found by the reader of each vendor -------------
+
+VARIABLES = frozenset(
+    ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_GLOBAL", "VAR_TEMP", "VAR_EXTERNAL", "VAR_STAT", "VAR_CONFIG")
+)
+QUALIFIERS = frozenset(("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"))
+ENDS = {"IF": "END_IF", "CASE": "END_CASE", "FOR": "END_FOR", "WHILE": "END_WHILE", "REPEAT": "END_REPEAT"}
+"""Statements that have others inside."""
+DEEPEST = 8
+"""Structures in each other."""
+MOST_NESTED = 32
+"""Statements in each other."""
+
+Initial = tuple[Token, ...] | dict[str, "Member"]
+"""The tokens of a literal, or the members of a structure by name."""
+
+
+class Member(NamedTuple):
+    """A member of an initial value."""
+
+    name: Token
+    value: Initial
+
+
+class Declaration(NamedTuple):
+    """A variable: its name, its type, its initial value, and the comment behind it."""
+
+    name: Token
+    type: tuple[Token, ...]
+    initial: Initial | None = None
+    note: str = ""
+    section: str = "VAR"
+    """The word that its block begins with, in capitals."""
+    address: tuple[Token, ...] = ()
+    """What stands behind AT."""
+
+    @property
+    def type_name(self) -> str:
+        """The type in capitals, if it is one word."""
+        return self.type[0].upper if len(self.type) == 1 else ""
+
+
+class Statement(NamedTuple):
+    """A statement without its semicolon, and the end as its last token."""
+
+    tokens: tuple[Token, ...]
+
+    @property
+    def first(self) -> Token:
+        """Where it begins."""
+        return self.tokens[0]
+
+
+@dataclass(slots=True)
+class Cursor:
+    """Tokens, and where reading has come to."""
+
+    tokens: Sequence[Token]
+    at: int = 0
+
+    @property
+    def here(self) -> Token:
+        """The token that comes next."""
+        return self.tokens[min(self.at, len(self.tokens) - 1)]
+
+    def take(self) -> Token:
+        """The token that comes next, which is then behind."""
+        token = self.here
+        self.at += 1
+        return token
+
+    def expect(self, sign: str, after: str) -> Token:
+        """A sign or word that must come next."""
+        token = self.take()
+        if token.upper != sign or token.kind == END:
+            raise token.error(f"{sign!r} is missing after {after}, before {token.text!r}")
+        return token
+
+    def until(self, stops: frozenset[str]) -> tuple[Token, ...]:
+        """The tokens up to one of these outside of all parentheses."""
+        start, depth = self.at, 0
+        while self.here.kind != END and not (depth == 0 and self.here.upper in stops):
+            depth += (self.here.text in "([") - (self.here.text in ")]") if len(self.here.text) == 1 else 0
+            if depth < 0 or self.here.text == ";":
+                raise self.here.error(f"unexpected {self.here.text!r}")
+            self.at += 1
+        return tuple(self.tokens[start : self.at])
+
+
+SEMICOLON = frozenset(";")
+
+
+def name_of(cursor: Cursor, after: str) -> Token:
+    """A name that must come next."""
+    token = cursor.take()
+    if token.kind != NAME:
+        raise token.error(f"a name is missing after {after}, before {token.text!r}")
+    return token
+
+
+# --- declarations ----------------------------------------------------------------------------------------------------
+
+
+def declarations(cursor: Cursor) -> Iterator[Declaration]:
+    """A block of variables, from VAR to END_VAR."""
+    head = cursor.take()
+    while cursor.here.upper in QUALIFIERS:
+        cursor.take()
+    while cursor.here.upper != "END_VAR":
+        if cursor.here.kind == END:
+            raise head.error(f"{head.text} has no END_VAR")
+        names = [name_of(cursor, "the declarations before")]
+        while cursor.here.text == ",":
+            cursor.take()
+            names.append(name_of(cursor, "the comma"))
+        address = cursor.until(frozenset((":", ";")))[1:] if cursor.here.upper == "AT" else ()
+        cursor.expect(":", names[-1].text)
+        kind = cursor.until(frozenset((":=", ";", "END_VAR")))
+        initial = None
+        if cursor.here.text == ":=":
+            cursor.take()
+            initial = initial_value(cursor.until(frozenset((";", "END_VAR"))))
+        end = cursor.expect(";", "the declaration")
+        for name in names:
+            yield Declaration(name, kind, initial, end.note, head.upper, address)
+    cursor.take()
+
+
+def initial_value(tokens: tuple[Token, ...], depth: int = 0) -> Initial:
+    """An initial value: a structure, ``(SP := 50.0)``, or anything else as it stands."""
+    if len(tokens) < 4 or tokens[0].text != "(" or tokens[2].text != ":=":
+        return tokens
+    if depth > DEEPEST:
+        raise tokens[0].error("structures are nested too deeply")
+    if tokens[-1].text != ")":
+        raise tokens[-1].error(f"{tokens[-1].text!r} stands behind the structure")
+    cursor = Cursor((*tokens[1:-1], tokens[-1]._replace(kind=END)))
+    members: dict[str, Member] = {}
+    while True:
+        name = name_of(cursor, "the parenthesis or comma")
+        cursor.expect(":=", name.text)
+        value = cursor.until(frozenset(","))
+        if name.upper in members:
+            raise name.error(f"{name.text} stands here again")
+        members[name.upper] = Member(name, initial_value(value, depth + 1))
+        if cursor.here.kind == END:
+            return members
+        cursor.expect(",", "the member")
+
+
+# --- statements ------------------------------------------------------------------------------------------------------
+
+
+def statement(cursor: Cursor) -> Iterator[Statement]:
+    """The next statement; one that is empty is none."""
+    start = cursor.at
+    if cursor.here.upper in ENDS and cursor.here.kind == NAME:
+        _skip_inner(cursor)
+        end = cursor.at
+        if cursor.here.text == ";":
+            cursor.take()
+    else:
+        cursor.until(SEMICOLON)
+        end = cursor.at
+        if cursor.here.kind == END:
+            raise cursor.tokens[start].error("the statement that begins here has no end: ';' or ')' is missing")
+        cursor.take()
+    if end > start:
+        last = cursor.tokens[end - 1]
+        yield Statement((*cursor.tokens[start:end], Token(END, "the end of the statement", last.line, last.column)))
+
+
+def _skip_inner(cursor: Cursor) -> None:
+    """Moves behind a statement with others inside."""
+    waiting: list[Token] = []
+    while True:
+        token = cursor.take()
+        if token.kind == END:
+            raise waiting[-1].error(f"{waiting[-1].text} has no {ENDS[waiting[-1].upper]}")
+        if token.kind == NAME and token.upper in ENDS:
+            waiting.append(token)
+            if len(waiting) > MOST_NESTED:
+                raise token.error(f"more than {MOST_NESTED} statements stand in each other")
+        elif token.kind == NAME and token.upper == ENDS[waiting[-1].upper]:
+            waiting.pop()
+            if not waiting:
+                return
+
+
+class Argument(NamedTuple):
+    """An argument of a call: the parameter, ``:=`` or ``=>``, and what stands behind it."""
+
+    name: Token
+    sign: str
+    value: tuple[Token, ...]
+
+
+def chain(tokens: Sequence[Token], at: int = 0) -> tuple[Token, ...]:
+    """A name with the dots and names behind it, ``TIC_1.ErrBits.Kp``, without the dots."""
+    parts: list[Token] = []
+    while tokens[at].kind == NAME:
+        parts.append(tokens[at])
+        if tokens[at + 1].text != "." or tokens[at + 2].kind != NAME:
+            break
+        at += 2
+    return tuple(parts)
+
+
+def arguments(tokens: Sequence[Token], callee: str) -> list[Argument]:
+    """The arguments of a call from its opening parenthesis to the end of the statement; each has a name."""
+    cursor = Cursor((*tokens, Token(END, "the end of the statement", tokens[-1].line, tokens[-1].column)))
+    cursor.expect("(", callee)
+    listed: dict[str, Argument] = {}
+    while cursor.here.text != ")":
+        name = cursor.take()
+        sign = cursor.take()
+        if name.kind != NAME or sign.text not in {":=", "=>"}:
+            raise name.error(f"an argument of {callee} has no name; write it as in PV := FT_101")
+        value = cursor.until(frozenset((",", ")")))
+        if not value:
+            raise sign.error(f"nothing stands behind {name.text} {sign.text}")
+        if name.upper in listed:
+            raise name.error(f"{name.text} stands here again")
+        listed[name.upper] = Argument(name, sign.text, value)
+        if cursor.here.text != ")":
+            cursor.expect(",", f"the argument {name.text}")
+    cursor.take()
+    if cursor.here.kind != END:
+        raise cursor.here.error(f"{cursor.here.text!r} stands behind the call of {callee}")
+    return [*listed.values()]
+
+
+def is_literal(token: Token) -> bool:
+    """Whether a token is a number, or a literal with a prefix."""
+    return token.kind in {NUMBER, TYPED_LITERAL}
+
+
+# --- Comments and literals of Structured Text as programs of every vendor have them, and the settings in comments -----
+#
+# What no variable of a program holds stands in comments above it as JSON, ``plc: {…}`` and ``loop: {…}``, for the way
+# back.
+
+WIDTH = 110
+"""Beyond this a declaration or a call gets a line for each parameter."""
+BLANKS = re.compile(f"[\\x00-\\x20{CONTROL}]+")
+COMMENT_MARKS = re.compile(r"\((?=\*)|\*(?=\))")
+"""What would begin or end a comment."""
+NOT_IN_COMMENTS = re.compile(f"{COMMENT_MARKS.pattern}|[\\ud800-\\udfff\\ufffe\\uffff]")
+"""These, and what no file may hold."""
+SETTINGS = re.compile(r"(plc|loop):\s*(?=\{)")
+"""Beginning of a comment with settings that no parameter holds."""
+
+
+def comment_text(text: str) -> str:
+    """A text of people's on one line, in which no comment ends or begins."""
+    return COMMENT_MARKS.sub(lambda sign: f"{sign.group()} ", BLANKS.sub(" ", text))
+
+
+def settings_text(entry: Mapping[str, object]) -> str:
+    """JSON in which no comment ends or begins; such signs can stand in texts only, where there is another way."""
+    return NOT_IN_COMMENTS.sub(lambda sign: f"\\u{ord(sign.group()):04x}", json_line(dict(entry)))
+
+
+def settings_of(comments: Iterable[Comment], listing: Listing) -> list[Comment]:
+    """Reads the settings of the comments into the listing; returns the comments of blocks, in the order of entries."""
+    places: list[Comment] = []
+    for comment in comments:
+        head = SETTINGS.match(comment.text)
+        if head is None:
+            continue
+        try:
+            entry = load_json(comment.text[head.end() :])
+        except ListingError as error:
+            raise ListingError(f"the settings are {error}", comment.line, comment.column) from None
+        if head.group(1) == "plc":
+            listing.plc = entry
+        else:
+            listing.settings = (*listing.settings, entry)
+            places.append(comment)
+    return places
+
+
+def literal(kind: IecType, content: Content) -> str:
+    """A content as the language writes it."""
+    if kind.kind == "bool":
+        return "TRUE" if content else "FALSE"
+    if kind.kind == "word":
+        return f"{kind.name}.{content}"
+    if kind.kind == "time":
+        return str(content)
+    return st_real(float(content)) if kind.kind == "real" else str(int(content))
+
+
+def st_real(value: float) -> str:
+    """A REAL literal: always with a point, so that no division is one of whole numbers."""
+    mantissa, _, exponent = repr(value + 0.0).partition("e")
+    whole = mantissa if "." in mantissa else f"{mantissa}.0"
+    return f"{whole}E{int(exponent)}" if exponent else whole
+
+
+def wrapped(start: str, parts: list[str], end: str) -> list[str]:
+    """On one line, or a line for each part."""
+    line = f"{start}{', '.join(parts)}{end}"
+    if len(line) <= WIDTH:
+        return [line]
+    return [start, *(f"    {part}," for part in parts[:-1]), f"    {parts[-1]}", end]
+
+
+# --- Literals of Structured Text --------------------------------------------------------------------------------------
+
+TRUTHS = {"TRUE": True, "FALSE": False}
+BASES = {"2": 2, "8": 8, "16": 16}
+INTEGERS = frozenset(
+    ("SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD", "LWORD")
+)
+REALS = frozenset(("REAL", "LREAL"))
+
+
+def number_of(token: Token) -> int | Decimal | bool:
+    """What a literal means: a whole number, a real one, a truth, or a time in s."""
+    if TYPED.fullmatch(token.text) and token.upper.startswith(("T#", "TIME#")):
+        seconds = time_seconds(token.text)
+        if seconds is None:
+            raise token.error(f"{token.text} is not a TIME; write it as in T#1m30s or T#500ms")
+        return Timed(seconds)
+    text = token.text.replace("_", "")
+    if len(text) > MAX_DIGITS + 8:
+        raise token.error(f"a number of more than {MAX_DIGITS} digits")
+    prefix, _, rest = text.rpartition("#")
+    kind, _, base = prefix.upper().rpartition("#")
+    base, kind = (base, kind) if base in BASES else ("", prefix.upper())
+    try:
+        if kind == "BOOL":
+            return {"1": True, "0": False, **TRUTHS}[rest.upper()]
+        if base and kind in {"", *INTEGERS}:
+            return int(rest, BASES[base])
+        if kind in REALS or not kind:
+            number = Decimal(rest)
+            return int(rest) if not kind and rest.isdigit() else _finite(number, token)
+        if kind in INTEGERS:
+            return int(rest)
+    except (ValueError, ArithmeticError, KeyError):
+        raise token.error(f"{token.text} is not a literal") from None
+    raise token.error(f"{token.text} is no number")
+
+
+def _finite(number: Decimal, token: Token) -> Decimal:
+    if not number.is_finite() or abs(number.adjusted()) > MAX_DIGITS * 4:
+        raise token.error(f"{token.text} is too large or too small")
+    return number
+
+
+def content_of(tokens: Sequence[Token], kind: IecType, name: str) -> Content | None:
+    """The content that a literal means for a variable of this type; None: it is no literal."""
+    signs = [token.text for token in tokens if token.text in {"+", "-"}]
+    rest = tokens[len(signs) :]
+    if kind.kind == "word":
+        return _word(tokens, kind, name)
+    if len(rest) != 1 or [token.text for token in tokens[: len(signs)]] != signs:
+        return None
+    token = rest[0]
+    truth = TRUTHS.get(token.upper) if token.kind == NAME and not signs else None
+    if truth is None and not is_literal(token):
+        return None
+    value = number_of(token) if truth is None else truth
+    if isinstance(value, Timed) or kind.kind == "time":
+        if isinstance(value, Timed) and kind.kind == "time" and not signs:
+            return store(kind, value)
+        raise token.error(f"{name}: {token.text} is not a value of {kind.name}; numbers are in s")
+    if isinstance(value, bool) or kind.kind == "bool":
+        plain = value if isinstance(value, bool) else {0: False, 1: True}.get(value if isinstance(value, int) else 2)
+        content = read(kind, plain) if not signs else None
+    else:
+        content = read(kind, float(-value if signs.count("-") % 2 else value))
+    if content is None:
+        raise tokens[0].error(f"{name}: {''.join(part.text for part in tokens)} is not a value of {kind.name}")
+    return content
+
+
+def _word(tokens: Sequence[Token], kind: IecType, name: str) -> Content | None:
+    """A word of an enumeration, with or without its name before it."""
+    text = "".join(token.upper for token in tokens)
+    for sign in "#.":
+        text = text.removeprefix(f"{kind.name}{sign}")
+    if text not in kind.words:
+        raise tokens[0].error(f"{name}: {text} is none of {', '.join(kind.words)}")
+    return text

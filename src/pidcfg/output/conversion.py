@@ -1,0 +1,270 @@
+"""A configuration of another vendor, and the verdicts of the battery as plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.ledger import DEFAULT, ConvertError, MaxLossError, parse_max_loss, shown
+from pidcfg.conversion.pipeline import comments, convert, with_comments
+from pidcfg.output.arguments import ArgumentError, vendor_options
+from pidcfg.output.findings import Data, errors_in, finding_data, findings_data
+from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
+from pidcfg.validate.engine import Checked, check_document
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from pidcfg.conversion.ledger import Change, MaxLoss, Missing, Terms
+    from pidcfg.conversion.pipeline import Converted, LoopReport
+    from pidcfg.study.verification.comparison import SignalDifference
+    from pidcfg.study.verification.verify import Verified
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
+    from pidcfg.vendors import Vendor
+
+# --- The verdicts of the battery as plain data: for `convert --verify` and `diff --verify` ----------------------------
+
+State = float | str | bool
+"""What a signal shows."""
+SEVERAL = "of the values that the report says were written"
+"""Why two sides differ where no line alone does it."""
+
+
+def verified_data(loop: Verified) -> Data:
+    """One loop's verdict."""
+    return {
+        "loop": loop.loop,
+        "passed": loop.passed,
+        "pv_percent": round(loop.pv_percent, 6),
+        "output_percent": round(loop.output_percent, 6),
+        "iae_ratio": None if loop.iae_ratio is None else round(loop.iae_ratio, 6),
+        "stages": list(loop.stages),
+        "not_tried": [{"stage": one.stage, "mode": one.mode} for one in loop.untried],
+        "differences": [{**_difference(one.difference), "key": one.key or None} for one in loop.failures],
+        "named": [{**_difference(one.difference), **_line(one.line)} for one in loop.named],
+    }
+
+
+def _line(line: Change | None) -> dict[str, Any]:
+    return {"line": None, "note": SEVERAL} if line is None else {"line": line.field, "note": line.note}
+
+
+def _difference(one: SignalDifference) -> dict[str, Any]:
+    worst = None if one.worst is None else round(100 * one.worst, 6)
+    return {
+        "stage": one.stage,
+        "signal": one.signal,
+        "at": round(one.at, 6),
+        "from": _shown(one.before),
+        "to": _shown(one.after),
+        "percent": worst,
+    }
+
+
+def _shown(value: State) -> State:
+    return value if isinstance(value, bool | str) else float(f"{value:.10g}")
+
+
+# --- A configuration of another vendor: the result of `pidcfg.convert`, and its JSON ----------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class ConvertResult:
+    """A configuration for another vendor, what became of every field, and how both sides compare."""
+
+    document: Document
+    """The source."""
+    findings: tuple[Diagnostic, ...]
+    """Of the source; PID042: what it has to say before it, or a loop of it, can be converted."""
+    target: str
+    source: str | None = None
+    """Keys of both vendors."""
+    data: Data | None = None
+    """The target's configuration as plain data, with the values that its registers hold; None: there is none."""
+    text: str = ""
+    """The same as YAML, with the comments of the source."""
+    loops: tuple[LoopReport, ...] = ()
+    """Of every loop of the source, what became of each of its fields, or why it was dropped."""
+    losses: bool = False
+    """Whether anything was lost: a loop, or a field that was dropped, clamped or rounded too far."""
+    target_document: Document | None = None
+    target_findings: tuple[Diagnostic, ...] = ()
+    """What the target's own rules say about the result; with an error, its PLC would not take it."""
+    verified: tuple[Verified, ...] | None = None
+    """Loop by loop the verdict of the battery on both sides; None: that was not asked for, or not possible."""
+    unverified: str = ""
+    """Why that was not possible."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is a configuration that the target's PLC takes; it may have lost something."""
+        return self.data is not None and not errors_in(self.target_findings)
+
+    @property
+    def faults(self) -> tuple[Diagnostic, ...]:
+        """What the target's own rules find at fault in the result: errors and warnings."""
+        return tuple(d for d in self.target_findings if d.severity is not Severity.INFO)
+
+    @property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        """The places of each loop that went over, in the source and in the result."""
+        kept = [i for i, loop in enumerate(self.loops) if loop.status == "converted"]
+        return tuple((i, j) for j, i in enumerate(kept))
+
+    @property
+    def alike(self) -> bool:
+        """Whether both sides behave alike, but for what the report names; also where that was not asked for."""
+        return all(loop.passed for loop in self.verified or ())
+
+    @property
+    def pv_percent(self) -> float:
+        """How far a PV lies apart at most, in % of its range."""
+        return max((loop.pv_percent for loop in self.verified or ()), default=0.0)
+
+    def to_json(self) -> Data:
+        """What ``pidcfg convert --report json`` prints: the changes; where there is no result, the errors."""
+        if self.data is None:
+            return findings_data(errors_in(self.findings))
+        loops = [_loop(loop) for loop in self.loops]
+        document = {"version": 1, "from": self.source, "to": self.target, "loops": loops}
+        document["findings"] = [finding_data(d) for d in self.faults]
+        if self.verified is not None:
+            document["verify"] = [verified_data(loop) for loop in self.verified]
+        return document
+
+
+def _loop(loop: LoopReport) -> Data:
+    changes = [_change(change) for change in loop.changes]
+    return {"loop": loop.loop, "status": loop.status, "reason": loop.reason or None, "changes": changes}
+
+
+def _change(change: Change) -> Data:
+    return {
+        "field": change.field,
+        "target_field": change.target_field or None,
+        "kind": change.kind,
+        "from": shown(change.source),
+        "to": shown(change.target),
+        "error_percent": round(change.error_percent, 6),
+        "loss": change.loss,
+        "neutral": None if change.terms is None else _terms(change.terms),
+        "note": change.note,
+    }
+
+
+def _terms(terms: Terms) -> Data:
+    return {"field": terms.field, "from": shown(terms.wanted), "to": shown(terms.held), "unit": terms.unit}
+
+
+def converted(
+    checked: Checked,
+    target: Vendor,
+    options: Mapping[str, object],
+    limits: Limits,
+    verify: Callable[[Checked, Checked, ConvertResult], tuple[Verified, ...]] | None,
+    max_loss: MaxLoss = DEFAULT,
+) -> ConvertResult:
+    """The conversion of a checked configuration; ``verify`` compares both sides where the target takes the result.
+
+    ``options`` are the target's own: where things go that the source does not say. ``max_loss``: how far values may be
+    rounded without being lost. Loops that the target's own rules refuse are dropped, unless it is all of them.
+    """
+    nothing = ConvertResult(checked.document, checked.findings, target.key)
+    if checked.vendor is None or errors_in(checked.findings):
+        return nothing
+    placements = vendor_options(target, "convert_options", options)
+    left_out: dict[int, str] = {}
+    while True:
+        try:
+            outcome = convert(checked.config, checked.vendor, target, placements, max_loss=max_loss, left_out=left_out)
+        except ConvertError as error:
+            return replace(nothing, findings=(*checked.findings, *missing(error.missing, checked.document)))
+        text = text_of(outcome, checked.document)
+        result = check_document(read_document(text.encode(), f"<{target.key}>", limits), limits)
+        refused = refused_loops(outcome, result)
+        if not refused or len(refused) == len(outcome.kept):
+            break
+        left_out |= refused
+    conversion = replace(
+        nothing,
+        findings=(*checked.findings, *missing(outcome.missing, checked.document)),
+        source=checked.vendor.key,
+        data=outcome.data,
+        text=text,
+        loops=outcome.loops,
+        losses=outcome.losses,
+        target_document=result.document,
+        target_findings=result.findings,
+    )
+    if verify is None or not conversion.ok:
+        return conversion
+    return _compared(conversion, checked, result, verify)
+
+
+def _compared(
+    conversion: ConvertResult,
+    source: Checked,
+    result: Checked,
+    verify: Callable[[Checked, Checked, ConvertResult], tuple[Verified, ...]],
+) -> ConvertResult:
+    """The conversion with both sides on the same plants, or with the reason why that cannot be."""
+    from pidcfg.sim.engine.run import UnusableError
+
+    try:
+        return replace(conversion, verified=verify(source, result, conversion))
+    except UnusableError as error:
+        return replace(conversion, unverified=str(error))
+
+
+def missing(entries: Sequence[Missing], doc: Document) -> list[Diagnostic]:
+    """What a source has to say before it can be converted, at the keys where it should."""
+    return [
+        Diagnostic("PID042", Severity.ERROR, entry.message, doc.file, doc.locate(entry.path, key=True), entry.path)
+        for entry in entries
+    ]
+
+
+def text_of(outcome: Converted, document: Document) -> str:
+    """The result as YAML, with the comments of the source: those of its loops where they went."""
+    head, loops = comments(document, len(outcome.loops))
+    return with_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.kept])
+
+
+def max_loss_of(text: str | None) -> MaxLoss:
+    """The limits of a text; raises `ArgumentError`."""
+    try:
+        return DEFAULT if text is None else parse_max_loss(text)
+    except MaxLossError as error:
+        raise ArgumentError(f"`max_loss`: {error}", "max_loss") from None
+
+
+def refused_loops(outcome: Converted, result: Checked) -> dict[int, str]:
+    """The loops that the target's own rules refuse, by their places in the source; empty: it is no loop's fault."""
+    refused: dict[int, str] = {}
+    for finding in errors_in(result.findings):
+        top, *below = finding.path or ("",)
+        if top != "loops" or not below or not isinstance(below[0], int):
+            return {}
+        refused.setdefault(outcome.kept[below[0]], f"{finding.code}: {finding.message}")
+    return refused
+
+
+def both_sides(
+    source: Checked,
+    result: Checked,
+    conversion: ConvertResult,
+    progress: Callable[[float], None] | None = None,
+    jobs: int = 1,
+) -> tuple[Verified, ...]:
+    """Source and result in the battery, by so many processes; charts call them by their files' names and vendors."""
+    from pidcfg.study.verification.verify import verify
+
+    if source.vendor is None or result.vendor is None:
+        return ()
+    names = f"{PurePath(source.document.file).name} ({source.vendor.key})", f"result ({result.vendor.key})"
+    one, two = (source.vendor, source.config), (result.vendor, result.config)
+    return tuple(verify(one, two, conversion.pairs, conversion.loops, names, progress, jobs=jobs))

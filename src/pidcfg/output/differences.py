@@ -1,0 +1,329 @@
+"""Two configurations compared: the result of `pidcfg.diff`, and its JSON."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import PurePath
+from typing import TYPE_CHECKING, Any, get_args
+
+from pidcfg.conversion.comparison import Comparison, NeutralSide, compare, fields_of, neutral_fields, neutral_side
+from pidcfg.conversion.differences import RISKS, Status
+from pidcfg.conversion.ledger import ConvertError
+from pidcfg.conversion.terms import Subject
+from pidcfg.conversion.vendor_terms import raw_terms, terms_of
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.decoding import read_listing, reading_of
+from pidcfg.encoders.listing import ListingError
+from pidcfg.output.arguments import ArgumentError
+from pidcfg.output.conversion import verified_data
+from pidcfg.output.findings import Data, errors_in, findings_data
+from pidcfg.output.words import unreadable
+from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.document import Document, Node
+from pidcfg.text.reader import SUFFIXES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from pidcfg.conversion.differences import Compared, Difference
+    from pidcfg.study.verification.verify import Verified
+    from pidcfg.text.reader import Limits
+    from pidcfg.validate.engine import Checked
+    from pidcfg.vendors import Vendor
+
+# --- Both sides of a comparison in the battery of `pidcfg.study.verification` -----------------------------------------
+
+
+def with_verdict(result: DiffResult, progress: Callable[[float], None] | None, jobs: int = 1) -> DiffResult:
+    """A comparison with both sides in the battery; its notes say which loops cannot be run, and why."""
+    from pidcfg.study.verification.verify import verified_sides
+
+    if result.sides is None or result.sources is None:
+        reason = "not compared: nothing says the ranges of both sides, so neither can be run"
+        return replace(result, verified=(), notes=(*result.notes, reason))
+    notes: list[str] = []
+    loops = verified_sides(result.sides, result.sources, (result.before, result.after), notes.append, progress, jobs)
+    return replace(result, verified=tuple(loops), notes=(*result.notes, *notes))
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The two sides of a comparison: configurations, and listings that are read when it is known what they are like.
+
+Entry = tuple[bytes, str]
+"""The bytes of a memory listing, and its name."""
+
+
+OPTION = "--"
+"""What stands in the message of a listing that an option of `decode` would complete."""
+LIKE = "name a configuration to read it like (--like FILE)"
+
+
+@dataclass(frozen=True, slots=True)
+class DiffOptions:
+    """How two sides are compared: the family of listings, what they are read like, whether live words count."""
+
+    vendor: Vendor | None = None
+    like: Checked | None = None
+    live: bool = False
+
+
+class SideError(Exception):
+    """A side that cannot be compared."""
+
+    def __init__(self, name: str, findings: Sequence[Diagnostic], document: Document | None = None) -> None:
+        super().__init__(name)
+        self.name, self.findings = name, tuple(findings)
+        self.document = document or Document(name, "", None, Node(None))
+
+
+def subjects_of(
+    sides: tuple[Checked | Entry, Checked | Entry], names: tuple[str, str], options: DiffOptions, limits: Limits
+) -> tuple[Subject, Subject]:
+    """Both sides; listings are read when it is known what they are like."""
+    known: list[Subject | None] = [
+        None if isinstance(side, tuple) else _configuration(side, name) for side, name in zip(sides, names, strict=True)
+    ]
+    like = None if options.like is None else _configuration(options.like, options.like.document.file)
+    like = like or next((subject for subject in known if subject is not None), None)
+    vendor = options.vendor or (None if like is None else like.vendor)
+    if options.like is not None and like is not None and like.vendor is not vendor:
+        raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
+    for i in _order(sides, vendor, like, limits):
+        side = sides[i]
+        if isinstance(side, tuple):
+            known[i] = _listing(side, vendor, like, limits)
+            like = like or known[i]
+    one, two = known
+    if one is None or two is None:
+        raise AssertionError("both sides are read")
+    return one, two
+
+
+def _order(
+    sides: tuple[Checked | Entry, Checked | Entry], vendor: Vendor | None, like: Subject | None, limits: Limits
+) -> list[int]:
+    """Which side is read first: of two listings the one that says names, and gives a configuration by itself."""
+    order = sorted((0, 1), key=lambda i: _says_names(sides[i], vendor, limits), reverse=True)
+    first = sides[order[0]]
+    if like is None and isinstance(first, tuple):
+        try:
+            _listing(first, vendor, None, limits)
+        except SideError:
+            order.reverse()
+    return order
+
+
+def _says_names(side: Checked | Entry, vendor: Vendor | None, limits: Limits) -> bool:
+    """Whether a listing says names of loops, so that it is read before one that does not."""
+    try:
+        return isinstance(side, tuple) and vendor is not None and bool(read_listing(side[0], vendor, limits).settings)
+    except ListingError:
+        return False
+
+
+def _configuration(checked: Checked, name: str) -> Subject:
+    """A configuration whose values all have their words."""
+    if checked.vendor is None or checked.encoding is None or not checked.encoding.whole:
+        raise SideError(name, checked.findings, checked.document)
+    return Subject(checked.vendor, checked.config, checked.encoding)
+
+
+def _listing(entry: Entry, vendor: Vendor | None, like: Subject | None, limits: Limits) -> Subject:
+    """A listing as far as it can be read."""
+    if vendor is None:
+        raise ArgumentError("neither file says the PLC family; name it with `vendor`", "vendor")
+    data, name = entry
+    other = (like.config, like.encoding) if like is not None and like.vendor is vendor else None
+    cure = None
+    try:
+        listing = read_listing(data, vendor, limits)
+        cure = f"{LIKE}, or decode it with what it lacks: pidcfg decode {name} --vendor {vendor.key} --help"
+        reading = reading_of(listing, vendor, other)
+    except ListingError as error:
+        raise SideError(name, [unreadable(error, name, cure if OPTION in str(error) else cure and LIKE)]) from None
+    return Subject(vendor, reading.config, reading.encoding, reading)
+
+
+# --- Two configurations compared: the result of `pidcfg.diff`, and its JSON -------------------------------------------
+
+Configuration = tuple[Any, "Vendor"]
+"""A typed configuration and its vendor."""
+
+
+@dataclass(frozen=True, slots=True)
+class DiffResult:
+    """What differs between two configurations, loop by loop, ranked by what can go wrong."""
+
+    before: str
+    after: str
+    """Names of both sides."""
+    findings: tuple[Diagnostic, ...] = ()
+    """What keeps a side from being compared; empty: both were."""
+    document: Document | None = None
+    refused: str = ""
+    """The side that the findings are of, and its name."""
+    loops: tuple[Compared, ...] = ()
+    sources: tuple[Configuration, Configuration] | None = None
+    """Configuration and vendor of both sides."""
+    verified: tuple[Verified, ...] | None = None
+    """Loop by loop the verdict of the battery on both sides; None: that was not asked for."""
+    notes: tuple[str, ...] = ()
+    """What a listing did not say, or could not be read of it."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether both sides could be compared; they may differ."""
+        return not self.refused
+
+    @property
+    def same(self) -> bool:
+        """Whether nothing differs; what the operator sets is no difference."""
+        return self.ok and all(loop.same for loop in self.loops)
+
+    @property
+    def sides(self) -> tuple[NeutralSide, NeutralSide] | None:
+        """Both sides in the neutral form, as far as they have one; None: words of one cannot be read back."""
+        if self.sources is None:
+            return None
+        try:
+            one, two = (neutral_side(*source, partial=True) for source in self.sources)
+        except DecodeError:
+            return None
+        return one, two
+
+    @property
+    def alike(self) -> bool:
+        """Whether all loops are on both sides and behave alike there, as far as the battery was asked."""
+        loops, names = self.verified, [entry.loop for entry in self.loops if entry.loop]
+        return loops is None or (len(loops) == len(names) > 0 and all(loop.passed for loop in loops))
+
+    @property
+    def summary(self) -> dict[str, int]:
+        """How many differences there are of each risk, and loops of each status."""
+        count = Counter(difference.risk for loop in self.loops for difference in loop.differences)
+        statuses = Counter(loop.status for loop in self.loops)
+        return {risk: count[risk] for risk in RISKS} | {status: statuses[status] for status in get_args(Status)}
+
+    def to_json(self) -> Data:
+        """What ``pidcfg diff --format json`` prints: the differences, or the errors of the side that is in the way."""
+        if not self.ok:
+            return findings_data(errors_in(self.findings))
+        loops = [
+            {
+                "loop": loop.loop,
+                "status": loop.status,
+                "was": loop.was or None,
+                "moved": None if loop.moved is None else {"from": loop.moved[0], "to": loop.moved[1]},
+                "differences": [_difference_data(d) for d in loop.differences],
+                "operated": [_difference_data(d) for d in loop.operated],
+                "left_out": list(loop.left_out),
+                "missing": list(loop.missing),
+            }
+            for loop in self.loops
+        ]
+        document: Data = {
+            "version": 1,
+            "from": self.before,
+            "to": self.after,
+            "loops": loops,
+            "summary": self.summary,
+            "notes": list(self.notes),
+        }
+        if self.verified is not None:
+            document["verify"] = [verified_data(loop) for loop in self.verified]
+        return document
+
+
+def _difference_data(d: Difference) -> Data:
+    return {
+        "field": d.field,
+        "key": d.key or None,
+        "risk": d.risk,
+        "from": d.before,
+        "to": d.after,
+        "unit": d.unit,
+        "address": d.address or None,
+        "word_from": d.word_before,
+        "word_to": d.word_after,
+        "note": d.note,
+    }
+
+
+WORD_BY_WORD = (
+    "nothing tells where the loops are, so that words are compared by their addresses; name a configuration to read "
+    "the listings like"
+)
+
+
+def is_listing(name: str) -> bool:
+    """Whether a text of this name is a memory listing; a text without a file's name is a configuration."""
+    return not name.startswith("<") and PurePath(name).suffix.lower() not in SUFFIXES
+
+
+def compared(
+    sides: tuple[Checked | Entry, Checked | Entry],
+    names: tuple[str, str],
+    options: DiffOptions,
+    limits: Limits,
+) -> DiffResult:
+    """The comparison of two checked configurations or listings.
+
+    A listing is of the vendor that is named, or of the other side's. Names, ranges and units that it does not carry are
+    those of the configuration that it is to be read like, else of the other side.
+    """
+    try:
+        subjects = subjects_of(sides, names, options, limits)
+        (one, two), sources = subjects, tuple((subject.config, subject.vendor) for subject in subjects)
+        if one.vendor is two.vendor:
+            loops = _in_own_terms(one, two, live=options.live)
+        else:
+            loops = compare(*(_side(name, *source) for name, source in zip(names, sources, strict=True)))
+    except SideError as error:
+        return _word_by_word(sides, names, options, limits) or DiffResult(
+            *names, error.findings, error.document, error.name
+        )
+    notes = tuple(
+        f"{name}: {note}"
+        for name, subject in zip(names, subjects, strict=True)
+        for note in (subject.reading.notes if subject.reading else ())
+    )
+    return DiffResult(*names, loops=tuple(loops), sources=(sources[0], sources[1]), notes=notes)
+
+
+def _word_by_word(
+    sides: tuple[Checked | Entry, Checked | Entry], names: tuple[str, str], options: DiffOptions, limits: Limits
+) -> DiffResult | None:
+    """Two listings of which nothing tells where their loops are; None: they are not, or cannot be read at all."""
+    entries = [side for side in sides if isinstance(side, tuple)]
+    if len(entries) < len(sides) or options.vendor is None or options.like is not None:
+        return None
+    try:
+        one, two = (raw_terms(read_listing(data, options.vendor, limits), options.vendor) for data, _ in entries)
+    except ListingError:
+        return None
+    rows = Comparison(one, two, lambda *_: (), live=True).rows()
+    return DiffResult(*names, loops=tuple(rows), notes=(WORD_BY_WORD,))
+
+
+def _in_own_terms(one: Subject, two: Subject, *, live: bool) -> list[Compared]:
+    """The comparison within a vendor."""
+    before, after = (terms_of(subject) for subject in (one, two))
+    fields = [fields_of(subject.vendor, subject.config, subject.encoding) for subject in (one, two)]
+
+    def neutral(loop: str, key: str) -> list[str]:
+        return [name for side in fields for name in neutral_fields(side, loop, key)]
+
+    return Comparison(before, after, neutral, live=live).rows()
+
+
+def _side(name: str, config: Any, vendor: Vendor) -> NeutralSide:
+    try:
+        return neutral_side(config, vendor)
+    except DecodeError as error:
+        cure = "correct what `pidcfg validate` says of it"
+        message = f"its words cannot be read back: {error}"
+        raise SideError(name, [Diagnostic("PID041", Severity.ERROR, message, name, help=cure)]) from None
+    except ConvertError as error:
+        rows = [Diagnostic("PID042", Severity.ERROR, row.message, name, path=row.path) for row in error.missing]
+        raise SideError(name, rows) from None

@@ -1,0 +1,65 @@
+"""What is said about the CLICK: its blocks, error numbers and nicknames."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from pidcfg.encoders.maps.click import (
+    BLOCKS,
+    C_BLOCK,
+    CODES,
+    DF_BLOCK,
+    DOUBTS,
+    DS_BLOCK,
+    SPACE,
+    SUFFIXES,
+    WORDS,
+    WRITERS,
+)
+from pidcfg.output.explanation.book import Direction, Series, Start, block_claims
+from pidcfg.output.explanation.page import Scaling
+from pidcfg.output.explanation.registers import DIALOG, FILE, Block, RegisterBook
+from pidcfg.schemas.base import units_of
+
+
+def scaling_of(loop: object, *_others: object) -> Scaling:
+    """The units of a loop, by its configuration or beside a listing; its registers are engineering units already."""
+    return Scaling({}, units_of(loop))
+
+
+UNSTORED = {
+    **dict.fromkeys(("bits", "integers", "floats", "output.pwm.bit"), DIALOG),
+    **dict.fromkeys(
+        ("name", "description", "mode", "action_verified", "pv.input_range", "pv.unit", "output.unit"), FILE
+    ),
+}
+"""Keys that no register holds."""
+
+EXPLAINER = RegisterBook(
+    key="click",
+    space=SPACE,
+    blocks=(
+        Block("C", C_BLOCK, "C101", ("c", "cn")),
+        Block("DS", DS_BLOCK, "DS101", ("ds", "dsn")),
+        Block("DF", DF_BLOCK, "DF101", ("df", "dfn")),
+    ),
+    words=WORDS,
+    series=(
+        Series("PID error", CODES, "a number that the help does not list", ("ck", "clickerror", "piderror", "error")),
+    ),
+    forms=(
+        ("a PID error number", "CK27"),
+        ("a register of a loop", "DF106=120 --block DF101"),
+        ("the same where the blocks begin at C101, DS101, DF101", "C102 --loop"),
+        ("an offset in a block", "Cn+33"),
+        ("a nickname", "TANK1_PID_ErrorCode=200"),
+    ),
+    scaling=scaling_of,
+    direction=Direction("action", "the process's", {"direct": "direct", "forward": "direct", "reverse": "reverse"}),
+    unstored=UNSTORED,
+    starts=tuple(Start(key, prefix, f"{prefix}101") for key, (prefix, _) in BLOCKS.items()),
+    remark=lambda word, _raw, _scaling: DOUBTS.get(word.name, ""),
+    writers=WRITERS,
+    claims=partial(block_claims, BLOCKS, SPACE, "LOOP{}", scaling_of),
+    aliases={suffix: name for name, suffix in SUFFIXES.items()},
+)

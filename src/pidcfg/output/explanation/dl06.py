@@ -1,0 +1,230 @@
+"""What is said about the DL06: its blocks, meanings and notation."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.codecs import DecodeError, Position, bcd_digits
+from pidcfg.encoders.dl06.image import scales, scales_of
+from pidcfg.encoders.image import default_name, read_settings
+from pidcfg.encoders.maps.dl06 import (
+    ADDRESS,
+    BIT_MEANINGS,
+    CPU,
+    D01,
+    D16,
+    FILTER,
+    FORMATS,
+    LOOP_COUNT,
+    LOOP_TABLE,
+    LOOP_TABLES,
+    RAMP_SOAK_PAIR,
+    RAMP_SOAK_PAIRS,
+    READ_LATE,
+    RESET,
+    SETUP_WORDS,
+    SPACE,
+    TABLE_POINTER,
+    WORDS,
+    WRITERS,
+    Source,
+    SpanBcd,
+)
+from pidcfg.output.explanation.book import Direction, Start
+from pidcfg.output.explanation.page import UNKNOWN, Placement, Scaling, special_code
+from pidcfg.output.explanation.registers import FILE, Block, RegisterBook
+from pidcfg.schemas.base import RESET_UNIT, RESET_UNITS, limits_at, units_of, v_name
+from pidcfg.schemas.dl06 import LoopSettings, PlcSettings, Transfer
+from pidcfg.schemas.numbers import decimal_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pidcfg.encoders.listing import Listing
+    from pidcfg.encoders.regmap import Word
+    from pidcfg.schemas.dl06 import Dl06File, Loop
+
+PERCENT = 100
+PV_TRANSFER = "pv_transfer"
+RESET_DECIMALS = "reset_decimals"
+FILTER_FULL = Decimal(1)
+"""The filter constant above which there is no filter."""
+
+
+def special(word: Word, raw: int, _scaling: Scaling) -> str:
+    """Words that hold an address or a channel."""
+    if word.codec is ADDRESS:
+        return v_name(raw) if raw else "0: points nowhere"
+    return _transfer(word.codec.decode(raw), reads=word.name == PV_TRANSFER) if isinstance(word.codec, Source) else ""
+
+
+def _transfer(source: tuple[int, int, int] | int | None, *, reads: bool) -> str:
+    """Where an auto transfer goes, and what is wrong with that."""
+    if source is None:
+        return "0: no transfer"
+    if isinstance(source, int):
+        if not reads:
+            return f"{v_name(source)}: not allowed, the output goes to a slot and channel only"
+        if any(first <= source <= last for first, last in CPU.transfer_sources):
+            return f"{v_name(source)}: the CPU reads this word"
+        allowed = ", ".join(f"{v_name(first)} to {v_name(last)}" for first, last in CPU.transfer_sources)
+        return f"{v_name(source)}: not allowed, only {allowed}"
+    parts = dict(zip(("base", "slot", "channel"), source, strict=True))
+    limits = {key: bound for key in parts if (bound := limits_at(Transfer, key)) is not None}
+    wrong = [
+        f"{key} {bound.low}" + (f" to {bound.high}" if bound.high != bound.low else "")
+        for key, bound in limits.items()
+        if not bound.holds(Decimal(parts[key]))
+    ]
+    does = f"not allowed, only {', '.join(wrong)}" if wrong else f"the CPU {'reads' if reads else 'writes'} it itself"
+    return f"{', '.join(f'{key} {value}' for key, value in parts.items())}: {does}"
+
+
+def remark(word: Word, raw: int, scaling: Scaling) -> str:
+    """A reset time that may have another decimal, and filter constants that switch the filter off."""
+    if word.codec is FILTER and FILTER.decode(raw) > FILTER_FULL:
+        return "above 1 the filter is switched off"
+    if word.codec is RESET[1] and not special_code(RESET[1], raw) and RESET_DECIMALS not in scaling.stated:
+        other = f"{decimal_text(RESET[2].decode(raw))} {scaling.units.get(RESET_UNIT, '')}".rstrip()
+        return f"{other} if the word has two decimals: D{D01.number:02d}"
+    return ""
+
+
+def unscaled(word: Word, raw: int) -> str:
+    """Counts without a data format: what they are in each format that can hold them."""
+    if not isinstance(word.codec, Position):
+        if not isinstance(word.codec, SpanBcd):
+            return f"{raw} counts"
+        code = special_code(word.codec.bcd, raw)
+        return f"{decimal_text(word.codec.bcd.decode(raw))} counts of the data format a second" + (code and f": {code}")
+    shares = []
+    for form in FORMATS.values():
+        try:
+            counts = form.codec.decode(raw)
+        except DecodeError:
+            continue
+        if form.minimum <= counts <= form.maximum:
+            shares.append(f"{form.name} {PERCENT * (counts - form.minimum) / form.span:.4g} %")
+    return f"of the data format's range: {', '.join(shares)}"
+
+
+def scaling_of(loop: Loop, config: Dl06File) -> Scaling:
+    """The scales and units of a loop of a configuration."""
+    return Scaling(scales_of(loop), _units(loop, loop.tuning.reset_unit), frozenset(config.plc.model_fields_set))
+
+
+def _units(loop: object, reset: str) -> dict[str, str]:
+    """The loop's own units; that of the reset time is a choice of bits."""
+    return {**units_of(loop), RESET_UNIT: RESET_UNITS[reset]}
+
+
+def claims(listing: Listing, options: Mapping[str, Any]) -> Iterator[tuple[int, Placement]]:
+    """What each address of a listing is: set-up words, loop tables, then the ramp/soak tables they point at.
+
+    Where they overlap, the first counts: a pointer that is wrong hides no loop.
+    """
+    for word in SETUP_WORDS.words:
+        yield TABLE_POINTER + word.offset, Placement(SETUP_WORDS, word, "", UNKNOWN)
+    words = listing.words
+    loops = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(listing.settings)]
+    pointer = options.get("loop_table", words.get(TABLE_POINTER))
+    if pointer is None:
+        return
+    plc = read_settings(PlcSettings, listing.plc or {}, "plc")
+    decimals = options.get(RESET_DECIMALS)
+    stated = frozenset(plc.model_fields_set | ({RESET_DECIMALS} if decimals else set()))
+    table = LOOP_TABLES[int(decimals or plc.reset_decimals)]
+    profiles = []
+    for i in range(_count(words, loops, options)):
+        settings = loops[i] if i < len(loops) else LoopSettings(loop=default_name(i))
+        start = pointer + i * table.size
+        raw = [words.get(start + n, 0) for n in range(table.size)]
+        scaling = _scaling(raw, settings)._replace(stated=stated)
+        for word in table.words:
+            yield start + word.offset, Placement(table, word, settings.loop, scaling)
+        profiles.append(_ramp_soak(raw[table.offset("ramp_soak_table")], settings.loop, scaling))
+    for profile in profiles:
+        yield from profile
+
+
+def _count(words: Mapping[int, int], loops: list[LoopSettings], options: Mapping[str, Any]) -> int:
+    """How many loops a listing holds; a count that is no BCD number is taken for the CPU's most."""
+    try:
+        stored = bcd_digits(words.get(LOOP_COUNT, 0))
+    except DecodeError:
+        stored = CPU.loops
+    number = options.get("number_of_loops")
+    return int(number) if number is not None else len(loops) or stored
+
+
+def _scaling(raw: list[int], settings: LoopSettings) -> Scaling:
+    bits = {
+        path: LOOP_TABLE.bit(path).decode(raw[LOOP_TABLE.bit(path).offset])
+        for path in ("pv.format", "output.format", "pv.square_root", "tuning.reset_unit")
+    }
+    ranges = settings.pv.range, settings.output.range
+    loop_scales = scales(bits["pv.format"], bits["output.format"], ranges, root=bits["pv.square_root"])
+    return Scaling(loop_scales, _units(settings, bits["tuning.reset_unit"]))
+
+
+def _ramp_soak(table: int, loop: str, scaling: Scaling) -> Iterator[tuple[int, Placement]]:
+    if not table:
+        return
+    for step in range(RAMP_SOAK_PAIRS):
+        for word in RAMP_SOAK_PAIR.words:
+            number = table + step * RAMP_SOAK_PAIR.size + word.offset
+            yield number, Placement(RAMP_SOAK_PAIR, word, loop, scaling, prefix=f"ramp_soak[{step}].")
+
+
+LATE = {
+    key: f"{text}, and Program mode stops the machine" if "Program" in text else text for key, text in READ_LATE.items()
+}
+REGIONS = (
+    *((first, last, "a word of user V-memory in which loop tables may lie") for first, last in (CPU.lower, CPU.upper)),
+    (*CPU.non_volatile, "a word of user V-memory that is kept without power (few writes)"),
+    (*CPU.system, "a word of the system's parameters"),
+    (0, 0o177777, "a word of V-memory"),
+)
+UNSTORED = dict.fromkeys(
+    (
+        *("plc.reset_decimals", "plc.derivative", "name", "description", "mode"),
+        *("pv.range", "pv.unit", "output.range", "output.unit"),
+    ),
+    FILE,
+)
+"""Keys that no word holds."""
+
+EXPLAINER = RegisterBook(
+    key="dl06",
+    space=SPACE,
+    blocks=(
+        Block("V", SETUP_WORDS, v_name(TABLE_POINTER), (), fixed=True),
+        Block("V", LOOP_TABLE, "V2000", ("", "addr", "v"), repeat=CPU.loops),
+        Block("V", RAMP_SOAK_PAIR, "V3000", ("ramp", "rs", "rampsoak"), repeat=RAMP_SOAK_PAIRS, mentioned=False),
+    ),
+    words=WORDS,
+    bits=BIT_MEANINGS,
+    forms=(
+        ("a word, hexadecimal content", "V7642=0008"),
+        ("its bit", "V7642.3"),
+        ("a word of a loop table", "V2006=0x0402 --loop"),
+        ("an octal offset in the loop table, decimal bit", "addr+06.10"),
+        ("a word of a ramp/soak table", "ramp+02"),
+        ("a register by its name or key", "gain"),
+    ),
+    scaling=scaling_of,
+    direction=Direction("action", "the process's", {"direct": "direct", "reverse": "reverse"}),
+    unstored=UNSTORED,
+    aliases={"cascade_from": "remote_setpoint"},
+    starts=(Start("loop_table", "V", "V2000", TABLE_POINTER), Start("number_of_loops", "V", "1", LOOP_COUNT)),
+    claims=claims,
+    special=special,
+    unscaled=unscaled,
+    remark=remark,
+    root=D16,
+    writers=WRITERS,
+    late=LATE,
+    hexadecimal=True,
+    regions=REGIONS,
+)

@@ -1,0 +1,32 @@
+"""What is said about the neutral form: its fields."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.generic import LOOP_TABLE, LOOPS
+from pidcfg.output.explanation.book import Direction
+from pidcfg.output.explanation.lookup import PV_RISES
+from pidcfg.output.explanation.parameters import ParameterBook
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+NAME = "generic"
+DIRECTION = "output_raises_pv"
+
+
+def split(name: str, _settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
+    """``TIC-101.tuning.gain`` to its loop and field."""
+    loop, path = LOOPS.split(name)
+    return loop, NAME if path else None, path
+
+
+EXPLAINER = ParameterBook(
+    key="generic",
+    tables={NAME: LOOP_TABLE},
+    forms=(("a field of the neutral form", "generic.tuning.gain"),),
+    split=split,
+    direction=Direction(DIRECTION, "the process's", {}),
+    states={(DIRECTION, heating): text for heating, text in PV_RISES.items()},
+)

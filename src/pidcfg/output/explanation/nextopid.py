@@ -1,0 +1,39 @@
+"""What is said about NextoPID: its blocks, and the bits of their structures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.encoders.maps.nextopid import BITS, BLOCK_BITS, BLOCK_TYPES, D325, GROUPS, STATES
+from pidcfg.output.explanation.book import Direction
+from pidcfg.output.explanation.parameters import Group, ParameterBook
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+
+def split(name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str | None, str]:
+    """``TIC_1.Kp`` to its loop, the type of its block and the parameter."""
+    loop, _, parameter = name.partition(".")
+    kind = next((s.get("type") for s in settings if loop in {s.get("loop"), s.get("block")}), None)
+    return loop, kind if isinstance(kind, str) else None, parameter
+
+
+EXPLAINER = ParameterBook(
+    key="nextopid",
+    tables={name: kind.table for name, kind in BLOCK_TYPES.items()},
+    schemas={name: kind.model for name, kind in BLOCK_TYPES.items()},
+    forms=(
+        ("a structure of bits, with its value", "ErrBits=0x0005"),
+        ("one of its bits", "ErrBits.Kp"),
+        ("a result of the auto-tuning", "AutoTuneResult.PEAK_TOO_LOW"),
+        ("a parameter of a block", "PIDA_REAL.Kp"),
+    ),
+    split=split,
+    direction=Direction("Direct", "the controller's", {"direct": "Direct TRUE", "reverse": "Direct FALSE"}),
+    groups=tuple(Group(name, meaning, lambda row: row.type.kind == "bool") for name, meaning in GROUPS.items()),
+    bits=BITS,
+    block_bits=BLOCK_BITS,
+    states=STATES,
+    counted=str(D325),
+)

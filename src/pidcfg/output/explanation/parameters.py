@@ -1,0 +1,407 @@
+"""The records of a vendor whose parameters have names and types, and what a question about one is about."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+from pidcfg.encoders.parameters import read, shown
+from pidcfg.encoders.regmap import Bits
+from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record
+from pidcfg.output.explanation.page import (
+    Page,
+    Question,
+    QuestionError,
+    Value,
+    content_of,
+    first_sentence,
+    key_text,
+    limits_text,
+    whole,
+)
+from pidcfg.schemas.base import SIDES, limits_at, unit_text, units_of
+from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.numbers import decimal_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from pydantic import BaseModel
+
+    from pidcfg.encoders.listing import Listing
+    from pidcfg.encoders.parameters import Content, Entry, Parameter, ParameterTable
+    from pidcfg.encoders.regmap import Meaning
+    from pidcfg.output.explanation.page import Configured
+
+# --- The records of a vendor whose parameters have names and types, and what the content of a parameter says ----------
+
+ACCESS = {"input": "setting", "output": "status"}
+
+
+class Group(NamedTuple):
+    """A structure of bits: its name, and those of its members that a number counts, in their order."""
+
+    name: str
+    meaning: Meaning
+    members: Callable[[Parameter], bool]
+
+
+class Words(NamedTuple):
+    """A parameter that takes several words: its name, what each of them holds, and the manual's place."""
+
+    name: str
+    rows: Sequence[tuple[int, int, str, str]]
+    basis: str
+
+    @property
+    def last(self) -> int:
+        """The number of the last word."""
+        return self.rows[-1][1]
+
+    def record(self, number: int) -> Record:
+        """One of the words, from 0 to the last."""
+        title, text = next((title, text) for first, last, title, text in self.rows if first <= number <= last)
+        return Record(
+            kind="register",
+            name=f"{self.name}+{number}",
+            title=title,
+            detail=text,
+            notation="a double word (two registers)",
+            basis=self.basis,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterRecord(Record):
+    """A parameter of blocks in which it is the same."""
+
+    row: Parameter
+    table: str
+    """One of those in which it is the same."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameters(Book):
+    """The tables of a vendor whose parameters have names and types."""
+
+    heads: ClassVar = ("name", "", "value", "", "type")
+    tables: Mapping[str, ParameterTable]
+    """By the name that stands before a parameter's."""
+    schemas: Mapping[str, type[BaseModel]] = field(default_factory=dict)
+    """The schema of a table whose rows have no titles, by the same name."""
+    split: Callable[[str, Sequence[Mapping[str, Any]]], tuple[str, str | None, str]]
+    """A listing's name to loop, table and parameter."""
+    groups: tuple[Group, ...] = ()
+    counted: str = ""
+    """What the numbers of a structure's bits rest on."""
+    bits: Mapping[str, Meaning] = field(default_factory=dict)
+    block_bits: Mapping[tuple[str, str], Meaning] = field(default_factory=dict)
+    """Meanings of bits that differ in one table, by the table and the bit."""
+    states: Mapping[tuple[str, bool], str] = field(default_factory=dict)
+    """What TRUE and FALSE choose, by the parameter."""
+    words: Words | None = None
+    remark: Callable[[Parameter, Content], str] | None = None
+    """What is special about a content."""
+
+    @property
+    def spellings(self) -> dict[str, str]:
+        """All names that can be asked for, in small letters, with their spelling."""
+        rows = (row.name for table in self.tables.values() for row in table.rows)
+        return {name.lower(): name for name in (*rows, *(group.name for group in self.groups), *self.tables)}
+
+    def text(self, table: str, row: Parameter) -> str:
+        """What a parameter is, by its table or else its schema."""
+        return row.title or (key_text(self.schemas[table], row.name) if table in self.schemas else "")
+
+    def bit_meaning(self, tables: Sequence[str], row: Parameter) -> Meaning | None:
+        """What a bit means, in tables that do not differ."""
+        block = self.block_bits.get((tables[0], row.name)) if len(tables) == 1 else None
+        return block or self.bits.get(row.name)
+
+    def record(self, tables: Sequence[str], row: Parameter) -> ParameterRecord:
+        """A parameter of tables in which it is the same."""
+        text = self.text(tables[0], row)
+        title = title_of(row, text)
+        return ParameterRecord(
+            kind="parameter",
+            name=row.name,
+            title=title,
+            detail=text if title != text else "",
+            key=row.name if row.access == "input" else None,
+            unit=row.unit,
+            notation=row.type.name + (f": {', '.join(row.type.words)}" if row.type.words else ""),
+            access=ACCESS[row.access],
+            by=self.writers.get(row.name, WRITERS[row.access]),
+            basis=row.basis,
+            meaning=self.bit_meaning(tables, row),
+            parts=tuple(self._choices(row)),
+            row=row,
+            table=tables[0],
+        )
+
+    def _choices(self, row: Parameter) -> Iterator[Part]:
+        """What the states of a switch, or the numbers of a mode, mean."""
+        for (name, state), text in self.states.items():
+            if name == row.name:
+                yield Part(shown(row.type, state), text)
+        yield from (Part(str(code.number), code.title, code.meaning) for code in self.codes(row.name))
+
+    def block(self, key: str) -> Record:
+        """A block with the names of its parameters."""
+        rows = self.tables[key].rows
+        title, names = f"a block of {len(rows)} parameters", ", ".join(row.name for row in rows)
+        return Record(kind="structure", name=key, title=title, detail=names, basis=rows[0].basis)
+
+    def group(self, group: Group, rows: Sequence[Parameter], tables: Sequence[str]) -> Record:
+        """A structure of bits, in tables whose bits are the same."""
+        titles = [f"{row.name.partition('.')[2]}: {row.title}" for row in rows]
+        bits = [Bits(0, (i,), None, {0: False, 1: True}, title) for i, title in enumerate(titles)]
+        meanings = [self.bit_meaning(tables, row) for row in rows]
+        return Record(
+            kind="structure",
+            name=group.name,
+            title=f"{len(rows)} bits of {', '.join(tables)}",
+            notation="a structure of bits, counted in the order of its members",
+            access="status",
+            by="the block: outputs, only to be read",
+            meaning=group.meaning,
+            parts=tuple(Part.of(row, meaning) for row, meaning in zip(bits, meanings, strict=True)),
+        )
+
+    def value(self, row: Parameter, raw: Content | Wire, units: Mapping[str, str], table: str) -> Value:
+        """A content as the programming language writes it, and what it says."""
+        if isinstance(raw, Wire):
+            return Value(raw.text, f":= {raw.text}", "wired: it follows this expression")
+        return Value(raw, shown(row.type, raw), self.saying(row, raw, units, table))
+
+    def saying(self, row: Parameter, raw: Content, units: Mapping[str, str], table: str) -> str:
+        """What a content says in a table: a state, a mode, or a number with its unit."""
+        choice = self.choice(row, raw)
+        if choice:
+            return choice
+        if isinstance(raw, bool):
+            return "true" if raw else "false"
+        if isinstance(raw, str):
+            return raw
+        remark = (self.remark(row, raw) if self.remark else "") or self._beyond(row, raw, table)
+        text = f"{decimal_text(Decimal(repr(raw)))} {known_unit(row.unit, units)}".rstrip()
+        return f"{text} ({remark})" if remark else text
+
+    def _beyond(self, row: Parameter, raw: float, table: str) -> str:
+        """The limits that a number passes, and what the block reports then; empty: none."""
+        limits = limits_at(self.schemas[table], row.name) if table in self.schemas and row.access == "input" else None
+        if limits is None or limits.holds(Decimal(repr(raw))):
+            return ""
+        return limits_text(limits) + (f": {limits.effect}" if limits.effect else "")
+
+    def choice(self, row: Parameter, raw: Content) -> str:
+        """What a state or number chooses that has a meaning of its own."""
+        if isinstance(raw, bool):
+            return self.states.get((row.name, raw), "")
+        code = self.code(row.name, raw)
+        return code.title if code else ""
+
+    def row_of(self, name: str, settings: Sequence[Mapping[str, Any]]) -> tuple[str, str, Parameter] | None:
+        """The loop, the table and the row of a listing's name."""
+        loop, kind, parameter = self.split(name, settings)
+        table = self.tables.get(kind) if kind is not None else None
+        row = next((row for row in table.rows if row.name == parameter), None) if table else None
+        return None if row is None or kind is None else (loop, kind, row)
+
+    def lines(self, listing: Listing, options: Mapping[str, object]) -> Iterator[Line]:
+        """Every parameter of a listing with its meaning."""
+        del options
+        units = {str(settings.get("loop")): units_of(settings) for settings in listing.settings}
+        for name, raw in listing.words.items():
+            content = f":= {raw.text}" if isinstance(raw, Wire) else str(raw)
+            entry = self.row_of(name, listing.settings)
+            if entry is None:
+                text = "a signal of the program" if "." not in name else "belongs to no loop"
+                yield Line(name, "", content, "", "", text)
+                continue
+            loop, kind, row = entry
+            title = title_of(row, self.text(kind, row))
+            if isinstance(raw, Wire):
+                text = f"{title}; wired"
+            elif read(row.type, raw) is None:
+                text = f"{title}: no value of {row.type.name}"
+            else:
+                content = shown(row.type, raw)
+                text = self.choice(row, raw) or f"{title}: {self.saying(row, raw, units.get(loop, {}), kind)}"
+            yield Line(name, "", content, "", row.type.name, text)
+
+
+def members(group: Group, table: ParameterTable) -> tuple[Parameter, ...]:
+    """The bits of a structure in a table."""
+    return tuple(row for row in table.rows if row.name.startswith(f"{group.name}.") and group.members(row))
+
+
+def title_of(row: Parameter, text: str) -> str:
+    """What a parameter is, in short; of one that tells first what TRUE is, only that it is a switch."""
+    return "a switch" if row.type.kind == "bool" and text.startswith(("TRUE", "FALSE")) else first_sentence(text)
+
+
+def known_unit(unit: str, units: Mapping[str, str]) -> str:
+    """A unit in the loop's own units; none where it depends on something else."""
+    text = unit_text(unit, units, "/")
+    return "" if "," in unit or text in SIDES else text
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Finds what a question is about with a vendor whose parameters have names: by name, device, structure or block.
+
+DEVICE = re.compile(r"([A-Z]+)([0-9]{1,6})")
+DOUBLE_WORD = re.compile(r"D([0-9]{1,6})")
+"""The device of a parameter that takes two registers: it and the one behind it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterBook(Parameters):
+    """The tables of a vendor whose parameters have names, and how these are asked for."""
+
+    def find(self, question: Question) -> list[Page]:
+        """What the question is about with this vendor; empty when it is nothing."""
+        in_file = [*self._in_file(question, question.config)] if question.config else []
+        if in_file:
+            return in_file
+        tables, name = self._tables(question.name)
+        pages = self._word(name) or self._group(tables, name, question) or self._named(tables, name, question)
+        return pages or self._block(question)
+
+    def _block(self, question: Question) -> list[Page]:
+        """``PIDA_REAL``: the parameters of a block."""
+        key = next((key for key in self.tables if key.lower() == question.name.lower()), None)
+        return [] if key is None or question.value is not None else [self.page(self.block(key))]
+
+    def _tables(self, name: str) -> tuple[Mapping[str, ParameterTable], str]:
+        """The tables that are meant, and the name without its block's."""
+        for key, table in self.tables.items():
+            if name.lower().startswith(f"{key.lower()}."):
+                return {key: table}, name[len(key) + 1 :]
+        return self.tables, name
+
+    def _page(
+        self,
+        record: ParameterRecord,
+        question: Question,
+        raw: Content | Wire | None = None,
+        units: Mapping[str, str] | None = None,
+    ) -> Page:
+        """A parameter with the content that the question gives, or else with that of the file."""
+        row = record.row
+        content = raw if question.value is None else content_of(row, question.value)
+        code = self.code(row.name, content)
+        points = () if code else tuple(part.point(None) for part in record.parts)
+        value = None if content is None else self.value(row, content, units or {}, record.table)
+        return self.page(record, value, points, code)
+
+    def _in_file(self, question: Question, config: Configured) -> Iterator[Page]:
+        """A parameter by its full name, its device, or its own name in each loop of the configuration."""
+        pages = [page for entry in config.entries for page in self._entry(entry, question, config)]
+        return iter(pages) if pages else self._devices(question, config)
+
+    def _entry(self, entry: Entry, question: Question, config: Configured) -> Iterator[Page]:
+        """One parameter of the configuration, if the question is about it or a later register of its device."""
+        yield from self._word_at(question, entry)
+        row = self.row_of(entry.address, config.settings)
+        names = {entry.address.lower(), (entry.device or "").lower(), entry.field.lower()}
+        if question.name.lower() in names and row is not None:
+            page = self._page(self.record([row[1]], row[2]), question, entry.raw, config.units(entry.loop))
+            yield config.with_origin(replace(page, name=entry.address), entry)
+
+    def _devices(self, question: Question, config: Configured) -> Iterator[Page]:
+        """An operand that the configuration gives no content, by a register of its device or by its name."""
+        for i, settings in enumerate(config.settings):
+            loop = str(settings.get("loop"))
+            for operand, device in (settings.get("devices") or {}).items():
+                register = _register(device, question.name.upper())
+                if f"{loop}.{operand}".lower() == question.name.lower():
+                    register = 0
+                if register is None:
+                    continue
+                key, row = next((key, row) for key, t in self.tables.items() for row in t.rows if row.name == operand)
+                content = replace(question, value=None) if register else question
+                origin = config.origin(("loops", i, "devices", operand), loop)
+                second = f"; {question.name.upper()} is its second register" if register else ""
+                yield replace(
+                    self._page(self.record([key], row), content, None, config.units(loop)),
+                    name=f"{loop}.{operand}",
+                    loop=loop,
+                    place=f"{device} of {loop}{second}",
+                    origins=(origin,) if origin else (),
+                )
+
+    def _word_at(self, question: Question, entry: Entry) -> Iterator[Page]:
+        """A later register of a parameter that takes several words."""
+        if self.words is None or entry.field != self.words.name or entry.device is None:
+            return
+        first, register = (DEVICE.fullmatch(text.upper()) for text in (entry.device, question.name))
+        if first is None or register is None or first.group(1) != register.group(1):
+            return
+        number = (int(register.group(2)) - int(first.group(2))) // 2
+        if 0 < number <= self.words.last:
+            page = self.page(self.words.record(number))
+            yield replace(page, name=question.name.upper(), loop=entry.loop, place=f"{page.name} of {entry.loop}")
+
+    def _word(self, name: str) -> list[Page]:
+        """``I_MV+6``."""
+        head, plus, digits = name.replace(" ", "").partition("+")
+        if self.words is None or not plus or head.upper() != self.words.name or not digits.isdecimal():
+            return []
+        if int(digits[:6]) > self.words.last:
+            last = self.words.last
+            raise QuestionError(f"{name}: {self.words.name} takes {last + 1} double words, +0 to +{last}")
+        return [self.page(self.words.record(int(digits)))]
+
+    def _group(self, tables: Mapping[str, ParameterTable], name: str, question: Question) -> list[Page]:
+        """``ErrBits`` and ``ErrBits=0x0005``, for each kind of block whose bits differ."""
+        group = next((group for group in self.groups if group.name.lower() == name.lower()), None)
+        if group is None:
+            return []
+        blocks: dict[tuple[str, ...], list[str]] = {}
+        for key, table in tables.items():
+            rows = members(group, table)
+            if rows:
+                blocks.setdefault(tuple(row.name for row in rows), []).append(key)
+        most = max(map(len, blocks))
+        raw = None if question.value is None else whole(question.value, (1 << most) - 1)
+        if question.value is not None and raw is None:
+            raise QuestionError(f"{question.text}: the value is a whole number of {most} bits, like 5 or 0x0005")
+        return [
+            self._group_page(group, keys, raw) for names, keys in blocks.items() if raw is None or raw < 1 << len(names)
+        ]
+
+    def _group_page(self, group: Group, keys: list[str], raw: int | None) -> Page:
+        record = self.group(group, members(group, self.tables[keys[0]]), keys)
+        value = None if raw is None else Value(raw, f"0x{raw:04X}", "no bit is on" if raw == 0 else "")
+        page = self.page(record, value, tuple(part.point(raw) for part in record.parts))
+        return page if raw is None else replace(page, reference=f"{page.reference}; {self.counted}")
+
+    def _named(self, tables: Mapping[str, ParameterTable], name: str, question: Question) -> list[Page]:
+        """A parameter, once for each meaning that it has in different blocks."""
+        wanted = name.lower()
+        rows = [(key, row) for key, table in tables.items() for row in table.rows]
+        matches = [(key, row) for key, row in rows if row.name.lower() == wanted]
+        matches = matches or [(key, row) for key, row in rows if row.name.lower().rpartition(".")[2] == wanted]
+        same: dict[tuple[Parameter, str, Meaning | None], list[tuple[str, Parameter]]] = {}
+        for key, row in matches:
+            what = row._replace(basis=None), self.text(key, row), self.bit_meaning([key], row)
+            same.setdefault(what, []).append((key, row))
+        pages = []
+        for group in same.values():
+            keys, row = [key for key, _ in group], group[0][1]
+            page = self._page(self.record(keys, row), question)
+            blocks = f" [{', '.join(keys)}]" if len(self.tables) > 1 else ""
+            pages.append(replace(page, title=f"{page.title}{blocks}"))
+        return pages
+
+
+def _register(device: str, name: str) -> int | None:
+    """Which register of a device a name is: 0, or 1 for the second of a word; None for neither."""
+    first, match = DOUBLE_WORD.fullmatch(device), DOUBLE_WORD.fullmatch(name)
+    if first is None or match is None:
+        return 0 if device == name else None
+    register = int(match.group(1)) - int(first.group(1))
+    return register if register in {0, 1} else None

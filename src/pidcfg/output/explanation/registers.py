@@ -1,0 +1,573 @@
+"""The records of a vendor whose memory has addresses, and what a question about one is about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.regmap import SINGLE, Bits, NoRegisterError, RegisterMap, Word, decode_one, scale_of
+from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, unclaimed
+from pidcfg.output.explanation.page import (
+    ADDRESS,
+    OFFSET,
+    UNKNOWN,
+    Page,
+    Placement,
+    Question,
+    QuestionError,
+    Scaling,
+    Value,
+    bits_text,
+    is_before_root,
+    is_number,
+    key_limits,
+    key_text,
+    limits_text,
+    raw_of,
+    special_code,
+    text_of,
+    unit_of,
+)
+from pidcfg.text.paths import steps
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from pydantic import BaseModel
+
+    from pidcfg.encoders.listing import Listing
+    from pidcfg.encoders.regmap import Bank, Kind, Meaning, Space
+    from pidcfg.output.explanation.book import Series, Start
+    from pidcfg.output.explanation.page import Configured
+    from pidcfg.text.references import Basis
+
+# --- The records of a vendor whose memory has addresses, and what the content of a register says ----------------------
+
+NO_REGISTER = "stands in no register: "
+DIALOG = f"{NO_REGISTER}set it in the PID dialog"
+FILE = f"{NO_REGISTER}only the configuration file holds it"
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A block of registers: its bank, its rows, and where it begins in the manual's or the starter file's example.
+
+    ``heads``: what the manual writes before an offset; ``repeat``: how often the block follows itself.
+    """
+
+    prefix: str
+    table: RegisterMap
+    start: str
+    heads: tuple[str, ...]
+    repeat: int = 1
+    fixed: bool = False
+    """It always begins there."""
+    mentioned: bool = True
+    """``--loop`` looks in it."""
+
+    @property
+    def length(self) -> int:
+        """Registers from its start to the end of its last repetition."""
+        return self.table.size * self.repeat
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegisterRecord(Record):
+    """A register, or one bit of it."""
+
+    table: RegisterMap
+    word: Word
+    bit: int | None = None
+
+    @property
+    def names(self) -> set[str]:
+        """Its names, in small letters; a bit's do not say the register."""
+        names = {self.title, self.key or self.title, *([self.name] if self.bit is None else [])}
+        return {name.lower() for name in names}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Registers(Book):
+    """The tables of a vendor whose memory has addresses."""
+
+    heads: ClassVar = ("address", "hex", "value", "loop", "register")
+    space: Space
+    blocks: tuple[Block, ...]
+    words: Mapping[str, Meaning]
+    """Meanings of registers that the configuration does not set."""
+    bits: Mapping[tuple[str, int], Meaning] = field(default_factory=dict)
+    """Meanings of bits, by the register and the lowest bit of the row."""
+    scaling: Callable[[Any, Any], Scaling]
+    """Scales and units of a loop of a configuration."""
+    claims: Callable[[Listing, Mapping[str, Any]], Iterator[tuple[int, Placement]]]
+    """What each address of a listing is."""
+    special: Callable[[Word, int, Scaling], str] | None = None
+    """A content in words, for registers of no common kind; empty for the others."""
+    remark: Callable[[Word, int, Scaling], str] | None = None
+    """What is doubtful about a content."""
+    unscaled: Callable[[Word, int], str] | None = None
+    """What a content is whose scale is not known; counts where there is no more to say."""
+    unstored: Mapping[str, str] = field(default_factory=dict)
+    """Keys that no register holds, and where they are set."""
+    starts: tuple[Start, ...] = ()
+    """Options that say where the loops of a listing begin."""
+    root: Basis | None = None
+    """Why a loop that takes the root of its PV has words that are about the PV before."""
+    late: Mapping[str, str] = field(default_factory=dict)
+    """What the manual's column "Read on the Fly" means."""
+    hexadecimal: bool = False
+    """Contents are shown in hexadecimal."""
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    """Other names of registers."""
+    regions: tuple[tuple[int, int, str], ...] = ()
+    """Parts of the memory, for addresses that no block has."""
+
+    @property
+    def schema(self) -> type[BaseModel]:
+        """The schema of the vendor's configurations."""
+        return VENDORS[self.key].model
+
+    @property
+    def registers(self) -> Iterator[RegisterRecord]:
+        """Registers and their choices of bits, block by block."""
+        for block in self.blocks:
+            yield from (self.record(block.table, word) for word in block.table.words)
+            for row in block.table.bits:
+                if row.access != "reserved":
+                    yield self.record(block.table, word_at(block.table, row.offset), row.bits[0])
+
+    def record(self, table: RegisterMap, word: Word, bit: int | None = None) -> RegisterRecord:
+        """A register, or one of its bits."""
+        rows = [row for row in table.bits if row.offset == word.offset and (bit is None or bit in row.bits)]
+        row = rows[0] if bit is not None and rows else None
+        owner: Word | Bits = row or word
+        title = "Bit without a meaning" if bit is not None and row is None else owner.title
+        return RegisterRecord(
+            kind="register" if bit is None else "bit",
+            name=word.name if bit is None else f"{word.name}.{bit}",
+            title=title,
+            schema=self.schema,
+            key=owner.path or word.path,
+            unit=word.unit,
+            notation=self._notation(word, bits=bool(rows)),
+            access=owner.access,
+            by=self._writer(word, owner.access),
+            basis=word.basis,
+            meaning=None if row else self.words.get(word.name),
+            parts=tuple(Part.of(row, self.bits.get((word.name, row.bits[0]))) for row in rows),
+            table=table,
+            word=word,
+            bit=bit,
+        )
+
+    def number(self, series: Series, number: int) -> Record:
+        """A number that the PLC shows."""
+        code = next((c for c in series.codes if c.number == number), None)
+        register = series.codes[0].register
+        word, table = next((w, b.table) for b in self.blocks for w in b.table.words if w.name == register)
+        name = f"{series.name} {number}"
+        if code is None:
+            return Record(kind="number", name=name, title=series.other, basis=word.basis)
+        return Record(
+            kind="number",
+            name=name,
+            title=code.title,
+            access="status",
+            by=f"the PLC, into {table.at(word.offset)} ({word.title})",
+            basis=word.basis,
+            meaning=code.meaning,
+        )
+
+    def unstored_record(self, path: str) -> Record:
+        """A key that no register holds."""
+        text = key_text(self.schema, path)
+        return Record(
+            kind="parameter",
+            name=path,
+            title=text.partition(": ")[0].partition("; ")[0].rstrip("."),
+            detail=text,
+            key=path,
+            access="setting",
+            by=self.unstored[path],
+        )
+
+    def _notation(self, word: Word, *, bits: bool) -> str:
+        """How a register is written."""
+        if bits:
+            return "16 bits" + (", shown in hexadecimal" if self.hexadecimal else "")
+        notation = word.codec.notation
+        if self.is_binary(word):
+            return f"{notation} in binary"
+        return f"{notation} {word.unit}" if notation.endswith("of 0.001") and word.unit else notation
+
+    def _writer(self, word: Word, access: str) -> str:
+        if word.name in self.writers:
+            return self.writers[word.name]
+        late = self.late.get(word.read, "")
+        return WRITERS[access] + (f"; a new value {late}" if late and access == "setting" else "")
+
+    def is_binary(self, word: Word) -> bool:
+        """Whether a register that is shown in hexadecimal holds counts in binary, not in BCD."""
+        return self.hexadecimal and scale_of(word.codec) is not None and "BCD" not in word.codec.notation
+
+    def kind(self, table: RegisterMap) -> Kind:
+        """What the registers of a block hold."""
+        prefix = next((b.prefix for b in self.blocks if b.table.title == table.title), self.space.banks[0].prefix)
+        return next(bank.kind for bank in self.space.banks if bank.prefix == prefix)
+
+    def shown(self, kind: Kind, raw: int) -> str:
+        """A content as the vendor shows it."""
+        return kind.hex(raw) if self.hexadecimal else kind.text(raw)
+
+    def value(self, record: RegisterRecord, raw: int, scaling: Scaling, *, bits: bool) -> Value:
+        """A content as it is shown, and what it says; ``bits``: they say it."""
+        word, kind = record.word, self.kind(record.table)
+        shown = self.shown(kind, raw)
+        content = raw if self.hexadecimal else kind.show(raw)
+        if bits:
+            return Value(content, shown)
+        code = self.code(word.name, raw)
+        if code is not None:
+            return Value(content, shown, code.title)
+        other = next((series.other for series in self.series if series.codes[0].register == word.name), "")
+        if other:
+            return Value(content, shown, "", other)
+        try:
+            text = self.saying(word, raw, scaling)
+        except DecodeError as error:
+            return Value(content, shown, "", f"{error}: this is no value of the register")
+        return Value(content, shown, f"{text} (decimal {raw})" if self.is_binary(word) else text)
+
+    def saying(self, word: Word, raw: int, scaling: Scaling) -> str:
+        """A content in words, with what is doubtful about it; raises `DecodeError` where it is no value."""
+        text = (self.special(word, raw, scaling) if self.special else "") or text_of(word, raw, scaling)
+        text = text or (self.unscaled(word, raw) if self.unscaled else f"{raw} counts")
+        remark = (self.remark(word, raw, scaling) if self.remark else "") or self._outside(word, raw)
+        return f"{text} ({remark})" if remark else text
+
+    def _outside(self, word: Word, raw: int) -> str:
+        """What the manual allows, where a number is none of it, nor a code."""
+        number = word.path and scale_of(word.codec) is None and not special_code(word.codec, raw)
+        limits = key_limits(self.schema, word.path) if number and word.path else None
+        value = decode_one(word.codec, raw, {}) if limits is not None else None
+        return limits_text(limits) if limits and isinstance(value, Decimal) and not limits.holds(value) else ""
+
+    def lines(self, listing: Listing, options: Mapping[str, Any]) -> Iterator[Line]:
+        """Every word of a listing with its meaning, in the order of the addresses."""
+        words: dict[int, int] = listing.words
+        claims: dict[int, Placement] = {}
+        for number, claim in self.claims(listing, options):
+            if self.space.holds(number):
+                claims.setdefault(number, claim)
+        placed = {self.space.place(number)[0].prefix for number, claim in claims.items() if claim.loop}
+        missing = [
+            s for s in self.starts if s.prefix not in placed and not options.get(s.option) and s.held not in words
+        ]
+        for number in sorted(words):
+            if not self.space.holds(number):
+                yield Line(listing.shown.get(number, str(number)), "-", "-", "-", "-", "lies behind the last register")
+                continue
+            raw, kind = words[number], self.space.kind(number)
+            content = (self.space.name(number), kind.hex(raw), kind.text(raw))
+            if number in claims:
+                claim = claims[number]
+                text = self._line_text(self.record(claim.table, claim.word), raw, claim.scaling or UNKNOWN)
+                yield Line(*content, claim.loop or "-", claim.prefix + claim.word.name, text)
+            else:
+                yield Line(*content, "-", "-", unclaimed(self.space.place(number)[0].prefix, missing))
+
+    def _line_text(self, record: RegisterRecord, raw: int, scaling: Scaling) -> str:
+        """What a word says; a word that is no value says why."""
+        if record.access == "reserved":
+            return record.title if raw == 0 else f"{record.title}, but not 0"
+        rows = [part.bits for part in record.parts if part.bits]
+        if rows:
+            return f"{record.title}: {bits_text(rows, raw)}"
+        code = self.code(record.word.name, raw)
+        try:
+            return f"{record.title}: {code.title if code else self.saying(record.word, raw, scaling)}"
+        except DecodeError as error:
+            return f"{record.title}: no value, {error}"
+
+
+def word_at(table: RegisterMap, offset: int) -> Word:
+    """The row of the register at an offset."""
+    return next(word for word in table.words if word.offset == offset)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Finds what a question is about with a vendor whose memory has addresses: by address, offset, number, name or key.
+
+HIGHEST_BIT = 15
+BEFORE_ROOT = "the signal before the root"
+"""The unit of what is compared with the PV of which the loop takes the root."""
+SEPARATORS = str.maketrans("", "", " -_")
+HEXADECIMAL_FROM = 10
+"""Smaller numbers are the same in both notations."""
+PLC = "plc."
+"""What keys begin with that are about the file and no loop."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegisterBook(Registers):
+    """The tables of a vendor whose memory has addresses, and how its registers are asked for."""
+
+    def find(self, question: Question) -> list[Page]:
+        """What the question is about with this vendor; empty when it is nothing."""
+        pages = self._address(question) or self._offset(question) or self._number(question) or self._name(question)
+        return [self._with_base(page, question) for page in pages] or self._unstored(question)
+
+    @cached_property
+    def index(self) -> dict[str, list[RegisterRecord]]:
+        """Registers and choices by all their names, in small letters."""
+        index: dict[str, list[RegisterRecord]] = {}
+        for record in self.registers:
+            for name in record.names:
+                index.setdefault(name, []).append(record)
+        for alias, name in self.aliases.items():
+            index.setdefault(alias.lower(), [record for record in index[name] if record.kind == "register"])
+        return index
+
+    @property
+    def spellings(self) -> dict[str, str]:
+        """All names that can be asked for, in small letters, with their spelling."""
+        return {name: name for name in (*self.index, *(path.rpartition(".")[2] for path in self.unstored))}
+
+    def _page(self, placement: Placement, name: str, raw: int | None, bit: int | None = None) -> Page:
+        """A register, or one bit of it, in its place, with its content where there is one."""
+        record = self.record(placement.table, placement.word, bit)
+        choice = record.parts[0].bits if bit is not None and record.parts else None
+        content = placement.raw if raw is None else raw
+        points = tuple(
+            part.point(content)
+            for part in record.parts
+            if part.bits and (part.bits.access != "reserved" or bit is not None or (content or 0) & part.bits.mask)
+        )
+        scaling = placement.scaling or UNKNOWN
+        code = None if content is None else self.code(record.word.name, content)
+        value = None if content is None else self.value(record, content, scaling, bits=bool(points))
+        return replace(
+            self.page(record, value, points, code),
+            name=name if bit is None else f"{name}.{bit}",
+            unit=BEFORE_ROOT if is_before_root(record.word, scaling.scales) else unit_of(record.word, scaling.units),
+            loop=placement.loop if placement.raw is not None else None,
+            place=f"{record.table.at(record.word.offset)} of {placement.loop}" if placement.loop else "",
+            origins=tuple(o for o in placement.origins if choice is None or o.key.endswith(choice.path or "-")),
+            notes=tuple(self._notes(placement, name, content)),
+        )
+
+    def _notes(self, placement: Placement, name: str, content: int | None) -> Iterator[str]:
+        """What would make the answer better, and what the file and the given content have to do with each other."""
+        if placement.scaling is None and content is not None and scale_of(placement.word.codec):
+            yield "with --in FILE the value is shown in engineering units"
+        if self.root is not None and is_before_root(placement.word, (placement.scaling or UNKNOWN).scales):
+            before = "this word and its number in the file are about the PV before"
+            yield f"the loop takes the PV's root; {before}: {self.root}"
+        if placement.raw is not None and content not in {None, placement.raw}:
+            stored = f"{placement.raw:04X}" if self.hexadecimal else placement.raw
+            yield f"the file sets {name} to {stored}"
+
+    def _raw(self, question: Question, kind: Kind, name: str) -> int | None:
+        """The content that a question gives."""
+        return None if question.value is None else raw_of(question.value, kind, name, hexadecimal=self.hexadecimal)
+
+    def _with_base(self, page: Page, question: Question) -> Page:
+        """A note on a content whose decimal digits are another number where a listing shows them."""
+        text = question.value
+        if (
+            text is None
+            or self.hexadecimal
+            or page.value is None
+            or not text.isdecimal()
+            or int(text) < HEXADECIMAL_FROM
+        ):
+            return page
+        kind = next((b.kind for b in self.space.banks if type(b.kind.show(0)) is type(page.value.raw)), None)
+        if kind is None or len(text) > kind.digits or (kind is SINGLE and len(text) < kind.digits):
+            return page
+        other = kind.text(int(text, 16))
+        note = f"read as decimal; the listing's hex {text} is {other}: write 0x{text}"
+        return replace(page, notes=(*page.notes, note))
+
+    def _bank(self, prefix: str) -> Bank | None:
+        return next((bank for bank in self.space.banks if bank.prefix == prefix), None)
+
+    def _address(self, question: Question) -> list[Page]:
+        """``V7642``, ``DF106``, ``V7642.3``."""
+        match = ADDRESS.fullmatch(question.name)
+        bank = self._bank(match.group(1).upper()) if match else None
+        if match is None or bank is None:
+            return []
+        name = f"{bank.prefix}{match.group(2)}"
+        number = self.space.parse(name)
+        if number is None:
+            first = self.space.name(self.space.number(bank.prefix, bank.first)) if bank.first else f"{bank.prefix}0"
+            last = self.space.name(self.space.number(bank.prefix, bank.last))
+            digits = "octal digits, " if bank.octal else ""
+            raise QuestionError(f"{question.name} is no address of the {self.title}: {digits}{first} to {last}")
+        placement, bit = self._at(number, question), self._bit(match.group(3), self.space.kind(number))
+        raw = self._raw(question, self.space.kind(number), name)
+        if placement is None:
+            return [self._elsewhere(name, number, raw, question)]
+        return [self._page(placement, self.space.name(number), raw, bit)]
+
+    def _at(self, number: int, question: Question) -> Placement | None:
+        """The register at an address: as the configuration says, of a block that always is there, or of one named."""
+        placement = question.config.at(number) if question.config is not None else None
+        if placement is not None:
+            return placement
+        for block, start in self._starts(question):
+            if start <= number < start + block.length:
+                index, offset = divmod(number - start, block.table.size)
+                loop = f"loop {index + 1} of a table at {self.space.name(start)}" if block.repeat > 1 else None
+                return Placement(block.table, word_at(block.table, offset), loop)
+        return None
+
+    def _starts(self, question: Question) -> Iterator[tuple[Block, int]]:
+        """Blocks with the addresses at which they begin."""
+        named = [number for text in question.starts if (number := self.space.parse(text.upper())) is not None]
+        for block in self.blocks:
+            example = self.space.parse(block.start)
+            if block.fixed and example is not None:
+                yield block, example
+            if not block.mentioned or block.fixed or example is None:
+                continue
+            starts = [n for n in named if self.space.place(n)[0].prefix == block.prefix]
+            yield from ((block, number) for number in starts or [example] * question.loop)
+
+    def _elsewhere(self, name: str, number: int, raw: int | None, question: Question) -> Page:
+        """An address that no known block has: only the part of the memory is known."""
+        bank, n = self.space.place(number)
+        blocks = [(b, start) for b, start in self._starts(question) if not b.fixed and b.prefix == bank.prefix]
+        if blocks:
+            spans = ", ".join(f"{self.space.name(s)} to {self.space.name(s + b.length - 1)}" for b, s in blocks)
+            raise QuestionError(
+                f"{name} lies outside the registers of the loops ({spans}); "
+                "name the start of the block with --block ADDRESS"
+            )
+        region = next((text for first, last, text in self.regions if first <= n <= last), "")
+        examples = ", ".join(b.start for b in self.blocks if b.prefix == bank.prefix and not b.fixed and b.mentioned)
+        hint = (
+            f"what it holds depends on where the loops begin: --loop takes {examples}, --block ADDRESS another start, "
+            "--in FILE a configuration"
+        )
+        title = region or f"a register of bank {bank.prefix}"
+        page = self.page(Record(kind="register", name=name, title=title, notation=bank.kind.holds))
+        if raw is not None:
+            shown = self.shown(bank.kind, raw)
+            value = Value(bank.kind.show(raw), shown, f"decimal {raw}" if self.hexadecimal else shown)
+            page = replace(page, value=value)
+        return page if "system" in region else replace(page, notes=(hint,))
+
+    def _offset(self, question: Question) -> list[Page]:
+        """``addr+06.10``, ``Cn+12``, ``Base+5``: in the notation of the vendor's manual."""
+        match = OFFSET.fullmatch(question.name)
+        if match is None:
+            return []
+        head = "".join(c for c in match.group(1).lower() if c.isalnum())
+        pages, problems = [], []
+        for block in self.blocks:
+            bank = self._bank(block.prefix)
+            is_meant = head in block.heads or (question.every_block and not head and block.mentioned)
+            if not is_meant or bank is None:
+                continue
+            digits = match.group(2)
+            if bank.octal and not set(digits) <= set("01234567"):
+                raise QuestionError(
+                    f"{question.name}: offsets of the {self.title} are octal; {digits} has a digit above 7"
+                )
+            offset = int(digits, 8 if bank.octal else 10)
+            length = block.length if block.repeat > 1 and not block.mentioned else block.table.size
+            if offset >= length:
+                problems.append(f"{question.name}: the block ends at {block.table.at(length - 1)}")
+                continue
+            placement = Placement(block.table, word_at(block.table, offset % block.table.size))
+            name = block.table.at(offset)
+            try:
+                raw, bit = self._raw(question, bank.kind, name), self._bit(match.group(3), bank.kind)
+                pages.append(self._page(placement, name, raw, bit))
+            except QuestionError as error:
+                problems.append(str(error))
+        if problems and not pages:
+            raise QuestionError("; ".join(dict.fromkeys(problems)))
+        return pages
+
+    @staticmethod
+    def _bit(text: str | None, kind: Kind) -> int | None:
+        """The number of a bit, decimal as all the manuals write it."""
+        if text is None:
+            return None
+        highest = min(HIGHEST_BIT, 4 * kind.digits - 1)
+        if kind.digits == 1 or int(text) > highest:
+            limit = "a word has the bits 0 to 15" if highest == HIGHEST_BIT else f"a {kind.name} has no bits"
+            raise QuestionError(f"bit {text}: {limit}")
+        return int(text)
+
+    def _number(self, question: Question) -> list[Page]:
+        """``CK27``, or ``27`` alone: a number that the PLC shows."""
+        text = question.name.lower().translate(SEPARATORS)
+        for series in self.series:
+            for head in series.heads:
+                digits = text.removeprefix(head)
+                if text.startswith(head) and is_number(digits):
+                    return [self._number_page(series, int(digits))]
+        for series in self.series:
+            if is_number(text) and (question.one_vendor or int(text) in {code.number for code in series.codes}):
+                return [self._number_page(series, int(text))]
+        return []
+
+    def _number_page(self, series: Series, number: int) -> Page:
+        page = self.page(self.number(series, number))
+        numbers = [code.number for code in series.codes]
+        known = f"numbers that are known: {', '.join(map(str, numbers))}"
+        return page if number in numbers else replace(page, notes=(known,))
+
+    def _name(self, question: Question) -> list[Page]:
+        """A register's or choice's own name, with each loop of the configuration that has it."""
+        name, loop = question.name_and_loop
+        pages = []
+        for record in self.index.get(name.lower()) or self._nicknamed(name.lower()):
+            placements = [(Placement(record.table, record.word), record.word.name)]
+            if question.config is not None:
+                placements = self._in_file(record, question.config, loop) or placements
+            for placement, shown in placements:
+                raw = self._raw(question, self.kind(record.table), shown)
+                pages.append(self._page(placement, shown, raw, record.bit))
+        return pages
+
+    def _in_file(self, record: RegisterRecord, config: Configured, loop: str | None) -> list[tuple[Placement, str]]:
+        """A register in the loops of a configuration, with its addresses."""
+        try:
+            return [(p, self.space.name(number)) for p, number in config.named(record.table, record.word, loop)]
+        except NoRegisterError as error:
+            file = config.document.file
+            raise QuestionError(f"{error}; 'pidcfg validate {file}' says where it may begin") from None
+
+    def _nicknamed(self, name: str) -> list[RegisterRecord]:
+        """A nickname: the loop's name and a suffix."""
+        suffixes = [alias for alias in self.aliases if alias.startswith("_") and name.endswith(alias.lower())]
+        return self.index[max(suffixes, key=len).lower()] if suffixes else []
+
+    def _unstored(self, question: Question) -> list[Page]:
+        """A key that no register holds by its path, its last part or its section, once for each loop that gives it."""
+        name, loop = question.name_and_loop
+        key = name.lower()
+        paths = [path for path in self.unstored if key == path]
+        paths = paths or [path for path in self.unstored if path.endswith(f".{key}")]
+        paths = paths or [path for path in self.unstored if key in steps(path)[:-1]]
+        if paths and question.value is not None:
+            raise QuestionError(f"{question.text}: {paths[0]} {self.unstored[paths[0]]}; it has no content to explain")
+        return [page for path in paths for page in self._unstored_pages(path, question, loop)]
+
+    def _unstored_pages(self, path: str, question: Question, loop: str | None) -> Iterator[Page]:
+        page = self.page(self.unstored_record(path))
+        origins = question.config.origins(path, in_loops=not path.startswith(PLC)) if question.config else []
+        for at in [origin for origin in origins if loop in {None, origin.loop}]:
+            name = f"{at.loop}.{path}" if at.loop else path
+            yield replace(page, name=name, value=Value(at.text, at.text), loop=at.loop, origins=(at,))
+        if not any(loop in {None, origin.loop} for origin in origins):
+            yield page

@@ -1,0 +1,158 @@
+"""Findings in a file: results of `pidcfg.load` and `pidcfg.check`, and the JSON of findings."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any, Literal
+
+from pidcfg.text.diagnostics import Severity, ordered
+from pidcfg.text.frozen import frozen
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pydantic import BaseModel
+
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits, Reader
+    from pidcfg.validate.baseline import Ignored
+
+Data = dict[str, Any]
+"""Plain data that `json.dumps` writes as it is."""
+Kind = Literal["configuration", "scenario"]
+
+
+def finding_data(d: Diagnostic) -> Data:
+    """One finding, spelled out key by key, so that nothing leaks into the public layout."""
+    return {
+        "code": d.code,
+        "severity": d.severity.label,
+        "message": d.message,
+        "file": d.file,
+        "line": d.span.line,
+        "column": d.span.column,
+        "path": d.where,
+        "loop": d.loop,
+        "with": list(d.with_loops),
+        "plc_effect": d.plc_effect,
+        "reference": d.reference,
+        "help": d.help,
+    }
+
+
+def one_or_several(name: str, rows: Sequence[Data]) -> Data:
+    """The public layout, version 1, of scenarios: the object of one alone, a list of several under ``name``."""
+    if len(rows) == 1:
+        return {"version": 1, **rows[0]}
+    return {"version": 1, name: list(rows), "passed": all(row["passed"] for row in rows)}
+
+
+def findings_data(findings: Sequence[Diagnostic], files: int = 1) -> Data:
+    """Findings in so many files: the public layout, version 1."""
+    totals = counts(findings)
+    return {
+        "version": 1,
+        "findings": [finding_data(d) for d in findings],
+        "summary": {
+            "files": files,
+            "errors": totals[Severity.ERROR],
+            "warnings": totals[Severity.WARNING],
+            "infos": totals[Severity.INFO],
+        },
+    }
+
+
+def counts(findings: Sequence[Diagnostic]) -> dict[Severity, int]:
+    """How many findings there are of each severity."""
+    return {s: sum(d.severity is s for d in findings) for s in (Severity.ERROR, Severity.WARNING, Severity.INFO)}
+
+
+def errors_in(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """The findings of severity error."""
+    return tuple(d for d in findings if d.severity is Severity.ERROR)
+
+
+@frozen
+class LoadResult:
+    """A file as data: what it is, what it says, and what is wrong with its text and its keys."""
+
+    document: Document
+    """The text, the data as written (scalars are text: the field decides what one means), and where each stands."""
+    findings: tuple[Diagnostic, ...]
+    """Of the text and the schema; no rule has looked at it."""
+    kind: Kind | None = None
+    """None: the text could not be read, or says neither."""
+    vendor: str | None = None
+    """The key of a configuration's PLC family, such as ``click``."""
+    model: BaseModel | None = None
+    """The typed content (`pidcfg.schemas`); None where an error is in the way."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is no error."""
+        return not errors_in(self.findings)
+
+    def to_json(self) -> Data:
+        """Kind, vendor and data of the file (every scalar as text), and its findings."""
+        findings = findings_data(self.findings)["findings"]
+        content = {
+            "file": self.document.file,
+            "kind": self.kind,
+            "vendor": self.vendor,
+            "data": deepcopy(self.document.data),
+        }
+        return {"version": 1, **content, "findings": findings}
+
+
+@frozen
+class CheckResult:
+    """All findings of a configuration, or of a scenario."""
+
+    document: Document
+    findings: tuple[Diagnostic, ...]
+    """In the order of the file, without those that comments in it ignore."""
+    ignored: tuple[Ignored, ...] = ()
+    """What ``# pidcfg: ignore[CODE] reason`` leaves out, each with its reason."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether there is no error; warnings are allowed."""
+        return not errors_in(self.findings)
+
+    def to_json(self) -> Data:
+        """What ``pidcfg validate --format json`` prints."""
+        return findings_data(self.findings)
+
+
+def loaded(document: Document) -> LoadResult:
+    """A document as typed content."""
+    from pidcfg.validate.engine import is_scenario, vendor_of
+    from pidcfg.validate.schema import read_model
+
+    if document.data is None:
+        return LoadResult(document, document.problems)
+    if is_scenario(document):
+        from pidcfg.study.scenario import read_scenario
+
+        scenario, findings = read_scenario(document)
+        return LoadResult(document, tuple(findings), "scenario", None, scenario)
+    vendor, problem = vendor_of(document)
+    if vendor is None:
+        return LoadResult(document, tuple(ordered([*document.problems, *problem])))
+    model, errors = read_model(vendor.model, document)
+    findings = ordered([*document.problems, *errors])
+    return LoadResult(document, tuple(findings), "configuration", vendor.key, model)
+
+
+def checked(document: Document, limits: Limits, reader: Reader, *, comments: bool) -> CheckResult:
+    """All findings of a document; ``comments``: without those that comments in it ignore."""
+    from pidcfg.study.scenario import check_any
+
+    findings = check_any(document, limits, reader)
+    if not comments or "ignore" not in document.text:
+        return CheckResult(document, tuple(findings))
+    from pidcfg.validate.baseline import suppress
+
+    rest = suppress(findings, document)
+    return CheckResult(document, tuple(ordered(rest.kept)), tuple(rest.ignored))

@@ -1,0 +1,238 @@
+"""Gains by a rule: the result of `pidcfg.tune`, and its JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import isinf
+from typing import TYPE_CHECKING
+
+from pidcfg.output.arguments import ArgumentError
+from pidcfg.output.process import Known, held_by, model_of, process_of, reduced, refuse_missing
+from pidcfg.tuning.margins import finite, judged, process_of_cycle, remarks
+from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Model, Process, TuningError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from pidcfg.output.findings import Data
+    from pidcfg.output.process import Target, VendorGains
+    from pidcfg.output.retune import Written
+    from pidcfg.output.robust import RobustGains, Searched
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.reader import Limits
+    from pidcfg.tuning.identify import Identified
+    from pidcfg.tuning.margins import Judgement
+    from pidcfg.tuning.response import Record, Request
+
+IDENTIFIED = ("gain", "time_constant", "dead_time")
+"""What a recorded step tells."""
+FORMS: tuple[Form, ...] = ("PID", "PI", "P")
+"""The order in which they are tried where none is asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class TuneResult:
+    """Gains in output units per PV unit and times in s, and the inputs that they follow from."""
+
+    method: Method
+    form: Form
+    numbers: Mapping[str, float]
+    """The numbers of the process or of its ultimate cycle: gain, times in s."""
+    gains: Gains
+    model: Model | None
+    """The kind of process; None: only its ultimate cycle is known."""
+    judgement: Judgement
+    """Whether the rule holds for it, and how robust the loop is."""
+    warnings: tuple[str, ...] = ()
+    """What the rule's range, the margins and the rules' authors warn of."""
+    identified: Identified | None = None
+    """The process of the recorded step, where one was given."""
+    record: Record | None = None
+    vendor: VendorGains | None = None
+    robust: RobustGains | None = None
+    """What holds on which plants, of gains by the method robust."""
+    written: Written | None = None
+    """The configuration with the gains in one of its loops, where one was given."""
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        """What the rules find at that loop with these gains; wrong numbers and records are a `ValueError`."""
+        return () if self.written is None else self.written.findings
+
+    @property
+    def ok(self) -> bool:
+        """Whether the configuration may be saved; always without one (what does not fit is in ``vendor.values``)."""
+        return self.written is None or self.written.ok
+
+    @property
+    def heating(self) -> bool | None:
+        """Whether the PV rises with the output; None where the process's gain is not known."""
+        return None if "gain" not in self.numbers else self.numbers["gain"] > 0
+
+    def to_json(self) -> Data:
+        """What ``pidcfg tune --format json`` prints."""
+        gains, integral = self.gains, not isinf(self.gains.integral_time)
+        data = {
+            "version": 1,
+            "method": self.method.name,
+            "title": self.method.title,
+            "form": self.form,
+            "basis": str(self.method.basis),
+            "process": {**self._process(), **self._sureness()},
+            "gain": gains.gain,
+            "integral_time": gains.integral_time if integral else None,
+            "derivative_time": gains.derivative_time,
+            "independent": {"kp": gains.gain, "ki": gains.ki if integral else 0.0, "kd": gains.kd},
+            **self._robustness(),
+            "heating": self.heating,
+            "warnings": list(self.warnings),
+            "identified": None if self.identified is None else _identified(self.identified),
+        }
+        if self.robust is not None:
+            data["robust"] = self.robust.to_json()
+        if self.vendor is not None:
+            data["for"] = self.vendor.to_json()
+        if self.written is not None:
+            data["written"] = self.written.to_json()
+        return data
+
+    def _process(self) -> Data:
+        """The numbers of the process, with its kind."""
+        names = {"second_time_constant": "time_constant_2"}
+        numbers = {names.get(key, key): value for key, value in self.numbers.items()}
+        return numbers if self.model is None else {**numbers, "model": self.model}
+
+    def _robustness(self) -> Data:
+        """Margins and figures of the closed loop; null: unknown, unstable or without a limit."""
+        judgement = self.judgement
+        margins, answer = judgement.margins, judgement.answer
+        return {
+            "ms": None if margins is None else margins.ms,
+            "gain_margin": None if margins is None else finite(margins.gain_margin),
+            "phase_margin": None if margins is None else finite(margins.phase_margin),
+            "stable": margins is not None if judgement.known else None,
+            "overshoot_percent": None if answer is None else answer.overshoot,
+            "iae_setpoint": None if answer is None else answer.iae_setpoint,
+            "iae_disturbance": None if answer is None else answer.iae_disturbance,
+            "valid": judgement.valid,
+            "valid_reason": judgement.reason,
+        }
+
+    def _sureness(self) -> Data:
+        """What kind of process was identified, and how well."""
+        fit = self.identified
+        if fit is None:
+            return {}
+        return {"model": fit.model, "fit": 100 * (1 - fit.misfit), "confidence": _confidence(fit)}
+
+
+def _confidence(fit: Identified) -> Data:
+    gain, constant, dead = fit.confidence
+    return {"gain": gain, "time_constant": None if fit.integrating else constant, "dead_time": dead}
+
+
+def _identified(fit: Identified) -> Data:
+    return {
+        "model": fit.model,
+        "gain": fit.process.gain,
+        "time_constant": None if fit.integrating else fit.process.time_constant,
+        "dead_time": fit.process.dead_time,
+        "confidence": _confidence(fit),
+        "drift": fit.drift,
+        "remarks": list(fit.remarks),
+        "step_at": fit.at,
+        "noise": fit.noise,
+        "misfit_percent": fit.misfit * 100,
+    }
+
+
+def tuned(
+    method: str,
+    form: Form | None,
+    known: Known,
+    step: tuple[bytes, str, Request] | None,
+    target: Target,
+    limits: Limits,
+) -> TuneResult:
+    """The result of a rule; ``step``: bytes and name of a recorded step, and what is said of it.
+
+    The step tells gain, time constant and dead time.
+    """
+    fit = record = None
+    if step is not None:
+        from pidcfg.tuning.record import identified
+
+        data, name, said = step
+        fit, record = identified(data, name, limits, said)
+        if fit.integrating and "integrating" not in METHODS[method].models:
+            names = [row.name for row in METHODS.values() if "integrating" in row.models]
+            raise TuningError(
+                f"{name}: the process integrates ({fit.process.gain:.4g} per s and unit of the output); {method} is "
+                f"for one that settles: use {', '.join(names[:-1])} or {names[-1]} ({'; '.join(fit.remarks)})"
+            )
+        for key in IDENTIFIED:
+            if key in known.numbers:
+                raise ArgumentError(f"`{key}` and `record` do not go together", key, "record")
+        told = [key for key in IDENTIFIED if not (fit.integrating and key == "time_constant")]
+        numbers = {**{key: getattr(fit.process, key) for key in told}, **known.numbers}
+        known = replace(known, numbers=numbers, model="integrating" if fit.integrating else None)
+    if known.wish is None:
+        target.refuse_ranges()
+        result = replace(computed(method, form, known), identified=fit, record=record)
+    else:
+        from pidcfg.output.robust import searched
+
+        found = searched(METHODS[method], form, known, fit, target, limits)
+        target = found.target
+        result = replace(_of_search(METHODS[method], known, found), identified=fit, record=record)
+    if target.into is None:
+        return replace(result, vendor=target.gains(result.gains, heating=result.heating))
+    from pidcfg.output.retune import retuned
+
+    written, values = retuned(result.gains, target, target.into, limits, heating=result.heating)
+    return replace(result, written=written, vendor=held_by(written.vendor, values, heating=result.heating))
+
+
+def _of_search(method: Method, known: Known, found: Searched) -> TuneResult:
+    """The result of a search, beside its judgement by the continuous loop on the process itself."""
+    gains = found.robust.found.result.gains
+    judgement = judged(method, found.form, gains, found.process)
+    notes = tuple(remarks(found.process))
+    return TuneResult(method, found.form, known.numbers, gains, found.model, judgement, notes, robust=found.robust)
+
+
+def computed(name: str, form: Form | None, known: Known) -> TuneResult:
+    """The result of a rule; raises `ArgumentError` where a number is missing, `TuningError` beyond the rule's range."""
+    method = METHODS[name]
+    if form is not None and form not in method.forms:
+        raise ArgumentError(f"{name} has no rule for {form}; it has {' and '.join(method.forms)}")
+    known = reduced(method, form, known)
+    model = model_of(method, known)
+    refuse_missing(method, known.numbers, model)
+    numbers, process = known.numbers, process_of(known.numbers, model)
+    cycle = Cycle(numbers.get("ultimate_gain", 0.0), numbers.get("ultimate_period", 0.0))
+    chosen, gains = _gains(method, form, process, cycle)
+    if method.of_ultimate is None:
+        judgement = judged(method, chosen, gains, process, known.transfer)
+        warnings = (*remarks(process), *judgement.warnings())
+        return TuneResult(method, chosen, numbers, gains, model, judgement, warnings)
+    judgement = judged(
+        method, chosen, gains, process_of_cycle(abs(numbers["gain"]), cycle) if "gain" in numbers else None
+    )
+    return TuneResult(method, chosen, numbers, gains, None, judgement, tuple(judgement.warnings()))
+
+
+def _gains(method: Method, form: Form | None, process: Process, cycle: Cycle) -> tuple[Form, Gains]:
+    """The gains of a form, or of the first from PID down that the rule has for this process."""
+    *more, last = (form,) if form else tuple(f for f in FORMS if f in method.forms)
+    for chosen in more:
+        try:
+            return chosen, method.gains(chosen, process, cycle)
+        except ValueError:
+            continue
+    try:
+        return last, method.gains(last, process, cycle)
+    except ZeroDivisionError:
+        raise TuningError(f"{method.name} divides by the dead time, which is 0: give the sample time") from None
+    except (ValueError, OverflowError) as error:
+        raise TuningError(f"{method.name}: {error}") from None

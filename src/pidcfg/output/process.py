@@ -1,0 +1,255 @@
+"""What is said of a process, and where the gains of a rule go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import inf
+from typing import TYPE_CHECKING, TypedDict
+
+from pidcfg.output.arguments import ArgumentError
+from pidcfg.tuning.response import Request
+from pidcfg.tuning.rules import LARGEST, LEAST, METHODS, Process, is_usable
+from pidcfg.tuning.transfer import reduced as half_rule
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.output.findings import Data
+    from pidcfg.text.reader import Reader
+    from pidcfg.tuning.robust import Fitted
+    from pidcfg.tuning.rules import Form, Gains, Method, Model
+    from pidcfg.tuning.transfer import Transfer
+    from pidcfg.vendors import Vendor
+
+# --- What is said of a process: its numbers, kind or transfer function, and what a rule still needs of them -----------
+
+DEFAULT_MS, LEAST_MS, MOST_MS = 1.6, 1.1, 3.0
+"""Of the maximum sensitivity: below, next to nothing is left of the controller; above, the loop hardly settles."""
+MOST_SAMPLES = 100_000
+OF_PROCESS = ("gain", "time_constant", "second_time_constant", "dead_time")
+"""Numbers that a transfer function stands for."""
+
+
+class Numbers(TypedDict):
+    """The numbers of a process or of its ultimate cycle as they are given: gains, times in s."""
+
+    gain: float | None
+    time_constant: float | None
+    dead_time: float | None
+    second_time_constant: float | None
+    closed_loop: float | None
+    sample_time: float | None
+    ultimate_gain: float | None
+    ultimate_period: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """The process as the caller gives it: its numbers, its kind, or its transfer function."""
+
+    numbers: Mapping[str, float]
+    model: Model | None = None
+    transfer: Transfer | None = None
+    wish: Robustness | None = None
+    """Of the method robust alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Robustness:
+    """What is asked of robust gains: what varies, as text, and the limit of Ms."""
+
+    vary: str | None
+    ms: float
+    samples: int = 0
+    """Of `certify`, which confirms the gains; 0: it does not."""
+
+
+def robustness(vary: str | None, ms: float | None, samples: int, *, given: bool) -> Robustness | None:
+    """What is asked of robust gains; None for other methods, which raise `ArgumentError` where something is."""
+    for name, value in (("vary", vary), ("ms", ms)):
+        if value is not None and not given:
+            raise ArgumentError(f"`{name}` is for the method robust", name)
+    limit = DEFAULT_MS if ms is None else as_float(ms)
+    if not LEAST_MS <= limit <= MOST_MS:
+        raise ArgumentError(f"`ms`: {limit:g}; write a number from {LEAST_MS:g} to {MOST_MS:g}, such as 1.6", "ms")
+    if not 0 <= samples <= MOST_SAMPLES:
+        raise ArgumentError(f"`samples` is {samples}; write a whole number from 0 to {MOST_SAMPLES}", "samples")
+    return Robustness(vary, limit, samples) if given else None
+
+
+def request(columns: str | None, rest: float | None, start: str | None, until: str | None, *, given: bool) -> Request:
+    """What is said of a record; raises `ArgumentError` where there is none, or for an output that is no number."""
+    said = {"columns": columns, "rest": rest, "start": start, "until": until}
+    for name, value in said.items():
+        if value is not None and not given:
+            raise ArgumentError(f"`{name}` is for `record`", name, "record")
+    if rest is not None and not abs(as_float(rest)) <= LARGEST:
+        raise ArgumentError(f"`rest`: {rest:g}; write the output before the record", "rest")
+    return Request(columns, None if rest is None else float(rest), start, until)
+
+
+def known_process(numbers: Mapping[str, float], model: Model | None, transfer: str | None, *, given: bool) -> Known:
+    """What is said of the process.
+
+    Raises `ArgumentError` for what does not go together, `TuningError` for a transfer function that cannot be read.
+    """
+    for name, value in (("model", model), ("transfer", transfer)):
+        if value is not None and given:
+            raise ArgumentError(f"`{name}` and `record` do not go together", name, "record")
+    if transfer is None:
+        return Known(numbers, model)
+    for key in ("model", *OF_PROCESS):
+        if key in numbers or (key == "model" and model is not None):
+            raise ArgumentError(f"`{key}` and `transfer` do not go together", key, "transfer")
+    from pidcfg.tuning.transfer import read_transfer
+
+    return Known(numbers, None, read_transfer(transfer))
+
+
+def usable(name: str, value: float) -> float:
+    """A number of the process; raises `ArgumentError` unless a process can have it: above 0, a gain also below."""
+    signed, number = name == "gain", as_float(value)
+    if not is_usable(number) or (number < 0 and not signed):
+        raise ArgumentError(f"`{name}`: {not_usable(number, signed=signed)}", name)
+    return number
+
+
+def not_usable(number: float, *, signed: bool) -> str:
+    """What is wrong with a number that is none of a process, and what to write."""
+    if not (number > 0 or (signed and number < 0)):
+        return f"{number:g}; write a number {'other than' if signed else 'above'} 0"
+    return f"{number:g}; write a number from {LEAST:g} to {LARGEST:g}"
+
+
+def as_float(value: float) -> float:
+    """Any number as a float; one that is too large is infinite."""
+    try:
+        return float(value)
+    except OverflowError:
+        return inf
+
+
+def reduced(method: Method, form: Form | None, known: Known) -> Known:
+    """With the numbers of the process that a transfer function is reduced to by the half rule."""
+    if known.transfer is None:
+        return known
+    order = 2 if "second-order" in method.models and form in {None, "PID"} else 1
+    process = half_rule(known.transfer, order)
+    told = {key: getattr(process, key) for key in OF_PROCESS if getattr(process, key)}
+    if process.integrating:
+        del told["time_constant"]
+    return Known({**told, **known.numbers}, process.model, known.transfer)
+
+
+def model_of(method: Method, known: Known) -> Model:
+    """The kind of process; raises `ArgumentError` where the numbers contradict it, or the rule is not for it."""
+    second = "second_time_constant" in known.numbers
+    model: Model = known.model or ("second-order" if second else "first-order")
+    if model == "integrating" and "time_constant" in known.numbers:
+        message = "an integrating process has no `time_constant`; its `gain` is the slope"
+        raise ArgumentError(message, "time_constant", "gain")
+    if model == "first-order" and second:
+        raise ArgumentError("a first-order process has no `second_time_constant`", "second_time_constant")
+    if model == "integrating" and "integrating" not in method.models and not method.of_ultimate:
+        names = ", ".join(row.name for row in METHODS.values() if "integrating" in row.models)
+        raise ArgumentError(f"{method.name} is not for a process that integrates; use {names}")
+    return model
+
+
+def refuse_missing(method: Method, numbers: Mapping[str, float], model: Model) -> None:
+    """Raises `ArgumentError` with all numbers that the rule still needs."""
+    needed = ["ultimate_gain", "ultimate_period"] if method.of_ultimate else [n for n in method.needs if n != "delay"]
+    if model == "integrating":
+        needed = [key for key in needed if key != "time_constant"]
+    if model == "second-order" and not method.of_ultimate:
+        needed.append("second_time_constant")
+    if "delay" in method.needs and "sample_time" not in numbers:
+        needed.append("dead_time")
+    missing = [key for key in needed if key not in numbers]
+    if missing:
+        *most, last = (f"`{key}`" for key in missing)
+        raise ArgumentError(f"{method.name} needs {', '.join(most)}{' and ' if most else ''}{last}", *missing)
+
+
+def process_of(numbers: Mapping[str, float], model: Model) -> Process:
+    """The numbers as a process of this kind, its gain without a sign."""
+    given = {field.name: abs(numbers[field.name]) for field in fields(Process) if field.name in numbers}
+    integrating = {"time_constant": 1.0, "integrating": True} if model == "integrating" else {}
+    return Process(**{"gain": 0.0, "time_constant": 0.0, "dead_time": 0.0, **given, **integrating})  # type: ignore[arg-type]
+
+
+# --- Where the gains of a rule go: the terms of a PLC, or a loop of a configuration -----------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class VendorGains:
+    """The three numbers as the registers of a PLC hold them, and its word for the action."""
+
+    vendor: str
+    action: str | None
+    """None: the sign of the process's gain is not known."""
+    values: tuple[Fitted, ...]
+
+    def to_json(self) -> Data:
+        """Key, unit, value, what is stored of it, and the error that this makes."""
+        values = [
+            {
+                "key": v.key,
+                "unit": v.unit,
+                "value": float(v.wanted),
+                "stored": None if v.stored is None else float(v.stored),
+                "error_percent": round(v.error_percent, 4),
+                "problem": v.problem,
+            }
+            for v in self.values
+        ]
+        return {"vendor": self.vendor, "action": self.action, "values": values}
+
+
+@dataclass(frozen=True, slots=True)
+class Into:
+    """The file that gains are put into: its bytes, its name, and which of its loops; None: the only one."""
+
+    data: bytes
+    name: str
+    loop: str | None
+    reader: Reader
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """The PLC that is to hold the gains, if any, and the engineering values of PV and output at 0 and 100 %."""
+
+    vendor: Vendor | None
+    pv_range: tuple[float, float] | None
+    output_range: tuple[float, float] | None
+    """None: 0 to 100, or what the configuration says."""
+    into: Into | None = None
+    """The configuration that the gains are put into."""
+
+    def refuse_ranges(self) -> None:
+        """Raises `ArgumentError` where the PV's range is needed and nobody says it, or a range does not ascend."""
+        vendor = self.vendor if self.into is None and self.pv_range is None else None
+        if vendor is not None and vendor.load("tuned").gain_unit == "span":
+            raise ArgumentError(f"{vendor.title} has gains in shares of the span: add `pv_range` LOW HIGH", "pv_range")
+        for name, span in (("pv_range", self.pv_range), ("output_range", self.output_range)):
+            if span is not None and not 0 < as_float(span[1]) - as_float(span[0]) < inf:
+                ends = " to ".join(f"{as_float(end):g}" for end in span)
+                raise ArgumentError(f"`{name}` {ends} does not ascend; write the lower end first", name)
+
+    def gains(self, gains: Gains, *, heating: bool | None) -> VendorGains | None:
+        """The three numbers as the registers hold them."""
+        if self.vendor is None:
+            return None
+        from pidcfg.tuning.robust import fit
+
+        ranges = (self.pv_range or (0.0, 1.0), self.output_range or (0.0, 100.0))
+        spans = (float(high) - float(low) for low, high in ranges)
+        return held_by(self.vendor, fit(gains, self.vendor, *spans), heating=heating)
+
+
+def held_by(vendor: Vendor, values: Sequence[Fitted], *, heating: bool | None) -> VendorGains:
+    """The three numbers of a PLC with its word for the action."""
+    words = vendor.load("tuned")
+    action = None if heating is None else words.heating if heating else words.cooling
+    return VendorGains(vendor.key, action, tuple(values))

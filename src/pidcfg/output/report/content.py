@@ -1,0 +1,472 @@
+"""What a commissioning report says, as data, and values as people read them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from math import floor, isfinite, log10
+from typing import TYPE_CHECKING, Any, Literal
+
+from pidcfg.output.explanation.page import is_before_root, share_before_root
+from pidcfg.schemas.base import Duration, Quantity
+from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.numbers import decimal_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.image import Block, Encoding
+    from pidcfg.encoders.regmap import Word
+    from pidcfg.text.diagnostics import Diagnostic
+
+# --- What a commissioning report says, as data: the page, the CSV files and the workbook read the same ----------------
+
+Value = str | int | float | Decimal | bool | None
+"""What a cell holds: numbers stay numbers until they are written."""
+Owner = Literal["setting", "request", "status", "reserved"]
+"""Who owns a word or bit: the engineer, a momentary request, the controller, nobody."""
+COMPARED = {"setting", "request"}
+"""Whose contents are those of the configuration as long as nobody changes them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Title:
+    """The title block; nothing in it comes from the clock or the computer."""
+
+    title: str
+    project: str | None = None
+    customer: str | None = None
+    plant: str | None = None
+    document: str | None = None
+    revision: str | None = None
+    author: str | None = None
+    date: str | None = None
+    version: str = ""
+    """Of pidcfg."""
+
+
+@dataclass(frozen=True, slots=True)
+class SourceFile:
+    """A file that the report was made from."""
+
+    name: str
+    kind: str
+    size: int
+    """In bytes."""
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A value of a configuration in engineering units."""
+
+    path: str
+    value: Value
+    unit: str
+    meaning: str
+    given: bool
+    """Whether the file says it; otherwise it is the default."""
+    place: str = ""
+    """Where the PLC holds it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Settings of one section of a configuration."""
+
+    key: str
+    title: str
+    settings: tuple[Setting, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Bit:
+    """One choice inside a bit word."""
+
+    bits: str
+    state: str
+    value: str
+    meaning: str
+    owner: Owner
+
+
+@dataclass(frozen=True, slots=True)
+class Register:
+    """A register with its content; a run of reserved ones stands as one."""
+
+    address: str
+    name: str
+    hex: str
+    decimal: Value
+    value: Value
+    unit: str
+    meaning: str
+    owner: Owner
+    bits: tuple[Bit, ...] = ()
+    by: str = ""
+    """Who writes it, where it is no setting."""
+    counted: bool = True
+    """Whether its decimal number says something: not of BCD digits, bits and addresses."""
+
+
+@dataclass(frozen=True, slots=True)
+class RegisterBlock:
+    """Registers that stand together."""
+
+    title: str
+    registers: tuple[Register, ...]
+
+
+def contents_of(blocks: Sequence[RegisterBlock]) -> dict[str, str]:
+    """What an engineer compares with the PLC, by address: four digits where words are BCD, numbers elsewhere."""
+    rows = [register for block in blocks for register in block.registers]
+    digits = not all(row.counted for row in rows)
+    return {row.address: row.hex if digits else f"{row.decimal:g}" for row in rows if row.owner in COMPARED}
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A named parameter with its content, or the expression that it is wired to."""
+
+    name: str
+    type: str
+    content: str
+    unit: str
+    meaning: str
+    device: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sheet:
+    """What a loop and a PLC have in common."""
+
+    name: str
+    description: str
+    anchor: str = ""
+    """What links lead to: known once its place in the report is."""
+    groups: tuple[Group, ...] = ()
+    blocks: tuple[RegisterBlock, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    outside: tuple[tuple[str, str], ...] = ()
+    """What no register holds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """Something that a reader looks for first; ``place``: where the PLC holds it, with what stands there."""
+
+    title: str
+    text: str
+    place: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopSheet(Sheet):
+    """Everything about one loop of a configuration."""
+
+    facts: tuple[Fact, ...]
+    """Mode, ranges, direction, set point, the three terms, pulses."""
+    findings: tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlcSheet(Sheet):
+    """One configuration: what holds for the PLC, and its loops."""
+
+    file: str
+    vendor: str
+    checklist: tuple[str, ...] = ()
+    loops: tuple[LoopSheet, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Content:
+    """The whole report."""
+
+    title: Title
+    files: tuple[SourceFile, ...]
+    plcs: tuple[PlcSheet, ...]
+    runs: tuple[RunSheet, ...]
+    findings: tuple[Diagnostic, ...]
+
+    @property
+    def loops(self) -> tuple[tuple[PlcSheet, LoopSheet], ...]:
+        """Every loop with its configuration."""
+        return tuple((plc, loop) for plc in self.plcs for loop in plc.loops)
+
+    @property
+    def vendors(self) -> tuple[str, ...]:
+        """The PLC families."""
+        return tuple(dict.fromkeys(plc.vendor for plc in self.plcs))
+
+    @property
+    def verdicts(self) -> tuple[int, int]:
+        """Expectations that hold, and all."""
+        every = [expectation for run in self.runs for expectation in run.expectations]
+        return sum(expectation.passed for expectation in every), len(every)
+
+    @property
+    def standing(self) -> dict[str, int]:
+        """How many standing expectations have which verdict."""
+        return {
+            word: sum(run.count(word) for run in self.runs) for word in ("passed", "FAILED", "allowed", "not judged")
+        }
+
+
+# --- What a commissioning report says about a run, as data ------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """Something of a run: an event, an alarm, a mode, a remark."""
+
+    at: float
+    loop: str
+    kind: str
+    text: str
+    until: float | None = None
+    error: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class OpenAlarm:
+    """An alarm that is on at the end of a run."""
+
+    loop: str
+    alarm: str
+    at: float
+    """Since when, in s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """What the PV and the output of a loop are counted in; empty: nobody says."""
+
+    pv: str = ""
+    output: str = ""
+    signals: Mapping[str, str] = field(default_factory=dict)
+    """Of the loop's signals, by their names."""
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """What was expected of a run, and what came."""
+
+    text: str
+    passed: bool
+    value: str
+
+
+@dataclass(frozen=True, slots=True)
+class StandingRow:
+    """A standing expectation of a run: what is expected of every loop, whether the scenario says so or not."""
+
+    loop: str
+    """Empty: the PLC."""
+    kind: str
+    verdict: str
+    """``passed``, ``FAILED``, ``allowed``, or ``not judged``."""
+    at: float | None
+    """Since when, in s."""
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class RunSheet:
+    """One scenario's run; without facts it could not run, and the findings say why."""
+
+    file: str
+    config: str
+    title: str
+    ran: bool
+    passed: bool
+    verdict: str
+    anchor: str = ""
+    """What links lead to: known once its place in the report is."""
+    facts: tuple[tuple[str, str], ...] = ()
+    happenings: tuple[Happening, ...] = ()
+    unlisted: int = 0
+    """Changes of modes and alarms that the run has counted only."""
+    metrics: Mapping[str, Mapping[str, float | None]] = field(default_factory=dict)
+    metric_titles: Mapping[str, str] = field(default_factory=dict)
+    """The columns of the metrics; those of swings only where a loop swings."""
+    units: Mapping[str, Units] = field(default_factory=dict)
+    """Of each loop."""
+    open_alarms: tuple[OpenAlarm, ...] = ()
+    before_root: tuple[tuple[str, str], ...] = ()
+    """Loops that take the root of their PV, and what their signals are."""
+    signals: tuple[tuple[str, float, float, float], ...] = ()
+    flags: tuple[tuple[str, str], ...] = ()
+    """Loops and the flags that were on at any time."""
+    autotunes: tuple[tuple[str, str, tuple[tuple[str, float], ...]], ...] = ()
+    """Loop, status and the gains found."""
+    expectations: tuple[Expectation, ...] = ()
+    standing: tuple[StandingRow, ...] = ()
+    in_control: Mapping[str, float] = field(default_factory=dict)
+    """How long each loop was in Auto or Cascade, in s."""
+    duration: float = 0.0
+    """In s."""
+    pictures: str = ""
+    """The trends, as a part of a page."""
+
+    @property
+    def signal_units(self) -> dict[str, str]:
+        """The units of the loops' signals, by their names."""
+        return {name: unit for units in self.units.values() for name, unit in units.signals.items()}
+
+    def count(self, verdict: str) -> int:
+        """How many standing expectations have this verdict."""
+        return sum(row.verdict == verdict for row in self.standing)
+
+    @property
+    def judged(self) -> int:
+        """How many standing expectations are judged."""
+        return len(self.standing) - self.count("not judged")
+
+    @property
+    def remarkable(self) -> tuple[tuple[str, str, tuple[str, ...], float | None, str], ...]:
+        """What does not simply hold: verdict, loop, kinds for the same reason, since when, why."""
+        rows: dict[tuple[str, str, float | None, str], list[str]] = {}
+        for row in self.standing:
+            if row.verdict != "passed":
+                rows.setdefault((row.verdict, row.loop, row.at, row.text), []).append(row.kind)
+        return tuple(
+            (verdict, loop, self._in_short(kinds), at, why) for (verdict, loop, at, why), kinds in rows.items()
+        )
+
+    @property
+    def left_out(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """Loops with standing expectations that are not judged, and which."""
+        rows: dict[str, list[str]] = {}
+        for row in self.standing:
+            if row.verdict == "not judged":
+                rows.setdefault(row.loop, []).append(row.kind)
+        return tuple((loop, self._in_short(kinds)) for loop, kinds in rows.items())
+
+    def _in_short(self, kinds: Sequence[str]) -> tuple[str, ...]:
+        """Kinds of a loop; all of them are the loop as a whole."""
+        return tuple(kinds) if len(kinds) < len({row.kind for row in self.standing}) else ("as a whole",)
+
+
+# --- Values as people read them, and units in the words of the loop ---------------------------------------------------
+
+SIDES = {"pv": "PV unit", "output": "output unit"}
+"""What stands for the unit of a side that has none."""
+TINY, THOUSANDTH, THOUSAND, HUNDRED_THOUSAND, MILLION, HUGE = 1e-15, 1e-3, 1e3, 1e5, 1e6, 1e15
+RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+def cell(value: Any) -> Value:
+    """A value of a model as a cell: numbers, truths and texts stay what they are."""
+    if value is None or isinstance(value, bool | int | float | Decimal):
+        return value
+    if isinstance(value, Quantity):
+        return value.value
+    if isinstance(value, Duration):
+        return value.value
+    if isinstance(value, Wire):
+        return f":= {value.text}"
+    if isinstance(value, tuple) and type(value) is tuple:
+        raw = all(isinstance(part, Quantity) and part.counts for part in value)
+        return " to ".join(text(part.value if raw else part) for part in value)
+    return str(value)
+
+
+def text(value: Any) -> str:
+    """A cell, or a value that becomes one, as text."""
+    if isinstance(value, Quantity) and value.counts:
+        return str(value)
+    value = cell(value)
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Decimal):
+        return decimal_text(value)
+    return number(value) if isinstance(value, float) else str(value)
+
+
+def number(value: float) -> str:
+    """The shortest decimal that means this number, all digits in sight unless there would be more than fifteen."""
+    if value and not TINY <= abs(value) < HUGE:
+        return repr(value)
+    return decimal_text(Decimal(repr(value)))
+
+
+def measured(value: float) -> str:
+    """A number that was measured, in engineering digits: five of them, or all before the point up to a million.
+
+    Beyond, and below a thousandth, with a power of ten whose exponent is a multiple of three: 4.1471×10⁹.
+    """
+    if value and isfinite(value) and not THOUSANDTH <= abs(value) < MILLION:
+        exponent = 3 * (floor(log10(abs(value))) // 3)
+        mantissa = float(f"{Decimal(value).scaleb(-exponent):.5g}")
+        if abs(mantissa) >= THOUSAND:
+            exponent, mantissa = exponent + 3, mantissa / THOUSAND
+        return f"{mantissa:g}×10{str(exponent).translate(RAISED)}"
+    return number(float(f"{value:.5g}" if abs(value) < HUNDRED_THOUSAND else f"{value:.0f}"))
+
+
+# --- Words about a PV of which the loop takes the root: they are compared with the signal before it -------------------
+
+SIGNAL = "% of the signal before the root"
+LINEAR = "of a linear PV"
+
+
+@dataclass(frozen=True, slots=True)
+class BeforeRoot:
+    """What a word means there: a share of the signal, and the PV at which the signal has it (None: a difference)."""
+
+    percent: Decimal
+    value: Decimal | None
+    per: str = ""
+    """What a change is counted in: ``sample``."""
+
+    @property
+    def unit(self) -> str:
+        """The unit of the share."""
+        return f"{SIGNAL} per {self.per}" if self.per else SIGNAL
+
+    def reached(self, unit: str) -> str:
+        """Where the PV is then, as a clause; empty for a difference."""
+        return "" if self.value is None else f"reached at {self.value:.4g} {unit}".rstrip()
+
+
+def word_before_root(word: Word, block: Block, raw: int) -> BeforeRoot | None:
+    """A content before the root; None where the word is about something else."""
+    if not is_before_root(word, block.scales):
+        return None
+    percent, value = share_before_root(word, raw, block.scales)
+    return BeforeRoot(round(percent, 2), value, word.unit.partition("/")[2])
+
+
+def loop_words(encoding: Encoding, loop: int) -> Iterator[tuple[Block, Word, int]]:
+    """The registers of a loop's own blocks, by its number, with their contents."""
+    memory = encoding.image.words
+    for block in encoding.blocks:
+        if block.place == ("loops", loop):
+            yield from ((block, word, memory.get(block.start + word.offset, 0)) for word in block.table.words)
+
+
+def settings_before_root(encoding: Encoding, loop: int) -> dict[str, BeforeRoot]:
+    """The settings of a loop, by its number, that are compared with the signal before the root."""
+    shares = ((word.path, word_before_root(word, block, raw)) for block, word, raw in loop_words(encoding, loop))
+    return {path: share for path, share in shares if path is not None and share is not None}
+
+
+def with_shares(groups: tuple[Group, ...], shares: Mapping[str, BeforeRoot], unit: str) -> tuple[Group, ...]:
+    """The settings with what they mean before the root; ``unit``: that of the PV."""
+    return tuple(
+        replace(group, settings=tuple(_with_share(s, shares.get(s.path), unit) for s in group.settings))
+        for group in groups
+    )
+
+
+def _with_share(setting: Setting, before: BeforeRoot | None, unit: str) -> Setting:
+    if before is None:
+        return setting
+    reached = before.reached(unit)
+    linear = f"{setting.unit} {LINEAR}" if setting.unit == unit else setting.unit
+    per = f" per {before.per}" if before.per else ""
+    meaning = f"{setting.meaning} Compared with the signal before the root: {before.percent} % of it{per}"
+    return replace(setting, unit=linear, meaning=f"{meaning}{f', {reached}' if reached else ''}.")

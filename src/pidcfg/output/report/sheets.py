@@ -1,0 +1,549 @@
+"""A checked configuration as loop sheets: facts first, settings, words with their addresses."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, cast
+
+from pidcfg.conversion.differences import PLACES
+from pidcfg.conversion.terms import Leaf, leaves, unit_of
+from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.parameters import Program, units_by_path
+from pidcfg.encoders.parameters import shown as shown_content
+from pidcfg.encoders.regmap import Bits, NoRegisterError
+from pidcfg.output.explanation.lookup import PV_RISES
+from pidcfg.output.explanation.page import texts_of
+from pidcfg.output.report import content
+from pidcfg.output.report.content import (
+    SIDES,
+    Content,
+    Fact,
+    Group,
+    LoopSheet,
+    PlcSheet,
+    Setting,
+    cell,
+    loop_words,
+    number,
+    settings_before_root,
+    text,
+    with_shares,
+    word_before_root,
+)
+from pidcfg.output.report.content import cell as cell_of
+from pidcfg.schemas.base import Quantity, Rate, unit_text, units_of
+from pidcfg.schemas.iec import Wire
+from pidcfg.text.diagnostics import ordered, path_text
+from pidcfg.text.paths import steps, value_at
+from pidcfg.text.signs import one_line
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from pydantic import BaseModel
+
+    from pidcfg.encoders.image import Block, Cell, Encoding
+    from pidcfg.encoders.parameters import Entry
+    from pidcfg.encoders.regmap import Word
+    from pidcfg.output.explanation.parameters import ParameterBook
+    from pidcfg.output.report.content import RunSheet, SourceFile, Title
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.validate.engine import Checked
+    from pidcfg.vendors import Vendor
+
+# --- What a reader of a loop sheet looks for first --------------------------------------------------------------------
+
+FIRST = (
+    ("Mode", "mode", "", ("mode",)),
+    ("PV range", "pv.range", "pv", ("pv.range",)),
+    ("Set point", "setpoint.value", "pv", ("setpoint.value", "SP", "SV")),
+    ("Output range", "output.range", "output", ("output.range",)),
+    ("Sample time", "sample_time", "s", ("sample_time", "sample_rate", "CYCLE")),
+)
+"""Each with the field of the neutral loop that says it, its unit, and the vendors' own keys, for a loop without one."""
+PERIODS = ("output.pulse.cycle_time", "output.pulse.period", "output.pwm.period", "call.GPWM.cycle")
+PULSED = ("output.pulse.tag", "output.pwm.bit", "call.GPWM.output")
+"""The period of an output's pulses, and what is pulsed, by the vendors' own keys."""
+PAIR = 2
+FORMS = {True: "dependent: Ti and Td are times", False: "independent: Ki and Kd are gains"}
+WIRED = "the program chooses it: "
+
+
+def facts(
+    vendor: Vendor, loop: Any, neutral: Mapping[str, Any], groups: Sequence[Group], stored: Mapping[str, str]
+) -> Iterator[Fact]:
+    """The facts of a loop; ``neutral``: its neutral form or nothing, ``stored``: what registers hold, as text."""
+    units = {side: value_at(neutral, (side, "unit")) or "" for side in SIDES}
+    settings = {setting.path: setting for group in groups for setting in group.settings}
+    for title, path, unit, keys in FIRST:
+        value = value_at(neutral, steps(path))
+        setting = next((settings[key] for key in keys if key in settings), None)
+        place = setting.place if setting is not None else ""
+        if path in stored and setting is not None and setting.unit == "counts":
+            yield Fact(title, stored[path], place)
+        elif isinstance(value, str | int | float | list | tuple | Decimal):
+            shown = " to ".join(map(brief, value)) if isinstance(value, list | tuple) else brief(value)
+            yield Fact(title, f"{shown} {unit_text(unit, units)}".rstrip(), place)
+        elif setting is not None:
+            yield Fact(title, quantity(setting), place)
+    if rises := direction(vendor, loop):
+        key = vendor.load("explainer").direction.key
+        yield Fact("Direction", rises, settings[key].place if key in settings else "")
+    yield from tuning(vendor, loop, settings)
+    yield from pulses(neutral, settings)
+
+
+def direction(vendor: Vendor, loop: Any) -> str:
+    """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
+    key, heating = vendor.load("explainer").direction.key, vendor.load("tuned").heating.rpartition(" ")[2]
+    value = value_at(loop, steps(key))
+    if isinstance(value, Wire):
+        return f"{WIRED}{key} := {value.text}"
+    if isinstance(value, bool | str):
+        return PV_RISES[str(value).lower() == heating.lower()]
+    return ""
+
+
+def tuning(vendor: Vendor, loop: Any, settings: Mapping[str, Setting]) -> Iterator[Fact]:
+    """The form of the equation, where a vendor has two, and the three terms."""
+    tuned = vendor.load("tuned")
+    form, dependent = getattr(tuned, "dependent", None), None
+    value = None if form is None else value_at(loop, steps(form[0]))
+    if form is not None and value is not None:
+        dependent = value is form[1] if isinstance(value, bool) else None
+        words = FORMS[dependent] if dependent is not None else f"{WIRED}{form[0]} := {text(value)[3:]}"
+        yield Fact("Form", words, settings[form[0]].place if form[0] in settings else "")
+    for path in map(tuned.key, tuned.names):
+        if path in settings:
+            names = path.split("_") if form is not None else [path]
+            name = path if dependent is None else names[0 if dependent else -1]
+            yield Fact(label(name), quantity(settings[path]), settings[path].place)
+
+
+def pulses(neutral: Mapping[str, Any], settings: Mapping[str, Setting]) -> Iterator[Fact]:
+    """The pulses of an output that a relay switches: period, shortest times, and duty cycle at the output's limits."""
+    key = next((key for key in PERIODS if key in settings and not isinstance(settings[key].value, str | None)), None)
+    if key is None:
+        return
+    period = settings[key]
+    shortest = [(word, value_at(neutral, ("output", "pulse", f"min_{word}"))) for word in ("on", "off")]
+    words = [f"{word} at least {brief(value)} s" for word, value in shortest if value]
+    bit = next((settings[one].value for one in PULSED if one in settings), None)
+    target = [f"on {text(bit)}"] if bit else []
+    yield Fact("Pulses", ", ".join([f"every {quantity(period)}", *target, *words]), period.place)
+    ends = [*map(float, value_at(neutral, steps("output.range")) or ())]
+    limits = [*map(float, value_at(neutral, steps("output.limits")) or ends)]
+    if len(ends) == len(limits) == PAIR and ends[0] != ends[1]:
+        shares = [f"{100 * (limit - ends[0]) / (ends[1] - ends[0]):.3g}" for limit in limits]
+        yield Fact("Duty cycle", f"{' to '.join(shares)} %", "")
+
+
+def stored_setpoint(encoding: Encoding, loop: int, unit: str) -> dict[str, str]:
+    """The set point that the register of a loop, by its number, holds, as the shortest value that is stored so."""
+    path = "setpoint.value"
+    for block, word, raw in loop_words(encoding, loop):
+        scale = block.scales.get(str(getattr(word.codec, "scale", "")))
+        if word.path == path and scale is not None and scale.range is not None:
+            try:
+                value = block.table.decode_word(word, raw, block.scales)
+            except DecodeError:
+                return {}
+            return {path: f"{text(value)} {'' if value.counts else unit}".rstrip()}
+    return {}
+
+
+def brief(value: Any) -> str:
+    """A value with at most ten digits, never with an exponent: what a sheet shows first must be what the PLC holds."""
+    return number(float(f"{float(value):.10g}")) if isinstance(value, float | Decimal) else text(value)
+
+
+def quantity(setting: Setting) -> str:
+    """A value with its unit."""
+    return f"{text(setting.value)} {setting.unit}".rstrip()
+
+
+def label(path: str) -> str:
+    """A key as a label: the manual's names stay, others become words."""
+    last = path.removesuffix(".value").rpartition(".")[2]
+    words = last.replace("_", " ")
+    return words[:1].upper() + words[1:] if last.islower() else last
+
+
+# --- The settings of a configuration in engineering units, from the vendor's model: key, value, unit and meaning ------
+
+HEADING = ("pidcfg", "vendor", "name", "description", "loops")
+"""Keys that have a place of their own in a report."""
+NOWHERE = "no register"
+GENERAL = "General"
+CHOICE = re.compile(" or |, ")
+"""Stands in a unit that depends on another setting."""
+
+
+def table_units(vendor: Vendor, units: Mapping[str, str]) -> dict[str, str]:
+    """The units of the vendor's registers and parameters in the words of a loop, as far as they leave no choice."""
+    return {path: unit_text(unit, units) for path, unit in units_by_path(vendor).items() if not CHOICE.search(unit)}
+
+
+def sides(loop: object) -> dict[str, str]:
+    """The units of PV and output; words for those that the loop does not say."""
+    return {**SIDES, **units_of(loop)}
+
+
+def setting(leaf: Leaf, loop: Any, vendor: Vendor, written: Any, place: str) -> Setting:
+    """A value with everything that a reader wants to know; an address stands as the file writes it."""
+    spelled = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(written, str)
+    address = spelled and not _is_number(written.strip("-"))
+    value = str(written) if address else shown(leaf)
+    unit = "" if address else unit_of(leaf, loop, vendor, sides(loop))
+    return Setting(leaf.text, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.given, place)
+
+
+def _is_number(text: str) -> bool:
+    return text[:1].isdigit()
+
+
+def shown(leaf: Leaf) -> Any:
+    """The value as a cell."""
+    duration = getattr(leaf.value, "duration", leaf.value)
+    if duration is None:
+        return str(leaf.value)
+    if isinstance(leaf.value, Rate):
+        return leaf.value.value
+    return cell(duration)
+
+
+def place_of(path: str, places: Mapping[str, str]) -> str:
+    """Where a setting is kept: in its own register, or with the section that one register holds."""
+    while path and path not in places:
+        path = path.rpartition(".")[0]
+    return places.get(path, "")
+
+
+def groups_of(model: BaseModel, vendor: Vendor, data: Any, places: Mapping[str, str]) -> tuple[Group, ...]:
+    """The settings of a model by its sections; ``data``: the same as it stands in the file."""
+    sections: dict[str, list[Setting]] = {}
+    for leaf in leaves(model):
+        if leaf.path[0] not in HEADING:
+            section, dot, _ = leaf.text.partition(".")
+            written = value_at(data, leaf.path)
+            row = setting(leaf, model, vendor, written, place_of(leaf.text, places))
+            sections.setdefault(section if dot else "", []).append(row)
+    texts = texts_of(type(model))
+    return tuple(
+        Group(key, texts.get(key.partition("[")[0], key).rstrip(".") if key else GENERAL, tuple(settings))
+        for key, settings in sorted(sections.items(), key=lambda item: bool(item[0]))
+    )
+
+
+# --- The words of a configuration with their addresses: content, engineering value, and the bits of bit words ---------
+
+THE_PLC = "the PLC"
+BCD = "BCD"
+"""How the notation of a codec of decimal digits begins."""
+AS_PV = "as the PV"
+"""A choice that stands for none of its own: the output takes the PV's format."""
+
+
+def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
+    """Where the registers of a loop, by its number, hold each setting, by its path; a pair of limits has two.
+
+    A key that stands for another, such as ``cascade_from`` for the address of an output, has the register of that.
+    """
+    places: dict[str, list[str]] = {}
+    for block in encoding.blocks:
+        rows: tuple[Word | Bits, ...] = (*block.table.words, *block.table.bits)
+        for row in rows if _belongs(block, loop) else ():
+            if row.path is not None:
+                path = path_text((*block.place[2:], row.path)).removesuffix(".0").removesuffix(".1")
+                name = encoding.space.name(block.start + row.offset)
+                plural = "s" if isinstance(row, Bits) and len(row.bits) > 1 else ""
+                numbers = f" bit{plural} {bit_numbers(row)}" if isinstance(row, Bits) else ""
+                for key in filter(None, (path, None if isinstance(row, Bits) else row.instead)):
+                    places.setdefault(key, []).append(name + numbers)
+    return {path: ", ".join(names) for path, names in places.items()}
+
+
+def _belongs(block: Block, loop: int | None) -> bool:
+    """Whether a block is of a loop by its number (two may have one name), or of none."""
+    return block.loop is None if loop is None else block.place[:2] == ("loops", loop)
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """The registers of a configuration, as one loop or the PLC sees them."""
+
+    encoding: Encoding
+    units: Mapping[str, str] = field(default_factory=dict)
+    setting_units: Mapping[str, str] = field(default_factory=dict)
+    """Units by path, which leave no choice."""
+    writers: Mapping[str, str] = field(default_factory=dict)
+    """Who writes a status register that is not the PLC's alone, by its name."""
+
+    def blocks(self, loop: int | None) -> tuple[content.RegisterBlock, ...]:
+        """The blocks of one loop, by its number (None: of the PLC)."""
+        blocks: dict[str, list[content.Register]] = {}
+        for block in self.encoding.blocks:
+            if _belongs(block, loop):
+                blocks.setdefault(block.table.title, []).extend(self._registers(block))
+        return tuple(content.RegisterBlock(title, tuple(rows)) for title, rows in blocks.items() if rows)
+
+    def _registers(self, block: Block) -> Iterator[content.Register]:
+        """The registers of a block; reserved ones that hold nothing stand together."""
+        cells = {cell.number - block.start: cell for cell in block.cells(self.encoding.space)}
+        memory = self.encoding.image.words
+        rows = [(word, memory[block.start + word.offset]) for word in block.table.words if word.offset in cells]
+        for reserved, run in groupby(rows, key=lambda row: row[0].access == "reserved" and not row[1]):
+            if reserved:
+                words = [word for word, _ in run]
+                first, last = (cells[words[i].offset] for i in (0, -1))
+                address = first.address if first is last else f"{first.address} to {last.address}"
+                title = words[0].title
+                yield content.Register(address, "", first.kind.hex(0), 0, None, "", title, "reserved")
+            else:
+                yield from (self._register(word, block, cells[word.offset], raw) for word, raw in run)
+
+    def _register(self, word: Word, block: Block, cell: Cell, raw: int) -> content.Register:
+        every = tuple(_bits(row, raw) for row in block.table.bits if row.offset == word.offset)
+        value, unit = (None, "") if every or word.access == "status" else self._value(word, block, raw)
+        if value is not None and not unit and not isinstance(value, str):
+            open_ = not word.unit or CHOICE.search(word.unit)
+            unit = self.setting_units.get(str(word.path), "") if open_ else unit_text(word.unit, self.units)
+        meaning, before = word.title, word_before_root(word, block, raw)
+        if before is not None and word.access == "setting":
+            value, unit, reached = before.percent, before.unit, before.reached(self.units["pv"])
+            meaning += f", {reached}" if reached else ""
+        return content.Register(
+            address=cell.address,
+            name=cell.field,
+            hex=cell.kind.hex(raw),
+            decimal=cell.kind.show(raw) + 0,
+            value=value,
+            unit=unit,
+            meaning=meaning,
+            owner=word.access,
+            bits=tuple(bit for bit in every if bit.owner == "setting" or set(bit.state) != {"0"}),
+            by=self.writers.get(word.name, THE_PLC) if word.access == "status" else "",
+            counted=not every and is_counted(word),
+        )
+
+    def _value(self, word: Word, block: Block, raw: int) -> tuple[content.Value, str]:
+        """What the PLC reads in a register, in engineering units; counts where there is no range."""
+        spelled = getattr(word.codec, "spelled", None)
+        if spelled is not None:
+            return spelled(raw, self.encoding.space.name), ""
+        try:
+            value: Any = block.table.decode_word(word, raw, block.scales)
+        except DecodeError:
+            return "no value", ""
+        step, off = getattr(word.codec, "step", None), getattr(word.codec, "off", ())
+        if off and step and value / step in off:
+            return getattr(word.codec, "special", "off"), ""
+        scale = block.scales.get(getattr(word.codec, "scale", ""))
+        if isinstance(value, Quantity) and (value.counts or scale is None or scale.range is None):
+            return value.value, "counts"
+        if isinstance(value, bool):
+            return "on" if value else "off", ""
+        return (None if word.access == "reserved" else cell_of(value)), ""
+
+
+def is_counted(word: Word) -> bool:
+    """Whether the decimal number of a register says something."""
+    notation = str(getattr(word.codec, "notation", ""))
+    return not notation.startswith(BCD) and not hasattr(word.codec, "spelled")
+
+
+def with_words(facts: Iterable[content.Fact], blocks: Sequence[content.RegisterBlock]) -> Iterator[content.Fact]:
+    """The facts with what stands in their registers, beside the addresses."""
+    shown = content.contents_of(blocks)
+    for fact in facts:
+        places = [f"{place} {shown[place]}" if place in shown else place for place in fact.place.split(", ")]
+        yield replace(fact, place="" if fact.place == NOWHERE else ", ".join(places))
+
+
+def _bits(row: Bits, raw: int) -> content.Bit:
+    """A choice with its state, most significant bit first."""
+    state = "".join(str(raw >> bit & 1) for bit in reversed(row.bits))
+    try:
+        value = row.decode(raw)
+    except DecodeError:
+        value = "no value"
+    spelled = (
+        {None: AS_PV if row.access == "setting" else "", False: "off", True: "on"}.get(value)
+        if isinstance(value, bool | None)
+        else str(value)
+    )
+    return content.Bit(bit_numbers(row), state, spelled or "", row.title, row.access)
+
+
+def bit_numbers(row: Bits) -> str:
+    """The bits of a choice, the most significant first, as its state is written."""
+    return ", ".join(map(str, reversed(row.bits))) if len(row.bits) < 5 else f"{row.bits[-1]} to {row.bits[0]}"
+
+
+def parameters_of(
+    program: Program, loop: str | None, book: ParameterBook, units: Mapping[str, str] | None = None
+) -> tuple[content.Parameter, ...]:
+    """The named parameters of one loop (None: of what is no loop); ``units``: the loop's, else those of the table."""
+    return tuple(_parameter(entry, program, book, units) for entry in program.cells if entry.loop == loop)
+
+
+def _parameter(
+    entry: Entry, program: Program, book: ParameterBook, units: Mapping[str, str] | None
+) -> content.Parameter:
+    place = book.row_of(entry.address, program.settings)
+    meaning, unit = (book.text(place[1], place[2]), place[2].unit) if place else ("", "")
+    if isinstance(entry.raw, Wire):
+        text, unit = f":= {entry.raw.text}", ""
+    else:
+        text = shown_content(entry.type, entry.raw)
+        unit = "" if isinstance(entry.raw, bool) else unit if units is None else units.get(entry.field, "")
+    return content.Parameter(entry.address, entry.type.name, text, unit, meaning, entry.device or "")
+
+
+# --- A checked configuration as loop sheets ---------------------------------------------------------------------------
+
+ELSEWHERE = ("loop", "block", "description", "name")
+"""Of what no register holds: keys that a report prints elsewhere."""
+DEVICES = "devices."
+
+
+def plc_sheet(checked: Checked) -> PlcSheet:
+    """The sheet of one configuration, without anchors; without a model, its name is all there is."""
+    config, vendor, doc, encoding = checked.config, checked.vendor, checked.document, checked.encoding
+    if config is None or vendor is None or encoding is None or not has_image(encoding):
+        return PlcSheet(file=doc.file, name="", description="", vendor=vendor.title if vendor else "")
+    image: Any = encoding.image
+    named = isinstance(image, Program)
+    loops, findings = neutral(checked), gravest_first(checked.findings)
+    return PlcSheet(
+        file=doc.file,
+        name=config.name or "",
+        description=config.description or "",
+        vendor=vendor.title,
+        groups=groups_of(config, vendor, doc.data, {}),
+        blocks=() if named else Words(encoding).blocks(None),
+        parameters=parameters_of(image, None, book_of(vendor)) if named else (),
+        outside=tuple(flat({key: value for key, value in image.plc.items() if key not in ELSEWHERE})),
+        checklist=checked.checklist,
+        loops=tuple(_loop_sheet(checked, i, findings, loops[i]) for i in range(len(config.loops))),
+    )
+
+
+def gravest_first(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Findings as a report lists them."""
+    return sorted(ordered(list(findings)), key=lambda d: -d.severity)
+
+
+def book_of(vendor: Vendor) -> Any:
+    """What is known of the vendor's registers or parameters."""
+    return vendor.load("explainer")
+
+
+def has_image(encoding: Any) -> bool:
+    """Whether every word has an address; one outside of the PLC's memory has none."""
+    try:
+        return encoding.image is not None
+    except NoRegisterError:
+        return False
+
+
+def _loop_sheet(checked: Checked, i: int, findings: Sequence[Diagnostic], neutral_loop: Mapping[str, Any]) -> LoopSheet:
+    vendor, encoding, loop = checked.vendor, checked.encoding, checked.config.loops[i]
+    if vendor is None or encoding is None:
+        raise ValueError(f"{checked.document.file} has no image")
+    image, data = cast("Any", encoding.image), (checked.document.data or {}).get("loops")
+    settings: Mapping[str, Any] = next((entry for entry in image.settings if entry.get("loop") == loop.name), {})
+    outside = {key: value for key, value in settings.items() if key not in ELSEWHERE}
+    named = isinstance(image, Program)
+    places = _places(encoding, i, loop.name)
+    if not named:
+        places = {key: NOWHERE for key, _ in flat(outside) if key not in PLACES} | places
+    groups = groups_of(loop, vendor, data[i] if isinstance(data, list) and i < len(data) else None, places)
+    setting_units = {setting.path: setting.unit for group in groups for setting in group.settings}
+    units = table_units(vendor, sides(loop)) | {path: unit for path, unit in setting_units.items() if unit}
+    pv_unit = sides(loop)["pv"]
+    stored = {} if named else stored_setpoint(encoding, i, pv_unit)
+    shares = {} if named else settings_before_root(encoding, i)
+    blocks = () if named else Words(encoding, sides(loop), setting_units, book_of(vendor).writers).blocks(i)
+    return LoopSheet(
+        name=loop.name,
+        description=loop.description or "",
+        facts=tuple(with_words(facts(vendor, loop, neutral_loop, groups, stored), blocks)),
+        groups=with_shares(groups, shares, pv_unit),
+        blocks=blocks,
+        parameters=parameters_of(image, loop.name, book_of(vendor), units) if named else (),
+        outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
+        findings=tuple(d for d in findings if loop.name == d.loop),
+    )
+
+
+def _places(encoding: Any, number: int, loop: str) -> dict[str, str]:
+    """Where the PLC holds each setting of a loop: its registers, or the device of its parameter."""
+    if isinstance(encoding.image, Program):
+        return {entry.field: entry.device for entry in encoding.image.cells if entry.loop == loop and entry.device}
+    return places_of(encoding, number)
+
+
+def neutral(checked: Checked) -> list[Mapping[str, Any]]:
+    """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
+    if checked.failed or checked.vendor is None:
+        return [{}] * len(checked.config.loops)
+    return [loop.data for loop in checked.vendor.load("to_neutral")(checked.config)]
+
+
+def flat(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Nested settings as one row each."""
+    for key, value in data.items():
+        if isinstance(value, dict):
+            yield from flat(value, f"{prefix}{key}.")
+        else:
+            shown = " to ".join(map(text, value)) if isinstance(value, list | tuple) else text(value)
+            yield f"{prefix}{key}", shown or "none"
+
+
+# --- From the sheets of configurations and runs to the content of a report --------------------------------------------
+
+
+def compose(
+    title: Title,
+    files: Sequence[SourceFile],
+    configurations: Sequence[PlcSheet],
+    runs: Sequence[RunSheet],
+    findings: Sequence[Diagnostic],
+) -> Content:
+    """The whole report; ``findings`` are those of all files, whose names are shown in one line."""
+    content = Content(
+        title=title,
+        files=tuple(files),
+        plcs=tuple(numbered(sheet, f"plc-{i}") for i, sheet in enumerate(configurations, start=1)),
+        runs=tuple(replace(run, anchor=f"run-{i}") for i, run in enumerate(runs, start=1)),
+        findings=tuple(gravest_first(findings)),
+    )
+    return renamed(content, one_line)
+
+
+def numbered(sheet: PlcSheet, anchor: str) -> PlcSheet:
+    """A configuration whose anchors, its loops' too, are those of its place in the report."""
+    loops = (replace(loop, anchor=f"{anchor}-loop-{i}") for i, loop in enumerate(sheet.loops, start=1))
+    return replace(sheet, anchor=anchor, loops=tuple(loops))
+
+
+def renamed(content: Content, name: Callable[[str], str]) -> Content:
+    """The same report with other names of its files."""
+
+    def finding(d: Diagnostic) -> Diagnostic:
+        return replace(d, file=name(d.file))
+
+    def loop(sheet: LoopSheet) -> LoopSheet:
+        return replace(sheet, findings=tuple(map(finding, sheet.findings)))
+
+    return replace(
+        content,
+        files=tuple(replace(file, name=name(file.name)) for file in content.files),
+        plcs=tuple(replace(plc, file=name(plc.file), loops=tuple(map(loop, plc.loops))) for plc in content.plcs),
+        runs=tuple(replace(run, file=name(run.file), config=name(run.config)) for run in content.runs),
+        findings=tuple(map(finding, content.findings)),
+    )

@@ -1,0 +1,390 @@
+"""Gains by the method robust, and their trial by `certify`."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from decimal import Decimal
+from math import ceil, log
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.regmap import LoopTuning
+from pidcfg.output.arguments import ArgumentError
+from pidcfg.output.conversion import converted
+from pidcfg.output.process import model_of, process_of, refuse_missing
+from pidcfg.study.certification.certify import Plan, certify_document
+from pidcfg.text.reader import reader_of
+from pidcfg.text.source import read_document
+from pidcfg.tuning.margins import finite
+from pidcfg.tuning.robust import Robust, Search, robust
+from pidcfg.tuning.rules import SEED, Spread, plants_of, read_spreads, spread_of
+from pidcfg.tuning.sampled import Sampling, absolute_error, default_sample_time
+from pidcfg.validate.engine import check_document
+
+if TYPE_CHECKING:
+    from pidcfg.output.findings import Data
+    from pidcfg.output.process import Known, Robustness, Target
+    from pidcfg.text.reader import Limits
+    from pidcfg.tuning.identify import Identified
+    from pidcfg.tuning.rules import Form, Method, Model, Process
+    from pidcfg.vendors import Vendor
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Robust gains tried by `certify`: the virtual PLC with the loop alone, and samples of the plants that it is for.
+
+ROOM, COUNTS, FULL = 1.1, 2.0, 4095
+"""Of the IAE: what the words of PV and output, and the time of the step, may add; and counts of the PV all the time."""
+STEP, REST, ENDS = 0.1, 0.5, 0.85
+"""Of the output's range: the step of the load, where the output rests on the process itself, and on no plant beyond."""
+LONG = 15.0
+"""Times all times of loop and process: how long a run lasts."""
+OWN = "generic"
+NEUTRAL = """pidcfg: 1
+vendor: generic
+loops:
+  - name: LOOP
+    mode: auto
+    output_raises_pv: true
+    sample_time: {sample!r}
+    tuning: {{gain: {gain!r}, integral_time: {integral!r}, derivative_time: {rate!r}, derivative_filter: {lag!r}}}
+    pv: {{range: [0, {pv!r}], filter: {filter!r}}}
+    setpoint: {{value: {middle!r}}}
+    output: {{range: [0, {output!r}], limits: [0, {output!r}]}}
+"""
+SCENARIO = """pidcfg: 1
+scenario: A step of the load
+config: loop.yaml
+duration: {duration!r}
+initial: steady
+plants:
+  LOOP: {{{plant}, load: {load!r}, initial: {middle!r}}}
+vary:
+  seed: {seed}
+  plants:
+    LOOP: {{{varies}}}
+events:
+  - {{at: {at!r}, loop: LOOP, disturb: {{load: {more!r}}}}}
+expect:
+  - {{loop: LOOP, metric: iae, max: {most!r}}}
+"""
+NAMES = ("loop.yaml", "loop.scenario.yaml")
+
+
+@dataclass(frozen=True, slots=True)
+class Confirmation:
+    """How many samples have an IAE below a limit; shares in %."""
+
+    plc: str
+    samples: int
+    held: int
+    bound: float
+    limit: float
+    largest: float | None
+
+    @property
+    def passed(self) -> bool:
+        """Whether all have."""
+        return self.held == self.samples
+
+    def to_json(self) -> Data:
+        """Under ``robust.certified``."""
+        return {
+            "plc": self.plc,
+            "samples": self.samples,
+            "held": self.held,
+            "at_least_percent": self.bound,
+            "iae_limit": self.limit,
+            "iae_max": self.largest,
+            "passed": self.passed,
+        }
+
+
+def confirmed(
+    found: Robust, process: Process, vendor: Vendor | None, loop: LoopTuning | None, samples: int, limits: Limits
+) -> Confirmation | None:
+    """What `certify` says of the gains; None: nothing varies, or the loop does not run in its virtual PLC."""
+    if not found.spreads or (process.integrating and process.second_time_constant):
+        return None
+    output = 100.0 if loop is None or loop.output_span is None else float(loop.output_span)
+    pv = process.gain * output if loop is None or loop.pv_span is None else float(loop.pv_span)
+    text = _loop_text(found, pv, output)
+    plc, config = _as_vendor(text, vendor, limits)
+    scenario, most = _scenario(found, process, pv, output)
+    files = {NAMES[0]: config, NAMES[1]: scenario.encode()}
+    doc = read_document(files[NAMES[1]], NAMES[1], limits)
+    certification = certify_document(doc, Plan(samples, SEED, keep_worst=0), limits, reader_of(files)).certification
+    if certification is None:
+        return None
+    (wanted,) = certification.expectations
+    largest = certification.metrics["LOOP"]["iae"]["max"]
+    held = min(wanted.held, certification.all_passed)
+    return Confirmation(plc, samples, held, wanted.bound, most, largest)
+
+
+def _loop_text(found: Robust, pv: float, output: float) -> str:
+    """The loop in the neutral form."""
+    gains, sampling = found.result.gains, found.search.sampling
+    seconds = sampling.sample_time
+    limit = sampling.derivative_limit
+    lag = _time(sampling.derivative_share, seconds) if limit is None else gains.derivative_time / limit
+    return NEUTRAL.format(
+        sample=seconds,
+        gain=gains.gain,
+        integral=gains.integral_time,
+        rate=gains.derivative_time,
+        lag=lag if gains.derivative_time else 0.0,
+        pv=pv,
+        filter=_time(sampling.pv_share, seconds),
+        middle=pv / 2,
+        output=output,
+    )
+
+
+def _time(share: float, seconds: float) -> float:
+    """The time constant of a filter that takes a share of each difference."""
+    return 0.0 if share >= 1 else -seconds / log(1 - share)
+
+
+def _as_vendor(text: str, vendor: Vendor | None, limits: Limits) -> tuple[str, bytes]:
+    """The loop as a file of a PLC, with its name; the neutral form where the PLC cannot have it alone."""
+    neutral = text.encode()
+    if vendor is not None and vendor.key != OWN:
+        checked = check_document(read_document(neutral, NAMES[0], limits), limits)
+        result = converted(checked, vendor, {}, limits, None)
+        if result.text and result.ok:
+            return vendor.key, result.text.encode()
+    return OWN, neutral
+
+
+def _scenario(found: Robust, process: Process, pv: float, output: float) -> tuple[str, float]:
+    """The scenario, and the largest IAE that is expected."""
+    lowest = next((spread.low for spread in found.spreads if spread.name == "gain"), process.gain)
+    rest = output * min(REST, ENDS * lowest / process.gain)
+    push = min(STEP * output, rest / 2) * process.gain
+    gains, search = found.result.gains, found.search
+    sampling, plants = search.sampling, search.plants
+    slowest = gains.integral_time + process.time_constant + process.second_time_constant + process.dead_time
+    duration = ceil(LONG * slowest / sampling.sample_time) * sampling.sample_time
+    errors = (
+        absolute_error(gains, curve.plant, sampling) / plant.gain
+        for curve, plant in zip(search.curves, plants, strict=True)
+    )
+    most = ROOM * push * max(errors) + COUNTS * pv / FULL * duration
+    load = (0.0 if process.integrating else pv / 2) - process.gain * rest
+    text = SCENARIO.format(
+        duration=duration,
+        plant=_plant(process),
+        load=load,
+        middle=pv / 2,
+        seed=SEED,
+        varies=", ".join(f"{_key(s.name, process)}: {{uniform: [{s.low!r}, {s.high!r}]}}" for s in found.spreads),
+        at=2 * sampling.sample_time,
+        more=load + push,
+        most=most,
+    )
+    return text, most
+
+
+def _plant(process: Process) -> str:
+    """The process as a scenario has it."""
+    if process.integrating:
+        return f"model: integrator, gain: {process.gain!r}, dead_time: {process.dead_time!r}"
+    common = f"gain: {process.gain!r}, dead_time: {process.dead_time!r}"
+    if process.second_time_constant:
+        times = f"[{process.time_constant!r}, {process.second_time_constant!r}]"
+        return f"model: second_order, time_constants: {times}, {common}"
+    return f"model: first_order, time_constant: {process.time_constant!r}, {common}"
+
+
+def _key(name: str, process: Process) -> str:
+    """A number of the process as ``vary`` names it."""
+    if not process.second_time_constant:
+        return name
+    return {"time_constant": "time_constants.0", "second_time_constant": "time_constants.1"}.get(name, name)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Gains by the method robust: for a loop of a file, for a PLC, or as real numbers; and what holds on which plants.
+
+WIDE = (0.0, 100.0)
+"""The range of a PV in % of its span."""
+
+
+@dataclass(frozen=True, slots=True)
+class RobustGains:
+    """What holds on which plants."""
+
+    found: Robust
+    sampling: Sampling
+    assumed: tuple[str, ...]
+    """What nobody said."""
+    confirmed: Confirmation | None = None
+    """What `certify` says; None: it was not asked, or cannot run this."""
+    negative: bool = False
+    """Whether the process's gain is; those of the plants are amounts."""
+
+    @property
+    def worst(self) -> Process:
+        """The plant with the largest Ms."""
+        return self.found.search.plants[self.found.result.worst_ms]
+
+    @property
+    def slowest(self) -> Process:
+        """The plant with the largest IAE."""
+        return self.found.search.plants[self.found.result.worst_error]
+
+    def to_json(self) -> Data:
+        """Of the result's JSON, under ``robust``."""
+        found, sampling = self.found, self.sampling
+        result, real = found.result, found.real
+        margins = found.search.margins(result.gains, result.worst_ms)
+        return {
+            "ms_limit": found.limit,
+            "plants": found.plants,
+            "varies": {s.name: {"low": s.low, "high": s.high} for s in found.spreads},
+            "sample_time": sampling.sample_time,
+            "pv_share": sampling.pv_share,
+            "worst_ms": result.ms,
+            "worst_ms_plant": numbers_of(self.worst),
+            "gain_margin": finite(margins.gain_margin),
+            "phase_margin": finite(margins.phase_margin),
+            "worst_iae": result.error,
+            "worst_iae_plant": numbers_of(self.slowest),
+            "every_word": found.every_word if found.words else None,
+            "real": {**asdict(real.gains), "worst_iae": real.error, "worst_ms": real.ms},
+            "cost_percent": round(found.cost_percent, 4),
+            "assumed": list(self.assumed),
+            "certified": None if self.confirmed is None else self.confirmed.to_json(),
+        }
+
+
+def numbers_of(process: Process) -> dict[str, float]:
+    """The numbers of a plant that it has."""
+    keys = ("gain", "time_constant", "second_time_constant", "dead_time")
+    own = [key for key in keys if getattr(process, key) and not (process.integrating and key == "time_constant")]
+    names = {"second_time_constant": "time_constant_2"}
+    return {names.get(key, key): getattr(process, key) for key in own}
+
+
+@dataclass(frozen=True, slots=True)
+class Searched:
+    """The gains that were found, and where they go."""
+
+    form: Form
+    model: Model
+    process: Process
+    """As given, with the sample time of the loop."""
+    robust: RobustGains
+    loop: LoopTuning | None
+    target: Target
+
+
+def searched(
+    method: Method,
+    form: Form | None,
+    known: Known,
+    fit: Identified | None,
+    target: Target,
+    limits: Limits,
+) -> Searched:
+    """The gains that robust finds; raises `ArgumentError` and `TuningError` as the rules do."""
+    wish = known.wish
+    if wish is None:
+        raise AssertionError("robust says what it wants")
+    if known.transfer is not None:
+        raise ArgumentError("robust needs the numbers of the process, not `transfer`", "transfer")
+    chosen: Form = form or "PI"
+    if chosen not in method.forms:
+        raise ArgumentError(f"{method.name} has no rule for {form}; it has {' and '.join(method.forms)}")
+    model = model_of(method, known)
+    refuse_missing(method, {key: v for key, v in known.numbers.items() if key != "sample_time"}, model)
+    process = replace(process_of(known.numbers, model), sample_time=0.0)
+    negative = known.numbers["gain"] < 0
+    spreads = spreads_of(wish, process, fit, negative=negative)
+    vendor, loop, target, assumed = _loop(target, limits)
+    sampling, more = _sampling(known, process, loop, target)
+    _refuse_too_fast(sampling, process)
+    search = Search(plants_of(process, spreads), sampling, wish.ms, derivative=chosen == "PID")
+    found = robust(chosen, search, loop, None if vendor is None else vendor.model, spreads)
+    confirmation = None
+    if wish.samples:
+        confirmation = confirmed(found, process, vendor, loop, wish.samples, limits)
+    gains = RobustGains(found, sampling, (*assumed, *more), confirmation, negative)
+    return Searched(chosen, model, replace(process, sample_time=sampling.sample_time), gains, loop, target)
+
+
+def spreads_of(wish: Robustness, process: Process, fit: Identified | None, *, negative: bool) -> list[Spread]:
+    """What varies: as it is said, and of an identified process all else within its confidence."""
+    told = [] if wish.vary is None else read_spreads(wish.vary, process, negative=negative)
+    if fit is None:
+        return told
+    names = {spread.name for spread in told}
+    out = list(told)
+    for name, sure in zip(("gain", "time_constant", "dead_time"), fit.confidence, strict=True):
+        middle = getattr(process, name)
+        if name in names or not sure or (name == "time_constant" and process.integrating):
+            continue
+        low = middle - sure if middle > sure else middle * LEAST_SHARE
+        out.append(spread_of(name, low, middle + sure, process))
+    return out
+
+
+MOST_IN_DEAD_TIME = 1000
+"""Samples: a run of more would not come to rest within the samples that are looked at."""
+
+
+def _refuse_too_fast(sampling: Sampling, process: Process) -> None:
+    """Raises `ArgumentError` for a loop that samples the dead time so often that the search would not end."""
+    samples = process.dead_time / sampling.sample_time
+    if samples > MOST_IN_DEAD_TIME * (1 + LEAST_SHARE):
+        raise ArgumentError(
+            f"`sample_time` {sampling.sample_time:g} s divides the dead time {process.dead_time:g} s by "
+            f"{samples:,.0f}; robust searches up to {MOST_IN_DEAD_TIME:,}: let the loop sample every "
+            f"{process.dead_time / MOST_IN_DEAD_TIME:.3g} s or slower, which costs next to nothing",
+            "sample_time",
+        )
+
+
+LEAST_SHARE = 0.01
+"""Of a number that its confidence does not tell from 0."""
+
+
+def _loop(target: Target, limits: Limits) -> tuple[Vendor | None, LoopTuning | None, Target, tuple[str, ...]]:
+    """The loop that is to hold the gains, and what is assumed of it."""
+    if target.into is not None:
+        from pidcfg.output.retune import loop_tuning
+
+        target.refuse_ranges()
+        return *loop_tuning(target, target.into, limits), target, ()
+    assumed: tuple[str, ...] = ()
+    if target.vendor is None:
+        return None, None, target, assumed
+    vendor = target.vendor
+    words = vendor.load("tuned")
+    if target.pv_range is None and words.gain_unit == "span":
+        assumed = ("the gain is in % of the PV's span per % of the output; --pv-range says another",)
+        target = replace(target, pv_range=WIDE, output_range=target.output_range or WIDE)
+    target.refuse_ranges()
+    spans = [
+        Decimal(str(high)) - Decimal(str(low)) for low, high in (target.pv_range or (0, 1), target.output_range or WIDE)
+    ]
+    return vendor, LoopTuning(words, pv_span=spans[0], output_span=spans[1]), target, assumed
+
+
+def _sampling(
+    known: Known, process: Process, loop: LoopTuning | None, target: Target
+) -> tuple[Sampling, tuple[str, ...]]:
+    """How the loop samples and filters, and what is assumed of it."""
+    told = known.numbers.get("sample_time")
+    if loop is not None and loop.sample_time is not None:
+        if told is not None and abs(told - loop.sample_time) > LEAST_SHARE * told:
+            name = "" if target.into is None else f"{target.into.name}: "
+            message = (
+                f"`sample_time` is {told:g} s, and {name}the loop samples every {loop.sample_time:g} s: leave it out"
+            )
+            raise ArgumentError(message, "sample_time")
+        shares = (loop.pv_share, loop.derivative_share, loop.derivative_limit)
+        return Sampling(loop.sample_time, *shares), ()
+    if told is not None:
+        return Sampling(told), ()
+    seconds = default_sample_time(process)
+    return Sampling(seconds), (f"the loop samples every {seconds:g} s; --sample-time says another",)

@@ -1,0 +1,214 @@
+"""Runs of a scenario and batches of samples: the results of `pidcfg.simulate` and `pidcfg.certify`, and their JSON."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.output.findings import Data, finding_data, one_or_several
+from pidcfg.sim.judgement.meters import METRICS
+from pidcfg.sim.judgement.report import rounded
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.sim.engine.recording import Recording
+    from pidcfg.sim.judgement.report import LoopReport, Report, Standing
+    from pidcfg.study.certification.certify import BatchOutcome, Certification
+    from pidcfg.study.certification.samples import Fan
+    from pidcfg.study.outcome import Outcome
+    from pidcfg.text.diagnostics import Diagnostic
+
+# --- A run of a scenario: the result of `pidcfg.simulate`, and its JSON -----------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class SimulateResult:
+    """One scenario: its findings, and its report when it could run."""
+
+    outcome: Outcome
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        """Of the scenario, and the errors of its configuration."""
+        return tuple(self.outcome.findings)
+
+    @property
+    def report(self) -> Report | None:
+        """Metrics, alarms, modes, signals and verdicts (`pidcfg.sim.judgement.report`); None: it could not run."""
+        return self.outcome.report
+
+    @property
+    def recording(self) -> Recording | None:
+        """The signals of the loops over time, where they were asked for."""
+        return self.outcome.recording
+
+    @property
+    def passed(self) -> bool:
+        """Whether it ran and everything that is expected of it holds."""
+        return self.outcome.passed
+
+    @property
+    def ok(self) -> bool:
+        """The same, under the name that every result has."""
+        return self.passed
+
+    def to_json(self) -> Data:
+        """What ``pidcfg simulate --format json`` prints for one scenario."""
+        return deepcopy(runs_data([self.outcome]))
+
+
+def runs_data(outcomes: Sequence[Outcome]) -> Data:
+    """The public layout, version 1: one object for one scenario, for several a list of them under ``runs``."""
+    return one_or_several("runs", [_run(outcome) for outcome in outcomes])
+
+
+def _run(outcome: Outcome) -> Data:
+    report = outcome.report
+    findings = {"findings": [finding_data(d) for d in outcome.findings], "passed": outcome.passed}
+    if report is None:
+        nothing: Data = {"plc_flags": {}, "loops": {}, "signals": {}, "expectations": [], "standing": [], "notes": []}
+        return {"scenario": None, "file": outcome.file, "engine": None, **nothing, **findings}
+    timing = report.scan_time
+    scan = {} if timing is None else {"scan_time": dict(zip(timing._fields, map(rounded, timing), strict=True))}
+    signals = report.signals.items()
+    return {
+        "scenario": report.scenario,
+        "file": outcome.file,
+        "engine": report.engine,
+        "plc_flags": dict(report.plc_flags),
+        "loops": {name: _loop(loop) for name, loop in report.loops.items()},
+        "signals": {name: {"min": seen.low, "max": seen.high, "final": seen.final} for name, seen in signals},
+        "expectations": [{"text": v.text, "passed": v.passed, "value": v.value} for v in report.expectations],
+        "standing": [standing_data(v) for v in report.standing],
+        "notes": [{"at": n.at, "loop": n.loop, "text": n.text, "error": n.error} for n in report.notes],
+        **findings,
+        **scan,
+    }
+
+
+def standing_data(v: Standing) -> Data:
+    """A standing expectation: what is not judged has passed, but says nothing."""
+    return {
+        "kind": v.kind,
+        "loop": v.loop,
+        "passed": v.passed,
+        "judged": v.judged,
+        "at": v.at,
+        "text": v.text,
+        "allowed": v.allowed,
+    }
+
+
+def _loop(loop: LoopReport) -> Data:
+    data: dict[str, Any] = {
+        "metrics": {name: loop.metrics.get(name) for name in METRICS},
+        "time_in_control": loop.time_in_control,
+        "alarms": [{"alarm": a.alarm, "at": a.at, "cleared": a.cleared} for a in loop.alarms],
+        "modes": [{"at": m.at, "requested": m.requested, "mode": m.mode, "reason": m.reason} for m in loop.modes],
+        "flags": dict(loop.flags),
+        "unlisted": loop.unlisted,
+    }
+    if loop.autotune is not None:
+        tuning = {key: loop.autotune[key] for key in ("done", "error", "status")}
+        data["autotune"] = {**tuning, "results": dict(loop.autotune["results"])}
+    return data
+
+
+# --- A batch of samples: the result of `pidcfg.certify`, and its JSON -------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class CertifyResult:
+    """One scenario: its findings, and what its samples show when they could run."""
+
+    outcome: BatchOutcome
+
+    @property
+    def findings(self) -> tuple[Diagnostic, ...]:
+        """Of the scenario, and the errors of its configuration."""
+        return tuple(self.outcome.findings)
+
+    @property
+    def certification(self) -> Certification | None:
+        """Shares with their bounds, distributions and the worst samples; None: nothing ran."""
+        return self.outcome.certification
+
+    @property
+    def fan(self) -> Fan | None:
+        """How far the signals of the loops spread over time, where that was asked for."""
+        return self.outcome.fan
+
+    @property
+    def passed(self) -> bool:
+        """Whether every bound reaches what is wanted."""
+        return self.outcome.passed
+
+    @property
+    def ok(self) -> bool:
+        """The same, under the name that every result has."""
+        return self.passed
+
+    def to_json(self) -> Data:
+        """What ``pidcfg certify --format json`` prints for one scenario."""
+        return deepcopy(batches_data([self.outcome]))
+
+
+def batches_data(outcomes: Sequence[BatchOutcome], files: Mapping[tuple[str, int], str] | None = None) -> Data:
+    """The public layout, version 1: one object for one scenario, for several a list of them under ``batches``.
+
+    ``files``: where samples were written, by scenario file and number.
+    """
+    known = files or {}
+    return one_or_several("batches", [_batch(outcome, known) for outcome in outcomes])
+
+
+def _batch(outcome: BatchOutcome, files: Mapping[tuple[str, int], str]) -> Data:
+    found = outcome.certification
+    end = {"findings": [finding_data(d) for d in outcome.findings], "passed": outcome.passed}
+    if found is None:
+        nothing: Data = {"expectations": [], "metrics": {}, "standing": [], "uncertainties": [], "worst": []}
+        counts: Data = {"samples": 0, "seed": None, "all_passed": 0, "failed_to_run": 0, "reasons": []}
+        return {"scenario": None, "file": outcome.file, **counts, **nothing, **end}
+    return {
+        "scenario": found.scenario,
+        "file": outcome.file,
+        "samples": found.samples,
+        "seed": found.seed,
+        "all_passed": found.all_passed,
+        "failed_to_run": found.failed_to_run,
+        "reasons": list(found.reasons),
+        "expectations": [
+            {"text": e.text, "share": e.share, "bound": e.bound, "wanted": e.wanted, "passed": e.passed}
+            for e in found.expectations
+        ],
+        "metrics": {loop: {name: dict(one) for name, one in row.items()} for loop, row in found.metrics.items()},
+        "standing": [
+            {
+                "kind": s.kind,
+                "loop": s.loop,
+                "failed": s.samples - s.held,
+                "judged": s.judged,
+                "bound": s.bound,
+                "passed": s.passed,
+            }
+            for s in found.standing
+        ],
+        "uncertainties": [
+            {"name": e.label, "spread": e.text, "lowest_fifth": e.lowest, "highest_fifth": e.highest}
+            for e in found.effects
+        ],
+        "worst": [
+            {
+                "sample": w.sample,
+                "margin": w.margin,
+                "failed": w.failed,
+                "expectation": w.expectation,
+                "values": dict(w.numbers),
+                "file": files.get((outcome.file, w.sample)),
+            }
+            for w in found.worst
+        ],
+        **end,
+    }

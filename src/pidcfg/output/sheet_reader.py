@@ -1,0 +1,525 @@
+"""A sheet of loops, CSV or XLSX, to a configuration."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import zipfile
+from dataclasses import dataclass, replace
+from datetime import date, time, timedelta
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.output.sheets import ENDS, TEXTS, UnknownColumnError, is_known, key_of, native, order_of, unit_of
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.document import Plain
+from pidcfg.text.paths import put, steps, value_at
+from pidcfg.text.signs import FORMULA
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
+from pidcfg.validate.engine import check_document
+from pidcfg.vendors import VENDORS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.paths import Path
+    from pidcfg.text.reader import Limits
+    from pidcfg.vendors import Vendor
+
+# --- A sheet as a table of texts: CSV with any usual separator, or the first sheet of a workbook ----------------------
+
+SEPARATORS = ",;\t"
+APOSTROPHE = re.compile(f"^'(?=[{re.escape(''.join(FORMULA))}])")
+"""What keeps a spreadsheet from calculating a text; written by us, and no part of it."""
+COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+POINT = re.compile(r"[+-]?\d+\.\d+(?:[eE][+-]?\d+)?")
+THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
+"""A decimal comma, or what English writes between thousands."""
+GROUPED = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d+)?")
+MOST_UNPACKED = 50
+"""Times the limit on the size of a file that a workbook may have without its compression."""
+MOST_ELEMENTS = 10
+"""Elements of XML that a workbook may have for each cell that is allowed."""
+BLOCK = 1 << 16
+WORKBOOK = b"PK\x03\x04"
+
+
+class SheetError(ValueError):
+    """A sheet that cannot be read: what is wrong, and where."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A text and its place: line and column of the sheet, both from 1."""
+
+    text: str
+    row: int
+    column: int
+    number: bool = False
+    """Of a workbook, which leaves no doubt of what it is."""
+
+    @property
+    def place(self) -> str:
+        """As spreadsheets call it."""
+        letters, number = "", self.column
+        while number:
+            number, rest = divmod(number - 1, 26)
+            letters = chr(ord("A") + rest) + letters
+        return f"{letters}{self.row}"
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """The rows that hold anything, and whether numbers have a decimal comma, for certain or perhaps."""
+
+    rows: Sequence[Sequence[Cell]]
+    comma: bool
+    certain: bool
+    left_out: tuple[str, ...] = ()
+    """Other sheets of a workbook that hold anything."""
+
+    def plain(self, cell: Cell) -> str:
+        """A cell's text with a decimal point; raises `SheetError` for a number of two readings."""
+        if not self.comma or cell.number:
+            return cell.text
+        if THOUSANDS.fullmatch(cell.text) and not self.certain:
+            raise SheetError(
+                f"{cell.text} can be two numbers, {cell.text.replace(',', '.')} or {cell.text.replace(',', '')}; "
+                "write the one that is meant, without the comma"
+            )
+        if GROUPED.fullmatch(cell.text) and "," not in cell.text:
+            raise SheetError(
+                f"{cell.text} can be two numbers where others have a decimal comma; write it without the point"
+            )
+        if GROUPED.fullmatch(cell.text):
+            return cell.text.replace(".", "").replace(",", ".")
+        return cell.text.replace(",", ".") if COMMA.fullmatch(cell.text) else cell.text
+
+
+def read_sheet(data: bytes, name: str, limits: Limits) -> Sheet:
+    """The table of a file; raises `SheetError`."""
+    if len(data) > limits.file_bytes:
+        raise SheetError(f"{name} is larger than {limits.file_bytes} bytes")
+    left_out: tuple[str, ...] = ()
+    separator = ""
+    if data.startswith(WORKBOOK):
+        rows, left_out = _workbook(data, name, limits)
+    else:
+        text = _text_of(data, name)
+        separator = _separator(text)
+        rows = list(_csv(text, separator, name))
+    rows = [row for row in rows if row]
+    count = sum(map(len, rows))
+    if count > limits.nodes:
+        raise SheetError(f"{name} has more than {limits.nodes} cells")
+    texts = [cell.text for row in rows for cell in row if not cell.number]
+    commas = [text for text in texts if COMMA.fullmatch(text)]
+    points = any(POINT.fullmatch(text) and not GROUPED.fullmatch(text) for text in texts)
+    certain = not points and (separator == ";" or not all(map(THOUSANDS.fullmatch, commas)))
+    return Sheet(rows, bool(commas), certain, left_out)
+
+
+def _text_of(data: bytes, name: str) -> str:
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise SheetError(f"{name} is not UTF-8; save it as 'CSV UTF-8'") from None
+    if "\0" in text:
+        raise SheetError(f"{name} is no text; save it as CSV or XLSX")
+    return text
+
+
+def _separator(text: str) -> str:
+    lines = text.splitlines()
+    return max(SEPARATORS, key=lambda sign: (sum(sign in line for line in lines), sign != ","))
+
+
+def _csv(text: str, separator: str, name: str) -> Iterator[list[Cell]]:
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
+    try:
+        before = 0
+        for row in reader:
+            yield _cells(row, before + 1)
+            before = reader.line_num
+    except csv.Error as error:
+        raise SheetError(f"{name}, line {reader.line_num}: {error}") from None
+
+
+def _cells(row: Sequence[Any], number: int) -> list[Cell]:
+    texts = [(APOSTROPHE.sub("", str(text).strip(), count=1), i) for i, text in enumerate(row, start=1)]
+    return [Cell(text, number, i) for text, i in texts if text]
+
+
+def _workbook(data: bytes, name: str, limits: Limits) -> tuple[list[list[Cell]], tuple[str, ...]]:
+    """The first sheet with what its formulas gave when it was saved, and the names of others that hold anything."""
+    book, written = _books(data, name, limits)
+    sheet = book.worksheets[0]
+    if sheet.merged_cells.ranges:
+        raise SheetError(
+            f"{name}: the cells {min(map(str, sheet.merged_cells.ranges))} are merged, and only the first of "
+            "them has a value; unmerge them, and write the value into each row that has it"
+        )
+    if _area(sheet) > limits.nodes:
+        last = Cell("", sheet.max_row, sheet.max_column)
+        raise SheetError(
+            f"{name}: its cells reach to {last.place}, and it may have {limits.nodes}; delete the rows and columns "
+            "behind the loops"
+        )
+    rows = []
+    for row, as_written in zip(sheet.iter_rows(), written.worksheets[0].iter_rows(), strict=True):
+        cells = [_cell(*pair, name) for pair in zip(row, as_written, strict=True)]
+        rows.append([cell for cell in cells if cell is not None])
+    others = book.worksheets[1:]
+    return rows, tuple(o.title for o in others if _area(o) > limits.nodes or any(any(row) for row in o.values))
+
+
+def _books(data: bytes, name: str, limits: Limits) -> tuple[Any, Any]:
+    """A workbook with the results of its formulas, and as it is written."""
+    from openpyxl import load_workbook
+
+    try:
+        _refuse_bombs(data, name, limits)
+        book, written = load_workbook(io.BytesIO(data), data_only=True), load_workbook(io.BytesIO(data))
+    except SheetError:
+        raise
+    except Exception:  # noqa: BLE001 - openpyxl lets through whatever its parsers raise
+        raise SheetError(f"{name} is no workbook that can be read; save it as XLSX or CSV") from None
+    if not book.worksheets:
+        raise SheetError(f"{name} has no sheet with cells")
+    return book, written
+
+
+def _refuse_bombs(data: bytes, name: str, limits: Limits) -> None:
+    """Raises `SheetError` for a workbook that is small and makes much of it; its parts are read, and not kept."""
+    elements = 0
+    with zipfile.ZipFile(io.BytesIO(data)) as package:
+        if sum(entry.file_size for entry in package.infolist()) > MOST_UNPACKED * limits.file_bytes:
+            raise SheetError(f"{name} is larger than {MOST_UNPACKED * limits.file_bytes} bytes when it is unpacked")
+        for entry in package.infolist():
+            with package.open(entry) as part:
+                while block := part.read(BLOCK):
+                    elements += block.count(b"<")
+                    if elements > MOST_ELEMENTS * limits.nodes:
+                        raise SheetError(f"{name} has more than {MOST_ELEMENTS * limits.nodes} elements")
+
+
+def _area(sheet: Any) -> int:
+    """Cells from the first to the last one of a sheet, as many as openpyxl would make."""
+    return int(sheet.max_row * sheet.max_column)
+
+
+def _cell(cell: Any, written: Any, name: str) -> Cell | None:
+    """A cell of a workbook, None for an empty one; raises `SheetError` for one that shows something else."""
+    value = cell.value
+    place = f"{name}, row {cell.row}, cell {cell.coordinate}"
+    if value is None:
+        if written.value is not None:
+            raise SheetError(
+                f"{place}: the formula has no result in the file; open it in a spreadsheet and save it, "
+                "or write the number"
+            )
+        return None
+    if cell.data_type == "e":
+        raise SheetError(f"{place}: the formula gives {value}; mend it, or write the number")
+    if isinstance(value, date | time | timedelta):
+        raise SheetError(f"{place}: the cell holds a date or a time of day, {value}; write a number or a text")
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if number and "%" in cell.number_format:
+        raise SheetError(
+            f"{place}: the cell shows percent and holds {value}; give it the format of a number, and write the one "
+            "that is meant"
+        )
+    text = APOSTROPHE.sub("", _text(value).strip(), count=1)
+    return Cell(text, cell.row, cell.column, number) if text else None
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return repr(int(value)) if value == int(value) and abs(value) < 1e15 else repr(value)
+    return str(value)
+
+
+# --- A sheet of loops to a configuration: one loop a row, and above the header what concerns the whole file -----------
+
+HEAD = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "templates")
+"""Keys of the whole file, each with its value in the cell behind it, above the header."""
+NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
+ROWS_NAMED = 10
+"""Rows that are listed of those with an error that was told before."""
+FAMILY = {"vendor", "plc family", "hersteller"}
+"""Headers of a column that says the vendor: the same in every row."""
+LEFT_OUT = "#"
+"""Begins the header of a column that is for people alone."""
+LEAST_KNOWN = 2
+"""Known columns by which a row is the header."""
+
+
+@dataclass(frozen=True, slots=True)
+class FromSheet:
+    """A configuration's text, and what there is to say about it."""
+
+    text: str
+    vendor: Vendor
+    loops: int
+    findings: tuple[Diagnostic, ...]
+    remarks: tuple[str, ...]
+
+
+class SheetFaultsError(ValueError):
+    """Everything that is wrong with a sheet, each with its place."""
+
+    def __init__(self, faults: Sequence[str]) -> None:
+        super().__init__(faults[0])
+        self.faults = tuple(faults)
+
+
+def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -> FromSheet:
+    """The configuration of a sheet; raises `SheetFaultsError`."""
+    try:
+        sheet = read_sheet(data, name, limits)
+        head, header, rows = _split(sheet, name)
+        vendor = _vendor(_said(head, header, rows, name), vendor_key, name)
+    except SheetError as error:
+        raise SheetFaultsError([str(error)]) from None
+    reader = _Reader(sheet, name, vendor, limits)
+    columns = reader.columns(header)
+    loops = [reader.loop(row, columns, i) for i, row in enumerate(rows)]
+    reader.refuse_equal_names(loops)
+    content = reader.head(head)
+    remarks = [f"only the first sheet is read; also there: {', '.join(sheet.left_out)}"] if sheet.left_out else []
+    if "plc" not in content and _needs_plc(vendor):
+        content["plc"] = _starter_plc(vendor)
+        remarks.append(f"plc is as in the starter file of {vendor.key}; look at it")
+    if reader.faults:
+        raise SheetFaultsError(reader.faults)
+    whole = {"pidcfg": 1, "vendor": vendor.key, **content, "loops": loops}
+    text = yaml_text(native(whole))
+    checked = check_document(read_document(text.encode(), name, limits), limits)
+    errors = [d for d in checked.findings if d.severity is Severity.ERROR]
+    if checked.config is None:
+        raise SheetFaultsError([message for _, message in reader.by_column(errors)])
+    told = tuple(replace(d, message=message) for d, message in reader.by_column(errors))
+    return FromSheet(text, vendor, len(loops), told, tuple(remarks))
+
+
+def _split(sheet: Sheet, name: str) -> tuple[list[Sequence[Cell]], Sequence[Cell], list[Sequence[Cell]]]:
+    """What stands above the header, the header, and the rows of loops."""
+    headers = [number for number, row in enumerate(sheet.rows) if _is_header(row)]
+    if not headers:
+        raise SheetError(
+            f"{name} has no header; one row names the columns, such as name, gain, reset, range low, range high"
+        )
+    body = next((number for number, row in enumerate(sheet.rows) if not _is_head(row)), headers[0])
+    number = body if body in headers else headers[0]
+    rows = list(sheet.rows[number + 1 :])
+    if not rows:
+        raise SheetError(f"{name} has a header and no loops below it")
+    return list(sheet.rows[:number]), sheet.rows[number], rows
+
+
+def _is_header(row: Sequence[Cell]) -> bool:
+    known = [cell for cell in row if any(is_known(cell.text, vendor) for vendor in VENDORS.values())]
+    return len(known) >= LEAST_KNOWN and not (_is_head(row) and row[0].text != "name")
+
+
+def _is_head(row: Sequence[Cell]) -> bool:
+    """Whether a row may concern the whole file: a key of the file and its value."""
+    return row[0].text.partition(".")[0] in HEAD and len(row) <= LEAST_KNOWN
+
+
+def _said(
+    head: Sequence[Sequence[Cell]], header: Sequence[Cell], rows: Sequence[Sequence[Cell]], name: str
+) -> str | None:
+    """The vendor that the sheet names, above the header or in a column of its own."""
+    column = next((cell.column for cell in header if _is_family(cell)), None)
+    cells = [cell for row in rows for cell in row if cell.column == column]
+    cells += [row[1] for row in head if row[0].text == "vendor" and len(row) > 1]
+    other = next((cell for cell in cells if cell.text.lower() != cells[0].text.lower()), None)
+    if other is not None:
+        one, two = (f"cell {cell.place} says {cell.text}" for cell in (cells[0], other))
+        raise SheetError(f"{name}: {one} and {two}; a file has one vendor, so write a sheet for each")
+    return cells[0].text.lower() if cells else None
+
+
+def _is_family(cell: Cell) -> bool:
+    return cell.text.strip().lower() in FAMILY
+
+
+def _vendor(said: str | None, wanted: str | None, name: str) -> Vendor:
+    if said is not None and wanted is not None and said != wanted:
+        raise SheetError(f"{name} is for {said}, and --vendor says {wanted}")
+    key = wanted or said
+    if key is None:
+        raise SheetError(f"{name} does not say for which vendor it is; add --vendor, one of {', '.join(VENDORS)}")
+    if key not in VENDORS:
+        raise SheetError(f"there is no vendor {key}; there are {', '.join(VENDORS)}")
+    return VENDORS[key]
+
+
+def _needs_plc(vendor: Vendor) -> bool:
+    field = vendor.model.model_fields.get("plc")
+    return field is not None and field.is_required()
+
+
+def _starter_plc(vendor: Vendor) -> Any:
+    text = files("pidcfg").joinpath(vendor.starter).read_bytes()
+    return (read_document(text, vendor.starter).data or {})["plc"]
+
+
+class _Reader:
+    """Cells to values, with what is wrong with them."""
+
+    def __init__(self, sheet: Sheet, name: str, vendor: Vendor, limits: Limits) -> None:
+        self.sheet, self.name, self.vendor, self.limits = sheet, name, vendor, limits
+        self.faults: list[str] = []
+        self.places: dict[Path, tuple[Cell, str]] = {}
+        """The cell of each value, and the header of its column."""
+        self.rows: list[Cell] = []
+        self.unknown: set[int] = set()
+        """Columns whose header is no key of a loop."""
+        self.values = 0
+        """In cells that hold more than one, counted with what their aliases stand for."""
+
+    def fault(self, cell: Cell, message: str) -> None:
+        """Something wrong with a cell."""
+        self.faults.append(f"{self.name}, row {cell.row}, cell {cell.place}: {message}")
+
+    def columns(self, header: Sequence[Cell]) -> dict[int, tuple[str, str]]:
+        """Key and header by the number of a column."""
+        columns: dict[int, tuple[str, str]] = {}
+        taken: dict[str, str] = {}
+        for cell in header:
+            if _is_family(cell) or cell.text.startswith(LEFT_OUT):
+                self.unknown.add(cell.column)
+                continue
+            try:
+                key = key_of(cell.text, self.vendor)
+            except UnknownColumnError as error:
+                self.fault(cell, str(error))
+                self.unknown.add(cell.column)
+                continue
+            if key in taken:
+                self.fault(cell, f"{cell.text} and {taken[key]} are both {key}; keep one of the two")
+            pair = key.removesuffix(ENDS[0]).removesuffix(ENDS[1])
+            for other in (pair,) if pair != key else (key + ENDS[0], key + ENDS[1]):
+                if other in taken:
+                    self.fault(cell, f"{cell.text} and {taken[other]} are both {pair}; keep the pair or its ends")
+            taken[key] = cell.text
+            columns[cell.column] = (key, cell.text)
+        return columns
+
+    def loop(self, row: Sequence[Cell], columns: dict[int, tuple[str, str]], number: int) -> dict[str, Any]:
+        """The loop of a row."""
+        loop: dict[str, Any] = {}
+        self.rows.append(row[0])
+        for cell in row:
+            if cell.column in self.unknown:
+                continue
+            if cell.column not in columns:
+                self.fault(cell, f"{cell.text!r} has no header above it")
+                continue
+            key, header = columns[cell.column]
+            end = next((i for i, word in enumerate(ENDS) if key.endswith(word)), None)
+            path = steps(key if end is None else key.removesuffix(ENDS[end]))
+            if end is not None:
+                pair = value_at(loop, path)
+                if pair is None:
+                    put(loop, path, pair := [None, None])
+                pair[end] = self.value(cell, key, header)
+                path = (*path, end)
+            else:
+                put(loop, path, self.value(cell, key, header))
+            self.places["loops", number, *path] = (cell, header)
+        self._check_pairs(loop, row[0], ())
+        return self._in_order(loop)
+
+    def refuse_equal_names(self, loops: Sequence[dict[str, Any]]) -> None:
+        """Each loop has a name of its own."""
+        first: dict[str, Cell] = {}
+        for i, loop in enumerate(loops):
+            cell = self.places.get(("loops", i, "name"), (self.rows[i], ""))[0]
+            name = str(loop.get("name", ""))
+            if name and name in first:
+                self.fault(cell, f"{name} is the name of the loop in row {first[name].row}, too; give each its own")
+            first.setdefault(name, cell)
+
+    def _in_order(self, loop: dict[str, Any]) -> dict[str, Any]:
+        """A loop with its sections as the schema has them, whatever the order of the columns."""
+        first: dict[str, int] = {}
+        for key, place in order_of(self.vendor).items():
+            first.setdefault(key.partition(".")[0].partition(" ")[0], place)
+        return dict(sorted(loop.items(), key=lambda item: first.get(item[0], len(first))))
+
+    def _check_pairs(self, data: dict[str, Any], row: Cell, above: tuple[str, ...]) -> None:
+        for key, value in data.items():
+            if isinstance(value, dict):
+                self._check_pairs(value, row, (*above, key))
+            elif isinstance(value, list) and None in value:
+                self.fault(row, f"{'.'.join((*above, key))} has one end only; give low and high")
+
+    def head(self, rows: Sequence[Sequence[Cell]]) -> dict[str, Any]:
+        """What concerns the whole file."""
+        content: dict[str, Any] = {}
+        for row in rows:
+            key = row[0].text
+            if key.partition(".")[0] not in HEAD:
+                self.fault(
+                    row[0], f"{key!r} stands above the header and is no key of a file; there are {', '.join(HEAD)}"
+                )
+            elif len(row) != LEAST_KNOWN:
+                self.fault(row[0], f"{key} wants one value, in the cell behind it")
+            elif key != "vendor":
+                put(content, steps(key), self.value(row[1], key))
+                self.places[steps(key)] = (row[1], key)
+        return content
+
+    def value(self, cell: Cell, key: str, header: str = "") -> Any:
+        """A cell as the file format would read it: plain text, or YAML in brackets or quotes."""
+        if cell.text[0] in '[{"':
+            doc = read_document(f"value: {cell.text}".encode(), self.name, self.limits)
+            self.values += doc.root.size - 1  # without the mapping that is put around it
+            if self.values > self.limits.nodes:
+                raise SheetFaultsError([f"{self.name}: more than {self.limits.nodes} values up to cell {cell.place}"])
+            if doc.data is not None:
+                return doc.data["value"]
+            self.fault(cell, doc.problems[0].message)
+            return None
+        if key.rpartition(".")[2] in TEXTS:
+            return Plain(cell.text)
+        try:
+            text = self.sheet.plain(cell)
+            unit = unit_of(header)
+            return Plain(f"{text} {unit}" if unit and NUMBER.fullmatch(text) else text)
+        except SheetError as error:
+            self.fault(cell, str(error))
+            return None
+
+    def by_column(self, errors: Sequence[Diagnostic]) -> list[tuple[Diagnostic, str]]:
+        """The findings as they are told: those of one kind in one column once, with the further rows."""
+        groups: dict[tuple[str, Path], list[Diagnostic]] = {}
+        for d in errors:
+            key = (*d.path[:1], *d.path[2:]) if d.path[:1] == ("loops",) and len(d.path) > 1 else d.path
+            groups.setdefault((d.code, key), []).append(d)
+        return [(same[0], self.told(same[0]) + self._further(same[1:])) for same in groups.values()]
+
+    def _further(self, same: Sequence[Diagnostic]) -> str:
+        rows = [str(self.rows[int(d.path[1])].row) for d in same]
+        more = f" and {len(rows) - ROWS_NAMED} more" if len(rows) > ROWS_NAMED else ""
+        return f"; so it is in row{'s' if rows[1:] else ''} {', '.join(rows[:ROWS_NAMED])}{more}" if rows else ""
+
+    def told(self, d: Diagnostic) -> str:
+        """A finding with the row and the cell that it is about."""
+        path: Path = d.path
+        text = d.message + (f"; {d.help}" if d.help else "")
+        while path and path not in self.places:
+            path = path[:-1]
+        if path:
+            cell, header = self.places[path]
+            return f"{self.name}, row {cell.row}, cell {cell.place} ({header}): {text}"
+        row = f", row {self.rows[int(d.path[1])].row}" if len(d.path) > 1 and d.path[0] == "loops" else ""
+        return f"{self.name}{row}: {text}"

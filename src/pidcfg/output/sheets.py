@@ -1,0 +1,343 @@
+"""A configuration as a sheet: one loop a row, a column for each key that any loop has."""
+
+from __future__ import annotations
+
+import csv
+import datetime as dt
+import io
+import re
+from difflib import get_close_matches
+from functools import cache
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.schemas.base import SECONDS, UNIT_WORDS
+from pidcfg.schemas.document import models_in
+from pidcfg.schemas.numbers import NUMBER
+from pidcfg.text.document import Plain
+from pidcfg.text.signs import FORMULA, UNPRINTABLE
+from pidcfg.text.writer import Number, json_line, yaml_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pydantic import BaseModel
+
+    from pidcfg.text.document import Document
+    from pidcfg.vendors import Vendor
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a column of a sheet is: a key of the vendor's loops as the file format writes it, or a common word for one.
+
+ENDS = (" low", " high")
+"""Behind the key of a pair: its two ends, each a column."""
+BRACKETS = re.compile(r"\s*[\[(].*?[\])]\s*$")
+TIME = re.compile("(" + "|".join((*SECONDS, *UNIT_WORDS)) + r")\.?", re.IGNORECASE)
+UNIT = re.compile(r"[\[(]\s*([^\[\]()]+?)\s*[\])]\s*$")
+BETWEEN_WORDS = re.compile(r"[\s_\-/]+")
+WORDS: dict[str, tuple[str, ...]] = {
+    "name tag loop regler kreis messstelle": ("name",),
+    "description text service beschreibung bezeichnung": ("description",),
+    "mode betriebsart": ("mode",),
+    "range_low range_min low pv_low pv_min lrv min von messbereich_von messbereich_anfang anfang": (
+        "pv.range low",
+        "MinPV",
+    ),
+    "range_high range_max high pv_high pv_max urv max bis messbereich_bis messbereich_ende ende": (
+        "pv.range high",
+        "MaxPV",
+    ),
+    "unit pv_unit einheit": ("pv.unit",),
+    "gain kp p kr proportional_gain verstärkung": ("tuning.gain", "tuning.proportional_gain", "Kp", "Kc_Kp"),
+    "reset ti integral integral_time nachstellzeit": (
+        "tuning.reset",
+        "tuning.reset_time",
+        "tuning.integral_time",
+        "Ti_Ki",
+    ),
+    "rate td derivative derivative_time vorhaltezeit": (
+        "tuning.rate",
+        "tuning.derivative_time",
+        "tuning.derivative_gain",
+        "Td_Kd",
+    ),
+    "action direction wirkrichtung wirksinn regelsinn": ("action",),
+    "setpoint set_point sp sollwert": ("setpoint.value", "SP", "SV"),
+    "sp_low setpoint_low sollwert_min": ("setpoint.limits low", "setpoint.lower_limit"),
+    "sp_high setpoint_high sollwert_max": ("setpoint.limits high", "setpoint.upper_limit"),
+    "sample sample_time sample_rate abtastzeit": ("sample_rate", "sample_time", "CYCLE"),
+    "filter pv_filter filterzeit": ("pv.filter",),
+    "out_low output_low stellgrösse_min stellgröße_min": ("output.limits low", "MinMV", "MV_MIN"),
+    "out_high output_high stellgrösse_max stellgröße_max": ("output.limits high", "MaxMV", "MV_MAX"),
+    "out_unit output_unit": ("output.unit",),
+    "deadband totzone": ("error.deadband", "deadband", "DeadBand", "ERR_DBW"),
+    "lolo low_low alarm_ll": ("alarms.pv.low_low",),
+    "lo alarm_low alarm_l": ("alarms.pv.low",),
+    "hi alarm_high alarm_h": ("alarms.pv.high",),
+    "hihi high_high alarm_hh": ("alarms.pv.high_high",),
+    "master master_loop primary primary_loop major major_loop slave_of cascade_master führungsregler hauptregler": (
+        "cascade_from",
+        "setpoint.source",
+    ),
+    "template vorlage": ("use",),
+}
+"""Common words, in English and German, and the keys that vendors have for them: the first that a vendor has."""
+TOPICS = (
+    (
+        re.compile(r"cascade|master|slave|primary|secondary|kaskade|führung|folgeregler", re.IGNORECASE),
+        ("cascade_from", "setpoint.source", "SP_CASC"),
+        "a cascade",
+        "is {}",
+    ),
+    (
+        re.compile(r"ramp|soak|profil|slope|rampe", re.IGNORECASE),
+        ("ramp_soak.steps",),
+        "a profile",
+        "stands in the file, under {}",
+    ),
+)
+"""What headers speak of that may have no column of that name: the keys for it, its name, and where it is told."""
+NEAR = 0.72
+"""How alike a header and a word must be for the word to be suggested."""
+
+
+class UnknownColumnError(ValueError):
+    """A header that is no key, with the nearest."""
+
+
+def key_of(header: str, vendor: Vendor) -> str:
+    """The key of a column, with ``low`` or ``high`` behind that of a pair; raises `UnknownColumnError`."""
+    key = _known(header, vendor)
+    if key is not None:
+        return key
+    raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {_cure(header, vendor)}")
+
+
+def _cure(header: str, vendor: Vendor) -> str:
+    """What to do about a header that is no key."""
+    keys, folded = _keys(vendor), _folded(vendor)
+    text = _text(header)
+    for pattern, known, topic, place in TOPICS:
+        if pattern.search(text):
+            key = next((one for one in known if one in keys), None)
+            return f"{topic} {place.format(key)}" if key else f"loops of {vendor.key} have no key for {topic}"
+    near = get_close_matches(text.lower(), [*folded, *_words(vendor)], 1, NEAR)
+    if near:
+        return f"did you mean {folded.get(near[0], near[0])}?"
+    return f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}; # before a header leaves it out"
+
+
+def _text(header: str) -> str:
+    """A header without brackets."""
+    return BRACKETS.sub("", header.strip()).strip()
+
+
+def _known(header: str, vendor: Vendor) -> str | None:
+    """The key that a header is, or that a common word stands for."""
+    text = _text(header).lower()
+    spelled = BETWEEN_WORDS.sub("_", text)
+    return _folded(vendor).get(text) or _folded(vendor).get(spelled) or _words(vendor).get(spelled)
+
+
+@cache
+def _folded(vendor: Vendor) -> dict[str, str]:
+    """The keys by their small letters."""
+    return {key.lower(): key for key in _keys(vendor)}
+
+
+def unit_of(header: str) -> str | None:
+    """The unit that stands in brackets behind a header: ``Reset [min]``, ``Setpoint (°F)``."""
+    match = UNIT.search(header)
+    if match is None:
+        return None
+    time = TIME.fullmatch(match[1])
+    return time[1].lower() if time else match[1]
+
+
+def is_known(header: str, vendor: Vendor) -> bool:
+    """Whether a header is a column."""
+    return _known(header, vendor) is not None
+
+
+@cache
+def _keys(vendor: Vendor) -> tuple[str, ...]:
+    """All keys of a vendor's loops, and the two ends of each pair."""
+    pairs: dict[str, bool] = {"name": False}
+    for model in models_in(vendor.model.model_fields["loops"].annotation):
+        pairs |= _leaves(model)
+    return (*pairs, "use", *(f"{key}{end}" for key, pair in pairs.items() if pair for end in ENDS))
+
+
+def order_of(vendor: Vendor) -> dict[str, int]:
+    """The place of every key in the schema."""
+    return {key: i for i, key in enumerate(_keys(vendor))}
+
+
+@cache
+def _words(vendor: Vendor) -> dict[str, str]:
+    keys = _keys(vendor)
+    words: dict[str, str] = {}
+    for row, candidates in WORDS.items():
+        key = next((candidate for candidate in candidates if candidate in keys), None)
+        words |= dict.fromkeys(row.split(), key) if key else {}
+    return words
+
+
+def _leaves(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, bool]]:
+    """The keys that have a value, and whether it is a pair."""
+    for name, field in model.model_fields.items():
+        inner, kind = models_in(field.annotation), str(field.annotation).lower()
+        key = f"{above}{field.alias or name}"
+        if len(inner) == 1 and "tuple" not in kind:
+            yield from _leaves(inner[0], f"{key}.")
+        else:
+            yield key, "tuple" in kind and "..." not in kind
+
+
+# --- Plain texts of a file as the numbers, switches and words that YAML writes without quotes -------------------------
+
+TEXTS = frozenset(("name", "description", "use"))
+"""Keys whose values are texts, also where they look like numbers: 1.10 is no 1.1."""
+
+
+def plain_text(doc: Document) -> str:
+    """The file as YAML in which each loop has all of its values; comments stay behind."""
+    return yaml_text(native(doc.data or {}))
+
+
+def native(value: Any) -> Any:
+    """Data with its plain texts as what YAML writes without quotes: numbers, switches, words."""
+    if isinstance(value, dict):
+        return {key: str(x) if key in TEXTS and isinstance(x, Plain) else native(x) for key, x in value.items()}
+    if isinstance(value, list):
+        return [native(inner) for inner in value]
+    return number_or_text(value) if isinstance(value, Plain) else value
+
+
+def number_or_text(text: str) -> Any:
+    """A plain text as a number or a switch where it is written back the same way; another number as it is."""
+    if text.lower() in {"true", "false"}:
+        return text.lower() == "true"
+    for kind in (int, float):
+        try:
+            number = kind(text)
+        except ValueError:
+            continue
+        if not isfinite(float(text)):
+            continue
+        if str(number) == text or (kind is float and text.rstrip("0").rstrip(".") == f"{number:.15g}"):
+            return number
+    return Number(text) if NUMBER.fullmatch(text) else str(text)
+
+
+# --- A configuration as a sheet: one loop a row, a column for each key that any loop has ------------------------------
+
+CREATED = dt.datetime(2000, 1, 1, tzinfo=dt.UTC).replace(tzinfo=None)
+"""Written into every workbook, so that the same input gives the same bytes."""
+MARK = "\ufeff"
+IN_BRACKETS = re.compile(r"[,\[\]{}]|: |:$| #")
+"""What ends a plain text within brackets."""
+YAML_BRACKETS = ("[", "{", '"')
+"""What a cell begins with that is read as YAML."""
+PAIR = 2
+
+Value = str | int | float | bool
+
+
+def table_of(doc: Document, vendor: Vendor) -> tuple[list[tuple[str, Value]], list[str], list[list[Value]]]:
+    """What concerns the whole file, the header, and a row for each loop."""
+    data = doc.data or {}
+    head: list[tuple[str, Value]] = [("vendor", vendor.key)]
+    for key, value in data.items():
+        if key not in {"pidcfg", "vendor", "loops"}:
+            head += _cells(value, key)
+    rows = [dict(_cells(loop)) for loop in data["loops"]]
+    order = order_of(vendor)
+    names = {name: None for row in rows for name in row}
+    columns = sorted(names, key=lambda name: (_base(name, order), name.endswith(ENDS[1])))
+    return head, columns, [[row.get(name, "") for name in columns] for row in rows]
+
+
+def _base(name: str, order: dict[str, int]) -> int:
+    for end in ENDS:
+        name = name.removesuffix(end)
+    return order.get(name, len(order))
+
+
+def _cells(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
+    """The values of a loop by key; a pair is two, any other list one in brackets."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _cells(inner, f"{above}.{key}" if above else key)
+    elif isinstance(value, list) and len(value) == PAIR and not any(isinstance(x, dict | list) for x in value):
+        yield from ((f"{above}{end}", _value(inner)) for end, inner in zip(ENDS, value, strict=True))
+    else:
+        text = above.rpartition(".")[2] in TEXTS and isinstance(value, Plain)
+        yield above, flow(value) if isinstance(value, list) else _cell_text(value) if text else _value(value)
+
+
+def _value(value: Any) -> Value:
+    if isinstance(value, Plain):
+        number: Value = number_or_text(value)
+        return number
+    return _cell_text(value)
+
+
+def _cell_text(value: str) -> str:
+    """A text as it is, unless it would be read as YAML, or hides what is written: then in quotes, with escapes."""
+    text = str(value)
+    return json_line(text) if text.startswith(YAML_BRACKETS) or UNPRINTABLE.search(text) else text
+
+
+def flow(value: Any) -> str:
+    """Lists and mappings as YAML in brackets."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {flow(inner)}" for key, inner in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(flow, value)) + "]"
+    if isinstance(value, Plain) and not IN_BRACKETS.search(value) and not UNPRINTABLE.search(value):
+        return str(value)
+    return json_line(str(value))
+
+
+def as_csv(doc: Document, vendor: Vendor, *, comma: bool = False) -> str:
+    """The sheet as CSV, with semicolons and decimal commas where ``comma`` says so."""
+    head, columns, rows = table_of(doc, vendor)
+    stream = io.StringIO()
+    stream.write(MARK)
+    writer = csv.writer(stream, delimiter=";" if comma else ",", lineterminator="\n")
+    writer.writerows([key, _safe(value, comma=comma)] for key, value in head)
+    writer.writerow(columns)
+    writer.writerows([_safe(value, comma=comma) for value in row] for row in rows)
+    return stream.getvalue()
+
+
+def _safe(value: Value, *, comma: bool) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return str(value).replace(".", ",") if comma else str(value)
+    return f"'{value}" if value.startswith(FORMULA) else value
+
+
+def as_workbook(doc: Document, vendor: Vendor) -> bytes:
+    """The sheet as a workbook: numbers as numbers, texts as nothing but texts."""
+    import xlsxwriter
+
+    head, columns, rows = table_of(doc, vendor)
+    stream = io.BytesIO()
+    options = {"in_memory": True, "strings_to_formulas": False, "strings_to_urls": False, "strings_to_numbers": False}
+    with xlsxwriter.Workbook(stream, options) as book:
+        book.set_properties({"created": CREATED})
+        sheet = book.add_worksheet("loops")
+        bold = book.add_format({"bold": True, "bg_color": "#E4E9EE", "bottom": 1})
+        lines: list[list[Value]] = [*([key, value] for key, value in head), list(columns), *rows]
+        for number, row in enumerate(lines):
+            for column, value in enumerate(row):
+                if isinstance(value, int | float) and not isinstance(value, bool):
+                    sheet.write_number(number, column, value)
+                elif value != "":
+                    text = str(value).lower() if isinstance(value, bool) else value
+                    sheet.write_string(number, column, text, bold if number == len(head) else None)
+        sheet.freeze_panes(len(head) + 1, 1)
+    return stream.getvalue()

@@ -1,0 +1,270 @@
+"""What auto-tunes of several vendors have in common: the reaction curve, noise at rest, the relay."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import TYPE_CHECKING
+
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.tuning.rules import CLOSED_SAMPLE, GENTLE_CLOSED, OPEN_SAMPLE, ZIEGLER_NICHOLS_OPEN
+
+if TYPE_CHECKING:
+    from pidcfg.sim.controllers.kernels import CurveState, RelayState
+
+# --- The answer of a process to a step of its input, recorded in little memory: steepest slope and dead time ----------
+#
+# The response is kept in `POINTS` averages whose width doubles when they are full. Its steepest slope is that of a
+# regression line over about a tenth of the response; its dead time ends where this line leaves the PV before the
+# step. Kernels; ``first`` is the place of the points in ``aux``.
+
+POINTS = 512
+"""Floats of a curve in `aux`."""
+STEP = 0.10
+"""Share of the output's span that it steps by; twice that when the answer is too small."""
+SMALL = 0.02
+"""An answer that settles below this share of the span is too small."""
+ENOUGH = 0.10
+"""A response of this much of the span is enough to measure its slope."""
+PATIENCE = 600.0
+"""Seconds, or `PATIENT` samples if those are longer, after which a PV that does not move stops the auto-tune."""
+PATIENT = 256
+MOVING = 0.10
+"""Share of the answer's slope by which the PV may move before the step."""
+SURE = 4.0 / 340.0**0.5
+"""Four standard deviations of the slope a sample, of 16 samples with a noise of 1."""
+ROUNDING = 0.3
+"""Standard deviation of what rounding to whole counts adds."""
+GOES_ON, ANSWERED, TOO_SMALL, NO_ANSWER = 0, 1, 2, 3
+"""Results of `judge_response`."""
+
+
+def begin_curve(s: CurveState) -> None:
+    """Before the first sample after the step (kernel)."""
+    s.tune_count = 0
+    s.tune_points = 0
+    s.tune_stride = 1
+    s.tune_sum = 0.0
+
+
+def record(s: CurveState, first: int, aux: list[float], rise: float) -> bool:
+    """Keep one more sample of the response; True when it completes a point (kernel)."""
+    s.tune_count += 1
+    s.tune_sum += rise
+    if s.tune_count % s.tune_stride:
+        return False
+    if s.tune_points == POINTS:
+        for j in range(POINTS // 2):
+            aux[first + j] = (aux[first + 2 * j] + aux[first + 2 * j + 1]) / 2.0
+        s.tune_points = POINTS // 2
+        s.tune_stride *= 2
+        if s.tune_count % s.tune_stride:
+            return False
+    aux[first + s.tune_points] = s.tune_sum / s.tune_stride
+    s.tune_points += 1
+    s.tune_sum = 0.0
+    return True
+
+
+def mean(aux: list[float], first: int, count: int) -> float:
+    """The mean of some points (kernel)."""
+    total = 0.0
+    for j in range(first, first + count):
+        total += aux[j]
+    return total / count
+
+
+def crossing(s: CurveState, first: int, aux: list[float], level: float) -> int:
+    """The first point at or above a level (kernel)."""
+    for j in range(s.tune_points):
+        if aux[first + j] >= level:
+            return j
+    return s.tune_points - 1
+
+
+def steepest_line(s: CurveState, first: int, aux: list[float], change: float) -> tuple[float, float]:
+    """Slope a second of the steepest line, 0 when there is none, and the dead time in s, at least a sample (kernel)."""
+    need = max(0.1 * change, min(12.0 * s.tune_noise, 0.2 * change))
+    width = crossing(s, first, aux, 2.0 * need) - crossing(s, first, aux, need)
+    width = min(max(width, 1), s.tune_points - 1)
+    spread = width * (width + 1.0) * (width + 2.0) / 12.0
+    steepest = 0.0
+    at = 0
+    for j in range(s.tune_points - width):
+        slope = 0.0
+        for k in range(width + 1):
+            slope += (k - width / 2.0) * aux[first + j + k]
+        if slope > steepest:
+            steepest = slope
+            at = j
+    if steepest <= 0.0:
+        return 0.0, 0.0
+    steepest /= spread
+    seconds = s.period / TICKS
+    middle = (at + width / 2.0) * s.tune_stride + (s.tune_stride + 1) / 2.0
+    dead = middle - mean(aux, first + at, width + 1) / steepest * s.tune_stride
+    return steepest / (s.tune_stride * seconds), max(dead, 1.0) * seconds
+
+
+def was_moving(s: CurveState, slope: float, count: float) -> bool:
+    """Whether the PV moved before the step by a tenth of the ``slope`` a second, and surely (kernel).
+
+    Surely: by four standard deviations of the slope of 16 samples; ``count`` is the resolution of the PV.
+    """
+    drift = abs(s.tune_drift)
+    return drift > MOVING * slope * (s.period / TICKS) and drift > SURE * max(s.tune_noise, ROUNDING * count)
+
+
+def judge_response(
+    s: CurveState, first: int, aux: list[float], span: float, count: float, rest: float, last_step: int
+) -> tuple[int, float]:
+    """The judgement of a response at one of its points, and its change so far (kernel).
+
+    ``count`` is the resolution of the PV and ``rest`` what a PV at rest may still move; after the ``last_step`` every
+    answer above the noise counts.
+    """
+    n = s.tune_points
+    few = max(1, n // 12)
+    last = first + n
+    change = mean(aux, last - few, few)
+    detectable = max(4.0 * count, 6.0 * s.tune_noise)
+    if change >= ENOUGH * span and change >= detectable:
+        return ANSWERED, change
+    if change > detectable and n >= 24:
+        moved = change - mean(aux, last - n // 3, few)
+        if moved <= max(SMALL * change, s.tune_noise, rest):
+            if last_step or change >= SMALL * span:
+                return ANSWERED, change
+            return TOO_SMALL, change
+    elif s.tune_count > PATIENT and s.tune_count * (s.period / TICKS) > PATIENCE:
+        return NO_ANSWER, change
+    return GOES_ON, change
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What auto-tunes of several vendors have in common: noise at rest, the relay's cycle, and the gains that follow.
+# Kernels on the ``tune_`` fields of a loop's state; each vendor moves its output itself.
+
+OBSERVED = 16
+"""Samples at rest from which the noise of a PV is estimated."""
+SPREAD = OBSERVED * (OBSERVED * OBSERVED - 1) / 12.0
+"""Sum of the squares of the samples' distances from the middle one."""
+SECOND_DIFFERENCE = 1.9544
+"""Mean of |y(n) - 2 y(n-1) + y(n-2)| of white noise in standard deviations: sqrt(6) sqrt(2 / pi)."""
+FIRST_TURN, LAST_TURN = 4, 8
+"""Switches of a relay between which its swing is measured; the first one only starts the relay."""
+PI = 3.141592653589793
+RELAY_PATIENCE = 3600.0
+"""Seconds, or `RELAY_PATIENT` samples if those are longer, after which a relay without a switch is stopped."""
+RELAY_PATIENT = 1000
+NOTHING, DONE, FAILED, CANCELLED = 0, 1, 2, 3
+"""How an autotune went, as `RelayState.tune_done`."""
+TUNE_STATUS = {DONE: "done", FAILED: "error", CANCELLED: "cancelled"}
+
+CURVE_PI, CURVE_PI_RESET, _ = ZIEGLER_NICHOLS_OPEN["PI"]
+CURVE_PID, CURVE_PID_RESET, CURVE_PID_RATE = ZIEGLER_NICHOLS_OPEN["PID"]
+CYCLE_PI, CYCLE_PI_RESET, _ = GENTLE_CLOSED["PI"]
+CYCLE_PID, CYCLE_PID_RESET, CYCLE_PID_RATE = GENTLE_CLOSED["PID"]
+CURVE_PI_SAMPLE, CURVE_PID_SAMPLE = OPEN_SAMPLE["PI"], OPEN_SAMPLE["PID"]
+CYCLE_PI_SAMPLE, CYCLE_PID_SAMPLE = CLOSED_SAMPLE["PI"], CLOSED_SAMPLE["PID"]
+
+Gains = tuple[float, float, float, float]
+"""Gain, reset and rate in s, and the sample rate in s."""
+
+
+def begin_noise(s: CurveState) -> None:
+    """Before the first sample at rest (kernel)."""
+    s.tune_count = 0
+    s.tune_sum = 0.0
+    s.tune_base = 0.0
+    s.tune_drift = 0.0
+
+
+def measure_noise(s: CurveState, p: float) -> bool:
+    """One more sample at rest (kernel).
+
+    After the last one the noise, from second differences, the mean and the slope of a regression line are known.
+    """
+    if s.tune_count >= 2:
+        s.tune_sum += abs(p - 2.0 * s.tune_a + s.tune_b)
+    s.tune_b = s.tune_a
+    s.tune_a = p
+    s.tune_base += p
+    s.tune_drift += (s.tune_count - (OBSERVED - 1) / 2.0) * p
+    s.tune_count += 1
+    if s.tune_count < OBSERVED:
+        return False
+    s.tune_noise = s.tune_sum / (OBSERVED - 2.0) / SECOND_DIFFERENCE
+    s.tune_base /= OBSERVED
+    s.tune_drift /= SPREAD
+    return True
+
+
+def begin_cycle(s: RelayState) -> None:
+    """The relay has not switched yet (kernel)."""
+    s.tune_count = 0
+    s.tune_turns = 0
+    s.tune_side = 0
+    s.tune_points = 0
+    s.tune_swing = 0.0
+
+
+def relay_switch(s: RelayState, p: float, e: float, band: float) -> int:
+    """One sample under the relay: 0, or the sign of the error that switches it, once beyond the band (kernel)."""
+    s.tune_count += 1
+    if s.tune_turns:
+        s.tune_high = max(s.tune_high, p)
+        s.tune_low = min(s.tune_low, p)
+    side = 0
+    if s.tune_side == 0:
+        side = -1 if e < 0.0 else 1
+    elif s.tune_side > 0 and e < -band:
+        side = -1
+    elif s.tune_side < 0 and e > band:
+        side = 1
+    if side == 0:
+        return 0
+    s.tune_side = side
+    s.tune_turns += 1
+    s.tune_points = s.tune_count
+    if s.tune_turns == FIRST_TURN:
+        s.tune_start = s.tune_count
+    elif s.tune_turns > FIRST_TURN and s.tune_turns % 2 == 0:
+        s.tune_swing += s.tune_high - s.tune_low
+    if s.tune_turns % 2 == 0:
+        s.tune_high = -1e18
+        s.tune_low = 1e18
+    return side
+
+
+def stalled(s: RelayState, samples: int, seconds: float) -> bool:
+    """Whether the relay has not switched for longer than so many samples and so many seconds, both (kernel)."""
+    quiet = s.tune_count - s.tune_points
+    return quiet > samples and quiet * (s.period / TICKS) > seconds
+
+
+def cycle_length(s: RelayState) -> float:
+    """Samples of one cycle, at the last switch (kernel)."""
+    return (s.tune_count - s.tune_start) / 2.0
+
+
+def ultimate_gain(s: RelayState, step: float, band: float, least: float) -> float:
+    """From the describing function of a relay that switches its output by ``step``, at the last switch (kernel).
+
+    ``band`` is its hysteresis, ``least`` the least square that is taken for the swing's amplitude without it.
+    """
+    half = s.tune_swing / 4.0
+    return 2.0 * step / (PI * sqrt(max(half * half - band * band, least)))
+
+
+def curve_gains(only_pi: int, gain: float, dead: float) -> Gains:
+    """Ziegler and Nichols for a reaction curve: ``gain`` is 1 / (dead time x rate) of a unit step (kernel)."""
+    if only_pi:
+        return CURVE_PI * gain, CURVE_PI_RESET * dead, 0.0, CURVE_PI_SAMPLE * dead
+    return CURVE_PID * gain, CURVE_PID_RESET * dead, CURVE_PID_RATE * dead, CURVE_PID_SAMPLE * dead
+
+
+def cycle_gains(only_pi: int, gain: float, period: float) -> Gains:
+    """The gains for a relay's cycle, of the ultimate gain and its period (kernel)."""
+    if only_pi:
+        return CYCLE_PI * gain, CYCLE_PI_RESET * period, 0.0, CYCLE_PI_SAMPLE * period
+    return CYCLE_PID * gain, CYCLE_PID_RESET * period, CYCLE_PID_RATE * period, CYCLE_PID_SAMPLE * period

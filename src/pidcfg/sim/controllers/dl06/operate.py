@@ -1,0 +1,500 @@
+"""How a DL06 loop is operated and reported: its modes, ramp/soak, and what ``set`` may write."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from decimal import Decimal
+from functools import cache
+from math import sqrt
+from typing import Any
+
+from pidcfg.encoders.codecs import Bcd, Scale
+from pidcfg.encoders.maps.dl06 import LOOP_TABLES, RESET
+from pidcfg.encoders.regmap import Bits, Word, decode_one
+from pidcfg.schemas.base import Rate, parse_quantity, parse_rate, parse_seconds, parse_text, parse_v_address
+from pidcfg.schemas.dl06 import Reset, parse_reset
+from pidcfg.schemas.numbers import parse_number
+from pidcfg.sim.controllers.dl06 import autotune as dl06_tune_results
+from pidcfg.sim.controllers.dl06 import equation as bits
+from pidcfg.sim.controllers.dl06.equation import (
+    ALARM_ERROR,
+    AUTO,
+    CASCADE,
+    FRESH,
+    GOAL,
+    MANUAL,
+    MODES,
+    OVERFLOW,
+    PROGRAM,
+    REQUEST,
+    RESTORE,
+    RS_COMPLETE,
+    RS_DEVIATION,
+    RS_HELD,
+    RS_HOLD,
+    RS_JOG,
+    RS_RESUME,
+    RS_START,
+    RS_STEP,
+    SOAK,
+    TRIP,
+    Config,
+    State,
+    absolute,
+    alarmed,
+)
+from pidcfg.sim.controllers.kernels import GOAL_ENDS, NEAREST, step_to, tell_request
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.controllers.settings import Keys, Row, check_fit, encode_row, rows_of
+
+# --- Mode requests of a DL06 loop: what is granted, refused or overridden, and the bumpless transfers -----------------
+#
+# A request moves one step along manual - auto - cascade. `REASONS` gives the text of each refusal and override;
+# kernels leave its number in `State.notice`.
+
+REFUSED_PROGRAM = 1
+REFUSED_OFF = 2
+REFUSED_STEP = 3
+REFUSED_MINOR = 4
+REFUSED_ALARM_ERROR = 5
+REFUSED_PV_ALARM = 6
+REFUSED_NO_REMOTE = 7
+LAST_REFUSAL = REFUSED_NO_REMOTE
+"""Refusals concern a mode only when one was requested; overrides always do."""
+OVERRIDE_ALARM_ERROR = 10
+OVERRIDE_OVERFLOW = 11
+OVERRIDE_MINOR = 12
+OVERRIDE_PROGRAM = 13
+RESTORED = 14
+OVERRIDE_NO_REMOTE = 15
+GIVEN_UP = 16
+"""The configured mode and set point (D643); it is not about the mode that is requested, and not in `REASONS`."""
+
+MODE_REASONS = {
+    REFUSED_PROGRAM: "refused: the CPU is in Program mode and the loop is not independent of it",
+    REFUSED_OFF: "refused: the loop is not calculated",
+    REFUSED_STEP: "refused: a loop cannot go from Manual to Cascade or back without Auto in between",
+    REFUSED_MINOR: "refused: the minor loop is not in Cascade",
+    REFUSED_ALARM_ERROR: "refused: alarm programming error (+06 bit 10)",
+    REFUSED_PV_ALARM: "refused: a PV alarm is active",
+    REFUSED_NO_REMOTE: "refused: the remote set point pointer (+32) names no control output of the loop table",
+    OVERRIDE_ALARM_ERROR: "to Manual: alarm programming error (+06 bit 10)",
+    OVERRIDE_OVERFLOW: "to Manual: calculation overflow (+06 bit 11)",
+    OVERRIDE_MINOR: "to Manual: the minor loop left Cascade",
+    OVERRIDE_PROGRAM: "to Manual: the CPU went to Program mode",
+    RESTORED: "back to the mode before Program mode",
+    OVERRIDE_NO_REMOTE: "to Manual: the remote set point pointer (+32) names no control output any more",
+}
+
+
+def on_sp_scale(c: Config, pv: float) -> float:
+    """The set point word that equals a PV word."""
+    if c.root == 0:
+        return pv
+    return sqrt(pv) + NEAREST - NEAREST if pv > 0.0 else 0.0
+
+
+def to_manual(i: int, cfg: list[Config], st: list[State], reason: int) -> None:
+    """Put a loop into Manual, and with it each major loop whose minor thereby leaves Cascade."""
+    while i >= 0:
+        s = st[i]
+        if s.status & MANUAL:
+            return
+        major = cfg[i].major if s.status & CASCADE else -1
+        s.status = (s.status & ~MODES) | MANUAL
+        s.requested = 0
+        tell_request(s, reason)
+        i = major
+        reason = OVERRIDE_MINOR
+
+
+def transfer(i: int, wanted: int, cfg: list[Config], st: list[State]) -> None:
+    """Carry out a granted change of mode with its bumpless transfer.
+
+    Type I: manual to auto makes the bias the output and SP the PV, auto to cascade makes the major loop's output this
+    loop's PV. Type II only makes the bias the output. The velocity form has no bias (D41). Cascade to auto changes
+    nothing but the source of the set point (D646).
+    """
+    c, s = cfg[i], st[i]
+    now = s.status & MODES
+    if wanted == MANUAL:
+        s.status = (s.status & ~MODES) | MANUAL
+        return
+    if wanted == AUTO and now == MANUAL:
+        s.m = s.out
+        if c.velocity == 0:
+            s.bias = s.out
+        if c.bumpless == 1:
+            s.sp = on_sp_scale(c, s.pv)
+        s.status &= ~OVERFLOW
+        s.busy |= FRESH
+    if wanted == AUTO and now == CASCADE and c.major >= 0:
+        to_manual(c.major, cfg, st, OVERRIDE_MINOR)
+    if wanted == CASCADE and c.bumpless == 1 and c.major >= 0:
+        st[c.major].out = on_sp_scale(c, s.pv)
+    s.status = (s.status & ~MODES) | wanted
+
+
+def refusal(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
+    """Why a requested mode is refused, by alarms (D43) or in a cascade (D44); 0: it is granted."""
+    c, s = cfg[i], st[i]
+    now = s.status & MODES
+    if now | wanted == MANUAL | CASCADE:
+        return REFUSED_STEP
+    if wanted == CASCADE and c.major < 0:
+        return REFUSED_NO_REMOTE
+    if now != MANUAL or wanted != AUTO:
+        return 0
+    if s.status & ALARM_ERROR:
+        return REFUSED_ALARM_ERROR
+    if c.interlock and alarmed(s):
+        return REFUSED_PV_ALARM
+    for j in range(len(cfg)):
+        if cfg[j].major == i and st[j].status & CASCADE == 0:
+            return REFUSED_MINOR
+    return 0
+
+
+def request_mode(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
+    """Request a mode: it is entered, or the reason of the refusal is returned."""
+    s = st[i]
+    s.requested = wanted
+    if s.status & MODES == wanted:
+        return 0
+    reason = refusal(i, wanted, cfg, st)
+    if reason == 0:
+        transfer(i, wanted, cfg, st)
+    return reason
+
+
+def waits(i: int, cfg: list[Config], st: list[State]) -> bool:
+    """Whether a minor loop of this one is still on its way to Cascade, unrefused: the order is inside out (D644)."""
+    for j in range(len(cfg)):
+        s = st[j]
+        minor = cfg[j].major == i and cfg[j].halt == 0
+        if minor and s.goal == CASCADE and s.refused == 0 and s.status & CASCADE == 0:
+            return True
+    return False
+
+
+def pursue(i: int, cfg: list[Config], st: list[State]) -> None:
+    """Come one step closer to the goal; at the goal write its set point, as an operator would (D45, D643)."""
+    s = st[i]
+    now = s.status & MODES
+    if now == s.goal:
+        if s.goal_writes:
+            s.sp = s.goal_sp
+        s.busy &= ~GOAL
+        s.goal = 0
+        return
+    wanted = s.goal if now == AUTO else AUTO
+    if now == MANUAL and waits(i, cfg, st):
+        return
+    reason = request_mode(i, wanted, cfg, st)
+    if reason and (s.refused >> reason) & 1 == 0:
+        s.refused |= 1 << reason
+        tell_request(s, reason)
+
+
+def restore(i: int, cfg: list[Config], st: list[State]) -> None:
+    """Return to the mode before Program mode; the CPU forces it, so nothing refuses."""
+    s = st[i]
+    s.busy &= ~RESTORE
+    s.requested = 0
+    if s.status & MODES == s.prior:
+        return
+    if s.status & ALARM_ERROR:
+        s.requested = s.prior
+        tell_request(s, REFUSED_ALARM_ERROR)
+        return
+    transfer(i, AUTO, cfg, st)
+    if s.prior == CASCADE and cfg[i].major < 0:
+        s.requested = CASCADE
+        tell_request(s, REFUSED_NO_REMOTE)
+        return
+    if s.prior == CASCADE:
+        transfer(i, CASCADE, cfg, st)
+    tell_request(s, RESTORED)
+
+
+def modes(i: int, cfg: list[Config], st: list[State]) -> None:
+    """Everything that can change the mode in one sample: override, restoring, request, goal."""
+    s = st[i]
+    if s.busy & TRIP:
+        s.busy &= ~TRIP
+        to_manual(i, cfg, st, OVERRIDE_ALARM_ERROR)
+    if s.busy & RESTORE:
+        restore(i, cfg, st)
+    if s.busy & (REQUEST | GOAL):
+        absolute(cfg[i], s, s.pv)
+    if s.busy & REQUEST:
+        s.busy &= ~(REQUEST | GOAL)
+        s.goal = 0
+        reason = request_mode(i, s.request, cfg, st)
+        s.request = 0
+        if reason:
+            tell_request(s, reason)
+    if s.busy & GOAL:
+        pursue(i, cfg, st)
+
+
+# --- The ramp/soak generator of a DL06 loop: it writes the set point word, sample by sample ---------------------------
+#
+# A segment begins and ends at a sample. A ramp moves the set point by its slope each second until its end value
+# stands, a soak then lasts its minutes. A slope of 0 and the end of the table complete the profile. The set point
+# with its fraction is `State.rs_sp`; only its rounded value is a word.
+
+STEPS = 16
+FIELDS = 4
+"""Floats of a pair in `aux`: target, slope a second, seconds to soak, allowed deviation (0: any)."""
+
+REFUSED_RS_OFF = 20
+REFUSED_RS_CASCADE = 21
+REFUSED_RS_TABLE = 22
+REFUSED_RS_PROGRAM = 23
+REFUSED_RS_IDLE = 24
+HELD_BY_CASCADE = 25
+
+RAMP_SOAK_REASONS = {
+    REFUSED_RS_OFF: "ramp/soak refused: not enabled (+00 bit 11)",
+    REFUSED_RS_CASCADE: "ramp/soak refused: the loop is in Cascade",
+    REFUSED_RS_TABLE: "ramp/soak refused: the table is not in user memory (+35)",
+    REFUSED_RS_PROGRAM: "ramp/soak refused: the CPU is in Program mode",
+    REFUSED_RS_IDLE: "ramp/soak refused: no profile is running",
+    HELD_BY_CASCADE: "ramp/soak held: the loop went to Cascade",
+}
+
+
+def finish(s: State, flags: int) -> None:
+    """The generator stops; the step byte returns to 0."""
+    s.rs_step = 0
+    s.aux_status = flags
+    s.busy &= ~SOAK
+
+
+def begin(c: Config, s: State, aux: list[float], step: int) -> None:
+    """Enter a step; the profile ends behind step 16 and at a slope of 0 (D55)."""
+    if step > STEPS or (step % 2 == 1 and aux[c.rs_table + (step - 1) // 2 * FIELDS + 1] <= 0.0):
+        finish(s, RS_COMPLETE)
+        return
+    s.rs_step = step
+    if step % 2 == 0:
+        s.rs_left = aux[c.rs_table + (step - 1) // 2 * FIELDS + 2] * TICKS
+    s.aux_status = (s.aux_status & RS_HELD) | step * RS_STEP
+
+
+def start(c: Config, s: State, aux: list[float]) -> None:
+    """A rising start bit: the first ramp begins at the present set point, and moves at the next sample (D652)."""
+    s.rs_error = c.rs_fault
+    s.rs_errors |= c.rs_fault
+    if c.rs_fault or c.rs_table < 0:
+        tell_request(s, REFUSED_RS_TABLE)
+        finish(s, 0)
+        return
+    s.aux_status = 0
+    s.rs_sp = s.sp
+    begin(c, s, aux, 1)
+
+
+def obey(c: Config, s: State, aux: list[float]) -> None:
+    """Read and clear the command bits; start works alone, hold comes before resume and jog (D56, D653)."""
+    command = s.rs_command
+    s.rs_command = 0
+    if s.busy & PROGRAM:
+        tell_request(s, REFUSED_RS_PROGRAM)
+    elif s.status & CASCADE:
+        tell_request(s, REFUSED_RS_CASCADE)
+    elif command == RS_START:
+        start(c, s, aux)
+    elif s.rs_step == 0:
+        tell_request(s, REFUSED_RS_IDLE)
+    elif command & RS_HOLD:
+        s.aux_status |= RS_HELD
+    elif command & RS_RESUME:
+        s.aux_status &= ~RS_HELD
+        # the set point goes on with its fraction, unless somebody has written the word meanwhile
+        if s.rs_sp + NEAREST - NEAREST != s.sp:
+            s.rs_sp = s.sp
+    elif command & RS_JOG:
+        begin(c, s, aux, s.rs_step + 1)
+
+
+def run(c: Config, s: State, aux: list[float]) -> None:
+    """One sample of the step that is active."""
+    pair = c.rs_table + (s.rs_step - 1) // 2 * FIELDS
+    if s.rs_step % 2 == 1:
+        target = aux[pair]
+        s.rs_sp = step_to(s.rs_sp, target, aux[pair + 1] * (s.period / TICKS))
+        s.sp = s.rs_sp + NEAREST - NEAREST
+        if s.rs_sp == target:
+            begin(c, s, aux, s.rs_step + 1)
+        return
+    s.rs_left -= s.period
+    if s.rs_left < 0.5 * s.period:
+        begin(c, s, aux, s.rs_step + 1)
+
+
+def watch(c: Config, s: State, aux: list[float]) -> None:
+    """Renew the soak deviation bit; it is on only while a soak sees the PV too far from the set point."""
+    s.aux_status &= ~RS_DEVIATION
+    if s.rs_step and s.rs_step % 2 == 0:
+        allowed = aux[c.rs_table + (s.rs_step - 1) // 2 * FIELDS + 3]
+        if allowed > 0.0 and abs(s.sp - on_sp_scale(c, s.pv)) > allowed:
+            s.aux_status |= RS_DEVIATION
+
+
+def ramp_soak(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
+    """Commands first, then the active step (D676), then its deviation bit; the step number is a signal."""
+    generate(c, s, aux)
+    sig[c.sig_step] = s.rs_step * 1.0
+
+
+def generate(c: Config, s: State, aux: list[float]) -> None:
+    """One sample of the generator."""
+    if c.rs_enabled == 0:
+        if s.rs_command:
+            tell_request(s, REFUSED_RS_OFF)
+        s.rs_command = 0
+        finish(s, s.aux_status & RS_COMPLETE)
+        return
+    active = s.rs_step
+    if s.rs_command:
+        started = s.rs_command == RS_START
+        obey(c, s, aux)
+        if active == 0 or s.rs_step != active or started:
+            active = 0
+    if active and s.status & CASCADE and s.aux_status & RS_HELD == 0:
+        s.aux_status |= RS_HELD
+        tell_request(s, HELD_BY_CASCADE)
+    if active and s.aux_status & RS_HELD == 0 and s.busy & PROGRAM == 0:
+        run(c, s, aux)
+    if s.rs_step == 0:
+        s.busy &= ~SOAK
+    else:
+        watch(c, s, aux)
+
+
+# --- How a DL06 loop is reported: names of modes, alarms and flags as bits, and notices in words ----------------------
+
+MODE_BITS = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
+COMMANDS = {"start": bits.RS_START, "hold": bits.RS_HOLD, "resume": bits.RS_RESUME, "jog": bits.RS_JOG}
+REASONS = MODE_REASONS | RAMP_SOAK_REASONS | dl06_tune_results.REASONS | {GIVEN_UP: GOAL_ENDS}
+SIGNALS = {
+    "sig_in": "",
+    "sig_pv": "PV",
+    "sig_sp": "SP",
+    "sig_out": "OUT",
+    "sig_bias": "BIAS",
+    "sig_step": "STEP",
+}
+"""Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
+ALARM_BITS = {
+    "pv_low_low": bits.LOW_LOW,
+    "pv_low": bits.LOW,
+    "pv_high": bits.HIGH,
+    "pv_high_high": bits.HIGH_HIGH,
+    "deviation_yellow": bits.YELLOW,
+    "deviation_red": bits.RED,
+    "rate_of_change": bits.RATE_OF_CHANGE,
+}
+ALARM_LIMITS = {
+    "pv_low_low": "low_low",
+    "pv_low": "low",
+    "pv_high": "high",
+    "pv_high_high": "high_high",
+    "deviation_yellow": "yellow",
+    "deviation_red": "red",
+    "rate_of_change": "rate_of_change",
+}
+"""Where `Config` has the limit of each."""
+OUTER_ALARMS = ("pv_low_low", "pv_high_high", "deviation_red")
+FLAG_BITS = {
+    "alarm_programming_error": bits.ALARM_ERROR,
+    "overflow": bits.OVERFLOW,
+    "autotune_running": bits.TUNING,
+    "autotune_error": bits.TUNE_ERROR,
+}
+AUX_BITS = {
+    "ramp_soak_complete": bits.RS_COMPLETE,
+    "ramp_soak_deviation": bits.RS_DEVIATION,
+    "ramp_soak_hold": bits.RS_HELD,
+}
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a scenario's ``set`` may write: a key of the configuration to its register, by the register map's own codecs.
+# Keys are those of a loop in the configuration file (``tuning.gain``, ``alarms.pv.high``). Short forms: ``setpoint``,
+# ``output`` and ``bias`` with a number, and the last part of a key where only one register has it (``gain``).
+
+SHORT = {"setpoint": "setpoint.value", "output": "state.output", "bias": "state.bias"}
+EVENTS = {"mode": "mode", "autotune": "autotune", "autotune.start": "autotune", "ramp_soak.request": "ramp_soak"}
+"""Keys that have an event instead, and the key of that event."""
+FIXED = {"pv.transfer", "output.transfer", "state.pv"}
+"""Cannot be set in a running loop: wiring, and the word that the analog input overwrites."""
+CASCADE_FROM = "cascade_from"
+
+PARSERS: Mapping[str, Callable[[object], object]] = {
+    "tuning.reset": parse_reset,
+    "tuning.rate": parse_seconds,
+    "sample_rate": parse_seconds,
+    "alarms.rate_of_change": parse_rate,
+    "remote_setpoint": parse_v_address,
+    "ramp_soak.table": parse_v_address,
+}
+
+Scales = Mapping[str, Scale]
+
+
+@cache
+def keys(reset_decimals: int) -> Keys:
+    """What can be set in a loop whose reset word has so many decimals."""
+    rows = rows_of([LOOP_TABLES[reset_decimals]], FIXED | set(EVENTS))
+    return Keys(rows, SHORT, EVENTS, PARSERS, parser_of)
+
+
+def parser_of(word: Word) -> Callable[[object], object]:
+    """How the value of a register is written that is not in `PARSERS`."""
+    return parse_number if isinstance(word.codec, Bcd) else parse_quantity
+
+
+def find_rows(path: tuple[str, ...], reset_decimals: int = 1) -> list[Row]:
+    """The registers behind a key: one, or both ends of a pair of limits."""
+    return keys(reset_decimals).find(("remote_setpoint",) if path == (CASCADE_FROM,) else path)
+
+
+def parse_setting(path: tuple[str, ...], rows: list[Row], value: object) -> object:
+    """The value of a key as its registers take it; every number of decimals is written alike."""
+    return parse_text(value) if path == (CASCADE_FROM,) else keys(1).parse(rows, value)
+
+
+def encode_setting(row: Row, value: Any, values: Mapping[str, Any], scales: Scales) -> int:
+    """A parsed value to its word, or to its bits in place; `EncodeError` when the word cannot hold it.
+
+    Raw counts are the content of the word, of a root loop's set point too (D651).
+    """
+    if isinstance(value, Reset):
+        if value.nines:
+            return RESET[1].encode(RESET[1].high)
+        value = reset_digits(value, str(values["tuning.reset_unit"]))
+    elif isinstance(value, Rate):
+        value = value.per_sample(values["sample_rate"])
+    return encode_row(row, value, scales)
+
+
+def reset_digits(reset: Reset, unit: str) -> Decimal:
+    """A reset time in the unit of its word; 0 when it is off."""
+    if reset.duration is None:
+        return Decimal(0)
+    if reset.duration.unit is None:
+        return reset.duration.value
+    return reset.duration.seconds() / (60 if unit == "minutes" else 1)
+
+
+def stored_rate(row: Row, value: Any) -> Decimal:
+    """A sample rate as its word holds it, in s."""
+    word = encode_setting(row, value, {}, {})
+    return Decimal(row.decode(word) if isinstance(row, Bits) else decode_one(row.codec, word, {}))
+
+
+def fits(rows: list[Row], value: Any, values: Mapping[str, Any], scales: Scales) -> None:
+    """Refuses a value that its word cannot hold."""
+    check_fit(rows, value, lambda row, item: encode_setting(row, item, values, scales))

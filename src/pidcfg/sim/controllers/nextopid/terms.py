@@ -1,0 +1,404 @@
+"""What the PID blocks are made of: places of parameters, records, the three actions, limits, ErrBits and WarnBits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
+from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
+from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, clamp, finite, nearest, single
+
+if TYPE_CHECKING:
+    from collections.abc import MutableSequence, Sequence
+
+# --- Where a block's parameters stand among the signals, counted from the block's first: the order of its table -------
+#
+# Kernels read and write ``sig[c.base + SP]``; a BOOL is 0 or 1 there, AUTOTUNE_MODE the number of its word.
+
+PLACES = {name: {row.name: i for i, row in enumerate(kind.table.rows)} for name, kind in BLOCK_TYPES.items()}
+"""Offsets by block type and parameter."""
+
+KINDS = {name: i for i, name in enumerate(BLOCK_TYPES)}
+"""Number of each block type: `Config.kind`."""
+(
+    PIDA_REAL,
+    PIDA_INT,
+    PIDA_TUNE_REAL,
+    PIDA_TUNE_INT,
+    ON_OFF,
+    PWM,
+    LOW_FILTER,
+    DELAY,
+    LAG,
+    DELAY_LAG,
+    LEAD_LAG,
+    SELECT_MAX,
+    SELECT_MIN,
+    SPLIT_RANGE,
+) = range(len(KINDS))
+
+_PIDA = PLACES["PIDA_TUNE_REAL"]
+"""The other PIDA blocks have the same places, as far as they go."""
+SP, SP_CASC, PV = _PIDA["SP"], _PIDA["SP_CASC"], _PIDA["PV"]
+KP, TD_KD, TI_KI, TFD = _PIDA["Kp"], _PIDA["Td_Kd"], _PIDA["Ti_Ki"], _PIDA["Tfd"]
+BIAS, MANUAL_MV, TRK_VAL = _PIDA["BIAS"], _PIDA["ManualMV"], _PIDA["TRK_VAL"]
+MAX_VAR_MV, MAX_MV, MIN_MV = _PIDA["MaxVarMV"], _PIDA["MaxMV"], _PIDA["MinMV"]
+DEAD_BAND, MAX_PV, MIN_PV = _PIDA["DeadBand"], _PIDA["MaxPV"], _PIDA["MinPV"]
+INDEP, DISABLE_P, DERIV_ER, CASC = _PIDA["Indep"], _PIDA["DisableP"], _PIDA["DerivEr"], _PIDA["CASC"]
+TRK_IN, WINDUP_H_IN, WINDUP_L_IN = _PIDA["TRK_IN"], _PIDA["Windup_H_IN"], _PIDA["Windup_L_IN"]
+OVERR, MANUAL, DIRECT = _PIDA["OVERR"], _PIDA["Manual"], _PIDA["Direct"]
+MV, TRK_OUT = _PIDA["MV"], _PIDA["TRK_OUT"]
+WINDUP_H_OUT, WINDUP_L_OUT = _PIDA["Windup_H_OUT"], _PIDA["Windup_L_OUT"]
+P_ACTION, D_ACTION, I_ACTION = _PIDA["ProportionalAction"], _PIDA["DerivativeAction"], _PIDA["IntegralAction"]
+SAMPLE_TIME = _PIDA["SampleTime"]
+ERR_BITS, WARN_BITS = _PIDA["ErrBits.MaxMinMV"], _PIDA["WarnBits.PV_MaxPV"]
+"""The first of nine, and of ten, in the order of the table."""
+AUTO_TUNE, TUNE_PARAM = _PIDA["AutoTune"], _PIDA["AutoTuneParam.PercAmpMV"]
+"""The second one is the first of five."""
+TUNE_DONE, TUNE_ERROR = _PIDA["AutoTuneDone"], _PIDA["AutoTuneError"]
+TUNE_RESULT, TUNE_FLAGS = _PIDA["AutoTuneResult.Kp"], _PIDA["AutoTuneResult.Bad_PercAmpMV"]
+FLAGS = len(_PIDA) - TUNE_FLAGS
+"""Three numbers, and so many flags, which are the last."""
+
+# --- What a block knows: `Config` (fixed during a run) and `State` (what it keeps from one call to the next) ----------
+#
+# Loops come first, in the order of the file, then the other blocks; all have the same record. Parameters are not
+# here: they stand among the signals, from ``base`` on (`slots`), where wires, events and other blocks find them.
+# Everything is an int or a float: the same fields become a NumPy record for numba.
+
+# `State.status`: the mode reached
+MANUAL_MODE, AUTO_MODE, CASCADE_MODE, TRACKING_MODE, TUNING_MODE, OVERRIDDEN = 1, 2, 4, 8, 16, 32
+MODES = 63
+ERROR_BASE = 64
+"""`State.status`: from this bit on the nine ErrBits in the order of the table; `State.aux_status` has the WarnBits."""
+
+
+@dataclass(slots=True)
+class Config(LoopConfig):
+    """One block of the program."""
+
+    kind: int = 0
+    """Number of its type: `slots.KINDS`."""
+    base: int = 0
+    """Slot of its first parameter."""
+    error: int = -1
+    """Slot of its output Error; −1: it has none."""
+    turn: int = 0
+    """Of the record at this place of the list: which block is executed in this turn."""
+    ts: float = 0.1
+    """The period in s, single precision: what the block measures as SampleTime."""
+    whole: int = 0
+    """Parameters are INT: MV is rounded."""
+    wires: int = 0
+    """First of its wires in the wire table, and one behind the last."""
+    wires_end: int = 0
+    early: int = 0
+    """How many of its wires, the first ones, are renewed before the first block of a cycle is called."""
+    moves: int = 0
+    """Of the first record: the first row of the program's moves in the wire table, two rows a move."""
+    moves_first: int = 0
+    """One behind those that are executed before the first call of a cycle, and one behind all."""
+    moves_end: int = 0
+    buffer: int = 0
+    """Where its delay line begins in the shared vector."""
+
+
+@dataclass(slots=True)
+class State(RelayState):
+    """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call."""
+
+    command: int = 0
+    """Commands of the operator, as bits, for the next call (`modes`)."""
+    tune_end: int = 0
+    """State of the last auto-tuning, and its results (`modes`)."""
+    result_kp: float = 0.0
+    result_ti: float = 0.0
+    result_td: float = 0.0
+    result_flags: int = 0
+    fault: int = 0
+    """Why a wire had no value, the first time (`pidcfg.sim.engine.expressions.FAULTS`), for which slot, and when in
+    ticks."""
+    fault_target: int = 0
+    fault_at: int = -1
+    erred: int = 0
+    """Whether its output Error was on at some time."""
+    started: int = 0
+    """Whether it has been called."""
+    integral: float = 0.0
+    error: float = 0.0
+    derivative: float = 0.0
+    """Filtered."""
+    share_of: float = -1.0
+    """The quotient Ts/T that ``share`` was worked out for."""
+    share: float = 1.0
+    y: float = 0.0
+    """State of a lag or filter."""
+    samples: int = 0
+    """Length of a delay line, or of a period of pulses."""
+    head: int = 0
+    """Next place of a delay line, or cycle of a period of pulses."""
+    delayed: float = 0.0
+    """Last output of a delay line."""
+    held: int = 0
+    """Cycles for which pulses are on."""
+    tune_band: float = 0.0
+    """Hysteresis of the auto-tuning's relay in PV units."""
+    tune_safe: float = 0.0
+    """How far the PV may go from its rest before the auto-tuning is aborted."""
+    tune_cycles: int = 0
+    """Cycles to be measured."""
+    tune_mode: int = 0
+    """Controller to be tuned: AUTOTUNE_MODE."""
+    tune_peak: int = 0
+    """Sample of the PV's extreme since the last switch."""
+    tune_dead: int = 0
+    """Sum of the samples from the switches to the extremes."""
+
+
+# --- How far a first-order lag goes in one sample, 1 - e^(-Ts/T), with nothing but the four operations ----------------
+#
+# Time constants may be wired, so that this is worked out inside a run; the library functions of two engines need not
+# agree in the last bit, these operations do.
+
+ALL_THE_WAY = 50.0
+"""From so many time constants on nothing is left."""
+TERMS = 18
+
+
+def share(x: float) -> float:
+    """1 - e^(-x) for x >= 0 (kernel)."""
+    if x >= ALL_THE_WAY:
+        return 1.0
+    halved = 0
+    while x > 0.5:
+        x *= 0.5
+        halved += 1
+    term = x
+    total = x
+    for n in range(2, TERMS):
+        term *= -x / n
+        total += term
+    for _ in range(halved):
+        total *= 2.0 - total
+    return total
+
+
+# --- ErrBits and WarnBits of the PID blocks: what sets them, and how they are written ---------------------------------
+#
+# A NaN in a parameter is an error as well: every comparison asks for what is right. D numbers: see `decisions`.
+
+# ErrBits, in the order of the table
+BAD_MV_LIMITS, BAD_PV_LIMITS, BAD_KP, BAD_TD_KD, BAD_TI_KI = 1, 2, 4, 8, 16
+BAD_TFD, BAD_MAX_VAR_MV, BAD_DEAD_BAND, BAD_SAMPLE_TIME = 32, 64, 128, 256
+ERRORS = 9
+
+# WarnBits, in the order of the table
+PV_HIGH, PV_LOW, SP_HIGH, SP_LOW, SP_CASC_HIGH, SP_CASC_LOW = 1, 2, 4, 8, 16, 32
+MV_HIGH, MV_LOW, RISE_LIMITED, FALL_LIMITED = 64, 128, 256, 512
+WARNINGS = 10
+
+LONGEST = float(LONGEST_SAMPLE)
+
+
+def bad_limits(c: Config, sig: Sequence[float]) -> int:
+    """Errors of the limits, of the gain's range and of the sample time (kernel)."""
+    b = c.base
+    errors = 0
+    if not sig[b + MAX_MV] > sig[b + MIN_MV]:
+        errors |= BAD_MV_LIMITS
+    if not sig[b + MAX_PV] > sig[b + MIN_PV]:
+        errors |= BAD_PV_LIMITS
+    if sig[b + INDEP] != 0.0:
+        if not sig[b + KP] >= 0.0:
+            errors |= BAD_KP
+    elif not sig[b + KP] > 0.0:
+        errors |= BAD_KP
+    if not c.ts <= LONGEST:
+        errors |= BAD_SAMPLE_TIME
+    return errors
+
+
+def negative(c: Config, sig: Sequence[float]) -> int:
+    """Errors of the parameters that may not be negative (kernel)."""
+    b = c.base
+    errors = 0
+    if not sig[b + TD_KD] >= 0.0:
+        errors |= BAD_TD_KD
+    if not sig[b + TI_KI] >= 0.0:
+        errors |= BAD_TI_KI
+    if not sig[b + TFD] >= 0.0:
+        errors |= BAD_TFD
+    if not sig[b + MAX_VAR_MV] >= 0.0:
+        errors |= BAD_MAX_VAR_MV
+    if not sig[b + DEAD_BAND] >= 0.0:
+        errors |= BAD_DEAD_BAND
+    return errors
+
+
+def write_errors(c: Config, s: State, sig: MutableSequence[float], errors: int) -> None:
+    """The error bits, where they have changed (kernel)."""
+    if errors != s.status // ERROR_BASE:
+        s.status = (s.status & MODES) | (errors * ERROR_BASE)
+        for i in range(ERRORS):
+            sig[c.base + ERR_BITS + i] = float((errors >> i) & 1)
+
+
+def write_warnings(c: Config, s: State, sig: MutableSequence[float], warnings: int) -> None:
+    """The warning bits, where they have changed (kernel)."""
+    if warnings != s.aux_status:
+        s.aux_status = warnings
+        for i in range(WARNINGS):
+            sig[c.base + WARN_BITS + i] = float((warnings >> i) & 1)
+
+
+def limited_inputs(c: Config, sig: Sequence[float]) -> tuple[float, float, int]:
+    """PV and the set point in force within MinPV and MaxPV, with the bits that tell so (kernel, D224)."""
+    b = c.base
+    high = sig[b + MAX_PV]
+    low = sig[b + MIN_PV]
+    pv = sig[b + PV]
+    warnings = 0
+    if pv > high:
+        pv = high
+        warnings = PV_HIGH
+    elif pv < low:
+        pv = low
+        warnings = PV_LOW
+    cascade = sig[b + CASC] != 0.0
+    sp = sig[b + SP_CASC] if cascade else sig[b + SP]
+    if sp > high:
+        sp = high
+        warnings |= SP_CASC_HIGH if cascade else SP_HIGH
+    elif sp < low:
+        sp = low
+        warnings |= SP_CASC_LOW if cascade else SP_LOW
+    return pv, sp, warnings
+
+
+# --- Proportional, integral and derivative action of the PID blocks, every result in single precision (D220) ----------
+#
+# Direct control negates all three, and not BIAS. D numbers: see `decisions`.
+
+LEAST_TI = single(float(SHORTEST_INTEGRAL))
+"""An integral time below this switches the integral action off."""
+
+
+def integral_gain(c: Config, sig: Sequence[float]) -> float:
+    """Ki; 0 without integral action (kernel)."""
+    ti_ki = sig[c.base + TI_KI]
+    if sig[c.base + INDEP] != 0.0:
+        return ti_ki
+    if ti_ki < LEAST_TI:
+        return 0.0
+    return single(sig[c.base + KP] / ti_ki)
+
+
+def proportional(c: Config, sig: Sequence[float], e: float) -> float:
+    """The proportional action; DisableP is of effect in the dependent form only (kernel)."""
+    b = c.base
+    if sig[b + DISABLE_P] != 0.0 and sig[b + INDEP] == 0.0:
+        return 0.0
+    p = single(sig[b + KP] * e)
+    return -p if sig[b + DIRECT] != 0.0 else p
+
+
+def increment(c: Config, sig: Sequence[float], ki: float, e: float) -> float:
+    """What this call adds to the integral action, unless a cascade slave cannot follow that way (kernel)."""
+    b = c.base
+    if ki == 0.0:
+        return 0.0
+    change = single(single(ki * e) * c.ts)
+    if sig[b + DIRECT] != 0.0:
+        change = -change
+    if change > 0.0 and sig[b + WINDUP_H_IN] != 0.0:
+        return 0.0
+    if change < 0.0 and sig[b + WINDUP_L_IN] != 0.0:
+        return 0.0
+    return change
+
+
+def derivative(c: Config, s: State, sig: Sequence[float], pv: float, e: float) -> float:
+    """The derivative action after its filter, from what PV and error were in the last call (kernel, D221)."""
+    b = c.base
+    kd = sig[b + TD_KD]
+    if sig[b + INDEP] == 0.0:
+        kd = single(sig[b + KP] * kd)
+    change = single(e - s.error) if sig[b + DERIV_ER] != 0.0 else single(s.pv - pv)
+    if sig[b + DIRECT] != 0.0:
+        change = -change
+    d = single(single(kd * change) / c.ts)
+    tfd = sig[b + TFD]
+    if tfd > 0.0:
+        quotient = single(c.ts / tfd)
+        if quotient != s.share_of:
+            s.share_of = quotient
+            s.share = single(share(quotient))
+        d = single(s.derivative + single(single(d - s.derivative) * s.share))
+    return finite(d, s.derivative)
+
+
+# --- MV within its limits, and the integral action that goes with it. D numbers: see `decisions` ----------------------
+
+UPWARD = MV_HIGH | RISE_LIMITED
+DOWNWARD = MV_LOW | FALL_LIMITED
+
+
+def total(p: float, i: float, d: float, bias: float) -> float:
+    """P + I + D + BIAS (kernel)."""
+    return single(single(single(p + i) + d) + bias)
+
+
+def remainder(x: float, p: float, d: float, bias: float) -> float:
+    """The integral action with which P + I + D + BIAS is ``x`` (kernel)."""
+    return single(single(single(x - p) - d) - bias)
+
+
+def whole(c: Config, mv: float) -> float:
+    """MV rounded where the block is an INT one (kernel, D228)."""
+    return nearest(mv) if c.whole else mv
+
+
+def copy_mv(c: Config, s: State, sig: Sequence[float], mv: float) -> int:
+    """MV from elsewhere, within MinMV and MaxMV (kernel): the bits that tell whether they limit it."""
+    b = c.base
+    s.out = whole(c, clamp(mv, sig[b + MIN_MV], sig[b + MAX_MV]))
+    if mv > sig[b + MAX_MV]:
+        return MV_HIGH
+    return MV_LOW if mv < sig[b + MIN_MV] else 0
+
+
+def limited(c: Config, s: State, sig: Sequence[float], x: float) -> int:
+    """MV as calculated, its variation limited first, then MV itself (kernel, D223, D691): the bits."""
+    b = c.base
+    variation = sig[b + MAX_VAR_MV]
+    bits = 0
+    if variation > 0.0:
+        highest = single(s.out + variation)
+        lowest = single(s.out - variation)
+        if x > highest:
+            x = highest
+            bits = RISE_LIMITED
+        elif x < lowest:
+            x = lowest
+            bits = FALL_LIMITED
+    if x > sig[b + MAX_MV]:
+        x = sig[b + MAX_MV]
+        bits |= MV_HIGH
+    elif x < sig[b + MIN_MV]:
+        x = sig[b + MIN_MV]
+        bits |= MV_LOW
+    s.out = whole(c, x)
+    return bits
+
+
+def accepted_change(s: State, bits: int, without: float, change: float) -> float:
+    """How much of an increment of the integral action does not push MV past the limit that it is at (kernel, D222).
+
+    ``without`` is P + I + D + BIAS before the increment.
+    """
+    if change > 0.0 and bits & UPWARD:
+        return clamp(single(s.out - without), 0.0, change)
+    if change < 0.0 and bits & DOWNWARD:
+        return clamp(single(s.out - without), change, 0.0)
+    return change

@@ -1,0 +1,505 @@
+"""What a vendor's controller offers to the runner, and nothing else."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Iterable, Mapping, MutableSequence, Sequence
+from dataclasses import dataclass
+from math import ceil, gcd
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+from pidcfg.sim.controllers.kernels import REQUEST_BITS, notices
+from pidcfg.sim.engine.expressions import NoValue
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from decimal import Decimal
+
+    from pidcfg.encoders.parameters import NamedLoops, Program
+    from pidcfg.schemas.base import Quantity
+    from pidcfg.sim.controllers.settings import NamedKeys
+    from pidcfg.sim.costs import Cost
+    from pidcfg.sim.judgement.report import ScanTime
+
+# --- What the standing expectations ask of a PLC, with the answers of one that has no such thing ----------------------
+#
+# Design. Names and masks are tables; what follows from the present registers and signals is a method. A vendor
+# overrides what is so with it, next to the attributes of `pidcfg.sim.controllers.plc.Plc` that the names come from.
+
+IN_CONTROL = ("auto", "cascade")
+"""The modes in which a loop controls, as every vendor calls them."""
+
+
+class LoopFacts(ABC):
+    """What verdicts have to know of a PLC's loops, besides what the report shows."""
+
+    cfg: Sequence[Any]
+    st: Sequence[Any]
+    loops: Sequence[str]
+    goals: Sequence[str]
+    scales: Sequence[tuple[float, float, int]]
+    modes: Mapping[str, int]
+    alarm_bits: Mapping[str, int]
+    outer_alarms: Sequence[str] = ()
+    """The outermost alarms of ``alarm_bits``: high-high, low-low, red."""
+    alarm_limits: Mapping[str, str] = {}
+    """Where the configuration of a loop has the limit of each alarm."""
+    unreached: float = 0.0
+    """A limit from which on, either way, an alarm is off."""
+    error_flags: Sequence[str] = ()
+    """Flags that mean an error of the set-up."""
+    tuning_flags: Sequence[str] = ()
+    """Flags that are on while an auto-tune runs, where that is no mode."""
+    word_owners: Mapping[str, int] = {}
+    """Error registers that belong to one loop, with its number; the others concern them all."""
+    problems: Sequence[NoValue] = ()
+    """Words and parameters that are no value of their format."""
+    mode_keys: Collection[str] = ()
+    """Parameters that choose the mode, which an event may set."""
+
+    @property
+    def control_bits(self) -> int:
+        """The bits of a status that mean Auto or Cascade."""
+        return sum(self.modes.get(mode, 0) for mode in IN_CONTROL)
+
+    @property
+    def outer_bits(self) -> int:
+        """The bits of a status that are outermost alarms."""
+        return sum(self.alarm_bits[name] for name in self.outer_alarms)
+
+    @property
+    def masters(self) -> Sequence[int]:
+        """For each loop the one whose output is its set point; −1: there is none."""
+        return [-1] * len(self.loops)
+
+    @property
+    def flow(self) -> Iterable[tuple[int, int]]:
+        """Pairs of signals within the PLC, the first of which moves the second, besides the loops' own."""
+        for c, master in zip(self.cfg, self.masters, strict=False):
+            if master >= 0:
+                yield self.cfg[master].sig_out, c.sig_sp
+
+    def intended_mode(self, loop: int, sig: Sequence[float]) -> str:  # noqa: ARG002 - in most PLCs it is requested
+        """The mode that a loop shall be in, as its configuration and its inputs say now."""
+        return self.goals[loop]
+
+    def pv_range(self, loop: int) -> tuple[float, float] | None:
+        """The ends of a PV's range; None: the configuration gives none."""
+        return self.scales[loop][:2]
+
+    def alarm_is_on(self, loop: int, alarm: str) -> bool:
+        """Whether an alarm can come: it is switched on and has a limit."""
+        limit = self.alarm_limits.get(alarm)
+        return limit is None or bool(abs(getattr(self.cfg[loop], limit)) < self.unreached)
+
+    def alarm_level(self, loop: int, alarm: str) -> float | None:
+        """Where an alarm comes on, in the unit of the PV's signal: a PV, or a distance from the set point.
+
+        None: the alarm is off, or is about no level.
+        """
+        limit = self.alarm_limits.get(alarm)
+        return float(getattr(self.cfg[loop], limit)) if limit is not None and self.alarm_is_on(loop, alarm) else None
+
+    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
+        """At the start: the set point that the configuration gives a loop, before the PLC limits it."""
+        return float(sig[self.cfg[loop].sig_sp])
+
+    def mode_inputs(self, loop: int) -> Collection[int]:  # noqa: ARG002 - in most PLCs an operator chooses the mode
+        """The signals of the program that choose a loop's mode."""
+        return ()
+
+    @abstractmethod
+    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:
+        """The present limits of a loop's output, in the unit of its signal."""
+
+    def inner_deviation(self, loop: int) -> float | None:  # noqa: ARG002 - not every PLC has such an alarm
+        """The inner deviation alarm, in the unit of the PV's signal; None: it is off."""
+        return None
+
+    def integrates(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - in most PLCs the state has it
+        """Whether a loop has an integral, so that no error may last."""
+        return bool(self.st[loop].reset > 0.0)
+
+    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+        """The error within which a loop does nothing, in the unit of the PV's signal."""
+        return 0.0
+
+    def set_up_errors(self, loop: int) -> Iterator[str]:
+        """Errors of a loop's set-up that are no flag, in words: what is no value of its format (D338)."""
+        yield from (problem.text for problem in self.problems if problem.setting and problem.loop == loop)
+
+    def program_errors(self, sig: Sequence[float]) -> Iterable[str]:  # noqa: ARG002 - most PLCs have nothing but loops
+        """Errors of what is no loop, in words."""
+        return ()
+
+    def only_switches(self, loop: int) -> bool:  # noqa: ARG002 - most loops do not
+        """Whether a loop's output is nothing but on or off."""
+        return False
+
+    def pulse_cycle(self, loop: int) -> float:  # noqa: ARG002 - most outputs are no pulses
+        """The period of the pulses that a loop's output makes, in s; 0: it makes none."""
+        return 0.0
+
+    def windup_input(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - most PLCs have none
+        """Whether a loop is told from outside that its output is limited."""
+        return False
+
+    def left_out(
+        self,
+        loop: int,  # noqa: ARG002 - most PLCs have no selector
+        sig: Sequence[float],  # noqa: ARG002
+        own: Collection[int],  # noqa: ARG002
+        rivals: Collection[int],  # noqa: ARG002
+    ) -> bool:
+        """Whether a selector of the program leaves a loop's output out and takes that of another loop.
+
+        ``own`` are the signals that follow the loop's output, ``rivals`` those that follow others.
+        """
+        return False
+
+    def operated(self, image: Any) -> Any:
+        """The same image with the operator's inputs of each loop in his own hand; most PLCs have no others."""
+        return image
+
+
+# --- What a vendor's controller module offers to the runner, and nothing else -----------------------------------------
+#
+# A module of `pidcfg.sim.controllers` has a kernel ``scan(tick, cfg, st, aux, sig)`` that runs every controller that
+# is due, and ``load(image, options)``, which makes a `Plc`. Times are whole µs (ticks) since the program-to-run
+# transition.
+
+TICKS = 1_000_000
+"""Ticks in a second."""
+COUNTS = 1 << 20
+"""Counts of a PV's range where the PLC has floats: finer than any transmitter."""
+
+Scan = Callable[[int, Sequence[Any], Sequence[Any], MutableSequence[float], MutableSequence[float]], None]
+
+
+def steps_until(time: Decimal, step: int) -> int:
+    """The first base step of ``step`` ticks that is not before a time."""
+    return -(-ceil(time * TICKS) // step)
+
+
+class Plc(LoopFacts):
+    """A PLC as loaded from its words, ready for the program-to-run transition.
+
+    Vendors derive theirs; attributes that have a value here are those of most PLCs.
+    """
+
+    cfg: Sequence[Any]
+    """Of each loop a `LoopConfig`."""
+    st: MutableSequence[Any]
+    """Of each loop a `LoopState`: the runner reads ``status`` (bits by name in `alarm_bits` and `flag_bits`),
+    ``aux_status`` (`aux_bits`) and ``notice``, a refusal or an override since its last look as a number that `describe`
+    knows; 0: none."""
+    aux: MutableSequence[float]
+    sig: MutableSequence[float]
+    """The value of every signal at the start; the runner works on a copy that it hands to ``scan``."""
+    signals: MutableSequence[str]
+    """The name of every signal, ``TIC-101.PV``; internal ones are empty."""
+    loops: Sequence[str]
+    """In the order of ``cfg`` and ``st``."""
+    goals: Sequence[str]
+    """For each loop the mode that it shall reach."""
+    scales: Sequence[tuple[float, float, int]]
+    """For each loop its PV at 0 % and 100 % in engineering units, and the counts between."""
+    roots: Sequence[float | None] = ()
+    """For each loop whose signals are those before the PLC takes the root of its PV, where the PV's counts begin, as a
+    share of the span; None for another loop, empty where the vendor has no such signals."""
+    longest = 0.0
+    """The longest time of a block of the PLC's program, in s; what the pre-roll has to wait for."""
+    pulses: Sequence[str] = ()
+    """Names of the signals that follow the output as pulses."""
+    inputs: Mapping[str, int] = {}
+    """Signals from outside that are no loop's PV, by name: events may set them, plants may be wired to them."""
+    wired: Collection[str] = ()
+    """Loops whose PV comes from within the PLC's program: no plant is wired to it."""
+    inlets: Mapping[str, str] = {}
+    """For loops whose PV the program only filters, the one of `inputs` that it filters."""
+    setpoint = "setpoint.value"
+    """The key of the set point in the vendor's configuration, for which ``setpoint`` is short in events."""
+    out_name: str
+    """What the vendor calls a loop's output: OUT, CV, CO, MV."""
+    output_unit = ""
+    """The unit of an output for which the configuration gives none."""
+    modes: Mapping[str, int]
+    """Every mode by the vendor's name, as a mask of ``status``."""
+    word_of_flags = "{}"
+    """How the vendor writes the content of an error register, as a format: ``0x{:04X}``."""
+    alarm_bits: Mapping[str, int] = {}
+    """Alarms by name, as masks of ``status``, in order of severity."""
+    flag_bits: Mapping[str, int] = {}
+    """Other conditions by name, as masks of ``status``."""
+    aux_bits: Mapping[str, int] = {}
+    """Conditions by name, as masks of ``aux_status``."""
+    in_run = True
+    """The CPU's switch is at run."""
+    options: Sequence[str] = ()
+    """What a scenario may choose about it, by the keys of ``plc``."""
+    commands: Mapping[str, Sequence[str]] = {"ramp_soak": (), "autotune": (), "plc": ()}
+    """What the events ``ramp_soak``, ``autotune`` and ``plc`` may say; nothing where the PLC has no such thing."""
+    tuned_names: Sequence[str] = ()
+    """Results of the auto-tune, by the vendor's names of the parameters."""
+    reasons: Mapping[int, str]
+    """Reasons of notices in words."""
+    about_mode: Collection[int] = ()
+    """Reasons that concern the mode."""
+
+    @property
+    def base(self) -> int:
+        """The greatest common step of the sample rates, in ticks."""
+        return gcd(*(c.period for c in self.cfg if not c.halt)) or TICKS
+
+    @property
+    def periods(self) -> Sequence[int]:
+        """The present sample rate of each loop, in ticks; 0: the loop is not calculated."""
+        return [0 if c.halt else s.period for c, s in zip(self.cfg, self.st, strict=True)]
+
+    @property
+    def running(self) -> bool:
+        """Whether the loop task runs; a set-up error stops it."""
+        return True
+
+    @property
+    def flags(self) -> Mapping[str, int]:
+        """Error registers by name, ``V7642``."""
+        return {}
+
+    @property
+    def outputs(self) -> Sequence[tuple[float, float]]:
+        """For each loop the value of its output signal at 0 % and 100 %; empty where the configuration says it."""
+        return ()
+
+    @property
+    @abstractmethod
+    def rises(self) -> Sequence[bool]:
+        """For each loop whether its action takes for granted that the PV rises with the output."""
+
+    def place_loops(self, config: type[Any], state: type[Any], signals: Mapping[str, str], aux: int = 0) -> None:
+        """The records of all loops, their ``signals`` by the field that has the slot, and ``aux`` floats for each."""
+        self.cfg = [config() for _ in self.loops]
+        self.st = [state() for _ in self.loops]
+        self.aux = [0.0] * (len(self.loops) * aux)
+        self.sig = [0.0] * (len(self.loops) * len(signals))
+        self.signals = [f"{loop}.{name}" if name else "" for loop in self.loops for name in signals.values()]
+        for i, c in enumerate(self.cfg):
+            for slot, field in enumerate(signals, i * len(signals)):
+                setattr(c, field, slot)
+
+    # --- what the log tells ------------------------------------------------------------------------------------------
+
+    @classmethod
+    def mode(cls, status: int) -> str:
+        """The mode that a status word tells."""
+        return next((name for name, bit in cls.modes.items() if status & bit), "manual")
+
+    @classmethod
+    def profile_step(cls, aux_status: int) -> str:  # noqa: ARG003 - most PLCs have no profiles
+        """The step of a set-point profile that an auxiliary status tells, for people; empty: none."""
+        return ""
+
+    @classmethod
+    def requested(cls, notice: int) -> str | None:
+        """The mode that was requested when a notice was left; None: none was."""
+        codes = [code for code, _ in notices(notice) if code]
+        return next((mode for mode in cls.modes if cls.request_code(mode) == codes[-1]), None) if codes else None
+
+    @classmethod
+    def request_code(cls, mode: str) -> int:
+        """A requested mode as a notice holds it: its bit, or its number from 1 where the vendor has more modes."""
+        return cls.modes[mode] if len(cls.modes) <= REQUEST_BITS else [*cls.modes].index(mode) + 1
+
+    @classmethod
+    def describe(cls, notice: int) -> tuple[str, str]:
+        """What happened in words: to the mode (a refusal, an override), and apart from it; empty: nothing."""
+        texts: tuple[list[str], list[str]] = [], []
+        for requested, reason in notices(notice):
+            texts[not cls.is_about_mode(requested, reason)].append(cls.reasons[reason])
+        return "; ".join(texts[0]), "; ".join(texts[1])
+
+    @classmethod
+    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - some vendors look at the request
+        """Whether a notice concerns the mode."""
+        return reason in cls.about_mode
+
+    def faults(self) -> Iterable[tuple[int, str, str]]:
+        """Expressions of the PLC's program that had no value: the tick of the first time, where, and why."""
+        return ()
+
+    # --- the operator ------------------------------------------------------------------------------------------------
+
+    def check_input(self, name: str, value: object) -> float:  # noqa: ARG002 - most PLCs have no such signal
+        """The value of one of `inputs` as an event gives it; raises ``PydanticCustomError`` for an unusable one."""
+        raise KeyError(name)
+
+    @abstractmethod
+    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> str | None:
+        """The output that a loop starts with; returns why it has no effect, if so."""
+
+    @abstractmethod
+    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
+        """The value of a ``set`` event as `set` takes it; raises ``PydanticCustomError`` for one that is unusable.
+
+        Every vendor knows the keys ``output``, the output itself, and ``setpoint`` (or ``setpoint.value``).
+        """
+
+    @abstractmethod
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
+        """The sample rate in ticks that `set` makes of a checked value; 0: the key is something else."""
+
+    @abstractmethod
+    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
+        """Writes a parameter by its key in the configuration; returns why it has no effect yet, if so."""
+
+    @abstractmethod
+    def request(self, loop: int, mode: str) -> None:
+        """A one-shot mode request."""
+
+    def ramp_soak(self, loop: int, command: str) -> None:
+        """One of ``commands["ramp_soak"]``."""
+
+    def autotune(self, loop: int, command: str) -> None:
+        """One of ``commands["autotune"]``."""
+
+    def tuned(self, loop: int) -> Mapping[str, Any] | None:  # noqa: ARG002 - as above
+        """``done``, ``error``, ``status`` and ``results`` of a loop's auto-tune; None when there was none."""
+        return None
+
+    # --- the CPU -----------------------------------------------------------------------------------------------------
+
+    def run(self, tick: int) -> None:
+        """The CPU's switch goes to run; in run mode nothing happens."""
+        if not self.in_run:
+            self.in_run = True
+            self.start(tick)
+
+    def program(self, sig: MutableSequence[float]) -> None:
+        """The CPU's switch goes to program (stop) mode; there nothing happens."""
+        if self.in_run:
+            self.in_run = False
+            self.stop(sig)
+
+    def start(self, tick: int) -> None:
+        """The program-to-run transition, with the set-up check."""
+
+    def stop(self, sig: MutableSequence[float]) -> None:
+        """The run-to-program transition: loops stop, except those that are independent of the CPU mode."""
+
+    def scan_time(self, without_loops: float) -> ScanTime | None:  # noqa: ARG002 - most manuals give no times
+        """How long a scan becomes with the loops that are calculated, in s; None: the vendor does not say."""
+        return None
+
+
+SWITCH_AND_TUNE: Mapping[str, Sequence[str]] = {
+    "ramp_soak": (),
+    "autotune": ("start", "cancel"),
+    "plc": ("stop", "run"),
+}
+"""`Plc.commands` of a PLC with a switch and an autotune."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScanOptions:
+    """What a scenario chooses about a PLC that calculates with its scans; no register holds it."""
+
+    scan_time: int = 0
+    """Length of a scan in ticks: the base step; samples come with the next scan (D641)."""
+
+
+@dataclass(frozen=True, slots=True)
+class NoOptions:
+    """A scenario chooses nothing about the PLC: its configuration says everything."""
+
+
+def low_and_width(pair: tuple[Decimal, Decimal] | None, minimum: float, span: float) -> tuple[float, float]:
+    """Low end and width of a range in engineering units; without one, of the counts."""
+    return (minimum, span) if pair is None else (float(pair[0]), float(pair[1] - pair[0]))
+
+
+class CountsPlc(Plc):
+    """A PLC whose `LoopConfig` has the ends of PV and output in engineering units, and its PV's counts."""
+
+    def scale_loops(self) -> None:
+        """Makes `scales` and `roots`."""
+        self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
+        self.roots = [c.pv_min / c.pv_span if c.root else None for c in self.cfg]
+
+    @property
+    def outputs(self) -> Sequence[tuple[float, float]]:
+        """Engineering units, counts without a range."""
+        return [(c.out_low, c.out_low + c.out_width) for c in self.cfg]
+
+
+class Controller(Protocol):
+    """A vendor's controller module; compiled code puts ``INLINED`` into the scan."""
+
+    Options: type[Any]
+    """A dataclass: what a scenario may choose about the PLC (its key ``plc``); times in ticks."""
+    Config: type[Any]
+    State: type[Any]
+    """The records of a loop: flat slots dataclasses of ints and floats."""
+    load: Callable[..., Plc]
+    """A `Plc` of an image and options, as it stands at the program-to-run transition."""
+    scan: Scan
+    COST: Cost
+    INLINED: tuple[Callable[..., Any], ...]
+
+
+# --- A PLC whose loops are rows of one table of named parameters: how it begins, and what ``set`` may write -----------
+#
+# A vendor derives its own from `NamedPlc` and says how a loop's parameters become its records.
+
+
+class NamedPlc(Plc):
+    """A PLC as loaded from a program's parameters; its base step is the runner's."""
+
+    options = ("scan_time",)
+    named: ClassVar[NamedLoops]
+    """The table of its parameters."""
+    keys: ClassVar[NamedKeys]
+    """What can be set while it runs."""
+    sample_key: ClassVar[str]
+    """The parameter that is the time between two samples."""
+    config: ClassVar[type[Any]]
+    state: ClassVar[type[Any]]
+    """The records of a loop."""
+    slots: ClassVar[Mapping[str, str]]
+    """Signals of a loop by their slots in ``config``."""
+
+    def __init__(self, program: Program, options: ScanOptions | None = None) -> None:  # noqa: ARG002 - as above
+        self.loops = [str(entry["loop"]) for entry in program.settings] or self.named.loop_names(program.words)
+        self._settings: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
+        found = [self.contents_of(program.words, loop) for loop in self.loops]
+        self._contents = [contents for contents, _ in found]
+        self.problems = [NoValue(i, text) for i, (_, problems) in enumerate(found) for text in problems]
+        self.place_loops(self.config, self.state, self.slots)
+        self._file = program.plc
+        self.prepare()
+        for i, c in enumerate(self.cfg):
+            self.begin(i)
+            c.period = self.st[i].period
+        self.goals = [self.mode(s.status) for s in self.st]
+
+    @abstractmethod
+    def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[dict[str, Any], list[str]]:
+        """The contents of a loop's parameters by name, and which are missing or no value of their type."""
+
+    def prepare(self) -> None:
+        """What all loops need before the first of them begins."""
+
+    @abstractmethod
+    def begin(self, loop: int) -> None:
+        """What a loop starts with."""
+
+    @abstractmethod
+    def sample_ticks(self, value: Any) -> int:
+        """The time between two samples in ticks, of a content of ``sample_key``; 0: that has no effect."""
+
+    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:  # noqa: ARG002 - all loops are alike
+        """The content that a ``set`` event makes of its parameter; a ``PydanticCustomError`` says what is wrong."""
+        return self.keys.check(path, value)
+
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - all loops are alike
+        """The time between two samples that a value for this key makes, in ticks; 0: another key, or without effect."""
+        return self.sample_ticks(value) if self.keys.find(path).name == self.sample_key else 0

@@ -1,0 +1,306 @@
+"""What a scenario's ``set`` may write, and the registers of a virtual PLC as somebody outside sees them."""
+
+from __future__ import annotations
+
+import difflib
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+from pydantic_core import PydanticCustomError
+
+from pidcfg.encoders.codecs import DecodeError, EncodeError
+from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, register_content, shown, store
+from pidcfg.encoders.regmap import Bits, RegisterMap, Word, encode_one
+from pidcfg.schemas.base import SIDES, Quantity, parse_flag, parse_seconds
+from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
+from pidcfg.text.paths import dotted
+from pidcfg.text.references import Decision
+from pidcfg.text.signs import nearest, spoken
+
+if TYPE_CHECKING:
+    from collections.abc import MutableSequence, Sequence
+    from decimal import Decimal
+
+    from pidcfg.encoders.codecs import Scale
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a scenario's ``set`` may write: a key of the configuration to its register, by the register map's own codecs.
+# Keys are those of a loop in the configuration file (``tuning.gain``, ``alarms.pv.high``), a vendor's short forms,
+# and the last part of a key where only one register has it (``gain``). A vendor makes a `Keys` of its register map.
+
+FITS = "write a value inside the limits"
+Row = Word | Bits
+Parser = Callable[[object], object]
+
+
+def rows_of(tables: Iterable[RegisterMap], left_out: Iterable[str] = ()) -> dict[str, Row]:
+    """Every register and choice with a path that is not ``left_out``, by its path."""
+    rows: list[Row] = []
+    for table in tables:
+        rows += [*table.words, *table.bits]
+    return {row.path: row for row in rows if row.path is not None and row.path not in set(left_out)}
+
+
+@dataclass(frozen=True, slots=True)
+class Keys:
+    """The keys that can be set in a running loop."""
+
+    rows: Mapping[str, Row]
+    """The registers and choices behind them, by path; the two ends of a pair end in ``.0`` and ``.1``."""
+    short: Mapping[str, str]
+    """Short forms; every vendor has ``setpoint`` and ``output``."""
+    events: Mapping[str, str] = field(default_factory=dict)
+    """Keys that have an event instead, and the key of that event."""
+    parsers: Mapping[str, Parser] = field(default_factory=dict)
+    """How a register's value is written, by path."""
+    parser: Callable[[Word], Parser] = lambda _word: parse_number
+    """How the value of any other register is written."""
+
+    def find(self, path: tuple[str, ...]) -> list[Row]:
+        """The registers behind a key: one, or both ends of a pair of limits; refuses what cannot be set."""
+        key = self.short.get(dotted(path), dotted(path))
+        if key in self.events:
+            refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
+        if key in self.rows:
+            return [self.rows[key]]
+        if f"{key}.0" in self.rows:
+            return [self.rows[f"{key}.0"], self.rows[f"{key}.1"]]
+        setpoint = self.short["setpoint"]
+        same = [row for name, row in self.rows.items() if name.rpartition(".")[2] == key and name != setpoint]
+        if len(same) == 1:
+            return same
+        known = [*self.short, *self.rows]
+        near = spoken(key, known) or next(iter(difflib.get_close_matches(key, known, 1, 0.5)), None)
+        cure = f"did you mean {near}?" if near else "write a key of the loop's configuration"
+        return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=cure)
+
+    def check(self, path: tuple[str, ...], value: object, encode: Callable[[Row, Any], int]) -> object:
+        """The parsed value of a key; a ``PydanticCustomError`` says why its registers cannot hold it."""
+        rows = self.find(path)
+        parsed = self.parse(rows, value)
+        check_fit(rows, parsed, encode)
+        return parsed
+
+    def parse(self, rows: list[Row], value: object) -> object:
+        """The value of a key as its registers take it; of a pair both."""
+        if len(rows) == 1:
+            return self.parse_row(rows[0], value)
+        if not isinstance(value, list | tuple) or len(value) != len(rows):
+            refuse("pair_type", "both limits are wanted", help="write [low, high]")
+        return tuple(self.parse_row(row, item) for row, item in zip(rows, value, strict=True))
+
+    def parse_row(self, row: Row, value: object) -> object:
+        """One register's value, as strictly as in the configuration file."""
+        choices = choices_of(row)
+        if choices is None:
+            word: Any = row
+            parser = self.parsers.get(str(row.path)) or self.parser(word)
+            return parser(value)
+        if set(choices) == {False, True}:
+            return parse_flag(value)
+        known = {str(choice): choice for choice in choices if choice is not None}
+        if str(value) not in known:
+            refuse("choice", f"{value!r} is none of {', '.join(known)}")
+        return known[str(value)]
+
+
+def choices_of(row: Row) -> list[Any] | None:
+    """What a switch can be; None for a register that holds a number."""
+    choices = row.choices if isinstance(row, Bits) else getattr(row.codec, "choices", None)
+    return None if choices is None else list(choices.values())
+
+
+def encode_row(row: Row, value: Any, scales: Mapping[str, Scale] = MappingProxyType({})) -> int:
+    """A parsed value to its word, or to its bits in place; `EncodeError` when the register cannot hold it."""
+    return row.encode(value) if isinstance(row, Bits) else encode_one(row.codec, value, scales)
+
+
+def items_of(rows: list[Row], value: Any) -> Iterator[tuple[Row, Any]]:
+    """Each register behind a key with its part of the value: a pair of limits has two."""
+    return zip(rows, value if len(rows) > 1 else [value], strict=True)
+
+
+def check_fit(rows: list[Row], value: Any, encode: Callable[[Row, Any], int]) -> None:
+    """Refuses a parsed value that its registers cannot hold."""
+    for row, item in items_of(rows, value):
+        try:
+            encode(row, item)
+        except EncodeError as error:
+            unit = _unit(row, item)
+            between = "" if error.low is None else f": {error.low} to {error.high}{unit}"
+            message = f"{item}{unit} does not fit its word: it {error}{between}"
+            refuse("set_value", message, help=FITS)
+
+
+def _unit(row: Row, item: object) -> str:
+    """The unit of a register with a blank before it; empty where it is the loop's own, or the value says it."""
+    unit = row.unit if isinstance(row, Word) else ""
+    return f" {unit}" if unit and "counts" not in str(item) and not any(side in unit for side in SIDES) else ""
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What a scenario's ``set`` may write in a controller whose parameters have names and types: a name to its content.
+# Keys are the parameters' names, upper and lower case exact, and a vendor's short forms. A vendor makes `NamedKeys`
+# of its table of parameters.
+
+
+def parameters_of(tables: Iterable[ParameterTable], left_out: Iterable[str] = ()) -> dict[str, Parameter]:
+    """Every parameter that is not ``left_out``, by its name."""
+    return {row.name: row for table in tables for row in table.rows if row.name not in set(left_out)}
+
+
+def parse_plain(value: object) -> Decimal:
+    """A number in the unit of its parameter; a parameter has no counts."""
+    if not isinstance(value, Quantity):
+        return parse_number(value)
+    if value.counts:
+        refuse("number_form", f"{value} is in counts, but the parameter holds a number in its own unit")
+    return value.value
+
+
+def parse_whole(value: object) -> int:
+    """A whole number; `initial` gives it as a quantity."""
+    return parse_integer(parse_plain(value) if isinstance(value, Quantity) else value)
+
+
+def parse_switch(value: object) -> bool:
+    """On or off; `initial`, which gives numbers, has 1 and 0 for it."""
+    if not isinstance(value, Quantity):
+        return parse_flag(value)
+    if value.counts or value.value not in {0, 1}:
+        refuse("set_value", f"{value} is neither on nor off", help="write 1 or 0")
+    return bool(value.value)
+
+
+BY_KIND: Mapping[str, Parser] = {
+    "bool": parse_switch,
+    "whole": parse_whole,
+    "real": parse_plain,
+    "time": parse_seconds,
+    "word": str,
+}
+"""How a value of each kind of type is written."""
+
+
+@dataclass(frozen=True, slots=True)
+class NamedKeys:
+    """The parameters that can be set in a running loop."""
+
+    rows: Mapping[str, Parameter]
+    """By name."""
+    short: Mapping[str, str]
+    """Short forms by key, with the names that they stand for; every vendor has ``setpoint`` and ``output``."""
+    events: Mapping[str, str] = field(default_factory=dict)
+    """Keys that have an event instead, and the key of that event."""
+    fixed: Mapping[str, str] = field(default_factory=dict)
+    """Names that cannot be set from outside, and what writes them."""
+    parsers: Mapping[str, Parser] = field(default_factory=dict)
+    """How a parameter's value is written, by name, where its type does not tell."""
+
+    def find(self, path: tuple[str, ...]) -> Parameter:
+        """The parameter behind a key; refuses what cannot be set."""
+        key = self.short.get(dotted(path), dotted(path))
+        if key in self.events:
+            refuse("set_key", f"{key} is an event of its own", help=f"write {self.events[key]}: in place of set:")
+        if key in self.fixed:
+            refuse("set_key", f"{key} cannot be set: {self.fixed[key]}")
+        if key in self.rows:
+            return self.rows[key]
+        return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=self._cure(key))
+
+    def parse(self, row: Parameter, value: object) -> Content:
+        """A value as its parameter holds it, read as strictly as in the configuration file."""
+        parsed = (self.parsers.get(row.name) or BY_KIND[row.type.kind])(value)
+        if row.type.kind == "word" and parsed not in row.type.words:
+            refuse("choice", f"{value!r} is none of {', '.join(row.type.words)}")
+        try:
+            return store(row.type, cast("Decimal | Content", parsed))
+        except EncodeError as error:
+            between = "" if error.low is None else f": {error.low} to {error.high}"
+            return refuse("set_value", f"{value} does not fit a {row.type.name}: it {error}{between}", help=FITS)
+
+    def check(self, path: tuple[str, ...], value: object) -> Content:
+        """The content that a value makes of a key's parameter; a ``PydanticCustomError`` says what is wrong."""
+        return self.parse(self.find(path), value)
+
+    def _cure(self, key: str) -> str:
+        known = [*self.short, *self.rows]
+        alike = {name.lower(): name for name in known}
+        if key.lower() in alike:
+            return f"write {alike[key.lower()]}: upper and lower case count"
+        near = spoken(key, known) or nearest(key, known) or alike.get(nearest(key.lower(), alike) or "")
+        return f"did you mean {near}?" if near else "write the name of a parameter"
+
+
+# --- The registers of a virtual PLC as somebody outside sees them: what they hold now, and what may be written --------
+
+D873 = Decision(
+    873,
+    "what a client may write to the virtual PLC",
+    "Settings and requests, and an output where the PLC takes one. A register that only the controller writes, or that "
+    "is reserved, is exception 2; a content that is no value of its register is exception 3; a value that the PLC does "
+    "not take at this moment is exception 4. What the PLC takes and overwrites with its next calculation is written.",
+    "The manuals speak of no Modbus exceptions; the three say where, what and when.",
+)
+
+
+class RegisterError(ValueError):
+    """A write that the PLC refuses; ``code`` is the Modbus exception."""
+
+    def __init__(self, code: int, message: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+NO_REGISTER, NO_VALUE, NOT_NOW = 2, 3, 4
+"""Exceptions of D873."""
+
+
+class Done(NamedTuple):
+    """What a write has done, in words, and the mode that it requested, if it did."""
+
+    text: str
+    mode: str | None = None
+
+
+class Registers(ABC):
+    """The registers of a virtual PLC by plain number; loops are counted from 0, and −1 is what belongs to none."""
+
+    @abstractmethod
+    def places(self) -> Mapping[int, int]:
+        """Every register that there is, with its loop."""
+
+    @abstractmethod
+    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:
+        """What the registers of a loop hold now, raw; ``sig``: the signals of the run."""
+
+    @abstractmethod
+    def write(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:
+        """Writes a register as an operator's panel does. Raises `RegisterError`."""
+
+
+# --- The parameters of a virtual PLC that has names for them, as registers by a map show them -------------------------
+
+
+def content_written(name: str, row: Parameter, raw: int) -> Content:
+    """What registers hold, as a content of their parameter; raises `RegisterError` for what is none."""
+    try:
+        return register_content(row.type, raw)
+    except DecodeError as error:
+        raise RegisterError(NO_VALUE, f"{name}: {error}") from None
+
+
+def checked_row(keys: NamedKeys, name: str, row: str) -> Parameter:
+    """A parameter that can be written; raises `RegisterError` where the PLC, or its program, writes it."""
+    try:
+        return keys.find((row,))
+    except PydanticCustomError as error:
+        raise RegisterError(NO_REGISTER, f"{name}: {error.message()}") from None
+
+
+def done(name: str, row: Parameter, content: Any, late: str | None, mode: str | None) -> Done:
+    """What a write has done, in words."""
+    return Done(f"set {name} to {shown(row.type, content)}" + (f"; {late}" if late else ""), mode)

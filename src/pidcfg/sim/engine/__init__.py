@@ -1,0 +1,1 @@
+"""What runs a scenario: kernels, plants, events, and who steps them."""

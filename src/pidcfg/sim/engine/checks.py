@@ -1,0 +1,403 @@
+"""What a scenario's schema cannot say: which keys go together, and names that only the PLC knows."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import TYPE_CHECKING
+
+from pydantic_core import PydanticCustomError
+
+from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
+from pidcfg.schemas.numbers import parse_number
+from pidcfg.schemas.scenario import Never
+from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, Plc
+from pidcfg.sim.engine.expressions import Problem, unknown
+from pidcfg.text.paths import Path, dotted, leaves, steps
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.schemas.scenario import Bound, Event, Expectation, Plant, Scenario
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What an expectation may say: one subject with the keys that go with it, names that exist, bounds that can be met.
+
+SUBJECTS = {
+    "metric": {"loop", "metric", "band", "min", "max"},
+    "signal": {"signal", "min", "max", "final", "tolerance", "from", "until"},
+    "alarm": {"loop", "alarm", "never", "at", "tolerance", "before", "after"},
+    "flag": {"loop", "flag", "is"},
+    "autotune": {"loop", "autotune", "min", "max", "is"},
+    "mode": {"loop", "mode", "at"},
+}
+"""What an expectation can be about, and the keys that go with it."""
+UNITS = {
+    "overshoot": ("", "%"),
+    "settling_time": ("", "s"),
+    "rise_time": ("", "s"),
+    "oscillation_period": ("", "s"),
+}
+"""Units that the bounds of a metric may carry; none by default."""
+
+
+def check_expectation(path: Path, wanted: Expectation, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """One subject with the keys that go with it, and a bound."""
+    fields = type(wanted).model_fields
+    present = {fields[name].alias or name for name in wanted.model_fields_set}
+    subjects = [key for key in SUBJECTS if key in present]
+    if len(subjects) != 1:
+        what = f"an expectation about {' and '.join(subjects)}" if subjects else "an expectation about nothing"
+        yield Problem(path, what, help=f"one of {', '.join(SUBJECTS)} is expected", key=True)
+        return
+    subject = subjects[0]
+    for key in sorted(present - SUBJECTS[subject] - {"share"}):
+        keys = ", ".join(sorted(SUBJECTS[subject]))
+        yield Problem((*path, key), f"{key} does not go with {subject}", help=f"known keys here: {keys}", key=True)
+    yield from _check_names(path, subject, wanted, plc, scenario)
+    yield from _check_bounds(path, subject, wanted, present)
+    if wanted.share is not None and not 0 < wanted.share < 100:
+        cure = "without share no sample may fail" if wanted.share >= 100 else "write it like 99 %"
+        yield Problem((*path, "share"), f"samples cannot show a share of {wanted.share:f} %", "value", help=cure)
+    times = {
+        "at": wanted.at,
+        "before": wanted.before,
+        "after": wanted.after,
+        "from": wanted.start,
+        "until": wanted.until,
+    }
+    for key, time in times.items():
+        if time is not None and not 0 <= time <= scenario.duration:
+            yield Problem(
+                (*path, key), f"{key} {time:f} s is outside the scenario (0 to {scenario.duration:f} s)", "value"
+            )
+
+
+def _check_names(path: Path, subject: str, wanted: Expectation, plc: Plc, scenario: Scenario) -> Iterator[Problem]:
+    """Names of loops, signals, alarms, modes and flags."""
+    if wanted.loop is not None and wanted.loop not in plc.loops:
+        yield unknown((*path, "loop"), "loop", wanted.loop, plc.loops)
+    elif wanted.loop is None and subject not in {"signal", "flag"}:
+        yield Problem((*path, subject), f"{subject} needs a loop", help="add 'loop: …'", key=True)
+    plants = [text.name for text in scenario.plants.values() if text.name]
+    known = {
+        "signal": [name for name in plc.signals if name] + [*scenario.signals, *plants],
+        "alarm": list(plc.alarm_bits),
+        "mode": list(plc.modes),
+        "flag": list(plc.flags) if wanted.loop is None else [*plc.flag_bits, *plc.aux_bits],
+        "autotune": ["done", "error", *plc.tuned_names],
+    }.get(subject)
+    name = getattr(wanted, subject)
+    if isinstance(name, Never):
+        name, path = name.mode, (*path, "mode")
+        subject = "never"
+    if known is not None and name not in known:
+        yield unknown(
+            (*path, subject), {"autotune": "result of auto-tune", "never": "mode"}.get(subject, subject), name, known
+        )
+
+
+def _check_bounds(path: Path, subject: str, wanted: Expectation, present: set[str]) -> Iterator[Problem]:
+    """Something must be demanded, in a unit that fits, and not the impossible."""
+    needs = {"metric": {"min", "max"}, "signal": {"min", "max", "final"}, "alarm": {"never", "at", "before", "after"}}
+    if subject in needs and not needs[subject] & present:
+        yield Problem(
+            path, f"nothing is expected of the {subject}", help=f"add {' or '.join(sorted(needs[subject]))}", key=True
+        )
+    if subject == "autotune" and wanted.autotune in {"done", "error"} and {"min", "max"} & present:
+        yield Problem(path, f"{wanted.autotune} is true or false", help="use 'is: true'", key=True)
+    if ("final" in present) != ("tolerance" in present) and subject == "signal":
+        yield Problem(path, "final and tolerance belong together", help="final: 50, tolerance: 0.5", key=True)
+    if (
+        subject == "alarm"
+        and "never" in present
+        and ({"at", "after"} & present or ("before" in present and not wanted.never))
+    ):
+        yield Problem((*path, "never"), "an alarm that never comes has no time; 'before' may limit it", key=True)
+    if isinstance(wanted.mode, Never) and "at" in present:
+        yield Problem((*path, "at"), "a mode that never comes has no time", key=True)
+    if wanted.band is not None and not (wanted.metric == "settling_time" and 0 < wanted.band < 100):
+        yield Problem(
+            (*path, "band"), "band is the share (above 0 %, below 100 %) of the step in settling_time", key=True
+        )
+    units: tuple[str, ...] = UNITS.get(wanted.metric or "", ("",))
+    for key in ("min", "max"):
+        bound: Bound | None = getattr(wanted, key)
+        if bound is not None and bound.unit not in units:
+            has = " or ".join(unit or "a plain number" for unit in units)
+            yield Problem(
+                (*path, key),
+                f"{key} of {wanted.metric or subject} cannot be in {bound.unit}",
+                "value",
+                help=f"write {has}",
+            )
+    if wanted.min is not None and wanted.max is not None and wanted.min.value > wanted.max.value:
+        yield Problem((*path, "min"), "min is above max: no value passes", "value")
+    if wanted.start is not None and wanted.until is not None and wanted.start > wanted.until:
+        yield Problem((*path, "from"), "from comes after until", "value")
+
+
+# --- What a scenario's schema cannot say: which keys go together, and names that only the configuration knows ---------
+
+SAMPLES = 10
+"""Of a loop: in fewer nothing of it can be judged."""
+LARGEST = Decimal("1e12")
+"""Largest magnitude of a plant's number; larger ones are typing mistakes and would overflow the arithmetic."""
+SMALLEST = 1 / LARGEST
+"""Smallest number of those that are above 0; the square of a smaller one is lost in the arithmetic."""
+
+ACTIONS = ("set", "disturb", "mode", "ramp_soak", "autotune", "pv", "plc")
+OF_A_LOOP = ("mode", "ramp_soak", "autotune", "pv")
+
+MODEL_KEYS = {
+    "first_order": (("time_constant",),),
+    "second_order": (("time_constants",), ("time_constant", "damping")),
+    "integrator": ((),),
+    "lead_lag": (("lead", "lag"),),
+    "dead_time": ((),),
+    "valve": ((), ("stiction",), ("rate_limit",), ("stiction", "rate_limit")),
+}
+"""For each model the sets of keys of which it takes exactly one, besides the keys of every plant."""
+OWN_KEYS = ("time_constant", "time_constants", "damping", "lead", "lag", "stiction", "rate_limit")
+TIMES = ("time_constant", "time_constants", "lag", "lead", "dead_time")
+POSITIVE = ("time_constant", "time_constants", "lag", "rate_limit")
+NOT_NEGATIVE = ("damping", "lead", "dead_time", "stiction", "noise")
+DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag", "stiction", "rate_limit")
+
+
+def check_scenario(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """Everything that is wrong with a scenario apart from its expressions."""
+    for option in sorted(scenario.plc.model_fields_set - set(plc.options)):
+        yield unknown(("plc", option), "option of this PLC", option, plc.options, key=True)
+    yield from _check_times(scenario)
+    for name in sorted({loop for loop in plc.loops if list(plc.loops).count(loop) > 1}):
+        message = f"the configuration has several loops with the name {name}"
+        yield Problem(("config",), message, "value", help="each loop needs a name of its own")
+    yield from _check_initial(scenario, plc)
+    named = [(("plants", key, "name"), plant.name) for key, plant in scenario.plants.items()]
+    for path, label in [*named, *((("signals", name), name) for name in scenario.signals)]:
+        if label is not None and (label in FUNCTIONS or NUMBER.fullmatch(label)):
+            cure = "give it a name that is neither a number nor a function"
+            yield Problem(path, f"{label!r} already means something in expressions", "value", help=cure)
+    for name, value in scenario.signals.items():
+        yield from _check_signal(("signals", name), name, value)
+    for key, plant in scenario.plants.items():
+        yield from _check_plant(("plants", key), plant)
+    for i, event in enumerate(scenario.events):
+        yield from _check_event(("events", i), event, scenario, plc)
+    for i, expectation in enumerate(scenario.expect):
+        yield from check_expectation(("expect", i), expectation, scenario, plc)
+    yield from _check_standing(scenario, plc)
+
+
+def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """Loops that standing expectations name, reasons, and a run that is too short to be judged."""
+    for i, entry in enumerate(scenario.allow):
+        if entry.loop not in plc.loops:
+            yield unknown(("allow", i, "loop"), "loop", entry.loop, plc.loops)
+        if not entry.reason.strip():
+            yield Problem(("allow", i, "reason"), "the reason is empty", "value", help="say why the loop may")
+    for i, name in enumerate(scenario.loops or ()):
+        if name not in plc.loops:
+            yield unknown(("loops", i), "loop", name, plc.loops)
+    if scenario.loops is not None and not scenario.loops:
+        yield Problem(("loops",), "no loop is judged", "value", help="name the loops, or leave out the key")
+    yield from _check_length(scenario, plc)
+
+
+def _check_length(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """A run in which nothing can be judged: shorter than a sample, or with too few of them for every loop (D562)."""
+    cure = "nothing can be judged; let the scenario run longer"
+    periods = [c.period for c in plc.cfg[: len(plc.loops)]]
+    judged = [
+        period
+        for name, goal, period in zip(plc.loops, plc.goals, periods, strict=True)
+        if goal in IN_CONTROL and period and (scenario.loops is None or name in scenario.loops)
+    ]
+    slowest, fewest = max(periods, default=0), SAMPLES * min(judged, default=0)
+    if 0 < scenario.duration * TICKS < slowest:
+        message = f"{scenario.duration:f} s are shorter than a sample of the slowest loop, {slowest / TICKS:g} s"
+        yield Problem(("duration",), message, "value", help=cure)
+    elif 0 < scenario.duration * TICKS < fewest:
+        message = f"{scenario.duration:f} s are shorter than {SAMPLES} samples of any loop, {fewest / TICKS:g} s"
+        yield Problem(("duration",), message, "value", help=cure)
+
+
+def _check_times(scenario: Scenario) -> Iterator[Problem]:
+    if scenario.step is not None and scenario.plc.scan_time is not None:
+        cure = "leave out 'step': the scan time is the base step"
+        yield Problem(("step",), "step and plc.scan_time do not go together", help=cure, key=True)
+    times = {"duration": scenario.duration, "step": scenario.step, "plc.scan_time": scenario.plc.scan_time}
+    for key, time in times.items():
+        if time is None:
+            continue
+        path = steps(key)
+        if time <= 0:
+            message = f"{path[-1]} is {time:f} s; it must be above 0 s"
+            yield Problem(path, message, "value", help="write a time, as in 10 or 10 min")
+        elif key != "duration" and time * TICKS != int(time * TICKS):
+            yield Problem(path, f"{path[-1]} is no whole number of microseconds", "value")
+        elif time > LARGEST:
+            yield Problem(path, f"{path[-1]} is beyond {LARGEST:g} s", "value")
+
+
+def _check_initial(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """Outputs that loops start with."""
+    for loop, value in scenario.initial.items() if isinstance(scenario.initial, dict) else ():
+        path = ("initial", loop)
+        if loop in plc.loops:
+            yield from _refused(path, loop, plc, ("output",), value)
+        else:
+            yield unknown(path, "loop", loop, plc.loops, key=True)
+
+
+def _refused(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: object) -> Iterator[Problem]:
+    """What the controller has against a value."""
+    try:
+        plc.check_set(plc.loops.index(loop), keys, value)
+    except PydanticCustomError as error:
+        cure = (error.context or {}).get("help")
+        yield Problem(path, f"{dotted(keys)}: {error.message()}", "value", help=cure, loop=loop)
+
+
+def _check_plant(path: Path, plant: Plant) -> Iterator[Problem]:
+    """Numbers within reason, and the keys that the model needs."""
+    plant_keys = tuple(key for key in OWN_KEYS if key in plant.model_fields_set)
+    allowed = MODEL_KEYS[plant.model]
+    for key in plant_keys:
+        if not any(key in keys for keys in allowed):
+            takes = " or ".join(" and ".join(keys) for keys in allowed if keys) or "none of its own"
+            yield Problem((*path, key), f"{plant.model} has no {key}", help=f"it takes {takes}", key=True)
+    if not any(set(plant_keys) == set(keys) for keys in allowed) and all(
+        any(k in keys for keys in allowed) for k in plant_keys
+    ):
+        wanted = " or ".join(" and ".join(keys) for keys in allowed if keys)
+        yield Problem((*path, "model"), f"{plant.model} needs {wanted}", help="add it, and nothing else of the two")
+    for key, value in _numbers(plant):
+        unit = " s" if key in TIMES else ""
+        if abs(value) > LARGEST:
+            yield Problem((*path, key), f"{key} is beyond {LARGEST:g}", "value")
+        elif key in POSITIVE and value <= 0:
+            message = f"{key} is {value:f}{unit}; it must be above 0{unit}"
+            yield Problem((*path, key), message, "value", help="a plant without a lag is dead_time")
+        elif key in POSITIVE and value < SMALLEST:
+            yield Problem(
+                (*path, key), f"{key} is below {SMALLEST:g}{unit}", "value", help="a plant without a lag is dead_time"
+            )
+        elif key in NOT_NEGATIVE and value < 0:
+            yield Problem(
+                (*path, key), f"{key} is {value:f}{unit}; it must not be negative", "value", help="write 0 or more"
+            )
+
+
+def _numbers(plant: Plant) -> Iterator[tuple[str, Decimal]]:
+    for key in (*DISTURBED, "dead_time", "initial"):
+        value = getattr(plant, key)
+        if value is not None:
+            yield key, value
+    for key in ("time_constants", "limits"):
+        yield from ((key, value) for value in getattr(plant, key) or ())
+
+
+def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """One action, at a time within the run, on something that exists."""
+    actions = [key for key in ACTIONS if getattr(event, key) is not None]
+    if len(actions) != 1:
+        what = f"{' and '.join(actions)} in one event" if actions else "an event that does nothing"
+        yield Problem(path, what, help=f"one of {', '.join(ACTIONS)} makes an event", key=True)
+        return
+    action = actions[0]
+    if event.at < 0:
+        yield Problem((*path, "at"), f"the event is at {event.at:f} s, before time 0", "value", help="write 0 or more")
+    elif event.at > scenario.duration:
+        message = f"the event at {event.at:f} s comes after the end of the scenario ({scenario.duration:f} s)"
+        cure = "lengthen the duration, or move the event"
+        yield Problem((*path, "at"), message, "too_late", "warning", help=cure)
+    if event.duration is not None and (action != "pv" or event.duration <= 0):
+        yield Problem((*path, "for"), "'for' is the time above 0 that a sensor stays broken (pv)", key=True)
+    if event.loop is not None and event.loop not in plc.loops:
+        yield unknown((*path, "loop"), "loop", event.loop, plc.loops)
+    elif event.loop in plc.wired and action == "pv":
+        message = f"the PV of {event.loop} comes from the PLC's program; set the signal that it is made of"
+        yield Problem((*path, "pv"), message, key=True)
+    elif event.loop is None and action in OF_A_LOOP:
+        yield Problem((*path, action), f"{action} needs a loop", help="add 'loop: …'", key=True)
+    elif event.plant is not None and action != "disturb":
+        yield Problem((*path, "plant"), "only a disturbance names a plant", key=True)
+    elif action == "set":
+        yield from _check_set(path, event, scenario, plc)
+    elif action == "disturb":
+        yield from _check_disturb(path, event, scenario)
+    elif action == "mode" and event.mode not in plc.modes:
+        yield unknown((*path, "mode"), "mode", event.mode, plc.modes)
+    elif action == "plc" and event.loop is not None:
+        yield Problem((*path, "loop"), "plc concerns the whole PLC, not a loop", key=True)
+    elif action in plc.commands:
+        yield from _check_command((*path, action), action, getattr(event, action), plc)
+
+
+def _check_command(path: Path, action: str, command: str, plc: Plc) -> Iterator[Problem]:
+    """A command that this PLC has."""
+    known = plc.commands[action]
+    if not known:
+        yield Problem(path, f"this PLC has no {action.replace('_', '/')}", key=True)
+    elif command not in known:
+        yield unknown(path, f"command of {action} on this PLC", command, known)
+
+
+def _check_set(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
+    """New values of signals, or of a loop's parameters."""
+    for keys, value, below in leaves(event.set):
+        place = (*path, "set", *below)
+        name = dotted(keys)
+        if event.loop is not None:
+            yield from _refused(place, event.loop, plc, keys, value)
+        elif name in plc.inputs:
+            yield from _check_input(place, name, value, plc)
+        elif name not in scenario.signals:
+            known = [*scenario.signals, *plc.inputs]
+            yield unknown(place, "signal of the scenario or the program", name, known, key=True)
+        else:
+            yield from _check_signal(place, name, value)
+
+
+def _check_input(path: Path, name: str, value: object, plc: Plc) -> Iterator[Problem]:
+    """The value of a signal of the PLC's program."""
+    try:
+        plc.check_input(name, value)
+    except PydanticCustomError as error:
+        yield Problem(path, f"{name}: {error.message()}", "value", help=(error.context or {}).get("help"))
+
+
+def _check_signal(path: Path, name: str, value: object) -> Iterator[Problem]:
+    """The value of a signal from outside."""
+    try:
+        number = parse_number(value)
+    except PydanticCustomError as error:
+        yield Problem(path, f"{name}: {error.message()}", "value", help=(error.context or {}).get("help"))
+        return
+    if abs(number) > LARGEST:
+        yield Problem(path, f"{name} is beyond {LARGEST:g}", "value")
+
+
+def _check_disturb(path: Path, event: Event, scenario: Scenario) -> Iterator[Problem]:
+    """New values of a plant's numbers."""
+    names = {text.name or key: text for key, text in scenario.plants.items()}
+    name = event.plant or event.loop
+    if name is None or name not in names or (event.plant and event.loop):
+        known = [str(n) for n in names]
+        yield unknown(
+            (*path, "plant" if event.plant else "loop"), "plant of the scenario", name, known, key=name is None
+        )
+        return
+    plant = names[name]
+    for key, value in (event.disturb or {}).items():
+        place = (*path, "disturb", key)
+        has = [k for k in DISTURBED if getattr(plant, k) is not None and (k not in OWN_KEYS or _fits(plant, k))]
+        if key not in has:
+            yield unknown(place, f"number of {name} that can change", key, has, key=True)
+        elif abs(value) > LARGEST or (value < 0 and key in NOT_NEGATIVE) or (value < SMALLEST and key in POSITIVE):
+            yield Problem(place, f"{key} cannot be {value}", "value")
+
+
+def _fits(plant: Plant, key: str) -> bool:
+    return any(key in keys for keys in MODEL_KEYS[plant.model])

@@ -1,0 +1,330 @@
+"""The same kernels, compiled: numba over NumPy records in place of CPython over slots dataclasses.
+
+`compiled` rebuilds functions and all that they call with globals in which every one of them is its compiled
+self, unedited otherwise, and a vendor's ``scan`` stands in the place of another function. `records` and `write_back`
+carry flat dataclasses to structured arrays and home again.
+
+Compiled code lies in the user's cache (`pidcfg.text.store`), which checks an entry before numba sees any of it.
+numba's own
+files are not used: they are run as they are found, and know the file of a function and not what it calls. An entry is
+named after a hash of all kernels together with the constants they use.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import sys
+import warnings
+import zlib
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
+from contextlib import contextmanager
+from dataclasses import fields
+from functools import cache
+from operator import attrgetter
+from types import FunctionType, ModuleType
+from typing import Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from pidcfg.sim.controllers.kernels import single
+from pidcfg.text.store import KERNELS, Store, cache_folder
+
+
+@contextmanager
+def without_settings_file() -> Iterator[None]:
+    """Numba reads .numba_config.yaml of the folder that one works in, which nobody named: here it does without."""
+    parser = sys.modules.get("yaml")
+    sys.modules["yaml"] = None  # type: ignore[assignment] # as if it were not installed
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            yield
+    finally:
+        del sys.modules["yaml"]
+        if parser is not None:
+            sys.modules["yaml"] = parser
+
+
+with without_settings_file():
+    import numba
+    from numba.core.caching import NullCache
+    from numba.core.compiler import CompileResult
+    from numba.core.registry import cpu_target
+    from numba.core.serialize import dumps
+
+vars(numba.config)["_config_fname"] = os.devnull  # it looks again for each kernel
+
+Kernel = Callable[..., Any]
+TYPES = {"int": np.int64, "float": np.float64}
+"""NumPy's type for each annotation that a kernel's record may have."""
+ENTRY_BYTES, SHELF_BYTES = 8 << 20, 16 << 20
+"""Of a compiled kernel as it is kept, and of those that lie together."""
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
+"""Kernels divide by nothing that can be 0, are called by nobody in C, and create no objects to count references of."""
+
+
+def compiled(
+    functions: Iterable[Kernel],
+    replaced: Mapping[Kernel, Kernel] | None = None,
+    inlined: Iterable[Kernel] = (),
+) -> dict[Kernel, Kernel]:
+    """The functions and all they call as numba dispatchers, by the original; compiled at their first call.
+
+    Only ``functions`` can be called from Python. ``inlined``: kernels on the hot path, whose calls would cost
+    more than they save. No fastmath.
+    """
+    swap, entries, hot = with_native(replaced), set(functions), set(inlined)
+    originals = reachable(sorted(entries, key=identity), swap)
+    key = fingerprint(originals, swap, hot)
+    built: dict[Kernel, Kernel] = {}
+    for f in originals:
+        options = OPTIONS | {"forceinline": f in hot, "no_cpython_wrapper": f not in entries}
+        built[f] = numba.njit(**options)(rebuilt(f))
+        if f in entries:
+            vars(built[f])["_cache"] = KernelCache(entry_name(key, f))
+    connect(originals, built, swap)
+    return built
+
+
+def native_single(x: float) -> float:
+    """`single` for numba."""
+    return float(np.float32(x))
+
+
+def with_native(replaced: Mapping[Kernel, Kernel] | None) -> dict[Kernel, Kernel]:
+    """Replacements, with those of kernels that cannot be compiled as they are."""
+    return {single: native_single, **(replaced or {})}
+
+
+def reachable(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) -> list[Kernel]:
+    """The functions and everything that they call, in a fixed order."""
+    kernels: dict[Kernel, None] = {}
+    waiting = list(functions)
+    while waiting:
+        f = waiting.pop()
+        if f not in kernels:
+            kernels[f] = None
+            waiting += [replaced.get(callee, callee) for _, callee in callees(f)]
+    return list(kernels)
+
+
+def rebuilt(f: Kernel) -> FunctionType:
+    """A copy of a function with a copy of its globals."""
+    copy = FunctionType(f.__code__, dict(f.__globals__), f.__name__)
+    copy.__module__, copy.__qualname__, copy.__doc__ = f.__module__, f.__qualname__, f.__doc__
+    return copy
+
+
+def connect(originals: Iterable[Kernel], built: Mapping[Kernel, Kernel], replaced: Mapping[Kernel, Kernel]) -> None:
+    """In the globals of each copy, put the built function where an original one stands."""
+    for f in originals:
+        scope = getattr(built[f], "py_func", built[f]).__globals__
+        for name, callee in callees(f):
+            target = replaced.get(callee, callee)
+            scope[name] = built.get(target, target)
+
+
+def callees(f: Kernel) -> list[tuple[str, Kernel]]:
+    """The Python functions that a kernel names."""
+    named = [(name, f.__globals__.get(name)) for name in f.__code__.co_names]
+    return [(name, value) for name, value in named if isinstance(value, FunctionType)]
+
+
+# --- records ---------------------------------------------------------------------------------------------------------
+
+
+@cache
+def record_type(cls: type) -> np.dtype[np.void]:
+    """The structured type of a flat dataclass whose fields are ints and floats."""
+    return np.dtype([(f.name, TYPES[f.type if isinstance(f.type, str) else f.type.__name__]) for f in fields(cls)])
+
+
+def records(objects: Sequence[Any], cls: type) -> np.ndarray[Any, np.dtype[np.void]]:
+    """The objects as an array of records; ``cls`` is theirs, since there may be none."""
+    kind = record_type(cls)
+    values = attrgetter(*(kind.names or ()))
+    return np.array([values(item) for item in objects], kind)
+
+
+def write_back(rows: np.ndarray[Any, np.dtype[np.void]], objects: Sequence[Any]) -> None:
+    """The records' values into the objects that they were copied from."""
+    names = rows.dtype.names or ()
+    for row, item in zip(rows.tolist(), objects, strict=True):
+        for name, value in zip(names, row, strict=True):
+            setattr(item, name, value)
+
+
+# --- calls -----------------------------------------------------------------------------------------------------------
+
+
+def on_lists(function: Kernel, original: Kernel, vendor: Mapping[Any, type]) -> Kernel:
+    """A compiled kernel that is called with lists of objects, as its original is.
+
+    The original's annotations say what becomes of each argument; ``vendor`` has the classes of its type variables.
+    """
+    kinds = [kind for name, kind in get_type_hints(original).items() if name != "return"]
+
+    def call(*arguments: Any) -> int:
+        arrays = [to_arrays(kind, value, vendor) for kind, value in zip(kinds, arguments, strict=True)]
+        result = function(*arrays)
+        for kind, columns, value in zip(kinds, arrays, arguments, strict=True):
+            from_arrays(kind, columns, value)
+        return int(result)
+
+    return call
+
+
+def to_arrays(kind: Any, value: Any, vendor: Mapping[Any, type]) -> Any:
+    """An argument for a compiled kernel: a sequence as an array, a group with each of its fields so.
+
+    An ``array`` is handed through: the kernel reads and writes its own memory.
+    """
+    if parts := group_fields(kind):
+        return type(value)(*(to_arrays(part, item, vendor) for part, item in zip(parts, value, strict=True)))
+    if kind is int:
+        return value
+    item = item_of(kind)
+    if item not in {int, float}:
+        return records(value, vendor.get(item, item))
+    if isinstance(value, array) and value:
+        return np.frombuffer(value, TYPES[item.__name__])
+    return np.array(value, TYPES[item.__name__])
+
+
+@cache
+def item_of(kind: Any) -> Any:
+    """The type of a sequence's items."""
+    return get_args(kind)[0]
+
+
+@cache
+def is_written(kind: Any) -> bool:
+    """Whether a kernel writes a sequence."""
+    return get_origin(kind) is MutableSequence
+
+
+def from_arrays(kind: Any, columns: Any, value: Any) -> None:
+    """What a compiled kernel has written into the arrays of an argument, back into its lists."""
+    if parts := group_fields(kind):
+        for part, column, item in zip(parts, columns, value, strict=True):
+            from_arrays(part, column, item)
+    elif not is_written(kind) or isinstance(value, array):
+        return
+    elif columns.dtype.names is not None:
+        write_back(columns, value)
+    else:
+        value[:] = columns.tolist()
+
+
+@cache
+def group_fields(kind: Any) -> list[Any]:
+    """The types of a named tuple's fields; nothing for another type."""
+    group = get_origin(kind) or kind
+    return list(get_type_hints(group).values()) if hasattr(group, "_fields") else []
+
+
+# --- cache -----------------------------------------------------------------------------------------------------------
+
+
+class NotKeptWarning(UserWarning):
+    """Compiled kernels could not be kept, so that the next run compiles them anew."""
+
+
+@cache
+def say_not_kept(why: str) -> None:
+    """Warns once, however many kernels there are: numba makes Python forget what it has warned of."""
+    warnings.warn(f"compiled kernels are not kept, the next run compiles anew: {why}", NotKeptWarning, stacklevel=2)
+
+
+class KernelCache(NullCache):
+    """Where numba looks for a kernel's machine code before it compiles, and leaves it afterwards."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def load_overload(self, sig: object, target_context: Any) -> Any:
+        """The compiled code for these argument types; None where none is kept."""
+        target_context.refresh()
+        data = read_entry(self.name)
+        types, code = data[:HASH_BYTES], data[HASH_BYTES:]
+        if types != hash_of(sig):
+            return None
+        return CompileResult._rebuild(target_context, *pickle.loads(zlib.decompress(code)))  # noqa: S301, SLF001 - a checked entry
+
+    def save_overload(self, sig: object, data: Any) -> None:
+        """Keeps compiled code, or says why it cannot be kept."""
+        code = zlib.compress(dumps(data._reduce()), 1)  # noqa: SLF001 - as numba's own cache does
+        try:
+            kernel_store().write(self.name, hash_of(sig) + code)
+        except OSError as error:
+            say_not_kept(error.strerror or str(error))
+
+
+HASH_BYTES = 32
+
+
+def hash_of(value: object) -> bytes:
+    """A hash of a value by what `repr` says of it."""
+    return hashlib.sha256(repr(value).encode()).digest()
+
+
+def kernel_store() -> Store:
+    """Where compiled kernels are kept; raises `OSError` where they cannot be."""
+    return Store(cache_folder(KERNELS), ENTRY_BYTES, SHELF_BYTES)
+
+
+def read_entry(name: str) -> bytes:
+    """A compiled kernel as it is kept, after its checksum; nothing where there is none."""
+    try:
+        return kernel_store().read(name) or b""
+    except OSError:
+        return b""
+
+
+def entry_name(key: str, f: Kernel) -> str:
+    """What a kernel's machine code for this processor is kept under; ``key``: the `fingerprint` of all it may call."""
+    processor = cpu_target.target_context.codegen().magic_tuple()
+    return hash_of((key, identity(f), processor)).hex()
+
+
+def kept(
+    called: Iterable[Kernel],
+    functions: Iterable[Kernel],
+    replaced: Mapping[Kernel, Kernel],
+    inlined: Iterable[Kernel] = (),
+) -> bool:
+    """Whether those of the compiled functions that are called lie in the cache: a second then, not a quarter minute."""
+    swap = with_native(replaced)
+    key = fingerprint(reachable(sorted(set(functions), key=identity), swap), swap, inlined)
+    return all(read_entry(entry_name(key, f)) for f in called)
+
+
+def fingerprint(functions: Sequence[Kernel], replaced: Mapping[Kernel, Kernel], inlined: Iterable[Kernel] = ()) -> str:
+    """A hash of everything that decides the compiled code: bytecode, constants by value, who calls whom, versions."""
+    versions = (sys.version, numba.__version__, np.__version__)
+    digest = hashlib.sha256(repr((versions, OPTIONS, sorted(map(identity, set(inlined))))).encode())
+    for f in functions:
+        code = f.__code__
+        calls = [(n, identity(replaced.get(callee, callee))) for n, callee in callees(f)]
+        facts = (identity(f), f.__defaults__, code.co_consts, code.co_names, code.co_varnames, constants(f), calls)
+        digest.update(code.co_code + repr(facts).encode())
+    return digest.hexdigest()[:24]
+
+
+def constants(f: Kernel) -> list[tuple[str, Any]]:
+    """The numbers that a kernel names, of its own module and of those that it names; they are compiled in."""
+    scope, names = f.__globals__, f.__code__.co_names
+    modules = [(f"{n}.", vars(scope[n])) for n in names if isinstance(scope.get(n), ModuleType)]
+    return [
+        (f"{where}{n}", values[n])
+        for where, values in [("", scope), *modules]
+        for n in names
+        if isinstance(values.get(n), int | float | tuple)
+    ]
+
+
+def identity(f: Kernel) -> str:
+    """A function's full name."""
+    return f"{f.__module__}.{f.__qualname__}"

@@ -1,0 +1,203 @@
+"""Expressions of signals as they run, and what is wrong with a scenario."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from random import Random
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.schemas.expressions import (
+    ABSOLUTE,
+    ADD,
+    CONSTANT,
+    DIVIDE,
+    LARGEST_VALUE,
+    MINIMUM,
+    MULTIPLY,
+    NEGATE,
+    ROOT,
+    SIGNAL,
+    SUBTRACT,
+)
+from pidcfg.text.signs import nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterable, MutableSequence, Sequence
+
+    from pidcfg.schemas.expressions import Expression
+    from pidcfg.text.paths import Path
+
+# --- What is wrong with a scenario: data with a path, so that the command line can point at the line ------------------
+#
+# A kind is a row of `KINDS`; the command line gives it its code.
+
+KINDS = (
+    "unknown_name",
+    "expression",
+    "combination",
+    "value",
+    "limit",
+    "too_late",
+    "missing_plant",
+    "rounded",
+    "set_up",
+    "no_steady_state",
+    "wrong_action",
+    "idle_allowance",
+)
+"""Kinds of problems; the last seven do not keep a scenario from running."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One fault: where it stands, what it is, and the cure. ``offset`` is the character within an expression."""
+
+    path: Path
+    message: str
+    kind: str = "combination"
+    severity: str = "error"
+    help: str | None = None
+    key: bool = False
+    offset: int = 0
+    loop: str | None = None
+
+
+class NoValue(NamedTuple):
+    """A word or parameter whose content is no value of its format, and what is taken for it.
+
+    ``loop`` is its loop's number. A ``setting`` that is none is an error of the set-up; what the PLC writes itself,
+    such as the output, only begins the run.
+    """
+
+    loop: int
+    text: str
+    setting: bool = True
+
+
+def unknown(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
+    """A name that is unknown here, with the nearest known one as help."""
+    names = list(known)
+    near = nearest(str(name), names)
+    few = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
+    cure = f"did you mean {near}?" if near else f"known: {few}" if names else f"there is no {what} here to be named"
+    return Problem(path, f"{str(name)[:60]!r} is no {what}", "unknown_name", help=cure, key=key)
+
+
+# --- Expressions of signals as they run: numbers on a stack -----------------------------------------------------------
+#
+# Division by zero, the square root of a negative number and a result beyond all bounds have no value. `evaluate` says
+# so in ``stack[0]``; the signal then keeps the value it had, and the run reports the first time this happened.
+
+NO_FAULT, DIVISION_BY_ZERO, ROOT_OF_NEGATIVE, NOT_FINITE = range(4)
+BEYOND = f"a result beyond {LARGEST_VALUE:g}".replace("+", "")
+FAULTS = ("", "division by zero", "square root of a negative number", BEYOND)
+"""Why an expression has no value, by the number that `evaluate` leaves in ``stack[0]``."""
+
+
+@dataclass(slots=True)
+class Pool:
+    """The code of all expressions of a run, one after the other, as the kernels read it."""
+
+    code: list[int] = field(default_factory=list)
+    constants: list[float] = field(default_factory=list)
+    depth: int = 0
+
+    def add(self, expression: Expression) -> tuple[int, int]:
+        """Where the expression's code begins and ends in the pool."""
+        first, base = len(self.code), len(self.constants)
+        for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
+            self.code += (op, operand + base if op == CONSTANT else operand)
+        self.constants += expression.constants
+        self.depth = max(self.depth, expression.depth)
+        return first, len(self.code)
+
+    def stack(self) -> list[float]:
+        """Room for the deepest expression, and the fault number in front of it."""
+        return [0.0] * (self.depth + 1)
+
+
+def evaluate(
+    code: Sequence[int],
+    constants: Sequence[float],
+    first: int,
+    last: int,
+    sig: Sequence[float],
+    stack: MutableSequence[float],
+) -> float:
+    """The value of the code from ``first`` to ``last``; ``stack[0]`` tells why there is none (kernel)."""
+    stack[0] = 0.0
+    top = 0
+    for at in range(first, last, 2):
+        op = code[at]
+        if op == SIGNAL:
+            top += 1
+            stack[top] = sig[code[at + 1]]
+        elif op == CONSTANT:
+            top += 1
+            stack[top] = constants[code[at + 1]]
+        elif op == NEGATE:
+            stack[top] = -stack[top]
+        elif op == ABSOLUTE:
+            stack[top] = abs(stack[top])
+        elif op == ROOT:
+            if stack[top] < 0.0:
+                stack[0] = 2.0
+                return 0.0
+            stack[top] = math.sqrt(stack[top])
+        else:
+            right = stack[top]
+            top -= 1
+            if op == ADD:
+                stack[top] += right
+            elif op == SUBTRACT:
+                stack[top] -= right
+            elif op == MULTIPLY:
+                stack[top] *= right
+            elif op == DIVIDE:
+                if right == 0.0:
+                    stack[0] = 1.0
+                    return 0.0
+                stack[top] /= right
+            elif op == MINIMUM:
+                if right < stack[top]:
+                    stack[top] = right
+            elif right > stack[top]:
+                stack[top] = right
+    value = stack[1]
+    if -LARGEST_VALUE <= value <= LARGEST_VALUE:
+        return value
+    stack[0] = 3.0
+    return 0.0
+
+
+# --- Whether an expression's value follows one of its signals at all: ``0 * TIC.OUT`` does not ------------------------
+
+TRIES = 40
+"""Points at which two values of a signal are tried."""
+DECADES = (-2.0, 3.0)
+
+
+def depends(
+    value: Callable[[Sequence[float]], float | None], sig: Sequence[float], signals: Collection[int], slot: int
+) -> bool:
+    """Whether ``value`` of the signals (None: it has none there) is another one at two values of ``slot``.
+
+    All ``signals`` that it reads are drawn anew for each try, from 0, 1 and numbers of either sign.
+    """
+    random = Random(slot)
+
+    def draw() -> float:
+        number = 10 ** random.uniform(*DECADES)
+        return random.choice((0.0, 1.0, number, number, number, -number))
+
+    trial = list(sig)
+    for _ in range(TRIES):
+        for place in signals:
+            trial[place] = draw()
+        one = value(trial)
+        trial[slot] = draw()
+        other = value(trial)
+        if one is not None and other is not None and one != other:
+            return True
+    return False

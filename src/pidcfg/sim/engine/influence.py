@@ -1,0 +1,244 @@
+"""What moves what in a run, and whether a loop's action fits its plant."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pidcfg.schemas.expressions import CONSTANT, SIGNAL
+from pidcfg.sim.engine.expressions import Problem, depends, evaluate
+from pidcfg.text.paths import dotted, leaves
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Sequence
+
+    from pidcfg.schemas.scenario import Event, Scenario
+    from pidcfg.sim.controllers.plc import Plc
+    from pidcfg.sim.engine.kernel import Channel
+    from pidcfg.sim.engine.network import Network
+    from pidcfg.sim.engine.plants import Plant
+
+# --- What moves what in a run: signals that follow others through plants, connections and the PLC's program -----------
+#
+# Design. A graph of signals (their slots), worked out once from the wiring. A plant without gain and without an event
+# that gives it one moves nothing, nor does what is multiplied by 0; how far something moves is for the run to tell.
+# Every loop's PV moves its output and so does its set point.
+
+
+@dataclass(slots=True)
+class Influence:
+    """The graph, and the questions that verdicts ask of it."""
+
+    net: Network
+    plc: Plc
+    moves: dict[int, set[int]] = field(default_factory=lambda: defaultdict(set))
+    driven: list[bool] = field(default_factory=list)
+    """Whether each loop's output moves its PV, or a signal does that the scenario sets."""
+    idle: Collection[Event] = ()
+    """Events that change nothing."""
+    played: set[int] = field(default_factory=set)
+    """The signals that the scenario's events set."""
+    set_points: list[set[int]] = field(default_factory=list)
+    """The signals that each loop's set point in force is made of by the program alone, without another loop."""
+    _reached: dict[tuple[frozenset[int], frozenset[int]], frozenset[int]] = field(default_factory=dict)
+    """Answers of `reach`: a run asks the same again and again, and the graph stays."""
+
+    @classmethod
+    def of(cls, scenario: Scenario, net: Network, plc: Plc, idle: Collection[Event] = ()) -> Influence:
+        """Of a scenario whose network is ready, and of whose events some are ``idle``."""
+        self = cls(net, plc, idle=idle)
+        awoken = {e.plant or e.loop for e in scenario.events if (e.disturb or {}).get("gain")}
+        for name, at in net.plant_of.items():
+            plant = net.plants[at]
+            if plant.gain or name in awoken:
+                self._add(followed_by(net, plant), (plant.slot, plant.measured))
+            self._add([plant.slot], [plant.measured])
+        for channel in net.channels:
+            self._add(followed_by(net, channel), [channel.target])
+        for i, c in enumerate(plc.cfg[: len(plc.loops)]):
+            self._add([c.sig_in], [c.sig_pv])
+            self._add([c.sig_pv, c.sig_sp], [c.sig_out])
+            self._add([c.sig_out], self.pulses(i))
+        for source, target in plc.flow:
+            self.moves[source].add(target)
+        self.played = {slot for event in scenario.events for slot in self.signals_set(event)}
+        for i, c in enumerate(plc.cfg[: len(plc.loops)]):
+            self.driven.append(self.drives(i) or self.is_played(i))
+            self.set_points.append(self._made_of(c.sig_sp))
+        return self
+
+    def drives(self, loop: int, without: Collection[int] = ()) -> bool:
+        """Whether a loop's output moves its PV, not by way of ``without``."""
+        c = self.plc.cfg[loop]
+        return c.sig_pv in self.reach([c.sig_out], without)
+
+    def is_played(self, loop: int, without: Collection[int] = ()) -> bool:
+        """Whether a signal that the scenario sets moves a loop's PV."""
+        return self.plc.cfg[loop].sig_pv in self.reach(self.played, without)
+
+    def is_cut(self, loop: int) -> bool:
+        """Whether plants that have no gain now keep a loop's output and the scenario from moving its PV."""
+        dead = {plant.slot for plant in self.net.plants if not plant.gain}
+        return not self.drives(loop, dead) and not self.is_played(loop, dead)
+
+    def _made_of(self, slot: int) -> set[int]:
+        """Signals from outside that reach a slot otherwise than through a loop."""
+        loops = {place for c in self.plc.cfg[: len(self.plc.loops)] for place in (c.sig_pv, c.sig_out)}
+        return {source for source in self.net.outside.values() if slot in self.reach([source], without=loops)}
+
+    def _add(self, sources: Iterable[int], targets: Iterable[int]) -> None:
+        for source in sources:
+            self.moves[source].update(targets)
+
+    def pulses(self, loop: int) -> list[int]:
+        """The signals that follow a loop's output as pulses."""
+        names = (f"{self.plc.loops[loop]}.{name}" for name in self.plc.pulses)
+        return [self.net.names[name] for name in names if name in self.net.names]
+
+    def reach(self, sources: Iterable[int], without: Collection[int] = ()) -> frozenset[int]:
+        """Everything that follows the ``sources``, themselves included; not by way of ``without``."""
+        question = frozenset(sources), frozenset(without)
+        if question not in self._reached:
+            self._reached[question] = frozenset(self._followers(*question))
+        return self._reached[question]
+
+    def _followers(self, sources: Iterable[int], without: Collection[int]) -> set[int]:
+        """The same, worked out."""
+        waiting = list(sources)
+        reached = set(waiting)
+        while waiting:
+            for target in self.moves.get(waiting.pop(), ()):
+                if target not in reached and target not in without:
+                    reached.add(target)
+                    waiting.append(target)
+        return reached
+
+    def of_output(self, loop: int) -> frozenset[int]:
+        """Everything that a loop's output moves."""
+        return self.reach([self.plc.cfg[loop].sig_out])
+
+    def of_event(self, event: Event) -> frozenset[int]:
+        """Everything that an event moves; one of the CPU moves all outputs."""
+        cfg = self.plc.cfg[: len(self.plc.loops)]
+        if event.plc is not None:
+            return self.reach([c.sig_out for c in cfg])
+        if event.disturb is not None:
+            return self.reach([self.net.plants[self.net.plant_of[event.plant or event.loop or ""]].slot])
+        if event.loop is None:
+            return self.reach(self.signals_set(event))
+        c = cfg[self.plc.loops.index(event.loop)]
+        return self.reach([c.sig_pv if event.pv is not None else c.sig_sp])
+
+    def signals_set(self, event: Event) -> list[int]:
+        """The signals from outside that an event sets."""
+        if event.set is None or event.loop is not None:
+            return []
+        return [self.net.outside[dotted(keys)] for keys, _, _ in leaves(event.set)]
+
+    def concerns(self, event: Event, loop: int) -> bool:
+        """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
+        if any(event is one for one in self.idle):
+            return False
+        c = self.plc.cfg[loop]
+        moved = self.of_event(event)
+        return c.sig_pv in moved or c.sig_sp in moved
+
+    def plants_between(self, loop: int) -> Iterator[str]:
+        """The plants by which a loop's output moves its PV."""
+        after, pv = self.of_output(loop), self.plc.cfg[loop].sig_pv
+        for name, at in self.net.plant_of.items():
+            slot = self.net.plants[at].slot
+            if slot in after and pv in self.reach([slot]):
+                yield name
+
+
+def followed_by(net: Network, reader: Plant | Channel) -> Collection[int]:
+    """The signals that a plant or a channel reads and really follows."""
+    read, pool = read_by(net, reader), net.pool
+    if reader.source >= 0 or CONSTANT not in pool.code[reader.first : reader.last : 2]:
+        return read
+    stack = pool.stack()
+
+    def value(sig: Sequence[float]) -> float | None:
+        found = evaluate(pool.code, pool.constants, reader.first, reader.last, sig, stack)
+        return None if stack[0] else found
+
+    return {slot for slot in read if depends(value, net.sig, read, slot)}
+
+
+def read_by(net: Network, reader: Plant | Channel) -> Collection[int]:
+    """The signals that a plant or a channel reads."""
+    if reader.source >= 0:
+        return (reader.source,)
+    code = net.pool.code[reader.first : reader.last]
+    return {operand for op, operand in zip(code[::2], code[1::2], strict=True) if op == SIGNAL}
+
+
+# --- Whether a loop's action fits its plant: the way from its output to its PV, looked at before anything runs --------
+#
+# Design. Every signal that follows the output is raised a little, and the change is carried through the plants in
+# their order, by the sign of their gain, and through the expressions as they stand at time 0. A PV that falls where
+# the action takes for granted that it rises, or the other way round, is positive feedback: the loop runs away. Ways
+# through another loop, and expressions that do not answer at time 0, tell nothing.
+
+RAISED = 1.0
+"""By how much an output is raised, in its unit."""
+
+
+def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
+    """A problem for each loop whose action does not fit its plant; the network is at rest at its initial values."""
+    for i, loop in enumerate(plc.loops):
+        change = answer(net, plc, i)
+        if change and (change > 0) != plc.rises[i]:
+            is_so, should = ("rises", "fall") if change > 0 else ("falls", "rise")
+            message = (
+                f"the PV of {loop} {is_so} with its output, but its action expects it to {should}: positive feedback, "
+                "the loop runs away"
+            )
+            cure = "turn the action of the loop round, or the sign of the plant's gain"
+            inlet = plc.inlets.get(loop, f"{loop}.PV")
+            place = net.texts[loop][0] if loop in net.texts else ("connect", inlet)
+            yield Problem(place, message, "wrong_action", help=cure, key=True, loop=loop)
+
+
+def effect(net: Network, plc: Plc, loop: int) -> float:
+    """How far a loop's output moves its PV on its way to a limit (an integrator: in 1 s); 0: not, or not known."""
+    out = net.sig[plc.cfg[loop].sig_out]
+    return max(abs(answer(net, plc, loop, by=limit - out)) for limit in plc.output_limits(loop, net.sig))
+
+
+def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: float = RAISED) -> float:
+    """The change of a loop's PV after its output is raised ``by`` so much, and its pulses come; 0: none, or not known.
+
+    With ``other``, the change of that loop's PV.
+    """
+    watched = loop if other is None else other
+    raised = list(net.sig)
+    outputs = {plc.cfg[loop].sig_out, *(net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses)} - {-1}
+    for slot in outputs:
+        raised[slot] += by if slot == plc.cfg[loop].sig_out else RAISED
+    for plant in net.plants:
+        moved = plant.gain * _moved(net, plant, raised)
+        raised[plant.slot] += moved
+        if plant.measured != plant.slot:
+            raised[plant.measured] += moved
+    inlet = plc.inlets.get(plc.loops[watched])
+    target = plc.cfg[watched].sig_in if inlet is None else plc.inputs[inlet]
+    change: float = raised[target] - net.sig[target]
+    for channel in net.channels:
+        if channel.target == target:
+            change = _moved(net, channel, raised)
+    return change
+
+
+def _moved(net: Network, reader: Plant | Channel, raised: Sequence[float]) -> float:
+    """How much what a plant or a channel reads has changed; 0 where its expression has no value."""
+    if reader.source >= 0:
+        return raised[reader.source] - net.sig[reader.source]
+    stack, values = net.pool.stack(), []
+    for sig in (net.sig, raised):
+        values.append(evaluate(net.pool.code, net.pool.constants, reader.first, reader.last, sig, stack))
+        if stack[0]:
+            return 0.0
+    return values[1] - values[0]

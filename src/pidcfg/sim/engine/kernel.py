@@ -1,0 +1,240 @@
+"""The base step: plants, controllers, metrics, log and trend, in that order, from event to event without a stop.
+
+Everything here and below is a plain function on lists of flat objects and of numbers, so that numba compiles the very
+same source. ``scan`` is the vendor's; see `pidcfg.sim.engine.choice` for how it takes its place.
+"""
+
+from collections.abc import MutableSequence, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from pidcfg.sim.engine.expressions import evaluate
+from pidcfg.sim.engine.plants import Plant, add_noise, step_plants
+from pidcfg.sim.judgement.meters import (
+    Band,
+    Gauge,
+    Meter,
+    Onset,
+    change_status,
+    measure_loop,
+    note_onsets,
+    read_gauges,
+    watch_bands,
+)
+
+Config = TypeVar("Config")
+State = TypeVar("State")
+"""The vendor's records of a loop."""
+
+LOG_ROWS = 4096
+"""Changes that are kept before Python has to look at them."""
+LOG_COLUMNS = 5
+"""Base step, loop, status, auxiliary status, notice."""
+
+
+@dataclass(slots=True)
+class Channel:
+    """What an analog input shows when it is not simply a plant: an expression, or a broken sensor.
+
+    ``source`` is the signal it reads, or −1 when ``first`` and ``last`` bound the code of an expression.
+    """
+
+    target: int
+    source: int = -1
+    first: int = 0
+    last: int = 0
+    broken: int = 0
+    value: float = 0.0
+    held: float = 0.0
+    fault: int = 0
+    fault_at: int = 0
+
+
+@dataclass(slots=True)
+class Span:
+    """How far a loop's measurement moved during a window of the pre-roll."""
+
+    slot: int
+    low: float = 0.0
+    high: float = 0.0
+    total: float = 0.0
+
+
+# Groups of arguments: a `MutableSequence` is written by the kernels, a `Sequence` only read (see
+# `pidcfg.sim.engine.choice`).
+
+
+class World(NamedTuple):
+    """What surrounds the controllers: plants, channels and signals."""
+
+    step: int
+    """Ticks of a base step."""
+    plants: MutableSequence[Plant]
+    channels: MutableSequence[Channel]
+    delay: MutableSequence[float]
+    """The delay lines of all plants."""
+    sig: MutableSequence[float]
+    code: Sequence[int]
+    """Expressions, with their constants, and the stack that they are evaluated on."""
+    constants: Sequence[float]
+    stack: MutableSequence[float]
+    noise: Sequence[float]
+    """Standard normal numbers, ``columns`` for each base step from ``noise_from`` on."""
+    columns: int
+    noise_from: int
+    reached: int
+    """The base step to which the plants have come already; at the first one they are at rest."""
+
+
+class Loops(NamedTuple, Generic[Config, State]):
+    """The controllers: what `pidcfg.sim.controllers.plc.Plc` has under the same names."""
+
+    cfg: Sequence[Config]
+    st: MutableSequence[State]
+    aux: MutableSequence[float]
+
+
+class Meters(NamedTuple):
+    """What is measured."""
+
+    loops: MutableSequence[Meter]
+    bands: MutableSequence[Band]
+    gauges: MutableSequence[Gauge]
+    onsets: MutableSequence[Onset]
+
+
+class Log(NamedTuple):
+    """What is written down."""
+
+    rows: MutableSequence[int]
+    trend: MutableSequence[float]
+    counts: MutableSequence[int]
+    """Rows of the log, rows of the trend, and set-point events so far."""
+    shown: Sequence[int]
+    """The signals of a row of the trend."""
+    every: int
+    """Base steps between two rows of the trend; 0: there is none."""
+
+
+def scan(
+    tick: int,
+    cfg: Sequence[Any],
+    st: Sequence[Any],
+    aux: MutableSequence[float],
+    sig: MutableSequence[float],
+) -> None:
+    """No controllers, only plants; a vendor's scan replaces this."""
+
+
+def read_channels(
+    k: int,
+    channels: Sequence[Channel],
+    sig: MutableSequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+) -> None:
+    """Connected expressions and broken sensors (kernel)."""
+    for i in range(len(channels)):
+        c = channels[i]
+        if c.broken == 1:
+            value = c.value
+        elif c.source >= 0:
+            value = sig[c.source]
+        else:
+            value = evaluate(code, constants, c.first, c.last, sig, stack)
+            if stack[0] == 0.0:
+                c.held = value
+            else:
+                value = c.held
+                if c.fault == 0:
+                    c.fault = int(stack[0])
+                    c.fault_at = k
+        sig[c.target] = value
+
+
+def write_log(
+    k: int, i: int, s: Any, m: Meter, onsets: Sequence[Onset], rows: MutableSequence[int], counts: MutableSequence[int]
+) -> None:
+    """A row for loop ``i``, whose status has changed or that has a notice (kernel)."""
+    at = counts[0] * LOG_COLUMNS
+    rows[at] = k
+    rows[at + 1] = i
+    rows[at + 2] = s.status
+    rows[at + 3] = s.aux_status
+    rows[at + 4] = s.notice
+    counts[0] += 1
+    if s.status != m.status or s.aux_status != m.aux_status:
+        change_status(k, m, s.status, s.aux_status)
+        note_onsets(k, i, s.status, onsets)
+    s.notice = 0
+
+
+def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], meters: Meters, log: Log) -> int:
+    """Base steps ``k`` to ``last`` − 1 of the run; returns the next one, early when the log is full (kernel).
+
+    Time 0 is base step ``zero``; what lies before is the pre-roll.
+    """
+    tick, plants, channels, delay, sig, code, constants, stack, noise, columns, noise_from, reached = world
+    cfg, st, aux = loops
+    loop_meters, bands, gauges, onsets = meters
+    rows, trend, counts, shown, every = log
+    count = len(loop_meters)
+    room = len(rows) // LOG_COLUMNS - count
+    wired = len(channels)
+    gauged = len(gauges)
+    while k < last and counts[0] <= room:
+        if k > reached:
+            step_plants(k, plants, delay, sig, code, constants, stack)
+        if columns > 0:
+            add_noise(k - noise_from, columns, plants, noise, sig)
+        if wired > 0:
+            read_channels(k, channels, sig, code, constants, stack)
+        scan(k * tick, cfg, st, aux, sig)
+        now = k - zero
+        for i in range(count):
+            s = st[i]
+            m = loop_meters[i]
+            if s.status != m.status or s.notice != 0 or s.aux_status != m.aux_status:
+                write_log(now, i, s, m, onsets, rows, counts)
+            measure_loop(now, m, sig)
+        if counts[2] > 0:
+            watch_bands(now, bands, loop_meters, sig)
+        if gauged > 0:
+            read_gauges(now, gauges, sig)
+        if every > 0 and now % every == 0:
+            at = counts[1] * len(shown)
+            for i in range(len(shown)):
+                trend[at + i] = sig[shown[i]]
+            counts[1] += 1
+        k += 1
+    return k
+
+
+def settle(k: int, last: int, world: World, loops: Loops[Any, Any], spans: MutableSequence[Span]) -> int:
+    """One window of the pre-roll: base steps ``k`` to ``last`` − 1 without noise, events, metrics and log (kernel)."""
+    tick, plants, channels, delay, sig, code, constants, stack, _, _, _, reached = world
+    cfg, st, aux = loops
+    first = k
+    while k < last:
+        if k > reached:
+            step_plants(k, plants, delay, sig, code, constants, stack)
+        for i in range(len(plants)):
+            sig[plants[i].measured] = sig[plants[i].slot]
+        if len(channels) > 0:
+            read_channels(k, channels, sig, code, constants, stack)
+        scan(k * tick, cfg, st, aux, sig)
+        for i in range(len(spans)):
+            s = spans[i]
+            value = sig[s.slot]
+            if k == first:
+                s.low = value
+                s.high = value
+                s.total = 0.0
+            elif value < s.low:
+                s.low = value
+            elif value > s.high:
+                s.high = value
+            s.total += value
+        k += 1
+    return k

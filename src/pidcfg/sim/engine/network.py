@@ -1,0 +1,313 @@
+"""A scenario's plants and connections as the kernels see them, and plants at rest before time begins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pidcfg.schemas.expressions import Expression, ExpressionError, parse
+from pidcfg.sim.controllers.plc import TICKS, Plc
+from pidcfg.sim.engine.expressions import Pool, Problem, evaluate, unknown
+from pidcfg.sim.engine.kernel import Channel
+from pidcfg.sim.engine.plants import MODELS, Plant, numbers_of, set_parameters, settle_at
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, MutableSequence, Sequence
+    from decimal import Decimal
+
+    from pidcfg.schemas.scenario import Plant as PlantText
+    from pidcfg.schemas.scenario import Scenario
+    from pidcfg.text.paths import Path
+
+# --- A scenario's plants and connections as the kernels see them: signals get numbers, expressions become code --------
+#
+# A plant's signal as the input of another plant is free of noise; a connection to a loop's PV sees what the
+# transmitters show. Plants are ordered so that each comes after those it reads; where they form a ring, the one that
+# is written first reads the value of the step before.
+
+MAX_DELAY = 1_000_000
+"""Base steps of dead time in one scenario: what a buffer may take."""
+PARAMETERS = ("gain", "load")
+"""Parameters of a plant that expressions can read: ``FIC-102.gain``."""
+
+
+@dataclass(slots=True)
+class Network:
+    """Everything between the outputs and the PVs of the loops, and the signals of a run."""
+
+    sig: list[float]
+    names: dict[str, int]
+    """Signals of the report and the trend, in the order of their columns."""
+    plants: list[Plant] = field(default_factory=list)
+    channels: list[Channel] = field(default_factory=list)
+    delay: MutableSequence[float] = field(default_factory=list)
+    pool: Pool = field(default_factory=Pool)
+    plant_of: dict[str, int] = field(default_factory=dict)
+    """Index into ``plants`` by the name of the loop or the plant."""
+    texts: dict[str, tuple[Path, PlantText]] = field(default_factory=dict)
+    parameters: dict[str, int] = field(default_factory=dict)
+    noisy: list[str] = field(default_factory=list)
+    """Names of the plants with noise, in the order of their columns."""
+    outside: dict[str, int] = field(default_factory=dict)
+    """Signals that events may set."""
+    faults: dict[str, int] = field(default_factory=dict)
+    """Index into ``channels`` of a loop whose sensor can break."""
+    sources: dict[int, Path] = field(default_factory=dict)
+    """Where the expression of a channel (its index) is written."""
+    problems: list[Problem] = field(default_factory=list)
+
+    def slot(self, value: float = 0.0) -> int:
+        """A new signal."""
+        self.sig.append(value)
+        return len(self.sig) - 1
+
+    def longest(self) -> float:
+        """The longest time constant or dead time in s; an integrator counts as 1/gain."""
+        times = [0.0]
+        for _, text in self.texts.values():
+            constants = (text.time_constant, text.lag, text.dead_time, *(text.time_constants or ()))
+            times += [float(t) for t in constants if t is not None]
+            if text.model == "integrator" and text.gain:
+                times.append(1 / abs(float(text.gain)))
+        return max(times)
+
+
+def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] = ()) -> Network:
+    """The network of a scenario whose base step is ``step`` ticks; ``problems`` are those of earlier checks.
+
+    It is ready to run only when none of them is an error.
+    """
+    net = Network(list(plc.sig), {name: slot for slot, name in enumerate(plc.signals) if name}, problems=list(problems))
+    net.outside |= plc.inputs
+    for name, value in scenario.signals.items():
+        if name in net.names:
+            net.problems.append(Problem(("signals", name), f"{name} is a signal of the PLC", "value", key=True))
+        else:
+            net.names[name] = net.outside[name] = net.slot(float(value))
+    later = _Later.of(scenario)
+    for key, text in scenario.plants.items():
+        _add_plant(net, plc, key, text, later)
+    inputs = _read_inputs(net, plc)
+    _connect(net, plc, scenario.connect, later)
+    if not any(problem.severity == "error" for problem in net.problems):
+        _order(net, inputs)
+        _prepare(net, step)
+    return net
+
+
+@dataclass(frozen=True, slots=True)
+class _Later:
+    """What events will need: loops whose sensor breaks, plants that become noisy."""
+
+    broken: frozenset[str | None]
+    noisy: frozenset[str | None]
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> _Later:
+        """Of all events."""
+        broken = frozenset(event.loop for event in scenario.events if event.pv is not None)
+        noisy = frozenset(e.plant or e.loop for e in scenario.events if "noise" in (e.disturb or {}))
+        return cls(broken, noisy)
+
+
+def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _Later) -> None:
+    """A plant with its signals; one that is named after a loop feeds the loop's PV."""
+    path: Path = ("plants", key)
+    name = str(key) if isinstance(key, str) else text.name
+    if name is None:
+        net.problems.append(
+            Problem(path, "a plant in a list needs a name", help="add 'name: …', or key it by its loop")
+        )
+        return
+    if isinstance(key, str) and text.name is not None:
+        net.problems.append(Problem((*path, "name"), "a plant that is keyed by its loop has no other name", key=True))
+    if isinstance(key, str) and name not in plc.loops:
+        net.problems.append(unknown(path, "loop", name, plc.loops, key=True))
+        return
+    if name in net.texts or (isinstance(key, int) and name in net.names):
+        net.problems.append(Problem(path, f"{name} is taken", "value", help="give the plant another name"))
+        return
+    noisy = text.noise > 0 or name in later.noisy
+    if name in plc.wired:
+        net.problems.append(_within(path, name))
+        return
+    measured = _to_loop(net, plc, name, later) if name in plc.loops else net.slot()
+    plant = Plant(MODELS[text.model], net.slot() if noisy else measured, measured)
+    if name not in plc.loops:
+        net.names[name] = measured
+    if noisy:
+        plant.column = len(net.noisy)
+        net.noisy.append(name)
+    net.texts[name] = (path, text)
+    net.plant_of[name] = len(net.plants)
+    net.plants.append(plant)
+    for parameter in PARAMETERS:
+        net.parameters[f"{name}.{parameter}"] = net.slot(float(getattr(text, parameter)))
+
+
+def _within(path: Path, loop: str) -> Problem:
+    """A plant for a loop that has its PV from the program."""
+    message = f"the PV of {loop} comes from the PLC's program, no plant reaches it"
+    cure = "wire the plant to the signal that the program makes the PV of"
+    return Problem(path, message, help=cure, key=True, loop=loop)
+
+
+def _to_loop(net: Network, plc: Plc, name: str, later: _Later) -> int:
+    """The signal by which a plant reaches the analog input of its loop: the input, unless the sensor can break."""
+    target: int = plc.cfg[plc.loops.index(name)].sig_in
+    if name not in later.broken:
+        return target
+    measured = net.slot()
+    net.faults[name] = len(net.channels)
+    net.channels.append(Channel(target, measured))
+    return measured
+
+
+def _read_inputs(net: Network, plc: Plc) -> dict[str, Expression]:
+    """What each plant reads."""
+    names = {**net.names, **net.parameters}
+    for i, loop in enumerate(plc.loops):
+        at = net.plant_of.get(loop)
+        names[f"{loop}.PV"] = plc.cfg[i].sig_in if at is None else net.plants[at].slot
+    names |= {name: net.plants[at].slot for name, at in net.plant_of.items() if name not in plc.loops}
+    inputs = {}
+    for name, (path, text) in net.texts.items():
+        written = text.input
+        if written is None and name in plc.loops:
+            written = f"{name}.{plc.out_name}"
+        if written is None:
+            net.problems.append(Problem(path, f"the plant {name} has no input", help="add 'input: …'", key=True))
+            continue
+        expression = _read(net, (*path, "input"), written, names)
+        if expression is not None:
+            inputs[name] = expression
+    return inputs
+
+
+def _read(net: Network, path: Path, text: str, names: Mapping[str, int]) -> Expression | None:
+    """An expression, or a problem at its character."""
+    try:
+        return parse(text, names)
+    except ExpressionError as error:
+        problem = Problem(path, f"expression: {error.message}", "expression", help=error.cure, offset=error.offset)
+        net.problems.append(problem)
+        return None
+
+
+def _connect(net: Network, plc: Plc, connect: Mapping[str, str], later: _Later) -> None:
+    """Expressions wired to the PVs of loops, and loops that nothing is wired to."""
+    names = {**net.names, **net.parameters}
+    for name, at in net.plant_of.items():
+        names[f"{name}.PV" if name in plc.loops else name] = net.plants[at].measured
+    targets = {f"{loop}.PV": loop for loop in plc.loops}
+    for target, text in connect.items():
+        path = ("connect", target)
+        loop = targets.get(target)
+        if loop is None and target in plc.inputs:
+            expression = _read(net, path, text, names)
+            if expression is not None:
+                _add_channel(net, plc.inputs[target], expression)
+                net.sources[len(net.channels) - 1] = path
+        elif loop is None:
+            net.problems.append(unknown(path, "loop's PV", target, [*targets, *plc.inputs], key=True))
+        elif loop in plc.wired:
+            net.problems.append(_within(path, loop))
+        elif loop in net.plant_of:
+            message = f"{loop} has a plant of its own, which is wired to its PV"
+            net.problems.append(Problem(path, message, help=f"name the plant differently, or drop {target}", key=True))
+        else:
+            expression = _read(net, path, text, names)
+            if expression is not None:
+                _add_channel(net, plc.cfg[plc.loops.index(loop)].sig_in, expression)
+                net.faults[loop] = len(net.channels) - 1
+                net.sources[len(net.channels) - 1] = path
+    for i, loop in enumerate(plc.loops):
+        if loop not in net.plant_of and f"{loop}.PV" not in connect and loop not in plc.wired:
+            low = plc.scales[i][0]
+            net.sig[plc.cfg[i].sig_in] = low
+            if loop in later.broken:
+                net.faults[loop] = len(net.channels)
+                net.channels.append(Channel(plc.cfg[i].sig_in, net.slot(low)))
+            else:
+                message = f"nothing is wired to the PV of {loop}; it stays at {low:g}"
+                cure = f"add {loop} to plants, or {loop}.PV to connect"
+                net.problems.append(
+                    Problem(("plants",), message, "missing_plant", "warning", cure, key=True, loop=loop)
+                )
+
+
+def _add_channel(net: Network, target: int, expression: Expression) -> None:
+    channel = Channel(target)
+    if expression.signal is None:
+        channel.first, channel.last = net.pool.add(expression)
+    else:
+        channel.source = expression.signal
+    net.channels.append(channel)
+
+
+def _order(net: Network, inputs: Mapping[str, Expression]) -> None:
+    """Sorts the plants: each after those it reads, otherwise as written."""
+    owner = {net.plants[at].slot: name for name, at in net.plant_of.items()}
+    waits = {name: {owner[s] for s in inputs[name].signals if s in owner} - {name} for name in net.texts}
+    sorted_names: list[str] = []
+    left = list(net.texts)
+    while left:
+        ready = next((name for name in left if waits[name] <= set(sorted_names)), left[0])
+        sorted_names.append(ready)
+        left.remove(ready)
+    plants = [net.plants[net.plant_of[name]] for name in sorted_names]
+    net.plants, net.plant_of = plants, {name: i for i, name in enumerate(sorted_names)}
+    for name, plant in zip(sorted_names, plants, strict=True):
+        expression = inputs[name]
+        if expression.signal is None:
+            plant.first, plant.last = net.pool.add(expression)
+        else:
+            plant.source = expression.signal
+
+
+def _prepare(net: Network, step: int) -> None:
+    """Coefficients and delay lines."""
+    for name, at in net.plant_of.items():
+        path, text = net.texts[name]
+        plant = net.plants[at]
+        plant.length, rounded = _steps(text.dead_time, step)
+        if rounded:
+            message = (
+                f"the dead time of {name} is {text.dead_time} s, run as {plant.length} base steps of {step / TICKS:g} s"
+            )
+            net.problems.append(Problem((*path, "dead_time"), message, "rounded", "info"))
+        plant.delay = len(net.delay)
+        if plant.delay + plant.length > MAX_DELAY:
+            message = f"dead times of more than {MAX_DELAY} base steps"
+            net.problems.append(Problem((*path, "dead_time"), message, "value", help="use a longer step"))
+            return
+        net.delay.extend([0.0] * plant.length)
+        set_parameters(plant, numbers_of(text), step / TICKS)
+
+
+def _steps(time: Decimal, step: int) -> tuple[int, bool]:
+    """A time in base steps, half to even, and whether it had to be rounded."""
+    exact = time * TICKS / step
+    whole = round(exact) if exact < MAX_DELAY * 2 else MAX_DELAY * 2
+    return whole, whole != exact
+
+
+# --- Plants at rest before time begins --------------------------------------------------------------------------------
+
+
+def rest(net: Network, initial: Sequence[float | None]) -> None:
+    """Every plant at rest at its initial value (by plant; None: where its input holds it), in order of dependence."""
+    stack = net.pool.stack()
+    for plant, value in zip(net.plants, initial, strict=True):
+        if plant.source >= 0:
+            u = net.sig[plant.source]
+        else:
+            u = evaluate(net.pool.code, net.pool.constants, plant.first, plant.last, net.sig, stack)
+        settle_at(plant, value, u, net.delay)
+        net.sig[plant.slot] = net.sig[plant.measured] = plant.y
+
+
+def initial_values(net: Network) -> list[float | None]:
+    """The initial values as the scenario gives them, in the order of the plants."""
+    values = [net.texts[name][1].initial for name in net.plant_of]
+    return [None if value is None else float(value) for value in values]

@@ -1,0 +1,372 @@
+"""The processes that controllers act on, advanced by the exact solution, and the noise of transmitters."""
+
+from __future__ import annotations
+
+import math
+import random
+from array import array
+from collections.abc import Callable, MutableSequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from pidcfg.schemas.expressions import LARGEST_VALUE
+from pidcfg.sim.engine.expressions import evaluate
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pidcfg.schemas.scenario import Plant as PlantText
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The processes that controllers act on; each advances by the exact solution of its equation over one base step.
+# The input ``u`` is held over a step, so the step of a linear plant has a closed form whose coefficients are worked
+# out beforehand: no error grows with the size of the step. Dead time is a whole number of base steps; all delay lines
+# share one buffer. Noise belongs to the measurement alone and never enters a state.
+
+FIRST_ORDER, SECOND_ORDER, INTEGRATOR, LEAD_LAG, DEAD_TIME, VALVE = range(6)
+MODELS = {
+    "first_order": FIRST_ORDER,
+    "second_order": SECOND_ORDER,
+    "integrator": INTEGRATOR,
+    "lead_lag": LEAD_LAG,
+    "dead_time": DEAD_TIME,
+    "valve": VALVE,
+}
+
+
+@dataclass(slots=True)
+class Plant:
+    """One plant as the kernel sees it: wiring, parameters, coefficients of the exact step, state.
+
+    ``source`` is the signal it reads, or -1 when ``first`` and ``last`` bound the code of an expression. The value goes
+    to the signal ``slot``, with noise to ``measured`` (the same one when there is no noise, then ``column`` is -1).
+    """
+
+    model: int
+    slot: int
+    measured: int
+    source: int = -1
+    first: int = 0
+    last: int = 0
+    gain: float = 1.0
+    load: float = 0.0
+    low: float = -LARGEST_VALUE
+    """Where its value stops."""
+    high: float = LARGEST_VALUE
+    sigma: float = 0.0
+    column: int = -1
+    delay: int = 0
+    """Where its delay line begins in the shared buffer."""
+    length: int = 0
+    """Dead time in base steps."""
+    head: int = 0
+    a: float = 0.0
+    """First order: 1 − e^(−dt/T). Integrator: dt. Valve: largest move in a step. Second order: Φ11."""
+    b: float = 0.0
+    """Lead/lag: lead over lag. Valve: stiction band. Second order: Φ12."""
+    c: float = 0.0
+    """Second order: Φ21."""
+    d: float = 0.0
+    """Second order: Φ22."""
+    y: float = 0.0
+    """The value."""
+    x: float = 0.0
+    """Second order: dy/dt. Lead/lag: the lagged input. Valve: the position."""
+    moving: int = 0
+    held: float = 0.0
+    """The last input that had a value."""
+    fault: int = 0
+    """Why an input had no value, the first time (`pidcfg.sim.engine.expressions.FAULTS`), and at which base step."""
+    fault_at: int = 0
+
+
+def step_plants(
+    k: int,
+    plants: Sequence[Plant],
+    delay: MutableSequence[float],
+    sig: MutableSequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+) -> None:
+    """All plants through one base step, in the order in which they depend on each other (kernel)."""
+    for i in range(len(plants)):
+        p = plants[i]
+        u = sig[p.source] if p.source >= 0 else read_expression(k, p, sig, code, constants, stack)
+        if p.length > 0:
+            u = delayed(p, u, delay)
+        if p.model == FIRST_ORDER:
+            y = p.y
+            y += p.a * (p.gain * u + p.load - y)
+        else:
+            y = other_value(p, u)
+        if y > p.high or y < p.low:
+            y = p.high if y > p.high else p.low
+            if p.model == SECOND_ORDER:  # it rests there (D642)
+                p.x = 0.0
+        p.y = y
+        sig[p.slot] = y
+
+
+def read_expression(
+    k: int,
+    p: Plant,
+    sig: Sequence[float],
+    code: Sequence[int],
+    constants: Sequence[float],
+    stack: MutableSequence[float],
+) -> float:
+    """The value of a plant's input; the last one when it has none now (kernel)."""
+    u = evaluate(code, constants, p.first, p.last, sig, stack)
+    if stack[0] == 0.0:
+        p.held = u
+    elif p.fault == 0:
+        p.fault = int(stack[0])
+        p.fault_at = k
+    return p.held
+
+
+def delayed(p: Plant, u: float, delay: MutableSequence[float]) -> float:
+    """What went into the plant's delay line one dead time ago (kernel)."""
+    at = p.delay + p.head
+    value = delay[at]
+    delay[at] = u
+    p.head += 1
+    if p.head == p.length:
+        p.head = 0
+    return value
+
+
+def other_value(p: Plant, u: float) -> float:
+    """The value of a plant that is not of first order after one step with the input ``u`` (kernel)."""
+    if p.model == INTEGRATOR:
+        return p.y + p.a * (p.gain * u + p.load)
+    if p.model == SECOND_ORDER:
+        end = p.gain * u + p.load
+        away = p.y - end
+        value = end + p.a * away + p.b * p.x
+        p.x = p.c * away + p.d * p.x
+        return value
+    if p.model == LEAD_LAG:
+        p.x += p.a * (u - p.x)
+        return p.gain * (p.x + p.b * (u - p.x)) + p.load
+    if p.model == VALVE:
+        return p.gain * move_valve(p, u) + p.load
+    return p.gain * u + p.load
+
+
+def move_valve(p: Plant, u: float) -> float:
+    """The position of a valve: it sticks until it is off by its band, then moves at its rate (kernel)."""
+    away = u - p.x
+    if p.moving == 0 and abs(away) > p.b:
+        p.moving = 1
+    if p.moving == 1:
+        if away > p.a:
+            p.x += p.a
+        elif away < -p.a:
+            p.x -= p.a
+        else:
+            p.x = u
+            p.moving = 0
+    return p.x
+
+
+def add_noise(
+    row: int, columns: int, plants: Sequence[Plant], noise: Sequence[float], sig: MutableSequence[float]
+) -> None:
+    """What transmitters with noise show; ``noise`` holds ``columns`` standard normal numbers a row (kernel)."""
+    for i in range(len(plants)):
+        p = plants[i]
+        if p.column >= 0:
+            sig[p.measured] = sig[p.slot] + p.sigma * noise[row * columns + p.column]
+
+
+def lag(dt: float, time_constant: float) -> float:
+    """The share of the way that a first-order lag goes in one step: 1 − e^(−dt/T)."""
+    return -math.expm1(-dt / time_constant)
+
+
+def second_order(dt: float, squared: float, damped: float) -> tuple[float, float, float, float]:
+    """e^(A·dt) of ``squared``·y″ + ``damped``·y′ + y = 0, by rows; the three kinds of poles without cancellation.
+
+    ``squared`` is T1·T2 or T², ``damped`` is T1 + T2 or 2ζT.
+    """
+    p = damped / squared / 2
+    discriminant = p * p - 1 / squared
+    if discriminant < 0:
+        w = math.sqrt(-discriminant)
+        decay = math.exp(-p * dt)
+        c, s = decay * math.cos(w * dt), decay * math.sin(w * dt) / w
+    else:
+        w = math.sqrt(discriminant)
+        slow, fast = math.exp(-dt / squared / (p + w)), math.exp(-(p + w) * dt)
+        c = (slow + fast) / 2
+        apart = 2 * w * dt
+        s = dt * fast if apart == 0 else dt * fast * math.expm1(apart) / apart if apart < 1 else (slow - fast) / 2 / w
+    return c + p * s, s, -s / squared, c - p * s
+
+
+def settle_at(plant: Plant, value: float | None, u: float, delay: MutableSequence[float]) -> None:
+    """The plant at rest at ``value`` (None: where the input ``u`` holds it), its delay line full of that input.
+
+    An integrator without ``value`` begins at 0; a plant without gain cannot be held and its line is full of 0.
+    """
+    reach = plant.gain * u + plant.load
+    if value is None:
+        value = 0.0 if plant.model == INTEGRATOR else reach
+    wanted = 0.0 if plant.model == INTEGRATOR else value
+    held = (wanted - plant.load) / plant.gain if plant.gain else 0.0
+    if not math.isfinite(held):
+        held = 0.0
+    if wanted == reach:
+        held = u
+    plant.y = min(max(value, plant.low), plant.high)
+    plant.x = held if plant.model in (LEAD_LAG, VALVE) else 0.0
+    plant.held = held
+    plant.head = plant.moving = 0
+    for at in range(plant.delay, plant.delay + plant.length):
+        delay[at] = held
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# From the numbers of a plant, as the scenario gives them and events replace them, to the coefficients of its step.
+
+
+def numbers_of(text: PlantText) -> dict[str, float]:
+    """The numbers of a plant by key, as a ``disturb`` event may replace them."""
+    fields = text.model_dump(exclude={"name", "model", "input", "time_constants", "limits", "dead_time", "initial"})
+    numbers = {key: float(value) for key, value in fields.items() if value is not None}
+    if text.time_constants is not None:
+        numbers["first"], numbers["second"] = (float(t) for t in text.time_constants)
+    if text.limits is not None:
+        numbers["low"], numbers["high"] = (float(end) for end in text.limits)
+    return numbers
+
+
+def set_parameters(plant: Plant, numbers: Mapping[str, float], dt: float) -> None:
+    """Writes a plant's numbers and works out the coefficients of its exact step of ``dt`` seconds."""
+    plant.gain, plant.load, plant.sigma = numbers["gain"], numbers["load"], numbers["noise"]
+    plant.low, plant.high = numbers.get("low", plant.low), numbers.get("high", plant.high)
+    if plant.model == INTEGRATOR:
+        plant.a = dt
+    elif plant.model == SECOND_ORDER:
+        if "first" in numbers:
+            squared, damped = numbers["first"] * numbers["second"], numbers["first"] + numbers["second"]
+        else:
+            squared, damped = numbers["time_constant"] ** 2, 2 * numbers["damping"] * numbers["time_constant"]
+        plant.a, plant.b, plant.c, plant.d = second_order(dt, squared, damped)
+    elif plant.model == LEAD_LAG:
+        plant.a, plant.b = lag(dt, numbers["lag"]), numbers["lead"] / numbers["lag"]
+    elif plant.model == VALVE:
+        plant.a, plant.b = numbers.get("rate_limit", plant.high) * dt, numbers["stiction"]
+    elif "time_constant" in numbers:
+        plant.a = lag(dt, numbers["time_constant"])
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Noise of transmitters: standard normal numbers, drawn by `random.gauss` or by kernels that give the same bits.
+# `normals` is Python's own generator, the Mersenne Twister with Box and Muller's transformation, on its own state, as
+# a kernel: compiled, it draws a number in a tenth of the time. The last bits of a logarithm or a sine depend on the
+# mathematical library; where compiled code is not linked to Python's, `agrees` tells, and Python draws.
+
+Normals = Callable[[int, int, int, MutableSequence[int], MutableSequence[float], MutableSequence[float]], int]
+"""The type of `normals`."""
+
+WORDS, MIDDLE = 624, 397
+"""Words of the generator's state, and how far apart those are that are mixed."""
+UPPER, LOWER, MATRIX = 0x80000000, 0x7FFFFFFF, 0x9908B0DF
+TURN = 2.0 * math.pi
+TRIED = 4096
+"""Numbers by which compiled code is held to Python's."""
+
+
+def renew(state: MutableSequence[int]) -> None:
+    """The next 624 words of the Mersenne Twister (kernel)."""
+    for i in range(WORDS):
+        following = i + 1 if i + 1 < WORDS else 0
+        mixed = i + MIDDLE if i + MIDDLE < WORDS else i + MIDDLE - WORDS
+        y = (state[i] & UPPER) | (state[following] & LOWER)
+        state[i] = state[mixed] ^ (y >> 1) ^ (MATRIX * (y & 1))
+    state[WORDS] = 0
+
+
+def word(state: MutableSequence[int]) -> int:
+    """32 random bits; the last number of the state counts the words that are used up (kernel)."""
+    if state[WORDS] >= WORDS:
+        renew(state)
+    y = state[state[WORDS]]
+    state[WORDS] += 1
+    y ^= y >> 11
+    y ^= (y << 7) & 0x9D2C5680
+    y ^= (y << 15) & 0xEFC60000
+    return y ^ (y >> 18)
+
+
+def uniform(state: MutableSequence[int]) -> float:
+    """`random.random`: 53 random bits as a number from 0 up to 1 (kernel)."""
+    high = word(state) >> 5
+    low = word(state) >> 6
+    return (high * 67108864.0 + low) * (1.0 / 9007199254740992.0)
+
+
+def normals(
+    rows: int,
+    column: int,
+    columns: int,
+    state: MutableSequence[int],
+    spare: MutableSequence[float],
+    noise: MutableSequence[float],
+) -> int:
+    """Fills a column of ``rows`` with what ``random.gauss(0.0, 1.0)`` draws (kernel).
+
+    Numbers come in pairs; ``spare`` holds the second one, and whether there is one.
+    """
+    for row in range(rows):
+        if spare[1] != 0.0:
+            z = spare[0]
+            spare[1] = 0.0
+        else:
+            angle = uniform(state) * TURN
+            radius = math.sqrt(-2.0 * math.log(1.0 - uniform(state)))
+            z = math.cos(angle) * radius
+            spare[0] = math.sin(angle) * radius
+            spare[1] = 1.0
+        noise[row * columns + column] = 0.0 + z
+    return rows
+
+
+@dataclass(slots=True)
+class Noise:
+    """Noise by rows, of each row a number from each of the sources: what one draws depends on none of the others."""
+
+    seeds: list[str]
+    fast: Normals | None = None
+    """`normals`, compiled; without it Python draws."""
+    sources: list[random.Random] = field(init=False)
+    states: list[tuple[array[int], array[float]]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.sources = [random.Random(seed) for seed in self.seeds]
+        self.states = [state_of(source) for source in self.sources] if self.fast is not None else []
+
+    def rows(self, count: int) -> array[float]:
+        """The next rows, one after the other."""
+        columns = len(self.seeds)
+        noise = array("d", bytes(8 * count * columns))
+        for column, source in enumerate(self.sources):
+            if self.fast is not None:
+                self.fast(count, column, columns, *self.states[column], noise)
+            else:
+                noise[column::columns] = array("d", [source.gauss(0.0, 1.0) for _ in range(count)])
+        return noise
+
+
+def state_of(source: random.Random) -> tuple[array[int], array[float]]:
+    """A source's state as `normals` takes it."""
+    _, words, spare = source.getstate()
+    return array("q", words), array("d", [0.0, 0.0] if spare is None else [spare, 1.0])
+
+
+def agrees(fast: Normals, tried: int = TRIED) -> bool:
+    """Whether compiled code draws what Python does."""
+    return Noise(["noise"], fast).rows(tried).tobytes() == Noise(["noise"]).rows(tried).tobytes()

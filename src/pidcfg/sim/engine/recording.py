@@ -1,0 +1,375 @@
+"""The trend of a run for a picture, and what a run means where no manual says it."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass, field
+from math import nan
+from typing import TYPE_CHECKING
+
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.sim.controllers.plc import Plc
+
+# --- The trend of a run for a picture: a bounded number of points a signal, in which no extreme is lost ---------------
+#
+# The base steps of a run fall into equal groups. Of each group a signal keeps its first, lowest, highest and last
+# value with their times, so that a line through them covers the same points of a picture as a line through all
+# values.
+
+POINTS = 2_000
+"""What a signal keeps at most."""
+KEPT = 4
+"""Values of a group: first, lowest, highest, last."""
+LOW, HIGH = "output low", "output high"
+"""What stands for an output's limits among the levels of alarms."""
+
+
+@dataclass(slots=True)
+class Recording:
+    """Signals of a run as it goes on; only those that are ``wanted``, or all."""
+
+    wanted: frozenset[str] | None = None
+    dt: float = 1.0
+    """The base step in s."""
+    names: list[str] = field(default_factory=list)
+    group: int = 1
+    """Base steps in a group."""
+    steps: dict[str, array[int]] = field(default_factory=dict)
+    """The base steps of the points that are kept, by signal."""
+    values: dict[str, array[float]] = field(default_factory=dict)
+    levels: dict[tuple[str, str], list[tuple[float, float]]] = field(default_factory=dict)
+    """By loop and alarm: where the alarm comes on, from which time in s on; NaN where it is off. The limits of the
+    output, as `LOW` and `HIGH`, likewise."""
+    _columns: list[tuple[int, str]] = field(default_factory=list)
+    _rows: int = 0
+    _width: int = 0
+    _open: dict[str, list[float]] = field(default_factory=dict)
+    """The values so far of the group that is not complete."""
+    _times: dict[int, float] = field(default_factory=dict)
+    """The times in s of base steps that were asked for."""
+
+    def begin(self, names: Sequence[str], steps: int, dt: float) -> None:
+        """A run of so many base steps begins; what was recorded before is forgotten."""
+        self.dt, self._rows, self._width = dt, 0, len(names)
+        self._columns = [(i, name) for i, name in enumerate(names) if self.wanted is None or name in self.wanted]
+        self.names = [name for _, name in self._columns]
+        self.group = 1 if steps <= POINTS else -(-steps * KEPT // POINTS)
+        self.steps = {name: array("q") for name in self.names}
+        self.values = {name: array("d") for name in self.names}
+        self.levels, self._open, self._times = {}, {}, {}
+
+    def look(self, plc: Plc, sig: Sequence[float], time: float) -> None:
+        """Notes the levels of all alarms and the limits of all outputs where they have changed."""
+        for i, loop in enumerate(plc.loops):
+            levels = {alarm: plc.alarm_level(i, alarm) for alarm in plc.alarm_limits}
+            low, high = plc.output_limits(i, sig)
+            for name, level in {**levels, LOW: low, HIGH: high}.items():
+                value = nan if level is None else level
+                rows = self.levels.setdefault((loop, name), [])
+                if not rows or repr(rows[-1][1]) != repr(value):
+                    rows.append((time, value))
+
+    def take(self, rows_of_values: Sequence[float], rows: int) -> None:
+        """Rows of values, one a base step, one after the other."""
+        for column, name in self._columns:
+            self._see(name, rows_of_values[column : rows * self._width : self._width])
+        self._rows += rows
+
+    def _see(self, name: str, values: Sequence[float]) -> None:
+        """The next values of a signal, which belong to as many groups as they reach into."""
+        held = self._open.get(name, [])
+        values = [*held, *values]
+        complete = len(values) - len(values) % self.group
+        places = kept_places(values, complete, self.group)
+        self._keep(name, self._rows - len(held), places, values)
+        self._open[name] = values[complete:]
+
+    def _keep(self, name: str, zero: int, places: Sequence[int], values: Sequence[float]) -> None:
+        """Keeps a signal's values at these places; the first of all values belongs to base step ``zero``."""
+        self.steps[name].extend([zero + place for place in places])
+        self.values[name].extend(map(values.__getitem__, places))
+
+    def end(self) -> None:
+        """The run is over; what is left of a group is one."""
+        for name, values in self._open.items():
+            self._keep(name, self._rows - len(values), kept_places(values, len(values), len(values) or 1), values)
+        self._open = {}
+
+    def signal(self, name: str) -> tuple[list[float], list[float]]:
+        """Times in s and values of a signal."""
+        times = self._times
+        for step in self.steps[name]:
+            if step not in times:
+                times[step] = float(f"{step * self.dt:.10g}")
+        return [times[step] for step in self.steps[name]], self.values[name].tolist()
+
+
+def kept_places(values: Sequence[float], end: int, size: int) -> Sequence[int]:
+    """Where first, lowest, highest and last value of each group of this size stand, in the order of time."""
+    if size == 1:
+        return range(end)
+    places, last = list[int](), size - 1
+    for first in range(0, end, size):
+        group = values[first : first + size]
+        low, high = min(group), max(group)
+        if low == high:
+            places += first, first + last
+            continue
+        one, two = group.index(low), group.index(high)
+        if one > two:
+            one, two = two, one
+        places.append(first)
+        if one:
+            places.append(first + one)
+        if two < last:
+            places.append(first + two)
+        places.append(first + last)
+    return places
+
+
+# --- What a run means where no manual says it: start, time, metrics, and what has no value ----------------------------
+
+RUN = (
+    Decision(
+        80,
+        "metrics look at the loop's signals as the PLC sees them",
+        "PV, SP and output are the words in engineering units, held between samples: with filter, noise, rounding and "
+        "a broken sensor. Integrals are sums over the base steps in Auto or Cascade, without the last one, which "
+        "stands for no time; a loop that was in neither has none, and one that does not end there no final error.",
+        "Every metric can then be worked out again from the trend.",
+    ),
+    Decision(
+        81,
+        "a step is measured from its event to where the set point goes",
+        "Overshoot, settling time and rise time count from the last event that changed a loop's set point, or a signal "
+        "that its set point reads, while the loop was in Auto or Cascade and its PV was driven. The step "
+        "goes from the set point before to the one that the controller has limited it to within a sample. A "
+        "loop that is "
+        "outside the band at the end has not settled: the value is none, and an expectation of it fails.",
+        "A set point beyond its limits is never reached; a time that is not known must not pass.",
+    ),
+    Decision(
+        82,
+        "an event takes effect at the first base step that is not before it",
+        "At that step events come first, in the order of the file; then the plants, with new signals and the outputs "
+        "of the step before; then the controllers that are due.",
+        "Between two base steps nothing is calculated, and nothing may happen before its time.",
+    ),
+    Decision(
+        83,
+        "the steady start",
+        "The pre-roll runs in windows of the longest time constant or dead time (of an integrator 1/gain), at least 4 "
+        "samples of the slowest loop, in whole samples of all loops, so that all of them sample at time 0. Modes are "
+        "reported at time 0. When 100 windows or the limit on loop-steps do not suffice, that is an error, and the run "
+        "starts from the plants' initial values.",
+        "A loop that stays in Manual by a programming error would otherwise hide the very report that names the error.",
+    ),
+    Decision(
+        761,
+        "where an output is on or off, or pulses, steady is a cycle that comes back",
+        "The pre-roll has ended for such a loop, and for one whose PV it moves, when the highest and the lowest PV of "
+        "four windows differ from those of the four before by at most 2 % of the swing, or two counts. Time begins "
+        "anywhere in the cycle. Every other loop must be at rest.",
+        "A relay never rests: its steady state is its cycle, and the run could not begin there otherwise.",
+    ),
+    Decision(
+        84,
+        "an expression without a value keeps the last one",
+        "Division by zero, the root of a negative number and a result beyond 1e15 leave the signal as it was "
+        "(0 at first). "
+        "The first time is reported for each expression, and the scenario fails.",
+        "A number that is none would spread through every plant, and stopping would hide what happens next.",
+    ),
+    Decision(
+        85,
+        "plants in a ring",
+        "Plants are stepped in the order in which they depend on each other; where they form a ring, the one that is "
+        "written first reads the value of the step before.",
+        "A ring has no order; a base step of delay is the least that can be assumed.",
+    ),
+    Decision(
+        86,
+        "a sticking valve",
+        "The valve stands until its input is further away than the stiction band, then moves all the way at its rate "
+        "limit, and sticks again where it arrives.",
+        "The simplest model that shows the limit cycle of a sticking valve.",
+    ),
+    Decision(
+        87,
+        "flags of a report were on at some time",
+        "A flag is true when its bit was on at any time of the run; alarms and modes carry their times. "
+        "Lists of a loop "
+        "end at 1000 entries each, and the report says how many are left out.",
+        "A condition that was corrected still happened; a chattering alarm must not fill the memory.",
+    ),
+    Decision(
+        640,
+        "changes of mode within a base step are one entry of the log",
+        "With the mode at the end of the step, and the reasons of all of them; a mode that a loop enters and leaves "
+        "within a step is none, and without a reason there is no entry at all.",
+        "The log is made of the status words after each step, as the trend is; nothing between two steps lasts.",
+    ),
+    Decision(
+        641,
+        "a scan that does not fit the sample rates",
+        "With `scan_time` a loop is calculated in the first scan that is not before its time; the times themselves "
+        "keep their grid, and the equation works with the sample rate of the register.",
+        'DL06: the CPU executes calculations "on the appropriate scans". CLICK: with a long scan time the output may '
+        "not be calculated as quickly as the sample rate says.",
+    ),
+    Decision(
+        642,
+        "a plant of second order rests at its limits",
+        "At a limit its value stands and its slope is 0; it leaves with the first input that takes it away. No other "
+        "plant has anything that could run on behind its limits.",
+        "A full tank keeps nothing of what has run over.",
+    ),
+    Decision(
+        330,
+        "what takes a loop out of its mode",
+        "A loop is meant for the mode of its configuration, of the last event that requests one, or of the parameters "
+        "and signals that choose it, and has to reach it and end in it. Where it left it, an event on its cascade, on "
+        "those signals or on the CPU within ten samples before says why, or an expectation on its mode.",
+        "An event long before, or one of the set point, explains nothing.",
+    ),
+    Decision(
+        331,
+        "when an error lasts",
+        "It is looked at in the last tenth of the run, and in the last quarter of the time before each event that "
+        "moves the loop or takes its mode, three dead times of its plants and ten samples at least: the mean error "
+        "of the second half against that of the first. A plant time is the dead times and time constants between "
+        "output and PV (of an integrator the time in which the whole output moves the PV through its span) and three "
+        "samples. "
+        "At a limit of the output an error lasts that changes by less than two counts and 0.1 % of span a plant time "
+        "after its last event or change of sign, that has grown for two, or that after three would need more than "
+        "four more. Inside the limits one lasts that would need more than four plant times and has had four, or two "
+        "if it stands still, unless the set point moves; of a plant that integrates only one that stands still. At a "
+        "limit the run is judged by the last look that tells, and by the first if no event came before it; inside the "
+        "limits by every look. A loop that comes into Auto or Cascade within the time looked at is judged only if it "
+        "is at its set point in all of the second half.",
+        "Shorter looks take a dead time for a fault, longer ones what happened before; a mean is free of noise and "
+        "ripple. What the end of a run shows is often an event's doing, and a short run says nothing of a slow plant: "
+        "against its plant a heat-up is on its way at any moment, and the textbooks' most careful tuning answers "
+        "within three time constants. A limit that an event brings about between two others is the scenario's wish.",
+    ),
+    Decision(
+        332,
+        "what counts as an error that lasts",
+        "More than 1 % of span (5 % without an integral or where the output is on or off, 20 % without an integral "
+        "where the plant integrates), or than the inner deviation alarm where that is closer; and more than the dead "
+        "band, up to 5 % of span.",
+        "Deviation alarms are often set wide for the start-up, and with 5 % of span most outputs that were limited "
+        "wrongly went unseen. Without an integral and in a dead band a small offset is what was configured; a level "
+        "that is meant to give way needs a wide one.",
+    ),
+    Decision(
+        344,
+        "a sensor that is broken for good controls nothing",
+        "A loop that is in Auto or Cascade for more than a tenth of the run with a sensor that an event has broken "
+        "without an end in the run is not driven, unless an expectation looks at an alarm, a flag or the mode of that "
+        "loop. A fault with an end is the scenario's wish.",
+        "Its output no longer answers to its PV; who breaks a sensor to see the alarm writes the alarm down.",
+    ),
+    Decision(
+        339,
+        "a set point outside the range is a mistake, limited or not",
+        "A loop fails by out-of-range, too, when the set point in force at the end or the one of its configuration is "
+        "outside its PV's range, even where the PLC limits it. A PV that leaves the range after an event in the last "
+        "tenth of the run, or in the last plant time, is not judged.",
+        "No sensor can show such a value, so nobody can want it; a limit within the range is there to be met.",
+    ),
+    Decision(
+        337,
+        "outputs that may stay at a limit",
+        "A loop in whose place a selector, min or max takes another loop's output, one whose windup input is on "
+        "without a slave that is itself at a limit, and one of two loops of opposite effect at its lower limit while "
+        "the other is inside its limits and sees the same PV (to 5 % of span) are not judged; where both are above "
+        "5 % of their way they work against each other, and the verdict says so. The reason has to hold when the "
+        "window ends. A master is at a limit, too, where its slave's output or set point is. A loop whose output a "
+        "plant takes as it is, is not left out, whatever OVERR says.",
+        "There the output at its limit is what the program wants. The smaller of an output and a constant is a limit "
+        "of the output like any other.",
+    ),
+    Decision(
+        333,
+        "what counts as an oscillation",
+        "Turning points of the PV in the last third of the run, of swings above 4 counts, 1 % of span and ten "
+        "standard deviations of its noise; three periods after the first one, the last swing at least 0.8 of the "
+        "first, and the last turning point not longer ago than a period. The period is the mean one, the amplitude "
+        "half the mean swing.",
+        "Noise alone reaches six to nine standard deviations from peak to peak in a run of ordinary length.",
+    ),
+    Decision(
+        334,
+        "oscillations that nobody can cure",
+        "A loop whose output is on or off, the ripple of pulses (a period of at most four of their cycles, or an "
+        "amplitude of no more than the ripple that pulses make which are on for half of their cycle) and loops that "
+        "such a loop drives with its period are not judged; neither is one with an auto-tune or a profile, nor a third "
+        "with two events that move the loop and do not leave it alone for three periods.",
+        "A slower and larger swing of a loop with pulses is a matter of its tuning like any other.",
+    ),
+    Decision(
+        560,
+        "an event that changes nothing excuses nothing",
+        "An event that sets a parameter, a signal or a plant's number to what it is, or the CPU to the mode that it is "
+        "in, is no event for the standing expectations. What the PLC writes itself (an output, a bias, and every "
+        "parameter after an event of a mode, an auto-tune or a profile) is never taken for the same.",
+        "It moves nothing, and would otherwise cut a run into parts that are each too short to be judged.",
+    ),
+    Decision(
+        561,
+        "an oscillation that no event explains",
+        "Besides the last third, the time since the last event that moves the loop is looked at, up to the next one, "
+        "as far as it reaches into the last third: three periods in it as above, or, however few, three swings in a "
+        "row each of which is more than 1.1 times the one before, and the last of at least 0.8 of the largest. "
+        "In both the longest period lasts at most twice as long as the shortest.",
+        "A run of a few periods never has three in its last third, while one that grows by a tenth each half period "
+        "is not stable. The swings that noise makes of an inner loop's set point are less even.",
+    ),
+    Decision(
+        562,
+        "a run of fewer than ten samples is an error",
+        "A run in which no loop that is judged and meant for Auto or Cascade has ten samples is an error at its "
+        "duration, as is one that is shorter than a sample of any loop.",
+        "Nothing can be seen in it, and green would mean nothing.",
+    ),
+    Decision(
+        563,
+        "an output that moves its PV",
+        "A loop is not driven, either, where a plant has had no gain for more than the last tenth of the run in Auto "
+        "or Cascade, where what its output is read by does not follow it (0 times the output), and where the whole way "
+        "of its output, by the gains and expressions as they are at the start and at the end, moves the PV by less "
+        "than 4 counts and 0.1 % of span. A way through another loop or a block tells no such figure. An expectation "
+        "on an alarm, a flag or the mode excuses a lost gain as it does a broken sensor (D344).",
+        "A wire is no control if nothing comes of it. A gain that comes back is the scenario's wish.",
+    ),
+    Decision(
+        335,
+        "alarms that stand",
+        "The outermost alarms (low-low, high-high, the outer deviation) of a loop in Auto or Cascade, together: at the "
+        "end, or for more than a tenth of the run. The time in which an event has broken the loop's sensor does not "
+        "count, nor does an alarm that an expectation waits for.",
+        "An alarm of start-up is short; what is broken shows in the alarms and is meant to.",
+    ),
+    Decision(
+        338,
+        "a word that is no value is an error of the set-up",
+        "A setting in a listing whose content is no value of its format (a BCD digit above 9, bits outside a 12-bit "
+        "word, a parameter of another type), or a parameter that every loop has and the listing lacks, fails the loop "
+        "by set-up-error, whether its function is on or off. What the PLC writes itself, such as the output, is a "
+        "note. An error that was corrected during the run stays one: of +35, of a block's Error, of a flag.",
+        "What a CPU does with such a word is nowhere documented (D50), so that a run with it proves nothing.",
+    ),
+    Decision(
+        336,
+        "what follows from an error that is expected",
+        "An error word of the PLC that an expectation names excuses all loops; an error of a loop, or the expectation "
+        "that it never comes into Auto or Cascade where it was in neither, itself and its cascade. Nothing of them is "
+        "judged. A loop in Auto that shall never be in Cascade is not asked for Cascade, and judged by the rest.",
+        "A wrong set-up can be written down and seen to fail, and what follows from it is no news.",
+    ),
+)

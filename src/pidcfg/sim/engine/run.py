@@ -1,0 +1,564 @@
+"""One scenario from the program-to-run transition to its report, with the pre-roll of ``initial: steady``."""
+
+from __future__ import annotations
+
+import csv
+from array import array
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field, fields
+from math import gcd, lcm
+from typing import TYPE_CHECKING, Literal, Protocol
+
+from pydantic_core import PydanticCustomError
+
+from pidcfg.sim.controllers.plc import TICKS, Controller, Plc
+from pidcfg.sim.engine.checks import check_scenario
+from pidcfg.sim.engine.choice import CHUNK, EngineName, Machine, calls_of, choose, numba_kernels, python_kernels
+from pidcfg.sim.engine.events import Agenda, Journal, idle_events
+from pidcfg.sim.engine.expressions import FAULTS, Problem
+from pidcfg.sim.engine.influence import Influence, wrong_actions
+from pidcfg.sim.engine.kernel import Span
+from pidcfg.sim.engine.network import Network, build, initial_values, rest
+from pidcfg.sim.engine.plants import Noise
+from pidcfg.sim.judgement.evidence import Evidence, meters_of
+from pidcfg.sim.judgement.expect import Outcome, Watch, alarms_off, placed, verdict, watches_of
+from pidcfg.sim.judgement.meters import DEFAULT_BAND, Band, Gauge, Onset, begin, loop_metrics, time_in_control
+from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, rounded
+from pidcfg.sim.judgement.standing import Lookout, standing, unused_allowances
+from pidcfg.text.paths import leaves
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Generator, Iterator, Sequence
+
+    from pidcfg.schemas.scenario import Scenario
+    from pidcfg.sim.engine.recording import Recording
+
+# --- Expressions of a run that had no value, in words -----------------------------------------------------------------
+
+
+def faults(scenario: Scenario, plc: Plc, net: Network, step: int, zero: int) -> Iterator[Note]:
+    """A note for each expression, with the first time; ``step`` in ticks, time 0 is base step ``zero``."""
+
+    def time(k: int) -> float:
+        return rounded(max(0, k - zero) * step / TICKS)
+
+    named = {at: name for name, at in net.plant_of.items()}
+    for i, plant in enumerate(net.plants):
+        if plant.fault:
+            text = str(net.texts[named[i]][1].input)
+            yield _fault(time(plant.fault_at), plant.fault, f"input of {named[i]}", text)
+    for i, channel in enumerate(net.channels):
+        if channel.fault:
+            key = str(net.sources[i][-1])
+            yield _fault(time(channel.fault_at), channel.fault, key, scenario.connect[key])
+    for tick, name, why in plc.faults():
+        message = f"the wire of {name} has no value ({why}); it kept the one that it had"
+        yield Note(time(tick // step), None, message, error=True)
+
+
+def _fault(time: float, fault: int, what: str, text: str) -> Note:
+    return Note(time, None, f"{what}: {FAULTS[fault]} in {text!r}; the signal kept its last value", error=True)
+
+
+# --- The trend of a run: one row a base step (or every n-th), written as it comes -------------------------------------
+
+
+class Sink(Protocol):
+    """Where text goes: an open file."""
+
+    def write(self, text: str, /) -> object:
+        """Takes a piece of text."""
+
+
+def clock(ticks: int) -> str:
+    """A time in s, exactly: ``0.2``, ``15``."""
+    whole, part = divmod(ticks, TICKS)
+    return f"{whole}.{part:06d}".rstrip("0") if part else str(whole)
+
+
+@dataclass(slots=True)
+class Trend:
+    """CSV of signals; numbers have ten significant digits, lines end in LF on every system."""
+
+    sink: Sink
+    names: Sequence[str]
+    step: int
+    every: int = 1
+    at: int = field(default=0, init=False)
+    """The base step of the next values."""
+
+    def __post_init__(self) -> None:
+        csv.writer(self.sink, lineterminator="\n").writerow(["time", *self.names])
+
+    def take(self, values: Sequence[float], rows: int, apart: int) -> None:
+        """Rows of values, one after the other, ``apart`` base steps from each other; one every n-th is written."""
+        width = len(self.names)
+        lines = []
+        for row in range(rows):
+            at = self.at + row * apart
+            if at % self.every == 0:
+                shown = (f"{value:.10g}" for value in values[row * width : (row + 1) * width])
+                lines.append(",".join([clock(at * self.step), *shown]))
+        self.at += rows * apart
+        if lines:
+            self.sink.write("\n".join(lines) + "\n")
+
+
+# --- Before a run: the PLC's options, the base step, the network, and all problems of a scenario ----------------------
+
+
+def options(scenario: Scenario, controller: Controller) -> object:
+    """What the scenario chooses about the PLC, as the controller takes it; `prepare` reports what it does not know."""
+    known = {f.name for f in fields(controller.Options)}
+    choices = {key: value for key, value in scenario.plc.model_dump(exclude_none=True).items() if key in known}
+    if "scan_time" in choices:
+        choices["scan_time"] = int(choices["scan_time"] * TICKS)
+    return controller.Options(**choices)
+
+
+def base_step(scenario: Scenario, plc: Plc) -> int:
+    """The base step in ticks: that of the scenario, the scan time, or the greatest common step of the sample rates."""
+    chosen = scenario.step or scenario.plc.scan_time
+    if chosen is not None:
+        return max(1, int(chosen * TICKS))
+    rates = [plc.base] if plc.running else [config.period for config in plc.cfg]
+    return gcd(*rates, *rates_set(scenario, plc)) or TICKS
+
+
+def rates_set(scenario: Scenario, plc: Plc) -> list[int]:
+    """Sample rates that events of the scenario set, in ticks."""
+    periods = []
+    for event in scenario.events:
+        if event.loop not in plc.loops or event.set is None or event.at > scenario.duration:
+            continue
+        loop = plc.loops.index(event.loop)
+        for keys, value, _ in leaves(event.set):
+            with suppress(PydanticCustomError):  # the check of the scenario reports it
+                periods.append(plc.period_set(loop, keys, plc.check_set(loop, keys, value)))
+    return periods
+
+
+def prepare(scenario: Scenario, plc: Plc) -> Network:
+    """The network of a scenario, with everything that is wrong with the scenario in ``problems``."""
+    step = base_step(scenario, plc)
+    problems = list(check_scenario(scenario, plc))
+    for name, period in zip(plc.loops, plc.periods, strict=True):
+        if period and misses(period, step, scenario):
+            problems.append(uneven(name, period, step))
+    if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
+        words = ", ".join(f"{name} = {plc.word_of_flags.format(word)}" for name, word in plc.flags.items())
+        message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
+        problems.append(Problem(("plc", "number_of_loops"), message, "set_up", "warning"))
+    return build(scenario, plc, step, problems)
+
+
+def misses(period: int, step: int, scenario: Scenario) -> bool:
+    """Whether samples of this rate come late in steps of this length; any rate fits scans that are shorter."""
+    return period < step if scenario.plc.scan_time is not None else period % step != 0
+
+
+def uneven(loop: str, period: int, step: int, since: str = "") -> Problem:
+    """A sample rate that the base step does not meet."""
+    what = "is shorter than" if period < step else "is no multiple of"
+    message = f"{since}the sample rate of {loop}, {period / TICKS:g} s, {what} the step, {step / TICKS:g} s"
+    cure = f"its samples come at the next base step; give 'step: {gcd(period, step) / TICKS:g}', which fits them all"
+    return Problem(("step",), message, "rounded", "warning", cure, loop=loop)
+
+
+def too_long(last: int, loops: int, limit: int | None) -> list[Problem]:
+    """The limit on loop-steps, and a scenario without any; ``last``: its last base step."""
+    count = (last + 1) * loops
+    if limit is not None and count > limit:
+        message = f"{count} loop-steps; the limit is {limit}"
+        return [Problem(("duration",), message, "limit", help="use a longer step, or the option --no-limit")]
+    cure = "lengthen the duration, or give a shorter 'step'"
+    short = Problem(("duration",), "the scenario is shorter than its base step", "value", help=cure)
+    return [short] if last < 1 else []
+
+
+# --- The pre-roll of ``initial: steady``: controllers and plants run until every PV is at rest, then time starts ------
+#
+# A PV is at rest when over one window, the longest time constant, it hardly moves or stays within two counts of its
+# mean: a quantised loop on an integrator hunts for ever. Where an output is on or off, or pulses, the PVs never rest:
+# there the highest and the lowest PV must come back (D761). Outputs do not count; noise and events are off.
+
+WINDOWS = 100
+"""Windows after which a network counts as one that never settles."""
+SAMPLES = 4
+"""Samples of the slowest loop that a window spans at least."""
+ALIGNED = 10
+"""A window grows at most by this factor to hold whole samples of all loops."""
+STEADY_SHARE = 1e-6
+STEADY_COUNTS = 2.0
+"""A PV is steady when it moves less than this share of its range, or stays this close to its mean."""
+CYCLE_WINDOWS = 4
+"""Windows whose extremes are held against those of as many before: a cycle may be longer than the time constant."""
+CYCLE_SHARE = 0.02
+"""Of the swing, by which the extremes of a cycle may differ from those before."""
+
+
+class UnsteadyError(Exception):
+    """The network does not settle; ``problem`` says which loop moves and how far."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem.message)
+        self.problem = problem
+
+
+def run_to_rest(machine: Machine, max_loop_steps: int | None, swinging: Collection[int] = ()) -> int:
+    """Runs the pre-roll and returns its base steps; ``swinging``: loops that may swing. Raises `UnsteadyError`."""
+    plc = machine.plc
+    spans = [Span(config.sig_in) for config in plc.cfg[: len(plc.loops)]]
+    steps = window_of(machine)
+    past: list[list[tuple[float, float]]] = []
+    k, moving = 0, 0
+    for _ in range(WINDOWS):
+        if max_loop_steps is not None and (k + steps) * len(spans) > max_loop_steps:
+            break
+        k = machine.settle(k, k + steps, spans)
+        unsteady = [i for i, span in enumerate(spans) if not is_steady(span, plc.scales[i], steps)]
+        if swinging:
+            past.append([(span.low, span.high) for span in spans])
+            ends = {i: [window[i] for window in past] for i in swinging}
+            unsteady = [i for i in unsteady if i not in ends or not comes_back(ends[i], plc.scales[i])]
+        if not unsteady:
+            return k
+        moving = unsteady[0]
+    raise UnsteadyError(_explain(machine, k, spans[moving], moving, steps))
+
+
+def refused(machine: Machine) -> list[Problem]:
+    """A warning for each loop that rests in another mode than it is meant for: what rests is not under control."""
+    plc = machine.plc
+    modes = [plc.mode(state.status) for state in plc.st[: len(plc.loops)]]
+    cure = "see the mode changes at 0 s for the reason"
+    return [
+        Problem(
+            ("initial",),
+            f"{loop} rests in {mode}, though {goal} is meant",
+            "no_steady_state",
+            "warning",
+            cure,
+            loop=loop,
+        )
+        for loop, mode, goal in zip(plc.loops, modes, plc.goals, strict=True)
+        if goal != "manual" and mode == "manual" and "manual" in plc.modes
+    ]
+
+
+def window_of(machine: Machine) -> int:
+    """Base steps of a window: the longest time constant, in whole samples so that all loops sample at time 0."""
+    periods = [config.period for config in machine.plc.cfg]
+    longest = max(machine.net.longest(), machine.plc.longest)
+    least = max(longest * TICKS, SAMPLES * max(periods, default=0), machine.step)
+    common = lcm(*periods, machine.step)
+    if common > ALIGNED * least:
+        common = machine.step
+    return int(-(-least // common)) * common // machine.step
+
+
+def is_steady(span: Span, scale: tuple[float, float, int], steps: int) -> bool:
+    """Whether a PV was at rest over a window of ``steps``; ``scale`` is its range and the counts in it."""
+    low, high, counts = scale
+    if span.high - span.low < STEADY_SHARE * abs(high - low):
+        return True
+    mean = span.total / steps
+    return max(span.high - mean, mean - span.low) <= STEADY_COUNTS * abs(high - low) / counts
+
+
+def swinging_loops(scenario: Scenario, net: Network, plc: Plc) -> set[int]:
+    """The loops whose outputs are on or off, or pulses, and those whose PVs one of them moves."""
+    loops = range(len(plc.loops))
+    sources = [i for i in loops if plc.only_switches(i) or plc.pulse_cycle(i)]
+    if not sources:
+        return set()
+    influence = Influence.of(scenario, net, plc)
+    moved = set[int]().union(*(influence.of_output(i) for i in sources))
+    return {i for i in loops if i in sources or plc.cfg[i].sig_pv in moved}
+
+
+def comes_back(past: Sequence[tuple[float, float]], scale: tuple[float, float, int]) -> bool:
+    """Whether a PV swings between the same extremes: ``past`` has the lowest and highest of each window."""
+    if len(past) < 2 * CYCLE_WINDOWS:
+        return False
+    before, now = past[-2 * CYCLE_WINDOWS : -CYCLE_WINDOWS], past[-CYCLE_WINDOWS:]
+    (low_before, high_before), (low_now, high_now) = _extremes(before), _extremes(now)
+    low, high, counts = scale
+    least = max(STEADY_SHARE, STEADY_COUNTS / counts) * abs(high - low)
+    slack = max(CYCLE_SHARE * (high_now - low_now), least)
+    return abs(low_now - low_before) <= slack and abs(high_now - high_before) <= slack
+
+
+def _extremes(windows: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    return min(low for low, _ in windows), max(high for _, high in windows)
+
+
+def _explain(machine: Machine, k: int, span: Span, loop: int, steps: int) -> Problem:
+    dt, name = machine.step / TICKS, machine.plc.loops[loop]
+    message = (
+        f"no steady state after {k * dt:g} s: the PV of {name} still moves between {span.low:.6g} and {span.high:.6g} "
+        f"within {steps * dt:g} s; the run starts from 'initial' of the plants instead"
+    )
+    cure = "check mode, action and tuning of the loop, and the signs of the plant's gain and load"
+    return Problem(("initial",), message, "no_steady_state", help=cure, loop=name)
+
+
+# --- One scenario from the program-to-run transition to its report ----------------------------------------------------
+#
+# The kernels advance plants, controllers, metrics and trend from event to event, and Python handles what happens
+# between. Base steps are counted from the beginning of the pre-roll; ``zero`` is the one at which time starts.
+
+Progress = Callable[[float], None]
+
+
+class UnusableError(Exception):
+    """A scenario that cannot run; ``problems`` say why."""
+
+    def __init__(self, problems: list[Problem]) -> None:
+        super().__init__("; ".join(p.message for p in problems if p.severity == "error"))
+        self.problems = problems
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How to run, as opposed to what."""
+
+    engine: EngineName = "auto"
+    every: int = 1
+    """Base steps between two rows of the trend."""
+    max_loop_steps: int | None = None
+    trend: Sink | None = None
+    recording: Recording | None = None
+    """Takes the trend for a picture: every base step, whatever ``every`` says."""
+    progress: Progress | None = None
+    runs: int | None = None
+    """Of the call: see `choose`."""
+    judged: bool = True
+    """Whether standing expectations are judged; a run of a battery is compared and not judged."""
+
+
+def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Report:
+    """Runs a scenario on a PLC; raises `UnusableError` when it cannot run at all.
+
+    ``new_plc`` makes the PLC at its program-to-run transition; it is called again when the network does not settle and
+    the run starts without the pre-roll.
+    """
+    run = begun(scenario, new_plc, controller, settings)
+    for _ in run.course():
+        pass
+    return run.finish()
+
+
+def begun(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
+    """A run at time 0, as `simulate` has it; `Run.course` goes on from there."""
+    run = Run.of(scenario, new_plc, controller, settings)
+    if scenario.initial == "steady" and run.plc.running:
+        try:
+            run.zero = run_to_rest(run.machine, settings.max_loop_steps, swinging_loops(scenario, run.net, run.plc))
+            run.problems += refused(run.machine)
+        except UnsteadyError as error:
+            run = Run.of(scenario, new_plc, controller, settings)
+            run.problems.append(error.problem)
+    return run
+
+
+@dataclass(slots=True)
+class Run:
+    """A run on its way from time 0 to its end."""
+
+    scenario: Scenario
+    settings: Settings
+    plc: Plc
+    net: Network
+    step: int
+    last: int
+    engine: Literal["python", "numba"]
+    machine: Machine
+    journal: Journal
+    agenda: Agenda
+    watches: dict[int, Watch]
+    """What is measured for one expectation alone, by its number."""
+    problems: list[Problem]
+    notes: list[Note] = field(default_factory=list)
+    noise: Noise = field(default_factory=lambda: Noise([]))
+    zero: int = 0
+    trend: Trend | None = None
+    periods: list[int] = field(default_factory=list)
+    """Sample rates at the last look."""
+    chunk: int = CHUNK
+    """Base steps between two looks."""
+    lookout: Lookout | None = None
+
+    @classmethod
+    def of(cls, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
+        """Everything in place, nothing run yet."""
+        plc = new_plc()
+        net = prepare(scenario, plc)
+        step = base_step(scenario, plc)
+        last = int(scenario.duration * TICKS) // step
+        problems = net.problems + too_long(last, len(plc.loops), settings.max_loop_steps)
+        if any(problem.severity == "error" for problem in problems):
+            raise UnusableError(problems)
+        notes = [Note(0.0, plc.loops[p.loop], f"word without a value: {p.text}") for p in plc.problems]
+        for loop, value in scenario.initial.items() if isinstance(scenario.initial, dict) else ():
+            idle = plc.set_output(plc.loops.index(loop), value, net.sig)
+            notes += [Note(0.0, loop, f"initial output {value}: {idle}")] if idle else []
+        rest(net, initial_values(net))
+        problems += wrong_actions(net, plc)
+        influence = Influence.of(scenario, net, plc, idle_events(scenario, new_plc, net) if settings.judged else [])
+        meters = meters_of(scenario, plc, net, last)
+        bands = [Band(i, DEFAULT_BAND) for i in range(len(meters))]
+        watched = {slot for m in meters for slot in (m.pv, m.sp, m.out)}
+        gauges = [Gauge(slot) for slot in net.names.values() if slot not in watched]
+        watches = watches_of(scenario, plc, net, step)
+        bands += [w for w in watches.values() if isinstance(w, Band)]
+        gauges += [w for w in watches.values() if isinstance(w, Gauge)]
+        onsets = [w for w in watches.values() if isinstance(w, Onset)]
+        work = (last + 1) * len(meters)
+        engine = choose(settings.engine, work, controller, calls_of(scenario, net), settings.runs)
+        kernels = numba_kernels(controller) if engine == "numba" else python_kernels(controller)
+        machine = Machine(net, plc, step, meters, bands, gauges, onsets, list(net.names.values()), kernels)
+        journal = Journal(plc, step / TICKS)
+        agenda = Agenda(scenario, plc, net, machine, journal, influence, step)
+        return cls(scenario, settings, plc, net, step, last, engine, machine, journal, agenda, watches, problems, notes)
+
+    @property
+    def dt(self) -> float:
+        """The base step in s."""
+        return self.step / TICKS
+
+    # --- the run -----------------------------------------------------------------------------------------------------
+
+    def course(self) -> Iterator[int]:
+        """Runs from time 0 to the end; yields the next base step at each look, from the beginning of the pre-roll."""
+        fast = self.machine.kernels.normals() if self.net.noisy else None
+        self.noise = Noise([f"{self.scenario.seed}/{name}" for name in self.net.noisy], fast)
+        if self.settings.trend is not None:
+            self.trend = Trend(self.settings.trend, list(self.net.names), self.step, self.settings.every)
+        if self.settings.recording is not None:
+            self.settings.recording.begin(list(self.net.names), self.last + 1, self.dt)
+        self.periods = list(self.plc.periods)
+        self._look_at_settings(0)
+        k = self.agenda.zero = self.zero
+        self.lookout = Lookout(self._evidence())
+        for stop, action in self.agenda.stops(self.last, self.lookout.stops()):
+            if stop > k - self.zero:
+                k = yield from self._advance(k, self.zero + stop)
+            note = action(stop)
+            if note is not None:
+                self.notes.append(note)
+            self._look_at_settings(stop)
+        yield from self._advance(k, self.zero + self.last + 1)
+
+    def finish(self) -> Report:
+        """The report of what has run."""
+        if self.settings.recording is not None:
+            self.settings.recording.end()
+        lookout = self.lookout or Lookout(self._evidence())
+        lookout.finish()
+        return self._report(lookout.evidence)
+
+    def _advance(self, k: int, end: int) -> Generator[int, None, int]:
+        """Base steps up to ``end``; the first and the last one stand alone.
+
+        Extremes begin with the first one, and nothing is integrated over the time after the last one.
+        """
+        bounds = {self.zero + 1, self.zero + self.last}
+        while k < end:
+            stop = min([end, k + self.chunk, *(b for b in bounds if b > k)])
+            final = k == self.zero + self.last
+            held = [(m.iae, m.ise, m.itae) for m in self.machine.meters] if final else []
+            self._chunk(k, stop)
+            self._look_at_settings(stop - self.zero)
+            if k == self.zero:
+                for meter in self.machine.meters:
+                    begin(meter, self.net.sig)
+            for meter, integrals in zip(self.machine.meters if final else (), held, strict=True):
+                meter.iae, meter.ise, meter.itae = integrals
+            k = stop
+            yield k
+        return k
+
+    def _chunk(self, k: int, stop: int) -> None:
+        machine, first = self.machine, k
+        recording = self.settings.recording
+        every = 1 if recording is not None else self.settings.every if self.trend is not None else 0
+        machine.noise = self.noise.rows(stop - k)
+        if every:
+            machine.trend = array("d", bytes(8 * ((stop - k) // every + 1) * len(machine.shown)))
+        while k < stop:
+            k = machine.advance(k, stop, self.zero, every, first)
+            self.journal.take(machine.log, machine.counts[0])
+            if self.trend is not None:
+                self.trend.take(machine.trend, machine.counts[1], every)
+            if recording is not None:
+                recording.take(machine.trend, machine.counts[1])
+            machine.counts[:2] = [0, 0]
+        if self.settings.progress is not None:
+            self.settings.progress((k - self.zero) / (self.last + 1))
+
+    def _look_at_settings(self, k: int) -> None:
+        """Reports a sample rate that the base step no longer meets, and records changed levels of alarms."""
+        periods, self.periods = self.periods, list(self.plc.periods)
+        for name, old, new in zip(self.plc.loops, periods, self.periods, strict=True):
+            if new and new != old and misses(new, self.step, self.scenario):
+                self.problems.append(uneven(name, new, self.step, f"by {rounded(k * self.dt):g} s: "))
+        if self.settings.recording is not None:
+            self.settings.recording.look(self.plc, self.net.sig, rounded(k * self.dt))
+
+    # --- the report --------------------------------------------------------------------------------------------------
+
+    def _report(self, evidence: Evidence) -> Report:
+        self.journal.close()
+        machine, sig = self.machine, self.net.sig
+        for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
+            values = loop_metrics(meter, machine.bands[i], self.last, self.dt, sig)
+            report.metrics = {name: None if v is None else rounded(v) for name, v in values.items()}
+            report.time_in_control = rounded(time_in_control(meter, self.last) * self.dt)
+        metrics = [report.metrics for report in self.journal.loops]
+        signals = self._signals()
+        off = alarms_off(self.scenario, self.plc)
+        outcome = Outcome(self.plc, metrics, machine.meters, signals, self.dt, self.last, off, self.agenda.modes)
+        wanted = enumerate(self.scenario.expect)
+        said = ((i, loop.modes[-1].reason) for i, loop in enumerate(self.journal.loops) if loop.modes)
+        evidence.reasons = {i: reason for i, reason in said if reason}
+        verdicts = standing(evidence) if self.settings.judged else []
+        self.problems += unused_allowances(evidence, verdicts)
+        invalid = faults(self.scenario, self.plc, self.net, self.step, self.zero)
+        return Report(
+            scenario=self.scenario.scenario,
+            step=self.dt,
+            steps=self.last + 1,
+            duration=self.last * self.dt,
+            engine=self.engine,
+            plc_flags={name: self.plc.word_of_flags.format(word) for name, word in self.plc.flags.items()},
+            running=self.plc.running,
+            loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
+            signals=signals,
+            expectations=[placed(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted],
+            standing=verdicts,
+            events=self.agenda.done,
+            notes=sorted([*self.notes, *self.journal.notes(), *invalid], key=lambda note: note.at),
+            problems=self.problems,
+            settled=rounded(self.zero * self.dt) if self.zero else None,
+            scan_time=self._scan_time(),
+        )
+
+    def _evidence(self) -> Evidence:
+        influence, meters = self.agenda.influence, self.machine.meters
+        return Evidence(self.scenario, self.plc, self.net, influence, meters, self.step, self.last)
+
+    def _scan_time(self) -> ScanTime | None:
+        scan = self.scenario.plc.scan_time
+        return None if scan is None or not self.plc.running else self.plc.scan_time(float(scan))
+
+    def _signals(self) -> dict[str, Range]:
+        lows: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
+        for m in self.machine.meters:
+            lows |= {m.pv: (m.pv_low, m.pv_high), m.sp: (m.sp_low, m.sp_high), m.out: (m.out_low, m.out_high)}
+        sig = self.net.sig
+        return {
+            name: Range(rounded(lows[slot][0]), rounded(lows[slot][1]), rounded(sig[slot]))
+            for name, slot in self.net.names.items()
+        }

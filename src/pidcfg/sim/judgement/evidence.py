@@ -1,0 +1,420 @@
+"""What the verdicts of the standing expectations are drawn from: when a loop is looked at, and what is known of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from math import hypot
+from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.schemas.expressions import ABSOLUTE, CONSTANT, MAXIMUM, MINIMUM, NEGATE, ROOT, SIGNAL
+from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, steps_until
+from pidcfg.sim.engine.expressions import evaluate
+from pidcfg.sim.engine.influence import answer, read_by
+from pidcfg.sim.judgement.meters import Meter
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from pidcfg.schemas.scenario import Event, Scenario
+    from pidcfg.schemas.scenario import Plant as PlantText
+    from pidcfg.sim.controllers.plc import Plc
+    from pidcfg.sim.engine.influence import Influence
+    from pidcfg.sim.engine.kernel import Channel
+    from pidcfg.sim.engine.network import Network
+    from pidcfg.sim.engine.plants import Plant
+
+# --- When a loop's error is looked at: at the end of the run, and before what moves the loop or ends its control ------
+#
+# Design. The events of a scenario are known beforehand, and so are the looks: each ends right before an event, or
+# with the run, and has a window before it in which the loop is left alone. The meter of a loop sums up the error of
+# one window at a time; between two of them it is set to the next (`pidcfg.sim.judgement.evidence.aim`), so that the
+# kernel knows of one only. How long a window has to be for an answer depends on the plant: `plant_time`.
+
+TENTH, DEAD_TIMES, SAMPLES = 10, 3, 10
+"""The end of a run is its last tenth, but so many dead times and samples at least."""
+QUARTER = 4
+"""Before an event it is the last quarter of the time since the one before, with the same least lengths."""
+PATIENCE = 4
+"""Plant times that a loop may take to get to its set point (D331)."""
+SMOOTHING = 3
+"""Samples of a loop that count as a part of its plant: it answers that much later."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """A window in which a loop's error is looked at; all in base steps."""
+
+    start: int
+    """Where it begins to be summed up, for whether it gets smaller."""
+    middle: int
+    """Where the second half of that begins."""
+    end: int
+    """The last one."""
+    stage: int
+    """Where the last event before it moved the loop; 0: none did."""
+    final: bool
+    """It is the end of the run, and no event comes later."""
+    following: float
+    """When the event comes that ends it, in s."""
+
+    @property
+    def half(self) -> float:
+        """Base steps between the two halves."""
+        return (self.end + 1 - self.start) / 2
+
+
+def looks_at(scenario: Scenario, plc: Plc, influence: Influence, i: int, step: int, last: int) -> list[Look]:
+    """The looks at one loop in a run of ``last`` base steps of ``step`` ticks; the final one is always there."""
+    net = influence.net
+    dead = max((float(net.texts[name][1].dead_time) for name in influence.plants_between(i)), default=0.0)
+    least = max(DEAD_TIMES * dead * TICKS / step, SAMPLES * plc.cfg[i].period / step)
+    moved = {k for k, event in happenings(scenario, step, last) if influence.concerns(event, i)}
+    bounds = [0, *sorted(moved - {0})]
+    looks = []
+    for stage, following in pairwise(bounds):
+        length = round(max((following - stage) / QUARTER, least))
+        if stage + length < following:
+            looks.append(_look(following - 1, length, stage, final=False, following=following * step / TICKS))
+    length = min(last, round(max(last / TENTH, least)))
+    return [*looks, _look(last, length, bounds[-1], final=True, following=last * step / TICKS)]
+
+
+def _look(end: int, length: int, stage: int, *, final: bool, following: float) -> Look:
+    start = max(0, end - length)
+    return Look(start, (start + end + 1) // 2, end, stage, final, following)
+
+
+def happenings(scenario: Scenario, step: int, last: int) -> Iterator[tuple[int, Event]]:
+    """The events of a run, and ends of sensor faults, with their base steps."""
+    for event in scenario.events:
+        ends = () if event.duration is None else (event.at + event.duration,)
+        for time in (event.at, *ends):
+            k = steps_until(time, step)
+            if k <= last:
+                yield k, event
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How fast a loop's PV can answer its output."""
+
+    seconds: float
+    """Dead times and time constants of the plants between, and some samples of the loop."""
+    turn: float
+    """The same without the time in which an integrator crosses the span: a limit has turned its PV round by then."""
+    lags: float
+    """The time constants alone."""
+    integrates: bool
+    """One of the plants integrates: it comes to rest nowhere by itself."""
+
+
+def plant_time(plc: Plc, influence: Influence, i: int) -> Pace:
+    """The pace of one loop's plants."""
+    net = influence.net
+    total, integrates = SMOOTHING * plc.cfg[i].period / TICKS, False
+    low, high, _ = plc.scales[i]
+    least, most = (0.0, 1.0) if plc.pulse_cycle(i) else plc.output_limits(i, net.sig)
+    for name in influence.plants_between(i):
+        text = net.texts[name][1]
+        total += float(text.dead_time) + sum(lags(text))
+        integrates = integrates or text.model == "integrator"
+    speed, turn = abs(answer(net, plc, i)) * (most - least), total
+    if integrates and speed:
+        total += abs(high - low) / speed
+    return Pace(total, turn, sum(sum(lags(net.texts[name][1])) for name in influence.plants_between(i)), integrates)
+
+
+def lags(text: PlantText) -> Iterator[float]:
+    """The time constants of a plant, in s."""
+    yield from (float(time) for time in text.time_constants or ())
+    if text.time_constant is not None:
+        yield float(text.time_constant) * max(1.0, 2 * float(text.damping or 0))
+    if text.lag is not None:
+        yield float(text.lag)
+
+
+# --- What the verdicts of the standing expectations are drawn from ----------------------------------------------------
+#
+# Design. `Evidence` holds what a run leaves behind: meters, final signals, the PLC as it stands, the wiring, and the
+# scenario. Each kind is a function of the evidence and a loop in a module of its own; `pidcfg.sim.judgement.standing`
+# calls them, and knows what keeps a loop from being judged. Only the words of a verdict come from the journal.
+
+SHARE = 0.001
+"""Of a span: what is less is no difference."""
+COUNTS = 2
+"""Counts of a PV: what is less is rounding."""
+
+
+class Judgement(NamedTuple):
+    """What one kind says of one loop; ``at`` in s."""
+
+    passed: bool
+    text: str
+    at: float | None = None
+    judged: bool = True
+    tells: bool = True
+    """A look at another time may tell more if this is false."""
+
+
+def too_early(why: str) -> Judgement:
+    """Nothing is known of the loop yet, and why."""
+    return Judgement(passed=True, text=why, judged=False, tells=False)
+
+
+class Found(NamedTuple):
+    """What a look at a loop in control showed."""
+
+    look: Look
+    saturated: Judgement
+    stands: Judgement
+
+
+class Swings(NamedTuple):
+    """An oscillation; times in base steps."""
+
+    period: float
+    amplitude: float
+    """Half peak to peak, in PV units."""
+    since: int
+    """Its first turning point."""
+
+
+def unjudged(why: str) -> Judgement:
+    """Nothing is known of the loop, and why."""
+    return Judgement(passed=True, text=why, judged=False)
+
+
+@dataclass
+class Evidence:
+    """A run that is over."""
+
+    scenario: Scenario
+    plc: Plc
+    net: Network
+    influence: Influence
+    meters: Sequence[Meter]
+    step: int
+    """Ticks of a base step."""
+    last: int
+    """The last base step."""
+    reasons: Mapping[int, str] = field(default_factory=dict)
+    """Why a loop changed or did not change its mode last, in words, by its number."""
+    given: Mapping[int, float] = field(default_factory=dict)
+    """The set points that the configuration gives, of loops that have none from another loop, by their number."""
+    effects: list[float] = field(default_factory=list)
+    """How far each loop's output can move its PV (an integrator: in 1 s), as at the start; 0: that is not known."""
+    paces: list[Pace] = field(default_factory=list)
+    """How fast the plants of each loop are."""
+    looks: dict[int, list[Found]] = field(default_factory=dict)
+    """What the looks at each loop have shown, by its number."""
+    swings: dict[int, Swings] = field(default_factory=dict)
+    """The first oscillation of each loop that no event stirs up and that reaches the last third, by its number."""
+
+    @property
+    def sig(self) -> Sequence[float]:
+        """The signals as they end."""
+        return self.net.sig
+
+    def seconds(self, k: float) -> float:
+        """A base step as a time."""
+        return k * self.step / TICKS
+
+    @cached_property
+    def masters(self) -> Sequence[int]:
+        """See `LoopFacts.masters`."""
+        return self.plc.masters
+
+    def family(self, loop: int) -> set[int]:
+        """A loop and those up and down its cascade."""
+        family = {loop}
+        while True:
+            links = {j for i in family for j in (self.masters[i], *self.slaves(i)) if j >= 0}
+            if links <= family:
+                return family
+            family |= links
+
+    def slaves(self, loop: int) -> Iterator[int]:
+        """The loops that have their set point from a loop."""
+        return (i for i, master in enumerate(self.masters) if master == loop)
+
+    def errors(self, loop: int) -> tuple[float, float]:
+        """SP − PV on average, in the two halves of the window that ends here."""
+        m = self.meters[loop]
+        early, late = m.middle - m.window, self.last + 1 - m.middle
+        return m.early_error / max(early, 1), m.final_error / late
+
+    def set_point_moves(self, loop: int) -> float:
+        """By how much the set point is elsewhere in the second half of that window."""
+        m = self.meters[loop]
+        return abs(m.final_sp / (self.last + 1 - m.middle) - m.early_sp / max(m.middle - m.window, 1))
+
+    def span(self, loop: int) -> float:
+        """The span of a loop's PV."""
+        low, high, _ = self.plc.scales[loop]
+        return abs(high - low)
+
+    def least(self, loop: int) -> float:
+        """A difference of the PV that is more than rounding."""
+        return max(COUNTS * self.span(loop) / self.plc.scales[loop][2], SHARE * self.span(loop))
+
+    def found(self, loop: int) -> Sequence[Found]:
+        """What the looks at a loop showed while it was in control; of the last ones only what can be judged."""
+        found = self.looks.get(loop, [])
+        final = found[-1] if found else None
+        if final is not None and final.look.final and final.look.stage > final.look.start and len(found) > 1:
+            return found[:-1]
+        return found
+
+    def events(self) -> Iterator[tuple[int, Event]]:
+        """The events of the run, and ends of sensor faults, with their base steps."""
+        return happenings(self.scenario, self.step, self.last)
+
+    def events_on(self, loop: int, since: int) -> list[float]:
+        """The times from base step ``since`` on at which an event moves a loop's PV or set point."""
+        return sorted(
+            self.seconds(k) for k, event in self.events() if k >= since and self.influence.concerns(event, loop)
+        )
+
+    def mode(self, loop: int) -> str:
+        """The mode that a loop ends in."""
+        return self.plc.mode(self.meters[loop].status)
+
+    @staticmethod
+    def is_control(mode: str) -> bool:
+        """Whether a mode is one in which a loop controls."""
+        return mode in IN_CONTROL
+
+
+def limits_reached(e: Evidence, loop: int) -> str:
+    """The limit that a loop's output ends at: ``lower``, ``upper``; empty: it is inside."""
+    low, high = e.plc.output_limits(loop, e.sig)
+    out, slack = e.sig[e.plc.cfg[loop].sig_out], SHARE / 2 * abs(high - low)
+    return "upper" if out >= high - slack else "lower" if out <= low + slack else ""
+
+
+# --- What the meters of a run have to know beforehand: masks, the mode that is wanted, and where the end begins -------
+
+THIRD = 3
+SWING_COUNTS, SWING_SHARE, SWING_NOISE = 4, 0.01, 10
+"""Counts, share of the span, and standard deviations of the noise that a swing must pass, peak to peak."""
+
+
+def meters_of(scenario: Scenario, plc: Plc, net: Network, last: int) -> list[Meter]:
+    """A meter a loop, for a run of ``last`` base steps."""
+    return [_meter(scenario, plc, net, i, last) for i in range(len(plc.loops))]
+
+
+def aim(m: Meter, look: Look, pace: float) -> None:
+    """Sets a meter to the next look at its loop, whose plant time is ``pace`` base steps."""
+    m.window, m.middle = look.start, look.middle
+    m.early_error = m.final_error = m.early_sp = m.final_sp = 0.0
+    m.side = 0
+    m.watched = min(m.late, max(look.stage, look.start - round(PATIENCE * pace)))
+
+
+def _meter(scenario: Scenario, plc: Plc, net: Network, i: int, last: int) -> Meter:
+    c = plc.cfg[i]
+    m = Meter(c.sig_pv, c.sig_sp, c.sig_out)
+    m.control_bits = plc.control_bits
+    m.wanted = plc.modes.get(plc.goals[i], 0) & m.control_bits
+    named = {e.alarm for e in scenario.expect if e.loop == plc.loops[i] and e.alarm and not e.never}
+    m.outer_bits = sum(plc.alarm_bits[name] for name in plc.outer_alarms if name not in named)
+    m.late = last - last // THIRD
+    low, high, counts = plc.scales[i]
+    span = abs(high - low)
+    m.least = max(SWING_COUNTS * span / counts, SWING_SHARE * span, SWING_NOISE * noise_of(scenario, plc, net, i))
+    return m
+
+
+def noise_of(scenario: Scenario, plc: Plc, net: Network, loop: int) -> float:
+    """The standard deviation of the noise of a loop's PV, at rest."""
+    total = 0.0
+    for name in net.noisy:
+        plant = net.plants[net.plant_of[name]]
+        later = [(e.disturb or {}).get("noise", 0) for e in scenario.events if (e.plant or e.loop) == name]
+        sigma = max([plant.sigma, *map(float, later)])
+        total = hypot(total, _passed_on(net, plc, loop, plant.measured, sigma))
+    return total
+
+
+def _passed_on(net: Network, plc: Plc, loop: int, measured: int, sigma: float) -> float:
+    """What a change of a measurement by ``sigma`` makes of a loop's PV, by way of connections alone."""
+    raised = list(net.sig)
+    raised[measured] += sigma
+    stack = net.pool.stack()
+    for channel in net.channels:
+        if channel.source >= 0:
+            raised[channel.target] += raised[channel.source] - net.sig[channel.source]
+        else:
+            ends = [
+                evaluate(net.pool.code, net.pool.constants, channel.first, channel.last, sig, stack)
+                for sig in (net.sig, raised)
+            ]
+            raised[channel.target] += ends[1] - ends[0]
+    inlet = plc.inlets.get(plc.loops[loop])
+    target = plc.cfg[loop].sig_in if inlet is None else plc.inputs[inlet]
+    return abs(raised[target] - net.sig[target])
+
+
+# --- Whether another loop's output is taken in the place of a loop's own: by a selector, by ``min`` or ``max`` --------
+#
+# Design. What is taken instead has to follow another loop's output. The smaller or larger of an output and a
+# constant, or of an output and a signal from outside, is a limit of the output: a loop that stands at it is
+# saturated. So is one whose output a plant takes as it is, whatever the loop's own inputs say.
+
+OPERANDS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
+"""How many operands an operation takes; all others take two."""
+
+
+def left_out(e: Evidence, i: int) -> bool:
+    """Whether a loop acts on nothing now, since another loop's output is taken in its place."""
+    cfg = e.plc.cfg[: len(e.plc.loops)]
+    pvs = {c.sig_pv for c in cfg}
+    out, others = cfg[i].sig_out, {c.sig_out for c in cfg} - {cfg[i].sig_out}
+    own = e.influence.reach([out], without=pvs | others)
+    rivals = e.influence.reach(others, without=pvs | {out})
+    if any(out in read_by(e.net, plant) and not _leaves_out(e, plant, out, rivals) for plant in e.net.plants):
+        return False
+    return e.plc.left_out(i, e.sig, own, rivals) or _selected_away(e, i, rivals)
+
+
+def _selected_away(e: Evidence, i: int, rivals: frozenset[int]) -> bool:
+    """Whether every plant or connection that reads a loop's output takes the smaller or larger of it and a rival."""
+    out = e.plc.cfg[i].sig_out
+    wired: list[Plant | Channel] = [*e.net.plants, *e.net.channels]
+    readers = [reader for reader in wired if out in read_by(e.net, reader)]
+    return bool(readers) and all(_leaves_out(e, reader, out, rivals) for reader in readers)
+
+
+def _leaves_out(e: Evidence, reader: Plant | Channel, out: int, rivals: frozenset[int]) -> bool:
+    pool = e.net.pool
+    if reader.source >= 0:
+        return False
+    values = set()
+    for away in (-SHARE, 0.0, SHARE):
+        sig = list(e.sig)
+        sig[out] += away * (abs(sig[out]) + 1.0)
+        values.add(evaluate(pool.code, pool.constants, reader.first, reader.last, sig, pool.stack()))
+    return len(values) == 1 and any(
+        out in lost and rivals & taken for taken, lost in _choices(e, reader.first, reader.last)
+    )
+
+
+def _choices(e: Evidence, first: int, last: int) -> Iterator[tuple[set[int], set[int]]]:
+    """Of each ``min`` and ``max`` in an expression the signals of what it takes now, and of what it leaves out."""
+    pool, parts = e.net.pool, list[int]()
+    code = pool.code
+    for at in range(first, last, 2):
+        if code[at] in {MINIMUM, MAXIMUM}:
+            (a, b), end = parts[-2:], at
+            left, right = (evaluate(code, pool.constants, *part, e.sig, pool.stack()) for part in ((a, b), (b, end)))
+            signals = [{code[k + 1] for k in range(*part, 2) if code[k] == SIGNAL} for part in ((a, b), (b, end))]
+            takes_right = right < left if code[at] == MINIMUM else right > left
+            yield (signals[1], signals[0]) if takes_right else (signals[0], signals[1])
+        operands = OPERANDS.get(code[at], 2)
+        if operands == 0:
+            parts.append(at)
+        elif operands == 2:
+            parts.pop()

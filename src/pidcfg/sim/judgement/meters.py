@@ -1,0 +1,576 @@
+"""What is counted about a loop while it runs: meters, swings, and how well it did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+# --- What is counted about a loop while it runs, so that verdicts need nothing but numbers that a kernel keeps --------
+#
+# Design. A `Meter` a loop. What depends on the loop's status (time in Auto or Cascade, time in alarm, every mode and
+# flag that there was) is counted when the status changes, and costs nothing between. What depends on its signals is
+# looked at at each base step, swings of the PV (`pidcfg.sim.judgement.meters`) from the last event before the last
+# third on.
+# The journal lists the same happenings for people; no verdict reads it, so that a batch of runs without a journal is
+# judged alike.
+
+NEVER = 1 << 62
+"""A base step that no run reaches."""
+
+
+@dataclass(slots=True)
+class Meter:
+    """What is known about one loop so far; ``pv``, ``sp``, ``out`` are signals, times are base steps (−1: not yet)."""
+
+    pv: int
+    sp: int
+    out: int
+    status: int = -1
+    aux_status: int = -1
+    iae: float = 0.0
+    ise: float = 0.0
+    itae: float = 0.0
+    """Sums over base steps in Auto or Cascade: the integrals are these times dt, and times dt² for ``itae``."""
+    variation: float = 0.0
+    last_out: float = 0.0
+    last_sp: float = 0.0
+    pv_low: float = 0.0
+    pv_high: float = 0.0
+    sp_low: float = 0.0
+    sp_high: float = 0.0
+    out_low: float = 0.0
+    out_high: float = 0.0
+    event: int = -1
+    before: float = 0.0
+    after: float = 0.0
+    stepped: int = 0
+    locked: int = 0
+    """Until this base step the new set point may still be limited by the controller."""
+    peak_low: float = 0.0
+    peak_high: float = 0.0
+    rise_from: int = -1
+    rise_to: int = -1
+    # modes
+    control_bits: int = 0
+    """The bits of ``status`` that mean Auto or Cascade."""
+    control: int = 0
+    """Whether one of them is on."""
+    control_since: int = 0
+    """When that changed last."""
+    control_steps: int = 0
+    """Base steps in Auto or Cascade, up to the last change."""
+    wanted: int = 0
+    """The mode bits that are to be reached; 0: the loop is meant for none of ``control_bits``."""
+    wanted_since: int = 0
+    seen: int = 0
+    """Every status bit since the mode was wanted."""
+    left: int = -1
+    """When a loop that was in its wanted mode left it last."""
+    missed: int = -1
+    """When a wanted mode that had not been reached was given up for another."""
+    ever: int = 0
+    """Every status bit of the run, and every auxiliary one."""
+    ever_aux: int = 0
+    # alarms of the outermost kind, while in Auto or Cascade and with the sensor sound
+    outer_bits: int = 0
+    broken: int = 0
+    """The loop's sensor is broken by an event."""
+    blind_from: int = -1
+    """The time in Auto or Cascade at which it broke for good; −1: it has not, or has been repaired."""
+    blind_steps: int = 0
+    """Base steps in Auto or Cascade with a sensor that had broken for good, up to its repair."""
+    cut_from: int = -1
+    """The time in Auto or Cascade at which a plant lost its gain, so that nothing moves the PV; −1: it has one."""
+    alarm: int = 0
+    alarm_since: int = 0
+    alarm_steps: int = 0
+    alarms: int = 0
+    """The bits of those that came."""
+    # the end of the run, and of what comes before an event
+    watched: int = NEVER
+    """From here on the loop is looked at."""
+    window: int = NEVER
+    """Where the error begins to be summed up, for whether it gets smaller."""
+    middle: int = NEVER
+    """Where the second half of that begins."""
+    late: int = NEVER
+    """Where the last third begins."""
+    late_status: int = 0
+    """Every status bit of the last third, and every auxiliary one."""
+    late_aux: int = 0
+    early_error: float = 0.0
+    """The sum of the error over the first half of the window, and over the second."""
+    final_error: float = 0.0
+    early_sp: float = 0.0
+    """The same of the set point."""
+    final_sp: float = 0.0
+    side: int = 0
+    """The set point is above the PV (1) or below it (−1); 0: it has not been looked at yet."""
+    since: int = 0
+    """From when on."""
+    # swings of the PV: in the last third, and since the last event
+    swung: int = NEVER
+    """From here on they are looked at."""
+    least: float = 0.0
+    """A move of the PV that is no larger is no swing."""
+    course: int = 1
+    """The PV rises (1) or falls (−1)."""
+    extreme: float = 0.0
+    extreme_at: int = -1
+    turn_value: float = 0.0
+    last_turn: int = 0
+    turn_before: int = 0
+    """The turning point before the last one."""
+    last_swing: float = 0.0
+    turns: int = 0
+    """Turning points of the last third, the first of which may be none: the run was cut there."""
+    first_turn: int = 0
+    first_swing: float = 0.0
+    swings: float = 0.0
+    """The sum of all."""
+    shortest: int = 0
+    """Base steps of the shortest whole period, and of the longest."""
+    longest: int = 0
+    calm_turns: int = 0
+    """The same since the last event, also from before the last third."""
+    calm_first_turn: int = 0
+    calm_first_swing: float = 0.0
+    calm_swings: float = 0.0
+    calm_shortest: int = 0
+    calm_longest: int = 0
+    growing: int = 0
+    """Swings in a row each of which was larger than the one before, up to the last one."""
+    grown: int = 0
+    """The most of them since the last event."""
+    widest: float = 0.0
+    """The largest swing since the last event."""
+
+
+@dataclass(slots=True)
+class Onset:
+    """When a bit of a loop's status came on for the first time (−1: not yet)."""
+
+    loop: int
+    bit: int
+    first: int = -1
+
+
+def change_status(k: int, m: Meter, status: int, aux_status: int) -> None:
+    """A loop's status has changed with base step ``k`` (kernel)."""
+    if m.status & m.wanted and m.status > 0 and status & m.wanted == 0:
+        m.left = k
+    m.status = status
+    m.aux_status = aux_status
+    m.seen |= status
+    m.ever |= status
+    m.ever_aux |= aux_status
+    if k >= m.late:
+        m.late_status |= status
+        m.late_aux |= aux_status
+    control = 1 if status & m.control_bits else 0
+    if control != m.control:
+        if m.control == 1:
+            m.control_steps += k - m.control_since
+        m.control = control
+        m.control_since = k
+    count_alarm(k, m)
+
+
+def note_onsets(k: int, loop: int, status: int, onsets: Sequence[Onset]) -> None:
+    """Bits that somebody waits for, with a loop's new status at base step ``k`` (kernel)."""
+    for i in range(len(onsets)):
+        onset = onsets[i]
+        if onset.loop == loop and onset.first < 0 and status & onset.bit:
+            onset.first = k
+
+
+def count_alarm(k: int, m: Meter) -> None:
+    """An alarm of the outermost kind has come or gone, or no longer counts (kernel)."""
+    bits = m.status & m.outer_bits if m.control == 1 and m.broken == 0 else 0
+    m.alarms |= bits
+    alarm = 1 if bits else 0
+    if alarm != m.alarm:
+        if m.alarm == 1:
+            m.alarm_steps += k - m.alarm_since
+        m.alarm = alarm
+        m.alarm_since = k
+
+
+def watch_end(k: int, m: Meter, pv: float, sp: float) -> None:
+    """What only the end of a run, or of a part of it, tells: the error in a window, and swings of the PV (kernel)."""
+    if sp > pv:
+        if m.side <= 0:
+            m.side = 1
+            m.since = k
+    elif m.side >= 0:
+        m.side = -1
+        m.since = k
+    if k >= m.middle:
+        m.final_error += sp - pv
+        m.final_sp += sp
+    elif k >= m.window:
+        m.early_error += sp - pv
+        m.early_sp += sp
+    if k == m.late:
+        m.late_status |= m.status
+        m.late_aux |= m.aux_status
+
+
+# --- between two segments, and at the end ----------------------------------------------------------------------------
+
+
+def want(m: Meter, k: int, bits: int, grace: int) -> None:
+    """Another mode is wanted from base step ``k`` on.
+
+    The one before is missed if it had not been reached in more than ``grace`` base steps.
+    """
+    if m.wanted and not m.seen & m.wanted and m.missed < 0 and k - m.wanted_since > grace:
+        m.missed = k
+    m.wanted = bits & m.control_bits
+    m.wanted_since = k
+    m.seen = max(m.status, 0)
+    m.left = -1
+
+
+def time_in_control(m: Meter, last: int) -> int:
+    """Base steps in Auto or Cascade, of those up to ``last``."""
+    return m.control_steps + (last - m.control_since if m.control else 0)
+
+
+def break_sensor(m: Meter, k: int, *, for_good: bool) -> None:
+    """A loop's sensor breaks at base step ``k``; if it was broken before, it is otherwise from now on."""
+    repair_sensor(m, k)
+    m.broken = 1
+    m.blind_from = time_in_control(m, k) if for_good else -1
+    count_alarm(k, m)
+
+
+def repair_sensor(m: Meter, k: int) -> None:
+    """A loop's sensor is sound again."""
+    if m.blind_from >= 0:
+        m.blind_steps += time_in_control(m, k) - m.blind_from
+    m.broken, m.blind_from = 0, -1
+    count_alarm(k, m)
+
+
+def time_blind(m: Meter, last: int) -> int:
+    """Base steps in Auto or Cascade with a sensor that had broken for good, of those up to ``last``."""
+    return m.blind_steps + (time_in_control(m, last) - m.blind_from if m.blind_from >= 0 else 0)
+
+
+def cut_off(m: Meter, k: int, *, cut: bool) -> None:
+    """From base step ``k`` on nothing moves a loop's PV, or something does again."""
+    if not cut:
+        m.cut_from = -1
+    elif m.cut_from < 0:
+        m.cut_from = time_in_control(m, k)
+
+
+def time_cut(m: Meter, last: int) -> int:
+    """Base steps in Auto or Cascade, of those up to ``last``, since nothing moves the PV any more."""
+    return time_in_control(m, last) - m.cut_from if m.cut_from >= 0 else 0
+
+
+def time_in_alarm(m: Meter, last: int) -> int:
+    """Base steps in an alarm of the outermost kind, of those up to ``last``."""
+    return m.alarm_steps + (last - m.alarm_since if m.alarm else 0)
+
+
+# --- Swings of a loop's PV: its turning points while it controls, and what makes an oscillation of them ---------------
+#
+# Design. Two counts run side by side: one over the last third of the run, which the metrics tell, and one since the
+# last event that moves the loop, so that what an event stirs up is not taken for what the loop does by itself.
+
+GROWTH = 1.1
+"""Times the swing before: one that is larger grows."""
+GROWN = 3
+"""Swings in a row that grow, and make an oscillation however few there are."""
+PERIODS = 3
+"""Whole periods that make an oscillation."""
+EVEN = 2
+"""Times the shortest period that the longest one may last: what noise stirs up is less even."""
+SUSTAINED = 0.8
+"""Of the first swing that the last one must have."""
+
+
+def watch_swings(k: int, m: Meter, pv: float) -> None:
+    """The PV's turning points while the loop controls (kernel)."""
+    if m.control == 0 or m.extreme_at < 0:
+        m.extreme = pv
+        m.extreme_at = k
+        m.turns = 0
+        m.calm_turns = 0
+    elif m.course > 0:
+        if pv > m.extreme:
+            m.extreme = pv
+            m.extreme_at = k
+        elif m.extreme - pv > m.least:
+            turn(k, m, pv)
+    elif pv < m.extreme:
+        m.extreme = pv
+        m.extreme_at = k
+    elif pv - m.extreme > m.least:
+        turn(k, m, pv)
+
+
+def turn(k: int, m: Meter, pv: float) -> None:
+    """The PV has come so far from its last extreme that this was a turning point (kernel)."""
+    before, swing = m.last_swing, abs(m.extreme - m.turn_value)
+    period = m.extreme_at - m.turn_before
+    m.last_swing = swing
+    if m.extreme_at >= m.late:
+        if m.turns == 0 and m.calm_turns > 0:
+            m.turns = 1
+        if m.turns == 1:
+            m.first_turn = m.extreme_at
+            m.swings = 0.0
+            m.shortest = NEVER
+            m.longest = 0
+        elif m.turns > 1:
+            m.swings += swing
+            if m.turns == 2:
+                m.first_swing = swing
+            else:
+                m.shortest = min(m.shortest, period)
+                m.longest = max(m.longest, period)
+        m.turns += 1
+    if m.calm_turns == 1:
+        m.calm_first_turn = m.extreme_at
+        m.calm_swings = 0.0
+        m.widest = 0.0
+        m.calm_shortest = NEVER
+        m.calm_longest = 0
+    elif m.calm_turns > 1:
+        m.calm_swings += swing
+        m.widest = max(m.widest, swing)
+        if m.calm_turns == 2:
+            m.calm_first_swing = swing
+            m.growing = 0
+            m.grown = 0
+        else:
+            m.calm_shortest = min(m.calm_shortest, period)
+            m.calm_longest = max(m.calm_longest, period)
+            m.growing = m.growing + 1 if swing > GROWTH * before else 0
+            m.grown = max(m.grown, m.growing)
+    m.calm_turns += 1
+    m.turn_value = m.extreme
+    m.turn_before = m.last_turn
+    m.last_turn = m.extreme_at
+    m.course = -m.course
+    m.extreme = pv
+    m.extreme_at = k
+
+
+# --- between two segments, and at the end ----------------------------------------------------------------------------
+
+
+def oscillation(m: Meter, last: int) -> tuple[float, float] | None:
+    """Period in base steps and amplitude (half peak to peak) of a sustained oscillation in the last third."""
+    halves = m.turns - 2
+    if halves < 2 * PERIODS or m.last_swing < SUSTAINED * m.first_swing or m.longest > EVEN * m.shortest:
+        return None
+    period = 2 * (m.last_turn - m.first_turn) / halves
+    return (period, m.swings / halves / 2) if last - m.last_turn <= period else None
+
+
+def calm_oscillation(m: Meter, k: int) -> tuple[float, float] | None:
+    """The same of one since the last event, up to base step ``k``; one that grows need not have three periods."""
+    halves = m.calm_turns - 2
+    if halves < 2 * PERIODS and (halves < 1 or m.grown < GROWN):
+        return None
+    if m.calm_longest > EVEN * m.calm_shortest:
+        return None
+    if m.last_swing < SUSTAINED * (m.widest if m.grown >= GROWN else m.calm_first_swing):
+        return None
+    period = 2 * (m.last_turn - m.calm_first_turn) / halves
+    return (period, m.calm_swings / halves / 2) if k - m.last_turn <= period else None
+
+
+def calm(m: Meter) -> None:
+    """An event moves the loop: what swings after it, swings anew."""
+    m.calm_turns = 0
+
+
+# --- How well a loop did, worked out on the way: memory does not grow with the length of a run ------------------------
+#
+# Integrals run over the time in Auto or Cascade; overshoot, settling time and rise time count from the last event
+# that changed the set point while the loop was there, and are None when there was none (or when the loop never got
+# there).
+
+DEFAULT_BAND = 0.05
+"""Share of the set-point step within which a loop counts as settled, unless an expectation says otherwise."""
+
+
+@dataclass(slots=True)
+class Band:
+    """When a loop was last further from its new set point than ``share`` of the step."""
+
+    loop: int
+    share: float
+    outside: int = -1
+
+
+@dataclass(slots=True)
+class Gauge:
+    """The smallest and largest value of a signal from one base step up to another."""
+
+    slot: int
+    low: float = 1e300
+    high: float = -1e300
+    first: int = 0
+    last: int = NEVER
+
+
+def measure_loop(k: int, m: Meter, sig: Sequence[float]) -> None:
+    """One loop's signals at base step ``k``, which stand for the time up to the next (kernel)."""
+    pv, sp, out = sig[m.pv], sig[m.sp], sig[m.out]
+    if m.control == 1:
+        if sp != pv:
+            e = abs(sp - pv)
+            m.iae += e
+            m.ise += e * e
+            m.itae += e * k
+        if m.event >= 0:
+            if pv > m.peak_high:
+                m.peak_high = pv
+            elif pv < m.peak_low:
+                m.peak_low = pv
+            if m.rise_to < 0 or k <= m.locked:
+                follow_step(k, m, pv, sp)
+    if out != m.last_out:
+        m.variation += abs(out - m.last_out)
+        m.last_out = out
+        if out > m.out_high:
+            m.out_high = out
+        elif out < m.out_low:
+            m.out_low = out
+    if pv > m.pv_high:
+        m.pv_high = pv
+    elif pv < m.pv_low:
+        m.pv_low = pv
+    if sp != m.last_sp:
+        m.last_sp = sp
+        if sp > m.sp_high:
+            m.sp_high = sp
+        elif sp < m.sp_low:
+            m.sp_low = sp
+    if k >= m.watched:
+        watch_end(k, m, pv, sp)
+    if k >= m.swung:
+        watch_swings(k, m, pv)
+
+
+def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:
+    """The answer to the last set-point event: what it is, and when the PV passed 10 % and 90 % of it (kernel)."""
+    if (m.stepped == 0 or k <= m.locked) and sp != m.before:
+        m.stepped = 1
+        m.after = sp
+    if m.stepped == 1 and m.rise_to < 0:
+        share = (pv - m.before) / (m.after - m.before)
+        if share >= 0.1 and m.rise_from < 0:
+            m.rise_from = k
+        if share >= 0.9:
+            m.rise_to = k
+
+
+def watch_bands(k: int, bands: Sequence[Band], meters: Sequence[Meter], sig: Sequence[float]) -> None:
+    """Notes for every band whether the loop is outside now (kernel)."""
+    for i in range(len(bands)):
+        b = bands[i]
+        m = meters[b.loop]
+        if m.event >= 0 and m.control == 1:
+            after = m.after
+            if m.stepped == 0 or abs(sig[m.pv] - after) > b.share * abs(after - m.before):
+                b.outside = k
+
+
+def read_gauges(k: int, gauges: Sequence[Gauge], sig: Sequence[float]) -> None:
+    """Smallest and largest values (kernel)."""
+    for i in range(len(gauges)):
+        g = gauges[i]
+        value = sig[g.slot]
+        if (value < g.low or value > g.high) and g.first <= k <= g.last:
+            if value < g.low:
+                g.low = value
+            if value > g.high:
+                g.high = value
+
+
+def begin(meter: Meter, sig: Sequence[float]) -> None:
+    """What only makes sense from time 0 on starts with the signals as they stand there."""
+    meter.pv_low = meter.pv_high = sig[meter.pv]
+    meter.sp_low = meter.sp_high = meter.last_sp = sig[meter.sp]
+    meter.out_low = meter.out_high = meter.last_out = sig[meter.out]
+    meter.variation = 0.0
+
+
+def begin_step(meter: Meter, k: int, before: float, period: int, sig: Sequence[float]) -> None:
+    """A set-point event at base step ``k``, ``before`` it and a sample ``period`` (in base steps) after it."""
+    meter.event, meter.before, meter.stepped, meter.locked = k, before, 0, k + period
+    meter.peak_low = meter.peak_high = sig[meter.pv]
+    meter.rise_from = meter.rise_to = -1
+
+
+def overshoot(m: Meter) -> float | None:
+    """How far the PV went past the new set point, in % of the step."""
+    if not m.stepped:
+        return None
+    size = m.after - m.before
+    past = m.peak_high - m.after if size > 0 else m.after - m.peak_low
+    return max(0.0, past / abs(size) * 100)
+
+
+def rise_time(m: Meter, dt: float) -> float | None:
+    """The time from 10 % to 90 % of the step, in s."""
+    return None if m.rise_to < 0 else (m.rise_to - m.rise_from) * dt
+
+
+def settling_time(m: Meter, band: Band, last: int, dt: float) -> float | None:
+    """The time from the event until the PV stayed inside the band, in s.
+
+    None when it was outside when the run ended, or when the loop left Auto and Cascade.
+    """
+    end = last if m.control else m.control_since - 1
+    if not m.stepped or band.outside == end:
+        return None
+    return max(0, band.outside + 1 - m.event) * dt
+
+
+def loop_metrics(m: Meter, band: Band, last: int, dt: float, sig: Sequence[float]) -> dict[str, float | None]:
+    """All metrics of a loop by name, in the units of its PV and output; None: there was nothing to measure."""
+    controlled = time_in_control(m, last) > 0
+    swings = oscillation(m, last)
+    return {
+        "overshoot": overshoot(m),
+        "settling_time": settling_time(m, band, last, dt),
+        "rise_time": rise_time(m, dt),
+        "iae": m.iae * dt if controlled else None,
+        "ise": m.ise * dt if controlled else None,
+        "itae": m.itae * dt * dt if controlled else None,
+        "total_variation": m.variation,
+        "final_error": sig[m.sp] - sig[m.pv] if m.control else None,
+        "oscillation_period": None if swings is None else swings[0] * dt,
+        "oscillation_amplitude": None if swings is None else swings[1],
+    }
+
+
+METRICS = (
+    "overshoot",
+    "settling_time",
+    "rise_time",
+    "iae",
+    "ise",
+    "itae",
+    "total_variation",
+    "final_error",
+    "oscillation_period",
+    "oscillation_amplitude",
+)
+"""In the order of the report."""
+OF_A_STEP = ("overshoot", "settling_time", "rise_time")
+"""Metrics of a step of the set point; the others need none."""
+OF_SWINGS = ("oscillation_period", "oscillation_amplitude")
+"""None when the PV does not swing."""

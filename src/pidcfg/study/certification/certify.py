@@ -1,0 +1,464 @@
+"""A batch from a scenario file to its result: shares with their bounds, distributions, and the fan chart."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from math import ceil, exp, lgamma, log, log1p
+from typing import TYPE_CHECKING
+
+from pidcfg.pictures.chart import Band, Chart, Line, Panel
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.engine.choice import calls_of, choose
+from pidcfg.sim.engine.expressions import Problem
+from pidcfg.sim.engine.run import Settings, UnusableError, base_step, prepare, simulate
+from pidcfg.sim.judgement.meters import METRICS
+from pidcfg.sim.judgement.report import rounded
+from pidcfg.study.certification.samples import LEVELS, Batch, Job, WorkersError, process_results, recordings
+from pidcfg.study.certification.tally import Progress, Tally, key_of, read, written
+from pidcfg.study.outcome import axes_of
+from pidcfg.study.scenario import load
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.reader import DISK, Reader
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+
+    from pidcfg.pictures.chart import Role
+    from pidcfg.schemas.scenario import Scenario
+    from pidcfg.sim.judgement.report import Report
+    from pidcfg.study.certification.samples import Fan, Seen
+    from pidcfg.study.certification.tally import Distribution, Sizes, Worst
+    from pidcfg.study.outcome import Axes
+    from pidcfg.study.scenario import Uncertainty
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
+
+# --- How sure one may be of a share: the one-sided lower bound of Clopper and Pearson (1934), at 95 % -----------------
+
+RISK = 0.05
+"""How often a bound may lie above the true share."""
+NOTHING = 1e-17
+"""A share of a sum that does not change it."""
+
+
+def lower_bound(passed: int, samples: int) -> float:
+    """The smallest share at which at least ``passed`` of so many ``samples`` are as likely as the risk.
+
+    By bisection on the logarithm of the exact binomial tail; the lower of the last two numbers.
+    """
+    if not passed:
+        return 0.0
+    low, high = 0.0, passed / samples
+    while low < (middle := (low + high) / 2) < high:
+        if log_tail(passed, samples, middle) < log(RISK):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def log_tail(passed: int, samples: int, share: float) -> float:
+    """The logarithm of the probability that at least so many pass; ``share`` is not above passed / samples."""
+    failed = samples - passed
+    first = lgamma(samples + 1) - lgamma(passed + 1) - lgamma(failed + 1)
+    first += passed * log(share) + failed * log1p(-share)
+    odds, term, total = share / (1 - share), 1.0, 1.0
+    for k in range(passed, samples):
+        term *= (samples - k) / (k + 1) * odds
+        total += term
+        if term < total * NOTHING:
+            break
+    return first + log(total)
+
+
+def samples_needed(share: float) -> int:
+    """How many samples show a share, if none fails: 299 for 0.99, 2,995 for 0.999."""
+    needed = max(1, ceil(log(RISK) / log(share)) - 1)
+    while exp(log(RISK) / needed) < share:
+        needed += 1
+    return needed
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The result of a batch as data: shares with their bounds, distributions, what mattered most, and the worst samples.
+
+QUANTILES = {"p5": 0.05, "p25": 0.25, "p50": 0.5, "p75": 0.75, "p95": 0.95, "p99": 0.99}
+WHOLE = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """How many samples keep an expectation; shares are in %."""
+
+    text: str
+    held: int
+    samples: int
+    wanted: float | None = None
+    """None: no sample may fail."""
+    judged: int | None = None
+    """Of a standing expectation: the samples in which it was judged."""
+
+    @property
+    def share(self) -> float:
+        """Of these samples."""
+        return rounded(WHOLE * self.held / self.samples)
+
+    @property
+    def bound(self) -> float:
+        """What the share of all plants is at least, at 95 %."""
+        return rounded(WHOLE * lower_bound(self.held, self.samples))
+
+    @property
+    def passed(self) -> bool:
+        """Whether the bound reaches what is wanted."""
+        if self.wanted is None:
+            return self.held == self.samples
+        return lower_bound(self.held, self.samples) >= self.wanted / WHOLE
+
+
+@dataclass(frozen=True, slots=True)
+class StandingShare(Share):
+    """The same of a standing expectation."""
+
+    kind: str = ""
+    loop: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """What an uncertainty does: the share of samples that pass where it is low, and where it is high; in %."""
+
+    label: str
+    text: str
+    lowest: float | None
+    highest: float | None
+    """None: no sample lies there."""
+
+    @property
+    def size(self) -> float:
+        """How far the two are apart."""
+        return 0.0 if self.lowest is None or self.highest is None else abs(self.lowest - self.highest)
+
+
+@dataclass(frozen=True, slots=True)
+class WorstSample:
+    """A sample near a limit, or beyond it."""
+
+    sample: int
+    margin: float | None
+    """None: nothing that has a number holds or fails, or it could not run."""
+    failed: bool
+    expectation: str
+    """Empty: a standing one, or it could not run."""
+    numbers: Mapping[str, float]
+    text: str
+    """Its scenario, for `pidcfg simulate`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Certification:
+    """All that a batch of samples says."""
+
+    scenario: str
+    samples: int
+    seed: int
+    expectations: Sequence[Share]
+    standing: Sequence[StandingShare]
+    metrics: Mapping[str, Mapping[str, Mapping[str, float | int | None]]]
+    """By loop and metric: ``count``, ``mean``, ``min``, ``max`` and quantiles."""
+    effects: Sequence[Effect]
+    worst: Sequence[WorstSample]
+    all_passed: int
+    """Samples in which everything holds."""
+    failed_to_run: int
+    reasons: Sequence[str]
+    """Why the first of them could not run."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether every bound reaches what is wanted, and all samples ran."""
+        return not self.failed_to_run and all(one.passed for one in (*self.expectations, *self.standing))
+
+
+@dataclass(frozen=True, slots=True)
+class BatchOutcome:
+    """One scenario file: its findings, and the certification when it could run."""
+
+    file: str
+    config: str = ""
+    certification: Certification | None = None
+    findings: Sequence[Diagnostic] = ()
+    documents: Mapping[str, Document] = field(default_factory=dict)
+    fan: Fan | None = None
+    """How far signals spread, for a picture, where one is wanted."""
+    axes: Mapping[str, Axes] = field(default_factory=dict)
+    """Names and units of each loop's signals."""
+    duration: float = 0.0
+    """Of each run, in s."""
+    unjudged: bool = False
+    """The configuration has errors, and nothing is expected of the runs."""
+
+    @property
+    def passed(self) -> bool:
+        """Whether it ran and all is shown that is wanted."""
+        return self.certification is not None and self.certification.passed and not self.unjudged
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What the counts of a batch are about."""
+
+    scenario: str
+    expectations: Sequence[tuple[str, float | None]]
+    """In words, with the share that is wanted in %."""
+    standing: Sequence[tuple[str, str]]
+    """Kind and loop."""
+    loops: Sequence[str]
+
+
+def certification(names: Names, batch: Batch, tally: Tally, keep: int) -> Certification:
+    """What the counts say; ``keep``: how many of the worst samples."""
+    lost = tally.failed_to_run
+    standing = zip(names.standing, tally.standing_failed, tally.standing_judged, strict=True)
+    effects = [
+        Effect(what.label, what.text, _passed(low), _passed(high))
+        for what, low, high in zip(batch.varies, tally.lowest, tally.highest, strict=True)
+    ]
+    return Certification(
+        scenario=names.scenario,
+        samples=tally.samples,
+        seed=batch.seed,
+        expectations=[
+            Share(text, held, tally.samples, wanted)
+            for (text, wanted), held in zip(names.expectations, tally.held, strict=True)
+        ],
+        standing=[
+            StandingShare(
+                f"{loop} {kind}".strip(), tally.samples - lost - failed, tally.samples, None, judged, kind, loop
+            )
+            for (kind, loop), failed, judged in standing
+        ],
+        metrics={
+            loop: {name: _summary(one) for name, one in zip(METRICS, row, strict=True)}
+            for loop, row in zip(names.loops, tally.metrics, strict=True)
+        },
+        effects=sorted(effects, key=lambda effect: -effect.size),
+        worst=[_worst(one, names, batch) for one in tally.worst[:keep]],
+        all_passed=tally.passed,
+        failed_to_run=lost,
+        reasons=list(tally.reasons),
+    )
+
+
+def _passed(counts: Sequence[int]) -> float | None:
+    samples, passed = counts
+    return rounded(WHOLE * passed / samples) if samples else None
+
+
+def _summary(one: Distribution) -> dict[str, float | int | None]:
+    if not one.count:
+        return {"count": 0, "mean": None, "min": None, **dict.fromkeys(QUANTILES), "max": None}
+    ends = {"min": one.low, "max": one.high}
+    # An edge of a bin lies beyond all numbers where they end.
+    found = {name: rounded(min(max(one.quantile(q), one.low), one.high)) for name, q in QUANTILES.items()}
+    return {"count": one.count, "mean": rounded(one.mean), "min": ends["min"], **found, "max": ends["max"]}
+
+
+def _worst(one: Worst, names: Names, batch: Batch) -> WorstSample:
+    numbers = {what.label: rounded(number) for what, number in zip(batch.varies, one.numbers, strict=False)}
+    finite = abs(one.margin) < float("inf")
+    text = batch.text(one.sample, one.numbers) if len(one.numbers) == len(batch.varies) else ""
+    about = names.expectations[one.expectation][0] if one.expectation >= 0 else ""
+    return WorstSample(one.sample, rounded(one.margin) if finite else None, one.margin < 0, about, numbers, text)
+
+
+# --- A batch from a scenario file to its result -----------------------------------------------------------------------
+
+KEPT_EVERY = 64
+"""Samples between two states that are kept."""
+KEPT_AFTER = 1.0
+"""Seconds between two states of a cluster, whose blocks may come by the hundred."""
+NOTHING_MEASURED = " (nothing was measured"
+"""What follows an expectation in a run that measured nothing for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """How many samples, of which row, by whom."""
+
+    samples: int = 2_000
+    seed: int | None = None
+    """None: that of the scenario's ``vary``, else its own."""
+    jobs: int = 1
+    cluster: str | None = None
+    """Of a Dask cluster, whose workers run the samples in the place of processes."""
+    keep_worst: int = 3
+    record: bool = False
+    """Also record how the signals of the loops spread."""
+    state: bytes | None = None
+    """Of an earlier batch, which is continued; raises `StateError` where it cannot be."""
+    keep: Callable[[bytes], None] | None = None
+    """Called with the state now and then, and at the end."""
+    progress: Callable[[float], None] | None = None
+    remark: Callable[[str], None] | None = None
+    """Called with what is worth knowing on the way: workers that are left out."""
+
+
+def certify_document(doc: Document, plan: Plan, limits: Limits, reader: Reader = DISK) -> BatchOutcome:
+    """Runs the samples of one scenario file."""
+    loaded = load(doc, limits, reader)
+    outcome = BatchOutcome(doc.file, loaded.config, documents=loaded.documents)
+    scenario = loaded.scenario
+    if scenario is None or loaded.image is None:
+        return replace(outcome, findings=loaded.findings)
+    plc = loaded.plc()
+    net = prepare(scenario, plc)
+    varies, problems = loaded.uncertainties(plc)
+    problems += _not_shown(scenario, plan.samples)
+    if not varies and not net.noisy:
+        problems.append(Problem((), "nothing varies: there is no vary and no noise", help="write what is uncertain"))
+    loaded.add([*net.problems, *problems])
+    if any(finding.severity is Severity.ERROR for finding in loaded.findings):
+        return replace(outcome, findings=loaded.findings)
+    batch = Batch(loaded.document, varies, seed_of(scenario, plan.seed))
+    steps = int(scenario.duration * TICKS) // base_step(scenario, plc) + 1
+    work = steps * len(plc.loops) * plan.samples
+    engine = choose("auto", work, loaded.controller, calls_of(scenario, net))
+    try:
+        report = simulate(scenario, loaded.plc, loaded.controller, Settings(engine, max_loop_steps=limits.loop_steps))
+    except UnusableError as error:
+        loaded.add(error.problems)
+        return replace(outcome, findings=loaded.findings)
+    names = names_of(scenario, report)
+    config = reader.read(loaded.config, limits.file_bytes + 1)
+    job = Job(doc.file, doc.text, loaded.config, config, batch.seed, engine, limits)
+    tally = run_all(job, names, varies, plan)
+    return replace(
+        outcome,
+        certification=certification(names, batch, tally, plan.keep_worst),
+        findings=[*loaded.findings, *loaded.config_errors],
+        fan=recordings(job, plan.samples, plan.jobs) if plan.record else None,
+        axes=axes_of(plc, loaded.image.settings),
+        duration=report.duration,
+        unjudged=bool(loaded.config_errors) and not scenario.expect,
+    )
+
+
+def seed_of(scenario: Scenario, wanted: int | None) -> int:
+    """The seed of the row of samples."""
+    if wanted is not None:
+        return wanted
+    varied = None if scenario.vary is None else scenario.vary.seed
+    return scenario.seed if varied is None else varied
+
+
+def _not_shown(scenario: Scenario, samples: int) -> list[Problem]:
+    """Shares that so many samples cannot show, even if none fails."""
+    problems = []
+    for i, wanted in enumerate(scenario.expect):
+        if wanted.share is None or not 0 < wanted.share < WHOLE:
+            continue
+        needed = samples_needed(float(wanted.share) / WHOLE)
+        if needed > samples:
+            message = f"{samples:,} samples cannot show {wanted.share:f} % even if none fails; {needed:,} are needed"
+            problems.append(Problem(("expect", i, "share"), message, "value", help=f"give --samples {needed}"))
+    return problems
+
+
+def run_all(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -> Tally:
+    """All samples, or those that the state lacks; raises `StateError` and `WorkersError`."""
+    key = key_of(job) if plan.state is not None or plan.keep is not None else ""
+    sizes = (len(names.expectations), len(names.standing), len(names.loops), len(varies))
+    progress = Progress(Tally.empty(sizes)) if plan.state is None else read(plan.state, key, job, plan.samples)
+    tally, kept, when = progress.tally, progress.tally.samples, 0.0
+
+    def keep() -> None:
+        if plan.keep is not None:
+            plan.keep(written(progress, key))
+
+    for parts in _kept_when_lost(_parts(job, progress, sizes, plan), keep):
+        for part in parts:
+            if isinstance(part, Tally):
+                tally.append(part)
+            else:
+                progress.trial.take(part)
+                tally.add(part, varies)
+            if plan.progress is not None:
+                plan.progress(tally.samples / plan.samples)
+        due = tally.samples - kept >= KEPT_EVERY if plan.cluster is None else time.monotonic() - when >= KEPT_AFTER
+        if due or tally.samples == plan.samples:
+            keep()
+            kept, when = tally.samples, time.monotonic()
+    return tally
+
+
+def _kept_when_lost(
+    parts: Iterator[Sequence[Tally | Seen]], keep: Callable[[], None]
+) -> Iterator[Sequence[Tally | Seen]]:
+    """The same; what is ready is kept before `WorkersError` says that nobody is left."""
+    try:
+        yield from parts
+    except WorkersError:
+        keep()
+        raise
+
+
+def _parts(job: Job, progress: Progress, sizes: Sizes, plan: Plan) -> Iterator[Sequence[Tally | Seen]]:
+    """What comes next in the order of the samples, by processes or by a cluster."""
+    if plan.cluster is None:
+        return ((seen,) for seen in process_results(job, progress.tally.samples, plan.samples, plan.jobs))
+    from pidcfg.study.certification import cluster
+
+    remark = plan.remark or (lambda _: None)
+    return cluster.cluster_results(job, plan.cluster, progress, plan.samples, sizes, remark)
+
+
+def names_of(scenario: Scenario, report: Report) -> Names:
+    """What the samples are counted by, in the words of a run."""
+    return Names(
+        scenario.scenario,
+        [
+            (verdict.text.partition(NOTHING_MEASURED)[0], None if wanted.share is None else float(wanted.share))
+            for verdict, wanted in zip(report.expectations, scenario.expect, strict=True)
+        ],
+        [(verdict.kind, verdict.loop) for verdict in report.standing],
+        list(report.loops),
+    )
+
+
+# --- The fan chart of a loop: PV, set point and output, how far each spreads over the samples -------------------------
+
+MIDDLE = len(LEVELS) // 2
+
+
+def charts_of(outcome: BatchOutcome, loops: Collection[str] = ()) -> list[Chart]:
+    """One chart a loop, in the order of the PLC; ``loops``: only these."""
+    fan = outcome.fan
+    if fan is None or not fan.quantiles:
+        return []
+    return [
+        _chart(loop, axes, fan, outcome.duration) for loop, axes in outcome.axes.items() if not loops or loop in loops
+    ]
+
+
+def _chart(loop: str, axes: Axes, fan: Fan, duration: float) -> Chart:
+    title = f"{loop}: {axes.description}" if axes.description else loop
+    panels = [_panel(fan, {axes.setpoint: "setpoint", axes.pv: "pv"}, axes.pv_unit)]
+    if axes.output:
+        panels.append(_panel(fan, {axes.output: "output"}, axes.output_unit, axes.output_range))
+    note = f"{fan.samples} samples: the line is the median, the bands hold the middle 50 % and 90 % at each time"
+    return Chart(title, loop, tuple(panels), begin=0.0, end=duration, notes=(note,))
+
+
+def _panel(fan: Fan, roles: dict[str, Role], unit: str, least: tuple[float, float] | None = None) -> Panel:
+    names = [name for name in roles if name]
+    short = {name: name.rpartition(".")[2] for name in names}
+    lines = [Line(short[name], roles[name], fan.times, fan.quantiles[name][MIDDLE]) for name in names]
+    bands = [
+        Band(roles[name], fan.times, fan.quantiles[name][i], fan.quantiles[name][-1 - i])
+        for name in names
+        for i in range(MIDDLE)
+    ]
+    return Panel(", ".join(short[name] for name in reversed(names)), unit, tuple(lines), least, tuple(bands))

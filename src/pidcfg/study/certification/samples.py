@@ -1,0 +1,596 @@
+"""The samples of a batch: what is drawn, each run as a scenario of its own, in one process or several."""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import platform
+import re
+import sys
+from array import array
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
+from importlib.metadata import PackageNotFoundError, version
+from math import ceil, inf
+from pathlib import Path
+from statistics import NormalDist
+from typing import TYPE_CHECKING, Any, Literal, cast
+
+from pidcfg.schemas.scenario import whole
+from pidcfg.sim.engine.recording import Recording
+from pidcfg.sim.engine.run import Settings, UnusableError, simulate
+from pidcfg.sim.judgement.meters import METRICS
+from pidcfg.sim.judgement.report import rounded
+from pidcfg.study.outcome import axes_of, signals_of
+from pidcfg.study.scenario import Loaded, load, read_scenario
+from pidcfg.text.document import Plain
+from pidcfg.text.paths import put, steps
+from pidcfg.text.processes import AHEAD, Crew
+from pidcfg.text.references import Decision
+from pidcfg.text.source import read_document
+from pidcfg.text.writer import json_line
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from pidcfg.schemas.scenario import Bound, Expectation, Scenario
+    from pidcfg.sim.controllers.plc import Plc
+    from pidcfg.sim.judgement.report import Report, Verdict
+    from pidcfg.study.scenario import Ends, Uncertainty
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Random numbers by counters: a sample's depend on the seed, its number, and the name of what varies, on nothing else.
+# SplitMix64 (Steele, Lea and Flood 2014) mixes a counter to 64 bits. Every sample has 64 bits of its own, of which 63
+# are the seed of its scenario; every uncertainty has a row of numbers that begins at those bits and its name.
+
+DRAWN = Decision(
+    801,
+    "how a sample is drawn",
+    "The 64 bits of sample i are SplitMix64 at seed + (i + 1)·0x9E3779B97F4A7C15 modulo 2⁶⁴; their upper 63 seed the "
+    "noise of its scenario. The row of an uncertainty begins at those bits XOR the first eight bytes of SHA-256 of "
+    "`plants.NAME.KEY` or `loops.NAME.KEY`, mixed once; each number is the upper 53 bits of the next one, plus a half, "
+    "over 2⁵³. A normal number is the inverse of its distribution there (Wichura's AS 241, as in Python's statistics); "
+    "one outside its limits is drawn again from its row, at most 100 times, after which the sample cannot run.",
+    "Samples are independent, more of them continue the same row, and another uncertainty in the file does not change "
+    "those that were there.",
+)
+GOLDEN, MASK = 0x9E3779B97F4A7C15, (1 << 64) - 1
+MOST_DRAWS = 100
+"""Numbers that are drawn for one that has limits."""
+STANDARD = NormalDist()
+
+
+class DrawError(Exception):
+    """No number within its limits was drawn."""
+
+
+def mixed(counter: int) -> int:
+    """SplitMix64's output for a counter."""
+    z = counter & MASK
+    z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
+    z = ((z ^ (z >> 27)) * 0x94D049BB133111EB) & MASK
+    return z ^ (z >> 31)
+
+
+def bits_of(seed: int, sample: int) -> int:
+    """The 64 bits of a sample."""
+    return mixed(seed + (sample + 1) * GOLDEN)
+
+
+def seed_of(seed: int, sample: int) -> int:
+    """The seed of a sample's scenario, 63 bits."""
+    return bits_of(seed, sample) >> 1
+
+
+@cache
+def _name_bits(row: str) -> int:
+    return int.from_bytes(hashlib.sha256(row.encode()).digest()[:8], "big")
+
+
+def unit(seed: int, sample: int, row: str, draw: int = 0) -> float:
+    """A number above 0 and below 1: the one at ``draw`` in a row of a sample."""
+    begin = mixed(bits_of(seed, sample) ^ _name_bits(row))
+    return ((mixed(begin + (draw + 1) * GOLDEN) >> 11) + 0.5) / (1 << 53)
+
+
+def drawn(what: Uncertainty, seed: int, sample: int) -> float:
+    """The number of a sample; raises `DrawError`."""
+    ends = what.ends
+    for draw in range(MOST_DRAWS):
+        value = quantile(ends, unit(seed, sample, what.row, draw))
+        if ends.low <= value <= ends.high:
+            return value
+    raise DrawError(f"{what.label}: {MOST_DRAWS} numbers, none within {ends.low:g} to {ends.high:g}")
+
+
+def quantile(ends: Ends, share: float) -> float:
+    """Where a spread reaches a share, its limits left aside."""
+    if ends.sigma is None:
+        return ends.low + (ends.high - ends.low) * share
+    return ends.mean + ends.sigma * STANDARD.inv_cdf(share)
+
+
+def fifths(ends: Ends) -> tuple[float, float]:
+    """Below the first lies a fifth of all samples, above the second another one."""
+    if ends.sigma is None:
+        return quantile(ends, 0.2), quantile(ends, 0.8)
+    low = 0.0 if ends.low == -inf else STANDARD.cdf((ends.low - ends.mean) / ends.sigma)
+    high = 1.0 if ends.high == inf else STANDARD.cdf((ends.high - ends.mean) / ends.sigma)
+    span = high - low
+    if not span > 0:  # limits so far out that no number comes there
+        return ends.low, ends.high
+    return quantile(ends, low + 0.2 * span), quantile(ends, low + 0.8 * span)
+
+
+# --- The data of a scenario as YAML in block style, each scalar as the file had it: unquoted ones stay unquoted -------
+
+SAFE_KEY = re.compile(r"[A-Za-z_][\w.\-]*")
+BREAKS = re.compile("[\n\r\x85\u2028\u2029\t]|: | #|^[-?:] ")
+"""What an unquoted scalar of a block cannot hold."""
+
+
+def block_yaml(data: dict[str, Any]) -> str:
+    """A mapping as YAML; reading it gives the same data."""
+    return "\n".join(_lines(data, 0)) + "\n"
+
+
+def _lines(value: Any, depth: int) -> Iterator[str]:
+    """A mapping or a list that holds something, a line each."""
+    indent = "  " * depth
+    entries = (
+        ((f"{_key(key)}:", item) for key, item in value.items())
+        if isinstance(value, dict)
+        else (("-", v) for v in value)
+    )
+    for begin, item in entries:
+        if isinstance(item, dict | list) and item:
+            first, *rest = _lines(item, depth + 1)
+            if begin == "-":
+                yield f"{indent}- {first.lstrip(' ')}"
+                yield from rest
+            else:
+                yield f"{indent}{begin}"
+                yield first
+                yield from rest
+        else:
+            yield f"{indent}{begin} {_scalar(item)}"
+
+
+def _key(key: str) -> str:
+    return key if SAFE_KEY.fullmatch(key) else json_line(key)
+
+
+def _scalar(value: Any) -> str:
+    if isinstance(value, Plain) and value and not BREAKS.search(value):
+        return str(value)
+    return json_line(str(value) if isinstance(value, str) else value)
+
+
+# --- A sample as the scenario that it is: data with the drawn numbers in place, and its text --------------------------
+
+
+class UnusableSampleError(Exception):
+    """A sample that cannot run, and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """A scenario and what varies in it: everything that a sample is made of."""
+
+    document: Document
+    varies: Sequence[Uncertainty]
+    seed: int
+    plc: bytes = b""
+    """A new PLC as `pickle` keeps it, which is read many times as fast as words are decoded; empty: each is loaded."""
+
+    def numbers(self, sample: int) -> list[float]:
+        """The drawn numbers of a sample; raises `UnusableSampleError`."""
+        try:
+            return [drawn(what, self.seed, sample) for what in self.varies]
+        except DrawError as error:
+            raise UnusableSampleError(str(error)) from None
+
+    def new_plc(self, loaded: Loaded) -> Plc:
+        """A PLC at its program-to-run transition; the same for all samples, since no key of ``plc`` varies."""
+        return cast("Plc", pickle.loads(self.plc)) if self.plc else loaded.plc()  # noqa: S301 - our own bytes
+
+    def data(self, sample: int, numbers: Sequence[float]) -> dict[str, Any]:
+        """The scenario of a sample as plain data."""
+        data: dict[str, Any] = dict(whole(self.document.data))  # type: ignore[call-overload]  # a mapping, as it is loaded
+        texts = {what: Plain(what.written(number)) for what, number in zip(self.varies, numbers, strict=True)}
+        data["scenario"] = f"{data['scenario']} (sample {sample})"
+        data["seed"] = Plain(seed_of(self.seed, sample))
+        if "plants" in data:
+            data["plants"] = _plants(data["plants"], texts)
+        loops: dict[str, dict[str, Plain]] = {}
+        for what, text in texts.items():
+            if what.of == "loops":
+                loops.setdefault(what.name, {})[what.key] = text
+        events = [{"at": Plain(0), "loop": Plain(name), "set": keys} for name, keys in loops.items()]
+        if events:
+            data["events"] = [*events, *data.get("events", ())]
+        if "expect" in data:
+            data["expect"] = [{key: v for key, v in one.items() if key != "share"} for one in data["expect"]]
+        data.pop("vary", None)
+        return data
+
+    def scenario(self, sample: int, numbers: Sequence[float]) -> Scenario:
+        """A sample as it runs; raises `UnusableSampleError`."""
+        data = self.data(sample, numbers)
+        scenario, findings = read_scenario(replace(self.document, data=data, problems=()))
+        if scenario is None:
+            raise UnusableSampleError("; ".join(finding.message for finding in findings))
+        return scenario
+
+    def text(self, sample: int, numbers: Sequence[float]) -> str:
+        """A sample as the file that `pidcfg simulate` runs in the same way."""
+        name = self.document.file.rpartition("/")[2]
+        head = f"# Sample {sample} of pidcfg certify with seed {self.seed}, from {name}.\n"
+        return head + block_yaml(self.data(sample, numbers))
+
+
+def _plants(plants: Any, texts: Mapping[Uncertainty, Plain]) -> Any:
+    """The plants, by key or as a list, with the drawn numbers."""
+    keyed = isinstance(plants, dict)
+    copies = [(name, dict(plant)) for name, plant in (plants.items() if keyed else enumerate(plants))]
+    for what, text in texts.items():
+        for name, plant in copies:
+            if what.of == "plants" and what.name == str(name if keyed else plant.get("name")):
+                if isinstance(plant.get(what.key.partition(".")[0]), list):
+                    plant[what.key.partition(".")[0]] = list(plant[what.key.partition(".")[0]])
+                put(plant, steps(what.key), text)
+    return dict(copies) if keyed else [plant for _, plant in copies]
+
+
+# --- One sample through the ordinary simulation, and what a batch keeps of it -----------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What a batch keeps of a sample; it travels between processes."""
+
+    sample: int
+    numbers: tuple[float, ...] = ()
+    """As drawn, in the order of the uncertainties."""
+    passed: bool = False
+    held: tuple[bool, ...] = ()
+    """Of each expectation."""
+    margin: float = inf
+    """The smallest (limit − value) / |limit| of all expectations."""
+    tightest: int = -1
+    """The expectation that has it."""
+    standing: str = ""
+    """Of each standing expectation: ``+`` holds, ``-`` fails, ``a`` is allowed to, ``?`` is not judged."""
+    metrics: tuple[tuple[float | None, ...], ...] = ()
+    """Of each loop, in the order of `METRICS`."""
+    reason: str = ""
+    """Why it could not run, or had an error on its way."""
+
+
+def run_sample(loaded: Loaded, batch: Batch, sample: int, settings: Settings) -> tuple[Seen, Report | None]:
+    """Runs a sample exactly as `pidcfg simulate` runs its written-out scenario."""
+    numbers: Sequence[float] = ()
+    try:
+        numbers = batch.numbers(sample)
+        scenario = batch.scenario(sample, numbers)
+        report = simulate(scenario, partial(batch.new_plc, loaded), loaded.controller, settings)
+    except (UnusableSampleError, UnusableError) as error:
+        return Seen(sample, tuple(numbers), margin=-inf, reason=str(error)), None
+    errors = [note.text for note in report.notes if note.error]
+    errors += [problem.message for problem in report.problems if problem.severity == "error"]
+    margins = [margin(wanted, v) for wanted, v in zip(scenario.expect, report.expectations, strict=True)]
+    if errors or any(v.fails for v in report.standing):
+        margins.append(-inf)
+    least = min(margins, default=inf)
+    tightest = margins.index(least) if margins else -1
+    return (
+        Seen(
+            sample,
+            tuple(numbers),
+            passed=report.passed,
+            held=tuple(v.passed for v in report.expectations),
+            margin=least,
+            tightest=tightest if tightest < len(scenario.expect) else -1,
+            standing="".join(_sign(v) for v in report.standing),
+            metrics=tuple(tuple(loop.metrics.get(name) for name in METRICS) for loop in report.loops.values()),
+            reason="; ".join(errors),
+        ),
+        report,
+    )
+
+
+def _sign(verdict: Any) -> str:
+    return {"passed": "+", "FAILED": "-", "allowed": "a", "not judged": "?"}[verdict.word]
+
+
+def margin(wanted: Expectation, verdict: Verdict) -> float:
+    """How far a value lies within its limits, as a share of the limit; of 0 in its unit.
+
+    What has no number is at an end: infinite where it holds.
+    """
+    value, bounds = verdict.value, (wanted.min, wanted.max)
+    if wanted.alarm is not None or wanted.flag is not None or wanted.mode is not None or value is None:
+        return inf if verdict.passed else -inf
+    values = value if isinstance(value, list) else [value, value]
+    if not all(type(one) in {int, float} for one in values):
+        return inf if verdict.passed else -inf
+    if wanted.final is not None and wanted.tolerance is not None and bounds == (None, None):
+        return _share(wanted.tolerance, abs(float(values[0]) - float(wanted.final)), 1)
+    if wanted.final is not None and not verdict.passed:
+        return -inf
+    shares = [_share(bound, one, sign) for bound, one, sign in zip(bounds, values, (-1, 1), strict=True) if bound]
+    return min(shares, default=inf if verdict.passed else -inf)
+
+
+def _share(bound: Bound, value: float, sign: int) -> float:
+    """How far a value lies below (``sign`` −1: above) a bound, as a share of it."""
+    limit = float(bound.value)
+    return sign * (limit - value) / (abs(limit) or 1.0)
+
+
+# --- How far signals spread over time: samples 0 to 499, thinned to 400 times, and of these the quantiles at each -----
+
+SAMPLES, TIMES = 500, 400
+LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+"""Quantiles that are drawn."""
+
+
+@dataclass(slots=True)
+class Thinned(Recording):
+    """Signals of one run at equal distances: at most `TIMES` values of each, the first and the last among them."""
+
+    wanted_steps: list[int] = field(default_factory=list)
+    taken: dict[str, array[float]] = field(default_factory=dict)
+    _next: int = 0
+
+    def begin(self, names: Sequence[str], steps: int, dt: float) -> None:
+        """A run of so many base steps begins."""
+        self.dt, self._rows, self._width, self._next = dt, 0, len(names), 0
+        self._columns = [(i, name) for i, name in enumerate(names) if self.wanted is None or name in self.wanted]
+        self.names = [name for _, name in self._columns]
+        count = min(steps, TIMES)
+        self.wanted_steps = [round(i * (steps - 1) / max(count - 1, 1)) for i in range(count)]
+        self.taken = {name: array("d") for name in self.names}
+
+    def take(self, rows_of_values: Sequence[float], rows: int) -> None:
+        """Rows of values, one a base step."""
+        while self._next < len(self.wanted_steps) and self.wanted_steps[self._next] < self._rows + rows:
+            row = (self.wanted_steps[self._next] - self._rows) * self._width
+            for column, name in self._columns:
+                self.taken[name].append(rows_of_values[row + column])
+            self._next += 1
+        self._rows += rows
+
+    def end(self) -> None:
+        """The run is over."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fan:
+    """The spread of each signal."""
+
+    samples: int
+    times: Sequence[float]
+    """In s."""
+    quantiles: Mapping[str, Sequence[Sequence[float]]]
+    """By signal, of each of `LEVELS` a value a time."""
+
+
+def fan_of(times: Sequence[float], runs: Sequence[Mapping[str, Sequence[float]]]) -> Fan:
+    """The quantiles of some runs, each by its signals; a quantile is the value of the nearest rank."""
+    ranks = [max(1, ceil(level * len(runs))) - 1 for level in LEVELS]
+    found: dict[str, list[list[float]]] = {}
+    for name in runs[0] if runs else ():
+        columns = [sorted(values) for values in zip(*(run[name] for run in runs), strict=True)]
+        found[name] = [[column[rank] for column in columns] for rank in ranks]
+    return Fan(len(runs), list(times), found)
+
+
+# --- Who runs the samples: this process, or several, whose results come back in the order of the samples --------------
+
+UNIT = 8
+"""Samples that a process takes at a time."""
+
+
+class WorkersError(RuntimeError):
+    """Nobody is left who runs the samples, and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """What a process needs to run samples: bytes, from which it reads everything itself."""
+
+    name: str
+    scenario: str
+    config_name: str
+    config: bytes
+    seed: int
+    engine: Literal["python", "numba"]
+    limits: Limits
+
+    def read(self, name: str, most: int) -> bytes:
+        """As a `pidcfg.text.reader.Reader`: the only other file that there is."""
+        del name
+        return self.config[:most]
+
+    def resolve(self, name: str, other: str) -> str:
+        """As a `pidcfg.text.reader.Reader`."""
+        del name, other
+        return self.config_name
+
+    @property
+    def settings(self) -> Settings:
+        """How each sample runs."""
+        return Settings(self.engine, max_loop_steps=self.limits.loop_steps)
+
+    def loaded(self) -> tuple[Loaded, Batch]:
+        """The scenario with its configuration, and what varies."""
+        loaded = load(
+            read_document(self.scenario.encode("utf-8", "surrogatepass"), self.name, self.limits), self.limits, self
+        )
+        plc = loaded.plc()
+        kept = pickle.dumps(plc, pickle.HIGHEST_PROTOCOL)
+        return loaded, Batch(loaded.document, loaded.uncertainties(plc)[0], self.seed, kept)
+
+
+def process_results(job: Job, first: int, samples: int, jobs: int) -> Iterator[Seen]:
+    """The results of the samples from ``first`` on, in order; raises `WorkersError`.
+
+    A process that is ended from outside costs what it had begun, unless they end one after the other.
+    """
+    if jobs == 1 or samples - first <= UNIT:
+        loaded, batch = job.loaded()
+        for sample in range(first, samples):
+            yield run_sample(loaded, batch, sample, job.settings)[0]
+        return
+    while first < samples:
+        before = first
+        try:
+            for part in Crew(jobs, _runner, (job,)).results(parts(first, samples)):
+                yield from part
+                first += len(part)
+        except ChildProcessError:
+            if first == before:
+                last = min(first + jobs * AHEAD * UNIT, samples) - 1
+                why = "perhaps for want of memory, of which fewer --jobs need less"
+                raise WorkersError(f"a process ended at samples {first} to {last}, {why}") from None
+
+
+def parts(first: int, samples: int) -> Iterator[range]:
+    """What a process takes at a time."""
+    return (range(begin, min(begin + UNIT, samples)) for begin in range(first, samples, UNIT))
+
+
+def _runner(job: Job) -> Callable[[range], list[Seen]]:
+    """What runs samples one after the other."""
+    loaded, batch = job.loaded()
+    return lambda samples: [run_sample(loaded, batch, i, job.settings)[0] for i in samples]
+
+
+def recordings(job: Job, samples: int, jobs: int) -> Fan:
+    """How the signals that a picture needs spread over the first samples; those that cannot run are left out."""
+    samples = min(samples, SAMPLES)
+    if jobs == 1 or samples <= UNIT:
+        kept = _recorder(job)(range(samples))
+    else:
+        kept = [one for part in Crew(jobs, _recorder, (job,)).results(parts(0, samples)) for one in part]
+    ran = [one for one in kept if one is not None]
+    return fan_of(ran[0][0] if ran else (), [signals for _, signals in ran])
+
+
+Recorded = tuple[list[float], dict[str, "array[float]"]]
+"""Times in s, and the values of each signal."""
+
+
+def _record(loaded: Loaded, batch: Batch, sample: int, settings: Settings) -> Recorded | None:
+    """One sample's signals."""
+    thinned = Thinned(signals_of(axes_of(loaded.plc(), loaded.image.settings)))
+    _, report = run_sample(loaded, batch, sample, replace(settings, recording=thinned))
+    if report is None:
+        return None
+    return [rounded(step * thinned.dt) for step in thinned.wanted_steps], thinned.taken
+
+
+def _recorder(job: Job) -> Callable[[range], list[Recorded | None]]:
+    """What records samples one after the other."""
+    loaded, batch = job.loaded()
+    return lambda samples: [_record(loaded, batch, i, job.settings) for i in samples]
+
+
+# --- Which pidcfg runs ------------------------------------------------------------------------------------------------
+
+
+PACKAGE = Path(__file__).parents[2]
+"""The folder of pidcfg's sources."""
+
+
+@cache
+def sources() -> str:
+    """A hash of the package's sources."""
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Whether two machines calculate alike, which is tried and not assumed: the first samples of a batch, as a hash.
+
+TRIAL_SAMPLES = 64
+"""Of the beginning of a batch."""
+PACKAGES = ("numba", "NumPy", "llvmlite", "distributed")
+"""What calculates, and what carries the results, besides Python and pidcfg."""
+NONE = "none"
+SHOWN = 12
+"""Characters of a hash that are shown."""
+
+
+@dataclass(slots=True)
+class Trial:
+    """The first samples of a batch: how many, and a hash of all that was seen of them."""
+
+    samples: int = 0
+    _hash: Any = field(default_factory=hashlib.sha256)
+
+    def take(self, seen: Seen) -> None:
+        """The next sample of the batch; those that come later than the first ones do not count."""
+        if seen.sample == self.samples < TRIAL_SAMPLES:
+            self._hash.update(repr(seen).encode())
+            self.samples += 1
+
+    def run(self, job: Job, samples: int) -> None:
+        """Runs what is missing of so many first samples."""
+        wanted = min(samples, TRIAL_SAMPLES)
+        if self.samples < wanted:
+            loaded, batch = job.loaded()
+            for sample in range(self.samples, wanted):
+                self.take(run_sample(loaded, batch, sample, job.settings)[0])
+
+    @property
+    def digest(self) -> str:
+        """The hash."""
+        return str(self._hash.hexdigest())
+
+
+def machine() -> dict[str, str]:
+    """What calculates here."""
+    return {
+        "Python": sys.version,
+        "machine": f"{platform.machine()} {platform.system()}",
+        "pidcfg": sources(),
+        **{package: _version(package) for package in PACKAGES},
+    }
+
+
+def facts(job: Job, samples: int) -> dict[str, str]:
+    """All that must be alike: what calculates, and the hash of the first samples, or why they cannot run."""
+    trial = Trial()
+    try:
+        trial.run(job, samples)
+    except Exception as error:  # noqa: BLE001 - whatever goes wrong on another machine is what differs there
+        return {**machine(), "samples": f"{type(error).__name__}: {error}"}
+    return {**machine(), "samples": trial.digest}
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return NONE
+
+
+def differences(mine: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
+    """What differs, in words; nothing: the two calculate alike."""
+    return [
+        f"{name} {_short(other.get(name, NONE))} and not {_short(text)}"
+        for name, text in mine.items()
+        if text != other.get(name)
+    ]
+
+
+def _short(text: str) -> str:
+    """A hash by its beginning, a text in one line."""
+    one = " ".join(text.split())
+    return f"{one[:SHOWN]}…" if len(one) == len(hashlib.sha256().hexdigest()) and " " not in one else one

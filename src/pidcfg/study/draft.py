@@ -1,0 +1,281 @@
+"""A scenario drafted for a configuration, tried before it is handed out."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.schemas.scenario import Scenario
+from pidcfg.sim.engine.run import Settings
+from pidcfg.study.draft_plan import Line, Units, course_of, digits, plans_of, surroundings_of, time_text
+from pidcfg.study.outcome import Outcome, simulate_loaded
+from pidcfg.study.scenario import Loaded, read_scenario
+from pidcfg.study.verification.comparison import loops_of
+from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.signs import one_line
+from pidcfg.text.source import read_document
+from pidcfg.validate.engine import check_document
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pidcfg.sim.judgement.report import Report, Standing, Verdict
+    from pidcfg.study.draft_plan import Course
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
+    from pidcfg.validate.engine import Checked
+
+# --- What a drafted run should show: set points reached, little overshoot, no outermost alarm -------------------------
+
+BETWEEN = 0.02
+"""Of the range of the PV: how near to its set point a loop shall end."""
+OVERSHOOT = 30
+"""In %: what a step may overshoot on a plant that suits the loop."""
+
+
+def expectations(units: Units, course: Course) -> list[Line]:
+    """What such a run should show."""
+    lines: list[Line] = []
+    stepped = {line.data["loop"]: line.data["set"]["setpoint"] for line in course.events if _is_setpoint(line)}
+    for plan in units.plans.values():
+        if plan.name in stepped and plan.integrates:
+            band = BETWEEN * units.span(plan) + 1.5 * units.plc.dead_band(plan.i, units.plc.sig)
+            signal = units.process(plan) if units.process(plan) != plan.name else f"{plan.name}.PV"
+            row = {"signal": signal, "final": stepped[plan.name], "tolerance": digits(band, 2)}
+            lines.append(Line(row))
+            if any(line.data.get("loop") == plan.name and line.data["at"] for line in course.events):
+                lines.append(Line({"loop": plan.name, "metric": "overshoot", "max": f"{OVERSHOOT} %"}))
+        alarms = [a for a in units.plc.outer_alarms if a.startswith("pv_") and units.plc.alarm_is_on(plan.i, a)]
+        lines += [Line({"loop": plan.name, "alarm": alarm, "never": True}) for alarm in alarms]
+    lines += [Line({"loop": line.data["loop"], "mode": "auto"}) for line in course.events if "mode" in line.data]
+    return lines
+
+
+def _is_setpoint(line: Line) -> bool:
+    return "loop" in line.data and "setpoint" in line.data.get("set", {})
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A drafted scenario as a file: what belongs on one line stands on one line, and comments stand below each other.
+
+PLAIN = re.compile(r"[A-Za-z_][\w./-]*( [\w./*+-][\w./*+()-]*)*( %)?")
+"""Texts that need no quotes, in braces either."""
+SHARE = re.compile(r"\d+ %")
+FILE = re.compile(r"[\w./][\w./-]*")
+RESERVED = frozenset(("true", "false", "null", "yes", "no", "on", "off", "y", "n", "none"))
+WIDEST = 100
+"""Where a comment still stands behind its line, rather than above it."""
+HEAD = """\
+# A first scenario for {config}, drafted from its ranges and gains.
+# The plants are no model of your process: each is one that the loop's own gains suit. Put in what you know of it,
+# or let 'pidcfg tune --from-csv' find gain, time constant and dead time in a recorded step.
+"""
+
+
+def text_of(course: Course, title: str, config: str) -> str:
+    """The scenario as YAML."""
+    rows = ["pidcfg: 1", f"scenario: {_title(title)}", f"config: {scalar(config)}", _duration(course.duration)]
+    if course.initial == "steady":
+        rows.append("initial: steady                  # settled at the set points when time starts")
+    elif isinstance(course.initial, dict) and course.initial:
+        rows.append(f"initial: {flow(course.initial)}   # the output that each loop starts with")
+    if course.plants:
+        rows.append("plants:                          # each moves its loop's PV, in engineering units")
+        rows += _plants(course)
+    if course.connect:
+        rows += ["connect:                         # what the PVs show"]
+        rows += _aligned(
+            [(f"  {scalar(line.key)}: {scalar(line.data['to'])}", line.comment) for line in course.connect]
+        )
+    for part, lines in (("events", course.events), ("expect", course.expect), ("allow", course.allow)):
+        if lines:
+            rows.append(f"{part}:")
+            rows += _aligned([(f"  - {flow(line.data)}", line.comment) for line in lines])
+    remarks = [f"# - {remark}" for remark in course.remarks]
+    head = HEAD.format(config=config) + ("# What to know:\n" + "\n".join(remarks) + "\n" if remarks else "")
+    return head + "\n".join(rows) + "\n"
+
+
+def _title(text: str) -> str:
+    """On a line of its own commas need no quotes."""
+    return text if all(PLAIN.fullmatch(part) for part in text.split(", ")) else scalar(text)
+
+
+def _duration(seconds: float) -> str:
+    row = f"duration: {number(seconds)}"
+    return f"{row:33}# s, {time_text(seconds)}" if seconds >= 120 else f"{row:33}# s"
+
+
+def _plants(course: Course) -> list[str]:
+    if course.connect:
+        return _aligned([(f"  - {flow({'name': line.key, **line.data})}", line.comment) for line in course.plants])
+    width = max(len(scalar(line.key)) for line in course.plants) + 1
+    return _aligned([(f"  {scalar(line.key) + ':':{width}} {flow(line.data)}", line.comment) for line in course.plants])
+
+
+def _aligned(rows: Sequence[tuple[str, str]]) -> list[str]:
+    """Lines with their comments in one column; above the line where it is long."""
+    column = max((len(row) for row, comment in rows if comment and len(row) <= WIDEST), default=0) + 3
+    out = []
+    for row, comment in rows:
+        if comment and len(row) > WIDEST:
+            out.append(f"  # {comment}")
+            out.append(row)
+        else:
+            out.append(f"{row:{column}}# {comment}" if comment else row)
+    return out
+
+
+def flow(data: dict[str, Any]) -> str:
+    """A mapping in braces."""
+    return "{" + ", ".join(f"{scalar(key)}: {scalar(value)}" for key, value in data.items()) + "}"
+
+
+def scalar(value: Any) -> str:
+    """A value as YAML writes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        return number(value)
+    if isinstance(value, dict):
+        return flow(value)
+    text = str(value)
+    file = text.endswith((".yaml", ".yml")) and FILE.fullmatch(text)
+    if file or SHARE.fullmatch(text) or (PLAIN.fullmatch(text) and text.lower() not in RESERVED):
+        return text
+    return json.dumps(text, ensure_ascii=False)
+
+
+def number(value: float) -> str:
+    """A number as people write it."""
+    return f"{value:.10g}"
+
+
+# --- A scenario drafted for a configuration, tried before it is handed out: it runs, and no verdict fails -------------
+
+TRIES = ((1.0, True), (1.0, False), (0.4, True), (0.4, False), (0.0, True))
+"""Share of the planned steps and disturbances, and whether the run begins settled; the first that passes is taken."""
+MOST_NAMES = 3
+"""Loops that a title names."""
+PROFILE = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
+NOT_HELD = "{text} is not expected: on this plant it is {value}"
+
+
+class NoDraftError(ValueError):
+    """A configuration for which no scenario can be drafted, and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """A scenario as text, and what to know about it."""
+
+    text: str
+    left_out: tuple[str, ...] = ()
+    """Loops that have no plant, or whose verdict is allowed to fail, each with the reason."""
+
+
+def draft_of(checked: Checked, config: str, title: str = "", most: int | None = None) -> Draft:
+    """The scenario of a checked configuration, which it names ``config``; raises `NoDraftError` where there is none.
+
+    It is run before: loops that no plan suits are named in the text and allowed to fail, with the verdict as reason.
+    ``most``: loop-steps that a run may have.
+    """
+    vendor, encoding = checked.vendor, checked.encoding
+    if vendor is None or encoding is None or not encoding.whole or checked.failed:
+        raise NoDraftError(f"{checked.document.file} has errors; run 'pidcfg validate {checked.document.file}' first")
+    if one_line(config) != config:
+        raise NoDraftError(f"no scenario can name {config!r}: rename the file, without control characters")
+    plc = vendor.module("controller").load(encoding.image)
+    around = surroundings_of(checked.config, plc)
+    plans = plans_of(plc, loops_of(checked.config, vendor), around)
+    if not plans:
+        raise NoDraftError(f"{checked.document.file} has no loop that is calculated")
+    units = Units(plc, {plan.i: plan for plan in plans}, around)
+    names = ", ".join(plan.name for plan in plans) if len(plans) <= MOST_NAMES else f"{len(plans)} loops"
+    title = title or f"Steps and disturbances of {names}"
+    trials, refused = [], ""
+    for size, steady in TRIES:
+        course = course_of(units, size, steady=steady)
+        course.expect = expectations(units, course)
+        outcome = _run(checked, course, title, config, most)
+        if outcome.report is None:
+            refused = refused or _reason(outcome)
+            continue
+        trials.append(_trial(course, outcome.report))
+        if not trials[-1].failing:
+            break
+    if not trials:
+        raise NoDraftError(f"{checked.document.file}: no scenario runs with it{refused}; write one by hand")
+    best = min(trials, key=lambda trial: len(trial.failing))
+    course = best.course
+    course.allow += [_allowance(v) for v in best.failing]
+    course.expect = [line for line, verdict in best.verdicts if verdict.passed]
+    course.remarks += [
+        NOT_HELD.format(text=verdict.text, value=_shown(verdict.value))
+        for _, verdict in best.verdicts
+        if not verdict.passed
+    ]
+    course.remarks += [PROFILE.format(name=plan.name) for plan in plans if _has_profile(checked.config.loops[plan.i])]
+    return Draft(text_of(course, title, config), tuple(course.remarks))
+
+
+def _has_profile(loop: Any) -> bool:
+    """Whether a loop has a set-point profile to run."""
+    return bool(getattr(getattr(loop, "ramp_soak", None), "steps", ()))
+
+
+@dataclass(frozen=True, slots=True)
+class _Trial:
+    """A course that has run."""
+
+    course: Course
+    failing: list[Standing]
+    verdicts: list[tuple[Line, Verdict]]
+
+
+def _trial(course: Course, report: Report) -> _Trial:
+    failing = [v for v in report.standing if v.fails]
+    return _Trial(course, failing, list(zip(course.expect, report.expectations, strict=True)))
+
+
+def _reason(outcome: Outcome) -> str:
+    """Why a course did not run."""
+    return next((f" ({d.message})" for d in outcome.findings if d.severity is Severity.ERROR), "")
+
+
+def _allowance(verdict: Standing) -> Line:
+    row = {"kind": verdict.kind, "loop": verdict.loop, "reason": f"on the drafted plant: {verdict.text}"}
+    return Line(row)
+
+
+def _shown(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _run(checked: Checked, course: Course, title: str, config: str, most: int | None) -> Outcome:
+    """The course as a scenario, run."""
+    data: dict[str, Any] = course.data(title, config)
+    loaded = Loaded(checked.document, scenario=Scenario.model_validate(data), config=config)
+    encoding = checked.encoding
+    loaded.vendor, loaded.image = checked.vendor, None if encoding is None else encoding.image
+    return simulate_loaded(loaded, Settings("auto", max_loop_steps=most))
+
+
+def simulate_draft(doc: Document, settings: Settings, limits: Limits, *, record: bool = False) -> Outcome:
+    """Runs a configuration with its drafted scenario; one with errors has its findings and no report."""
+    checked = check_document(doc, limits)
+    documents = {doc.file: doc}
+    try:
+        text = draft_of(checked, doc.file, most=settings.max_loop_steps).text
+    except NoDraftError as error:
+        findings = checked.findings
+        if not checked.failed:
+            findings = (*findings, Diagnostic("PID058", Severity.ERROR, str(error), doc.file))
+        return Outcome(doc.file, doc.file, findings=findings, documents=documents)
+    scenario = read_document(text.encode(), f"{doc.file} (drafted scenario)", limits)
+    loaded = Loaded(scenario, [], *read_scenario(scenario)[:1], config=doc.file, documents=documents)
+    loaded.documents[scenario.file] = scenario
+    loaded.vendor, loaded.image = checked.vendor, checked.encoding.image if checked.encoding else None
+    return replace(simulate_loaded(loaded, settings, record=record), file=doc.file)

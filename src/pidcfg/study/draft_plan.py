@@ -1,0 +1,612 @@
+"""What a drafted scenario does: plants that suit the loops, where they rest, and how far they are moved."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from pydantic_core import PydanticCustomError
+
+from pidcfg.schemas.scenario import Scenario
+from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS
+from pidcfg.sim.engine.influence import Influence
+from pidcfg.sim.engine.run import prepare
+from pidcfg.study.verification.stages import dynamics, middle_output, output_limits, quiet_range
+from pidcfg.study.verification.trial import is_whole, output_scale
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from pidcfg.schemas.generic import Loop
+    from pidcfg.sim.controllers.plc import Plc
+
+# --- Numbers and times as people write them ---------------------------------------------------------------------------
+
+NEAT = (1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10)
+"""What half a run may last, times a power of ten."""
+HOUR, MINUTES = 3600, 120
+"""Seconds from which on a time is told in hours, and in minutes."""
+LARGEST_WHOLE = 1e15
+
+
+def digits(value: float, most: int = 4) -> float:
+    """A number of so many significant digits; a whole one as such."""
+    rounded = float(f"{value:.{most}g}")
+    return int(rounded) if rounded == int(rounded) and abs(rounded) < LARGEST_WHOLE else rounded
+
+
+def neat(value: float, span: float) -> float:
+    """A value to a ten-thousandth of its range."""
+    decimals = 4 - len(f"{abs(span):.0f}") if abs(span) >= 1 else 4 + max(0, -int(f"{span:e}".split("e")[1]))
+    rounded = round(value, max(decimals, 0))
+    return int(rounded) if rounded == int(rounded) else rounded
+
+
+def round_up(seconds: float) -> float:
+    """A neat time that is not shorter."""
+    power = 10.0 ** int(f"{seconds:e}".split("e")[1])
+    return digits(next(step * power for step in NEAT if step * power >= seconds * (1 - 1e-9)))
+
+
+def time_text(seconds: float) -> str:
+    """A time for a comment."""
+    if seconds >= HOUR:
+        return f"{seconds / HOUR:.3g} h"
+    return f"{seconds / 60:.3g} min" if seconds >= MINUTES else f"{seconds:.3g} s"
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What stands around the loops of a configuration: whose output is whose set point, shared PVs, selectors, wires.
+
+PV_SOURCES = (("pv", "tag"), ("devices", "PV"), ("pv", "transfer"))
+"""Where a loop's configuration says from which device its PV comes; two loops that name the same share it."""
+LARGER = "Max"
+"""In the type of a selector that takes the larger of its inputs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Selector:
+    """A signal of the program that is one of several outputs."""
+
+    signal: str
+    takes_larger: bool
+    first: int
+    """The loop that shall have it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """By the number of a loop."""
+
+    masters: Mapping[int, int]
+    """Its master, where its set point is another loop's output."""
+    leaders: Mapping[int, int] = field(default_factory=dict)
+    """The first loop with the same PV, of every further one."""
+    selectors: Mapping[int, Selector] = field(default_factory=dict)
+    """The selector that reads its output."""
+    given: Mapping[int, str] = field(default_factory=dict)
+    """A signal from outside that the program makes its set point of."""
+
+    def slaves(self, i: int) -> Iterator[int]:
+        """The loops whose set point is the output of one."""
+        return (j for j, master in self.masters.items() if master == i)
+
+
+def surroundings_of(config: Any, plc: Plc) -> Surroundings:
+    """Of a configuration and its PLC as it starts."""
+    masters = {i: m for i, m in enumerate(plc.masters) if m >= 0 and plc.goals[i] == "cascade"}
+    empty = Scenario.model_validate({"pidcfg": 1, "scenario": "-", "config": "-", "duration": 1})
+    net = prepare(empty, plc)
+    influence = Influence.of(empty, net, plc)
+    name_of = {slot: name for name, slot in plc.inputs.items()}
+    measured, given = set(plc.inlets.values()), {}
+    for i in range(len(plc.loops)):
+        names = [name_of[slot] for slot in sorted(influence.set_points[i]) if slot in name_of]
+        names = [name for name in names if "." not in name and name not in measured and step_of(plc, name)]
+        if names and i not in masters:
+            given[i] = names[0]
+    return Surroundings(masters, _leaders(config, plc), _selectors(config, plc, influence), given)
+
+
+def step_of(plc: Plc, name: str) -> tuple[float, float] | None:
+    """The first value of a signal from outside and one a tenth above it; None for a switch."""
+    value = plc.sig[plc.inputs[name]]
+    for new in (round(value * 1.1, 6), round(value * 1.1), value + 1):
+        try:
+            if plc.check_input(name, new) != value:
+                return value, new
+        except PydanticCustomError:
+            continue
+    return None
+
+
+def _leaders(config: Any, plc: Plc) -> dict[int, int]:
+    places: dict[object, list[int]] = defaultdict(list)
+    for i, loop in enumerate(config.loops):
+        inlet = plc.inlets.get(plc.loops[i])
+        source = inlet or next((repr(value) for path in PV_SOURCES if (value := _at(loop, path)) is not None), None)
+        if source is not None:
+            places[source].append(i)
+    return {i: loops[0] for loops in places.values() for i in loops[1:]}
+
+
+def _at(model: Any, path: tuple[str, ...]) -> Any:
+    for key in path:
+        model = model.get(key) if isinstance(model, dict) else getattr(model, key, None)
+        if model is None:
+            return None
+    return model
+
+
+def _selectors(config: Any, plc: Plc, influence: Influence) -> dict[int, Selector]:
+    cfg = plc.cfg[: len(plc.loops)]
+    barrier = {slot for c in cfg for slot in (c.sig_pv, c.sig_sp)}
+    outs = {c.sig_out for c in cfg}
+    readers: dict[int, list[int]] = defaultdict(list)
+    for i, c in enumerate(cfg):
+        for slot in influence.reach([c.sig_out], without=barrier | (outs - {c.sig_out})) - {c.sig_out}:
+            readers[slot].append(i)
+    kinds = {block.name: block.type for block in getattr(config, "blocks", ())}
+    found: dict[int, Selector] = {}
+    for slot, loops in readers.items():
+        block = plc.signals[slot].partition(".")[0] if slot < len(plc.signals) else ""
+        if len(loops) > 1 and "Select" in kinds.get(block, "") and plc.signals[slot].endswith(".MV"):
+            selector = Selector(plc.signals[slot], LARGER in kinds[block], loops[0])
+            found |= dict.fromkeys(loops, selector)
+    return found
+
+
+# --- What is planned for each loop: where it rests, how far it is moved, and the plant that suits its gains -----------
+#
+# PV and output are shares of their ranges here, so that every PLC's loops are planned alike; `pidcfg.study.draft_plan`
+# turns them into the units of the signals.
+
+D740 = Decision(
+    740,
+    "a drafted plant is one that the loop's own gains suit",
+    "First order with a dead time of a sample, a gain of about 1.2 spans of the PV for the whole output, and a time "
+    "constant with which the loop crosses over as in D304. It rests at the configured set point with the output in the "
+    "middle of its limits; where the set point is none that the loop can rest at, it is set at the start.",
+    "A file says nothing of its process. A loop that is tuned at all is well damped on such a plant, so that a failed "
+    "verdict is the configuration's doing; what the real process does only its own numbers tell.",
+)
+WANTED = 1.2
+"""Gain of a plant where the loop's gain allows it: the output covers the range of the PV, and a little more."""
+STEP, SMALL_STEP = 0.1, 0.03
+"""Step of a set point, as a share of the range; of a loop without an integral, which an offset belongs to."""
+LEAST_STEP = 0.004
+"""A smaller one shows nothing."""
+ROOM = 0.5
+"""Of the way to a limit of the set point or an alarm, what a step may take: the PV may overshoot it."""
+REACH = 0.6
+"""Of the way from rest to a limit, what the output may take for a step in the end."""
+ANSWER = 9.0
+"""Times 1/crossover for which a change is watched, at least."""
+PUSH = 0.1
+"""Of the output's range, what a disturbance asks of it."""
+ASIDE = 0.12
+"""How far a PV lies from the set point of a loop that a selector leaves out, as a share of the range."""
+BEHIND = 3.0
+"""Times 1/crossover by which an inner loop delays its master."""
+SWITCHED, SAMPLES_OF_SWITCHED = 0.6, 400
+"""Gain of the plant of an on-off loop, and its time constant in samples."""
+UNKNOWN, SAMPLES_OF_UNKNOWN = 1.0, 50
+"""The same for a loop whose gains no neutral form has."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoopPlan:
+    """One loop; shares of the ranges, s."""
+
+    i: int
+    name: str
+    sample: float
+    gain: float
+    """PV for the whole output, with the sign of the action."""
+    time: float
+    length: float
+    """How long a change is watched."""
+    rest: float
+    output: float
+    limits: tuple[float, float]
+    """Of the output."""
+    step: float = 0.0
+    """0: its set point is not moved."""
+    push: float = 0.0
+    """Of the output; 0: nothing disturbs it."""
+    crossover: float = 0.0
+    integrates: bool = True
+    switches: bool = False
+    is_set: bool = False
+    """Whether its set point is given to it at the start."""
+    selector: Selector | None = None
+    neutral: Loop | None = None
+
+    @property
+    def sign(self) -> float:
+        """1 where the PV rises with the output, else -1."""
+        return 1.0 if self.gain > 0 else -1.0
+
+
+def plans_of(plc: Plc, neutral: Sequence[Loop | None], around: Surroundings) -> list[LoopPlan]:
+    """The plan of each loop that is calculated; slaves first, since their masters wait for them."""
+    plans: dict[int, LoopPlan] = {}
+
+    def plan(i: int) -> None:
+        if i in plans:
+            return
+        slaves = [j for j in around.slaves(i) if j != i and not plc.cfg[j].halt]
+        for j in slaves:
+            if j not in waiting:
+                waiting.add(j)
+                plan(j)
+        inner = sum(BEHIND / plans[j].crossover for j in slaves[:1] if j in plans)
+        plans[i] = _plan(plc, i, neutral[i], around, inner)
+
+    waiting: set[int] = set()
+    for i in range(len(plc.loops)):
+        if not plc.cfg[i].halt:
+            plan(i)
+    for i in sorted(plans, key=lambda i: len(_above(i, around))):
+        _settle(plans, around, plc, i)
+    return [plans[i] for i in sorted(plans)]
+
+
+def _above(i: int, around: Surroundings) -> list[int]:
+    """The masters of a loop, up to the first."""
+    above: list[int] = []
+    while i in around.masters and around.masters[i] not in above:
+        i = around.masters[i]
+        above.append(i)
+    return above
+
+
+def _plan(plc: Plc, i: int, loop: Loop | None, around: Surroundings, inner: float) -> LoopPlan:
+    """A loop by itself, ``inner`` s behind its slave."""
+    sample = plc.cfg[i].period / TICKS
+    sign = 1.0 if plc.rises[i] else -1.0
+    name, selector = plc.loops[i], around.selectors.get(i)
+    if plc.only_switches(i):
+        time = SAMPLES_OF_SWITCHED * sample
+        rest, is_set = _rest(plc, i, (0.1, 0.9))
+        return LoopPlan(
+            i, name, sample, sign * SWITCHED, time, 4 * time, rest, 0.0, (0.0, 1.0), crossover=1 / time,
+            integrates=False, switches=True, is_set=is_set,
+        )  # fmt: skip
+    integrates = plc.integrates(i, plc.sig)
+    if loop is None:
+        time = SAMPLES_OF_UNKNOWN * sample + inner
+        crossover, gain, limits, output, quiet = 1 / time, UNKNOWN, (0.0, 1.0), 0.5, (0.05, 0.95)
+        length = 10 * time
+    else:
+        delay = 2 * sample + float(loop.pv.filter) + inner
+        crossover, gain, time = dynamics(loop, sample, delay, WANTED)
+        limits = output_limits(loop)
+        output = middle_output(loop, limits)
+        low, high = (float(end) for end in loop.pv.range)
+        bottom, top = quiet_range(loop)
+        quiet = (bottom - low) / (high - low), (top - low) / (high - low)
+        length = max(ANSWER / crossover, 2 * float(loop.tuning.integral_time), 10 * sample)
+    rest, is_set = _rest(plc, i, quiet, loop)
+    plan = LoopPlan(
+        i, name, sample, sign * gain, time, length, rest, output, limits, crossover=crossover, integrates=integrates,
+        is_set=is_set, selector=selector, neutral=loop, push=PUSH if integrates else 0.0,
+    )  # fmt: skip
+    return replace(plan, step=_step(plan, quiet))
+
+
+def _rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None = None) -> tuple[float, bool]:
+    """Where a loop rests, and whether it must be brought there: its set point is none it can rest at."""
+    low, high, _ = plc.scales[i]
+    if loop is not None and loop.setpoint.value is not None:
+        bottom, top = loop.pv.range
+        share = float((loop.setpoint.value - bottom) / (top - bottom))
+    else:
+        share = (plc.given_set_point(i, plc.sig) - low) / (high - low)
+        share = max(share, 0.0) ** 0.5 if plc.roots and plc.roots[i] is not None else share
+    return (share, False) if quiet[0] <= share <= quiet[1] else ((quiet[0] + quiet[1]) / 2, True)
+
+
+def _step(plan: LoopPlan, quiet: tuple[float, float]) -> float:
+    """How far the set point goes: to the side that has more room, and no further than the output can follow."""
+    more, less = plan.limits[1] - plan.output, plan.output - plan.limits[0]
+    reach = REACH * abs(plan.gain)
+    up = min(ROOM * (quiet[1] - plan.rest), reach * (more if plan.sign > 0 else less))
+    down = min(ROOM * (plan.rest - quiet[0]), reach * (less if plan.sign > 0 else more))
+    most = STEP if plan.integrates else SMALL_STEP
+    size = min(most, max(up, down))
+    return 0.0 if size < LEAST_STEP else size if up >= size else -size
+
+
+def _settle(plans: dict[int, LoopPlan], around: Surroundings, plc: Plc, i: int) -> None:
+    """Brings a loop in line with those it hangs on: its master, the loop that shares its PV, or that has its valve."""
+    plan = plans[i]
+    master = plans.get(around.masters.get(i, -1))
+    slave = next((plans[j] for j in around.slaves(i) if j in plans), None)
+    if slave is not None and plan.neutral is not None and slave.neutral is not None:
+        low, high = (float(end) for end in slave.neutral.pv.range)
+        ends = [(end - low) / (high - low) for end in map(float, quiet_range(slave.neutral))]
+        inner = max(plan.limits[0], ends[0]), min(plan.limits[1], ends[1])
+        if inner[0] < inner[1] and plan.integrates:
+            plan = replace(plan, output=(inner[0] + inner[1]) / 2)
+        plan = replace(plan, step=_within(plan.step, REACH * abs(plan.gain) * (inner[1] - inner[0]) / 2))
+    if master is not None:
+        plan = replace(plan, rest=master.output, step=0.0, push=0.0, is_set=False)
+    elif i in around.given:
+        low, high, _ = plc.scales[i]
+        plan = replace(plan, step=0.0, is_set=False)
+    leader = plans.get(around.leaders.get(i, -1))
+    if leader is not None:
+        plan = replace(plan, rest=leader.rest, step=0.0, push=0.0, is_set=False, output=_held(plan, leader.rest))
+    if plan.selector is not None and plan.selector.first != i:
+        first = plans[plan.selector.first]
+        asks_more = -1.0 if plan.selector.takes_larger else 1.0
+        moved = abs(first.step / first.gain) + PUSH
+        plan = replace(plan, gain=plan.sign * min(abs(plan.gain), ASIDE / 2 / moved))
+        plan = replace(
+            plan, rest=plan.rest - asks_more * plan.sign * ASIDE, step=0.0, push=0.0, output=first.output, is_set=False
+        )
+    plans[i] = plan
+
+
+def _held(plan: LoopPlan, pv: float) -> float:
+    """The output of a loop whose PV another one holds at a value: at the limit to which its error drives it."""
+    error = (plan.rest - pv) * plan.sign
+    return plan.output if not error else plan.limits[1] if error > 0 else plan.limits[0]
+
+
+def _within(step: float, most: float) -> float:
+    return max(min(step, most), -most)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The planned loops as a scenario: plants in the units of their signals, what happens and when, what is expected.
+
+MOST_STEPS = 200_000
+"""Base steps times loops of a drafted run: some seconds."""
+LEAD = 0.1
+"""Of each half of a run, what passes before the disturbances of the first; the steps begin the second."""
+NO_WORD = re.compile(r"[^\w.-]")
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """An entry of a list or a mapping of the scenario, with what stands behind it as a comment."""
+
+    data: Row
+    comment: str = ""
+    key: str = ""
+
+
+@dataclass(slots=True)
+class Course:
+    """A scenario in its parts."""
+
+    duration: float
+    step: float | None = None
+    initial: str | dict[str, float] = "steady"
+    plants: list[Line] = field(default_factory=list)
+    connect: list[Line] = field(default_factory=list)
+    events: list[Line] = field(default_factory=list)
+    expect: list[Line] = field(default_factory=list)
+    allow: list[Line] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    """What there is to know about single loops."""
+
+    def data(self, title: str, config: str) -> Row:
+        """The scenario as plain data."""
+        data: Row = {"pidcfg": 1, "scenario": title, "config": config, "duration": self.duration}
+        data |= {"initial": self.initial} if self.initial else {}
+        if self.connect:
+            data["plants"] = [{"name": line.key, **line.data} for line in self.plants]
+            data["connect"] = {line.key: line.data["to"] for line in self.connect}
+        else:
+            data["plants"] = {line.key: line.data for line in self.plants}
+        for part in ("events", "expect", "allow"):
+            lines: list[Line] = getattr(self, part)
+            if lines:
+                data[part] = [line.data for line in lines]
+        return data
+
+
+@dataclass(frozen=True, slots=True)
+class Units:
+    """The plans in the units of the signals."""
+
+    plc: Plc
+    plans: Mapping[int, LoopPlan]
+    around: Surroundings
+
+    def pv(self, plan: LoopPlan, share: float) -> float:
+        """A PV in the unit of its signal."""
+        low, high, _ = self.plc.scales[plan.i]
+        return low + share * (high - low)
+
+    def setpoint(self, plan: LoopPlan, share: float) -> float:
+        """A set point as the loop takes it."""
+        value = neat(self.pv(plan, share), self.span(plan))
+        return round(value) if is_whole(self.plc, plan.i, "setpoint", self.plc.scales[plan.i][0]) else value
+
+    def span(self, plan: LoopPlan) -> float:
+        """Width of the PV's range."""
+        low, high, _ = self.plc.scales[plan.i]
+        return high - low
+
+    def output(self, plan: LoopPlan, share: float) -> float:
+        """An output in the unit of its signal."""
+        low, high = self.scale(plan)
+        value = neat(low + share * (high - low), high - low)
+        return round(value) if is_whole(self.plc, plan.i, "output", low) else value
+
+    def scale(self, plan: LoopPlan) -> tuple[float, float]:
+        """What the output's signal shows at 0 % and 100 %."""
+        return (0.0, 1.0) if plan.switches else output_scale(self.plc, plan.i, plan.neutral)
+
+    def is_rooted(self, plan: LoopPlan) -> bool:
+        """Whether the loop takes the root of its PV."""
+        return bool(self.plc.roots) and self.plc.roots[plan.i] is not None
+
+    def process(self, plan: LoopPlan) -> str:
+        """The name of a loop's plant: the loop's own, unless its signal has to be wired to the PV."""
+        apart = self.is_rooted(plan) or plan.name in self.plc.wired or self.followers(plan)
+        return plan.name if not apart else f"{NO_WORD.sub('_', plan.name)}_process"
+
+    def followers(self, plan: LoopPlan) -> list[LoopPlan]:
+        """The loops that share the PV of one."""
+        return [self.plans[i] for i, leader in self.around.leaders.items() if leader == plan.i and i in self.plans]
+
+    def measured(self, plan: LoopPlan) -> str:
+        """The signal of a loop's plant, in an expression."""
+        name = self.process(plan)
+        return f"{name}.PV" if name == plan.name else name
+
+
+def course_of(units: Units, size: float = 1.0, *, steady: bool = True) -> Course:
+    """The course with steps and disturbances of so much of their planned size."""
+    plans = list(units.plans.values())
+    base = units.plc.base / TICKS
+    half = round_up(max((plan.length for plan in plans), default=10 * base))
+    most = MOST_STEPS * base / max(len(plans), 1) / 2
+    course = Course(0.0)
+    if half > most:
+        shorter = round_up(most) / 2
+        course.remarks.append(f"{time_text(2 * shorter)} is short for the slowest loop: {time_text(2 * half)} would do")
+        half = shorter
+    course.duration = digits(2 * half)
+    in_control = all(units.plc.goals[plan.i] in IN_CONTROL and not plan.switches for plan in plans)
+    course.initial = "steady" if steady and in_control else _initial(units)
+    for plan in plans:
+        _plant(units, plan, course)
+    course.events = [*_start(units, course), *_pushes(units, digits(LEAD * half), size), *_steps(units, half, size)]
+    return course
+
+
+def _initial(units: Units) -> dict[str, float]:
+    """The output that each loop rests at, or the one it has in Manual."""
+    return {plan.name: units.output(plan, plan.output) for plan in units.plans.values() if not plan.switches}
+
+
+def _plant(units: Units, plan: LoopPlan, course: Course) -> None:
+    """The plant of a loop, and what is wired to its PV; a loop that shares another one's PV has none of its own."""
+    name, plc = units.process(plan), units.plc
+    leader = units.plans.get(units.around.leaders.get(plan.i, -1))
+    inlet = plc.inlets.get(plan.name, f"{plan.name}.PV")
+    if leader is not None:
+        if plan.name not in plc.wired:
+            course.connect.append(Line({"to": units.measured(leader)}, f"the same PV as {leader.name}", inlet))
+        return
+    if plan.name in plc.wired and plan.name not in plc.inlets:
+        course.remarks.append(f"{plan.name} has no plant: the program works its PV out of several signals")
+        return
+    at_rest = units.pv(plan, plan.rest)
+    text, gain, u = _input(units, plan)
+    pull = 0.0
+    for other in units.followers(plan):
+        more, factor, out = _input(units, other)
+        share = digits(factor / gain)
+        times = "" if abs(share) == 1 else f"{digits(abs(share))} * "
+        text = f"{text or _out(units, plan)} {'+' if share > 0 else '-'} {times}{more or _out(units, other)}"
+        pull += share * out
+    gain = digits(gain)
+    row: Row = {"model": "first_order"} | ({"input": text} if text or name != plan.name else {})
+    if "input" in row and not row["input"]:
+        row["input"] = _out(units, plan)
+    load = at_rest - gain * (u + pull)
+    row |= {"gain": gain, "time_constant": digits(plan.time, 3), "dead_time": digits(plan.sample, 6)}
+    row |= {"load": digits(load, 6)} if abs(load) > 1e-9 * units.span(plan) else {}
+    row["initial"] = neat(at_rest, units.span(plan))
+    course.plants.append(Line(row, _about(units, plan), name))
+    if name == plan.name:
+        return
+    low, high, _ = plc.scales[plan.i]
+    to = name
+    if units.is_rooted(plan):
+        zero = f" - {digits(low, 6)}" if low > 0 else f" + {digits(-low, 6)}" if low else ""
+        shown = f"({name}{zero})" if zero else name
+        to = f"{shown} * {shown} / {digits(high - low, 6)}" + (f" + {digits(low, 6)}" if low else "")
+    comment = "the transmitter shows the square, of which the PLC takes the root" if units.is_rooted(plan) else ""
+    course.connect.append(Line({"to": to}, comment, inlet))
+
+
+def _input(units: Units, plan: LoopPlan) -> tuple[str, float, float]:
+    """What a plant reads (empty: its loop's output), its gain, and the value at rest."""
+    slave = next((units.plans[j] for j in units.around.slaves(plan.i) if j in units.plans), None)
+    if slave is not None:
+        return units.measured(slave), plan.gain * units.span(plan) / units.span(slave), units.pv(slave, slave.rest)
+    low, high = units.scale(plan)
+    output = 0.5 if plan.switches else plan.output
+    u = low + output * (high - low) if plan.switches else units.output(plan, output)
+    text = "" if plan.selector is None else plan.selector.signal
+    return text, plan.gain * units.span(plan) / (high - low), u
+
+
+def _out(units: Units, plan: LoopPlan) -> str:
+    return f"{plan.name}.{units.plc.out_name}"
+
+
+def _about(units: Units, plan: LoopPlan) -> str:
+    slave = next((units.plans[j] for j in units.around.slaves(plan.i) if j in units.plans), None)
+    if slave is not None:
+        return f"behind {slave.name}"
+    if plan.selector is not None and plan.selector.first != plan.i:
+        return f"{plan.selector.signal} leaves it out"
+    if plan.switches:
+        return "on and off move the PV by as much to either side"
+    if units.plc.pulse_cycle(plan.i):
+        return "moved by the mean of the pulses"
+    return ""
+
+
+def _start(units: Units, course: Course) -> Iterator[Line]:
+    """What brings loops to where they rest: a set point, and Auto for those that begin in Manual."""
+    for plan in units.plans.values():
+        if plan.is_set:
+            value = units.setpoint(plan, plan.rest)
+            yield Line({"at": 0, "loop": plan.name, "set": {"setpoint": value}}, "it has none that it can rest at")
+    for plan in units.plans.values():
+        goal = units.plc.goals[plan.i]
+        if goal in IN_CONTROL:
+            continue
+        if units.plc.mode_inputs(plan.i):
+            course.remarks.append(f"{plan.name} stays in {goal}: the program chooses its mode")
+        else:
+            yield Line({"at": 0, "loop": plan.name, "mode": "auto"}, f"configured: {goal}")
+
+
+def _steps(units: Units, at: float, size: float) -> Iterator[Line]:
+    """Steps of the set points, and of the signals that the program makes set points of."""
+    for plan in units.plans.values():
+        if plan.step and size:
+            value = units.setpoint(plan, plan.rest + plan.step * size)
+            before = units.setpoint(plan, plan.rest)
+            if value != before:
+                yield Line({"at": at, "loop": plan.name, "set": {"setpoint": value}}, f"from {before:g}")
+    readers: dict[str, list[str]] = {}
+    for i, given in units.around.given.items():
+        if i in units.plans:
+            readers.setdefault(given, []).append(units.plans[i].name)
+    for name, loops in readers.items() if size else ():
+        step = step_of(units.plc, name)
+        if step is not None:
+            yield Line(
+                {"at": at, "set": {name: step[1]}}, f"from {step[0]:g}; it moves the set point of {', '.join(loops)}"
+            )
+
+
+def _pushes(units: Units, at: float, size: float) -> Iterator[Line]:
+    """Disturbances: the load of each plant as if its output had moved."""
+    for plan in units.plans.values():
+        if not plan.push or not size or (plan.name in units.plc.wired and plan.name not in units.plc.inlets):
+            continue
+        moved = plan.push * size * plan.gain * units.span(plan)
+        gain, u = _input(units, plan)[1:]
+        load = digits(units.pv(plan, plan.rest) - digits(gain) * u - moved, 6)
+        name = units.process(plan)
+        whose = {"loop": name} if name == plan.name else {"plant": name}
+        share = f"asks for {abs(plan.push * size):.0%} more output".replace("%", " %")
+        yield Line({"at": at, **whose, "disturb": {"load": load}}, share)

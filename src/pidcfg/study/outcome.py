@@ -1,0 +1,385 @@
+"""One scenario run: what was read, what became of it, and the charts of what was recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from math import isfinite, nan, sqrt
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
+from pidcfg.sim.engine.recording import HIGH, LOW
+from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, Alarm, in_words
+from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.reader import DISK, Reader
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping, Sequence
+
+    from pidcfg.pictures.chart import Role, Side
+    from pidcfg.sim.controllers.plc import Plc
+    from pidcfg.sim.engine.recording import Recording
+    from pidcfg.sim.engine.run import Settings
+    from pidcfg.sim.judgement.report import LoopReport, Period, Report, Verdict
+    from pidcfg.study.scenario import Loaded
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
+
+    Steps = Sequence[tuple[float, float]]
+    """Times in s, each with the value from then on."""
+
+# --- What a loop's signals are called and counted in ------------------------------------------------------------------
+
+PERCENT = (0, 100)
+
+
+@dataclass(frozen=True, slots=True)
+class Root:
+    """The PV's scale of a loop that takes the root of it: its signals are recorded as they are before."""
+
+    low: float
+    width: float
+    zero: float
+    """Where the PV's counts begin, as a share of the span."""
+
+    def taken(self, value: float) -> float:
+        """The PV for a value before the root."""
+        return self.low + self.width * sqrt(max((value - self.low) / self.width + self.zero, 0.0))
+
+    def remark(self, name: str, last: float, unit: str) -> str:
+        """A remark on what the axis shows, with the value of ``name`` at the end as the example."""
+        stands = f"{self.taken(last):.4g} {unit}".rstrip()
+        return f"PV and {name} are before the root: {last:.4g} at the end stands for {stands}"
+
+
+def root_of(plc: Plc, loop: int) -> Root | None:
+    """The scale of a loop, by its number, whose signals are those before its root is taken; None for another one."""
+    low, high, _ = plc.scales[loop]
+    zero = plc.roots[loop] if plc.roots else None
+    return None if zero is None else Root(low, high - low, zero)
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """What a loop's signals are called and counted in."""
+
+    pv: str
+    setpoint: str
+    output: str
+    """Names of the signals; empty: the PLC shows no such signal."""
+    pv_unit: str = ""
+    output_unit: str = ""
+    output_range: tuple[float, float] | None = None
+    root: Root | None = None
+    """Given where the loop takes the root of its PV."""
+    description: str = ""
+
+
+def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
+    """The axes of each loop; units, ranges and descriptions come from the ``settings`` of its image."""
+    by_name = {str(entry["loop"]): entry for entry in settings if "loop" in entry}
+    axes = {}
+    for i, loop in enumerate(plc.loops):
+        entry, cfg = by_name.get(loop, {}), plc.cfg[i]
+        pv, output = (dict(entry.get(key) or {}) for key in ("pv", "output"))
+        unit = output.get("unit") or plc.output_unit
+        shown = (
+            plc.outputs[i] if plc.outputs else output.get("range") or (PERCENT if unit == "%" else limits_of(plc, i))
+        )
+        low, high, counts = plc.scales[i]
+        raw = "range" not in pv and high - low == counts
+        axes[loop] = Axes(
+            plc.signals[cfg.sig_pv],
+            plc.signals[cfg.sig_sp],
+            plc.signals[cfg.sig_out],
+            pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
+            output_unit=str(unit or ("counts" if plc.outputs and "range" not in output else "")),
+            output_range=None if shown is None else (float(shown[0]), float(shown[1])),
+            root=root_of(plc, i),
+            description=str(entry.get("description") or ""),
+        )
+    return axes
+
+
+def limits_of(plc: Plc, loop: int) -> tuple[float, float] | None:
+    """The limits of an output without a range, as they are at the start; None where they are no range to show."""
+    low, high = plc.output_limits(loop, plc.sig)
+    return (low, high) if isfinite(high - low) and low < high else None
+
+
+def signals_of(axes: Mapping[str, Axes]) -> frozenset[str]:
+    """The signals that a picture needs."""
+    return frozenset(name for one in axes.values() for name in (one.pv, one.setpoint, one.output) if name)
+
+
+# --- Lines in a trend at which its alarms come on and its output ends -------------------------------------------------
+
+DEVIATION = "deviation"
+"""Alarms with this beginning are distances from the set point."""
+RATE = "rate_of_change"
+"""An alarm that has no place beside a PV."""
+
+
+def alarm_lines(recording: Recording, loop: str, alarms: Sequence[str], setpoint: str, end: float) -> Iterator[Line]:
+    """The level of each alarm until the end (s): one for a PV, two around the set point (a signal) for a distance."""
+    for alarm in alarms:
+        level = recording.levels.get((loop, alarm), ())
+        if alarm.startswith(DEVIATION) and setpoint:
+            centre = list(zip(*recording.signal(setpoint), strict=True))
+            for side in (1.0, -1.0):
+                yield from level_lines(in_words(alarm), around(centre, level, side), end)
+        elif alarm != RATE:
+            yield from level_lines(in_words(alarm), level, end)
+
+
+def limit_lines(recording: Recording, loop: str, flags: Sequence[str], end: float) -> Iterator[Line]:
+    """The limits of the output, where a flag says that it was at one."""
+    for name, title, reasons in ((HIGH, "upper limit", LIMITED_ABOVE), (LOW, "lower limit", LIMITED_BELOW)):
+        if reasons & {*flags}:
+            yield from level_lines(title, recording.levels.get((loop, name), ()), end)
+
+
+def level_lines(title: str, steps: Steps, end: float) -> Iterator[Line]:
+    """A level that holds its last value to the end; a line for each time without a gap."""
+    times: list[float] = []
+    values: list[float] = []
+    for time, value in (*steps, (end, nan)):
+        if values:
+            times.append(time)
+            values.append(value if isfinite(value) else values[-1])
+        elif isfinite(value):
+            times, values = [time], [value]
+        if values and not isfinite(value):
+            yield Line(title, "level", times, values)
+            times, values = [], []
+
+
+def around(centre: Steps, distance: Steps, side: float) -> list[tuple[float, float]]:
+    """What is a distance away from a centre, whenever either changes."""
+    rows: list[tuple[float, float]] = []
+    at = away = nan
+    for time, which, value in sorted([(t, 0, v) for t, v in centre] + [(t, 1, v) for t, v in distance]):
+        at, away = (value, away) if which == 0 else (at, value)
+        row = at + side * away
+        if rows and rows[-1][0] == time:
+            rows[-1] = (time, row)
+        elif not rows or repr(rows[-1][1]) != repr(row):
+            rows.append((time, row))
+    return rows
+
+
+# --- Charts of a run: what was recorded of it, and what its report says happened --------------------------------------
+
+ROWS = 8
+"""Alarms and flags of a loop that get a row each."""
+
+
+def charts_of(outcome: Outcome, loops: Collection[str] = ()) -> list[Chart]:
+    """One chart a loop, in the order of the PLC; ``loops``: only these.
+
+    Nothing for a scenario that could not run or was not recorded.
+    """
+    report, recording = outcome.report, outcome.recording
+    if report is None or recording is None:
+        return []
+    return [
+        _chart(loop, loop_report, outcome.axes[loop], report, recording)
+        for loop, loop_report in report.loops.items()
+        if not loops or loop in loops
+    ]
+
+
+def signals_before_root(outcome: Outcome) -> dict[str, str]:
+    """What PV and set point are of each loop that takes the root of its PV."""
+    found = {}
+    for loop, axes in outcome.axes.items():
+        seen = outcome.report.signals.get(axes.setpoint) if outcome.report is not None else None
+        if axes.root is not None and seen is not None:
+            found[loop] = axes.root.remark(axes.setpoint.rpartition(".")[2], seen.final, axes.pv_unit)
+    return found
+
+
+def _chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, recording: Recording) -> Chart:
+    marks, notes = failures(loop, report)
+    events = [
+        Mark(event.text if event.loop in {loop, None} else f"{event.loop}: {event.text}", event.at)
+        for event in report.events
+        if event.loop in {loop, None} or event.loop not in report.loops
+    ]
+    return Chart(
+        title=f"{loop}: {axes.description}" if axes.description else loop,
+        loop=loop,
+        panels=panels(axes, recording, loop, loop_report, report.duration),
+        strips=strips(loop_report, report.duration),
+        marks=(*events, *marks),
+        begin=0.0,
+        end=report.duration,
+        notes=(*before_root(axes, recording), *notes),
+    )
+
+
+def before_root(axes: Axes, recording: Recording) -> tuple[str, ...]:
+    """What the signals of a loop that takes the root of its PV are; nothing for another loop."""
+    if axes.root is None or not axes.setpoint:
+        return ()
+    _, values = recording.signal(axes.setpoint)
+    if not values:
+        return ()
+    return (axes.root.remark(axes.setpoint.rpartition(".")[2], float(values[-1]), axes.pv_unit),)
+
+
+def panels(axes: Axes, recording: Recording, loop: str, report: LoopReport, end: float) -> tuple[Panel, ...]:
+    """PV and set point on one axis, the output on its own, each with the levels that bars below refer to."""
+    wanted: tuple[tuple[str, Role], ...] = ((axes.setpoint, "setpoint"), (axes.pv, "pv"))
+    lines = [line(recording, name, role) for name, role in wanted if name]
+    title = ", ".join(reversed([one.name for one in lines]))
+    lines += alarm_lines(recording, loop, names_of(report.alarms), axes.setpoint, end)
+    rows = [Panel(title, axes.pv_unit, tuple(lines))]
+    if axes.root is not None:
+        rows = [Panel(f"{title} before the root", "", tuple(lines))]
+    if axes.output:
+        output = line(recording, axes.output, "output")
+        limits = limit_lines(recording, loop, names_of(report.conditions), end)
+        rows.append(Panel(output.name, axes.output_unit, (output, *limits), axes.output_range))
+    return tuple(rows)
+
+
+def line(recording: Recording, signal: str, role: Role, side: Side | None = None) -> Line:
+    """One signal, called as the vendor does: TIC-101.PV is PV."""
+    times, values = recording.signal(signal)
+    return Line(signal.rpartition(".")[2], role, times, values, side)
+
+
+def strips(report: LoopReport, end: float) -> tuple[Strip, ...]:
+    """Modes, then each alarm and flag that was on, then the steps of a profile."""
+    spans = [(in_words(one.alarm), one.at, one.cleared) for one in report.alarms]
+    rows = [Strip("mode", modes(report, end), "mode"), *_rows(spans, end, "alarm")]
+    if report.steps:
+        rows.append(Strip("ramp/soak", tuple(_bar(step, end) for step in report.steps), "step"))
+    rows += _rows([(in_words(one.name), one.at, one.until) for one in report.conditions], end, "condition")
+    return tuple(rows)
+
+
+def names_of(spans: Sequence[Alarm] | Sequence[Period]) -> list[str]:
+    """The alarms or flags that have a row."""
+    return list(dict.fromkeys(one.alarm if isinstance(one, Alarm) else one.name for one in spans))[:ROWS]
+
+
+def modes(report: LoopReport, end: float) -> tuple[Bar, ...]:
+    """One bar for each time in a mode; a refusal changes none."""
+    bars, mode, since = [], report.first_mode, 0.0
+    for change in report.modes:
+        if change.mode != mode:
+            bars.append(Bar(mode, since, change.at))
+            mode, since = change.mode, change.at
+    bars.append(Bar(mode, since, end))
+    return tuple(bar for bar in bars if bar.end > bar.begin)
+
+
+def _bar(step: Period, end: float) -> Bar:
+    return Bar(step.name, step.at, end if step.until is None else step.until)
+
+
+def _rows(spans: Sequence[tuple[str, float, float | None]], end: float, kind: Any) -> list[Strip]:
+    """A row for each name, in the order in which they first came on."""
+    names = list(dict.fromkeys(name for name, _, _ in spans))
+    return [
+        Strip(name, tuple(Bar(name, at, end if off is None else off) for row, at, off in spans if row == name), kind)
+        for name in names[:ROWS]
+    ]
+
+
+def failures(loop: str, report: Report) -> tuple[list[Mark], tuple[str, ...]]:
+    """Failed expectations of a loop, written and standing: marks where they are about a time, else lines of text."""
+    failed = [(_with_value(one), one.at) for one in report.expectations if one.loop == loop and not one.passed]
+    failed += [(f"{one.kind}: {one.text}", one.at) for one in report.standing if one.loop == loop and one.fails]
+    marks = [Mark(text, at, "failure") for text, at in failed if at is not None]
+    return marks, tuple(f"failed: {text}" for text, at in failed if at is None)
+
+
+def _with_value(one: Verdict) -> str:
+    value = "" if one.value is None else f" ({one.value:g})" if isinstance(one.value, float) else f" ({one.value})"
+    return f"{one.text}{value}"
+
+
+# --- One scenario run: what was read, what became of it, and whether that is what was expected ------------------------
+
+LOOP_STEP = 10.0
+"""About what a loop-step takes in CPython with everything around it, in µs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """One scenario file: its findings, and its report when it could run."""
+
+    file: str
+    config: str = ""
+    report: Report | None = None
+    findings: Sequence[Diagnostic] = ()
+    documents: Mapping[str, Document] = field(default_factory=dict)
+    config_errors: bool = False
+    """Whether the configuration has errors; they are among the findings."""
+    recording: Recording | None = None
+    """The trend for a picture, where one is wanted."""
+    axes: Mapping[str, Axes] = field(default_factory=dict)
+    """Names and units of each loop's signals."""
+
+    @property
+    def unjudged(self) -> bool:
+        """Whether a configuration with errors ran and nothing was expected of it."""
+        return self.config_errors and self.report is not None and not self.report.expectations
+
+    @property
+    def effort(self) -> float:
+        """What the run has taken, in µs by a count of its loop-steps; compiled ones are next to nothing."""
+        report = self.report
+        return 0.0 if report is None or report.engine != "python" else report.steps * len(report.loops) * LOOP_STEP
+
+    @property
+    def passed(self) -> bool:
+        """Whether it ran and everything expected of it holds."""
+        return self.report is not None and self.report.passed and not self.unjudged
+
+
+def simulate_document(
+    doc: Document, settings: Settings, limits: Limits, reader: Reader = DISK, *, record: bool = False
+) -> Outcome:
+    """Runs one scenario file; ``record``: with the trend of its loops, for `pidcfg.study.outcome.charts_of`."""
+    from pidcfg.study.scenario import load
+    from pidcfg.validate.engine import is_scenario
+
+    if doc.data is not None and not is_scenario(doc):
+        cure = "a scenario begins with 'scenario: …' and names its configuration"
+        finding = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
+        return Outcome(doc.file, findings=[finding], documents={doc.file: doc})
+    return simulate_loaded(load(doc, limits, reader), settings, record=record)
+
+
+def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False) -> Outcome:
+    """Runs a scenario with everything that it needs, as far as that could be loaded."""
+    from pidcfg.sim.engine.recording import Recording
+    from pidcfg.sim.engine.run import UnusableError, simulate
+
+    outcome = Outcome(loaded.document.file, loaded.config, documents=loaded.documents)
+    if loaded.scenario is None or loaded.image is None:
+        return replace(outcome, findings=loaded.findings)
+    plc = loaded.plc()
+    _, problems = loaded.uncertainties(plc)
+    loaded.add(problems)
+    if any(problem.severity == "error" for problem in problems):
+        return replace(outcome, findings=loaded.findings)
+    axes = axes_of(plc, loaded.image.settings)
+    recording = Recording(signals_of(axes)) if record else None
+    try:
+        report = simulate(loaded.scenario, loaded.plc, loaded.controller, replace(settings, recording=recording))
+    except UnusableError as error:
+        loaded.add(error.problems)
+        return replace(outcome, findings=loaded.findings)
+    loaded.add(report.problems)
+    return replace(
+        outcome,
+        report=report,
+        findings=[*loaded.findings, *loaded.config_errors],
+        config_errors=bool(loaded.config_errors),
+        recording=recording,
+        axes=axes,
+    )

@@ -1,0 +1,435 @@
+"""Two trials of one stage held against each other, signal by signal, sample by sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from itertools import accumulate, groupby, pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.conversion.builder import flat, on_the_same_scale
+from pidcfg.conversion.ledger import number_of
+from pidcfg.conversion.operation import PREFIX, Smoothing
+from pidcfg.conversion.pipeline import generic_file
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from pidcfg.conversion.ledger import Change, NeutralLoop
+    from pidcfg.schemas.generic import Loop
+    from pidcfg.study.verification.stages import Bench, Stage
+    from pidcfg.study.verification.trial import Trial
+    from pidcfg.vendors import Vendor
+
+# --- The loops of a configuration in the neutral form, as far as they have one ----------------------------------------
+
+EQUAL = Decimal("1e-6")
+"""Relative difference of numbers that count as equal."""
+FOLLOWS, NO_FOLLOWING = "setpoint.follows_pv", False
+"""A PLC that knows nothing of it lets the set point stay."""
+ACTION = "output_raises_pv"
+"""No line excuses another action."""
+FIRST = ("sample_time", "tuning.gain")
+"""Fields on which the meaning of others depends."""
+
+
+def neutral_of(config: Any, vendor: Vendor) -> tuple[tuple[Loop | None, ...], list[NeutralLoop]]:
+    """The loops of a file, None for one without a neutral form, and what became of their fields."""
+    neutral: list[NeutralLoop] = vendor.load("to_neutral")(config)
+    whole = [loop for loop in neutral if not loop.missing]
+    models = iter(generic_file(config, whole).loops if whole else ())
+    return tuple(None if loop.missing else next(models) for loop in neutral), neutral
+
+
+def loops_of(config: Any, vendor: Vendor) -> tuple[Loop | None, ...]:
+    """The loops of a file, None for one without a neutral form."""
+    return neutral_of(config, vendor)[0]
+
+
+def neutral_values(loop: Loop, other: Loop) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The values of two neutral loops by path, the second on the first one's scale of the output."""
+    one, two = flat(loop), flat(other)
+    for values in (one, two):
+        values.setdefault(FOLLOWS, NO_FOLLOWING)
+    return one, on_the_same_scale(one, two)
+
+
+def same(a: Any, b: Any) -> bool:
+    """Whether two neutral values are equal."""
+    one, two = number_of(a), number_of(b)
+    if one is None or two is None:
+        return bool(a == b)
+    return abs(one - two) <= EQUAL * max(abs(one), abs(two))
+
+
+def differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> list[str]:
+    """The neutral fields that differ, those first on which others depend."""
+    keys = [key for key in dict.fromkeys((*one, *two)) if not same(one.get(key), two.get(key))]
+    return sorted(keys, key=lambda key: FIRST.index(key) if key in FIRST else len(FIRST))
+
+
+def neutral_at(loop: Loop, path: str) -> Any:
+    """A neutral value by path, as `neutral_values` has it."""
+    return flat(loop).get(path, NO_FOLLOWING if path == FOLLOWS else None)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Signals of two sides, a value a sample: how far they lie apart where either may come earlier, and their means.
+
+MEAN = 60
+"""Samples over which the kicks of a derivative cancel each other."""
+
+
+def running_means(values: Sequence[float], first: int) -> list[float]:
+    """Of the samples before each, as many as there are."""
+    sums = [0.0, *accumulate(values)]
+    begins = (max(k + 1 - MEAN, 0) for k in range(first, len(values)))
+    return [(sums[k + 1] - sums[begin]) / (k + 1 - begin) for k, begin in enumerate(begins, first)]
+
+
+def apart(a: Sequence[float], b: Sequence[float], k: int, window: int) -> float:
+    """How far two signals lie apart at a sample, where each may come ``window`` samples earlier or later."""
+    if a[k] == b[k]:
+        return 0.0
+    return min(_outside(a, k, b[k], window), _outside(b, k, a[k], window))
+
+
+def _outside(values: Sequence[float], k: int, value: float, window: int) -> float:
+    """How far a value is outside of what a signal shows in the samples around."""
+    near = values[max(k - window, 0) : k + window + 1]
+    return max(value - max(near), min(near) - value, 0.0)
+
+
+# --- The filter of a derivative on two sides that work it out differently: which time constants are alike -------------
+
+SMOOTHING, FILTER = f"{PREFIX}smoothing", "tuning.derivative_filter"
+NEAR = 0.01
+"""Share of a change by which two filters may let a different one through."""
+
+
+def rules_of(line: Change) -> tuple[Smoothing, Smoothing]:
+    """The rules of source and target, of which a line of the report tells."""
+    before, after = (next(rule for rule in Smoothing if rule.text == text) for text in (line.source, line.target))
+    return before, after
+
+
+def alike(line: Change, other: Loop) -> Decimal:
+    """The time constant with which the source's filter lets as much through as the target's."""
+    before, after = rules_of(line)
+    return before.time(after.share(other.tuning.derivative_filter, other.sample_time), other.sample_time)
+
+
+def lets_through_the_same(line: Change, loop: Loop, other: Loop) -> bool:
+    """Whether both filters let as much of a change through in a sample."""
+    shares = [
+        rule.share(one.tuning.derivative_filter, one.sample_time)
+        for rule, one in zip(rules_of(line), (loop, other), strict=True)
+    ]
+    return abs(float(shares[0] - shares[1])) <= NEAR
+
+
+def further(line: Change, loop: Loop) -> float:
+    """How much more of a change one of both rules lets through in a sample, with the time constant of a loop."""
+    one, two = (rule.share(loop.tuning.derivative_filter, loop.sample_time) for rule in rules_of(line))
+    return abs(float(one - two))
+
+
+# --- Two trials of one stage held against each other, signal by signal, sample by sample ------------------------------
+
+State = str | bool
+"""A mode, or an alarm."""
+SHARE = 0.01
+"""Of the response of a stage, by which both sides may differ."""
+COUNTS = 2.0
+"""Of the coarser side."""
+SAMPLES = 2
+"""By which modes, alarms and set points may come apart."""
+RESTING = 0.5
+"""Of a dead band, by which two PVs may rest apart in it."""
+SHIFTS = (0, -1, 1)
+"""By which PV and output may, from one act to the next: it may act with the sample or with the next one."""
+RESTS = 4
+"""Samples without a move after which an output stands still."""
+AT_END = 1e-3
+"""How near to its end an output is at it: a share of its range."""
+
+
+IN_AUTO = {"cascade": "auto"}
+"""What a loop's mode is in a PLC that has no mode for cascade."""
+
+
+class Counts(NamedTuple):
+    """What rounding may make of a PV, in its units, and of an output, a share of its range."""
+
+    pv: float
+    output: float
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far both sides of a loop may lie apart."""
+
+    share: float
+    """Of the response."""
+    closed: Counts
+    """In the closed loop, where each is carried to the other."""
+    alone: Counts
+    """Where the PV goes its own way."""
+    setpoint: float
+    """PV units."""
+    limit: float
+    """Of an output that is held by its limit: a share of its range."""
+    band: float = 0.0
+    """The dead band, in PV units."""
+    switching: float = 0.0
+    """What a dead band switches the output by, when an error is just inside on one side and just outside on the other:
+    a share of the range."""
+    kick: float = 0.0
+    """The same of the derivative."""
+    mean: float = 0.0
+    """Of the mean of an output where the PV goes its own way: a share of the range; 0: means are not compared."""
+
+
+@dataclass(frozen=True, slots=True)
+class SignalDifference:
+    """A signal that differs in a stage."""
+
+    stage: str
+    signal: str
+    """``pv``, ``output``, ``setpoint``, ``mode``, or the name of an alarm."""
+    at: float
+    """The first time, in s from the beginning of the stage."""
+    before: float | str | bool
+    after: float | str | bool
+    """What both sides show then."""
+    samples: tuple[int, ...]
+    """Where it differs."""
+    worst: float | None = None
+    """How far a number lies apart at most, as a share of its range."""
+    allowed: float = 0.0
+    """How far it may, in the signal's unit."""
+    at_limits: frozenset[int] = frozenset()
+    """Samples at which both sides are held by their limits, each by another one: no rule of a PLC explains that."""
+
+
+def differences(stage: Stage, one: Trial, two: Trial, bench: Bench, tolerance: Tolerance) -> Iterator[SignalDifference]:
+    """Where two trials of a stage differ by more than they may, each signal once."""
+    compare = _Comparison(stage, one, two, bench, tolerance)
+    if stage.output is None and abs(one.period - two.period) > SHARE * one.period:
+        yield SignalDifference(stage.name, "sample time", 0.0, one.period, two.period, (0,))
+    if "pv" in stage.signals:
+        yield from compare.pv()
+    if "output" in stage.signals:
+        yield from compare.output()
+    if "setpoint" in stage.signals and not _by_hand(stage, one, two):
+        yield from compare.setpoint()
+    if "mode" in stage.signals:
+        modes = [side.modes for side in (one, two)]
+        if not (one.cascades and two.cascades):
+            modes = [[IN_AUTO.get(mode, mode) for mode in side] for side in modes]
+        yield from compare.states("mode", *modes)
+    if "alarms" in stage.signals:
+        for name in sorted(one.alarms.keys() & two.alarms.keys()):
+            yield from compare.states(name, one.alarms[name], two.alarms[name])
+
+
+def _by_hand(stage: Stage, one: Trial, two: Trial) -> bool:
+    """Whether a loop begins in Manual, where some PLCs get their set point with the change to Auto only."""
+    return stage.output is None and "manual" in {one.modes[-1], two.modes[-1]}
+
+
+@dataclass(frozen=True, slots=True)
+class _Comparison:
+    """Two trials of one stage."""
+
+    stage: Stage
+    one: Trial
+    two: Trial
+    bench: Bench
+    tolerance: Tolerance
+
+    @property
+    def first(self) -> int:
+        """The sample from which on they are compared."""
+        return round(self.stage.begin / self.bench.sample)
+
+    def pv(self) -> Iterator[SignalDifference]:
+        """The PVs, which may rest anywhere in a dead band."""
+        tolerance = self.tolerance
+        counts = tolerance.alone.pv if self.stage.swept else tolerance.closed.pv + RESTING * tolerance.band
+        yield from self._values("pv", self.one.pv, self.two.pv, counts, self.bench.span)
+
+    def output(self) -> Iterator[SignalDifference]:
+        """The outputs, which a dead band switches."""
+        tolerance = self.tolerance
+        counts = tolerance.alone.output if self.stage.swept else tolerance.closed.output
+        if not (self.stage.swept or self.stage.name.startswith("dead band")):
+            counts += tolerance.switching
+        found = list(self._values("output", self.one.output, self.two.output, counts, 1.0))
+        if not found and self.stage.swept and tolerance.mean and not tolerance.band:
+            found = list(self._means())
+        yield from found
+
+    def _means(self) -> Iterator[SignalDifference]:
+        """Outputs whose means differ, although a count of the PV moves each of them by more for a sample."""
+        a, b = (running_means(side.output, self.first) for side in (self.one, self.two))
+        allowed = self.tolerance.share * (max(a) - min(a)) + self.tolerance.mean
+        samples = tuple(self.first + k for k in range(len(a)) if not apart(a, b, k, 1) <= allowed)
+        if samples:
+            worst = max(abs(a[k - self.first] - b[k - self.first]) for k in samples)
+            found = self._difference("output", self.one.output, self.two.output, samples)
+            yield replace(found, worst=worst, allowed=allowed)
+
+    def _values(
+        self, signal: str, a: Sequence[float], b: Sequence[float], counts: float, span: float
+    ) -> Iterator[SignalDifference]:
+        """A signal of which one side may come a sample later, where that fits better."""
+        first = self.first
+        allowed = self.tolerance.share * (max(a[first:]) - min(a[first:])) + counts
+        if self._operated:
+            window = 1 + self.stage.slack
+            samples = [k for k in range(first, len(a)) if not apart(a, b, k, window) <= allowed]
+        else:
+            samples = [k for part in self._parts(len(a)) for k in _shifted(a, b, part, allowed)]
+        if signal == "output":
+            samples = [k for k in samples if not self._at_edge(k, abs(a[k] - b[k]) - allowed)]
+        held = self._other_limits() if signal == "output" else frozenset()
+        if samples or held:
+            where = tuple(sorted({*samples, *held}))
+            worst = max(abs(a[k] - b[k]) for k in where) / span
+            found = self._difference(signal, a, b, where)
+            yield replace(found, worst=worst, allowed=allowed, at_limits=held)
+
+    @property
+    def _operated(self) -> bool:
+        """Whether an operator or another loop acts meanwhile: each PLC takes that over at a sample of its own."""
+        begin, acts = self.stage.begin, self.stage.acts
+        by_hand = any(act.mode is not None or act.output is not None for act in acts if act.at >= begin)
+        return by_hand or self.stage.slack > 0 or self.stage.output is None
+
+    def _parts(self, count: int) -> Iterator[range]:
+        """From one act to the next."""
+        begins = {round(act.at / self.bench.sample) for act in self.stage.acts}
+        ends = [self.first, *sorted(k for k in begins if self.first < k < count), count]
+        return (range(one, two) for one, two in pairwise(ends))
+
+    def _at_edge(self, k: int, further: float) -> bool:
+        """Whether a derivative may kick, an error being at the edge of the dead band and inside on one side only."""
+        band, near = self.tolerance.band, self.tolerance.closed.pv
+        if not band or self.stage.swept or further > 2 * self.tolerance.kick:
+            return False
+        return any(
+            abs(abs(side.setpoint[n] - side.pv[n]) - band) <= near
+            for side in (self.one, self.two)
+            for n in range(max(k - 1, 0), min(k + 2, len(side.pv)))
+        )
+
+    def setpoint(self) -> Iterator[SignalDifference]:
+        """The set points, but for one that follows its PV in Manual: some PLCs take it over with the change to Auto."""
+        a, b, allowed = self.one.setpoint, self.two.setpoint, self.tolerance.setpoint
+        window = SAMPLES + self.stage.slack
+        samples = tuple(
+            k
+            for k in range(self.first, len(a))
+            if not apart(a, b, k, window) <= allowed
+            and not (self.one.modes[k] == self.two.modes[k] == "manual" and self._follows(k, window, allowed))
+        )
+        if samples:
+            worst = max(abs(a[k] - b[k]) for k in samples) / self.bench.span
+            yield replace(self._difference("setpoint", a, b, samples), worst=worst, allowed=allowed)
+
+    def _follows(self, k: int, window: int, allowed: float) -> bool:
+        """Whether the set point of a side is its PV."""
+        return any(apart(side.setpoint, side.pv, k, window) <= allowed for side in (self.one, self.two))
+
+    def states(self, signal: str, a: Sequence[State], b: Sequence[State]) -> Iterator[SignalDifference]:
+        """A signal that is a mode or an alarm."""
+        window = SAMPLES + self.stage.slack
+        runs = [list(run) for differs, run in groupby(range(self.first, len(a)), lambda k: a[k] != b[k]) if differs]
+        samples = tuple(k for run in runs if len(run) > window for k in run)
+        if samples:
+            yield self._difference(signal, a, b, samples)
+
+    def _other_limits(self) -> frozenset[int]:
+        """Where the first output stands still at a limit, and the second one at an end of its way, but elsewhere."""
+        if self.stage.output is None:
+            return frozenset()
+        a, b = self.one.output, self.two.output
+        low, high = self.bench.limits
+        bottom, top = min(b[self.first :]), max(b[self.first :])
+        return frozenset(
+            k
+            for k in range(self.first + RESTS, len(a))
+            if abs(a[k] - b[k]) > self.tolerance.limit
+            and ((a[k] >= high - AT_END and b[k] >= top - AT_END) or (a[k] <= low + AT_END and b[k] <= bottom + AT_END))
+            and _rests(a, k)
+            and _rests(b, k)
+        )
+
+    def _difference(
+        self, signal: str, a: Sequence[float | State], b: Sequence[float | State], samples: tuple[int, ...]
+    ) -> SignalDifference:
+        k = samples[0]
+        at = k * self.bench.sample - self.stage.begin
+        return SignalDifference(self.stage.name, signal, at, a[k], b[k], samples)
+
+
+def _shifted(a: Sequence[float], b: Sequence[float], part: range, allowed: float) -> list[int]:
+    """Where two signals lie apart in a part, the second one a sample earlier or later where that fits better."""
+
+    def apart_by(shift: int) -> list[int]:
+        return [
+            k
+            for k in part
+            if not (abs(a[k] - b[k + shift]) if k + shift in part else apart(a, b, k, abs(shift))) <= allowed
+        ]
+
+    return max(map(apart_by, SHIFTS), key=lambda ks: (ks[0] if ks else len(a), -len(ks)))
+
+
+def _rests(output: Sequence[float], k: int) -> bool:
+    """Whether an output has not moved for some samples."""
+    near = output[k - RESTS : k + 1]
+    return max(near) - min(near) <= AT_END
+
+
+D582 = Decision(
+    582,
+    "where a derivative makes much of a count, the means of the outputs are compared, too",
+    "Where the PV goes its own way, the means of both outputs over 60 samples agree within 1 % of what the mean moves "
+    "by and one count of the PV, as gain and filter carry it to the output and the derivative's share of it to the "
+    "mean. Loops with a derivative also answer a change of the PV that takes 4 derivative times.",
+    "A count of the PV that comes a sample later kicks the output by gain x Td/Ts: a bound that allows for this let a "
+    "Ti 20 % too long and a PV range 5 % too wide pass. A kick and the one back cancel each other in the mean.",
+)
+D306 = Decision(
+    306,
+    "two sides are alike when they agree within the response and the counts of the coarser one",
+    "PV and output agree within 1 % of what the stage moves them by and two counts of the coarser side, at least of 12 "
+    "bits, each also as the loop and the plant carry it to the other; one side may be a sample late from one act to "
+    "the next. Where the PV goes its own way the counts are those of the PLCs themselves. Outputs that are held by "
+    "their limits agree within two counts, whatever a line says of the integral. Set points agree within two counts, "
+    "modes and alarms within 2 samples.",
+    "A count of a PV moves the output by the gain, and a count of the output moves the PV by the plant's gain.",
+)
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Whether a loop does what its operator asks: one whose mode the program gives it shows nothing of the other modes.
+
+
+def refused(stage: Stage, trial: Trial, sample: float) -> str:
+    """The first mode that a stage asks for and the loop does not go to before the next is asked; empty: none."""
+    for mode, first, last in _asked(stage, sample):
+        wanted = mode if trial.cascades else IN_AUTO.get(mode, mode)
+        if wanted not in trial.modes[first:last]:
+            return mode
+    return ""
+
+
+def _asked(stage: Stage, sample: float) -> Iterator[tuple[str, int, int]]:
+    """The modes of a stage, each with the samples in which it is the one that is wanted."""
+    acts = [(act.mode, round(act.at / sample)) for act in stage.acts if act.mode is not None]
+    for (mode, first), (_, last) in pairwise([*acts, ("", round(stage.end / sample) + 1)]):
+        if last > first:
+            yield mode, first, last

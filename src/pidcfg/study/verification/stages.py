@@ -1,0 +1,595 @@
+"""The stages of the battery: the plant that a loop is tested on, and what is done to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import ceil, expm1
+from typing import TYPE_CHECKING, Literal
+
+from pidcfg.text.references import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pidcfg.schemas.generic import Loop
+
+# --- The plant that a loop is tested on, scaled so that the loop is well damped on it and its PV stays in range -------
+
+D304 = Decision(
+    304,
+    "both sides are tested on a plant that the loop's own gains fit",
+    "First order with a dead time of one sample, and a gain and a time constant with which the loop crosses over at "
+    "the lowest of 4/Ti, 0.4/Td and an eighth of the rate that sampling, dead time and filters allow; its gain is at "
+    "most 3 spans of the PV for the whole output. At rest the output is in the middle of its limits.",
+    "A loop that is tuned at all is stable on it, and it shows gain, times, action and scales of both sides; with a "
+    "larger gain one count of the output would move the PV by many.",
+)
+STRONGEST, WANTED = 3.0, 2.0
+"""Gain of the plant, as a share of the PV's span for the whole output: at most, and where the loop's gain allows it."""
+PER_INTEGRAL, PER_DERIVATIVE, PER_DELAY = 4.0, 0.4, 0.25
+"""Crossover times integral time, derivative time and the sum of what delays the loop."""
+SMALL, LARGE = 0.05, 0.5
+"""Steps, as shares of the set point's limits."""
+MARGIN = 0.02
+"""Share of the PV's range at its ends that the tests leave alone, where alarms that are not wanted are parked."""
+FORGOTTEN = 12
+"""Time constants after which a filter has forgotten."""
+IN_CASCADE = 8
+"""Samples of the slowest loop of a cascade after which the inner ones are in Cascade."""
+MOST = 800
+"""Samples of a stage."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """A plant, and how far and how long it is moved; PV units and s."""
+
+    low: float
+    high: float
+    """Of the PV's range."""
+    sample: float
+    """Sample time of the slower side."""
+    gain: float
+    """PV units for the whole output, with the sign of the action."""
+    time: float
+    dead: float
+    middle: float
+    """The output at rest, as a share of its range."""
+    start: float
+    """PV and set point at rest."""
+    quiet: tuple[float, float]
+    """PVs within the limits of the set point and without an alarm."""
+    room: float
+    """Width of the limits of the set point."""
+    length: float
+    """How long a change is watched."""
+    settling: float
+    """How long the loop is left alone in Auto before something happens."""
+    rest: float
+    """How long a stage begins in Manual: until filters have forgotten what was before."""
+    slowest: float
+    """The longest sample time in its cascade."""
+    limits: tuple[float, float]
+    """Of the output, as shares of its range."""
+
+    @property
+    def span(self) -> float:
+        """Width of the PV's range."""
+        return self.high - self.low
+
+    @property
+    def sign(self) -> float:
+        """1 where the PV rises with the output, else -1."""
+        return 1.0 if self.gain > 0 else -1.0
+
+    def load(self, pv: float, output: float) -> float:
+        """The load with which the plant rests at a PV with an output (a share)."""
+        return pv - self.gain * output
+
+
+def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
+    """The test bench of a loop; ``other`` is the same loop on the other side, which may sample more slowly.
+
+    ``slowest``: the longest sample time in its cascade.
+    """
+    low, high = (float(end) for end in loop.pv.range)
+    sample = float(max(loop.sample_time, other.sample_time))
+    crossover, gain, time = _dynamics(loop, other, sample)
+    limits = output_limits(loop)
+    bounds = loop.setpoint.limits or loop.pv.range
+    room = float(bounds[1] - bounds[0])
+    quiet = quiet_range(loop)
+    samples = min(ceil(10 / crossover / sample), MOST)
+    return Bench(
+        low,
+        high,
+        sample,
+        (high - low) * gain * (1.0 if loop.output_raises_pv else -1.0),
+        time,
+        sample,
+        middle_output(loop, limits),
+        (quiet[0] + quiet[1]) / 2,
+        quiet,
+        room,
+        samples * sample,
+        min(ceil(5 / crossover / sample), MOST // 2) * sample,
+        max(ceil(FORGOTTEN * _filters(loop, other) / sample), 6, ceil(IN_CASCADE * slowest / sample)) * sample,
+        max(slowest, sample),
+        limits,
+    )
+
+
+def _filters(loop: Loop, other: Loop) -> float:
+    """The longest time constant of a filter of either side."""
+    return max(float(max(one.pv.filter, one.tuning.derivative_filter)) for one in (loop, other))
+
+
+def _dynamics(loop: Loop, other: Loop, sample: float) -> tuple[float, float, float]:
+    """What `dynamics` says, with the slower filter of both sides."""
+    filters = max(float(one.pv.filter) for one in (loop, other))
+    return dynamics(loop, sample, 2 * sample + filters, WANTED)
+
+
+def dynamics(loop: Loop, sample: float, delay: float, wanted: float) -> tuple[float, float, float]:
+    """Crossover in rad/s, gain of the plant as a share of the span for the whole output, and its time constant.
+
+    ``delay``: what the loop is late by, in s; ``wanted``: the gain of the plant where the loop's gain allows it.
+    """
+    tuning = loop.tuning
+    span, width = (float(pair[1] - pair[0]) for pair in (loop.pv.range, loop.output.range))
+    share = abs(float(tuning.gain)) * span / width or 1.0
+    integral, derivative = float(tuning.integral_time), float(tuning.derivative_time)
+    crossover = PER_DELAY / delay
+    if derivative:
+        crossover = min(crossover, PER_DERIVATIVE / derivative)
+    if not tuning.proportional and integral:
+        crossover = min(crossover, 1 / integral)
+        return crossover, min(crossover * integral / share, STRONGEST), sample
+    if integral:
+        crossover = min(crossover, PER_INTEGRAL / integral)
+    time = max(integral, 10 * sample, wanted * share / crossover)
+    gain = min(crossover * time / share, STRONGEST)
+    return gain * share / time, gain, time
+
+
+def output_limits(loop: Loop) -> tuple[float, float]:
+    """Of the output, as shares of its range."""
+    low, high = (float(end) for end in loop.output.range)
+    ends = loop.output.limits or loop.output.range
+    first, second = ((float(end) - low) / (high - low) for end in ends)
+    return max(first, 0.0), min(second, 1.0)
+
+
+def middle_output(loop: Loop, limits: tuple[float, float]) -> float:
+    """The output at rest: without an integral it is the bias, which is all that some PLCs can hold it with."""
+    if loop.tuning.integral_time:
+        return (limits[0] + limits[1]) / 2
+    low, high = (float(end) for end in loop.output.range)
+    return min(max((float(loop.output.bias) - low) / (high - low), limits[0]), limits[1])
+
+
+def quiet_range(loop: Loop) -> tuple[float, float]:
+    """The PVs within the limits of the set point and between the inner alarms, where there is room between them."""
+    low, high = (float(end) for end in loop.pv.range)
+    margin = MARGIN * (high - low)
+    least, most = low + margin, high - margin
+    if loop.setpoint.limits is not None:
+        least, most = max(least, float(loop.setpoint.limits[0])), min(most, float(loop.setpoint.limits[1]))
+    points = loop.alarms.pv
+    inner = [float(p) for p in (points.low_low, points.low) if p is not None]
+    outer = [float(p) for p in (points.high, points.high_high) if p is not None]
+    between = max([least, *inner]), min([most, *outer])
+    return between if between[0] < between[1] else (least, most)
+
+
+# --- What a stage is made of: acts at times, and how both sides are compared ------------------------------------------
+
+Signal = Literal["pv", "output", "setpoint", "mode", "alarms"]
+ALL: frozenset[Signal] = frozenset(("pv", "output", "setpoint", "mode", "alarms"))
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """Something that happens ``at`` s; numbers of a plant, a key of the loop, a mode, or a broken sensor."""
+
+    at: float
+    mode: str | None = None
+    setpoint: float | None = None
+    output: float | None = None
+    """A share of the range."""
+    load: float | None = None
+    master: float | None = None
+    """The output of the loop that gives the set point, as a share of its range."""
+    moved: float | None = None
+    """By how much the PV lies beside the plant's value from then on."""
+    lost: bool | None = None
+    """The sensor shows the lower end of its range, or the PV again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One stage; times in s."""
+
+    name: str
+    title: str
+    acts: tuple[Act, ...]
+    end: float
+    begin: float = 0.0
+    """From when on both sides are compared."""
+    signals: frozenset[Signal] = ALL
+    pv: float = 0.0
+    """Of the plant at the beginning."""
+    load: float = 0.0
+    loses_sensor: bool = False
+    swept: bool = False
+    """The plant is an integrator that only its load moves."""
+    output: float | None = None
+    """With which a stage begins; None: as configured."""
+    slack: int = 0
+    """Samples by which signals may come apart in addition: a loop above samples more slowly."""
+    with_master: bool = False
+    """The loop that gives the set point runs, too."""
+
+
+def at_rest(b: Bench) -> tuple[Act, ...]:
+    """In Manual, with the plant at rest at the set point.
+
+    The output is held until the inner loops are in Cascade: some masters take over what these have for a set point.
+    """
+    held = min(round(IN_CASCADE * b.slowest / b.sample), round(b.rest / b.sample) - 1)
+    return (
+        Act(0.0, mode="auto"),  # a block may keep its set point from a master in Manual, too
+        Act(0.0, mode="manual"),
+        Act(0.0, output=b.middle),
+        Act(b.sample, setpoint=b.start),
+        *(Act(k * b.sample, output=b.middle) for k in range(1, held)),
+        Act(b.rest - b.sample, output=b.middle),
+    )
+
+
+def in_auto(b: Bench) -> tuple[Act, ...]:
+    """The same, and then Auto with the same set point."""
+    return (
+        *at_rest(b),
+        Act(b.rest, mode="auto"),
+        Act(b.rest + b.sample, setpoint=b.start),
+    )
+
+
+def settled(
+    b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal] = ALL
+) -> Stage:
+    """A stage in Auto whose acts are counted from the time at which the loop has settled."""
+    begin = b.rest + 2 * b.sample + b.settling
+    moved = tuple(later(act, begin) for act in acts)
+    load = b.load(b.start, b.middle)
+    return Stage(name, title, (*in_auto(b), *moved), begin + length, begin, signals, b.start, load, output=b.middle)
+
+
+def later(act: Act, by: float) -> Act:
+    """The same act by so much later."""
+    return replace(act, at=act.at + by)
+
+
+def on_grid(stage: Stage, low: float, step: float, high: float) -> Stage:
+    """The stage with its set points at whole steps from ``low`` on, so that the coarser register holds them."""
+    acts = tuple(
+        act if act.setpoint is None else replace(act, setpoint=nearest_step(act.setpoint, low, step, high))
+        for act in stage.acts
+    )
+    return replace(stage, acts=acts)
+
+
+def nearest_step(value: float, low: float, step: float, high: float) -> float:
+    """The nearest of the values that lie whole steps from ``low`` on, up to ``high``; the value itself at an end."""
+    near = low + round((value - low) / step) * step
+    return near if low < value < high and near <= high else value
+
+
+# --- The stages in which the PV goes its own way, whatever the output does: the loop's answer, and its alarms ---------
+
+FASTEST, SLOWEST = 0.0025, 0.001
+"""Sweep of the PV through its alarms: share of the range a sample."""
+SHARE_OF_BAND = 0.1
+"""Of the narrowest alarm, what the sweep covers in a sample."""
+BLIND = 0.0025
+"""Alarms nearer to the ends of the range are not reached."""
+SHARE_OF_HYSTERESIS = 0.06
+"""What the sweep around an alarm covers in a sample: a quarter of the hysteresis is more than two samples."""
+FEWEST_COUNTS, COUNTS_A_SAMPLE = 20, 1.5
+"""Counts of a hysteresis from which on a quarter of it can be told, and what its sweep covers at least."""
+ROOM = 0.8
+"""Of the way to a limit of the output, what the answer to a step of the PV may take."""
+SMALLEST_ROOM = 0.1
+"""Way to the nearer limit, as a share of the output's range, below which the other one is taken."""
+LARGEST_STEP = 0.2
+"""Step of the PV, as a share of its range."""
+BANDS, FEWEST_BANDS = 6.0, 2.0
+"""Widths of a dead band that the PV is moved by, where the output has room for it, and at least."""
+SHORTEST, LONGEST = 20, 200
+"""Samples of which each step lasts."""
+SLOWER = 4.0
+"""Derivative times that a slow change of the PV takes."""
+OPEN_LOOP_FORGOTTEN = 6
+"""Time constants after which a filter has forgotten, for what is to be seen."""
+
+
+def open_loop(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage]:
+    """The stages of one loop; ``other`` is the same loop on the other side, ``count`` what the PV is counted in."""
+    yield _answer(b, loop, other)
+    if loop.tuning.derivative_time:
+        yield _slow_answer(b, loop, other)
+    yield from _alarms(b, loop, other)
+    yield from _hysteresis(b, loop, count)
+
+
+def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
+    """Steps of the PV that keep the output within its limits: gain, integral, derivative and filters, one by one."""
+    tuning, width = loop.tuning, float(loop.output.range[1] - loop.output.range[0])
+    share = abs(float(tuning.gain)) * b.span / width or 1.0
+    constants = [float(x) for x in (tuning.derivative_filter, loop.pv.filter, other.pv.filter)]
+    integral = float(tuning.integral_time)
+    wanted = max(OPEN_LOOP_FORGOTTEN * max(constants), integral / 2)
+    samples = min(max(round(wanted / b.sample), SHORTEST), LONGEST)
+    passed = -expm1(-b.sample / constants[1]) if constants[1] else 1.0
+    kick = passed * float(tuning.derivative_time) / (constants[0] + b.sample)
+    summed = samples * b.sample / integral if integral else 0.0
+    low, high = b.middle - b.limits[0], b.limits[1] - b.middle
+    room = min(low, high) if min(low, high) >= SMALLEST_ROOM else max(low, high)
+    band = float(max(loop.deadband, other.deadband)) / b.span
+    size = min(ROOM * room / (share * (1 + max(kick, summed))), max(LARGEST_STEP, BANDS * band))
+    size = max(size, FEWEST_BANDS * band) * b.span
+    down = low > high + SMALLEST_ROOM or low < SMALLEST_ROOM
+    by = b.sign * size * (-1.0 if down else 1.0)
+    hold = samples * b.sample
+    acts = (Act(0.0, moved=by), Act(hold, moved=0.0))
+    return _sweep(b, "answer", "a step of the PV and back", acts, 2 * hold, ALL)
+
+
+def _slow_answer(b: Bench, loop: Loop, other: Loop) -> Stage:
+    """The PV slowly to another value and back: gain and integral, where the derivative's kick leaves them no room."""
+    tuning, width = loop.tuning, float(loop.output.range[1] - loop.output.range[0])
+    share = abs(float(tuning.gain)) * b.span / width or 1.0
+    integral, filters = float(tuning.integral_time), max(float(one.pv.filter) for one in (loop, other))
+    ramp = ceil(max(OPEN_LOOP_FORGOTTEN * filters, SLOWER * float(tuning.derivative_time)) / b.sample)
+    hold = min(max(round(integral / 2 / b.sample), SHORTEST), LONGEST)
+    summed = (ramp / 2 + hold) * b.sample / integral if integral else 0.0
+    low, high = b.middle - b.limits[0], b.limits[1] - b.middle
+    size = min(ROOM * max(low, high) / (share * (1 + 1 / SLOWER + summed)), LARGEST_STEP) * b.span
+    rate = b.sign * size * (1.0 if high >= low else -1.0) / (ramp * b.sample)
+    times = [k * b.sample for k in (0, ramp, ramp + hold, 2 * ramp + hold)]
+    acts = tuple(Act(at, load=load) for at, load in zip(times, (-rate, 0.0, rate, 0.0), strict=True))
+    return _sweep(b, "slow answer", "the PV slowly to another value and back", acts, times[-1] + 10 * b.sample, ALL)
+
+
+def _alarms(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
+    """The PV from the middle to the top, to the bottom and back, whatever the output does."""
+    sides = (loop.alarms, other.alarms)
+    widths = [w for a in sides for w in (a.deviation.high, a.deviation.high_high) if w]
+    bands = [float(width) / b.span for width in widths]
+    speed = min(max(SHARE_OF_BAND * min(bands, default=1.0), SLOWEST), FASTEST)
+    up, down = ((end / b.span) / speed for end in (b.high - b.start, b.start - b.low))
+    edge = BLIND / speed
+    rates = [float(a.rate_of_change) for a in sides if a.rate_of_change]
+    rate = speed * b.span / b.sample
+    rise, fall = (round(x - edge) * b.sample for x in (up, down))
+    acts = (
+        Act(0.0, load=rate),
+        Act(rise, load=-rate),
+        Act(2 * rise + fall, load=rate),
+        Act(2 * (rise + fall), load=0.0),
+    )
+    signals: frozenset[Signal] = ALL - {"output"}
+    end = 2 * (rise + fall) + 5 * b.sample
+    yield _sweep(b, "alarms", "the PV through its whole range and back", acts, end, signals)
+    for i, limit in enumerate(dict.fromkeys(rates)):
+        yield _rate(b, f"rate of change {i + 1}" if i else "rate of change", limit, signals)
+
+
+def _hysteresis(b: Bench, loop: Loop, count: float) -> Iterator[Stage]:
+    """The PV slowly through one alarm and back, where counts can tell how far."""
+    width = float(loop.alarms.hysteresis)
+    if width < FEWEST_COUNTS * count:
+        return
+    points = [float(p) for p in (loop.alarms.pv.high, loop.alarms.pv.low) if p is not None]
+    points += [b.start + float(d) for d in (loop.alarms.deviation.high,) if d is not None]
+    reach = 2 * width
+    point = next((p for p in points if b.low + reach < p < b.high - reach), None)
+    if point is None:
+        return
+    rate = max(SHARE_OF_HYSTERESIS * width, COUNTS_A_SAMPLE * count) / b.sample
+    way, slow = point - reach - b.start, round(2 * reach / (rate * b.sample)) * b.sample
+    turn, back = 2 * b.sample + slow, 2 * b.sample + 2 * slow
+    acts = (Act(0.0, moved=way), Act(2 * b.sample, load=rate), Act(turn, load=-rate), Act(back, load=0.0))
+    signals: frozenset[Signal] = ALL - {"output"}
+    yield _sweep(b, "hysteresis", "the PV through an alarm and back", acts, back + 5 * b.sample, signals)
+
+
+def _rate(b: Bench, name: str, limit: float, signals: frozenset[Signal]) -> Stage:
+    """The PV a tenth more slowly than its alarm allows, then a tenth faster, up and down."""
+    hold = min(8 * b.sample, 0.3 * b.span / limit)
+    times = [i * hold for i in range(5)]
+    loads = (0.9 * limit, -0.9 * limit, 1.1 * limit, -1.1 * limit, 0.0)
+    acts = tuple(Act(at, load=load) for at, load in zip(times, loads, strict=True))
+    return _sweep(b, name, "the PV as fast as its alarm allows, and faster", acts, 5 * hold + 5 * b.sample, signals)
+
+
+def _sweep(b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal]) -> Stage:
+    begin = b.rest + 5 * b.sample
+    moved = tuple(later(act, begin) for act in acts)
+    return Stage(
+        name, title, (*in_auto(b), *moved), begin + length, begin, signals, b.start, 0.0, swept=True, output=b.middle
+    )
+
+
+# --- The stages of the battery: what is done to a loop, in the terms of its bench -------------------------------------
+#
+# A stage begins in Manual with the plant at rest, goes to Auto without a disturbance, and then does what it is named
+# for; `start` alone begins as the configuration says.
+
+BEYOND = 0.15
+"""How far a PV is driven beyond what the output can hold, as a share of its range."""
+FINE = 20
+"""Counts of a dead band from which on its width can be told."""
+LOADED = 0.3
+"""Of the way between the limits of the output: what a disturbance takes."""
+NEARER = 0.2
+"""Of the way from the output that holds the PV to the middle, where it is put by hand."""
+AFTER = 4
+"""Samples in Manual after which the output is set by hand: before, it shows what becomes of it by itself."""
+
+
+def stages_of(bench: Bench, loop: Loop, other: Loop, count: float, *, in_cascade: bool) -> Iterator[Stage]:
+    """The battery of one loop; ``other`` is the same loop on the other side.
+
+    ``count``: what the PV is counted in; ``in_cascade``: others run with it.
+    """
+    yield _start(bench, loop, in_cascade=in_cascade)
+    if loop.setpoint.source is not None:
+        yield _cascade(bench)
+    yield _manual(bench)
+    yield _automatic(bench)
+    yield _small_step(bench)
+    yield _large_step(bench)
+    yield from _windup(bench)
+    yield _disturbance(bench)
+    yield _setpoint_limits(bench)
+    yield from open_loop(bench, loop, other, count)
+    yield from _deadband(bench, loop, other, count)
+    yield _transfers(bench)
+    yield _sensor(bench)
+
+
+def _start(b: Bench, loop: Loop, *, in_cascade: bool) -> Stage:
+    """As configured: the plant rests a little beside the set point, where the first output of the loop holds it."""
+    wanted = b.start if loop.setpoint.value is None else float(loop.setpoint.value)
+    pv = min(max(wanted - b.sign * SMALL * b.span, b.quiet[0]), b.quiet[1])
+    low, high = (float(end) for end in loop.output.range)
+    first = 0.0 if loop.output.manual is None else (float(loop.output.manual) - low) / (high - low)
+    first = min(max(first, b.limits[0]), b.limits[1])
+    title, load = "from Program to Run", b.load(pv, first)
+    if loop.mode == "cascade":
+        return Stage("start", title, (), b.length, signals=frozenset(("mode",)), pv=pv, load=load, with_master=True)
+    if loop.mode == "manual" and loop.output.manual is None:  # nothing says the output that it begins with
+        return Stage("start", title, (), b.length, signals=frozenset(("mode",)), pv=pv, load=load)
+    begin = 3 * b.slowest if b.slowest > b.sample or in_cascade else 0.0
+    return Stage("start", title, (), b.length, begin, pv=pv, load=load)
+
+
+def _cascade(b: Bench) -> Stage:
+    """Auto to Cascade, and a step of the other loop's output."""
+    begin, hold = b.rest + 2 * b.sample, max(b.settling, 6 * b.slowest)
+    there = (b.start - b.low) / b.span
+    acts = (
+        Act(0.0, mode="cascade"),
+        Act(b.slowest, master=there),
+        Act(hold, master=there + SMALL * b.room / b.span),
+    )
+    moved = (*in_auto(b), Act(0.0, master=there), *(later(act, begin) for act in acts))
+    load = b.load(b.start, b.middle)
+    return Stage(
+        "cascade",
+        "Cascade",
+        moved,
+        begin + 2 * hold,
+        begin + 4 * b.slowest,
+        pv=b.start,
+        load=load,
+        output=b.middle,
+        slack=ceil(b.slowest / b.sample),
+        with_master=True,
+    )
+
+
+def _manual(b: Bench) -> Stage:
+    """The output as the operator sets it."""
+    low, high = b.limits
+    acts = (
+        *at_rest(b),
+        Act(b.rest, output=low + 0.4 * (high - low)),
+        Act(b.rest + 10 * b.sample, output=low + 0.6 * (high - low)),
+    )
+    load = b.load(b.start, b.middle)
+    return Stage(
+        "manual", "Manual", acts, b.rest + 20 * b.sample, b.rest - b.sample, ALL, b.start, load, output=b.middle
+    )
+
+
+def _automatic(b: Bench) -> Stage:
+    """From Manual to Auto while the PV is beside the set point."""
+    pv = b.start - b.sign * 0.02 * b.span
+    acts = (*at_rest(b), Act(b.rest, mode="auto"))
+    return Stage(
+        "auto", "Auto", acts, b.rest + b.length / 2, b.rest - b.sample, ALL, pv, b.load(pv, b.middle), output=b.middle
+    )
+
+
+def _small_step(b: Bench) -> Stage:
+    act = Act(0.0, setpoint=b.start + SMALL * b.room)
+    return settled(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
+
+
+def _large_step(b: Bench) -> Stage:
+    acts = (Act(0.0, setpoint=b.start + LARGE / 2 * b.room), Act(b.length / 2, setpoint=b.start - LARGE / 2 * b.room))
+    return settled(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
+
+
+def _windup(b: Bench) -> Iterator[Stage]:
+    """A load that the output cannot hold, and its end."""
+    rest = b.load(b.start, b.middle)
+    for name, end, sign in (("high", b.limits[1], 1.0), ("low", b.limits[0], -1.0)):
+        held = abs(b.gain) * abs(end - b.middle)
+        by = -b.sign * sign * (held + BEYOND * b.span)
+        acts = (Act(0.0, load=rest + by), Act(b.length / 2, load=rest))
+        yield settled(b, f"{name} limit", f"into the {name} limit of the output and back", acts, b.length * 1.5)
+
+
+def _disturbance(b: Bench) -> Stage:
+    act = Act(0.0, load=_disturbed(b))
+    return settled(b, "disturbance", "a load that takes 30 % of what the output can do", (act,), b.length)
+
+
+def _disturbed(b: Bench) -> float:
+    """The load that takes a part of what the output can do."""
+    low, high = b.limits
+    size = min(LOADED * (high - low) * abs(b.gain), LARGE * b.span)
+    down = b.middle + LOADED * (high - low) > high  # without an integral the output may rest at a limit
+    return b.load(b.start, b.middle) - (-b.sign if down else b.sign) * size
+
+
+def _setpoint_limits(b: Bench) -> Stage:
+    acts = (Act(0.0, setpoint=b.high), Act(5 * b.sample, setpoint=b.low))
+    signals: frozenset[Signal] = frozenset(("setpoint", "mode"))
+    return settled(b, "set point limits", "the set point at both ends of the PV's range", acts, 10 * b.sample, signals)
+
+
+def _deadband(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage]:
+    """The set point just inside of the dead band and just outside; one of few counts is too coarse for it."""
+    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > FINE * count)
+    for i, band in enumerate(bands):
+        shares = (0.9, 0.0, 1.12, 0.0, -0.9, 0.0, -1.12)
+        hold = max(10 * b.sample, b.length / 10)
+        acts = tuple(Act(k * hold, setpoint=b.start + share * band) for k, share in enumerate(shares))
+        name = f"dead band {i + 1}" if i else "dead band"
+        yield settled(b, name, "the set point within the dead band and beyond", acts, hold * len(shares))
+
+
+def _transfers(b: Bench) -> Stage:
+    """Auto to Manual while the loop is at work, an output by hand, and back to Auto."""
+    hold = max(20 * b.sample, b.length / 10)
+    manual, load = b.length / 2, _disturbed(b)
+    held = (b.start - load) / b.gain
+    nearer = held + NEARER * (b.middle - held)
+    acts = (
+        Act(0.0, load=load),
+        Act(manual, mode="manual"),
+        Act(manual + AFTER * b.sample, output=nearer),
+        Act(manual + hold, mode="auto"),
+        Act(manual + hold + b.sample, setpoint=b.start),
+    )
+    return settled(b, "transfers", "Auto to Manual and back to Auto", acts, b.length + hold)
+
+
+def _sensor(b: Bench) -> Stage:
+    acts = (Act(0.0, lost=True), Act(5 * b.sample, lost=False))
+    return replace(settled(b, "sensor", "the sensor lost and back", acts, b.length), loses_sensor=True)

@@ -1,0 +1,526 @@
+"""The verdict on two configurations: every loop through all stages, and the differences that nothing explains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import chain
+from math import expm1
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pidcfg.conversion.ledger import overlap
+from pidcfg.pictures.chart import Chart, Line, Mark, Panel
+from pidcfg.sim.engine.run import UnusableError
+from pidcfg.study.verification.comparison import (
+    ACTION,
+    AT_END,
+    COUNTS,
+    FILTER,
+    MEAN,
+    SHARE,
+    SMOOTHING,
+    Counts,
+    SignalDifference,
+    Tolerance,
+    differences,
+    lets_through_the_same,
+    loops_of,
+    refused,
+)
+from pidcfg.study.verification.lines import Scene, field_of, key_of, reason, true_lines
+from pidcfg.study.verification.stages import bench_of, nearest_step, on_grid, stages_of
+from pidcfg.study.verification.trial import Side, companions, finest, new_plc, resolution, root_step, run
+from pidcfg.study.verification.twin import Twin, twin_of
+from pidcfg.text.processes import Crew
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from pidcfg.conversion.comparison import NeutralSide
+    from pidcfg.conversion.ledger import Change
+    from pidcfg.conversion.pipeline import LoopReport
+    from pidcfg.pictures.chart import Role
+    from pidcfg.schemas.generic import Loop
+    from pidcfg.study.verification.stages import Bench, Stage
+    from pidcfg.study.verification.trial import Trial
+    from pidcfg.study.verification.twin import TwinLine
+    from pidcfg.vendors import Vendor
+
+# --- The battery: source, twin and target of every loop through all stages, and what comes of it ----------------------
+
+RUN = "run"
+"""The signal of a difference that is none: one side cannot go through a stage."""
+
+
+def side_of(vendor: Vendor, config: Any, like: Sequence[Loop | None] = ()) -> Side:
+    """A configuration as it runs; ``like``: loops whose outputs have the scales that are meant.
+
+    A twin without its links no longer says what the output of a master is counted in.
+    """
+    loops = loops_of(config, vendor)
+    if like:
+        loops = tuple(_scaled(loop, one) for loop, one in zip(loops, like, strict=True))
+    return Side(vendor, config, vendor.encoder(config).image, loops)
+
+
+def _scaled(loop: Loop | None, like: Loop | None) -> Loop | None:
+    if loop is None or like is None:
+        return loop
+    return loop.model_copy(update={"output": loop.output.model_copy(update={"range": like.output.range})})
+
+
+@dataclass(slots=True)
+class Reference:
+    """One loop of the side that the others are held against, with its bench; trials are kept."""
+
+    side: Side
+    i: int
+    bench: Bench
+    stages: tuple[Stage, ...]
+    before_root: bool
+    trials: dict[tuple[Bench, Stage], Trial] = field(default_factory=dict)
+
+    @property
+    def loop(self) -> Loop:
+        """The loop in the neutral form."""
+        return self.side.loop(self.i)
+
+    @property
+    def possible(self) -> tuple[Stage, ...]:
+        """The stages in which the loop goes to every mode that is asked of it."""
+        return tuple(stage for stage in self.stages if not self.refused(stage))
+
+    def refused(self, stage: Stage) -> str:
+        """The mode that a stage asks for and the loop does not go to; empty: none."""
+        return refused(stage, self.trial(stage), self.bench.sample)
+
+    def trial(self, stage: Stage) -> Trial:
+        """The loop through a stage."""
+        key = (self.bench, stage)
+        if key not in self.trials:
+            self.trials[key] = run(self.side, self.i, stage, self.bench, before_root=self.before_root)
+        return self.trials[key]
+
+
+def reference_of(side: Side, i: int, other: Loop, step: float = 0.0) -> Reference:
+    """A loop with its bench and its battery; ``other`` is the same loop on the other side.
+
+    ``step``: what a count of the set point means where either side has few of them; 0: all values are as near.
+    """
+    loop = side.loop(i)
+    cascade = [i, *companions(side.loops, i, with_master=True)]
+    bench = bench_of(loop, other, float(max(side.loop(k).sample_time for k in cascade)))
+    if step:
+        bench = replace(bench, start=nearest_step(bench.start, bench.low, step, bench.high))
+    count, _ = resolution(new_plc(side, (i,)), i)
+    stages = tuple(stages_of(bench, loop, other, count, in_cascade=len(cascade) > 1))
+    if step:
+        stages = tuple(
+            stage if stage.name.startswith("dead band") else on_grid(stage, bench.low, step, bench.high)
+            for stage in stages
+        )
+    return Reference(side, i, bench, stages, loop.pv.square_root)
+
+
+def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Tolerance:
+    """How far both may lie apart (D306)."""
+    loop, sides = one.loop(i), ((one, i), (two, j))
+    pv, output = _coarser(resolution(new_plc(side, (k,)), k) for side, k in sides)
+    fine_pv, fine_output = _coarser(finest(new_plc(side, (k,)), k) for side, k in sides)
+    setpoint = COUNTS * pv
+    # a filter that is worked out in counts stops where its share of the rest is less than half a count
+    passed = -expm1(-bench.sample / float(loop.pv.filter)) if loop.pv.filter else 1.0
+    width = float(loop.output.range[1] - loop.output.range[0])
+    share = abs(float(loop.tuning.gain)) * bench.span / width
+    other = two.loop(j)
+    smoothed = float(min(loop.tuning.derivative_filter, other.tuning.derivative_filter))
+    kick = float(loop.tuning.derivative_time) / (bench.sample + smoothed)
+    alone = fine_output + fine_pv / bench.span * share * (1 / passed + kick)
+    mean = fine_output + fine_pv / bench.span * share * (1 + 1 / passed + kick / MEAN)
+    pv = pv / passed + output * abs(bench.gain)
+    band = float(max(loop.deadband, other.deadband))
+    switching = share * band / bench.span
+    return Tolerance(
+        SHARE,
+        Counts(COUNTS * pv, COUNTS * (output + pv / bench.span * share * (1 + kick))),
+        Counts(COUNTS * fine_pv / passed, COUNTS * alone),
+        setpoint,
+        COUNTS * output + 2 * AT_END,
+        band,
+        switching,
+        switching * float(loop.tuning.derivative_time) / bench.sample,
+        mean if kick else 0.0,
+    )
+
+
+def _coarser(counts: Iterable[tuple[float, float]]) -> tuple[float, float]:
+    """The larger counts of two sides, of PV and of output."""
+    pvs, outputs = zip(*counts, strict=True)
+    return max(pvs), max(outputs)
+
+
+@dataclass(slots=True)
+class Battery:
+    """The other side of a reference on its way through the stages."""
+
+    reference: Reference
+    side: Side
+    j: int
+    tolerance: Tolerance
+    other: Reference | None = None
+    """Where the other side has trials already."""
+    trials: dict[str, Trial] = field(default_factory=dict)
+
+    def trial(self, stage: Stage) -> Trial:
+        """The other side through a stage."""
+        if self.other is not None:
+            return self.other.trial(stage)
+        if stage.name not in self.trials:
+            rooted = self.reference.before_root
+            self.trials[stage.name] = run(self.side, self.j, stage, self.reference.bench, before_root=rooted)
+        return self.trials[stage.name]
+
+    def differences(self) -> Iterator[SignalDifference]:
+        """Where both sides differ."""
+        for stage in self.reference.possible:
+            yield from self._of(stage)
+
+    def _of(self, stage: Stage) -> Iterator[SignalDifference]:
+        bench = self.reference.bench
+        try:
+            trial = self.trial(stage)
+        except UnusableError as error:
+            yield SignalDifference(stage.name, RUN, 0.0, "", str(error), ())
+            return
+        yield from differences(stage, self.reference.trial(stage), trial, bench, self.tolerance)
+
+    def judged(self, lines: Sequence[TwinLine]) -> Iterator[tuple[SignalDifference, TwinLine | None]]:
+        """Every difference with the line that explains it; else from the first sample on that no line explains."""
+        lines = list(true_lines(lines, self.reference.loop, self.side, self.j))
+        for stage in self.reference.possible:
+            for difference in self._of(stage):
+                if difference.signal == RUN:
+                    yield difference, None
+                    continue
+                one, two = self.reference.trial(stage), self.trial(stage)
+                scene = Scene(stage, self.reference.bench, self.reference.loop, one, two, self.tolerance.closed.pv)
+                line, k = reason(difference, lines, scene)
+                yield difference if line else _from(difference, k, scene), line
+
+    def key_of(self, difference: SignalDifference, lines: Sequence[TwinLine]) -> str:
+        """The key of the other side that explains what ``lines`` of the report do not; empty where none does."""
+        loop, other = self.reference.loop, self.side.loop(self.j)
+        told = {line.neutral for line in true_lines(lines, loop, self.side, self.j)} - {"", ACTION}
+        if any(line.neutral == SMOOTHING and lets_through_the_same(line.change, loop, other) for line in lines):
+            told.add(FILTER)
+        return key_of(difference, loop, self.side, self.j, told)
+
+
+def _from(difference: SignalDifference, k: int, scene: Scene) -> SignalDifference:
+    """A difference from a later sample on."""
+    one, two = (_value(trial, difference.signal, k) for trial in (scene.one, scene.two))
+    at = k * scene.bench.sample - scene.stage.begin
+    return replace(difference, at=at, before=one, after=two)
+
+
+def _value(trial: Trial, signal: str, k: int) -> float | str | bool:
+    if signal == "sample time":
+        return trial.period
+    if signal in trial.alarms:
+        return trial.alarms[signal][k]
+    column: Sequence[float | str] = trial.modes if signal == "mode" else getattr(trial, signal)
+    return column[k]
+
+
+# --- What the battery found: of each loop the differences that nothing explains, and those that a line names ----------
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A difference, and the line of the report that says why; None: several do, and none of them alone."""
+
+    difference: SignalDifference
+    line: Change | None
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A difference that nothing explains, and the key of the target that does where one is found."""
+
+    difference: SignalDifference
+    key: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Untried:
+    """A stage that shows nothing, and the mode that it asks for and the source does not go to."""
+
+    stage: str
+    mode: str
+
+
+@dataclass(frozen=True, slots=True)
+class Verified:
+    """One loop's two sides in the battery, and how far they lie apart in its step and its disturbance."""
+
+    loop: str
+    pv_percent: float
+    """The PVs at most, in % of the range, with the source as it is."""
+    output_percent: float
+    iae_ratio: float | None
+    chart: Chart
+    stages: tuple[str, ...] = ()
+    """Those that were run."""
+    untried: tuple[Untried, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    named: tuple[Named, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether everything that differs is named by a line of the report."""
+        return not self.failures
+
+
+# --- Charts of two runs laid over each other: a configuration and what became of it, on the same plants ---------------
+
+
+def overlay(  # noqa: PLR0913, PLR0917 - two trends and their times, each in columns
+    loop: Loop,
+    times: Sequence[float],
+    setpoints: Sequence[float],
+    pvs: Sequence[Sequence[float]],
+    outputs: Sequence[Sequence[float]],
+    names: tuple[str, str],
+    happenings: tuple[float, float],
+) -> Chart:
+    """PV and output of both sides; outputs are in % of their ranges, since these may differ."""
+    shares = [[100 * value for value in side] for side in outputs]
+    return Chart(
+        title=f"{loop.name}: {loop.description}" if loop.description else loop.name,
+        loop=loop.name,
+        panels=(
+            Panel(
+                "PV, SP",
+                loop.pv.unit or "",
+                (Line("SP", "setpoint", times, setpoints), *_before_and_after("PV", "pv", times, pvs)),
+            ),
+            Panel("OUT", "%", _before_and_after("OUT", "output", times, shares)),
+        ),
+        marks=(Mark("step of the set point", happenings[0]), Mark("disturbance", happenings[1])),
+        sides=names,
+    )
+
+
+def _before_and_after(
+    name: str, role: Role, times: Sequence[float], both: Sequence[Sequence[float]]
+) -> tuple[Line, Line]:
+    return Line(name, role, times, both[0], "before"), Line(name, role, times, both[1], "after")
+
+
+# --- The verdict on two configurations: a source and what it was converted to, or any two files -----------------------
+#
+# A conversion is held against the twin of its source. Two files without a report are held against each other: of one
+# vendor they run the same algorithm on the same numbers, so that nothing but a count of rounding is excused.
+
+Configured = tuple["Vendor", Any]
+"""A vendor and a configuration of it."""
+SHOWN = ("step 5 %", "disturbance")
+"""The stages that pictures and figures are of."""
+MANY = 3
+"""Loops that several processes judge sooner than one: each takes about as long as a process takes to start."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sides:
+    """What is compared, and what of it a report explains."""
+
+    source: Side
+    twin: Side
+    target: Side
+    lines: Twin
+    names: tuple[str, str]
+
+
+def verify(  # noqa: PLR0913
+    source: Configured,
+    target: Configured,
+    pairs: Sequence[tuple[int, int]],
+    report: Sequence[LoopReport] = (),
+    names: tuple[str, str] = ("source", "result"),
+    progress: Callable[[float], None] | None = None,
+    *,
+    jobs: int = 1,
+) -> list[Verified]:
+    """The loops of both sides in the battery, pair by pair of their places; one without a neutral form is left out.
+
+    ``report``: of the conversion, by the places of the source; without one both files are held against each other.
+    ``names``: what charts call the sides. ``progress`` is called with the share that is done. ``jobs``: processes,
+    which are started for `MANY` loops.
+    """
+    given = (source, target, pairs, report, names)
+    sides = _sides(*given)
+    comparable = [(i, j) for i, j in pairs if sides.source.loops[i] is not None and sides.target.loops[j] is not None]
+    several = jobs > 1 and len(comparable) >= MANY
+    found = Crew(jobs, _judge, given).results(comparable) if several else map(_judge(*given), comparable)
+    results = []
+    for done, one in enumerate(found, start=1):
+        results.append(one)
+        if progress is not None:
+            progress(done / len(comparable))
+    return results
+
+
+def _judge(
+    source: Configured,
+    target: Configured,
+    pairs: Sequence[tuple[int, int]],
+    report: Sequence[LoopReport],
+    names: tuple[str, str],
+) -> Callable[[tuple[int, int]], Verified]:
+    """What judges one pair of loops after the other."""
+    sides = _sides(source, target, pairs, report, names)
+    exactly = not report and source[0] == target[0]
+    return lambda pair: _loop(sides, *pair, exactly=exactly)
+
+
+def _sides(
+    source: Configured,
+    target: Configured,
+    pairs: Sequence[tuple[int, int]],
+    report: Sequence[LoopReport],
+    names: tuple[str, str],
+) -> Sides:
+    (one, before), (two, after) = source, target
+    twin = twin_of(before, one, after, two, pairs, report) if report else Twin(before)
+    first = side_of(one, before)
+    second = first if twin.config is before else side_of(one, twin.config, loops_of(before, one))
+    return Sides(first, second, side_of(two, after), twin, names)
+
+
+def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
+    """One loop's verdict."""
+    other = sides.target.loop(j)
+    step = max(root_step(sides.twin, i), root_step(sides.target, j))
+    reference = reference_of(sides.twin, i, other, step)
+    tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
+    if exactly:
+        pv, output = finest(new_plc(sides.twin, (i,)), i)
+        tolerance = Tolerance(0.0, Counts(pv, output), Counts(pv, output), pv, output)
+    battery = Battery(reference, sides.target, j, tolerance)
+    left, followed = sides.lines.left.get(i, []), sides.lines.followed.get(i, [])
+    failures, named = [], []
+    for difference, line in battery.judged(left):
+        if line is None:
+            failures.append(Failure(difference, battery.key_of(difference, [*left, *followed])))
+        else:
+            named.append(Named(difference, line.change))
+    original = reference
+    if sides.source is not sides.twin and followed:
+        original = replace(reference, side=sides.source, i=i, trials={})
+        named += _of_twin(original, reference, tolerance, followed)
+    return _result(sides, i, reference, original, battery, failures, named)
+
+
+def _of_twin(
+    original: Reference, reference: Reference, tolerance: Tolerance, followed: Sequence[TwinLine]
+) -> Iterator[Named]:
+    """What the lines that the twin follows change: between the source as it is and its twin."""
+    battery = Battery(original, reference.side, reference.i, tolerance, reference)
+    for difference in battery.differences():
+        field = field_of(difference, original.loop, reference.loop)
+        line = next((line for line in followed if field and overlap(field, line.neutral)), None)
+        if line is None and len(followed) == 1:
+            (line,) = followed
+        yield Named(difference, None if line is None else line.change)
+
+
+def _result(  # noqa: PLR0913, PLR0917
+    sides: Sides,
+    i: int,
+    reference: Reference,
+    original: Reference,
+    battery: Battery,
+    failures: Sequence[Failure],
+    named: Sequence[Named],
+) -> Verified:
+    """The verdict with its figures, and the picture of the step and the disturbance."""
+    loop = sides.source.loop(i)
+    shown = [stage for stage in reference.stages if stage.name in SHOWN and stage in reference.possible]
+    shown = shown or [reference.stages[0]]
+    sample = reference.bench.sample
+    parts = [(stage, original.trial(stage), battery.trial(stage)) for stage in shown]
+    cut = [(round(stage.begin / sample), one, two) for stage, one, two in parts]
+    pvs, outputs, setpoints = (
+        [list(chain.from_iterable(getattr(side(one, two), key)[first:] for first, one, two in cut)) for side in SIDES]
+        for key in ("pv", "output", "setpoint")
+    )
+    count = len(pvs[0])
+    times = [k * sample for k in range(count)]
+    ends = [len(one.pv) - first for first, one, _ in cut]
+    iae = [sum(abs(sp - pv) for sp, pv in zip(setpoints[0], side, strict=True)) for side in pvs]
+    return Verified(
+        loop.name,
+        100 * max(abs(a - b) for a, b in zip(*pvs, strict=True)) / reference.bench.span,
+        100 * max(abs(a - b) for a, b in zip(*outputs, strict=True)),
+        iae[1] / iae[0] if iae[0] else None,
+        overlay(loop, times, setpoints[0], pvs, outputs, sides.names, (0.0, ends[0] * sample if len(cut) > 1 else 0.0)),
+        tuple(stage.name for stage in reference.possible),
+        tuple(Untried(stage.name, mode) for stage in reference.stages if (mode := reference.refused(stage))),
+        tuple(failures),
+        tuple(named),
+    )
+
+
+def _first(one: Trial, _: Trial) -> Trial:
+    return one
+
+
+def _second(_: Trial, two: Trial) -> Trial:
+    return two
+
+
+SIDES = (_first, _second)
+
+# --- Both sides of a ``diff`` in the battery: their verdicts and charts, loop over loop -------------------------------
+
+
+def verified_sides(
+    sides: tuple[NeutralSide, NeutralSide],
+    sources: Sequence[tuple[Any, Vendor]],
+    names: tuple[str, str],
+    note: Callable[[str], None],
+    progress: Callable[[float], None] | None = None,
+    jobs: int = 1,
+) -> list[Verified]:
+    """A verdict for each loop that both sides have and that can be run; ``note`` is told what cannot, and why."""
+    from pidcfg.sim.engine.run import UnusableError
+
+    pairs = list(_comparable(*sides, note))
+    if not pairs:
+        note("not compared: no loop of both sides can be run on the same plant")
+        return []
+    (one, first), (two, second) = sources
+    before, after = (f"{Path(name).name} ({vendor.key})" for name, (_, vendor) in zip(names, sources, strict=True))
+    try:
+        return verify((first, one), (second, two), pairs, names=(before, after), progress=progress, jobs=jobs)
+    except UnusableError as error:
+        note(f"not compared: {error}")
+    return []
+
+
+def _comparable(before: NeutralSide, after: NeutralSide, note: Callable[[str], None]) -> Iterator[tuple[int, int]]:
+    """The places of loops with a neutral form on both sides, whose PVs have the same unit."""
+    from pidcfg.conversion.comparison import matched
+
+    for i, j in matched(before.names, after.names):
+        if i is None or j is None:
+            name = before.names[i] if i is not None else after.names[j] if j is not None else ""
+            note(f"not compared: {name} is on one side only")
+            continue
+        name, one, two = after.names[j], before.loops[i], after.loops[j]
+        if one is None or two is None:
+            note(f"not compared: {name} has no ranges in engineering units")
+        elif one.pv.unit != two.pv.unit:
+            note(f"not compared: the PV of {name} is in {one.pv.unit or 'no unit'} and in {two.pv.unit or 'no unit'}")
+        else:
+            yield i, j

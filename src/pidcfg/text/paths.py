@@ -1,0 +1,141 @@
+"""Dotted keys and what stands at them, and patterns of paths."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from functools import lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+# --- Dotted keys and what stands at them: the only module that walks plain data and models by path --------------------
+#
+# A path is a tuple of keys and indices, ``("setpoint", "limits", 0)``; as text it is written ``setpoint.limits.0``.
+# Models are anything with attributes; nothing of pydantic is imported here.
+
+Path = tuple[str | int, ...]
+"""Keys and indices from the top of a file, or from a loop."""
+CONTAINERS = (dict, list, tuple)
+
+
+@lru_cache(maxsize=4096)
+def steps(text: str) -> Path:
+    """``setpoint.limits.0`` as keys and indices; empty text is the top."""
+    return tuple(int(step) if step.isdecimal() else step for step in text.split(".")) if text else ()
+
+
+def dotted(path: Sequence[str | int]) -> str:
+    """Keys and indices as text: ``setpoint.limits.0``."""
+    return ".".join(str(step) for step in path)
+
+
+def value_at(data: Any, path: Sequence[str | int]) -> Any:
+    """What stands at a path of plain data or of models; None where there is nothing."""
+    for step in path:
+        if not isinstance(data, CONTAINERS):
+            data = getattr(data, str(step), None)
+        elif isinstance(data, dict):
+            data = data.get(step)
+        else:
+            data = data[step] if isinstance(step, int) and step < len(data) else None
+        if data is None:
+            return None
+    return data
+
+
+def has_key(data: Any, path: Sequence[str | int]) -> bool:
+    """Whether plain data have the last key of a path, be it with an empty value."""
+    above = value_at(data, path[:-1]) if path else None
+    if isinstance(above, list):
+        return isinstance(path[-1], int) and path[-1] < len(above)
+    return isinstance(above, dict) and path[-1] in above
+
+
+def put(data: dict[str, Any], path: Sequence[str | int], value: Any) -> None:
+    """Sets a value in plain data; mappings on the way are created as needed, items of lists must exist."""
+    here: Any = data
+    for step, below in pairwise(path):
+        kinds = dict if isinstance(below, str) else dict | list
+        if isinstance(here, dict) and not isinstance(here.get(str(step)), kinds):
+            here[str(step)] = {}
+        here = here[step]
+    here[path[-1]] = value
+
+
+def leaves(data: Any, above: Path = ()) -> Iterator[tuple[tuple[str, ...], Any, Path]]:
+    """The values of nested mappings: ``{tuning: {gain: 2}}`` and ``{tuning.gain: 2}`` are ``(tuning, gain)`` and 2.
+
+    The third is the path as it is written.
+    """
+    for key, value in data.items():
+        here = (*above, key)
+        if isinstance(value, dict):
+            yield from leaves(value, here)
+        else:
+            yield tuple(dotted(here).split(".")), value, here
+
+
+def is_given(model: Any, path: Sequence[str | int]) -> bool:
+    """Whether a file gives a field of a model, by its path below the model, with a value.
+
+    An index finds what stands at that place of a sequence: ``ramp_soak.steps.1.soak``.
+    """
+    for key in path:
+        if isinstance(key, int):
+            model = value_at(model, (key,))
+        elif key in getattr(model, "model_fields_set", ()):
+            model = getattr(model, key)
+        else:
+            return False
+    return model is not None
+
+
+def given_fields(model: Any, above: Path = ()) -> Iterator[tuple[Path, Any]]:
+    """The leaf fields that a file gives of a model, with their values, in the order of the schema."""
+    for key in type(model).model_fields:
+        value = getattr(model, key)
+        if key not in model.model_fields_set or value is None:
+            continue
+        if hasattr(type(value), "model_fields"):
+            yield from given_fields(value, (*above, key))
+        else:
+            yield (*above, key), value
+
+
+# --- Patterns of paths, the same on every system: ``*`` and ``?`` within a name, ``**`` for any number of folders -----
+
+ANY, UP = "**", ".."
+
+
+def matches(pattern: str, path: str) -> bool:
+    """Whether a path (relative, with forward slashes) fits; a pattern without a slash is a name at any depth.
+
+    A pattern that fits a folder fits everything below it, and none fits what leads out of the folder where patterns
+    begin. The pattern is walked once along the path, so that none takes
+    long.
+    """
+    if path.startswith("/") or UP in path.split("/"):
+        return False
+    bare = pattern.removeprefix("./")
+    parts = [part.replace("[", "[[]") for part in bare.strip("/").split("/")]
+    if "/" not in pattern.rstrip("/"):
+        parts.insert(0, ANY)
+    places = _reached({0}, parts)
+    for name in path.split("/"):
+        stays = {i for i in places if i < len(parts) and parts[i] == ANY}
+        steps = {i + 1 for i in places if i < len(parts) and parts[i] != ANY and fnmatchcase(name, parts[i])}
+        places = _reached(stays | steps, parts)
+        if len(parts) in places:
+            return True
+    return False
+
+
+def _reached(places: set[int], parts: list[str]) -> set[int]:
+    """The places of a pattern with those behind ``**``, which may stand for nothing."""
+    reached = set(places)
+    for i, part in enumerate(parts):
+        if i in reached and part == ANY:
+            reached.add(i + 1)
+    return reached

@@ -1,0 +1,202 @@
+"""Where files come from, the disk or texts that the caller already has, and the limits on what is read."""
+
+from __future__ import annotations
+
+import errno
+import os
+import posixpath
+import re
+import stat
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from pidcfg.text.frozen import frozen
+
+if TYPE_CHECKING:
+    from typing import IO
+
+# --- Limits on untrusted input, all in one place; the command line may raise them, a file never can -------------------
+
+
+@frozen
+class Limits:
+    """How large an input may be before it is refused (exit code 2, naming the limit)."""
+
+    file_bytes: int = 3 << 20
+    depth: int = 32
+    nodes: int = 50_000
+    aliases: int = 100
+    scalar_bytes: int = 4 << 10
+    key_bytes: int = 256
+    loops: int = 1_000
+    files: int = 10_000
+    loop_steps: int = 100_000_000
+
+
+DEFAULT = Limits()
+
+# --- Where files come from: the disk, or texts that the caller already has, which stand for every file there is -------
+
+SUFFIXES = frozenset({".yaml", ".yml"})
+"""How the names of configurations and scenarios end; a file of another name is a memory listing."""
+STREAM = re.compile(r"/dev/(?:std(?:in|out|err)|fd/.*)|/proc/[^/]+/fd/.*")
+"""Names of what a process has open."""
+PROCESSES = "/proc/"
+"""Where the kernel shows its own state as if in files: some are waited for, and some take what they show away."""
+NO_FILES = {stat.S_IFIFO: "a pipe", stat.S_IFSOCK: "a socket", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device"}
+AT_ONCE = os.O_RDONLY | sum(getattr(os, flag, 0) for flag in ("O_NONBLOCK", "O_NOCTTY", "O_CLOEXEC", "O_BINARY"))
+"""How a file is opened: nothing is waited for that takes its place meanwhile."""
+UNNAMED = "<text>"
+"""The name of a text that has none."""
+
+
+class Reader(Protocol):
+    """What a call reads other files with."""
+
+    def read(self, name: str, most: int) -> bytes:
+        """The first ``most`` bytes of a file; raises `OSError`, or `ValueError` for a name that no file can have."""
+
+    def resolve(self, name: str, other: str) -> str:
+        """The name of a file that the file ``name`` refers to as ``other``: relative names begin in its folder."""
+
+
+class Disk:
+    """The files of the disk."""
+
+    def read(self, name: str, most: int) -> bytes:
+        """The first ``most`` bytes of a file."""
+        return read_file(name, most, self.opened)
+
+    def opened(self, stream: IO[bytes]) -> None:
+        """Called with every file that is opened; a hook for readers that keep track of them."""
+
+    def resolve(self, name: str, other: str) -> str:
+        """The name from the folder of ``name``."""
+        return shortened(Path(name).parent / other).as_posix()
+
+
+def is_stream(name: str) -> bool:
+    """Whether a name is one of what the process has open, ``/dev/fd/63`` of a shell's ``<(…)``, or of nothing."""
+    return STREAM.fullmatch(name) is not None or name == os.devnull
+
+
+def open_file(name: str | Path) -> IO[bytes]:
+    """A file, opened for reading; raises `OSError` for what is none, before it is opened.
+
+    A pipe or a device may be waited for for ever or never end, and opening one may do something. Streams are opened
+    whatever they are: who names one on a command line has opened it; what a file names is read by `read_other`.
+    """
+    name = os.fspath(name)
+    if is_stream(name):
+        return Path(name).open("rb")
+    _refuse(os.stat(name), name)  # noqa: PTH116 - as the name stands
+    if os.path.realpath(name).startswith(PROCESSES):
+        raise OSError(errno.EINVAL, f"it lies in {PROCESSES[:-1]} and is no file", name)
+    handle = os.open(name, AT_ONCE)
+    try:
+        _refuse(os.fstat(handle), name)
+    except OSError:
+        os.close(handle)
+        raise
+    return os.fdopen(handle, "rb")
+
+
+def _refuse(facts: os.stat_result, name: str) -> None:
+    """Raises `OSError` for what is no regular file."""
+    if stat.S_ISDIR(facts.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), name)
+    if not stat.S_ISREG(facts.st_mode):
+        what = NO_FILES.get(stat.S_IFMT(facts.st_mode), "something else")
+        raise OSError(errno.EINVAL, f"it is {what} and no file", name)
+
+
+def read_file(name: str | Path, most: int = -1, opened: Callable[[IO[bytes]], None] | None = None) -> bytes:
+    """The first ``most`` bytes of a file, or all of them; ``opened`` is called with it."""
+    with open_file(name) as stream:
+        if opened is not None:
+            opened(stream)
+        data: bytes | None = stream.read(most)
+    if data is None:
+        raise BlockingIOError(errno.EAGAIN, "it is waited for and no file", os.fspath(name))
+    return data
+
+
+def read_other(reader: Reader, name: str, most: int) -> bytes:
+    """The first ``most`` bytes of what another file names: what the process has open is not meant."""
+    if is_stream(name):
+        raise OSError(errno.EINVAL, "it is a stream and no file", name)
+    return reader.read(name, most)
+
+
+class Texts:
+    """Texts by the names of their files; another file does not exist."""
+
+    def __init__(self, files: Mapping[str, str | bytes]) -> None:
+        self.files = {posixpath.normpath(name): data_of(text) for name, text in files.items()}
+
+    def read(self, name: str, most: int) -> bytes:
+        """The first ``most`` bytes of a text."""
+        data = self.files.get(posixpath.normpath(name))
+        if data is None:
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), name)
+        return data[:most]
+
+    def resolve(self, name: str, other: str) -> str:
+        """The name from the folder of ``name``."""
+        return posixpath.normpath(posixpath.join(posixpath.dirname(name), other))
+
+
+DISK = Disk()
+Files = Mapping[str, str | bytes] | Reader | None
+"""Texts by name, or a reader; None: the disk."""
+
+
+def reader_of(files: Files) -> Reader:
+    """The reader that an argument ``files`` stands for."""
+    if files is None:
+        return DISK
+    return Texts(files) if isinstance(files, Mapping) else files
+
+
+def data_of(text: str | bytes) -> bytes:
+    """A text as a file holds it; what is no character stays there for the parser to find."""
+    if isinstance(text, str):
+        return text.encode("utf-8", "surrogatepass")
+    if isinstance(text, bytes | bytearray | memoryview):
+        return bytes(text)
+    raise TypeError(f"a source is a pathlib.Path, str or bytes, not {type(text).__name__}")
+
+
+def source_data(source: Path | str | bytes, name: str | None, files: Files, most: int) -> tuple[bytes, str]:
+    """The first ``most`` bytes of a source, and its name in findings; raises `OSError` for a file that is not there."""
+    if isinstance(source, Path):
+        return reader_of(files).read(source.as_posix(), most), name or source.as_posix()
+    return data_of(source), name or UNNAMED
+
+
+def may_be_quoted(reader: Reader, file: str, named: str) -> bool:
+    """Whether messages may say what stands in a file that ``file`` names: it lies in the folder of that one, or below.
+
+    A configuration of a stranger could name any file, and its lines would stand in the log of whoever checks it. Links
+    are followed; texts that the caller has given are his own.
+    """
+    if isinstance(reader, Texts):
+        return True
+    return Path(os.path.realpath(named)).is_relative_to(os.path.realpath(Path(file).parent))
+
+
+def refusal(name: str, error: OSError | ValueError) -> str:
+    """Why a file cannot be read, in words."""
+    if isinstance(error, OSError):
+        return f"cannot read {name}: {error.strerror or error}"
+    return f"cannot read {name!r}: {error}"
+
+
+def shortened(path: Path) -> Path:
+    """The path without ``folder/..``, where the folder is one and no link: behind a link ``..`` is somewhere else."""
+    short = Path()
+    for part in path.parts:
+        steps_back = part == ".." and short.name not in {"", ".."}
+        short = short.parent if steps_back and short.is_dir() and not short.is_symlink() else short / part
+    return short

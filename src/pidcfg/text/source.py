@@ -1,0 +1,593 @@
+"""YAML text to data plus positions: the reader, its faults in plain words, comments and aliases."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from collections import defaultdict
+from dataclasses import dataclass, field, fields
+from threading import local
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+
+from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
+from pidcfg.text.document import LINE_BREAK, Document, Node, Plain, resolved, span_of
+from pidcfg.text.reader import DEFAULT, Limits
+from pidcfg.text.signs import BLANK, BLANKS, SAVE_AS_UTF8, code, meant, other_file, plain
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from pidcfg.text.paths import Path
+
+# --- YAML text to data plus positions; with ``writer`` the only module that knows ruamel ------------------------------
+#
+# The events of the C parser are walked with an explicit stack, never recursively, so that the depth of a hostile file
+# costs nothing, and every limit is checked per event. Scalars stay text: an unquoted one is a `Plain`, and what it
+# means is decided by the field it stands in, never by YAML's guess. The result is plain data beside a tree of `Node`
+# objects of the same shape that knows where everything is written; an alias shares the node of its anchor, so a
+# finding points at the text that has to be edited.
+
+__all__ = ["Document", "Node", "Plain", "read_document"]
+
+NULLS = frozenset({"", "~", "null", "Null", "NULL"})
+NO_KEYS = NULLS | {"<<"}
+UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff]")
+"""What YAML 1.2 calls not printable, listed rather than negated: that compiles seven times as fast."""
+THREAD = local()
+
+
+class _RefusedError(Exception):
+    """The text cannot be read any further."""
+
+    def __init__(self, code: str, message: str, span: Span, cure: str | None = None) -> None:
+        super().__init__(message)
+        self.code, self.message, self.span, self.cure = code, message, span, cure
+
+
+class _Open:
+    """A mapping or sequence whose end has not come yet; ``key`` is the event of the key that waits for its value."""
+
+    __slots__ = ("anchor", "data", "key", "node")
+
+    def __init__(self, data: dict[str, Any] | list[Any], node: Node, anchor: str | None) -> None:
+        self.data = data
+        self.node = node
+        self.anchor = anchor
+        self.key: Any = None
+
+
+class _Builder:
+    """Events to data and nodes, with an explicit stack."""
+
+    def __init__(self, file: str, limits: Limits) -> None:
+        self.file = file
+        self.limits = limits
+        # A character has at most four bytes, so shorter text need not be measured.
+        self.short = min(limits.scalar_bytes, limits.key_bytes) // 4
+        self.stack: list[_Open] = []
+        self.anchors: dict[str, tuple[Any, Node] | None] = {}
+        self.duplicates: list[Diagnostic] = []
+        self.result: tuple[Any, Node] | None = None
+        self.nodes = 0
+        self.aliases = 0
+        self.documents = 0
+
+    def document(self, event: Any) -> None:
+        """A second document, or a directive, is refused."""
+        self.documents += 1
+        if self.documents > 1:
+            cure = "put each configuration into a file of its own"
+            raise _RefusedError("PID007", "the file holds several YAML documents", span_of(event), cure)
+        if (event.version and tuple(event.version) != (1, 2)) or event.tags:
+            cure = "delete the line that begins with %"
+            raise _RefusedError("PID011", "YAML directives are not accepted", span_of(event), cure)
+
+    def alias(self, event: Any) -> None:
+        """An alias shares what its anchor named; the expansion counts against the limits."""
+        self.aliases += 1
+        self.check(self.aliases, self.limits.aliases, "aliases", event)
+        if self.wants_key():
+            raise _RefusedError("PID008", "an alias cannot be a key", span_of(event), "write the key itself")
+        if event.anchor not in self.anchors:
+            cure = f"write the value out, or &{event.anchor} before the one above that is meant"
+            raise _RefusedError("PID012", f"the anchor &{event.anchor} is not defined above", span_of(event), cure)
+        target = self.anchors[event.anchor]
+        if target is None:
+            message = f"the anchor &{event.anchor} contains itself"
+            raise _RefusedError("PID012", message, span_of(event), "write the values out")
+        self.nodes += target[1].size
+        self.check(self.nodes, self.limits.nodes, "values", event)
+        self.check(len(self.stack) + target[1].levels, self.limits.depth, "levels of nesting", event)
+        self.add(*target)
+
+    def scalar(self, event: Any) -> None:
+        """A key, or a value that stays text."""
+        if event.tag is not None:
+            self.refuse_tag(event)
+        if self.wants_key():
+            self.take_key(event)
+            return
+        text: str = event.value
+        value = text if event.style else None if text in NULLS else Plain(text)
+        if len(text) > self.short:
+            self.check(len(text.encode()), self.limits.scalar_bytes, "bytes in a value", event)
+        self.nodes += 1
+        if self.nodes > self.limits.nodes:
+            self.check(self.nodes, self.limits.nodes, "values", event)
+        node = Node(event)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = (value, node)
+        self.add(value, node)
+
+    def open(self, data: dict[str, Any] | list[Any], node: Node) -> None:
+        """Pushes a container that has begun."""
+        event = node.event
+        self.refuse_tag(event)
+        if self.wants_key():
+            raise _RefusedError("PID008", "a key must be plain text", span_of(event), "write 'key: value'")
+        self.nodes += 1
+        self.check(self.nodes, self.limits.nodes, "values", event)
+        self.check(len(self.stack) + 1, self.limits.depth, "levels of nesting", event)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = None
+        self.stack.append(_Open(data, node, event.anchor))
+
+    def close(self) -> None:
+        """Closes a mapping or sequence and hands it to what holds it."""
+        done = self.stack.pop()
+        if done.anchor is not None:
+            self.anchors[done.anchor] = (done.data, done.node)
+        self.add(done.data, done.node)
+
+    def wants_key(self) -> bool:
+        """Whether the next event is a key of the innermost mapping."""
+        if not self.stack:
+            return False
+        top = self.stack[-1]
+        return top.key is None and top.data.__class__ is dict
+
+    def take_key(self, event: Any) -> None:
+        """Remembers a key for the value that follows."""
+        text: str = event.value
+        top = self.stack[-1]
+        if text in NO_KEYS and not event.style:
+            if text == "<<":
+                cure = "write the keys out, or alias a whole value"
+                raise _RefusedError("PID009", "merge keys (<<) are not accepted", span_of(event), cure)
+            raise _RefusedError("PID008", "a key is missing before the colon", span_of(event), "write 'key: value'")
+        if len(text) > self.short:
+            self.check(len(text.encode()), self.limits.key_bytes, "bytes in a key", event)
+        if text in top.data:
+            first = top.node.child(text)
+            line = span_of(first[0]).line if first else 0
+            message = f"the key {text!r} stands here again; it was first given in line {line}"
+            place, cure = span_of(event), "keep one of the two"
+            self.duplicates.append(Diagnostic("PID004", Severity.ERROR, message, self.file, place, help=cure))
+        top.key = event
+
+    def add(self, value: Any, node: Node) -> None:
+        """Puts a finished value where it belongs."""
+        if not self.stack:
+            self.result = (value, node)
+            return
+        top = self.stack[-1]
+        data: Any = top.data
+        children: Any = top.node.children
+        top.node.size += node.size
+        if data.__class__ is list:
+            data.append(value)
+            children.append(node)
+            return
+        key: str = top.key.value
+        if key not in data:
+            data[key] = value
+            children[key] = (top.key, node)
+        top.key = None
+
+    def refuse_tag(self, event: Any) -> None:
+        """Tags would let the file say what a value is; the field does that."""
+        if event.tag is not None and event.tag != "!":
+            cure = "delete the tag; the key decides the type"
+            raise _RefusedError("PID010", f"the tag {event.tag} is not accepted", span_of(event), cure)
+
+    def check(self, value: int, limit: int, what: str, event: Any) -> None:
+        """Refuses the file when a limit is passed."""
+        if value > limit:
+            cure = "split the file, or raise the limit by option"
+            raise _RefusedError("PID013", f"more than {limit} {what}", span_of(event), cure)
+
+
+def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
+    """The text of one file as a document; everything wrong with it is in ``problems``, nothing is raised."""
+    if other := other_file(data):  # a file that has no lines to show
+        problem = Diagnostic("PID002", Severity.ERROR, other[0], file, START, help=other[1])
+        return Document(file, "", None, Node(None), (problem,))
+    text = data[: limits.file_bytes].decode("utf-8-sig", "replace")
+    try:
+        _refuse_bytes(data, text, limits)
+        root, node, duplicates = _build(text, file, limits)
+    except _RefusedError as e:
+        problem = Diagnostic(e.code, Severity.ERROR, e.message, file, e.span, help=e.cure)
+        return Document(file, text, None, Node(None), (problem,))
+    return resolved(Document(file, text, root, node, tuple(duplicates)), limits)
+
+
+def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:
+    """What makes the bytes of a file no text: too many, another encoding, control characters."""
+    if len(data) > limits.file_bytes:
+        message = f"the file is larger than {limits.file_bytes} bytes"
+        raise _RefusedError("PID013", message, START, "raise the limit by option")
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError as e:
+        before = data[: e.start].decode("utf-8-sig", "replace")
+        message = f"byte 0x{data[e.start]:02X} is not UTF-8"
+        raise _RefusedError("PID002", message, _place(before), SAVE_AS_UTF8) from None
+    found = UNPRINTABLE.search(text)
+    if found:
+        message = f"control character U+{ord(found.group()):04X}"
+        raise _RefusedError("PID003", message, _place(text[: found.start()]), "delete the character")
+
+
+def _place(before: str) -> Span:
+    """The position that follows this text."""
+    lines = LINE_BREAK.split(before)
+    line, column = len(lines), len(lines[-1]) + 1
+    return Span(line, column, line, column + 1)
+
+
+def _build(text: str, file: str, limits: Limits) -> tuple[dict[str, Any], Node, list[Diagnostic]]:
+    """Walks the events of the parser."""
+    builder = _Builder(file, limits)
+    _walk(text, builder)
+    if builder.result is None or builder.result[0] is None:
+        message = "the file holds comments alone" if text.strip() else "the file is empty"
+        raise _RefusedError("PID005", message, START, "'pidcfg init' writes a starter file")
+    data, node = builder.result
+    if not isinstance(data, dict):
+        is_xml = text.lstrip().startswith("<")
+        cure = "XML of PLCopen is read by 'pidcfg decode'" if is_xml else "begin with the line 'pidcfg: 1'"
+        raise _RefusedError("PID006", "the file must be a mapping of keys to values", node.span, cure)
+    return data, node, builder.duplicates
+
+
+def _walk(text: str, builder: _Builder) -> None:
+    """The events of ruamel's parser one by one; the pure one gives the same where the C extension is missing."""
+    from ruamel.yaml import events
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    take: dict[type, Callable[[Any], None]] = {
+        events.ScalarEvent: builder.scalar,
+        events.AliasEvent: builder.alias,
+        events.MappingStartEvent: lambda event: builder.open({}, Node(event, {})),
+        events.SequenceStartEvent: lambda event: builder.open([], Node(event, [])),
+        events.DocumentStartEvent: builder.document,
+    }
+    ends = {events.MappingEndEvent, events.SequenceEndEvent}
+    try:
+        for event in parser().parse(text):
+            kind = event.__class__
+            if kind in take:
+                take[kind](event)
+            elif kind in ends:
+                builder.close()
+    except MarkedYAMLError as e:
+        _refuse_syntax(text, e)
+    except YAMLError as e:
+        raise _RefusedError("PID001", f"not YAML: {str(e).splitlines()[0]}", START) from None
+
+
+def parser() -> Any:
+    """One reader for all files of a thread: the one without C keeps the text in itself while it reads it."""
+    if not hasattr(THREAD, "parser"):
+        from ruamel.yaml import YAML
+
+        THREAD.parser = YAML(typ="safe")
+    return THREAD.parser
+
+
+def _refuse_syntax(text: str, error: Any) -> NoReturn:
+    """The parser's complaint with a position and, where we know one, a cure."""
+    lines = LINE_BREAK.split(text)
+    mark = error.problem_mark or error.context_mark
+    span = START if mark is None else place_of(mark, lines)
+    problem = str(error.problem or error.context or "not YAML").strip()
+    line = lines[span.line - 1]
+    if "\t" in line[: len(line) - len(line.lstrip())] or line[span.column - 1 : span.column] == "\t":
+        raise _RefusedError("PID014", "a tab is used for indentation", span, "indent with spaces") from None
+    fault = syntax_fault(lines, problem, span, error.context_mark and place_of(error.context_mark, lines))
+    raise _RefusedError("PID001", f"not YAML: {fault.message}", fault.span, fault.cure) from None
+
+
+# --- Lines that are no YAML, in words of somebody who writes the file: where it is, what it is, and the cure ----------
+#
+# The parser says what it had hoped for at the place where it gave up; the mistake mostly stands above. Nothing is
+# read in spite of its faults.
+
+KEY_LINE = re.compile(r"(?P<dashes>[ ]*(?:- +)*)(?P<key>[\w.-]+)(?P<colon> *:(?: |$))")
+ALMOST_KEY = re.compile(
+    r" *(?:- +)*(?:(?P<dash>-)(?=[^\W\d]))?(?P<key>\w[\w.-]*) *(?P<sign>[:=\N{FULLWIDTH COLON}]?) *(?P<value>.*)"
+)
+"""A line that seems to begin with a key."""
+MERGE_MARK = re.compile(r"(?:<{7}|>{7})(?: |$)")
+CLOSING = {"{": "}", "[": "]"}
+QUOTES = {"'", '"'}
+HINTS = (
+    ("mapping values are not allowed", "check the indentation; text that holds ': ' needs quotes"),
+    ("could not find expected ':'", "every line of a mapping is 'key: value'; check the line above as well"),
+    ("did not find expected key", "check the indentation of this line against the one above"),
+    ("cannot start any token", "text that begins with this character needs quotes"),
+    ("unexpected end of stream", "a quote that was opened above is not closed"),
+    ("expected node content", "a value or a closing bracket is missing here"),
+    ("expected <document start>", "every line is 'key: value'; begin with 'pidcfg: 1'"),
+)
+"""What the parser says, and what helps."""
+FAR = 3
+"""Columns that a key may stand beside the one that it was to line up with."""
+
+
+class Fault(NamedTuple):
+    """What is wrong, where, and the cure."""
+
+    message: str
+    span: Span
+    cure: str | None
+
+
+def place_of(mark: Any, lines: Sequence[str]) -> Span:
+    """The place of a mark of the parser, which counts a line more where the last one has no end."""
+    if mark.line >= len(lines):
+        return Span(len(lines), len(lines[-1]) + 1, len(lines), len(lines[-1]) + 2)
+    return Span(mark.line + 1, mark.column + 1, mark.line + 1, mark.column + 2)
+
+
+def syntax_fault(lines: Sequence[str], problem: str, span: Span, begin: Span | None = None) -> Fault:
+    """What the parser complained of, in words of somebody who writes the file.
+
+    ``begin``: where what it was reading begins, such as a bracket, a quote or the text that was to be a key.
+    """
+    fault = (
+        _merge_marks(lines)
+        or _odd_blank(lines, span.line)
+        or _bracket(lines, problem, span, begin)
+        or _no_colon(lines, problem, begin)
+        or _misplaced_key(lines, span.line)
+        or _colon_in_text(lines, problem, span)
+    )
+    return fault or Fault(problem, span, next((hint for words, hint in HINTS if words in problem), None))
+
+
+def _merge_marks(lines: Sequence[str]) -> Fault | None:
+    """The marks of a version control system around two versions of some lines."""
+    number = next((n for n, line in enumerate(lines, 1) if MERGE_MARK.match(line)), None)
+    if number is None:
+        return None
+    cure = "keep one of the two versions, and delete the lines of <<<<<<<, ======= and >>>>>>>"
+    return Fault("two versions that were not merged stand here", Span(number, 1, number, 8), cure)
+
+
+def _odd_blank(lines: Sequence[str], line: int) -> Fault | None:
+    """The first blank in this line, or in the written one above it, that only looks like a space."""
+    above = next((k for k in range(line - 1, 0, -1) if lines[k - 1].strip()), line)
+    for number in (above, line):
+        found = BLANK.search(_code(lines[number - 1]))
+        if found:
+            message = f"{code(found.group())}, {BLANKS[found.group()]}, stands where a space belongs"
+            return Fault(message, _sign(number, found.start()), "replace it with a space")
+    return None
+
+
+def _bracket(lines: Sequence[str], problem: str, span: Span, begin: Span | None) -> Fault | None:
+    """What is wrong between brackets and quotes: one that is not closed, another sign for a comma, one too many."""
+    here = lines[span.line - 1][span.column - 1 : span.column]
+    if problem == "found unexpected ':'":
+        return _no_space(lines[span.line - 1], span.line, span.column - 1)
+    if here and here in CLOSING.values() and "',' or" not in problem:
+        return Fault(f"nothing is open that this {here} could close", span, "take it away, or open it above")
+    opening = lines[begin.line - 1][begin.column - 1 : begin.column] if begin else ""
+    if begin and opening in CLOSING and "',' or" in problem:
+        if (at := _other_comma(lines[span.line - 1][: span.column])) is not None:
+            sign = lines[span.line - 1][at]
+            return Fault(f"{sign!r} stands where a comma belongs", _sign(span.line, at), "write a comma and a space")
+        place = f"the {opening} of line {begin.line}, column {begin.column} is still open"
+        cure = f"write a comma before this, or {CLOSING[opening]} where what the {opening} opens ends"
+        return Fault(f"a comma or the closing {CLOSING[opening]} is missing: {place}", span, cure)
+    if begin and opening in QUOTES and "end of stream" in problem:
+        cure = f"write {opening} at the end of the text"
+        return Fault(f"the quote {opening} that opens here is not closed", begin, cure)
+    return None
+
+
+def _other_comma(line: str) -> int | None:
+    """Where the last sign of a line stands that is taken for a comma."""
+    return next((at for at in range(len(line) - 1, -1, -1) if line[at] == ";" or _is_wide(line[at], ",")), None)
+
+
+def _is_wide(sign: str, ascii_sign: str) -> bool:
+    return sign != ascii_sign and meant(sign) == ascii_sign
+
+
+def _no_colon(lines: Sequence[str], problem: str, begin: Span | None) -> Fault | None:
+    """A line that was to be ``key: value`` without a colon, with another sign for it, or with no space behind it."""
+    if begin is None or "could not find expected ':'" not in problem:
+        return None
+    line = _code(lines[begin.line - 1]).rstrip()
+    match = ALMOST_KEY.match(line)
+    if match is None:
+        return None
+    at, sign = match.start("sign"), match["sign"]
+    if sign == ":":
+        return _no_space(line, begin.line, at)
+    cure = f"write '{match['key']}: {match['value'] or '…'}'"
+    if sign:
+        return Fault(f"{sign!r} stands where a colon belongs", _sign(begin.line, at), cure)
+    if match["dash"]:
+        dash = match.start("dash")
+        return Fault("no space stands behind the dash", _sign(begin.line, dash), f"write '- {line[dash + 1 :]}'")
+    return Fault("no colon stands behind the key", Span(begin.line, begin.column, begin.line, len(line) + 1), cure)
+
+
+def _colon_in_text(lines: Sequence[str], problem: str, span: Span) -> Fault | None:
+    """A value without quotes that has a colon and a space in it."""
+    line = _code(lines[span.line - 1]).rstrip()
+    here = KEY_LINE.match(line)
+    value = line[here.end() :].strip() if here else ""
+    if here is None or "mapping values are not allowed" not in problem or ": " not in value or value[0] in "{[\"'":
+        return None
+    cure = f'write {here["key"]}: "{plain(value)}"'
+    return Fault("a colon and a space stand in a text without quotes", span, cure)
+
+
+def _no_space(line: str, number: int, at: int) -> Fault:
+    """A colon with its value directly behind it."""
+    before, after = re.search(r"[\w.-]*$", line[:at]), re.match(r"[^,\]}\s]*", line[at + 1 :])
+    cure = f"write '{before[0]}: {after[0]}'" if before and after else None
+    return Fault("no space stands behind the colon", _sign(number, at), cure)
+
+
+def _sign(number: int, at: int) -> Span:
+    """The place of one sign, whose offset is counted from 0."""
+    return Span(number, at + 1, number, at + 2)
+
+
+def _code(line: str) -> str:
+    """A line without its comment."""
+    return re.sub(r"(?:^|(?<=\s))#.*", "", line)
+
+
+def _misplaced_key(lines: Sequence[str], line: int) -> Fault | None:
+    """A key in this line that stands beside the column of the keys that it seems to belong to."""
+    here = KEY_LINE.match(lines[line - 1])
+    if here is None:
+        return None
+    column = len(here["dashes"]) + 1
+    open_keys = _open_keys(lines, line)
+    if any(column == other for other, _, _ in open_keys):
+        return None
+    place = Span(line, column, line, column + len(here["key"]))
+    left = next((row for row in open_keys if row[0] < column), None)
+    right = next((row for row in reversed(open_keys) if row[0] > column), None)
+    if left and right:
+        between = " and ".join(f"{key!r} (line {number}, column {other})" for other, key, number in (left, right))
+        return Fault(
+            f"{here['key']!r} begins in column {column}, between {between}", place, "line it up with one of them"
+        )
+    nearest = left or right
+    if nearest is None or abs(nearest[0] - column) > FAR:
+        return None
+    other, key, number = nearest
+    if key.startswith("-"):
+        text = lines[number - 1].strip().removeprefix("-")
+        return Fault("no space stands behind the dash", _sign(number, other - 1), f"write '- {text}'")
+    step = f"{abs(other - column)} space{'s' * (abs(other - column) > 1)}"
+    cure = f"line them up: {f'add {step}' if other > column else f'take {step} away'} here, or move the other"
+    message = f"{here['key']!r} begins in column {column}, {key!r} of line {number} in column {other}"
+    return Fault(message, place, cure)
+
+
+def _open_keys(lines: Sequence[str], line: int) -> list[tuple[int, str, int]]:
+    """Keys above a line that it may stand beside or below: column, name and line, the innermost first."""
+    found: list[tuple[int, str, int]] = []
+    narrowest = None
+    for number in range(line - 1, 0, -1):
+        match = KEY_LINE.match(lines[number - 1])
+        if match is None:
+            continue
+        column = len(match["dashes"]) + 1
+        if narrowest is None or column < narrowest:
+            found.append((column, match["key"], number))
+            narrowest = column if "-" not in match["dashes"] else len(match["dashes"].partition("-")[0]) + 1
+        if narrowest == 1:
+            break
+    return found
+
+
+# --- Where a YAML text has comments: a ``#`` inside a scalar is none, and only the parser knows where scalars end -----
+
+COMMENT_START = re.compile(r"(?:^|(?<=[ \t]))#")
+"""What begins a comment outside of a scalar."""
+REST = 1 << 30
+"""A column behind every line."""
+BLOCK_STYLES = frozenset("|>")
+
+
+class Comment(NamedTuple):
+    """A comment with its ``#``: where it stands, and whether its line holds nothing else."""
+
+    line: int
+    column: int
+    text: str
+    alone: bool
+
+
+def comments_in(text: str) -> Iterator[Comment]:
+    """The comments of a text that the parser accepts, in order."""
+    taken: dict[int, list[tuple[int, int]]] = defaultdict(list)
+    for event in parser().parse(text):
+        if hasattr(event, "value"):
+            _take(span_of(event), taken, block=event.style in BLOCK_STYLES)
+    for number, line in enumerate(LINE_BREAK.split(text), start=1):
+        if "#" not in line:
+            continue
+        scalars = taken[number]
+        for mark in COMMENT_START.finditer(line):
+            at = mark.start()
+            before = bisect_right(scalars, (at, REST)) - 1  # of scalars, which stand one behind the other
+            if before < 0 or at >= scalars[before][1]:
+                yield Comment(number, at + 1, line[at:], not line[:at].strip())
+                break
+
+
+def _take(span: Span, taken: dict[int, list[tuple[int, int]]], *, block: bool) -> None:
+    """Marks the columns (0-based) of every line that a scalar takes; the head of a block scalar may have a comment."""
+    if block:
+        taken[span.line].append((span.column - 1, span.column))
+        span = Span(span.line + 1, 1, span.end_line, span.end_column)
+    for line in range(span.line, span.end_line + 1):
+        first = span.column - 1 if line == span.line else 0
+        taken[line].append((first, span.end_column - 1 if line == span.end_line else REST))
+
+
+# --- Where a value is used: an alias (``*name``) shares the text of its anchor, but stands at a place of its own ------
+
+ANY_SIZE = Limits(*[1 << 40] * len(fields(Limits)))
+"""The text has been read within its limits before."""
+
+
+@dataclass(slots=True)
+class Places:
+    """The lines that findings of one file belong to."""
+
+    doc: Document
+    root: Node | None = field(default=None, init=False)
+
+    def line(self, finding: Diagnostic) -> int:
+        """Where a finding is written; of one that was reached through an alias the line of the alias's key."""
+        if "*" not in self.doc.text:
+            return finding.span.line
+        if self.root is None:
+            kept = self.doc.root.children is not None
+            self.root = self.doc.root if kept else read_document(self.doc.text.encode(), "", ANY_SIZE).root
+        alias = _alias(self.root, finding.path)
+        return finding.span.line if alias is None else alias
+
+
+def _alias(node: Node, path: Path) -> int | None:
+    """The line of the first key on a path whose value stands above it, which only an alias does; 0 in a list."""
+    for step in path:
+        entry = node.child(step)
+        if entry is None:
+            return None
+        key, value = entry
+        if isinstance(node.children, list):
+            before = [_start(node), *(_start(item) for item in node.children[: int(step)])]
+            if _start(value) <= max(before):
+                return 0
+        elif span_of(key) > value.span:
+            return span_of(key).line
+        node = value
+    return None
+
+
+def _start(node: Node) -> Any:
+    return node.span.line, node.span.column

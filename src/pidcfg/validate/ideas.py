@@ -1,0 +1,272 @@
+"""What the rules of several vendors look for: each check once, over the little that they have in common."""
+
+from __future__ import annotations
+
+import re
+from decimal import Decimal
+from itertools import pairwise, permutations
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
+
+from pidcfg.validate.rule import Placed, finding, number_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+
+    from pidcfg.encoders.regmap import RegisterMap
+    from pidcfg.validate.rule import Finding, Findings
+
+# --- Alarms of the PV and of its deviation, against the set point, the deadband and the hysteresis --------------------
+
+PV_POINTS = ("low_low", "low", "high", "high_high")
+"""The alarm points of the PV, from below."""
+Number = TypeVar("Number", int, "Decimal")
+"""What registers hold: counts, or numbers in the PV's unit."""
+
+
+class AlarmView(Placed, Protocol, Generic[Number]):
+    """A loop with four PV alarms, deviation alarms and a hysteresis, each in a register of its own."""
+
+    @property
+    def pv_alarms(self) -> bool:
+        """Whether the bit of the four PV alarms is set."""
+
+    @property
+    def deviation_alarms(self) -> bool:
+        """Whether the bit of the two deviation alarms is set."""
+
+    @property
+    def deadband_on(self) -> bool:
+        """Whether the deadband's bit is set."""
+
+    def value(self, name: str) -> object:
+        """The value of a register; None when there is none."""
+
+    def holds(self, *names: str) -> list[Number]:
+        """What several registers hold; empty as soon as one value does not fit."""
+
+    def shown(self, name: str) -> str:
+        """A register's value as a message quotes it."""
+
+    def distance(self, value: Number) -> str:
+        """A distance on the PV's scale as a message quotes it."""
+
+
+def neighbours_out_of_order(
+    view: AlarmView[Number], prefix: str, points: Sequence[str] = PV_POINTS
+) -> Iterator[tuple[str, str, bool]]:
+    """Neighbouring alarm points that do not ascend, and whether they are equal."""
+    for low, high in pairwise(points):
+        words = view.holds(f"{prefix}_{low}", f"{prefix}_{high}")
+        if words and words[0] >= words[1]:
+            yield low, high, words[0] == words[1]
+
+
+def alarm_beyond(view: AlarmView[Number], value: Number) -> str | None:
+    """The PV alarm, low or high, that a value lies beyond; None between them, or where they are off or crossed."""
+    points = view.holds("pv_low", "pv_high")
+    if not view.pv_alarms or not points or points[0] >= points[1] or points[0] <= value <= points[1]:
+        return None
+    return "low" if value < points[0] else "high"
+
+
+def deadband_of_zero(view: AlarmView[Number]) -> Findings:
+    """A deadband that is on and ignores nothing."""
+    if view.deadband_on and view.holds("deadband") == [0]:
+        key = "deadband_enabled" if view.value("deadband") is None else "deadband"
+        yield view.at("error", key, value=view.shown("deadband"))
+
+
+def alarm_within(
+    view: AlarmView[Number], width: Number, setpoint: Number | None, deviation: tuple[str, str]
+) -> tuple[str, Number] | None:
+    """The first alarm that is no further from the set point than a width, and how far it is.
+
+    ``deviation``: the name and the register of the nearer one of the deviation alarms.
+    """
+    name, register = deviation
+    distances = [(name, limit) for limit in view.holds(register)] if view.deviation_alarms else []
+    points = view.holds("pv_low", "pv_high") if view.pv_alarms else []
+    if points and setpoint is not None:
+        distances += [("low", setpoint - points[0]), ("high", points[1] - setpoint)]
+    return next(((alarm, distance) for alarm, distance in distances if 0 < distance <= width), None)
+
+
+def hysteresis_spans_normal_zone(view: AlarmView[Number], most: Number | None = None) -> Findings:
+    """A hysteresis as wide as the zone between low and high alarm; above ``most`` another rule reports it."""
+    words = view.holds("pv_low", "pv_high", "hysteresis")
+    if view.pv_alarms and words and 0 < words[1] - words[0] <= words[2] and (most is None or words[2] <= most):
+        zone = view.distance(words[1] - words[0])
+        yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), zone=zone)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Blocks of registers at addresses of their own: where they lie, which of them overlap, and how many there may be.
+
+
+class Extent(NamedTuple):
+    """The registers of one block: its key in the file, its bank, first and last number."""
+
+    key: str
+    prefix: str
+    first: int
+    last: int
+
+    def __str__(self) -> str:
+        return f"{self.prefix}{self.first} to {self.prefix}{self.last}"
+
+
+class BlockView(Placed, Protocol):
+    """A loop with blocks, in the order of their banks."""
+
+    @property
+    def extents(self) -> tuple[Extent, ...]:
+        """Its blocks."""
+
+
+def extents_of(loop: object, blocks: Mapping[str, tuple[str, RegisterMap]]) -> tuple[Extent, ...]:
+    """The blocks of a loop, whose keys in the file name their starts."""
+    starts = ((key, prefix, getattr(loop, key), table.size) for key, (prefix, table) in blocks.items())
+    return tuple(Extent(key, prefix, start, start + size - 1) for key, prefix, start, size in starts)
+
+
+def block_beyond_bank(view: BlockView, last: Mapping[str, int]) -> Findings:
+    """Blocks of a loop that reach past the last address of their bank; ``last``: it, by bank."""
+    for extent in view.extents:
+        end = last[extent.prefix]
+        if extent.last > end:
+            latest = end - (extent.last - extent.first)
+            yield view.at(extent.key, block=extent.key, extent=extent, prefix=extent.prefix, last=end, latest=latest)
+
+
+def blocks_overlap(views: Sequence[BlockView]) -> Findings:
+    """Loops whose blocks share registers, at each of them."""
+    for view, other in permutations(views, 2):
+        for extent, theirs in zip(view.extents, other.extents, strict=True):
+            if extent.first <= theirs.last and theirs.first <= extent.last:
+                key = extent.key
+                finding = view.at(key, block=key, extent=extent, loop=view.name, other_extent=theirs, other=other.name)
+                yield finding.shared_with(other.name)
+
+
+def too_many_loops(views: Sequence[Placed], most: int) -> Findings:
+    """A file with more loops than its PLC has room for."""
+    if len(views) > most:
+        yield finding("loops", key=True, count=len(views), limit=most)
+
+
+# --- Cascades: loops that take their set points from each other -------------------------------------------------------
+
+
+def rings(masters: Sequence[int | None]) -> Iterator[list[int]]:
+    """The loops that follow each other in a circle, each circle once: from its first loop on, each before its master.
+
+    ``masters`` has the index of each loop's master; a loop that is its own master is a ring of one.
+    """
+    done: set[int] = set()
+    for start in range(len(masters)):
+        way: dict[int, int] = {}
+        at: int | None = start
+        while at is not None and at not in way and at not in done:
+            way[at] = len(way)
+            at = masters[at]
+        done.update(way)
+        if at in way:
+            ring = list(way)[way[at] :]
+            first = ring.index(min(ring))
+            yield ring[first:] + ring[:first]
+
+
+# --- What several loops have in common, reported at each of them: what no two may share, and what concerns a pair -----
+
+
+class HasName(Protocol):
+    """A loop, or a block of a program."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+
+MOST_NAMES = 8
+"""Loops that a message names before it only counts."""
+Key = TypeVar("Key", bound="Hashable")
+ViewT = TypeVar("ViewT", bound=HasName)
+
+
+def sharing(rows: Iterable[tuple[Key, ViewT]]) -> Iterator[tuple[Key, ViewT, tuple[str, ...]]]:
+    """Every loop whose key another one has too: the key, the loop, and the names of the others."""
+    groups: dict[Key, list[ViewT]] = {}
+    for key, view in rows:
+        groups.setdefault(key, []).append(view)
+    for key, views in groups.items():
+        for view in views:
+            others = tuple(dict.fromkeys(other.name for other in views if other is not view))
+            if others:
+                yield key, view, others
+
+
+def at_both(one: HasName, at_one: Finding, other: HasName, at_other: Finding, /, **values: object) -> Findings:
+    """A finding at each of two loops, which names the other one; with the values of the message that both have."""
+    yield at_one.quoting(**values).shared_with(other.name)
+    yield at_other.quoting(**values).shared_with(one.name)
+
+
+def in_words(names: Sequence[str]) -> str:
+    """Names as a message lists them: ``A, B and C``; after eight of them only how many more there are."""
+    if len(names) > MOST_NAMES:
+        return f"{', '.join(names[:MOST_NAMES])} and {len(names) - MOST_NAMES} more"
+    return " and ".join(part for part in (", ".join(names[:-1]), *names[-1:]) if part)
+
+
+# --- Numbers that lie outside the limits or the range which they belong to --------------------------------------------
+
+NUMBERS = ("value", "low", "high")
+"""What a message quotes."""
+
+
+def outside_limits(
+    view: Placed,
+    *path: str | int,
+    value: Number | None,
+    limits: tuple[Number, Number] | None,
+    shown: Callable[[Number], str],
+    units: Collection[str] = ("value", "high"),
+    field: str = "value",
+    **values: object,
+) -> Findings:
+    """A finding at a key whose value is not within limits; none where either is not known.
+
+    ``shown`` writes a number with its unit, which those of value, ``low`` and ``high`` carry that ``units`` names. In
+    the message the value is called ``field``.
+    """
+    if value is None or limits is None or limits[0] <= value <= limits[1]:
+        return
+    numbers = {"value": value, "low": limits[0], "high": limits[1]}
+    texts = {key: shown(number) if key in units else number_text(Decimal(number)) for key, number in numbers.items()}
+    yield view.at(*path, **{field: texts.pop("value")}, **texts, **values)
+
+
+# --- What a loop is for, as its name and description tell: heating or cooling -----------------------------------------
+#
+# Rules of several vendors hold the action of a loop against it; the words of it stand here once.
+
+HEATING = re.compile(r"\b(?:(?:re|pre)?heat(?:er|ers|ing)|ovens?|furnaces?|kilns?|boilers?|burners?)(?![a-z])")
+COOLING = re.compile(
+    r"\b(?:cool(?:er|ers|ing)?|cold|chill(?:er|ers|ed|ing)|fridges?|freez(?:er|ers|ing)|refrigerat\w*|"
+    r"air condition\w*)(?![a-z])"
+)
+UNCLEAR = re.compile(
+    r"\b(?:air to close|(?:normally|fails?) open|inver(?:ted|se)|reversed|"
+    r"exhaust|draft|draught|vent\w*|fans?|dampers?|quench\w*)(?![a-z])"
+)
+TEMPERATURE = re.compile(r"(?:deg|°|º)? ?[cfk]|(?:deg(?:rees?)?|°) ?\w*|℃|℉|celsius|fahrenheit|kelvin")
+BREAK = re.compile(r"[\W_]+")
+
+
+def spoken_of(loop: Any) -> set[str]:
+    """What name and description say that a loop does: ``heating``, ``cooling``."""
+    text = BREAK.sub(" ", f"{loop.name} {loop.description or ''}".casefold())
+    unit = (loop.pv.unit or "degC").casefold()
+    if UNCLEAR.search(text) or not TEMPERATURE.fullmatch(unit):
+        return set()
+    return {word for word, pattern in (("heating", HEATING), ("cooling", COOLING)) if pattern.search(text)}

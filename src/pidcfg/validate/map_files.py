@@ -1,0 +1,143 @@
+"""Modbus maps as files: the one that a configuration names, or that is stated beside it, to places of registers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pidcfg.encoders.decoding import listing_text, refuse_large
+from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.modbus_map import (
+    FORMAT,
+    MapError,
+    NamedNumbering,
+    UnusableMapError,
+    example,
+    read_map,
+    read_symbol_map,
+)
+from pidcfg.text.diagnostics import Diagnostic, Severity, Span
+from pidcfg.text.reader import may_be_quoted, read_other, refusal
+from pidcfg.vendors import format_of
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.image import Image
+    from pidcfg.encoders.listing import Numbering
+    from pidcfg.encoders.parameters import Program
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits, Reader
+    from pidcfg.vendors import Vendor
+
+CODE = "PID067"
+"""A map that cannot be used."""
+PATH = ("plc", "map")
+
+
+class MapFile(NamedTuple):
+    """The text of a map, and its name in messages."""
+
+    text: str
+    name: str
+    quoted: bool = True
+    """Whether messages may say what stands in it."""
+
+
+UNQUOTED = "this row cannot be used; --map FILE says why (a file outside of the configuration's folder is not quoted)"
+
+
+def map_of_data(data: bytes, name: str, limits: Limits) -> MapFile:
+    """A map as its file holds it; raises `UnusableMapError`."""
+    try:
+        refuse_large(data, limits)
+        return MapFile(listing_text(data), name)
+    except ListingError as error:
+        raise UnusableMapError(str(error), name, error.line, error.column) from None
+
+
+def named_map(document: Document | None, reader: Reader, limits: Limits) -> MapFile | None:
+    """The map that a configuration names by ``plc.map``, relative to it; raises `UnusableMapError`."""
+    plc = (document.data or {}).get("plc") if document is not None else None
+    other = plc.get("map") if isinstance(plc, dict) else None
+    if document is None or not isinstance(other, str):
+        return None
+    name = reader.resolve(document.file, other)
+    try:
+        data = read_other(reader, name, limits.file_bytes + 1)
+    except (OSError, ValueError) as error:
+        span = document.locate(PATH)
+        cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"
+        raise UnusableMapError(f"{refusal(name, error)}: {cure}", document.file, span.line, span.column) from None
+    return map_of_data(data, name, limits)._replace(quoted=may_be_quoted(reader, document.file, name))
+
+
+def numbering_of(
+    vendor: Vendor, stated: MapFile | None, image: Image | Program | None, file: str = "FILE"
+) -> Numbering | NamedNumbering:
+    """Where registers are: by a stated map, else as the vendor's manual says; raises `UnusableMapError`.
+
+    ``image``: the memory of the configuration ``file``, every setting of which a stated map must cover.
+    """
+    if stated is None:
+        try:
+            numbering: Numbering = vendor.load("numbering")
+        except LookupError:
+            raise UnusableMapError(_without(vendor, image, file)) from None
+        return numbering
+    try:
+        return _stated(vendor, stated, image)
+    except MapError as error:
+        said = str(error) if stated.quoted else UNQUOTED
+        raise UnusableMapError(said, stated.name, error.line, error.column) from None
+
+
+def _stated(vendor: Vendor, stated: MapFile, image: Any) -> Numbering | NamedNumbering:
+    space = space_of(vendor)
+    if space is not None:
+        numbering = read_map(stated.text, space)
+        if image is not None:
+            numbering.check(image)
+        return numbering
+    if image is None:
+        raise UnusableMapError(f"the registers of {vendor.title} do not say what loops there are: name a configuration")
+    return read_symbol_map(stated.text, _points(vendor)(image))
+
+
+def space_of(vendor: Vendor) -> Any:
+    """The banks that a map of a vendor may speak of; None: its parameters have names."""
+    registers = vendor.module("registers")
+    return getattr(registers, "MAP_SPACE", getattr(registers, "SPACE", None))
+
+
+def _points(vendor: Vendor) -> Any:
+    try:
+        return vendor.load("points")
+    except LookupError:
+        raise UnusableMapError(f"{vendor.title} is no PLC: it has no registers that a map could number") from None
+
+
+def _without(vendor: Vendor, image: Image | Program | None, file: str) -> str:
+    """That there is no map, with one that could be."""
+    if space_of(vendor) is None:
+        _points(vendor)
+    said = f"the manual of {vendor.title} prints no Modbus map, and none is made up"
+    cure = "state one by --map FILE, or by `plc: {map: FILE}` in the configuration"
+    if image is None:
+        return f"{said}; {cure}"
+    rows = [row for row in format_of(vendor, FORMAT).write(image, ()).splitlines() if not row.startswith("#")][1:]
+    write = f"`pidcfg encode {file} --format {FORMAT}` writes its rows for you to fill in"
+    return f"{said}; {cure}, with rows of symbol, table, register (from 0) and type such as {example(rows)}; {write}"
+
+
+def check_map(document: Document, vendor: Vendor, image: Any, reader: Reader, limits: Limits) -> list[Diagnostic]:
+    """What is wrong with the map that a configuration names: it must be there and cover the loops."""
+    try:
+        stated = named_map(document, reader, limits)
+        if stated is not None:
+            numbering_of(vendor, stated, image, document.file)
+    except UnusableMapError as error:
+        message = error.said if error.name == document.file else str(error)
+        return [Diagnostic(CODE, Severity.ERROR, message, document.file, _span(document), PATH)]
+    return []
+
+
+def _span(document: Document) -> Span:
+    return document.locate(PATH)

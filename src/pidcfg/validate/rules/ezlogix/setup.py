@@ -1,0 +1,300 @@
+"""Where an EZLogix loop's registers, discretes and tags lie, its names, and the controller's action."""
+
+from __future__ import annotations
+
+from itertools import permutations
+from typing import TYPE_CHECKING
+
+from pidcfg.encoders.ezlogix.files import TAG
+from pidcfg.encoders.maps.ezlogix import LOOPS, SPACE, VARIABLES
+from pidcfg.schemas.ezlogix import D152, tag_name
+from pidcfg.text.diagnostics import Severity
+from pidcfg.text.references import EZLOGIX, Decision
+from pidcfg.validate import ideas as blocks
+from pidcfg.validate.ideas import at_both, spoken_of
+from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
+from pidcfg.validate.rules.ezlogix.context import PLACES, EzlogixContext, LoopView, register_number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+# --- The blocks of registers and discretes: where they end, what they share, and how many loops there may be ----------
+
+BLOCK = EZLOGIX.at("PID Setup")
+COUNT = EZLOGIX.at("PID on EZLogix")
+LAST = {bank.prefix: bank.last for bank in SPACE.banks}
+
+
+@per_loop
+@error(
+    "EZ401",
+    D152,
+    "{block} would occupy {extent}, but there is nothing beyond {prefix}{last}: it may begin at "
+    "{prefix}{latest} at the latest",
+)
+def block_beyond_bank(view: LoopView) -> Findings:
+    """A block of registers or discretes reaches past the highest address.
+
+    Why: a loop needs 32 consecutive registers and 8 consecutive discretes. What lies past the last address does not
+    exist: the dialog refuses the base, and a writer of the image fails.
+
+    Fix: let the block begin lower.
+    """
+    return blocks.block_beyond_bank(view, LAST)
+
+
+@error("EZ402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
+def blocks_overlap(context: EzlogixContext) -> Findings:
+    """Two loops share registers or discretes.
+
+    Why: each loop reads its gains, limits and mode from its blocks, and writes its error and saturation there. Two
+    loops in one block change each other's set points and modes. The registers that are reserved count as well.
+
+    Fix: leave 32 registers and 8 discretes to every loop.
+    """
+    return blocks.blocks_overlap(context.loops)
+
+
+@error("EZ403", COUNT, "{count} loops are listed; an EZLogix PLC calculates at most {limit}")
+def too_many_loops(context: EzlogixContext) -> Findings:
+    """The file has more loops than the PLC.
+
+    Why: the dialog offers eight loops; nothing calculates a ninth one.
+
+    Fix: move the loop to another PLC, and to a file of its own.
+    """
+    return blocks.too_many_loops(context.loops, LOOPS)
+
+
+# --- Names of tags that the template makes ----------------------------------------------------------------------------
+
+D182 = Decision(
+    182,
+    "what can be a tag",
+    "A letter, then letters, digits and underscores; capital and small letters are one. Names that break this, or that "
+    "two loops would share, are a warning: the tag list cannot be written, the loop itself works.",
+    "The manual says what a tag's name tells, and not of which characters it may be.",
+)
+
+
+@warning("EZ411", D182, "{tag!r} is not usable as a tag: letters, digits and _ only, a letter first")
+def name_not_usable_in_tags(context: EzlogixContext) -> Findings:
+    """The name of a loop cannot stand in the names of its tags.
+
+    Why: the template in `plc.tag_names` puts the loop's name into every tag. Names such as FIC-101 or `Oven 1` are
+    common on drawings, but the tag list cannot be written with them.
+
+    Fix: write the name with letters, digits and underscores, or use {loop} in place of {name} in the template.
+    """
+    variable = next(iter(VARIABLES.values()))
+    for view in context.loops:
+        tag = tag_name(context.config.plc.tag_names, view.index + 1, view.name, variable)
+        if not TAG.fullmatch(tag):
+            yield view.at("name", tag=tag)
+
+
+@warning("EZ412", D182, "the tag {tag} of this loop is also one of loop {other}")
+def tags_collide(context: EzlogixContext) -> Findings:
+    """The template makes the same tag for two loops.
+
+    Why: one name cannot stand for two registers, so the tag list cannot be written. Capital and small letters are not
+    told apart: `Oven` and `OVEN` have all tags in common.
+
+    Fix: rename one of the loops, or use {loop} in the template.
+    """
+    template = context.config.plc.tag_names
+    owners: dict[str, dict[str, str]] = {}
+    for view in context.loops:
+        for variable in VARIABLES.values():
+            tag = tag_name(template, view.index + 1, view.name, variable)
+            owners.setdefault(tag.casefold(), {}).setdefault(view.name, tag)
+    for view in context.loops:
+        groups = [group for group in owners.values() if view.name in group]
+        pairs = {other: group[view.name] for group in reversed(groups) for other in group if other != view.name}
+        for other, tag in pairs.items():
+            yield view.at("name", tag=tag, other=other).shared_with(other)
+
+
+# --- The tags of PV, CV and control output: what they share with each other and with the blocks -----------------------
+
+PV_TAG = EZLOGIX.at("Process Variable (PV) Tag")
+CV_TAG = EZLOGIX.at("Control Variable (CV) Tag")
+OUTPUT_TAG = EZLOGIX.at("Control Output Tag")
+STOPPED = EZLOGIX.at("Process PID when PLC is Stopped")
+BASE = EZLOGIX.at("Base Register Tag")
+
+D180 = Decision(
+    180,
+    "a CV in another loop's set point register is a cascade",
+    "A CV tag in any other register of a block is an error; in the set point register of another loop it is an info, "
+    "and a warning when the CV's limits go beyond that set point's.",
+    "Blocks hold what a loop runs by, and the manual lets any R register be a CV tag. Beyond the inner limits the set "
+    "point stands still while the outer loop, whose CV is neither 0 nor 4095, goes on integrating.",
+)
+CV = "CV tag"
+NAMES = {offset: name for name, offset in PLACES.items()}
+
+
+@error("EZ404", BASE, "the {what} tag {tag} of {loop} is the register {register} of {owner}: {consequence}")
+def tag_in_register_block(context: EzlogixContext) -> Findings:
+    """A PV or CV tag is one of the 32 registers of a loop.
+
+    Why: a CV that is written there replaces a gain, a limit or a set point at every calculation. A PV there is a
+    parameter, not a measurement, and the ladder program that stores a measurement in it overwrites the parameter. The
+    registers that are reserved count as well. The set point of another loop means a cascade, and is reported as such.
+
+    Fix: choose a register outside all blocks.
+    """
+    for view in context.loops:
+        for what, tag, place in (("PV", view.loop.pv.tag, "pv"), ("CV", view.loop.output.tag, "output")):
+            owner = context.owner(tag)
+            if owner is None or (what == "CV" and context.inner(view) is not None):
+                continue
+            values = {
+                "what": what,
+                "tag": tag,
+                "loop": view.name,
+                "register": NAMES[owner[1]],
+                "owner": owner[0].name,
+                "consequence": "the loop overwrites it" if what == "CV" else "it is no measurement",
+            }
+            if owner[0] is view:
+                yield view.at(place, "tag").quoting(**values)
+            else:
+                at_owner = owner[0].at(owner[0].extents[0].key)
+                yield from at_both(view, view.at(place, "tag"), owner[0], at_owner, **values)
+
+
+@checklist(
+    "EZ405",
+    D180,
+    "the CV tag {tag} of {loop} is the set point register of {inner}: a cascade; the CV's limits are {low} and {high} "
+    "counts, the set point's {inner_low} and {inner_high}",
+)
+def cv_writes_set_point(context: EzlogixContext) -> Findings:
+    """The CV of a loop is the set point of another one.
+
+    Why: the registers are one, so what the file says of the inner set point is overwritten. The CV arrives in counts.
+    Where it may go beyond the inner set point's limits (a warning), the set point stands still and the outer loop winds
+    up, since a CV saturates at 0 and 4095 only.
+
+    Fix: make the CV's limits those of the inner set point, if a cascade is meant. Otherwise choose a register outside
+    all blocks.
+    """
+    for view in context.loops:
+        inner = context.inner(view)
+        if inner is None:
+            continue
+        cv, sp = view.cv_limits, inner.setpoint_limits
+        if cv is not None and sp is not None:
+            beyond = cv[0] < sp[0] or cv[1] > sp[1]
+            severity = Severity.WARNING if beyond else None
+            names = {"loop": view.name, "tag": view.loop.output.tag, "inner": inner.name}
+            limits = {"low": cv[0], "high": cv[1], "inner_low": sp[0], "inner_high": sp[1]}
+            at_outer, at_inner = view.at("output", "tag", severity=severity), inner.at("setpoint", severity=severity)
+            yield from at_both(view, at_outer, inner, at_inner, **names, **limits)
+
+
+@error("EZ406", CV_TAG, "{tag} is also the {what} of {other}: two loops would write it")
+def output_tag_shared(context: EzlogixContext) -> Findings:
+    """Two loops have one CV tag, or one control output.
+
+    Why: both write it, each at its own sample rate, and what the actuator sees is neither loop's output.
+
+    Fix: give each loop outputs of its own. Where one actuator serves two loops, let the ladder program choose.
+    """
+    for (tag, (view, what)), (other_tag, (other, theirs)) in permutations(_written(context), 2):
+        if tag == other_tag:
+            place = ("output", "tag") if what == CV else ("output", "pulse", "tag")
+            basis = None if what == CV else OUTPUT_TAG
+            found = view.at(*place, basis=basis, tag=tag, what=theirs, other=other.name)
+            yield found if other is view else found.shared_with(other.name)
+
+
+def _written(context: EzlogixContext) -> Iterator[tuple[str, tuple[LoopView, str]]]:
+    """The tags that loops write, with what they are."""
+    for view in context.loops:
+        output = view.loop.output
+        yield output.tag, (view, CV)
+        if output.pulse is not None:
+            yield output.pulse.tag, (view, "control output")
+
+
+@per_loop
+@error("EZ407", PV_TAG, "{tag} is PV tag and CV tag of the loop: it would measure its own output")
+def pv_is_own_cv(view: LoopView) -> Findings:
+    """A loop's PV tag is its CV tag.
+
+    Why: what the loop writes is what it reads next. It controls its own register, and the process not at all.
+
+    Fix: give the PV the register that holds the measurement.
+    """
+    if view.loop.pv.tag == view.loop.output.tag:
+        yield view.at("output", "tag", tag=view.loop.output.tag)
+
+
+def logical(context: EzlogixContext, tag: str) -> bool:
+    """Whether a tag is a register outside all blocks, which the ladder program fills or reads."""
+    return register_number(tag) is not None and context.owner(tag) is None
+
+
+@warning("EZ410", STOPPED, "the loop goes on while the PLC is stopped, but {tags}")
+def logical_tag_while_stopped(context: EzlogixContext) -> Findings:
+    """A loop is processed while the PLC is stopped, with tags that only the ladder program moves.
+
+    Why: a stopped PLC executes no ladder. A PV in an R register stands still, and with any error left the integral runs
+    the output to its end; a CV in an R register does not reach its actuator.
+
+    Fix: use an IR tag for the PV, and an OR tag or the control output for the CV; or write
+    `process_when_stopped: false` under `plc`.
+    """
+    if not context.config.plc.process_when_stopped:
+        return
+    outputs = {view.loop.output.tag for view in context.loops}
+    for view in context.loops:
+        pv, output = view.loop.pv.tag, view.loop.output
+        frozen = logical(context, pv) and pv not in outputs
+        unheard = logical(context, output.tag) and output.pulse is None and output.tag != pv
+        parts = [f"its PV {pv} stands still"] * frozen + [f"its CV {output.tag} reaches no output"] * unheard
+        if parts:
+            yield view.at("pv" if frozen else "output", "tag", tags=" and ".join(parts))
+
+
+# --- The controller's action against what the file says of the loop ---------------------------------------------------
+
+ACTION = EZLOGIX.at("Controller Action")
+
+D183 = Decision(
+    183,
+    "words of heating and cooling tell the action that is meant",
+    "A direct-acting loop whose name or description speaks of heating, and a reverse-acting one that speaks of "
+    "cooling, are a warning. Words of both kinds, of an exhaust, or of an actuator that works the other way round are "
+    "none, nor is a PV whose unit is not one of temperature.",
+    "The action stands in no register, and the word is the opposite of the process's action, by which other "
+    "controllers name it: swapping it is the likeliest mistake, and a heater that runs away its result.",
+)
+MEANING = {
+    "direct": ("heating", "CV rises as PV rises", "reverse"),
+    "reverse": ("cooling", "CV falls as PV rises", "direct"),
+}
+
+
+@per_loop
+@warning(
+    "EZ415",
+    D183,
+    "action {action} ({meaning}), but the loop's name or description speaks of {purpose}, which needs {other}",
+)
+def action_against_description(view: LoopView) -> Findings:
+    """The action is the other one than the loop's name or description suggests.
+
+    Why: here `action` is the controller's: a heater needs `reverse`, a cooler `direct`. DL06 and CLICK name the
+    process's action, which is the opposite word. With the wrong one the heater is switched on the further, the hotter
+    it gets.
+
+    Fix: change the action. If it is right because the actuator works the other way round, say so in the description:
+    "air to close", "normally open", "fail open", "inverted".
+    """
+    purpose, meaning, other = MEANING[view.loop.action]
+    if spoken_of(view.loop) == {purpose}:
+        yield view.at("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)
