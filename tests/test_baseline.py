@@ -29,7 +29,7 @@ from pidcfg.validate.baseline import (
     without,
 )
 from pidcfg.validate.engine import Quotes
-from pidcfg.validate.fixes import value_of
+from pidcfg.validate.rule import value_of
 
 TWICE = living_rig.TWICE + "    bias_freeze: true\n"
 KNOWN = "known.json"

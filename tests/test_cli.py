@@ -18,8 +18,8 @@ import pytest
 from click.testing import CliRunner
 
 from command import run
+from pidcfg.cli import console as errors
 from pidcfg.cli import main
-from pidcfg.cli import main as errors
 from pidcfg.cli.main import COMMANDS, cli
 from pidcfg.cli.outputs import write_files
 from pidcfg.vendors import VENDORS

@@ -10,8 +10,9 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from pidcfg.cli.console import say
 from pidcfg.cli.environment import variable
-from pidcfg.cli.main import COMMANDS, cli, load, say
+from pidcfg.cli.main import COMMANDS, cli, load
 
 ROOT = Path(__file__).parents[1]
 MISSPELT = "PIDCFG_VALIDATE_STRCT"

@@ -27,8 +27,8 @@ from pidcfg.encoders.regmap import Meaning, RegisterMap
 from pidcfg.output.explanation.lookup import all_decisions, as_text, explain
 from pidcfg.output.explanation.lookup import explanation_data as as_data
 from pidcfg.output.explanation.page import Question, QuestionError
-from pidcfg.schemas.base import unit_text, units_of
 from pidcfg.schemas.document import models_in
+from pidcfg.schemas.limits import unit_text, units_of
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import rules

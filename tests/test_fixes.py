@@ -419,7 +419,7 @@ def test_a_correction_may_show_findings_that_were_hidden_but_bring_no_error_of_t
 
 
 def test_many_unknown_keys_cost_no_more_than_a_few_readings(monkeypatch):
-    from pidcfg.validate import fixes as edits
+    from pidcfg.validate import schema as edits
 
     tries = []
     monkeypatch.setattr(edits, "_fits", lambda *args: bool(tries.append(args)))
@@ -583,7 +583,7 @@ def test_rights_stay_and_links_are_written_through(validate, tmp_path):
 
 
 def test_a_file_that_somebody_saves_meanwhile_is_left_alone(validate, tmp_path, monkeypatch):
-    from pidcfg.cli import policy as corrections
+    from pidcfg.cli import corrections
 
     real = corrections._corrected
 

@@ -16,12 +16,12 @@ from click.testing import CliRunner
 
 import golden
 from pidcfg.cli import formats
-from pidcfg.cli.formats import Kind, report_options, reports
+from pidcfg.cli.console import echo_json, echo_xml
+from pidcfg.cli.formats import Kind, report_options, reports, runs
 from pidcfg.cli.formats import findings as basics
 from pidcfg.cli.formats.findings import Findings, without_word
-from pidcfg.cli.formats.reports import render_runs
+from pidcfg.cli.formats.runs import render_runs
 from pidcfg.cli.main import cli
-from pidcfg.cli.terminal import echo_json, echo_xml
 from pidcfg.output.json_schemas import OUTPUTS
 from pidcfg.sim.judgement.report import STANDING_KINDS, Note, Report
 from pidcfg.study.outcome import Outcome
@@ -727,7 +727,9 @@ def test_convert_prints_one_document_of_json_for_a_file_it_cannot_use(pair):
 
 
 def test_every_module_with_a_format_is_in_the_table():
-    found = {name.lower() for name, value in vars(reports).items() if isinstance(value, formats.Format)}
+    found = {
+        name.lower() for name, value in {**vars(reports), **vars(runs)}.items() if isinstance(value, formats.Format)
+    }
     assert found == set(formats.FORMATS)
     assert len({formats.load(name).ending for name in formats.FORMATS}) == len(formats.FORMATS)
 

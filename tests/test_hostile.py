@@ -24,9 +24,8 @@ from ruamel.yaml import YAML
 import pidcfg
 from living_rig import GOOD, TWICE, call, run
 from pidcfg.api import check, check_text
-from pidcfg.cli import interrupts, main, outputs
+from pidcfg.cli import console, interrupts, main, outputs
 from pidcfg.cli import outputs as temporary
-from pidcfg.cli import terminal as console
 from pidcfg.cli.outputs import difference
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.dl06.files import read_ihex
@@ -257,7 +256,7 @@ OWN_FILES = {
     "cli.findings": "the record of the installation",
     "cli.outputs": "temporary files of its own",
     "cli.main": "a closed stream that goes to nowhere",
-    "cli.terminal": "a closed stream that goes to nowhere",
+    "cli.console": "a closed stream that goes to nowhere",
     "encoders.click.nicknames": "a temporary file of its own",
     "pictures.page": "a style sheet of the package",
     "output.report.page": "a temporary file of its own",
@@ -477,7 +476,7 @@ def test_a_stream_is_nothing_that_a_file_names(tmp_path, monkeypatch, capsysbina
 # --- the terminal ----------------------------------------------------------------------------------------------------
 
 WRITERS = {
-    "pidcfg.cli.terminal": {"echo", "write"},
+    "pidcfg.cli.console": {"echo", "write"},
     "pidcfg.cli.main": {"write"},
     "pidcfg.sim.engine.compile": {"warn"},
 }
@@ -853,7 +852,7 @@ def test_a_command_of_these_tests_hears_ctrl_c_wherever_they_run():
 
 FEW = """
 import errno, os, resource, sys
-import pidcfg, pidcfg.cli.main as program
+import pidcfg, pidcfg.cli.console, pidcfg.cli.main as program
 pidcfg.encode("a.yaml")  # what takes long, once
 def refuse(**_):
     raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))

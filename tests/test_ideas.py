@@ -10,21 +10,25 @@ from pidcfg.validate.ideas import (
     MOST_NAMES,
     NUMBERS,
     Extent,
+    View,
     alarm_beyond,
     alarm_within,
     at_both,
     block_beyond_bank,
     blocks_overlap,
+    complete,
     deadband_of_zero,
     hysteresis_spans_normal_zone,
     in_words,
     neighbours_out_of_order,
+    number_text,
     outside_limits,
     rings,
     sharing,
     too_many_loops,
+    value_or_switch,
+    with_unit,
 )
-from pidcfg.validate.rule import View, complete, number_text, value_or_switch, with_unit
 
 
 @frozen

@@ -15,7 +15,8 @@ from click.testing import CliRunner
 import certify_rig
 import pidcfg
 from jobs_rig import doubling, dying, waiting
-from pidcfg.cli.main import cli, refused
+from pidcfg.cli.console import refused
+from pidcfg.cli.main import cli
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.text import processes
 from pidcfg.text.processes import A_FILE, WORTH_STARTING, Crew

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pidcfg.text.source import read_document
-from pidcfg.validate.fixes import _rename, of_key, of_value
+from pidcfg.validate.schema import _rename, of_key, of_value
 
 
 def test_a_mapping_that_an_alias_shares_is_renamed_by_either_path():

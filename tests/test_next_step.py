@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from pidcfg.cli import terminal as module
-from pidcfg.cli.terminal import next_step
+from pidcfg.cli import console as module
+from pidcfg.cli.console import next_step
 
 
 @pytest.fixture

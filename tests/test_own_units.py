@@ -10,7 +10,8 @@ from one_loop import PLANT
 from pidcfg.schemas.numbers import NUMBER
 from pidcfg.text.document import LINE_BREAK
 from pidcfg.text.source import read_document
-from pidcfg.validate.engine import _unit_of, check_document
+from pidcfg.validate.engine import check_document
+from pidcfg.validate.own_units import _unit_of
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pidcfg.api import encode, simulate
-from pidcfg.cli.formats.reports import render_runs
+from pidcfg.cli.formats.runs import render_runs
 from pidcfg.cli.formats.runs import run_verdict_line as verdict_line
 from pidcfg.schemas.scenario import StandingKind
 from pidcfg.sim.judgement.meters import (

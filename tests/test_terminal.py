@@ -14,8 +14,8 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from pidcfg.cli import console
 from pidcfg.cli import terminal as colour
-from pidcfg.cli import terminal as console
 from pidcfg.cli import terminal as glyphs
 from pidcfg.cli import terminal as progress
 from pidcfg.cli.main import COMMANDS, cli
@@ -172,7 +172,7 @@ def test_a_page_is_formatted_where_colour_is_wanted():
 WORK = """
 import sys, threading, time
 from pidcfg.cli import terminal as progress
-from pidcfg.cli.terminal import echo, note
+from pidcfg.cli.console import echo, note
 progress.AFTER = 0
 {before}
 progress.LINE.begin()

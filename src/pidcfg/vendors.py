@@ -73,7 +73,7 @@ PARTS = {
     "decode": "encoders.{key}.image:decode",
     "areas": "encoders.{key}.image:areas",
     "numbering": "encoders.{key}.files:NUMBERING",
-    "points": "encoders.{key}.image:points",
+    "points": "encoders.{key}.files:points",
     "tags": "encoders.{key}.image:tags",
     "mode_register": "encoders.{key}.image:MODE_REGISTER",
     "mode_of": "encoders.{key}.image:mode_of",

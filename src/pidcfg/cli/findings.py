@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pidcfg.cli.console import remark
 from pidcfg.cli.inputs import FILES, document, read_inputs
-from pidcfg.cli.terminal import held, remark
+from pidcfg.cli.terminal import held
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Document, Node
 from pidcfg.text.store import Store, UnsafeFolderError, cache_folder
@@ -287,8 +288,8 @@ def one_configuration(path: str, limits: Limits) -> Document:
 
 def show_errors(findings: Sequence[Diagnostic], document: Document | None, fmt: str) -> None:
     """The errors of a configuration: in full on stderr, or as the result where JSON was asked for."""
+    from pidcfg.cli.console import echo_json, note
     from pidcfg.cli.formats.findings import json_v1, text
-    from pidcfg.cli.terminal import echo_json, note
     from pidcfg.output.findings import errors_in
 
     documents = {} if document is None else {document.file: document}

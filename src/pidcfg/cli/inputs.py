@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import click
 
-from pidcfg.cli.terminal import held, remark
+from pidcfg.cli.console import remark
+from pidcfg.cli.terminal import held
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen

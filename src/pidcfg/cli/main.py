@@ -8,8 +8,6 @@ import warnings
 from contextlib import suppress
 from enum import IntEnum
 from importlib import import_module
-from io import StringIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
@@ -18,55 +16,12 @@ from pidcfg import __version__
 from pidcfg.cli import environment, interrupts
 from pidcfg.cli import terminal as colour
 from pidcfg.cli import terminal as glyphs
-from pidcfg.cli.environment import hint
-from pidcfg.cli.terminal import LINE, note
-from pidcfg.text.signs import one_line
+from pidcfg.cli.terminal import LINE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from click.shell_completion import CompletionItem
-
-# --- How a command that cannot go on says so, on standard error -------------------------------------------------------
-
-
-def say(error: click.ClickException) -> None:
-    """An error as click writes it, through what knows colours and code pages."""
-    text = StringIO()
-    if isinstance(error, click.BadParameter) and error.param is not None and error.param_hint is None:
-        error.param_hint = hint(error.param, error.ctx)
-    error.show(text)
-    if isinstance(error, click.NoSuchOption) and error.ctx is not None and error.ctx.parent is None:
-        text.write("Options of a command stand behind it: pidcfg validate --strict …\n")
-    for parameter in _also_missing(error):
-        text.write(f"Also missing: {hint(parameter, error.ctx)}\n")  # type: ignore[attr-defined]
-    shown = text.getvalue().rstrip("\n")
-    if error.message and not isinstance(error, click.exceptions.NoArgsIsHelpError):
-        shown = shown.replace(click.unstyle(error.message), one_line(error.message))  # show leaves sequences out
-    note(shown)
-
-
-def _also_missing(error: click.ClickException) -> Iterable[click.Parameter]:
-    """Further required parameters that were not given: those that the command line has come before all others."""
-    if not isinstance(error, click.MissingParameter) or error.ctx is None:
-        return ()
-    known = error.ctx.params
-    return [p for p in error.ctx.command.params if p.required and p.name not in known and p is not error.param]
-
-
-def refused(error: OSError) -> str:
-    """What the system refuses, by its name where there is one; a process that is gone says so itself."""
-    if isinstance(error, ChildProcessError) and error.errno is None:
-        return str(error)
-    try:
-        Path.cwd()
-    except OSError:
-        return "the working directory is gone; change to one that is there"
-    what = f" {os.fsdecode(error.filename)}" if isinstance(error.filename, str | bytes) else ""
-    return one_line(f"cannot write or read{what}: {error.strerror or error}")
-
-
-# --- Entry point: finds the command, imports nothing else, and turns every ending into an exit code -------------------
 
 
 class Exit(IntEnum):
@@ -263,21 +218,21 @@ def _open_streams() -> None:
 
 def _drop_stdout() -> None:
     """Sends what is still to be written to nowhere."""
-    from pidcfg.cli.terminal import drop
+    from pidcfg.cli.console import drop
 
     drop(sys.stdout)
 
 
 def _say(text: str) -> None:
     """A remark on standard error, through what escapes and paints it."""
-    from pidcfg.cli.terminal import note
+    from pidcfg.cli.console import note
 
     note(text)
 
 
 def _remark(text: str) -> None:
     """A remark in one line, whatever the names and values in it hold."""
-    from pidcfg.cli.terminal import remark
+    from pidcfg.cli.console import remark
 
     remark(f"note: {text}")
 
@@ -290,6 +245,8 @@ def _warn(message: Warning | str, *_: object, **__: object) -> None:
 def _refuse(error: click.ClickException | OSError) -> NoReturn:
     """Ends a command that cannot go on with the reason, plainly where no more files may be open to say it."""
     try:
+        from pidcfg.cli.console import refused, say
+
         if isinstance(error, click.ClickException):
             say(error)
         else:

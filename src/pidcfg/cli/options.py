@@ -39,7 +39,7 @@ def current_code(code: str, ctx: click.Context | None = None) -> str:
 
 def remark(code: str, name: str, ctx: click.Context | None = None) -> None:
     """Notes a former code, once a run, at the end of the command and not with ``--quiet``."""
-    from pidcfg.cli.terminal import note
+    from pidcfg.cli.console import note
 
     here = ctx or click.get_current_context(silent=True)
     if here is None or here.resilient_parsing or REMARKED in here.find_root().meta:
@@ -331,7 +331,7 @@ def usage(options: Mapping[str, str] = NOTHING) -> Iterator[None]:
 
 def refuse_all(faults: Sequence[str]) -> NoReturn:
     """Ends the command with everything that is wrong with its files."""
-    from pidcfg.cli.terminal import remark
+    from pidcfg.cli.console import remark
 
     for fault in faults[:-1]:
         remark(f"Error: {fault}")

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 import click
 
+from pidcfg.cli.console import echo, hand_on
 from pidcfg.cli.inputs import one_file, was_read
 from pidcfg.cli.interrupts import whole
-from pidcfg.cli.terminal import echo, encodable, hand_on
+from pidcfg.cli.terminal import encodable
 from pidcfg.text.reader import STREAM, open_file, read_file
 from pidcfg.text.signs import UNPRINTABLE
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
+from pidcfg.cli.console import show as print_report
 from pidcfg.cli.environment import need
-from pidcfg.cli.terminal import show as print_report
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

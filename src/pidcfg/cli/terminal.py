@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import codecs
-import json
 import os
-import platform
 import re
-import stat
 import sys
-import time
 import unicodedata
 from contextlib import contextmanager
 from functools import cache
@@ -18,18 +14,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from pidcfg import __version__
-from pidcfg.cli import environment
-from pidcfg.text.signs import ORDER, first_order, one_line, printable, without_orders
-
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
     from threading import Timer
-    from typing import TextIO
 
     from rich.progress import Progress
 
-    from pidcfg.study.outcome import Outcome
 
 # --- Text for code pages that lack some of its characters: what a person would type in their place, never a crash -----
 
@@ -346,201 +336,3 @@ def held() -> Iterator[None]:
     finally:
         if begun:
             LINE.begin()
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# What reaches the terminal: results on stdout, everything else on stderr, and rich only where a person watches.
-
-WIDEST = 1000
-"""Columns of a page: COLUMNS may say any number."""
-OBEYING = ("GITHUB_ACTIONS", "TF_BUILD", "TEAMCITY_VERSION")
-"""Variables of the CI systems that look for orders in a log."""
-NOT_ASCII = re.compile(r"[^\x00-\x7f]")
-
-
-def echo(text: str) -> None:
-    """A result as it is, a file's text that nothing may be put into: where a line of it would be an order, none."""
-    _refuse_orders(encodable(text, sys.stdout.encoding))
-    show_orders(text)
-
-
-def hand_on(data: bytes) -> None:
-    """The bytes of a user's own file, as `echo` prints texts."""
-    _refuse_orders(data.decode("utf-8", "replace"))
-    sys.stdout.buffer.write(data)
-
-
-def show_lines(text: str) -> None:
-    """A result that a program takes from a log: never coloured, and no order."""
-    show_orders(without_orders(encodable(text, sys.stdout.encoding)))
-
-
-def show_orders(text: str) -> None:
-    """A result as it is, with orders that are meant; where a code page lacks some of it, a note says so.
-
-    Where a person watches, control characters in it are shown and not obeyed.
-    """
-    if sys.stdout.isatty():
-        text = printable(text.replace("\r\n", "\n"))
-    _put(text, color=False)
-    if not fits(text, sys.stdout.encoding):
-        lacking = "".join(dict.fromkeys(c for c in text if not fits(c, sys.stdout.encoding)))
-        note(
-            f"note: the code page {sys.stdout.encoding} lacks {lacking!a}: that text was replaced; "
-            "a file is written in UTF-8, and so is standard output with PYTHONUTF8=1"
-        )
-
-
-def show(text: str) -> None:
-    """A result for people: in colour where that is wanted."""
-    text, coloured = _for_people(text, sys.stdout), enabled(sys.stdout)
-    _put(painted(text) if coloured else text, color=coloured)
-
-
-def echo_json(text: str) -> None:
-    """A JSON result; JSON is UTF-8, so on another code page JSON's own escapes stand for what is not ASCII."""
-    if not (text.isascii() or _is_utf8(text)):
-        text = NOT_ASCII.sub(lambda sign: json.dumps(sign[0])[1:-1], text)
-    echo(text)
-
-
-def echo_xml(text: str) -> None:
-    """XML or HTML that says it is UTF-8; on another code page numbers stand for characters that are not ASCII."""
-    if not (text.isascii() or _is_utf8(text)):
-        text = text.encode("ascii", "xmlcharrefreplace").decode()
-    if first_order(text) is not None:
-        text = ORDER.sub(lambda begin: f"{begin[0][:-1]}&#{ord(begin[0][-1])};", text)
-    echo(text)
-
-
-def _is_utf8(text: str) -> bool:
-    """Whether a text reaches standard output as UTF-8."""
-    encoding = sys.stdout.encoding or "utf-8"
-    return codecs.lookup(encoding).name == "utf-8" and fits(text, encoding)
-
-
-def note(text: str) -> None:
-    """A remark for people, on stderr."""
-    LINE.end()
-    coloured = enabled(sys.stderr)
-    text = _for_people(text, sys.stderr)
-    try:
-        click.echo(painted(text) if coloured else text, err=True, color=coloured)
-    except OSError:  # nobody reads it, or the disk is full: a remark that is lost changes no exit code
-        drop(sys.stderr)
-
-
-def remark(text: str) -> None:
-    """A note that has one line to itself, whatever the names and values in it hold."""
-    note(one_line(text))
-
-
-def _for_people(text: str, stream: TextIO) -> str:
-    """Text that hides nothing and orders nothing, also once a code page has replaced some of it."""
-    return without_orders(encodable(printable(text), stream.encoding))
-
-
-def _refuse_orders(text: str) -> None:
-    """Ends the command where a line of a result would be an order to a CI system that reads it; a file is no log."""
-    order = None if set(OBEYING).isdisjoint(os.environ) else first_order(text)
-    if order is None:
-        return
-    try:
-        if stat.S_ISREG(os.fstat(sys.stdout.fileno()).st_mode):
-            return
-    except OSError:  # no file at all
-        pass
-    line = text.count("\n", 0, order.end()) + 1
-    said = f"line {line} of the result would be an order to the CI job that keeps this log"
-    raise click.ClickException(f"{said}; send the result to a file: > FILE")
-
-
-def _put(text: str, *, color: bool) -> None:
-    """Prints; when the reader has gone (as `| head` does) the command goes on, with its files and its exit code."""
-    LINE.end()
-    try:
-        click.echo(encodable(text, sys.stdout.encoding), nl=False, color=color)
-    except BrokenPipeError:
-        drop(sys.stdout)
-
-
-def drop(stream: TextIO) -> None:
-    """Sends what is still to be written to nowhere: Python would complain again when it closes the stream."""
-    os.close(stream.fileno())  # first: no more files may be open than are now
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    if nowhere != stream.fileno():
-        os.dup2(nowhere, stream.fileno())
-        os.close(nowhere)
-
-
-def markdown(text: str) -> None:
-    """A page of documentation: formatted where colour is wanted, as it is elsewhere."""
-    if not enabled(sys.stdout):
-        _put(without_orders(encodable(text, sys.stdout.encoding)), color=False)
-        return
-    import shutil
-    from io import StringIO
-
-    from rich.console import Console
-    from rich.markdown import Markdown
-
-    page, width = StringIO(), min(shutil.get_terminal_size().columns, WIDEST)
-    Console(file=page, force_terminal=True, color_system="standard", legacy_windows=False, width=width).print(
-        Markdown(text)
-    )
-    _put(without_orders(encodable(page.getvalue(), sys.stdout.encoding)), color=True)
-
-
-# --- What is usually done next: one line for a person at a terminal, never for a file, a pipe or CI -------------------
-
-SAFE = re.compile(r"[\w@%+=:,./-]+")
-"""A word that a shell takes as it is."""
-
-
-def next_step(*words: str, quiet: bool = False, fmt: str = "text") -> None:
-    """Names the command that is usually next, ``words`` behind ``pidcfg``."""
-    if quiet or fmt != "text" or "CI" in os.environ or not sys.stderr.isatty():
-        return
-    remark(f"next: pidcfg {' '.join(word if SAFE.fullmatch(word) else _quoted(word) for word in words)}")
-
-
-def _quoted(word: str) -> str:
-    """In double quotes, which every shell knows."""
-    return '"' + word.replace('"', '\\"') + '"'
-
-
-# --- ``--verbose``: what a command has read, left out and taken from elsewhere, on standard error ---------------------
-
-
-class Detail:
-    """What is said with ``--verbose``, and nothing without it."""
-
-    def __init__(self, ctx: click.Context, *, wanted: bool, quiet: bool) -> None:
-        if wanted and quiet:
-            raise click.UsageError("--verbose and --quiet exclude each other", ctx)
-        self.wanted = wanted
-        self._begin = self._last = time.perf_counter()
-        self.say(f"pidcfg {__version__}, Python {platform.python_version()}, {platform.system()}")
-        self.say(*(f"environment: {setting}" for setting in environment.in_force(ctx.command)))
-
-    def say(self, *lines: str) -> None:
-        """Lines for whoever wants to know."""
-        for line in lines if self.wanted else ():
-            remark(line)
-
-    def listed(self, what: str, names: Iterable[str]) -> None:
-        """A line for each name."""
-        self.say(*(f"{what} {name}" for name in names))
-
-    def ran(self, outcome: Outcome) -> None:
-        """What a run read, and how fast it was."""
-        self.say(*(f"read {name}" for name in dict.fromkeys((outcome.file, outcome.config)) if name))
-        now = time.perf_counter()
-        took, self._last = now - self._last, now
-        if outcome.report is not None:
-            duration = outcome.report.duration
-            self.say(f"ran {outcome.file}: {duration:g} s in {took:.2f} s, engine {outcome.report.engine}")
-
-    def end(self) -> None:
-        """How long it took."""
-        self.say(f"took {time.perf_counter() - self._begin:.2f} s")

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import terminal as colour
+from pidcfg.cli.console import note, refused, remark, say
 from pidcfg.cli.inputs import NAMES, READ, STDIN, expand
-from pidcfg.cli.main import Exit, refused, say
-from pidcfg.cli.terminal import LINE, note, remark
+from pidcfg.cli.main import Exit
+from pidcfg.cli.terminal import LINE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

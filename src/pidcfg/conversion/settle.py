@@ -12,7 +12,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from pidcfg.conversion.builder import comparable, harmless, quotient
 from pidcfg.conversion.ledger import KINDS, ConvertError, Missing, Stored, Terms, number_of
 from pidcfg.encoders.codecs import Distance, Position
-from pidcfg.schemas.base import limits_at
+from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.paths import dotted, is_given, put, steps, value_at
 

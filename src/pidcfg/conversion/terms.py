@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from pidcfg.conversion.ledger import shown
 from pidcfg.encoders.decoding import name_in
 from pidcfg.encoders.parameters import units_by_path
-from pidcfg.schemas.base import UNIT_WORDS, Duration, Limits, Minutes, Quantity, Rate, Seconds, unit_text, units_of
+from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Rate, Seconds
 from pidcfg.schemas.expressions import (
     CONSTANT,
     FUNCTIONS,
@@ -25,6 +25,7 @@ from pidcfg.schemas.expressions import (
     lengths_of,
 )
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.limits import Limits, unit_text, units_of
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.diagnostics import path_text
 from pidcfg.text.paths import dotted

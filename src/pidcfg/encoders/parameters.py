@@ -22,7 +22,7 @@ from pidcfg.encoders.image import (
     with_options,
 )
 from pidcfg.encoders.regmap import Misfit
-from pidcfg.schemas.base import SectionSettings, limits_at
+from pidcfg.schemas.base import SectionSettings
 from pidcfg.schemas.document import models_of
 from pidcfg.schemas.iec import (
     AUTOTUNE_MODE,
@@ -41,6 +41,7 @@ from pidcfg.schemas.iec import (
     time_seconds,
     time_text,
 )
+from pidcfg.schemas.limits import limits_at
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import put, steps, value_at
 from pidcfg.text.references import Decision
@@ -53,7 +54,8 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Data, LoopOption
     from pidcfg.encoders.regmap import GainUnit, Rounded
-    from pidcfg.schemas.base import Limits, Model
+    from pidcfg.schemas.base import Model
+    from pidcfg.schemas.limits import Limits
     from pidcfg.text.paths import Path
     from pidcfg.text.references import Basis
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any, Literal
 
-from pidcfg.text.diagnostics import Severity, ordered
+from pidcfg.text.diagnostics import Diagnostic, Severity, ordered
 from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import DISK, Reader
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -128,7 +129,6 @@ class CheckResult:
 def loaded(document: Document) -> LoadResult:
     """A document as typed content."""
     from pidcfg.validate.engine import is_scenario, vendor_of
-    from pidcfg.validate.schema import read_model
 
     if document.data is None:
         return LoadResult(document, document.problems)
@@ -140,6 +140,8 @@ def loaded(document: Document) -> LoadResult:
     vendor, problem = vendor_of(document)
     if vendor is None:
         return LoadResult(document, tuple(ordered([*document.problems, *problem])))
+    from pidcfg.validate.schema import read_model
+
     model, errors = read_model(vendor.model, document)
     findings = ordered([*document.problems, *errors])
     return LoadResult(document, tuple(findings), "configuration", vendor.key, model)
@@ -147,8 +149,6 @@ def loaded(document: Document) -> LoadResult:
 
 def checked(document: Document, limits: Limits, reader: Reader, *, comments: bool) -> CheckResult:
     """All findings of a document; ``comments``: without those that comments in it ignore."""
-    from pidcfg.study.scenario import check_any
-
     findings = check_any(document, limits, reader)
     if not comments or "ignore" not in document.text:
         return CheckResult(document, tuple(findings))
@@ -156,3 +156,30 @@ def checked(document: Document, limits: Limits, reader: Reader, *, comments: boo
 
     rest = suppress(findings, document)
     return CheckResult(document, tuple(ordered(rest.kept)), tuple(rest.ignored))
+
+
+# --- The findings of a file, whether it is a configuration or a scenario ----------------------------------------------
+
+
+def check_any(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diagnostic]:
+    """The findings of a configuration, or of a scenario and what it names."""
+    from pidcfg.validate.engine import check_document, is_scenario
+
+    if is_scenario(doc):
+        from pidcfg.study.scenario import check_scenario
+        from pidcfg.validate.engine import curly_quotes
+
+        return [*check_scenario(doc, limits, reader), *curly_quotes(doc)]
+    checked = check_document(doc, limits)
+    if checked.vendor is None or checked.encoding is None or not checked.encoding.whole or not has_map(doc):
+        return list(checked.findings)
+    from pidcfg.validate.map_files import check_map
+
+    wrong = check_map(doc, checked.vendor, checked.encoding.image, reader, limits)
+    return ordered([*checked.findings, *wrong])
+
+
+def has_map(doc: Document) -> bool:
+    """Whether a configuration names a Modbus map."""
+    plc = (doc.data or {}).get("plc")
+    return isinstance(plc, dict) and "map" in plc

@@ -30,9 +30,9 @@ from pidcfg.text.reader import DISK, SUFFIXES, Reader, may_be_quoted, read_other
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import unusable
-from pidcfg.validate.engine import check_document, is_scenario, stated, with_numbers
-from pidcfg.validate.fixes import key_of, value_of
-from pidcfg.validate.rule import SCENARIO_KINDS
+from pidcfg.validate.engine import check_document, is_scenario
+from pidcfg.validate.own_units import stated, with_numbers
+from pidcfg.validate.rule import SCENARIO_KINDS, key_of, value_of
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS
 
@@ -510,27 +510,3 @@ def _use_words(loaded: Loaded, vendor: Vendor, listing: Listing) -> None:
             loaded.refuse(f"{loaded.config}: {error}", cure)
             return
     loaded.vendor, loaded.image = vendor, listing.image(vendor.key)
-
-
-# --- The findings of a file, whether it is a configuration or a scenario ----------------------------------------------
-
-
-def check_any(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diagnostic]:
-    """The findings of a configuration, or of a scenario and what it names."""
-    if is_scenario(doc):
-        from pidcfg.validate.engine import curly_quotes
-
-        return [*check_scenario(doc, limits, reader), *curly_quotes(doc)]
-    checked = check_document(doc, limits)
-    if checked.vendor is None or checked.encoding is None or not checked.encoding.whole or not has_map(doc):
-        return list(checked.findings)
-    from pidcfg.validate.map_files import check_map
-
-    wrong = check_map(doc, checked.vendor, checked.encoding.image, reader, limits)
-    return ordered([*checked.findings, *wrong])
-
-
-def has_map(doc: Document) -> bool:
-    """Whether a configuration names a Modbus map."""
-    plc = (doc.data or {}).get("plc")
-    return isinstance(plc, dict) and "map" in plc

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
 from bisect import bisect_left, insort
 from collections import Counter
 from copy import deepcopy
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
-from itertools import islice
 from typing import TYPE_CHECKING, Any
-
-from pydantic import ValidationError
 
 from pidcfg.text.diagnostics import Edit, Span
 from pidcfg.text.document import LINE_BREAK, Plain, same_places, span_of
@@ -22,223 +16,13 @@ from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import ignorable, unusable
 from pidcfg.validate.rule import READING, SCHEMA
+from pidcfg.validate.schema import QUOTES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from pydantic import BaseModel
-
     from pidcfg.text.diagnostics import Diagnostic
-    from pidcfg.text.document import Document, Node
-
-# --- What a finding is known by, besides its code: the loop, the key, and the value that is written there -------------
-#
-# Nothing of it follows from the place of the loop in the file, or from what stands at other loops: loops and blocks
-# are called by their names, items without a name are not counted, and a value is brought into one spelling. What
-# stands above all loops (the list of loops, the file) has no value, since every edit would change it.
-
-LOOPS = "loops"
-LONGEST = 80
-"""Characters of a value before its hash stands for it."""
-MOST_DIGITS = 400
-"""Digits of a number that is written out; a longer one stays as it is written."""
-HASH = 16
-"""Hexadecimal digits of a hash."""
-
-
-def loop_name(doc: Document, path: Path) -> str:
-    """The name of the loop that a path is in; empty where it is in none, or the name cannot be read."""
-    loops = (doc.data or {}).get(LOOPS)
-    if len(path) > 1 and path[0] == LOOPS and isinstance(path[1], int) and isinstance(loops, list):
-        return (_name(loops[path[1]]) if path[1] < len(loops) else None) or ""
-    return ""
-
-
-def key_of(doc: Document, path: Path) -> str:
-    """The path below the loop, with names in the place of numbers: ``tuning.reset``, ``blocks[SEL].MV1``."""
-    data: Any = doc.data
-    text, named = "", False
-    for depth, step in enumerate(path):
-        data = _child(data, step)
-        if isinstance(step, str):
-            text += f".{step}"
-            continue
-        name = _name(data)
-        if depth == 1 and path[0] == LOOPS and name:
-            text, named = "", True
-        elif name:
-            text, named = f"{text}[{name}]", True
-        else:
-            text += f"[{step}]" if named else "[]"
-    return text.removeprefix(".")
-
-
-def value_of(doc: Document, path: Path) -> str | None:
-    """What is written at a path, in one spelling; a hash of a mapping and of a long text; None where nothing is."""
-    if not path or path == (LOOPS,):
-        return None
-    data = _at(doc, path)
-    if data is None:
-        return None
-    plain = _plain(data)
-    text = _text(plain)
-    return _hash(text) if isinstance(plain, dict) else shortened(text)
-
-
-def _at(doc: Document, path: Path) -> Any:
-    """What is written at a path; None where nothing is."""
-    data: Any = doc.data
-    for step in path:
-        data = _child(data, step)
-    return data
-
-
-def shortened(text: str) -> str:
-    """A text, or its hash where it is a long one."""
-    return _hash(text) if len(text) > LONGEST else text
-
-
-def _hash(text: str) -> str:
-    return f"sha256:{hashlib.sha256(text.encode('utf-8', 'backslashreplace')).hexdigest()[:HASH]}"
-
-
-def _text(plain: Any) -> str:
-    """Plain data as text: a list of scalars as the file has it, anything else as JSON."""
-    if isinstance(plain, str):
-        return plain
-    if isinstance(plain, list) and all(isinstance(item, str) for item in plain):
-        return f"[{', '.join(plain)}]"
-    return json.dumps(plain, ensure_ascii=False, sort_keys=True)
-
-
-def _child(data: Any, step: str | int) -> Any:
-    """What is one step below; None where nothing is."""
-    if isinstance(data, dict):
-        return data.get(step)
-    return data[step] if isinstance(data, list) and isinstance(step, int) and 0 <= step < len(data) else None
-
-
-def _name(item: Any) -> str | None:
-    """The name of an item of a list."""
-    name = item.get("name") if isinstance(item, dict) else None
-    return str(name) if isinstance(name, str) else None
-
-
-def _plain(data: Any) -> Any:
-    """Data with every scalar in one spelling."""
-    if isinstance(data, dict):
-        return {str(key): _plain(value) for key, value in data.items()}
-    if isinstance(data, list):
-        return [_plain(item) for item in data]
-    return _spelling(str(data))
-
-
-def _spelling(text: str) -> str:
-    """A scalar: numbers without zeros that say nothing, runs of blanks as one."""
-    words = " ".join(text.split())
-    number, blank, unit = words.partition(" ")
-    try:
-        value = Decimal(number)
-    except InvalidOperation:
-        return words
-    if not value.is_finite() or abs(value.adjusted()) > MOST_DIGITS or len(number) > MOST_DIGITS:
-        return words
-    short = f"{value:f}"
-    short = short.rstrip("0").rstrip(".") if "." in short else short
-    return f"{'0' if not value else short}{blank}{unit}"
-
-
-# --- Edits that correct a finding without changing the meaning of the file; `fixes` applies them ----------------------
-
-MOST_KEYS, MOST_TRIES = 200, 30
-"""Unknown keys of one file that are looked at, and how often: each time costs a reading of the whole."""
-QUOTES = "'\""
-UNQUOTED = re.compile(r"[%@`][\w%/.°²³-]*(?=[ \t]*(?:$|[,}\]]|[ \t]#))")
-"""A word that begins with what no value may begin with, up to where any value ends."""
-
-
-def of_quotes(doc: Document, span: Span) -> tuple[Edit, ...]:
-    """Quotes around a value such as ``%``, whose first character begins nothing in YAML."""
-    row = doc.lines[span.line - 1]
-    match = UNQUOTED.match(row, span.column - 1)
-    if match is None or not row[: match.start()].rstrip(" ").endswith((":", "[", ",")):
-        return ()
-    place = Span(span.line, match.start() + 1, span.line, match.end() + 1)
-    return (Edit(place, f'"{match.group()}"'),)
-
-
-def of_value(doc: Document, path: Path, text: str) -> tuple[Edit, ...]:
-    """Another text in the place of a value; none where an alias shares it, or where it takes several lines."""
-    entry = _key_and_value(doc, path)
-    if entry is None or not hasattr(entry[1].event, "value") or entry[1].event.anchor is not None:
-        return ()
-    span = span_of(entry[1].event)
-    return (Edit(span, text),) if span.line == span.end_line else ()
-
-
-def of_key(doc: Document, path: Path, key: str) -> tuple[Edit, ...]:
-    """Another key; quotes stay."""
-    entry = _key_and_value(doc, path)
-    if entry is None or entry[0] is None or entry[0].anchor is not None:
-        return ()
-    span = span_of(entry[0])
-    quote = doc.lines[span.line - 1][span.column - 1 : span.column]
-    return (Edit(span, f"{quote}{key}{quote}" if quote in QUOTES else key),) if span.line == span.end_line else ()
-
-
-def _key_and_value(doc: Document, path: Path) -> tuple[Any, Node] | None:
-    """The event of the key and the node of a value."""
-    node, key = doc.root, None
-    for step in path:
-        entry = node.child(step)
-        if entry is None:
-            return None
-        key, node = entry
-    return key, node
-
-
-def key_edits(
-    new_keys: dict[Path, str], faults: list[Any], model: type[BaseModel], doc: Document
-) -> dict[Path, tuple[Edit, ...]]:
-    """The edits of keys that may be renamed: nothing has the new key yet, and its value is right for it."""
-    uses = Counter((path[:-1], key) for path, key in new_keys.items())
-    new_keys = {path: key for path, key in new_keys.items() if uses[path[:-1], key] == 1}
-    accepted: dict[Path, str] = {}
-    waiting, tries = [new_keys] if new_keys else [], 0
-    while waiting and tries < MOST_TRIES:
-        group, tries = waiting.pop(), tries + 1
-        if _fits(model, doc.data, group, faults):
-            accepted |= group
-        elif len(group) > 1:
-            half = len(group) // 2
-            waiting += [dict(islice(group.items(), half, None)), dict(islice(group.items(), half))]
-    return {path: edits for path, key in accepted.items() if (edits := of_key(doc, path, key))}
-
-
-def _fits(model: type[BaseModel], data: Any, new_keys: dict[Path, str], faults: list[Any]) -> bool:
-    """Whether data with other keys lose faults, and get none that is new."""
-    copy = deepcopy(data)
-    if not all(_rename(copy, path, key) for path, key in new_keys.items()):
-        return False
-    try:
-        model.model_validate(copy)
-    except ValidationError as error:
-        old = {(e["type"], e["loc"]) for e in faults}
-        left = [(e["type"], e["loc"]) for e in error.errors(include_url=False)]
-        return old.issuperset(left) and len(left) <= len(faults) - len(new_keys)
-    return True
-
-
-def _rename(data: Any, path: Path, key: str) -> bool:
-    """Renames one key, wherever an alias shares its mapping; False where the new key is taken or has no value."""
-    parent = value_at(data, path[:-1])
-    if path[-1] not in parent:
-        return key in parent  # renamed through another path to the same mapping
-    if key in parent or parent[path[-1]] is None:
-        return False
-    parent[key] = parent.pop(path[-1])
-    return True
-
+    from pidcfg.text.document import Document
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Corrections with a proof: texts are spliced, every other byte stays, and what was made is read again and compared.

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import options, plots
-from pidcfg.cli import terminal as console
+from pidcfg.cli import console, options, plots
 from pidcfg.cli.commands.simulate import files_of, scenarios_of
 from pidcfg.cli.environment import need
 from pidcfg.cli.formats import report_options
-from pidcfg.cli.formats.reports import render_batches
+from pidcfg.cli.formats.runs import render_batches
 from pidcfg.cli.inputs import FILES, read_inputs
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE, held

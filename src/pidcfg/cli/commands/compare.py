@@ -11,11 +11,11 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli import options as plc_options
+from pidcfg.cli.console import note, remark, show
 from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import usage
-from pidcfg.cli.terminal import note, remark, show
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

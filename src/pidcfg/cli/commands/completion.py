@@ -6,7 +6,7 @@ from importlib.resources import files
 
 import click
 
-from pidcfg.cli.terminal import echo
+from pidcfg.cli.console import echo
 
 SCRIPTS = {
     "bash": "pidcfg.bash",

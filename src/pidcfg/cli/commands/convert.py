@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from pidcfg.cli import options, plots
+from pidcfg.cli.console import echo, echo_json, note, remark
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import VerifyCommand, usage
-from pidcfg.cli.terminal import LINE, echo, echo_json, note, remark
+from pidcfg.cli.terminal import LINE
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -174,7 +175,7 @@ def named(result: ConvertResult, out: str | None) -> ConvertResult:
 
 def put(text: str, out: str | None, written: Collection[str]) -> None:
     """Prints the result that goes to no file, and names the files."""
-    from pidcfg.cli.terminal import next_step
+    from pidcfg.cli.console import next_step
 
     if out is None:
         echo(text)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
+from pidcfg.cli.console import echo, note, remark
 from pidcfg.cli.inputs import listing_fault, read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import refuse_all, usage
-from pidcfg.cli.terminal import echo, note, remark
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
@@ -100,6 +100,6 @@ def command(
         for line in result.notes:
             remark(f"note: {line}")
     if out is not None and not annotate:
-        from pidcfg.cli.terminal import next_step
+        from pidcfg.cli.console import next_step
 
         next_step("validate", out, quiet=quiet)

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from pidcfg.cli import options, plots
+from pidcfg.cli.console import remark
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import VerifyCommand, usage
-from pidcfg.cli.terminal import LINE, remark
+from pidcfg.cli.terminal import LINE
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:

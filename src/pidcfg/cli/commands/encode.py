@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
+from pidcfg.cli.console import echo, echo_json, echo_xml, note, remark
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import refuse_all, usage
-from pidcfg.cli.terminal import echo, echo_json, echo_xml, note, remark
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:

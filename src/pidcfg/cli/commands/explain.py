@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from pidcfg.cli import options
+from pidcfg.cli.console import echo_json, markdown, note, remark, show
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import usage
-from pidcfg.cli.terminal import echo_json, markdown, note, remark, show
 from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NoReturn
 import click
 
 from pidcfg.cli import options
+from pidcfg.cli.console import echo, remark
 from pidcfg.cli.environment import need
-from pidcfg.cli.terminal import echo, remark
 
 if TYPE_CHECKING:
     from pidcfg.text.document import Document
@@ -45,9 +45,9 @@ def command(
 
     'pidcfg init --from' reads such a sheet, or anybody's, back.
     """
+    from pidcfg.cli.console import next_step
     from pidcfg.cli.findings import one_configuration
     from pidcfg.cli.outputs import write_files
-    from pidcfg.cli.terminal import next_step
     from pidcfg.validate.engine import vendor_of
 
     doc = one_configuration(file, limits)

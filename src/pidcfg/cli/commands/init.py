@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.terminal import echo, remark
+from pidcfg.cli.console import echo, remark
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -58,8 +58,8 @@ def command(
     no verdict fails that it does not name. With --from, write a configuration from a sheet of loops; its columns are
     keys of the vendor, or common words such as tag, gain, reset, rate, range low, unit, Sollwert.
     """
+    from pidcfg.cli.console import next_step
     from pidcfg.cli.outputs import write_files
-    from pidcfg.cli.terminal import next_step
 
     if config is not None and (vendor is not None or sheet is not None):
         raise click.UsageError("--scenario goes with neither --vendor nor --from")

@@ -9,8 +9,8 @@ import click
 from pidcfg.cli import options
 from pidcfg.cli import options as plc_options
 from pidcfg.cli.commands.decode import vendor_options
+from pidcfg.cli.console import echo, remark
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal import echo, remark
 from pidcfg.vendors import format_names
 
 if TYPE_CHECKING:

@@ -15,10 +15,11 @@ import click
 
 from pidcfg import __version__
 from pidcfg.cli import options
+from pidcfg.cli.console import echo_xml, note, remark
 from pidcfg.cli.environment import need
 from pidcfg.cli.inputs import FILES, document, note_read, read_entries, read_input
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal import LINE, echo_xml, note, remark
+from pidcfg.cli.terminal import LINE
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import read_settings
 from pidcfg.output.report.content import SourceFile, Units

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.terminal import echo_json, markdown, show
+from pidcfg.cli.console import echo_json, markdown, show
 from pidcfg.text.writer import json_text
 
 if TYPE_CHECKING:

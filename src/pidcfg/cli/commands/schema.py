@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli.terminal import echo_json, show
+from pidcfg.cli.console import echo_json, show
 from pidcfg.output.json_schemas import OUTPUTS, output_schema
 from pidcfg.text.writer import json_text
 from pidcfg.vendors import VENDORS

@@ -9,8 +9,9 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli import options as plc_options
+from pidcfg.cli.console import echo_json, note, show
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal import LINE, echo_json, note, show
+from pidcfg.cli.terminal import LINE
 
 if TYPE_CHECKING:
     from pidcfg.text.reader import Limits

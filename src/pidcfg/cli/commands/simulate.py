@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options, plots, watch
+from pidcfg.cli.console import Detail, remark
 from pidcfg.cli.environment import need
 from pidcfg.cli.formats import report_options
-from pidcfg.cli.formats.reports import render_runs
+from pidcfg.cli.formats.runs import render_runs
 from pidcfg.cli.inputs import FILES, STDIN, document, name_of, note_read, read_input, read_inputs
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal import LINE, Detail, remark
+from pidcfg.cli.terminal import LINE
 from pidcfg.text.diagnostics import Severity
 
 if TYPE_CHECKING:
@@ -150,7 +151,7 @@ def _nothing_to_run(paths: Sequence[str], plot: Sequence[str], *, quiet: bool) -
 
 def _next_step(outcome: Outcome, *, quiet: bool, fmt: str) -> None:
     """After one run: the words for the PLC, or a look at what went wrong."""
-    from pidcfg.cli.terminal import next_step
+    from pidcfg.cli.console import next_step
 
     if outcome.passed:
         next_step("encode", outcome.config, quiet=quiet, fmt=fmt)

@@ -13,9 +13,10 @@ from pidcfg.cli import options
 from pidcfg.cli import options as plc_options
 from pidcfg.cli import terminal as colour
 from pidcfg.cli.commands.decode import vendor_options
+from pidcfg.cli.console import remark
 from pidcfg.cli.main import Exit
 from pidcfg.cli.outputs import place, refuse_read
-from pidcfg.cli.terminal import LINE, remark, watched
+from pidcfg.cli.terminal import LINE, watched
 from pidcfg.pictures.characters import fits, lines
 from pidcfg.pictures.chart import Chart, Line, Panel
 

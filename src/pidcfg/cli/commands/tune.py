@@ -9,10 +9,10 @@ import click
 from click.core import ParameterSource
 
 from pidcfg.cli import options, plots
+from pidcfg.cli.console import echo_json, remark, show
 from pidcfg.cli.inputs import STDIN
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import usage
-from pidcfg.cli.terminal import echo_json, remark, show
 from pidcfg.text.writer import json_text
 from pidcfg.tuning.rules import METHODS, TuningError
 from pidcfg.vendors import VENDORS

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli import options, settings, watch
+from pidcfg.cli.console import Detail, echo, note, remark
 from pidcfg.cli.formats import findings as statistics
 from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings, summary
 from pidcfg.cli.inputs import STDIN, gather, left_out, reasons
 from pidcfg.cli.main import Exit
 from pidcfg.cli.settings import EXCLUDES
-from pidcfg.cli.terminal import Detail, echo, note, progress, remark
+from pidcfg.cli.terminal import progress
 from pidcfg.text.diagnostics import Diagnostic, Severity
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def command(
     report_options.refuse_inputs(reports, read)
     printed = statistics.fmt_of(ctx, fmt) if counted else fmt
     if fix or diff:
-        from pidcfg.cli.policy import fixing, refuse_options
+        from pidcfg.cli.corrections import fixing, refuse_options
 
         refuse_options(ctx, reports)
         inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
@@ -134,7 +135,7 @@ def _hides(ctx: click.Context, left: Triage, shown: Findings, gathered: Sequence
 
 def _next_step(documents: Sequence[Document], findings: Sequence[Diagnostic], *, quiet: bool, fmt: str) -> None:
     """After one file: what its first error means, or how it behaves."""
-    from pidcfg.cli.terminal import next_step
+    from pidcfg.cli.console import next_step
 
     worst = next((d for d in findings if d.severity is Severity.ERROR), None)
     if worst is not None:

@@ -43,7 +43,8 @@ def formats_of(command: str) -> tuple[str, ...]:
 
 def load(name: str) -> Format:
     """A format, whose module is imported only now."""
-    loaded: Format = getattr(import_module(f"{__name__}.reports"), name.upper())
+    module = "runs" if name == "junit" else "reports"
+    loaded: Format = getattr(import_module(f"{__name__}.{module}"), name.upper())
     return loaded
 
 
@@ -73,7 +74,7 @@ class Kind(Enum):
 
 @frozen
 class Format:
-    """A format; `reports` has one for each row of `FORMATS`, under its name in capitals."""
+    """A format; `reports`, or `runs` for JUnit, has one for each row of `FORMATS`, under its name in capitals."""
 
     purpose: str
     """Who reads it, for the table of docs/output-formats.md."""

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
+from pidcfg.cli.console import echo_json, echo_xml, note, show, show_lines, show_orders
 from pidcfg.cli.formats import Kind, formats_of, load
 from pidcfg.cli.inputs import identity, one_file, was_read
-from pidcfg.cli.terminal import echo_json, echo_xml, note, show, show_lines, show_orders
 from pidcfg.text.signs import printable
 
 if TYPE_CHECKING:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from pidcfg.encoders.dpide.image import points
 from pidcfg.encoders.dpide.st_read import read_st
 from pidcfg.encoders.dpide.st_scope import read_symbols
 from pidcfg.encoders.dpide.st_write import write_st
@@ -21,16 +20,21 @@ from pidcfg.encoders.dpide.symbols import (
     write_symbols,
 )
 from pidcfg.encoders.listing import FileKind, columns
-from pidcfg.encoders.maps.dpide import OUTSIDE, WRITTEN_BY_AUTOTUNE
-from pidcfg.encoders.modbus_map import map_kind, symbol_rows
+from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS, WRITTEN, WRITTEN_BY_AUTOTUNE
+from pidcfg.encoders.modbus_map import Point, Symbols, map_kind, symbol_rows
 from pidcfg.encoders.parameter_files import parameter_listings
+from pidcfg.encoders.regmap import writer_of
 from pidcfg.encoders.structured_text import opening
-from pidcfg.schemas.dpide import place_of
+from pidcfg.schemas.dpide import BIT, BITS, FLAG, REGISTER, place_of
+from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
 
+    from pidcfg.encoders.modbus_map import Device
+    from pidcfg.encoders.parameters import Program
     from pidcfg.schemas.dpide import DpideFile, Loop
+
 
 OFFERED = ("PV", "MV", "PID_RUN", "PID_MAN", "PID_MODE")
 """Operands that run, and that a trend or an operator wants."""
@@ -124,3 +128,64 @@ def _without_device(loop: Loop) -> list[str]:
     """Operands that the PLC may write and that have no device in the file."""
     written = [*OUTSIDE, *(WRITTEN_BY_AUTOTUNE if loop.PID_MODE == 1 else ()), *(["MOUT"] if loop.MOUT_AUTO else [])]
     return [name for name in written if name != "I_MV" and name not in loop.devices.given()]
+
+
+# --- Where the operands of DPIDE may stand in a Delta AS: those with a device, and those that a map names -------------
+
+D895 = Decision(
+    895,
+    "an AS is asked for at most 100 words or 256 bits at once",
+    "Requests to a Delta AS are that short, also to those that take more.",
+    "Delta's AS Series manual, appendix B.2 (Function Codes and Number of Devices Supported): 1 to 100 words of D, and "
+    "1 to 256 bits with firmware 1.06.00, below the protocol's 125 and 2000. The DPIDE manual says nothing of Modbus.",
+)
+SIGNALS = {"PV": "PV", "SV": "SP", "MV": "OUT"}
+"""Operands that are columns of a trend."""
+MODE_KEYS = ("PID_RUN", "PID_MAN", "PID_MODE")
+MOST = {"coil": 256, "discrete": 256, "holding": 100, "input": 100}
+"""What one request may ask of an AS (D895)."""
+LITERALS = True
+"""An operand without a device is a number of the program."""
+
+
+def mode_of(values: Mapping[str, Any]) -> str:
+    """The mode that these operands make."""
+    if not values["PID_RUN"]:
+        return "off"
+    if values["PID_MODE"] == 1:
+        return "autotune"
+    return "manual" if values["PID_MAN"] else "auto"
+
+
+def device_of(text: str) -> Device | None:
+    """The bank of a device and its number: bits of words count one after the other, ``X1.0`` behind ``X0.15``."""
+    if REGISTER.fullmatch(text):
+        return "D", int(text.removeprefix("D"))
+    if match := FLAG.fullmatch(text):
+        return match.group(1), int(match.group(2))
+    if (match := BIT.fullmatch(text)) and int(match.group(3)) < BITS:
+        return f"{match.group(1)}.", int(match.group(2)) * BITS + int(match.group(3))
+    return None
+
+
+def points(program: Program) -> Symbols:
+    """All operands of the loops of a program."""
+    found = {point.name: point for entry in program.settings for point in _of_loop(program, entry)}
+    return Symbols("a device or an operand of DPIDE", found, frozenset(ROWS), device_of)
+
+
+def _of_loop(program: Program, entry: object) -> Iterator[Point]:
+    settings = LOOPS.settings.model_validate(entry)
+    loop = settings.loop  # type: ignore[attr-defined]  # every vendor's settings have it
+    devices = settings.devices.given() | {"I_MV": settings.device}  # type: ignore[attr-defined]  # those of DPIDE
+    held = {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
+    values = {row.name: held.get(row.name, row.type.default) for row in DPIDE_TABLE.rows}
+    for row in DPIDE_TABLE.rows:
+        writer = writer_of(WRITTEN, row.name, values)
+        runs = writer is not None and writer.kind == "live"
+        device = devices.get(row.name, "")
+        is_setting = row.name in held and not runs
+        is_placed = bool(device)
+        yield Point(
+            f"{loop}.{row.name}", row.type, loop, is_setting and is_placed, is_setting and not is_placed, device
+        )

@@ -6,19 +6,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, NEEDED, ROWS, TUNED, WRITTEN
-from pidcfg.encoders.modbus_map import Point, Symbols
+from pidcfg.encoders.maps.dpide import LOOPS, NEEDED, TUNED
 from pidcfg.encoders.parameters import Elsewhere
-from pidcfg.encoders.regmap import LoopTuning, writer_of
-from pidcfg.schemas.dpide import BIT, BITS, FLAG, LONGEST_CYCLE, REGISTER, SHORTEST_CYCLE
-from pidcfg.text.references import Decision
+from pidcfg.encoders.regmap import LoopTuning
+from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from pidcfg.encoders.image import Decoded
-    from pidcfg.encoders.modbus_map import Device
-    from pidcfg.encoders.parameters import Content, Program
+    from pidcfg.encoders.parameters import Content
     from pidcfg.schemas.dpide import DpideFile, Loop
     from pidcfg.schemas.iec import Wire
 
@@ -74,64 +71,3 @@ def tuning_of(config: DpideFile, loop: Loop) -> LoopTuning:
         sample_time=seconds,
         derivative_share=seconds / (float(loop.Tf) + seconds),
     )
-
-
-# --- Where the operands of DPIDE may stand in a Delta AS: those with a device, and those that a map names -------------
-
-D895 = Decision(
-    895,
-    "an AS is asked for at most 100 words or 256 bits at once",
-    "Requests to a Delta AS are that short, also to those that take more.",
-    "Delta's AS Series manual, appendix B.2 (Function Codes and Number of Devices Supported): 1 to 100 words of D, and "
-    "1 to 256 bits with firmware 1.06.00, below the protocol's 125 and 2000. The DPIDE manual says nothing of Modbus.",
-)
-SIGNALS = {"PV": "PV", "SV": "SP", "MV": "OUT"}
-"""Operands that are columns of a trend."""
-MODE_KEYS = ("PID_RUN", "PID_MAN", "PID_MODE")
-MOST = {"coil": 256, "discrete": 256, "holding": 100, "input": 100}
-"""What one request may ask of an AS (D895)."""
-LITERALS = True
-"""An operand without a device is a number of the program."""
-
-
-def mode_of(values: Mapping[str, Any]) -> str:
-    """The mode that these operands make."""
-    if not values["PID_RUN"]:
-        return "off"
-    if values["PID_MODE"] == 1:
-        return "autotune"
-    return "manual" if values["PID_MAN"] else "auto"
-
-
-def device_of(text: str) -> Device | None:
-    """The bank of a device and its number: bits of words count one after the other, ``X1.0`` behind ``X0.15``."""
-    if REGISTER.fullmatch(text):
-        return "D", int(text.removeprefix("D"))
-    if match := FLAG.fullmatch(text):
-        return match.group(1), int(match.group(2))
-    if (match := BIT.fullmatch(text)) and int(match.group(3)) < BITS:
-        return f"{match.group(1)}.", int(match.group(2)) * BITS + int(match.group(3))
-    return None
-
-
-def points(program: Program) -> Symbols:
-    """All operands of the loops of a program."""
-    found = {point.name: point for entry in program.settings for point in _of_loop(program, entry)}
-    return Symbols("a device or an operand of DPIDE", found, frozenset(ROWS), device_of)
-
-
-def _of_loop(program: Program, entry: object) -> Iterator[Point]:
-    settings = LOOPS.settings.model_validate(entry)
-    loop = settings.loop  # type: ignore[attr-defined]  # every vendor's settings have it
-    devices = settings.devices.given() | {"I_MV": settings.device}  # type: ignore[attr-defined]  # those of DPIDE
-    held = {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
-    values = {row.name: held.get(row.name, row.type.default) for row in DPIDE_TABLE.rows}
-    for row in DPIDE_TABLE.rows:
-        writer = writer_of(WRITTEN, row.name, values)
-        runs = writer is not None and writer.kind == "live"
-        device = devices.get(row.name, "")
-        is_setting = row.name in held and not runs
-        is_placed = bool(device)
-        yield Point(
-            f"{loop}.{row.name}", row.type, loop, is_setting and is_placed, is_setting and not is_placed, device
-        )

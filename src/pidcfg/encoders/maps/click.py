@@ -26,7 +26,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.references import CLICK, CLICK_HELP, Decision
 
 if TYPE_CHECKING:
-    from pidcfg.schemas.base import Limits
+    from pidcfg.schemas.limits import Limits
 
 # --- CLICK registers: tables only, offsets in decimal as the help prints them -----------------------------------------
 #

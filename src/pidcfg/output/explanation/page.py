@@ -12,8 +12,9 @@ from pidcfg.encoders.codecs import Choice, DecodeError, Position, before_root
 from pidcfg.encoders.image import Block, Encoding, no_registers
 from pidcfg.encoders.parameters import read
 from pidcfg.encoders.regmap import decode_one, scale_of
-from pidcfg.schemas.base import Limits, Quantity, limits_at, unit_text, units_of
+from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.document import field_texts, models_in, models_of
+from pidcfg.schemas.limits import Limits, limits_at, unit_text, units_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import path_text
 from pidcfg.text.paths import has_key, steps, value_at

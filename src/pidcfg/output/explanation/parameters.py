@@ -21,8 +21,8 @@ from pidcfg.output.explanation.page import (
     limits_text,
     whole,
 )
-from pidcfg.schemas.base import SIDES, limits_at, unit_text, units_of
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.limits import SIDES, limits_at, unit_text, units_of
 from pidcfg.schemas.numbers import decimal_text
 
 if TYPE_CHECKING:

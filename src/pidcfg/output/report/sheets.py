@@ -34,8 +34,9 @@ from pidcfg.output.report.content import (
     word_before_root,
 )
 from pidcfg.output.report.content import cell as cell_of
-from pidcfg.schemas.base import Quantity, Rate, unit_text, units_of
+from pidcfg.schemas.base import Quantity, Rate
 from pidcfg.schemas.iec import Wire
+from pidcfg.schemas.limits import unit_text, units_of
 from pidcfg.text.diagnostics import ordered, path_text
 from pidcfg.text.paths import steps, value_at
 from pidcfg.text.signs import one_line

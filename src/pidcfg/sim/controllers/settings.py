@@ -14,7 +14,8 @@ from pydantic_core import PydanticCustomError
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, register_content, shown, store
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word, encode_one
-from pidcfg.schemas.base import SIDES, Quantity, parse_flag, parse_seconds
+from pidcfg.schemas.base import Quantity, parse_flag, parse_seconds
+from pidcfg.schemas.limits import SIDES
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
 from pidcfg.text.paths import dotted
 from pidcfg.text.references import Decision

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 from pydantic import BaseModel
 
-from pidcfg.schemas.base import SIDES, Limits, unit_text, units_of
+from pidcfg.schemas.limits import SIDES, Limits, unit_text, units_of
 from pidcfg.schemas.numbers import MAX_DIGITS, decimal_text
 from pidcfg.text.paths import value_at
 from pidcfg.text.references import Decision
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Encoding
     from pidcfg.encoders.regmap import Misfit, Rounded
     from pidcfg.text.paths import Path
-    from pidcfg.validate.rule import Context
+    from pidcfg.validate.ideas import Context
 
 D06 = Decision(
     6,

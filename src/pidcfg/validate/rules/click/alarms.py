@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import CLICK, Decision
 from pidcfg.validate import ideas as alarms
-from pidcfg.validate.ideas import PV_POINTS, alarm_beyond, neighbours_out_of_order
-from pidcfg.validate.rule import Finding, Findings, error, info, number_text, per_loop, value_or_switch, warning
+from pidcfg.validate.ideas import PV_POINTS, alarm_beyond, neighbours_out_of_order, number_text, value_or_switch
+from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.click.signals import effective, written
 
 if TYPE_CHECKING:

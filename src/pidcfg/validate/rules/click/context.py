@@ -16,8 +16,7 @@ from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.click import ClickFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Extent, extents_of
-from pidcfg.validate.rule import Context, Pair, View, complete, with_unit
+from pidcfg.validate.ideas import Context, Extent, Pair, View, complete, extents_of, with_unit
 
 PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""

@@ -10,8 +10,8 @@ from pidcfg.schemas.click import EFFECT, ERRORS
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import CLICK, Decision
-from pidcfg.validate.ideas import NUMBERS, outside_limits
-from pidcfg.validate.rule import Findings, error, info, number_text, per_loop, value_or_switch, warning
+from pidcfg.validate.ideas import NUMBERS, number_text, outside_limits, value_or_switch
+from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_LIMIT, LoopView
 
 # --- The process variable: its range and its filter -------------------------------------------------------------------

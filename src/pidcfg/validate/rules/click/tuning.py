@@ -7,7 +7,8 @@ from decimal import Decimal
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import CLICK, Decision
 from pidcfg.validate import ideas as alarms
-from pidcfg.validate.rule import Findings, checklist, error, info, number_text, per_loop, value_or_switch, warning
+from pidcfg.validate.ideas import number_text, value_or_switch
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_INTEGRAL, NO_LIMIT, LoopView
 from pidcfg.validate.rules.click.signals import effective, written
 

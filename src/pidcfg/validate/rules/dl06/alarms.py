@@ -10,8 +10,8 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate import ideas as alarms
-from pidcfg.validate.ideas import PV_POINTS, alarm_beyond, neighbours_out_of_order
-from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, value_or_switch, warning
+from pidcfg.validate.ideas import PV_POINTS, alarm_beyond, neighbours_out_of_order, value_or_switch
+from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.context import LoopView, counts_text
 
 # --- Alarm points: their order in counts, what is missing, and set points and rates that do not fit them --------------

@@ -31,7 +31,7 @@ from pidcfg.schemas.base import v_name
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.rule import Context, View, complete
+from pidcfg.validate.ideas import Context, View, complete
 
 if TYPE_CHECKING:
     from pidcfg.schemas.base import Quantity

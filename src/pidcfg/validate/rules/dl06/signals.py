@@ -10,8 +10,8 @@ from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.schemas.numbers import EXACT, decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate import ideas as alarms
-from pidcfg.validate.ideas import PV_POINTS
-from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, value_or_switch, warning
+from pidcfg.validate.ideas import PV_POINTS, value_or_switch
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import LoopView

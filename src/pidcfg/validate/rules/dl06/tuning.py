@@ -10,7 +10,8 @@ from pidcfg.encoders.dl06.image import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DL06, Decision
-from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, value_or_switch, warning
+from pidcfg.validate.ideas import value_or_switch
+from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
 from pidcfg.validate.rules.dl06.context import NINES
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from pidcfg.encoders.maps.dpide import LOOPS
 from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.rule import Context, View, with_unit
+from pidcfg.validate.ideas import Context, View, with_unit
 
 
 @frozen

@@ -10,8 +10,8 @@ from pidcfg.encoders.maps.dpide import REMARKS, ROWS, TABLE, WRITTEN_BY_AUTOTUNE
 from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE, Place, place_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DPIDE, Decision
-from pidcfg.validate.ideas import at_both, in_words, outside_limits, sharing
-from pidcfg.validate.rule import Findings, checklist, error, info, number_text, per_loop, warning, with_unit
+from pidcfg.validate.ideas import at_both, in_words, number_text, outside_limits, sharing, with_unit
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,8 +9,8 @@ from pidcfg.encoders.maps.dpide import D255, REMARKS, TABLE
 from pidcfg.schemas.iec import Timed
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DPIDE, Decision
-from pidcfg.validate.ideas import spoken_of
-from pidcfg.validate.rule import Findings, checklist, error, info, number_text, per_loop, warning
+from pidcfg.validate.ideas import number_text, spoken_of
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dpide.context import LoopView

@@ -16,8 +16,7 @@ from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.ezlogix import REGISTERS, EzlogixFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Extent, extents_of
-from pidcfg.validate.rule import Context, View, complete, with_unit
+from pidcfg.validate.ideas import Context, Extent, View, complete, extents_of, with_unit
 
 if TYPE_CHECKING:
     from pidcfg.encoders.codecs import Scale

@@ -12,8 +12,8 @@ from pidcfg.schemas.ezlogix import CV_FULL, D150
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import EZLOGIX, Decision
-from pidcfg.validate.ideas import NUMBERS, at_both, outside_limits
-from pidcfg.validate.rule import Findings, checklist, error, info, number_text, per_loop, warning, with_unit
+from pidcfg.validate.ideas import NUMBERS, at_both, number_text, outside_limits, with_unit
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -10,7 +10,8 @@ from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import EZLOGIX, Decision
-from pidcfg.validate.rule import Findings, checklist, error, info, number_text, per_loop, warning
+from pidcfg.validate.ideas import number_text
+from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.signals import looks_like_percent
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from pidcfg.encoders.generic.image import D299, D302, D303
 from pidcfg.schemas.generic import D280
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.signs import nearest
-from pidcfg.validate.ideas import PV_POINTS, at_both, outside_limits, rings
-from pidcfg.validate.rule import Findings, error, number_text, per_loop, warning
+from pidcfg.validate.ideas import PV_POINTS, at_both, number_text, outside_limits, rings
+from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
-from pidcfg.validate.ideas import at_both, in_words, rings
-from pidcfg.validate.rule import Findings, checklist, error, info, number_text, per_pid, warning
+from pidcfg.validate.ideas import at_both, in_words, number_text, rings
+from pidcfg.validate.rule import Findings, checklist, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import D218, SELECTORS, Link, fault_of
 
 if TYPE_CHECKING:

@@ -6,12 +6,13 @@ from decimal import ROUND_HALF_EVEN, Decimal
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from pidcfg.schemas.base import limits_at
 from pidcfg.schemas.iec import INT
+from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.nextopid import D201, SHORTEST_INTEGRAL
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
-from pidcfg.validate.rule import Finding, Findings, error, info, number_text, per_pid, warning
+from pidcfg.validate.ideas import number_text
+from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import D208, ON_OFF, BlockView, NextopidContext, all_known
 
 if TYPE_CHECKING:

@@ -1,0 +1,136 @@
+"""``validate --fix`` and ``--diff``: corrected files, written whole or not at all."""
+
+from __future__ import annotations
+
+import tempfile
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from click.core import ParameterSource
+
+from pidcfg.cli import settings
+from pidcfg.cli.console import hand_on, note, remark
+from pidcfg.cli.inputs import FILES, STDIN, UNNAMED, document
+from pidcfg.cli.main import Exit
+from pidcfg.cli.options import named
+from pidcfg.cli.outputs import difference, print_patch, replace_files
+from pidcfg.cli.policy import Rules, count, read_baseline
+from pidcfg.cli.terminal import progress
+from pidcfg.output.findings import check_any
+from pidcfg.text.diagnostics import number_of, ordered
+from pidcfg.text.source import read_document
+from pidcfg.validate.catalog import unusable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from pidcfg.cli.formats.report_options import Report
+    from pidcfg.cli.inputs import Input
+    from pidcfg.text.diagnostics import Diagnostic
+    from pidcfg.text.document import Document
+    from pidcfg.text.reader import Limits
+    from pidcfg.validate.fixes import Fixed
+
+
+# --- ``validate --fix`` and ``--diff``: corrected files, written whole or not at all ----------------------------------
+
+
+def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Context) -> list[Input]:
+    """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
+    diff, quiet = ctx.params["diff"], ctx.params["quiet"]
+    piped = [entry for entry in inputs if entry.piped]
+    asked = ctx.get_parameter_source("fmt") is not ParameterSource.DEFAULT  # a CI job's own format is nobody's wish
+    if piped and not diff and (len(inputs) > 1 or (asked and ctx.params["fmt"] != "text")):
+        raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
+    work = progress((_corrected(entry, limits, rules, ctx) for entry in inputs), "correcting", len(inputs))
+    done = list(zip(inputs, work, strict=True))
+    changed = [(entry, fixed) for entry, fixed in done if fixed.data != entry.data]
+    corrected = [fixed for _, fixed in changed if fixed.fixed]
+    total = f"{count(sum(len(f.fixed) for f in corrected), 'finding')} in {count(len(corrected), 'file')}"
+    if diff:
+        print_patch("".join(difference(_shown(entry), entry.data, fixed.data) for entry, fixed in changed))
+        if not quiet:
+            note(f"{total} would be corrected")
+        unread = any(unusable(d) for _, fixed in done for d in fixed.left)
+        ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if corrected else Exit.OK)
+    if piped:
+        hand_on(done[0][1].data)
+    else:
+        replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changed})
+    if not quiet:
+        for entry, fixed in changed:
+            remark(f"{entry.name}: {_tally(fixed)}")
+        note(f"{total} corrected")
+    return [replace(entry, data=fixed.data) for entry, fixed in done]
+
+
+def _shown(entry: Input) -> str:
+    """A name in the header of a patch."""
+    return STDIN if entry.name == UNNAMED else entry.name
+
+
+def _tally(fixed: Fixed) -> str:
+    """How many findings of which code were corrected."""
+    tally = sorted(Counter(d.code for d in fixed.fixed).items(), key=lambda row: number_of(row[0]))
+    if not tally:
+        return "codes in comments are written as they are called now"
+    return f"corrected {', '.join(f'{n} x {code}' for code, n in tally)}"
+
+
+def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
+    """Ends the command where an option would go unheard, or a report could not be written after the corrections."""
+    named = [f"--{name}-baseline" for name in ("create", "shrink") if ctx.params[name]]
+    named += ["--report-output"] * bool(reports)
+    named += ["--format"] * (ctx.get_parameter_source("fmt") is ParameterSource.COMMANDLINE)
+    if ctx.params["diff"] and named:
+        raise click.UsageError(f"--diff prints a patch and nothing else, so it takes no {' or '.join(named)}", ctx)
+    baseline = ctx.params["baseline"]
+    if ctx.params["fix"] and baseline is not None and Path(baseline).exists() == ctx.params["create"]:
+        there = "exists and only shrinks" if ctx.params["create"] else "is not there; --create-baseline makes it"
+        raise click.ClickException(f"{baseline} {there}; nothing was corrected")
+    if ctx.params["fix"] and baseline is not None and not ctx.params["create"]:
+        try:
+            read_baseline(baseline)
+        except click.ClickException as error:
+            raise click.ClickException(f"{error.message}; nothing was corrected") from None
+    for report in reports:
+        try:
+            with tempfile.TemporaryFile(dir=Path(report.path).resolve().parent):
+                pass
+        except OSError as error:
+            reason = f"cannot write {report.path}: {error.strerror}"
+            raise click.ClickException(f"{reason}; nothing was corrected") from None
+
+
+def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -> Fixed:
+    """One input with its corrections."""
+    from pidcfg.validate.baseline import suppress
+    from pidcfg.validate.fixes import Fixed, Fixer
+
+    def check(doc: Document) -> list[Diagnostic]:
+        return ordered(suppress(check_any(doc, limits, FILES), doc).kept)
+
+    if entry.problem is not None:
+        return Fixed(entry.data, (), tuple(check(document(entry, limits))))
+    ignore = [*rules.ignore, *settings.of(ctx).ignored_in(entry.name)]
+    fixer = Fixer(
+        lambda data: read_document(data, entry.name, limits), check, lambda d: named(d.code, rules.select, ignore)
+    )
+    fixed = fixer.fix(entry.data)
+    if any(map(unusable, fixed.left)):
+        return fixed
+    return _with_current_codes(fixed, lambda code: named(code, rules.select, ignore), entry.name, limits)
+
+
+def _with_current_codes(fixed: Fixed, wanted: Callable[[str], bool], name: str, limits: Limits) -> Fixed:
+    """A corrected file whose comments name the wanted codes as they are called now; no finding belongs to that."""
+    from pidcfg.validate.baseline import former_codes
+    from pidcfg.validate.fixes import same, splice
+
+    doc = read_document(fixed.data, name, limits)
+    edits = [edit for _, edit in former_codes(doc) if wanted(edit.text)]
+    data = fixed.data.replace(doc.text.encode(), splice(doc.text, edits).encode())
+    return replace(fixed, data=data) if edits and same(read_document(data, name, limits).data, doc.data) else fixed
