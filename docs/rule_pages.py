@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 from pidcfg.output.explanation.lookup import placed_decisions
-from pidcfg.validate.catalog import GROUPS, former, page, rules
+from pidcfg.validate.catalog import GROUPS, page, rules
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -46,8 +46,8 @@ A line of the checklist is right as it stands and wants a look at the plant: `pi
 `validate` does not.
 
 A code begins with the prefix of its vendor ({prefixes}), or with `PID` where it is about any file or every
-vendor. `--select DL` chooses one vendor's rules, `--select PID` all there are. Codes from before the prefixes
-(`PID242`, now `DL242`) [are understood](living-with-findings.md#old-codes) until 1.0.
+vendor. `--select DL` chooses one vendor's rules, `--select PID` all there are. A code that no rule has
+is refused, with the one that is probably meant: `PID242` with `DL242`.
 """
 DECISIONS = """\
 # Decisions
@@ -65,7 +65,7 @@ def rule_pages() -> dict[str, str]:
     """The index of all rules, and a page a group."""
     pages = {"rules.md": index()}
     for group in GROUPS:
-        sections = "\n".join(f"{former_heading(rule)}#{page(rule)}" for rule in rules_of(group))
+        sections = "\n".join(f"#{page(rule)}" for rule in rules_of(group))
         pages[f"rules-{group}.md"] = (
             f"# {title(group)}\n\n{ABOUT.get(group, '')} [All rules](rules.md) stand in one list.\n\n{sections}"
         )
@@ -89,20 +89,8 @@ def index() -> str:
         text += f"\n## {title(group)}\n\n| code | severity | what is wrong |\n|---|---|---|\n"
         for rule in rules_of(group):
             link = f'<a id="{rule.code.lower()}"></a>[{rule.code}](rules-{group}.md#{anchor(rule)})'
-            text += f"| {former_anchor(rule)}{link} | {rule.kind} | {rule.title} |\n"
+            text += f"| {link} | {rule.kind} | {rule.title} |\n"
     return text
-
-
-def former_anchor(rule: Rule) -> str:
-    """Where links lead that know a rule by its code from before every vendor had a prefix."""
-    code = former(rule.code)
-    return "" if code == rule.code else f'<a id="{code.lower()}"></a>'
-
-
-def former_heading(rule: Rule) -> str:
-    """Where links lead that know a rule's heading with its former code."""
-    name = f"{former(rule.code).lower()}-{rule.name}-{rule.severity.label}"
-    return "" if name == anchor(rule) else f'<a id="{name}"></a>\n\n'
 
 
 def anchor(rule: Rule) -> str:

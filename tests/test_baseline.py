@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 from collections import Counter
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -16,10 +14,7 @@ from living_rig import GOOD, run
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, number_of
 from pidcfg.text.source import read_document
 from pidcfg.validate.baseline import (
-    Baseline,
     Entry,
-    FormerEntry,
-    SecondEntry,
     compare,
     enters,
     entry,
@@ -34,16 +29,15 @@ from pidcfg.validate.rule import value_of
 TWICE = living_rig.TWICE + "    bias_freeze: true\n"
 KNOWN = "known.json"
 ROW = (
-    '{"version": 2, "findings": [{"file": "a.yaml", "code": "DL242", "severity": "error", "loop": "A", '
-    '"key": "alarms.pv.low", "value": null, "count": 1}]}'
+    '{"version": 3, "findings": [{"file": "a.yaml", "code": "DL242", "severity": "error", "loop": "A", '
+    '"key": "alarms.pv.low", "value": null, "quotes": null, "count": 1}]}'
 )
 
 
-def counts(version, entries):
+def counts(entries):
     """A baseline with entries that stand for 600,000 findings each."""
-    quotes = {"quotes": None} if version == 3 else {}
-    row = {**json.loads(ROW)["findings"][0], **quotes, "count": 600_000}
-    return json.dumps({"version": version, "findings": [row] * entries})
+    row = {**json.loads(ROW)["findings"][0], "count": 600_000}
+    return json.dumps({"version": 3, "findings": [row] * entries})
 
 
 def document(text):
@@ -182,19 +176,17 @@ def test_paths_are_seen_from_the_baseline(validate, tmp_path, monkeypatch, capsy
         ('{"version": 4, "findings": []}', "version 3"),
         ('{"version": true, "findings": []}', "version 3"),
         ('{"version": [], "findings": []}', "version 3"),
-        ('{"version": 2, "findings": 3}', "version 3"),
         ('{"version": 3, "findings": [{"code": "DL242"}]}', "key, value, quotes (value and quotes: text or null)"),
-        (ROW.replace('"version": 2', '"version": 3').replace("null", '"15", "quotes": 3'), "text or null"),
-        ('{"version": 1, "findings": [{"code": "DL242"}]}', "findings[0] must have the texts code"),
-        ('{"version": 2, "findings": ["DL242"]}', "findings[0] must have the texts file"),
+        (ROW.replace('"quotes": null', '"quotes": 3'), "text or null"),
+        ('{"version": 3, "findings": 3}', "version 3"),
+        ('{"version": 3, "findings": ["DL242"]}', "findings[0] must have the texts file"),
         (ROW.replace('"count": 1', '"count": 0'), "a count above 0"),
         (ROW.replace('"count": 1', '"count": true'), "a count above 0"),
         (ROW.replace('"count": 1', '"count": 1000000000000'), "a count above 0"),
         (ROW.replace('"value": null', '"value": 15'), "text or null"),
         (ROW.replace('"loop": "A"', '"loop": null'), "must have the texts"),
         ("[" * 100_000, "not JSON"),
-        (counts(3, 2), "more than 1000000 findings"),
-        (counts(2, 2), "more than 1000000 findings"),
+        (counts(2), "more than 1000000 findings"),
     ],
 )
 def test_a_baseline_that_cannot_be_read_is_unusable_input(validate, tmp_path, text, words):
@@ -235,11 +227,6 @@ ENTRIES = st.lists(
     ),
     max_size=8,
 )
-ROWS = st.lists(
-    st.builds(FormerEntry, CODES, st.just("error"), st.just("a"), st.just("x"), st.text(max_size=4))
-    | st.builds(SecondEntry, st.just("a"), CODES, st.just("error"), st.just("A"), st.just("x"), VALUES),
-    max_size=3,
-)
 
 
 @given(st.lists(FOUND, max_size=8), ENTRIES, st.sets(st.sampled_from(["a", "b"])), st.booleans())
@@ -263,145 +250,24 @@ def test_a_baseline_only_shrinks_and_loses_no_finding(found, entries, checked, a
     assert again.stale == []
 
 
-@given(ENTRIES, ROWS)
-def test_a_baseline_reads_back_as_it_was_written(entries, former):
-    text = to_text(Baseline(entries, former))
-    read = from_text(text)
-    assert Counter(read.entries) == Counter(entries)
-    assert Counter(read.former) == Counter(former)
-    assert to_text(Baseline(entries[::-1], former[::-1])) == text
-    first = [row for row in former if isinstance(row, FormerEntry)]
-    rows = len(set(entries)) + len(first) + len(set(former) - set(first))
+@given(ENTRIES)
+def test_a_baseline_reads_back_as_it_was_written(entries):
+    text = to_text(entries)
+    assert Counter(from_text(text)) == Counter(entries)
+    assert to_text(entries[::-1]) == text
+    rows = len(set(entries))
     assert text.count("\n") == (rows + 5 if rows else 4), "an entry is a line"
 
 
-# --- the first format -------------------------------------------------------------------------------------------------
-
-
-def second(tmp_path, *drop):
-    """The baseline that is there, as the second format had it."""
-    data = json.loads((tmp_path / KNOWN).read_text("utf-8"))
-    rows = [{key: row[key] for key in row if key != "quotes"} for row in data["findings"] if row["code"] not in drop]
-    (tmp_path / KNOWN).write_text(json.dumps({"version": 2, "findings": rows}), "utf-8")
-
-
-def test_a_baseline_of_the_second_format_is_renewed_with_one_message(validate, tmp_path):
-    validate("a.yaml", "--create-baseline")
-    made = (tmp_path / KNOWN).read_bytes()
-    second(tmp_path)
-    first = validate("a.yaml", "--strict")
-    assert (first.code, first.out) == (0, "")
-    assert first.err.splitlines()[0].startswith(f"{KNOWN}: 3 entries of a former format renewed: ")
-    assert (tmp_path / KNOWN).read_bytes() == made
-    assert "renewed" not in validate("a.yaml", "--strict").err
-
-
-def test_a_row_of_the_second_format_knows_one_finding_and_no_other_value(validate, tmp_path):
-    validate("a.yaml", "--create-baseline")
-    second(tmp_path, "DL254")
-    (tmp_path / "a.yaml").write_text(TWICE.replace("low: 15, high: 15", "low: 16, high: 15"), "utf-8")
-    rows = json.loads(validate("a.yaml", "--format", "json").out)["findings"]
-    assert [(d["code"], d["path"]) for d in rows if d["code"] != "PID048"] == [("DL254", "loops[0].alarms.hysteresis")]
-    gone = [d for d in rows if d["code"] == "PID048"]
-    assert [d["message"] for d in gone] == ["DL242 no longer occurs in a.yaml at A alarms.pv.low: 15"]
-    row = (tmp_path / KNOWN).read_text("utf-8").splitlines()[gone[0]["line"] - 1]
-    assert '"value": "15", "count": 1' in row
-    assert "1 entry removed" in validate("a.yaml", "--shrink-baseline").err
-    assert len(rows_of(tmp_path / KNOWN)) == 1
-
-
-def test_rows_of_the_second_format_whose_file_is_not_checked_wait(validate, tmp_path):
-    (tmp_path / "b.yaml").write_text(TWICE, "utf-8")
-    validate("a.yaml", "b.yaml", "--create-baseline")
-    second(tmp_path)
-    assert validate("a.yaml", "--strict").code == 0
-    assert {row["file"] for row in rows_of(tmp_path / KNOWN) if "quotes" not in row} == {"b.yaml"}
-    assert "3 entries" in validate("b.yaml", "--strict").err
-    assert all("quotes" in row for row in rows_of(tmp_path / KNOWN))
-
-
-FORMER = Path(__file__).parent / "data" / "former-baseline"
-"""Files and their baseline as version 0.2 wrote it, when one finding stood for several loops."""
-
-
-@pytest.fixture
-def former(monkeypatch, capsysbinary, tmp_path):
-    """The command in a folder with a baseline of the first format."""
-    for source in FORMER.iterdir():
-        (tmp_path / source.name).write_bytes(source.read_bytes())
-    monkeypatch.chdir(tmp_path)
-    return lambda *args: run(monkeypatch, capsysbinary, *(args or ["plant.yaml"]), "--baseline", KNOWN)
-
-
-def rows_of(path):
-    return json.loads(path.read_text("utf-8"))["findings"]
-
-
-def test_a_baseline_of_the_first_format_is_renewed_with_one_message(former, tmp_path):
-    assert len(rows_of(tmp_path / KNOWN)) == 8
-    first = former("plant.yaml", "--strict")
-    assert (first.code, first.out) == (0, "")
-    assert first.err.splitlines()[0].startswith(f"{KNOWN}: 8 entries of a former format renewed: ")
-    assert len(first.err.splitlines()) == 2
-    assert {row["loop"] for row in rows_of(tmp_path / KNOWN) if row["code"] == "DL211"} == {"FIC", "TIC", "LIC", "PIC"}
-    assert {row["loop"] for row in rows_of(tmp_path / KNOWN) if row["code"] == "DL292"} == {"LIC", "PIC"}
-    renewed = (tmp_path / KNOWN).read_bytes()
-    again = former("plant.yaml", "--strict")
-    assert (again.code, again.out) == (0, "")
-    assert "renewed" not in again.err
-    assert (tmp_path / KNOWN).read_bytes() == renewed
-
-
-def test_rows_of_files_that_are_not_checked_wait(former, tmp_path):
-    (tmp_path / "other.yaml").write_text((tmp_path / "plant.yaml").read_text("utf-8"), "utf-8")
-    data = json.loads((tmp_path / KNOWN).read_text("utf-8"))
-    data["findings"] += [{**row, "file": "other.yaml"} for row in data["findings"]]
-    (tmp_path / KNOWN).write_text(json.dumps(data), "utf-8")
-    assert former("plant.yaml", "--strict").code == 0
-    rows = rows_of(tmp_path / KNOWN)
-    assert {row["file"] for row in rows if "message" in row} == {"other.yaml"}
-    assert "7 entries" in former("other.yaml", "--strict").err
-    assert not any("message" in row for row in rows_of(tmp_path / KNOWN))
-    assert former(".", "--strict").code == 0
-
-
-def test_a_row_of_the_first_format_knows_no_other_value_and_no_other_loop(former, tmp_path):
-    text = (tmp_path / "plant.yaml").read_text("utf-8")
-    loop = text[text.index("  - name: FIC") : text.index("  - name: TIC")].replace("FIC", "NEW")
-    (tmp_path / "plant.yaml").write_text(text.replace("low: 15, high", "low: 14, high") + loop, "utf-8")
-    rows = json.loads(former("plant.yaml", "--format", "json").out)["findings"]
-    assert {(d["code"], d["loop"]) for d in rows} == {
-        ("DL211", "NEW"),
-        ("DL231", "NEW"),
-        ("DL242", "TIC"),
-        ("PID048", ""),
-    }
-
-
-def test_a_row_that_named_other_loops_knows_them_when_the_first_has_changed(former, tmp_path):
-    text = (tmp_path / "plant.yaml").read_text("utf-8").replace("reset: 3}", "reset: 3.5}")
-    (tmp_path / "plant.yaml").write_text(text, "utf-8")
-    rows = json.loads(former("plant.yaml", "--format", "json").out)["findings"]
-    assert {(d["code"], d["loop"]) for d in rows} == {("DL211", "FIC")}
-
-
-def test_a_row_that_knows_nothing_any_more_is_reported_and_removed(former, tmp_path):
-    text = (tmp_path / "plant.yaml").read_text("utf-8").replace("slot: 2, channel: 3}}", "slot: 2, channel: 5}}", 1)
-    (tmp_path / "plant.yaml").write_text(text, "utf-8")
-    found = former()
-    number = next(i for i, line in enumerate((tmp_path / KNOWN).read_text("utf-8").splitlines(), 1) if "DL292" in line)
-    assert f"{KNOWN}:{number}:5: warning PID048: DL292 no longer occurs in plant.yaml at loops[PIC]" in found.out
-    assert "1 entry removed" in former("plant.yaml", "--shrink-baseline").err
-    assert former("plant.yaml", "--strict").code == 0
-
-
-def test_a_read_only_baseline_of_the_first_format_is_used_as_it_is(former, tmp_path, monkeypatch):
-    before = (tmp_path / KNOWN).read_bytes()
-    monkeypatch.setattr(os, "access", lambda *_: False)
-    found = former("plant.yaml", "--strict")
-    assert (found.code, found.out) == (0, "")
-    assert f"{KNOWN} is read-only" in found.err
-    assert (tmp_path / KNOWN).read_bytes() == before
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_baseline_of_a_former_version_is_refused_with_its_cure_and_stays(validate, tmp_path, version):
+    (tmp_path / KNOWN).write_text(f'{{"version": {version}, "findings": []}}', "utf-8")
+    for option in ("--strict", "--shrink-baseline"):
+        found = validate("a.yaml", option)
+        assert found.code == 2
+        told = f"a baseline of version {version}; this pidcfg reads version 3; a new one is made with --create-baseline"
+        assert f"{KNOWN}:1:1: {told}" in found.err
+    assert json.loads((tmp_path / KNOWN).read_text("utf-8")) == {"version": version, "findings": []}
 
 
 def test_a_mapping_is_known_by_all_that_it_holds():

@@ -213,7 +213,7 @@ def test_byte_order_mark_and_crlf_are_fine(reactor):
 def test_select_ignore_severity_and_strict(reactor):
     changed(reactor, "gain: 0.80", "gain: 120")
     assert run("validate", str(reactor), "--ignore", "PID101").returncode == 0
-    assert run("validate", str(reactor), "--select", "PID2").returncode == 0
+    assert run("validate", str(reactor), "--select", "DL2").returncode == 0
     assert run("validate", str(reactor), "--select", "PID1").returncode == 1
     changed(reactor, "gain: 120", "gain: 0.80")
     assert run("validate", str(reactor), "--strict").returncode == 1
@@ -448,7 +448,7 @@ def test_rule_explains_and_suggests():
 
 
 def test_rules_are_listed_by_the_beginning_of_their_code():
-    every, some = (run("rule", *code).stdout.decode().splitlines() for code in ((), ("pid24",)))
+    every, some = (run("rule", *code).stdout.decode().splitlines() for code in ((), ("dl24",)))
     assert some == [line for line in every if line.startswith("DL24")]
     assert len(json.loads(run("rule", "DL24", "--format", "json").stdout)["rules"]) == len(some) > 5
     assert "no rule begins with PIX" in run("rule", "PIX").stderr.decode()

@@ -21,7 +21,6 @@ from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS, format_names
 
 ROOT = Path(__file__).parents[1]
-LOOPS = ["FIC-102", "TIC-101", "LIC-103"]
 
 
 def in_shell(name: str):
@@ -47,8 +46,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture
 def hostile(folder):
     """A folder with names that a shell would run, split or take for options."""
-    names = "[{name: '$(touch PWNED)'}, {name: TIC 101}, {name: '`x`'}, {name: 'a;b'}, {name: [1]}, {name: 7}]"
-    (folder / "e.yaml").write_text(f"pidcfg: 1\nvendor: dl06\nloops: {names}\n", "utf-8")
+    (folder / "e.yaml").write_text("pidcfg: 1\nvendor: dl06\nloops: []\n", "utf-8")
     (folder / "e.scenario.yaml").write_text("pidcfg: 1\nscenario: e\nconfig: e.yaml\n", "utf-8")
     for name in ("-x.yaml", "~x.yaml", "$(touch PWNED).yaml"):
         (folder / name).write_text("pidcfg: 1\n", "utf-8")
@@ -119,31 +117,6 @@ def test_formats_and_their_files(folder, offered):
     assert offered("pidcfg validate --limit file_") == ["file_bytes="]
 
 
-def test_loops_of_the_files_on_the_line(folder, complete):
-    """Read from configurations, and from those that scenarios run; what cannot be read has none."""
-    root = click.Context(cli, obj=["simulate", "reactor.scenario.yaml", "--plot-loop"])
-    found = candidates.loops(click.Context(cli, parent=root), "")
-    assert [item.value for item in found] == LOOPS
-    assert list(candidates.loop_names("my loops.yaml")) == ["A", "B"]
-    for name in ("broken.yaml", "reads.txt", "none.yaml", "loops"):
-        assert list(candidates.loop_names(name)) == []
-
-
-def test_loop_options_of_any_command_complete_to_loops(folder, monkeypatch, complete):
-    """Whatever a command calls it: the table names the parameters; a flag takes no value."""
-
-    @click.command("simulate")
-    @click.argument("paths", nargs=-1)
-    @click.option("--plot-loop", "plot_loops", multiple=True)
-    @click.option("--loop", is_flag=True)
-    def command(**_: object) -> None:
-        """A stand-in."""
-
-    monkeypatch.setattr(cli, "get_command", lambda *_: candidates.completed(command))
-    assert complete("pidcfg simulate reactor.scenario.yaml --plot-loop T") == "plain,TIC-101\n"
-    assert complete("pidcfg simulate --loop rea") == "path,reactor.scenario.yaml\n"
-
-
 def test_what_goes_wrong_is_silent(folder, monkeypatch, complete):
     monkeypatch.setattr(candidates, "titles", lambda: 1 / 0)
     assert complete("pidcfg rule ").strip() == ""
@@ -169,16 +142,10 @@ except SystemExit as end:
     assert not end.code
 print([name for name in ("pydantic", "rich", "ruamel") if name in sys.modules])
 """
-    for line in ("pidcfg ", "pidcfg validate --", "pidcfg validate --select PID2"):
+    for line in ("pidcfg ", "pidcfg validate --", "pidcfg validate --select DL2"):
         environment = {**os.environ, "COMP_WORDS": line, COMPLETE: "zsh_complete"}
         run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
         assert run.stdout.splitlines()[-1] == "[]"
-
-
-def test_what_is_no_name_for_a_loop_is_not_offered(hostile, offered):
-    """A shell might run it: names are letters, digits, blanks and a few signs, as in every configuration."""
-    assert offered("pidcfg simulate e.scenario.yaml --plot-loop ") == ["TIC 101", "7"]
-    assert offered("pidcfg simulate --plot-loop=") == []
 
 
 def test_files_that_look_like_options_or_homes_are_named_from_here(hostile, offered):
@@ -186,12 +153,6 @@ def test_files_that_look_like_options_or_homes_are_named_from_here(hostile, offe
     assert offered("pidcfg validate ./-") == ["./-x.yaml"]
     assert offered("pidcfg validate x.yaml --output json=-") == ["json=-x.yaml"]
     assert "json=./-x.yaml" in offered("pidcfg validate x.yaml --output json=")
-
-
-def test_explain_offers_the_loops_of_the_configuration(folder, complete):
-    assert complete("pidcfg explain --in reactor.yaml TI") == "part,TIC-101.\n"
-    assert complete("pidcfg explain --in=reactor.yaml TI") == "part,TIC-101.\n"
-    assert "plain,PID101" in complete("pidcfg explain PID10")
 
 
 def test_formats_are_those_of_the_file_s_vendor(folder, offered):
@@ -232,9 +193,6 @@ def test_powershell_gets_every_quote_twice(folder, complete):
     """It takes typographic ones for the end of a text as well."""
     (folder / "o\u2019; calc ;\u2018.yaml").write_text("pidcfg: 1\n", "utf-8")
     assert complete("pidcfg validate o", "powershell") == "path\n'o\u2019\u2019; calc ;\u2018\u2018.yaml'\n_\n"
-    (folder / "reactor.yaml").write_text("pidcfg: 1\nloops: [{name: TIC 101}]\n", "utf-8")
-    line = "pidcfg explain --in reactor.yaml T"
-    assert complete(line, "powershell") == "part\n'TIC 101.'\n_\n"
 
 
 def test_powershell_gets_ascii(complete):
@@ -254,7 +212,7 @@ BASH = """
 compopt() { :; }  # works while a person types only
 eval "$(pidcfg completion bash)"
 complete -p pidcfg
-for COMP_LINE in 'pidcfg simulate re' 'pidcfg validate --format=js' 'FOO=1 pidcfg rule PID24'; do
+for COMP_LINE in 'pidcfg simulate re' 'pidcfg validate --format=js' 'FOO=1 pidcfg rule DL24'; do
     COMP_POINT=${#COMP_LINE}
     _pidcfg pidcfg
     printf '%s\\n' "${COMPREPLY[*]}"
@@ -270,7 +228,7 @@ def test_bash(folder, environment):
         "complete -o nosort -F _pidcfg pidcfg",
         "reactor.scenario.yaml",
         "json",
-        " ".join(rules("PID24")),
+        " ".join(rules("DL24")),
     ]
 
 
@@ -324,9 +282,6 @@ echo ready''now
 @pytest.mark.parametrize(
     ("typed", "line"),
     [
-        ("simulate e.scenario.yaml --plot-loop T", r"simulate e.scenario.yaml --plot-loop TIC\ 101 "),
-        ("simulate e.scenario.yaml --plot-loop $", "simulate e.scenario.yaml --plot-loop $ "),
-        ("explain --in e.yaml 'T", "explain --in e.yaml 'TIC 101.'"),
         ("validate '$", "validate '$(touch PWNED).yaml' "),
         ("validate \\$", r"validate \$\(touch\ PWNED\).yaml "),
     ],
@@ -391,11 +346,11 @@ def test_fish(folder, environment):
 @in_shell("fish")
 def test_fish_quotes_what_it_inserts(hostile, environment):
     script = "pidcfg completion fish | source; for line in $argv; complete --escape -C $line; end"
-    lines = ["pidcfg simulate e.scenario.yaml --plot-loop T", "pidcfg validate \\$"]
+    lines = ["pidcfg validate my", "pidcfg validate \\$"]
     run = subprocess.run(
         ["fish", "--no-config", "-c", script, "--", *lines], env=environment, capture_output=True, text=True, check=True
     )
-    assert run.stdout.splitlines() == [r"TIC\ 101", r"\$\(touch\ PWNED\).yaml"]
+    assert run.stdout.splitlines() == [r"my\ loops.yaml", r"\$\(touch\ PWNED\).yaml"]
 
 
 ZSH = """
@@ -420,8 +375,6 @@ while zpty -r z line; do :; done
         ("pidcfg validate my", r"pidcfg validate my\ loops.yaml "),
         ("pidcfg simulate lo", "pidcfg simulate loops/"),
         ("pidcfg validate --format=js", "pidcfg validate --format=json "),
-        ("pidcfg simulate e.scenario.yaml --plot-loop T", r"pidcfg simulate e.scenario.yaml --plot-loop TIC\ 101 "),
-        ("pidcfg explain --in e.yaml 'TIC 1", "pidcfg explain --in e.yaml 'TIC 101."),
         (r"pidcfg validate \$", r"pidcfg validate \$\(touch\ PWNED\).yaml "),
     ],
 )

@@ -545,7 +545,7 @@ def test_diff_of_what_cannot_be_read_is_unusable_input(validate, tmp_path):
 def test_select_and_ignore_choose_what_is_corrected(validate, tmp_path):
     validate("a.yaml", "--fix", "--ignore", "PID020")
     assert (tmp_path / "a.yaml").read_bytes() == WRONG.replace("v2000", "V2000").encode()
-    validate("a.yaml", "--fix", "--select", "PID2")
+    validate("a.yaml", "--fix", "--select", "DL2")
     assert b"rseet" in (tmp_path / "a.yaml").read_bytes()
     (tmp_path / "pidcfg.toml").write_text("[per-file-ignores]\n'a.yaml' = ['PID02']\n", "utf-8")
     validate("a.yaml", "--fix")

@@ -218,7 +218,7 @@ def test_what_tune_prints_of_a_record(folder):
 
 def test_what_rule_prints():
     assert len(run("output-rule")["rules"]) > 300
-    assert run("output-rule", "PID24")["rules"]
+    assert run("output-rule", "DL24")["rules"]
     assert run("output-rule", "DL242")["code"] == "DL242"
 
 

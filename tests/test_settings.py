@@ -46,9 +46,9 @@ def put(folder, text, name="pidcfg.toml"):
     ("name", "text"),
     [
         ("pidcfg.toml", 'ignore = ["DL242"]\n'),
-        ("pyproject.toml", '[project]\nname = "x"\n[tool.pidcfg]\nignore = ["pid24"]\n'),
-        ("pyproject.toml", '[tool]\npidcfg.ignore = ["PID2"]\n'),
-        ("pyproject.toml", 'tool = {pidcfg = {ignore = ["PID2"]}}\n'),
+        ("pyproject.toml", '[project]\nname = "x"\n[tool.pidcfg]\nignore = ["dl24"]\n'),
+        ("pyproject.toml", '[tool]\npidcfg.ignore = ["DL2"]\n'),
+        ("pyproject.toml", 'tool = {pidcfg = {ignore = ["DL2"]}}\n'),
     ],
 )
 def test_settings_are_found_upward_to_the_root_of_the_repository(project, validate, where, name, text):
@@ -127,21 +127,21 @@ def test_every_example_of_a_key_is_accepted_and_has_an_effect_on_show_settings(p
 @pytest.mark.parametrize(
     ("text", "place", "words"),
     [
-        ('strict = true\nselct = ["PID2"]\n', "2:1", "unknown key 'selct'; did you mean select?"),
+        ('strict = true\nselct = ["DL2"]\n', "2:1", "unknown key 'selct'; did you mean select?"),
         ("per_file_ignores = {}\n", "1:1", "did you mean per-file-ignores?"),
         ("strict = 1\n", "1:1", "strict must be true or false, not 1"),
         (f"strict = 0x{'f' * 3600}\n", "1:1", "not a number of too many digits"),
         (f"severity = 0x{'f' * 3600}\n", "1:1", "severity is a number of too many digits"),
         (f"severity = [0x{'f' * 3600}]\n", "1:1", "severity is a number of too many digits"),
         (f"strict = {'9' * 4000}\n", "1:1", f"not {'9' * 60}…; write"),
-        ('ignore = "PID2"\n', "1:1", "ignore must be a list of codes"),
-        ('ignore = [\n  "PID2",\n  "PID977",\n]\n', "3:4", "no rule begins with 'PID977'"),
+        ('ignore = "DL2"\n', "1:1", "ignore must be a list of codes"),
+        ('ignore = [\n  "DL2",\n  "PID977",\n]\n', "3:4", "no rule begins with 'PID977'"),
         ('ignore = [""]\n', "1:", "no rule begins with ''"),
         ('severity = "warn"\n', "1:1", "severity is 'warn', not one of error, warning, info; did you mean warning?"),
         ('format = "xml"\n', "1:1", "not one of text"),
-        ("[per-file-ignores]\n'a/*' = ['PID2']\n'b/*' = ['PIDX']\n", "3:11", "no rule begins with 'PIDX'"),
-        ("[per-file-ignores]\n'a\\b' = ['PID2']\n", "2:2", "forward slashes"),
-        ("per-file-ignores = ['PID2']\n", "1:1", "must be a table"),
+        ("[per-file-ignores]\n'a/*' = ['DL2']\n'b/*' = ['PIDX']\n", "3:11", "no rule begins with 'PIDX'"),
+        ("[per-file-ignores]\n'a\\b' = ['DL2']\n", "2:2", "forward slashes"),
+        ("per-file-ignores = ['DL2']\n", "1:1", "must be a table"),
         ('exclude = "old/"\n', "1:1", "exclude must be a list of patterns"),
         ('exclude = [\n  "a/",\n  "../b/",\n]\n', "3:4", "'../b/' leads out of the folder"),
         ("exclude = ['a\\b']\n", "1:13", "forward slashes"),
@@ -265,7 +265,7 @@ def test_the_schema_for_editors_agrees_with_the_command():
     assert set(schema["properties"]) == set(KEYS)
     for key, row in KEYS.items():
         jsonschema.validate(tomllib.loads(f"{key} = {row.example}\n"), schema)
-    for wrong in ({"selct": []}, {"strict": 1}, {"ignore": "PID2"}, {"severity": "warn"}, {"per-file-ignores": []}):
+    for wrong in ({"selct": []}, {"strict": 1}, {"ignore": "DL2"}, {"severity": "warn"}, {"per-file-ignores": []}):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(wrong, schema)
 
@@ -303,14 +303,14 @@ def test_paths_with_different_settings_are_refused_in_any_order(project, validat
 
 
 def test_patterns_reach_no_file_outside(project, validate, tmp_path):
-    put(project, "[per-file-ignores]\n'*.yaml' = ['PID2']\n")
+    put(project, "[per-file-ignores]\n'*.yaml' = ['DL2']\n")
     (project.parent / "b.yaml").write_text(TWICE, "utf-8")
     config = ("--config", project / "pidcfg.toml")
     assert validate(project.parent / "b.yaml", *config).code == 1
     assert validate(project / "loops/a.yaml", *config).code == 0
-    put(project, "[per-file-ignores]\n'./a.yaml' = ['PID2']\n")
+    put(project, "[per-file-ignores]\n'./a.yaml' = ['DL2']\n")
     assert validate(project / "loops/a.yaml").code == 1
-    put(project, "[per-file-ignores]\n'../b.yaml' = ['PID2']\n")
+    put(project, "[per-file-ignores]\n'../b.yaml' = ['DL2']\n")
     found = validate(project / "loops/a.yaml")
     assert found.code == 2
     assert "pidcfg.toml:2:2: '../b.yaml' leads out of the folder" in found.err

@@ -104,7 +104,7 @@ def test_a_comment_ignores_the_codes_it_names_on_its_line_and_no_others():
     [
         "# pidcfg: ignore[DL242, DL254] why",
         "#pidcfg:ignore[DL242,DL254] why",
-        "# PIDCFG: Ignore [pid242 , DL254]why",
+        "# PIDCFG: Ignore [dl242 , DL254]why",
         "# pidcfg: ignore[DL242,DL254] why # later",
     ],
 )

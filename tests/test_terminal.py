@@ -129,7 +129,7 @@ def test_what_stands_out(line, pieces):
     [
         ["validate", MISTAKES],
         ["validate", MISTAKES, "--format", "concise"],
-        ["rule", "PID2"],
+        ["rule", "DL2"],
         ["diff", REACTOR, MISTAKES.replace("mistakes", "dl06")],
     ],
 )

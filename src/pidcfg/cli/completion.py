@@ -20,7 +20,7 @@ from pidcfg.text.reader import DEFAULT, SUFFIXES, Limits, read_file
 from pidcfg.vendors import VENDORS, format_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from pidcfg.vendors import Vendor
 
@@ -156,13 +156,12 @@ def register() -> None:
         add_completion_class(shell)
 
 
-# --- What completes a word that is typed: files by what they hold, rule codes with their titles, names of loops -------
+# --- What completes a word that is typed: files by what they hold, rule codes with their titles -----------------------
 #
 # Rows name the parameter that they are for; a command needs to know nothing of it. Nothing here complains: a file
-# that cannot be read has no loops.
+# that cannot be read says nothing.
 
 SCENARIO = re.compile(rb"^(?:\xef\xbb\xbf)?scenario\s*:", re.MULTILINE)
-CONFIG = re.compile(r"^config\s*:\s*[\"']?([^\"'#\n]+?)[\"']?\s*(?:#.*)?$", re.MULTILINE)
 HEAD = 65_536
 """Bytes of a file in which its kind is looked for."""
 OTHERWISE_READ = ("-", "~")
@@ -283,21 +282,10 @@ def report_files(ctx: click.Context, typed: str) -> Items:
     return [CompletionItem(f"{name}=", type="part") for name in names if name.startswith(typed)]
 
 
-def loops(ctx: click.Context, typed: str) -> Items:
-    """The names of the loops of the files on the line, and of those that its scenarios run."""
-    names = dict.fromkeys(name for word in words_before(ctx) for name in loop_names(word))
-    return [CompletionItem(name) for name in names if name.startswith(typed)]
-
-
 def words_before(ctx: click.Context) -> list[str]:
     """The words on the line before the one that is typed; of ``--option=VALUE`` the value."""
     words: list[str] = ctx.find_root().obj or []
     return [word.partition("=")[2] or word if word.startswith("--") else word for word in words]
-
-
-def explained(ctx: click.Context, typed: str) -> Items:
-    """Rule codes, and ``LOOP.`` for the loops of the configuration on the line."""
-    return codes(ctx, typed) + [CompletionItem(f"{loop.value}.", type="part") for loop in loops(ctx, typed)]
 
 
 def formats(ctx: click.Context, typed: str) -> Items:
@@ -305,32 +293,6 @@ def formats(ctx: click.Context, typed: str) -> Items:
     vendor = next(filter(None, map(_vendor, words_before(ctx))), None)
     names = vendor.load("format_names") if vendor is not None else format_names()
     return [CompletionItem(name) for name in names if name.startswith(typed)]
-
-
-def loop_names(name: str) -> Iterator[str]:
-    """The loops of a configuration, or of a scenario's configuration; none of what cannot be read."""
-    path = Path(name)
-    config = CONFIG.search(_head(path).decode("utf-8", "replace")) if is_scenario(path) else None
-    if config is not None:
-        path = path.parent / config.group(1)
-    yield from _names(path)
-
-
-def _names(path: Path) -> Iterable[str]:
-    """What the entries of ``loops`` are called; what is no name for a loop could be anything."""
-    loops = _read(path).get("loops")
-    named = [loop.get("name") for loop in loops if isinstance(loop, dict)] if isinstance(loops, list) else []
-    return [name for name in map(_name, named) if name]
-
-
-def _name(value: object) -> str | None:
-    """A loop's name as configurations may have it, or None."""
-    from pidcfg.schemas.base import parse_name
-
-    try:
-        return parse_name(value)
-    except ValueError:
-        return None
 
 
 def _vendor(name: str) -> Vendor | None:
@@ -366,9 +328,7 @@ SOURCES: dict[tuple[str, str], Source] = {
     ("*", "ignore"): codes,
     ("*", "limits"): limit_names,
     ("*", "reports"): report_files,
-    ("*", "loop"): loops,
-    ("*", "plot_loops"): loops,
-    ("explain", "things"): explained,
+    ("explain", "things"): codes,
     ("encode", "fmt"): formats,
     ("*", "config"): configuration_file,
     **{("*", name): any_file for name in ("into", "from_csv", "resume", "baseline", "plot", "csv", "xlsx", "out")},

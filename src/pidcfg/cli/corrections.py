@@ -25,7 +25,7 @@ from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import unusable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from pidcfg.cli.formats.report_options import Report
     from pidcfg.cli.inputs import Input
@@ -75,8 +75,6 @@ def _shown(entry: Input) -> str:
 def _tally(fixed: Fixed) -> str:
     """How many findings of which code were corrected."""
     tally = sorted(Counter(d.code for d in fixed.fixed).items(), key=lambda row: number_of(row[0]))
-    if not tally:
-        return "codes in comments are written as they are called now"
     return f"corrected {', '.join(f'{n} x {code}' for code, n in tally)}"
 
 
@@ -119,18 +117,4 @@ def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -
     fixer = Fixer(
         lambda data: read_document(data, entry.name, limits), check, lambda d: named(d.code, rules.select, ignore)
     )
-    fixed = fixer.fix(entry.data)
-    if any(map(unusable, fixed.left)):
-        return fixed
-    return _with_current_codes(fixed, lambda code: named(code, rules.select, ignore), entry.name, limits)
-
-
-def _with_current_codes(fixed: Fixed, wanted: Callable[[str], bool], name: str, limits: Limits) -> Fixed:
-    """A corrected file whose comments name the wanted codes as they are called now; no finding belongs to that."""
-    from pidcfg.validate.baseline import former_codes
-    from pidcfg.validate.fixes import same, splice
-
-    doc = read_document(fixed.data, name, limits)
-    edits = [edit for _, edit in former_codes(doc) if wanted(edit.text)]
-    data = fixed.data.replace(doc.text.encode(), splice(doc.text, edits).encode())
-    return replace(fixed, data=data) if edits and same(read_document(data, name, limits).data, doc.data) else fixed
+    return fixer.fix(entry.data)

@@ -14,7 +14,6 @@ from pidcfg.cli.inputs import UNNAMED
 from pidcfg.text.diagnostics import ordered
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import read_file
-from pidcfg.validate.catalog import unusable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from pidcfg.cli.settings import Settings
     from pidcfg.text.diagnostics import Diagnostic, Severity
     from pidcfg.text.document import Document
-    from pidcfg.validate.baseline import Baseline, Ignored
+    from pidcfg.validate.baseline import Entry, Ignored
 
 # --- The triage of findings: what is reported, what comments, settings or a baseline set aside, and remarks on it -----
 
@@ -106,8 +105,7 @@ def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Doc
     """The findings without those that comments ignore, file by file."""
     if not any("ignore" in doc.text for doc in documents.values()):
         return Triage(list(findings))
-    from pidcfg.cli.options import remark
-    from pidcfg.validate.baseline import former_codes, suppress
+    from pidcfg.validate.baseline import suppress
 
     by_file: dict[str, list[Diagnostic]] = {file: [] for file in documents}
     result = Triage([d for d in findings if d.file not in by_file])
@@ -115,8 +113,6 @@ def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Doc
         by_file.get(d.file, []).append(d)
     for file, of_file in by_file.items():
         outcome = suppress(of_file, documents[file])
-        for former, edit in () if any(map(unusable, of_file)) else former_codes(documents[file]):
-            remark(former.upper(), edit.text)
         result.kept += ordered(outcome.kept) if len(outcome.kept) != len(of_file) or outcome.ignored else of_file
         result.ignored += outcome.ignored
     return result
@@ -143,71 +139,24 @@ def _with_baseline(
         result.known = [d for d in result.kept if baseline.enters(d) and d.file != UNNAMED]
         new_ids = {id(d) for d in result.known}
         result.kept = [d for d in result.kept if id(d) not in new_ids]
-        text = baseline.to_text(baseline.Baseline([baseline.entry(d, file_of) for d in result.known]))
+        text = baseline.to_text(baseline.entry(d, file_of) for d in result.known)
         _write(name, text, "--create-baseline")
         result.remarks.append(f"{name}: {count(len(result.known), 'finding')} written")
         return
-    known, text = read_baseline(name)
-    if known.former:
-        known, text = _renewed(known, text, name, all_findings, file_of, result.remarks)
-    files = {e.file for e in known.entries} | {row.file for row in known.former}
+    entries, text = read_baseline(name)
+    files = {e.file for e in entries}
     checked_files = {file_of(file) for file in documents} | {file for file in files if not (folder / file).exists()}
-    compared = baseline.compare(all_findings, is_selected, known.entries, checked_files, file_of)
+    compared = baseline.compare(all_findings, is_selected, entries, checked_files, file_of)
     result.kept, result.known = compared.new, compared.known
-    read_files = baseline.read_files(all_findings, checked_files, file_of)
-    former = [row for row in known.former if row.file in read_files]
-    if rules.shrink and (compared.stale or former):
+    if rules.shrink and compared.stale:
         from pidcfg.cli.outputs import write_files
 
-        left = [row for row in known.former if row.file not in read_files]
-        entries = baseline.without(known.entries, compared.stale)
-        write_files({name: baseline.to_text(baseline.Baseline(entries, left))}, force=True)
-        result.remarks.append(f"{name}: {count(len(compared.stale) + len(former), 'entry', 'entries')} removed")
+        write_files({name: baseline.to_text(baseline.without(entries, compared.stale))}, force=True)
+        result.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
         return
     ignored = {baseline.entry(one.finding, file_of) for one in result.ignored}
-    shown = Path(name).as_posix()
-    stale = baseline.stale_findings(compared.stale, ignored, known.entries, text, shown)
-    stale += baseline.stale_rows(former, text, shown)
+    stale = baseline.stale_findings(compared.stale, ignored, entries, text, Path(name).as_posix())
     result.kept += [d for d in stale if is_selected(d)]
-
-
-def _renewed(
-    known: Baseline,
-    text: str,
-    name: str,
-    findings: Sequence[Diagnostic],
-    file_of: Callable[[str], str],
-    remarks: list[str],
-) -> tuple[Baseline, str]:
-    """A baseline whose rows of former formats are entries now, as far as their findings are there, and its text.
-
-    The file is written anew, since no row of the old form would survive the next edit of another loop; where it cannot
-    be, the run goes on with what it says.
-    """
-    from pidcfg.cli.outputs import write_files
-    from pidcfg.validate import baseline
-    from pidcfg.validate.baseline import renewed
-
-    rows = renewed(known.former, [d for d in findings if baseline.enters(d)], file_of)
-    entries = [*known.entries, *(baseline.entry(d, file_of) for d in rows.known)]
-    result = baseline.Baseline(entries, rows.left)
-    number = len(known.former) - len(rows.left)
-    if not number:
-        return result, text
-    what = f"{count(number, 'entry', 'entries')} of a former format"
-    try:
-        if os.access(name, os.W_OK):
-            write_files({name: baseline.to_text(result)}, force=True)
-        else:
-            remarks.append(f"{name} is read-only, so {what} could not be renewed")
-            return result, text
-    except click.ClickException as error:
-        remarks.append(f"{what} could not be renewed: {error.message}")
-        return result, text
-    remarks.append(
-        f"{name}: {what} renewed: findings are known by loop, key and all values that they quote now; commit the file"
-    )
-    return result, baseline.to_text(result)
 
 
 def count(number: int, one: str, many: str | None = None) -> str:
@@ -215,7 +164,7 @@ def count(number: int, one: str, many: str | None = None) -> str:
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
-def read_baseline(name: str) -> tuple[Baseline, str]:
+def read_baseline(name: str) -> tuple[list[Entry], str]:
     """What a baseline says, and its text; ends the command with one clear error where it cannot be read."""
     from pidcfg.validate.baseline import BaselineError, from_text
 

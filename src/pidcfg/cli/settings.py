@@ -140,16 +140,15 @@ def _value(key: str, value: Any, file: _File) -> Any:
 
 def _codes(key: str, value: Any, file: _File) -> list[str]:
     """Codes or their beginnings."""
-    from pidcfg.cli.options import current_code
-    from pidcfg.validate.catalog import current, rules, suggestion
+    from pidcfg.validate.catalog import rules, suggestion
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
         file.refuse(key, f"{key} must be a list of codes", f"write {key} = {KEYS['select'].example}")
     codes = list(dict.fromkeys(value))
     for code in codes:
-        if not code.strip() or not rules(current(code.upper())):
+        if not code.strip() or not rules(code.upper()):
             file.refuse(key, f"no rule begins with {code!r}", suggestion(code), code)
-    return [current_code(code.upper()) for code in codes]
+    return [code.upper() for code in codes]
 
 
 def _quoted(value: object) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.source import Places, comments_in
 from pidcfg.text.writer import json_line
-from pidcfg.validate.catalog import LISTED, current, ignorable, rule_of, rules, suggestion, unusable
+from pidcfg.validate.catalog import LISTED, ignorable, rules, suggestion, unusable
 from pidcfg.validate.rule import D315, D317, SUPPRESSION
 
 if TYPE_CHECKING:
@@ -20,178 +20,15 @@ if TYPE_CHECKING:
     from pidcfg.text.document import Document
     from pidcfg.text.source import Comment
 
-# --- Baselines of former formats, which are read until 1.0: what they know becomes entries of the present one ---------
-#
-# A row of the second format has the value at the key of its finding and none of those that it is compared with; it
-# knows a finding of its code, severity, loop, key and value. The first format knew findings by path and message, of
-# which one could stand for several loops. A row knows the findings of its code and severity in its file that say the
-# same at the same path. The wording has changed where findings of several loops became one a loop, so these count as
-# well:
-#
-# * a message that ended in "as in A, B and 2 more": the findings of these loops, and of so many more;
-# * a finding of several loops: those at each of them, when the row names them and quotes no other numbers;
-# * a message that stands at another path now.
-#
-# Rows of rules that are lines of the checklist now know nothing, and go.
-
-COUNTED_LOOP = re.compile(r"^loops\[\d+\]")
-MERGED = re.compile(r", as in (?P<names>.+?)(?: and (?P<more>\d+) more)?$")
-"""The end of a message that stood for several loops."""
-REWORDED = frozenset(("DL293", "EZ404", "NX602", "NX604"))
-"""Rules whose findings within one loop, or at blocks, have another wording or stand at more places now."""
-SUBJECT = 3
-"""Words that a message begins with before it says anything: ``the name TIC1``."""
-NUMBER = re.compile(r"\d+(?:\.\d+)?")
-
-
-class FormerEntry(NamedTuple):
-    """A finding as the first format kept it."""
-
-    code: str
-    severity: str
-    file: str
-    path: str
-    message: str
-
-    @property
-    def place(self) -> str:
-        """Where it was found."""
-        return self.path
-
-    @property
-    def said(self) -> str:
-        """What was found."""
-        return self.message
-
-
-class SecondEntry(NamedTuple):
-    """A finding as the second format kept it: without what it is compared with."""
-
-    file: str
-    code: str
-    severity: str
-    loop: str
-    key: str
-    value: str | None
-
-    @property
-    def place(self) -> str:
-        """Where it was found."""
-        return " ".join(filter(None, (self.loop, self.key)))
-
-    @property
-    def said(self) -> str:
-        """What was found."""
-        return self.value or "no value"
-
-
-class Renewed(NamedTuple):
-    """What becomes of former rows: the findings that they know, the rows that know none, and those that go."""
-
-    known: list[Diagnostic]
-    left: list[FormerEntry | SecondEntry]
-    gone: list[FormerEntry | SecondEntry]
-
-
-def renewed(
-    rows: Sequence[FormerEntry | SecondEntry], findings: Iterable[Diagnostic], file_of: Callable[[str], str]
-) -> Renewed:
-    """The findings that the rows of a former baseline know; a row that several findings fit knows each of them once."""
-    by_rule: dict[tuple[str, str, str], list[Diagnostic]] = {}
-    for d in findings:
-        by_rule.setdefault((d.code, d.severity.label, file_of(d.file)), []).append(d)
-    result = Renewed([], [], [])
-    taken: set[int] = set()
-    for row in rows:
-        code = current(row.code)
-        if code in rules(code) and rule_of(code).checklist:
-            result.gone.append(row)
-            continue
-        candidates = by_rule.get((code, row.severity, row.file), [])
-        free = [d for d in candidates if id(d) not in taken]
-        known = list(_known(row, free))
-        merges = isinstance(row, FormerEntry) and any(True for _ in _known(row, candidates))
-        if not known and not merges:
-            result.left.append(row)
-        taken.update(map(id, known))
-        result.known.extend(known)
-    return result
-
-
-def _known(row: FormerEntry | SecondEntry, findings: Sequence[Diagnostic]) -> Iterable[Diagnostic]:
-    """The findings that a row knows."""
-    if isinstance(row, FormerEntry):
-        return _said(row, findings)
-    return [d for d in findings if (d.loop, d.key, d.value) == row[3:]][:1]
-
-
-def _said(row: FormerEntry, findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
-    """The findings that a row of the first format knows."""
-    at_path = [d for d in findings if _path(d) == row.path]
-    merged = None if any(d.message == row.message for d in at_path) else MERGED.search(row.message)
-    stem = row.message[: merged.start()] if merged else row.message
-    same = [d for d in at_path if d.message == stem] or [d for d in at_path if stem in d.message.split("; ")]
-    if current(row.code) in REWORDED:
-        yield from (d for d in findings if d in same or _is_reworded(row, d))
-    elif merged is not None:
-        yield from same[:1]
-        yield from _of_loops(merged, [d for d in findings if not row.path.startswith(f"loops[{d.loop}]")])
-    elif same and not same[0].with_loops:
-        yield same[0]
-    else:
-        shared = [d for d in findings if d.with_loops and (d in same or _names(row, d))]
-        yield from shared or [d for d in findings if d.message == stem or _is_of_the_file(row, d)]
-
-
-def _is_reworded(row: FormerEntry, d: Diagnostic) -> bool:
-    """Whether a finding says the same as a row in other words: at its path, of the same name, or of the same loops."""
-    if _path(d) == row.path:
-        return _has_no_other_numbers(row, d)
-    begins = (text.casefold().split()[:SUBJECT] for text in (row.message, d.message))
-    return d.message == row.message or len(set(map(tuple, begins))) == 1 or (bool(d.with_loops) and _names(row, d))
-
-
-def _of_loops(merged: re.Match[str], findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
-    """The findings of loops that a message named, and of so many more as it only counted."""
-    names, more = merged["names"].split(", "), int(merged["more"] or 0)
-    for d in findings:
-        if d.loop in names:
-            yield d
-        elif more:
-            more -= 1
-            yield d
-
-
-def _names(row: FormerEntry, d: Diagnostic) -> bool:
-    """Whether a row speaks of a finding's loop and of one that it concerns with it, and of no other numbers."""
-    text = f"{row.path} {row.message}"
-    has = {name for name in (d.loop, *d.with_loops) if re.search(rf"(?<!\w){re.escape(name)}(?!\w)", text)}
-    return len(has) > 1 and _has_no_other_numbers(row, d)
-
-
-def _is_of_the_file(row: FormerEntry, d: Diagnostic) -> bool:
-    """Whether a finding that was reported at one loop is reported at their list now."""
-    return d.path == ("loops",) and row.path.startswith("loops[") and _has_no_other_numbers(row, d)
-
-
-def _has_no_other_numbers(row: FormerEntry, d: Diagnostic) -> bool:
-    """Whether a finding quotes all numbers that a row quotes."""
-    return set(NUMBER.findall(row.message)) <= set(NUMBER.findall(d.message))
-
-
-def _path(d: Diagnostic) -> str:
-    """A finding's path as the first format had it, with the name of the loop."""
-    return COUNTED_LOOP.sub(lambda _: f"loops[{d.loop}]", d.where) if d.loop else d.where
-
-
 # --- Known findings: a list that is written once and from then on only shrinks ----------------------------------------
 #
 # An entry has neither a line nor a message: it is file, code, severity, loop, key, the value that is written there
 # (`pidcfg.validate.fixes`) and what else the message quotes of the loop (`pidcfg.validate.engine`), with how many
 # such findings there are. So it survives every edit that does not touch its loop, and a value that changes is a new
-# finding, at whichever key it stands. Entries of former formats are in `pidcfg.validate.baseline`.
+# finding, at whichever key it stands.
 
-VERSION, FIRST, SECOND = 3, 1, 2
+VERSION = 3
+"""Of the format; those before it were never released."""
 NEVER_KNOWN = frozenset(rule.code for rule in SUPPRESSION)
 """What is wrong with ignores and with the baseline itself is to be corrected, and never enters a baseline."""
 COUNT = "count"
@@ -211,14 +48,6 @@ class Entry(NamedTuple):
 
 class BaselineError(Exception):
     """A baseline that cannot be read."""
-
-
-@dataclass(frozen=True, slots=True)
-class Baseline:
-    """What a file of known findings has: entries, each as often as it counts, and rows of former formats."""
-
-    entries: list[Entry] = field(default_factory=list)
-    former: list[FormerEntry | SecondEntry] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,10 +115,9 @@ def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
     return [e for e in entries if not _take(left, e)]
 
 
-def to_text(baseline: Baseline) -> str:
+def to_text(entries: Iterable[Entry]) -> str:
     """A baseline as a file: one entry a line, in order, so that a diff shows what was removed."""
-    rows = [_row(e, count) for e, count in sorted(Counter(baseline.entries).items(), key=lambda row: _order(row[0]))]
-    rows += sorted(former_row(row, count) for row, count in Counter(baseline.former).items())
+    rows = [_row(e, count) for e, count in sorted(Counter(entries).items(), key=lambda row: _order(row[0]))]
     body = "[\n" + ",\n".join(f"    {row}" for row in rows) + "\n  ]" if rows else "[]"
     return f'{{\n  "version": {VERSION},\n  "findings": {body}\n}}\n'
 
@@ -304,14 +132,7 @@ def _row(e: Entry, count: int) -> str:
     return json_line({**e._asdict(), COUNT: count})
 
 
-def former_row(row: FormerEntry | SecondEntry, count: int) -> str:
-    """A row of a former format as the file has it; one of the first stands there as often as it counts."""
-    if isinstance(row, SecondEntry):
-        return json_line({**row._asdict(), COUNT: count})
-    return ",\n    ".join([json_line(row._asdict())] * count)
-
-
-def from_text(text: str) -> Baseline:
+def from_text(text: str) -> list[Entry]:
     """What a file says; raises `BaselineError`."""
     try:
         data = json.loads(text)
@@ -322,33 +143,26 @@ def from_text(text: str) -> Baseline:
     if not isinstance(data, dict) or not isinstance(data.get("findings"), list):
         raise BaselineError(f"1:1: not a baseline of version {VERSION}")
     version = data.get("version")
-    if isinstance(version, bool) or not isinstance(version, int) or version not in {FIRST, SECOND, VERSION}:
+    if isinstance(version, bool) or not isinstance(version, int) or not 0 < version <= VERSION:
         raise BaselineError(f"1:1: not a baseline of version {VERSION}")
-    baseline = Baseline()
+    if version < VERSION:
+        raise BaselineError(f"1:1: a baseline of version {version}; this pidcfg reads version {VERSION}")
+    entries = list[Entry]()
     for number, row in enumerate(data["findings"]):
-        _read(number, row, baseline, version)
-        if len(baseline.entries) + len(baseline.former) > MOST:
+        entries += _read(number, row)
+        if len(entries) > MOST:
             raise BaselineError(f"1:1: findings[{number}]: the counts up to here are more than {MOST} findings")
-    return baseline
+    return entries
 
 
-def _read(number: int, row: Any, baseline: Baseline, version: int) -> None:
-    """One row of a file, put where it belongs; rows of former formats may stand in a later one."""
-    keys = set(row) if isinstance(row, dict) else set()
-    if keys == set(FormerEntry._fields) and all(isinstance(value, str) for value in row.values()):
-        baseline.former.append(FormerEntry(**row))
-        return
-    if version >= SECOND and keys == {*SecondEntry._fields, COUNT} and _is_sound(row):
-        count = row.pop(COUNT)
-        baseline.former.extend([SecondEntry(**row)] * count)
-        return
-    if version < VERSION or keys != {*Entry._fields, COUNT} or not _is_sound(row):
-        fields = {FIRST: FormerEntry._fields, SECOND: SecondEntry._fields}.get(version, Entry._fields)
-        null = " and ".join(name for name in fields if name in OR_NULL)
-        more = f" ({null}: text or null) and a {COUNT} above 0" if null else ""
-        raise BaselineError(f"1:1: findings[{number}] must have the texts {', '.join(fields)}{more}")
+def _read(number: int, row: Any) -> list[Entry]:
+    """One row of a file, as often as it counts."""
+    if not isinstance(row, dict) or row.keys() != {*Entry._fields, COUNT} or not _is_sound(row):
+        null = " and ".join(OR_NULL)
+        more = f" ({null}: text or null) and a {COUNT} above 0"
+        raise BaselineError(f"1:1: findings[{number}] must have the texts {', '.join(Entry._fields)}{more}")
     count = row.pop(COUNT)
-    baseline.entries.extend([Entry(**row)] * count)
+    return [Entry(**row)] * count
 
 
 MOST = 1_000_000
@@ -379,16 +193,6 @@ def stale_findings(
         message = f"{e.code} {status}{share} in {e.file}" + (f" at {place}" if place else "")
         message += "" if e.value is None else f": {e.value}"
         findings.append(stale_finding(message, _row(e, counts[e]), text, file))
-    return findings
-
-
-def stale_rows(rows: Iterable[FormerEntry | SecondEntry], text: str, file: str) -> list[Diagnostic]:
-    """Rows of former formats that know no finding, as findings at their lines of the file."""
-    findings = []
-    for row, number in Counter(rows).items():
-        place = f" at {row.place}" if row.place else ""
-        message = f"{current(row.code)} no longer occurs in {row.file}{place}: {row.said}"
-        findings.append(stale_finding(message, former_row(row, number).partition("\n")[0], text, file))
     return findings
 
 
@@ -488,7 +292,7 @@ def _read_comments(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
                 if first or not comment.alone:
                     problems.append(_problem("PID045", "an ignore begins its comment", doc, span, ONE))
                 continue
-            codes = [current(code) for code in _codes_of(match)]
+            codes = _codes_of(match)
             if match["word"].lower() != WORD:
                 if match["codes"] is not None:
                     problems.append(_problem("PID045", f"{match['word']!r} is no word of pidcfg's", doc, span, FORM))
@@ -505,21 +309,6 @@ def _read_comments(doc: Document) -> tuple[list[_Ignore], list[Diagnostic]]:
 def _codes_of(match: re.Match[str]) -> list[str]:
     """The codes in the bracket of a comment, as they are written but for capitals."""
     return [code.strip().upper() for code in (match["codes"] or "").split(",") if code.strip()]
-
-
-def former_codes(doc: Document) -> Iterator[tuple[str, Edit]]:
-    """The codes in comments that have another name now, each with the edit that writes it; of a text that is YAML."""
-    if not HINT.search(doc.text):
-        return
-    for comment in comments_in(doc.text):
-        for match in DIRECTIVE.finditer(comment.text):
-            if match["word"].lower() != WORD or match["codes"] is None or match.start():
-                continue
-            for code in re.finditer(r"[^,\s](?:[^,]*[^,\s])?", match["codes"]):
-                name = current(code[0].upper())
-                if name != code[0].upper() and name in rules(name):
-                    start = match.start("codes") + code.start()
-                    yield code[0], Edit(_part(comment, start, start + len(code[0])), name)
 
 
 def _lines_below(alone: set[int], lines: list[str]) -> dict[int, int]:

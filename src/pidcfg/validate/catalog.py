@@ -25,10 +25,6 @@ CODE = re.compile(rf"(?:{'|'.join([PREFIX, *(vendor.prefix for vendor in VENDORS
 """A code as it is written in full."""
 NO_SIGN = re.compile("[^A-Z0-9]")
 """What people write within a code: blanks, hyphens, dots."""
-FORMER = re.compile(rf"{PREFIX}([2-8])([0-9]{{0,2}})")
-"""A vendor's code, or its beginning, from before each vendor had its own prefix."""
-FORMER_GROUPS = {"2": "dl06", "3": "click", "4": "ezlogix", "5": "dl06", "6": "nextopid", "7": "dpide", "8": "generic"}
-"""The vendor of such a code, by the first digit of its number; the number has not changed."""
 LISTED = "'pidcfg rule' lists all"
 FILES, COMMON = "reading", "common"
 GROUPS = {
@@ -44,17 +40,6 @@ FILE_RULES = {rule.code: rule for rule in (*READING, *LISTING, *LIVE, *SCHEMA, *
 def group_of(code: str) -> str | None:
     """The group of a code; None for text that is not a code."""
     return next((group for group, begin in GROUPS.items() if code.startswith(begin)), None)
-
-
-def current(text: str) -> str:
-    """A code or its beginning as it is written now: ``PID242`` is ``DL242``, ``PID24`` is ``DL24``."""
-    match = FORMER.fullmatch(text)
-    return VENDORS[FORMER_GROUPS[match[1]]].prefix + text.removeprefix(PREFIX) if match else text
-
-
-def former(code: str) -> str:
-    """A code as it was before every vendor had a prefix: what has been reported under it stays the same."""
-    return PREFIX + number_of(code)
 
 
 def matches(code: str, beginning: str) -> bool:
@@ -85,8 +70,10 @@ def _nearest(code: str, name: str) -> str | None:
     for known, rule in rules().items():
         if name == rule.name or (number and number_of(known) == number[0]):
             return known
-    if begin and not number and rules(current(begin[0])):
-        return current(begin[0])
+    if begin and not number:
+        digits = begin[0].removeprefix(PREFIX)
+        for known in rules(begin[0]) or (code for code in rules() if number_of(code).startswith(digits)):
+            return known.removesuffix(number_of(known)) + number_of(known)[:2]
     return nearest(code, rules()) if len(re.findall("[0-9]", code)) > 1 else None
 
 

@@ -207,8 +207,7 @@ D317 = Decision(
     "A baseline knows findings by file, code, severity, loop, key, the value that is written there, the other values of "
     "the loop that the message quotes, and how many there are; never by line or wording. Other loops of the fault, "
     "addresses and numbers of items are no part of it. It is made once, by --create-baseline, and after that only loses "
-    "entries; one of a former format, which knew messages or the value at one key alone, is written anew when it is "
-    "read.",
+    "entries.",
     "Lines and addresses move with every loop that is inserted, and messages quote both; none of that is a new fault. A "
     "value that changes is, whichever of the keys that do not fit together it stands at: somebody has to look at it.",
 )

@@ -33,7 +33,7 @@ Examples:
 @click.command("completion", epilog=EPILOG)
 @click.argument("shell", type=click.Choice(list(SCRIPTS)))
 def command(shell: str) -> None:
-    """Print the script that completes commands, options, rule codes, loop names and files in SHELL."""
+    """Print the script that completes commands, options, rule codes and files in SHELL."""
     echo(script(shell))
 
 

@@ -78,12 +78,9 @@ def command(
     Without a THING, lists what can be asked for.
     """
     from pidcfg.api import explain
-    from pidcfg.cli.options import current_code
     from pidcfg.output.explanation.lookup import as_text, forms_text
     from pidcfg.output.explanation.page import QuestionError
 
-    for thing in things:
-        current_code(thing.upper())
     configuration = None if config is None else _configuration(config, limits)
     try:
         with usage({"config": str(config)}):

@@ -21,10 +21,9 @@ EPILOG = options.examples("pidcfg rule", "pidcfg rule PID101", "pidcfg rule DL24
 @options.output_format("text", "json")
 def command(code: str | None, fmt: str) -> None:
     """Explain the rule CODE, or list those whose code begins so, or all."""
-    from pidcfg.cli.options import current_code
     from pidcfg.validate.catalog import rules, suggestion
 
-    begin = current_code((code or "").upper())
+    begin = (code or "").upper()
     listed = rules(begin)
     if begin in listed:
         _one(listed[begin], fmt)

@@ -100,12 +100,9 @@ def fingerprints(findings: Findings) -> list[str]:
 
     The value and the message are part of it, so that a value that was accepted once does not hide another wrong value
     later; findings that are equal in everything are numbered. What several loops share has no message in it, since that
-    names the others. Codes are hashed as they were before every vendor had a
-    prefix, so that no alert is closed and opened again.
+    names the others.
     """
     import hashlib
-
-    from pidcfg.validate.catalog import CODE, former
 
     seen: Counter[str] = Counter()
     named = {d.file for d in findings.reported}
@@ -113,10 +110,9 @@ def fingerprints(findings: Findings) -> list[str]:
     prints = []
     for d in findings.reported:
         steps = [step for step in d.path if isinstance(step, str)]
-        value = CODE.sub(lambda match: former(match[0]), _source_text(d.span, rows.get(d.file, [])))
-        text = "" if d.with_loops else d.message
-        message = CODE.sub(lambda match: former(match[0]), VOLATILE.sub("", text))
-        key = "\0".join((former(d.code), display_name(d.file), d.loop, ".".join(steps), value, message))
+        value = _source_text(d.span, rows.get(d.file, []))
+        message = VOLATILE.sub("", "" if d.with_loops else d.message)
+        key = "\0".join((d.code, display_name(d.file), d.loop, ".".join(steps), value, message))
         seen[key] += 1
         digest = hashlib.sha256(f"{key}\0{seen[key]}".encode("utf-8", "backslashreplace"))
         prints.append(digest.hexdigest()[:CHARACTERS])

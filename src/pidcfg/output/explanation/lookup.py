@@ -15,7 +15,7 @@ from pidcfg.output.explanation.page import ADDRESS, Configured, Page, Question, 
 from pidcfg.output.explanation.registers import Registers
 from pidcfg.output.findings import Data, errors_in, findings_data
 from pidcfg.text.references import Decision
-from pidcfg.validate.catalog import CODE, as_data, current, page, rules, suggestion
+from pidcfg.validate.catalog import CODE, as_data, page, rules, suggestion
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -439,7 +439,7 @@ def _decision(question: Question, decisions: Callable[[], Sequence[Decision]]) -
 
 def _rule(question: Question) -> list[Page]:
     """A rule, which has no content either."""
-    code = current(question.name.upper())
+    code = question.name.upper()
     if question.value is not None or not CODE.fullmatch(code):
         return []
     rule = rules(code).get(code)
