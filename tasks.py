@@ -258,13 +258,13 @@ def bench(*arguments: str) -> None:
 def torture(*arguments: str) -> None:
     """Run the programme of reliability, or parts of it, for so many minutes, and write its page."""
     prepare("test")
-    must(PYTHON, "tests/reliability/torture.py", *arguments)
+    must(PYTHON, "tools/reliability/torture.py", *arguments)
 
 
 def mutants(*arguments: str) -> None:
     """Try faults in the code against the tests; the first run maps the tests, which takes about as long as they do."""
     prepare("test")
-    must(PYTHON, "tests/reliability/mutation.py", *arguments)
+    must(PYTHON, "tools/reliability/mutation.py", *arguments)
 
 
 def lock() -> None:

@@ -280,6 +280,7 @@ def test_imports_point_down_and_never_up():
 
 
 TESTS = ROOT / "tests"
+TOOLS = ROOT / "tools"
 LOCKED = [(ROOT / "requirements" / f"{name}.txt").read_text("utf-8") for name in ("build", "run")]
 EVERYWHERE = {"pytest", "-pytest", "hypothesis", *re.findall(r"^([a-z0-9-]+)==", "".join(LOCKED), re.MULTILINE)}
 """Packages that are there wherever tests run: what pidcfg needs itself, and what runs tests."""
@@ -315,7 +316,9 @@ def needs(path):
 def own_modules():
     """The files of our modules by the name that they are imported by."""
     files = (
-        (path, path.relative_to(folder).with_suffix("")) for folder in (TESTS, SRC) for path in folder.rglob("*.py")
+        (path, path.relative_to(folder).with_suffix(""))
+        for folder in (TESTS, TOOLS, SRC)
+        for path in folder.rglob("*.py")
     )
     return {".".join(name.parts).removesuffix(".__init__"): path for path, name in files}
 

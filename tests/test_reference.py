@@ -1,6 +1,6 @@
 """The engine against implementations of the same algorithms that know nothing of it: a sample of the cases.
 
-All of them: ``python -m reference`` in this folder.
+All of them: ``python tools/reference``.
 """
 
 import pytest

@@ -27,7 +27,7 @@ from reliability.small import seeds
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-TESTS = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 LONGEST, SLOWEST, LARGEST = 4096, 20, 1024
 """Bytes of an input; seconds and MB that one may take."""
 SHOWN = 300
@@ -46,7 +46,7 @@ def run_all(
         sys.exit("guided: PIDCFG_ATHERIS names no Python that has atheris")
     found: dict[str, Any] = {"targets": {}, "failures": []}
     command = [python, __file__, str(seconds), str(seed), *(targets or TARGETS)]
-    path = os.pathsep.join((str(TESTS.parent / "src"), str(TESTS)))
+    path = os.pathsep.join(str(ROOT / name) for name in ("src", "tools", "tests"))
     with subprocess.Popen(
         command, env={**os.environ, "PYTHONPATH": path}, stderr=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
     ) as process:

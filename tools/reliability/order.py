@@ -82,7 +82,7 @@ def outcomes(arguments: Sequence[str], **variables: str) -> dict[str, str]:
     """How each test of a run of pytest ended; tests that did not run, because it broke off, are a failure in one."""
     with tempfile.TemporaryDirectory() as folder:
         kept = Path(folder) / "outcomes.json"
-        paths = os.pathsep.join(filter(None, (str(ROOT / "tests"), os.environ.get("PYTHONPATH"))))
+        paths = os.pathsep.join(filter(None, (str(ROOT / "tools"), str(ROOT / "tests"), os.environ.get("PYTHONPATH"))))
         env = {**os.environ, "CI": "true", "PYTHONPATH": paths, OUTCOMES: str(kept), **variables}
         command = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "reliability.order")
         subprocess.run((*command, *arguments), cwd=ROOT, env=env, check=False, stdout=subprocess.DEVNULL)

@@ -1,4 +1,4 @@
-"""``python -m reference`` in the folder ``tests``, or ``python tests/reference``."""
+"""``python tools/reference VENDOR ...``"""
 
 import sys
 from pathlib import Path

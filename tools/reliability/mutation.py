@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from reliability import figures
@@ -110,7 +111,7 @@ class Runner:
         limit = functools.partial(resource.setrlimit, resource.RLIMIT_CPU, (2 * SECONDS, 2 * SECONDS))
         environment = {
             **os.environ,
-            "PYTHONPATH": os.pathsep.join(str(self.folder / part) for part in ("src", "tests")),
+            "PYTHONPATH": os.pathsep.join(str(self.folder / part) for part in ("src", "tools", "tests")),
         }
         try:
             code = subprocess.run(
@@ -125,7 +126,7 @@ class Runner:
 
 def copied(folder: Path) -> Path:
     """A copy of the tree for mutants to stand in."""
-    for name in ("src", "tests", "examples", "docs"):
+    for name in ("src", "tests", "tools", "examples", "docs"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     for path in ROOT.glob("*.*"):
         if path.is_file():
