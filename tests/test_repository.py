@@ -153,8 +153,8 @@ def test_the_action_installs_itself_unless_another_package_is_named(runner):
         patch.setenv("PATH", path)
         assert runner("Install pidcfg")[0] == 0
         assert asked.read_text().split()[-1] == str(ROOT)
-        assert runner("Install pidcfg", package="pidcfg==0.1.0")[0] == 0
-        assert asked.read_text().split()[-1] == "pidcfg==0.1.0"
+        assert runner("Install pidcfg", package="pidcfg==0.2.0")[0] == 0
+        assert asked.read_text().split()[-1] == "pidcfg==0.2.0"
 
 
 # --- the container ---------------------------------------------------------------------------------------------------
