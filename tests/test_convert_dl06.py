@@ -659,7 +659,8 @@ def test_limits_within_a_count_of_the_root_are_refused():
     file = generic(root)
     assert limits_share_a_count(file.loops[0])
     [fault] = error_codes(from_neutral(file, {}).data)
-    assert fault.startswith("DL228 ") and "19 counts" in fault
+    assert fault.startswith("DL228 ")
+    assert "19 counts" in fault
 
 
 @given(file=neutral_files())

@@ -236,7 +236,7 @@ def check(
 @exact
 def encode(
     source: Source,
-    format: str = "text",  # noqa: A002 - what the option is called
+    format: str = "text",
     *,
     into: Path | str | bytes | None = None,
     into_name: str | None = None,
@@ -244,7 +244,7 @@ def encode(
     changed_from_name: str | None = None,
     live: bool = False,
     allow_errors: bool = False,
-    map: Path | str | bytes | None = None,  # noqa: A002 - what the option is called
+    map: Path | str | bytes | None = None,
     name: str | None = None,
     files: Files = None,
     limits: Limits = DEFAULT,
@@ -271,7 +271,7 @@ def decode(
     source: Path | str | bytes | Sequence[Path | str | bytes],
     vendor: str,
     *,
-    format: str | None = None,  # noqa: A002 - as in `encode`
+    format: str | None = None,
     like: Source | None = None,
     annotate: bool = False,
     options: Mapping[str, object] | None = None,

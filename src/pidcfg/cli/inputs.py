@@ -288,7 +288,7 @@ def _named(place: str, name: str, excluded: Patterns | None, ignored: Levels, *,
 
 def _base(folder: str) -> str:
     """A folder as patterns begin at it: from the root, links not followed, with a slash at the end."""
-    return Path(os.path.abspath(folder)).as_posix().rstrip("/") + "/"  # noqa: PTH100 - links are not followed
+    return Path(os.path.abspath(folder)).as_posix().rstrip("/") + "/"
 
 
 def _excluded() -> Patterns | None:
@@ -300,7 +300,7 @@ def _excluded() -> Patterns | None:
 
 def _above(name: str, unused: Reasons) -> Levels:
     """The patterns of the folders above one, up to the root of its repository; outside of one there are none."""
-    start = Path(os.path.abspath(name))  # noqa: PTH100 - links are not followed
+    start = Path(os.path.abspath(name))
     above: list[Path] = []
     for folder in (start, *start.parents):
         if folder != start:

@@ -130,7 +130,7 @@ def _with_baseline(
     from pidcfg.validate import baseline
 
     name = rules.baseline or ""
-    folder = Path(os.path.abspath(name)).parent  # noqa: PTH100 - paths are as they are named, links are not followed
+    folder = Path(os.path.abspath(name)).parent
 
     def file_of(file: str) -> str:
         return relative(file, folder)

@@ -368,7 +368,7 @@ def candidates(first: str) -> list[Path]:
 
 def _start(name: str) -> Path:
     """The folder of an input; links are not followed."""
-    start = Path(os.path.abspath("." if name == "-" else name))  # noqa: PTH100
+    start = Path(os.path.abspath("." if name == "-" else name))
     return start if start.is_dir() else start.parent
 
 
@@ -465,7 +465,7 @@ def _loaded(path: Path, name: str, data: bytes) -> Settings:
         within = TABLE
         tool = table.get("tool")
         table = tool.get("pidcfg", {}) if isinstance(tool, dict) else {}
-    root = Path(os.path.abspath(path)).parent  # noqa: PTH100 - links are not followed
+    root = Path(os.path.abspath(path)).parent
     return Settings(name, root, checked(table, name, data.decode("utf-8-sig"), within, root))
 
 

@@ -143,7 +143,7 @@ class ClickLoop:
 def from_neutral(
     file: GenericFile,
     options: Mapping[str, Any],
-    operations: Sequence[Operation] = (),  # noqa: ARG001 - a loop has no such choice
+    operations: Sequence[Operation] = (),
 ) -> TargetFile:
     """A CLICK file with these loops."""
     count = len(file.loops)

@@ -222,7 +222,7 @@ PULSE = "a DL06 loop has no pulse output: pulse a discrete output in the program
 def from_neutral(
     file: GenericFile,
     options: Mapping[str, Any],
-    operations: Sequence[Operation] = (),  # noqa: ARG001 - a loop has no such choice
+    operations: Sequence[Operation] = (),
 ) -> TargetFile:
     """The configuration with the exact values, and where each neutral field was put."""
     if len(file.loops) > CPU.loops:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def from_neutral(
     file: GenericFile,
-    options: Mapping[str, Any],  # noqa: ARG001 - nothing to choose
+    options: Mapping[str, Any],
     operations: Sequence[Operation] = (),
 ) -> TargetFile:
     """The file as it is; an integral that some limit stops is one that the limits of the output stop (D342)."""

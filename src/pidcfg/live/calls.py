@@ -40,9 +40,9 @@ def pull(
     *,
     like: Source | None = None,
     vendor: str | None = None,
-    format: str = "yaml",  # noqa: A002 - as in `encode`
+    format: str = "yaml",
     options: Mapping[str, object] | None = None,
-    map: Path | str | bytes | None = None,  # noqa: A002 - what the option is called
+    map: Path | str | bytes | None = None,
     timeout: float = 2.0,
     retries: int = 2,
     files: Files = None,
@@ -65,7 +65,7 @@ def compare(
     source: Source,
     plc: str,
     *,
-    map: Path | str | bytes | None = None,  # noqa: A002 - as above
+    map: Path | str | bytes | None = None,
     timeout: float = 2.0,
     retries: int = 2,
     name: str | None = None,
@@ -147,7 +147,7 @@ def trend(
     like: Source | None = None,
     vendor: str | None = None,
     options: Mapping[str, object] | None = None,
-    map: Path | str | bytes | None = None,  # noqa: A002 - as above
+    map: Path | str | bytes | None = None,
     interval: float = 1.0,
     seconds: float | None = None,
     taken: Callable[[float, Mapping[str, str]], None] | None = None,
@@ -177,7 +177,7 @@ def serve(
     source: Source,
     *,
     listen: str = "127.0.0.1:5020",
-    map: Path | str | bytes | None = None,  # noqa: A002 - as above
+    map: Path | str | bytes | None = None,
     speed: float = 1.0,
     seconds: float | None = None,
     ready: Callable[[str], None] | None = None,

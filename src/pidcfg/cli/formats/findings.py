@@ -69,7 +69,7 @@ def checkout() -> Path:
 def path_in_checkout(file: str) -> str | None:
     """A file's name relative to the checkout, with forward slashes; None for one outside of it."""
     root = checkout()
-    path = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its name
+    path = Path(os.path.abspath(file))
     if not path.is_relative_to(root):
         try:
             path = path.resolve()

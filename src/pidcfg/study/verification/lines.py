@@ -279,16 +279,16 @@ def _alarm(path: str) -> str:
     return f"deviation_{end}" if head.endswith("deviation") else end
 
 
-def _at_start(difference: SignalDifference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+def _at_start(difference: SignalDifference, k: int, scene: Scene) -> bool:
     return scene.stage.name == "start"
 
 
-def _from_zero(difference: SignalDifference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+def _from_zero(difference: SignalDifference, k: int, scene: Scene) -> bool:
     """Where one side goes on from its output in Manual, and the other from an integral of 0."""
     return difference.signal in VALUES and scene.stage.name == "start" and scene.loop.mode != "manual"
 
 
-def _first_in_manual(difference: SignalDifference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+def _first_in_manual(difference: SignalDifference, k: int, scene: Scene) -> bool:
     return difference.signal in VALUES and scene.stage.name == "start"
 
 
@@ -340,7 +340,7 @@ def _since_manual(difference: SignalDifference, k: int, scene: Scene) -> bool:
     return difference.signal not in {"setpoint", "mode"} and bool(changes) and k * scene.bench.sample >= changes[0]
 
 
-def _kick(difference: SignalDifference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+def _kick(difference: SignalDifference, k: int, scene: Scene) -> bool:
     derives = bool(scene.loop.tuning.derivative_time)
     return derives and difference.signal in VALUES and scene.stage.name in SETPOINT_MOVES
 
@@ -427,7 +427,7 @@ def _later(difference: SignalDifference, k: int, scene: Scene) -> bool:
     return apart(one, two, k, window) <= difference.allowed
 
 
-def _alarmed(difference: SignalDifference, k: int, scene: Scene) -> bool:  # noqa: ARG001
+def _alarmed(difference: SignalDifference, k: int, scene: Scene) -> bool:
     """Whether an alarm of the PV was on, on either side, when Auto was last asked for."""
     sample = scene.bench.sample
     asked = [round(act.at / sample) for act in scene.stage.acts if act.mode == "auto" and act.at <= k * sample]
