@@ -25,7 +25,6 @@ from pidcfg.pictures.figure import svg
 from pidcfg.schemas.document import field_texts, models_of
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.outcome import charts_of, simulate_document
-from pidcfg.text.reader import DEFAULT
 from pidcfg.text.references import Ref
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import json_text
@@ -91,7 +90,7 @@ def pages() -> dict[str, str]:
 def reactor() -> str:
     """The example's temperature loop, as `simulate --plot` draws it."""
     path = DOCS.parent / "examples/dl06/reactor.scenario.yaml"
-    outcome = simulate_document(read_document(path.read_bytes(), path.as_posix()), Settings(), DEFAULT, record=True)
+    outcome = simulate_document(read_document(path.read_bytes(), path.as_posix()), Settings(), record=True)
     return svg(charts_of(outcome, ["TIC-101"]), title=heading([outcome])[0])
 
 

@@ -56,7 +56,7 @@ def files(text):
 def loaded_of(text, config=CONFIG, name="loop.yaml"):
     """A scenario with its configuration."""
     document = read_document(text.encode(), "run.scenario.yaml", DEFAULT)
-    return load(document, DEFAULT, Texts({name: config}))
+    return load(document, Texts({name: config}))
 
 
 def uniform(low, high, key="gain"):

@@ -81,7 +81,7 @@ def assert_samples_are_scenarios(name, text, others, samples):
     from pidcfg.study.scenario import load
     from pidcfg.text.reader import Texts
 
-    loaded = load(document, DEFAULT, Texts(reader))
+    loaded = load(document, Texts(reader))
     varies, problems = loaded.uncertainties(loaded.plc())
     assert problems == []
     config = next(text for other, text in reader.items() if other != name).encode()

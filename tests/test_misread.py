@@ -8,7 +8,6 @@ import pidcfg as api
 from one_loop import PLANT
 from pidcfg.schemas.numbers import cure
 from pidcfg.study.scenario import check_scenario
-from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
 
@@ -154,7 +153,7 @@ def test_another_unit_in_an_event_is_told_with_that_of_the_key(tmp_path):
     (tmp_path / "a.yaml").write_text(PLANT, "utf-8")
     (tmp_path / "s.yaml").write_text(EVENT.replace("sp: 80", "set: {setpoint: 203 °F}"), "utf-8")
     doc = read_document((tmp_path / "s.yaml").read_bytes(), str(tmp_path / "s.yaml"))
-    (d,) = [d for d in check_scenario(doc, DEFAULT) if d.code == "PID053"]
+    (d,) = [d for d in check_scenario(doc) if d.code == "PID053"]
     assert (d.message, d.help) == (
         "setpoint: '203 °F' is not a number",
         "the key is in degC, not in degF: write the number of degC alone",

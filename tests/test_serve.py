@@ -42,7 +42,7 @@ LOOPBACK = Address("127.0.0.1", 0)
 
 def virtual(vendor):
     """The virtual PLC of an example."""
-    loaded = load(document_of(SCENARIOS[vendor], None, None, DEFAULT), DEFAULT, reader_of(None))
+    loaded = load(document_of(SCENARIOS[vendor], None, None, DEFAULT), reader_of(None))
     return VirtualPlc(loaded, VENDORS[vendor].load("numbering"))
 
 
@@ -156,7 +156,7 @@ def test_writes_do_what_the_same_events_of_a_scenario_do():
 """
     changed = text.replace("events:\n", events)
     assert changed != text
-    other = load(document_of(changed, SCENARIOS["click"].as_posix(), None, DEFAULT), DEFAULT, reader_of(None))
+    other = load(document_of(changed, SCENARIOS["click"].as_posix(), None, DEFAULT), reader_of(None))
     twin = VirtualPlc(other, VENDORS["click"].load("numbering"))
     twin.advance(3900)
     assert twin.run.net.sig == plc.run.net.sig
@@ -173,7 +173,7 @@ def test_an_output_that_is_written_reaches_the_plant_as_that_of_an_event_does():
     first = f"  - {{at: 20, loop: {name}, mode: manual}}"
     events = f"events:\n{first}\n  - {{at: 30, loop: {name}, set: {{output: 1024 counts}}}}\n"
     changed = SCENARIOS["dl06"].read_text("utf-8").replace("events:\n", events)
-    other = load(document_of(changed, SCENARIOS["dl06"].as_posix(), None, DEFAULT), DEFAULT, reader_of(None))
+    other = load(document_of(changed, SCENARIOS["dl06"].as_posix(), None, DEFAULT), reader_of(None))
     twin = VirtualPlc(other, VENDORS["dl06"].load("numbering"))
     twin.advance(190)
     assert [note.text for note in twin.report().events][:2] == ["request mode manual", "set output to 1024 counts"]

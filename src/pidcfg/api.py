@@ -230,7 +230,7 @@ def check(
     from pidcfg.output.findings import checked
     from pidcfg.output.sources import document_of
 
-    return checked(document_of(source, name, files, limits), limits, reader_of(files), comments=comments)
+    return checked(document_of(source, name, files, limits), reader_of(files), comments=comments)
 
 
 @exact
@@ -263,7 +263,7 @@ def encode(
     added_to = None if into is None else source_data(into, into_name, files, most)
     old = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
     plc_map = stated_map(map, checked.document, files, limits) if map is not None or format == MODBUS else None
-    return encoded(checked, format, EncodeOptions(added_to, old, live, allow_errors, plc_map), limits)
+    return encoded(checked, format, EncodeOptions(added_to, old, live, allow_errors, plc_map))
 
 
 @exact
@@ -323,7 +323,7 @@ def convert(
     refuse_below(1, jobs=jobs)
     checked = checked_of(source, name, files, limits)
     compare = (lambda one, two, report: both_sides(one, two, report, progress, jobs)) if verify else None
-    return converted(checked, target, options or {}, limits, compare, max_loss_of(max_loss))
+    return converted(checked, target, options or {}, compare, max_loss_of(max_loss))
 
 
 @exact
@@ -396,8 +396,8 @@ def simulate(
     if is_configuration(doc):
         from pidcfg.study.draft import simulate_draft
 
-        return SimulateResult(simulate_draft(doc, settings, limits, record=record))
-    return SimulateResult(simulate_document(doc, settings, limits, reader_of(files), record=record))
+        return SimulateResult(simulate_draft(doc, settings, record=record))
+    return SimulateResult(simulate_document(doc, settings, reader_of(files), record=record))
 
 
 @exact
@@ -443,6 +443,6 @@ def certify(
         raise ArgumentError(f"`cluster` is {cluster!r}; {wanted}", "cluster")
     plan = Plan(samples, seed, jobs, cluster, keep_worst, record, state, keep, progress, remark)
     try:
-        return CertifyResult(certify_document(doc, plan, limits, reader_of(files)))
+        return CertifyResult(certify_document(doc, plan, reader_of(files)))
     except StateError as error:
         raise ArgumentError(f"`state` cannot be continued: {error}; begin anew without it", "state") from None

@@ -21,7 +21,6 @@ from pidcfg.sim import costs
 from pidcfg.sim.costs import COSTS, Cost
 from pidcfg.sim.engine import choice as engine
 from pidcfg.study.scenario import Loaded, load
-from pidcfg.text.reader import DISK, Limits
 from pidcfg.text.source import read_document
 from pidcfg.text.store import PLACE
 
@@ -31,9 +30,9 @@ TABLE = Path(costs.__file__)
 
 def examples(vendor: str) -> list[Loaded]:
     """The scenarios of a vendor that are shipped, ready to run."""
-    limits, found = Limits(), []
+    found = []
     for path in sorted((EXAMPLES / vendor).glob("*.scenario.yaml")):
-        case = load(read_document(path.read_bytes(), path.as_posix(), limits), limits, DISK)
+        case = load(read_document(path.read_bytes(), path.as_posix()))
         if case.scenario is None or case.image is None:
             raise SystemExit(f"{path} cannot run")
         found.append(case)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.sim.engine.run import Settings, simulate
 from pidcfg.study.scenario import load
-from pidcfg.text.reader import Limits
 from pidcfg.text.source import read_document
 
 if TYPE_CHECKING:
@@ -181,8 +180,7 @@ class Files:
 
 def loaded(config: str, text: str) -> Loaded:
     """A scenario ready to run; what is wrong with it ends the benchmark."""
-    limits = Limits()
-    done = load(read_document(text.encode(), "s.yaml", limits), limits, Files(config))
+    done = load(read_document(text.encode(), "s.yaml"), Files(config))
     errors = [finding.message for finding in (*done.findings, *done.config_errors) if finding.severity.label == "error"]
     if done.image is None or errors:
         raise SystemExit(f"the benchmark's files have errors: {'; '.join(errors)}\n{config}\n{text[:500]}")

@@ -31,21 +31,20 @@ if TYPE_CHECKING:
     from pidcfg.cli.inputs import Input
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits
     from pidcfg.validate.fixes import Fixed
 
 
 # --- ``validate --fix`` and ``--diff``: corrected files, written whole or not at all ----------------------------------
 
 
-def fixing(inputs: Sequence[Input], limits: Limits, rules: Rules, ctx: click.Context) -> list[Input]:
+def fixing(inputs: Sequence[Input], rules: Rules, ctx: click.Context) -> list[Input]:
     """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
     diff, quiet = ctx.params["diff"], ctx.params["quiet"]
     piped = [entry for entry in inputs if entry.piped]
     asked = ctx.get_parameter_source("fmt") is not ParameterSource.DEFAULT  # a CI job's own format is nobody's wish
     if piped and not diff and (len(inputs) > 1 or (asked and ctx.params["fmt"] != "text")):
         raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
-    work = progress((_corrected(entry, limits, rules, ctx) for entry in inputs), "correcting", len(inputs))
+    work = progress((_corrected(entry, rules, ctx) for entry in inputs), "correcting", len(inputs))
     done = list(zip(inputs, work, strict=True))
     changed = [(entry, fixed) for entry, fixed in done if fixed.data != entry.data]
     corrected = [fixed for _, fixed in changed if fixed.fixed]
@@ -103,18 +102,18 @@ def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
             raise click.ClickException(f"{reason}; nothing was corrected") from None
 
 
-def _corrected(entry: Input, limits: Limits, rules: Rules, ctx: click.Context) -> Fixed:
+def _corrected(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
     """One input with its corrections."""
     from pidcfg.validate.baseline import suppress
     from pidcfg.validate.fixes import Fixed, Fixer
 
     def check(doc: Document) -> list[Diagnostic]:
-        return ordered(suppress(check_any(doc, limits, FILES), doc).kept)
+        return ordered(suppress(check_any(doc, FILES), doc).kept)
 
     if entry.problem is not None:
-        return Fixed(entry.data, (), tuple(check(document(entry, limits))))
+        return Fixed(entry.data, (), tuple(check(document(entry))))
     ignore = [*rules.ignore, *settings.of(ctx).ignored_in(entry.name)]
     fixer = Fixer(
-        lambda data: read_document(data, entry.name, limits), check, lambda d: named(d.code, rules.select, ignore)
+        lambda data: read_document(data, entry.name, entry.limits), check, lambda d: named(d.code, rules.select, ignore)
     )
     return fixer.fix(entry.data)

@@ -6,7 +6,6 @@ import hashlib
 import os
 import sys
 from dataclasses import astuple, dataclass, field, fields
-from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -233,10 +232,10 @@ def check_all(
     """
     cache = _cache(limits) if cached else None
     if cache is None:
-        yield from ((document, findings) for document, findings, _ in _checked(inputs, limits))
+        yield from ((document, findings) for document, findings, _ in _checked(inputs))
         return
     kept = {i: found for i, entry in enumerate(inputs) if (found := cache.get(entry))}
-    rest = _checked([entry for i, entry in enumerate(inputs) if i not in kept], limits)
+    rest = _checked([entry for i, entry in enumerate(inputs) if i not in kept])
     for i, entry in enumerate(inputs):
         if i in kept:
             yield kept[i]
@@ -250,27 +249,27 @@ def _cache(limits: Limits) -> Cache | None:
     return Cache.open(limits)
 
 
-def _checked(inputs: Sequence[Input], limits: Limits) -> Iterator[tuple[Document, list[Diagnostic], Reads]]:
+def _checked(inputs: Sequence[Input]) -> Iterator[tuple[Document, list[Diagnostic], Reads]]:
     """Inputs that have to be checked, each with what was read for it."""
     processors = os.cpu_count() or 1
     if len(inputs) < MANY or processors == 1:
-        yield from (check_input(entry, limits) for entry in inputs)
+        yield from map(check_input, inputs)
         return
     from concurrent.futures import ProcessPoolExecutor
 
-    yield check_input(inputs[0], limits)  # a process that is forked has what this one has loaded for it
+    yield check_input(inputs[0])  # a process that is forked has what this one has loaded for it
     with ProcessPoolExecutor(processors) as pool:
         with held():
-            checked = pool.map(check_input, inputs[1:], repeat(limits), chunksize=CHUNK)
+            checked = pool.map(check_input, inputs[1:], chunksize=CHUNK)
         yield from checked
 
 
-def check_input(entry: Input, limits: Limits) -> tuple[Document, list[Diagnostic], Reads]:
+def check_input(entry: Input) -> tuple[Document, list[Diagnostic], Reads]:
     """One input's text and findings; the data are let go, since a report needs the text only."""
     from pidcfg.api import check
 
     reads = Reads(entry.name)
-    result = check(document(entry, limits), files=reads, comments=False, limits=limits)
+    result = check(document(entry), files=reads, comments=False, limits=entry.limits)
     return result.document.bare(), list(result.findings), reads
 
 

@@ -22,7 +22,7 @@ from pidcfg.cli.terminal import held
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
-from pidcfg.text.reader import SUFFIXES, Disk, read_file, refusal
+from pidcfg.text.reader import DEFAULT, SUFFIXES, Disk, read_file, refusal
 from pidcfg.text.signs import UTF16_MARKS
 from pidcfg.text.source import read_document
 
@@ -409,11 +409,13 @@ class Input:
     """Why a foreign entry of a folder was not even looked at."""
     left_out: str | None = None
     """Why a foreign entry of a folder was to be left out; the name of a folder ends with a slash."""
+    limits: Limits = DEFAULT
+    """Within which it was read."""
 
 
 def read_inputs(paths: Sequence[str], limits: Limits) -> Iterator[Document]:
     """The documents that the paths of a command line stand for, each once."""
-    return (document(entry, limits) for entry in read_entries(paths, limits))
+    return (document(entry) for entry in read_entries(paths, limits))
 
 
 def read_entries(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
@@ -448,13 +450,13 @@ def reasons(entries: Iterable[Input]) -> Iterator[str]:
     return (f"left out: {entry.name} ({entry.left_out})" for entry in entries if entry.left_out is not None)
 
 
-def document(entry: Input, limits: Limits) -> Document:
+def document(entry: Input) -> Document:
     """An input as a document; a file that could not be opened is one with that finding."""
     if entry.problem is None:
-        return read_document(entry.data, entry.name, limits)
+        return read_document(entry.data, entry.name, entry.limits)
     cure = _beside(entry.name) or "check the path"
     finding = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help=cure)
-    return Document(entry.name, "", None, Node(None), (finding,))
+    return Document(entry.name, "", None, Node(None), (finding,), entry.limits)
 
 
 def _beside(name: str) -> str | None:
@@ -488,7 +490,7 @@ def gather(paths: Sequence[str], limits: Limits, *, skip_foreign: bool = False) 
             yield from _inputs_below(name, taken)
         else:
             entry = read_input(name, limits)
-            foreign = skip_foreign and name != STDIN and not concerns_pidcfg(entry, limits)
+            foreign = skip_foreign and name != STDIN and not concerns_pidcfg(entry)
             yield Input(name, foreign=True) if foreign else entry
 
 
@@ -519,9 +521,9 @@ class _Taken:
         return Input(name, problem=f"more than {self.limits.files} files; raise it with --limit files=N")
 
 
-def concerns_pidcfg(entry: Input, limits: Limits) -> bool:
+def concerns_pidcfg(entry: Input) -> bool:
     """Whether a file has the ``pidcfg`` key, or is to be reported because it cannot be read."""
-    return entry.problem is not None or is_for_pidcfg(entry.name, entry.data, limits.file_bytes)
+    return entry.problem is not None or is_for_pidcfg(entry.name, entry.data, entry.limits.file_bytes)
 
 
 def expand(paths: Sequence[str]) -> Iterator[str]:
@@ -580,7 +582,7 @@ def _in_folder(path: Path, limits: Limits) -> Input:
     """One YAML file in a folder; foreign where it has no ``pidcfg`` key."""
     name = path.as_posix()
     entry = read_input(name, limits)
-    return entry if concerns_pidcfg(entry, limits) else Input(name, foreign=True)
+    return entry if concerns_pidcfg(entry) else Input(name, foreign=True)
 
 
 class RememberedFiles(Disk):
@@ -618,13 +620,13 @@ def read_input(name: str, limits: Limits) -> Input:
                 return Input(name_of(name), problem="cannot read standard input: it is closed", piped=True)
             with held():
                 FILES.opened(sys.stdin.buffer)
-                return Input(name_of(name), sys.stdin.buffer.read(most), piped=True)
-        return Input(name, FILES.read(name, most))
+                return Input(name_of(name), sys.stdin.buffer.read(most), piped=True, limits=limits)
+        return Input(name, FILES.read(name, most), limits=limits)
     except (OSError, ValueError) as error:
         return Input(name_of(name), problem=refusal(name_of(name), error), piped=name == STDIN)
 
 
-def listing_fault(entry: Input, vendor: Vendor, limits: Limits, kind: str | None = None) -> str | None:
+def listing_fault(entry: Input, vendor: Vendor, kind: str | None = None) -> str | None:
     """What is wrong with a file by itself that is to be a memory listing."""
     from pidcfg.encoders.decoding import read_listing
     from pidcfg.encoders.listing import ListingError
@@ -632,7 +634,7 @@ def listing_fault(entry: Input, vendor: Vendor, limits: Limits, kind: str | None
     if entry.problem is not None:
         return entry.problem
     try:
-        read_listing(entry.data, vendor, limits, kind)
+        read_listing(entry.data, vendor, entry.limits, kind)
     except ListingError as error:
         return f"{entry.name}:{error.line}:{error.column}: {error}"
     return None

@@ -80,7 +80,7 @@ def compare(
 
     checked = checked_of(source, name, files, limits)
     source_plc = source_of(plc, checked, None, {}, stated_map(map, checked.document, files, limits))
-    return read_and_compared(checked, source_plc, patience_of(timeout, retries), limits)
+    return read_and_compared(checked, source_plc, patience_of(timeout, retries))
 
 
 def _plc_of(
@@ -205,7 +205,7 @@ def serve(
         raise ArgumentError(f"`listen`: {error}", "listen") from None
     serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
     stated = None if map is None else stated_map(map, None, files, limits)
-    return served(document_of(source, name, files, limits), serving, limits, reader_of(files), stated)
+    return served(document_of(source, name, files, limits), serving, reader_of(files), stated)
 
 
 def _nobody(_at: float, _values: Mapping[str, str]) -> None:

@@ -244,10 +244,10 @@ class CompareResult:
         return findings_data(self.findings if self.ok else errors_in(self.findings))
 
 
-def compared_with(checked: Checked, source: Source, image: Image | Program, limits: Limits) -> CompareResult:
+def compared_with(checked: Checked, source: Source, image: Image | Program) -> CompareResult:
     """The comparison of a checked configuration with what was read of the PLC."""
     plc, document = str(source.address), checked.document
-    diff = compared((checked, (listing(image), plc)), (document.file, plc), DiffOptions(source.vendor), limits)
+    diff = compared((checked, (listing(image), plc)), (document.file, plc), DiffOptions(source.vendor), document.limits)
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)
     findings = [finding for loop in diff.loops for finding in _findings(loop, document, source.register)]
@@ -317,11 +317,11 @@ def _notes(diff: DiffResult) -> Iterator[str]:
             yield f"{loop.loop}: operated, and no difference: {values}"
 
 
-def read_and_compared(checked: Checked, source: Source, patience: Patience, limits: Limits) -> CompareResult:
+def read_and_compared(checked: Checked, source: Source, patience: Patience) -> CompareResult:
     """Reads the PLC and compares; a file that has no memory is not compared, and nothing is read."""
     if source.image is None:
         return CompareResult(str(source.address), checked.document, tuple(errors_in(checked.findings)))
-    return compared_with(checked, source, read(source, patience), limits)
+    return compared_with(checked, source, read(source, patience))
 
 
 def not_reached(file: str, message: str) -> Diagnostic:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits, Reader
+    from pidcfg.text.reader import Reader
     from pidcfg.validate.map_files import MapFile
 
 # --- The virtual PLC of a scenario behind its vendor's register map: read, written to, and moved on in time -----------
@@ -354,17 +354,15 @@ class Serving:
     tell: Callable[[str], None]
 
 
-def served(
-    doc: Document, serving: Serving, limits: Limits, reader: Reader, stated: MapFile | None = None
-) -> ServeResult:
+def served(doc: Document, serving: Serving, reader: Reader, stated: MapFile | None = None) -> ServeResult:
     """Serves the scenario of a document until it is interrupted; raises `PlcError` where it cannot listen.
 
     ``stated``: the map, in place of the one that the configuration names; raises `UnusableMapError`.
     """
-    loaded = load(doc, limits, reader)
+    loaded = load(doc, reader)
     if loaded.scenario is None or loaded.image is None or loaded.vendor is None:
         return ServeResult(Outcome(doc.file, loaded.config, findings=loaded.findings, documents=loaded.documents))
-    stated = stated or named_map(loaded.documents.get(loaded.config), reader, limits)
+    stated = stated or named_map(loaded.documents.get(loaded.config), reader)
     numbering = numbering_of(loaded.vendor, stated, loaded.image, loaded.config)
     try:
         plc = VirtualPlc(loaded, numbering)

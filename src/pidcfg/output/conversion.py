@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from pidcfg.study.verification.comparison import SignalDifference
     from pidcfg.study.verification.verify import Verified
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits
     from pidcfg.vendors import Vendor
 
 # --- The verdicts of the battery as plain data: for `convert --verify` and `diff --verify` ----------------------------
@@ -164,7 +163,6 @@ def converted(
     checked: Checked,
     target: Vendor,
     options: Mapping[str, object],
-    limits: Limits,
     verify: Callable[[Checked, Checked, ConvertResult], tuple[Verified, ...]] | None,
     max_loss: MaxLoss = DEFAULT,
 ) -> ConvertResult:
@@ -184,7 +182,7 @@ def converted(
         except ConvertError as error:
             return replace(nothing, findings=(*checked.findings, *missing(error.missing, checked.document)))
         text = text_of(outcome, checked.document)
-        result = check_document(read_document(text.encode(), f"<{target.key}>", limits), limits)
+        result = check_document(read_document(text.encode(), f"<{target.key}>", checked.document.limits))
         refused = refused_loops(outcome, result)
         if not refused or len(refused) == len(outcome.kept):
             break

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits, Reader
+    from pidcfg.text.reader import Reader
     from pidcfg.validate.baseline import Ignored
 
 Data = dict[str, Any]
@@ -147,9 +147,9 @@ def loaded(document: Document) -> LoadResult:
     return LoadResult(document, tuple(findings), "configuration", vendor.key, model)
 
 
-def checked(document: Document, limits: Limits, reader: Reader, *, comments: bool) -> CheckResult:
+def checked(document: Document, reader: Reader, *, comments: bool) -> CheckResult:
     """All findings of a document; ``comments``: without those that comments in it ignore."""
-    findings = check_any(document, limits, reader)
+    findings = check_any(document, reader)
     if not comments or "ignore" not in document.text:
         return CheckResult(document, tuple(findings))
     from pidcfg.validate.baseline import suppress
@@ -161,7 +161,7 @@ def checked(document: Document, limits: Limits, reader: Reader, *, comments: boo
 # --- The findings of a file, whether it is a configuration or a scenario ----------------------------------------------
 
 
-def check_any(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diagnostic]:
+def check_any(doc: Document, reader: Reader = DISK) -> list[Diagnostic]:
     """The findings of a configuration, or of a scenario and what it names."""
     from pidcfg.validate.engine import check_document, is_scenario
 
@@ -169,13 +169,13 @@ def check_any(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diag
         from pidcfg.study.scenario import check_scenario
         from pidcfg.validate.engine import curly_quotes
 
-        return [*check_scenario(doc, limits, reader), *curly_quotes(doc)]
-    checked = check_document(doc, limits)
+        return [*check_scenario(doc, reader), *curly_quotes(doc)]
+    checked = check_document(doc)
     if checked.vendor is None or checked.encoding is None or not checked.encoding.whole or not has_map(doc):
         return list(checked.findings)
     from pidcfg.validate.map_files import check_map
 
-    wrong = check_map(doc, checked.vendor, checked.encoding.image, reader, limits)
+    wrong = check_map(doc, checked.vendor, checked.encoding.image, reader)
     return ordered([*checked.findings, *wrong])
 
 

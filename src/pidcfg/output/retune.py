@@ -97,7 +97,7 @@ def retuned(
     that cannot be read, a loop that the gains are not for, and a number that does not fit.
     """
     doc = read_document(into.data, into.name, limits)
-    checked_file = check_document(doc, limits)
+    checked_file = check_document(doc)
     vendor, index = _loop_of(checked_file, into)
     if target.vendor is not None and target.vendor is not vendor:
         raise ArgumentError(f"`vendor` is {target.vendor.key}, and {into.name} is for {vendor.key}", "vendor")
@@ -113,14 +113,14 @@ def retuned(
     values = _values(where, doc, index, gains, tuning, fitted)
     data = _placed(where, doc, into.data, index, values)
     after = read_document(data, into.name, limits)
-    findings = _findings(doc, after, name, limits, into.reader)
+    findings = _findings(doc, after, name, into.reader)
     action = None if heating is None else tuning.words.heating if heating else tuning.words.cooling
     return Written(into.name, name, vendor, into.data, data, values, after, findings, action), fitted
 
 
 def loop_tuning(target: Target, into: Into, limits: Limits) -> tuple[Vendor, LoopTuning]:
     """The vendor of a file, and how its loop holds its gains; raises as `retuned` does."""
-    checked_file = check_document(read_document(into.data, into.name, limits), limits)
+    checked_file = check_document(read_document(into.data, into.name, limits))
     vendor, index = _loop_of(checked_file, into)
     config: Any = checked_file.config
     loop = config.loops[index]
@@ -242,8 +242,8 @@ def _behind_present(doc: Document, after: Mapping[Path, Path]) -> dict[Path, Pat
     return out
 
 
-def _findings(before: Document, after: Document, loop: str, limits: Limits, reader: Reader) -> tuple[Diagnostic, ...]:
+def _findings(before: Document, after: Document, loop: str, reader: Reader) -> tuple[Diagnostic, ...]:
     """What is found at the loop after the change, and what is new elsewhere."""
-    old = {(d.code, d.where, d.message) for d in checked(before, limits, reader, comments=True).findings}
-    found = checked(after, limits, reader, comments=True).findings
+    old = {(d.code, d.where, d.message) for d in checked(before, reader, comments=True).findings}
+    found = checked(after, reader, comments=True).findings
     return tuple(d for d in found if d.loop == loop or loop in d.with_loops or (d.code, d.where, d.message) not in old)

@@ -111,7 +111,7 @@ def confirmed(
     scenario, most = _scenario(found, process, pv, output)
     files = {NAMES[0]: config, NAMES[1]: scenario.encode()}
     doc = read_document(files[NAMES[1]], NAMES[1], limits)
-    certification = certify_document(doc, Plan(samples, SEED, keep_worst=0), limits, reader_of(files)).certification
+    certification = certify_document(doc, Plan(samples, SEED, keep_worst=0), reader_of(files)).certification
     if certification is None:
         return None
     (wanted,) = certification.expectations
@@ -148,8 +148,8 @@ def _as_vendor(text: str, vendor: Vendor | None, limits: Limits) -> tuple[str, b
     """The loop as a file of a PLC, with its name; the neutral form where the PLC cannot have it alone."""
     neutral = text.encode()
     if vendor is not None and vendor.key != OWN:
-        checked = check_document(read_document(neutral, NAMES[0], limits), limits)
-        result = converted(checked, vendor, {}, limits, None)
+        checked = check_document(read_document(neutral, NAMES[0], limits))
+        result = converted(checked, vendor, {}, None)
         if result.text and result.ok:
             return vendor.key, result.text.encode()
     return OWN, neutral

@@ -299,7 +299,7 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
         raise SheetFaultsError(reader.faults)
     whole = {"pidcfg": 1, "vendor": vendor.key, **content, "loops": loops}
     text = yaml_text(native(whole))
-    checked = check_document(read_document(text.encode(), name, limits), limits)
+    checked = check_document(read_document(text.encode(), name, limits))
     errors = [d for d in checked.findings if d.severity is Severity.ERROR]
     if checked.config is None:
         raise SheetFaultsError([message for _, message in reader.by_column(errors)])

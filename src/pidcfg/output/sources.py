@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,13 +24,13 @@ Source = Path | str | bytes | Document
 def document_of(source: Source, name: str | None, files: Files, limits: Limits) -> Document:
     """A source as a document; raises `OSError` for a file that is not there."""
     if isinstance(source, Document):
-        return source
+        return source if source.limits == limits else replace(source, limits=limits)
     return read_document(*source_data(source, name, files, limits.file_bytes + 1), limits)
 
 
 def checked_of(source: Source, name: str | None, files: Files, limits: Limits) -> Checked:
     """A source as a checked configuration."""
-    return check_document(document_of(source, name, files, limits), limits)
+    return check_document(document_of(source, name, files, limits))
 
 
 def stated_map(
@@ -39,7 +40,7 @@ def stated_map(
     from pidcfg.validate.map_files import map_of_data, named_map
 
     if source is None:
-        return named_map(document, reader_of(files), limits)
+        return named_map(document, reader_of(files))
     data, label = source_data(source, None, files, limits.file_bytes + 1)
     return map_of_data(data, "map" if label == UNNAMED else label, limits)
 
@@ -65,8 +66,8 @@ def side_of(source: Source, name: str | None, files: Files, limits: Limits) -> t
     from pidcfg.output.differences import is_listing
 
     if isinstance(source, Document):
-        return check_document(source, limits), name or source.file
+        return checked_of(source, name, files, limits), name or source.file
     data, label = source_data(source, name, files, limits.file_bytes + 1)
     if is_listing(label):
         return (data, label), label
-    return check_document(read_document(data, label, limits), limits), label
+    return check_document(read_document(data, label, limits)), label

@@ -102,7 +102,7 @@ class EncodeOptions:
     """A Modbus map that is stated, for the format ``modbus``."""
 
 
-def encoded(checked: Checked, name: str, options: EncodeOptions, limits: Limits) -> EncodeResult:
+def encoded(checked: Checked, name: str, options: EncodeOptions) -> EncodeResult:
     """The memory of a checked configuration in a format."""
     vendor, encoding = checked.vendor, checked.encoding
     faulty = bool(errors_in(checked.findings))
@@ -120,8 +120,8 @@ def encoded(checked: Checked, name: str, options: EncodeOptions, limits: Limits)
     if options.changed_from is None:
         if options.live:
             raise ArgumentError("`live` is for `changed_from` only", "live", "changed_from")
-        return _with_texts(result, kind, options.into, limits)
-    return _in_part(result, kind, Subject(vendor, checked.config, encoding), options, limits)
+        return _with_texts(result, kind, options.into)
+    return _in_part(result, kind, Subject(vendor, checked.config, encoding), options)
 
 
 def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
@@ -141,9 +141,7 @@ def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
     return modbus_kind(space_of(checked.vendor), numbering)
 
 
-def _in_part(
-    result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions, limits: Limits
-) -> EncodeResult:
+def _in_part(result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions) -> EncodeResult:
     """The result with what differs from a listing."""
     if not kind.partial:
         able = [other.name for other in subject.vendor.load("formats").values() if other.partial]
@@ -153,14 +151,14 @@ def _in_part(
         raise ArgumentError("`into` and `changed_from` do not go together", "into", "changed_from")
     data, name = options.changed_from or (b"", "")
     try:
-        listing = read_listing(data, subject.vendor, limits)
+        listing = read_listing(data, subject.vendor, result.document.limits)
     except ListingError as error:
         return replace(result, findings=(*result.findings, unreadable(error, name)))
     image, notes = changes_from(subject, listing, live=options.live)
-    return replace(_with_texts(replace(result, image=image), kind, None, limits), merged=notes)
+    return replace(_with_texts(replace(result, image=image), kind, None), merged=notes)
 
 
-def _with_texts(result: EncodeResult, kind: FileKind, into: File | None, limits: Limits) -> EncodeResult:
+def _with_texts(result: EncodeResult, kind: FileKind, into: File | None) -> EncodeResult:
     """The result with the texts of its format, perhaps within a file of the user's."""
     if into is None:
         if kind.needs_into:
@@ -171,7 +169,7 @@ def _with_texts(result: EncodeResult, kind: FileKind, into: File | None, limits:
         raise ArgumentError(f"{kind.name} is not written into another file", "into")
     data, name = into
     try:
-        refuse_large(data, limits)
+        refuse_large(data, result.document.limits)
         text, report = kind.merge(result.image, exact_text(data, kind.encoding))
     except ListingError as error:
         return replace(result, findings=(*result.findings, unreadable(error, name)))

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from pidcfg.sim.judgement.report import Report, Standing, Verdict
     from pidcfg.study.draft_plan import Course
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits
     from pidcfg.validate.engine import Checked
 
 # --- What a drafted run should show: set points reached, little overshoot, no outermost alarm -------------------------
@@ -263,9 +262,9 @@ def _run(checked: Checked, course: Course, title: str, config: str, most: int | 
     return simulate_loaded(loaded, Settings("auto", max_loop_steps=most))
 
 
-def simulate_draft(doc: Document, settings: Settings, limits: Limits, *, record: bool = False) -> Outcome:
+def simulate_draft(doc: Document, settings: Settings, *, record: bool = False) -> Outcome:
     """Runs a configuration with its drafted scenario; one with errors has its findings and no report."""
-    checked = check_document(doc, limits)
+    checked = check_document(doc)
     documents = {doc.file: doc}
     try:
         text = draft_of(checked, doc.file, most=settings.max_loop_steps).text
@@ -274,7 +273,7 @@ def simulate_draft(doc: Document, settings: Settings, limits: Limits, *, record:
         if not checked.failed:
             findings = (*findings, Diagnostic("PID058", Severity.ERROR, str(error), doc.file))
         return Outcome(doc.file, doc.file, findings=findings, documents=documents)
-    scenario = read_document(text.encode(), f"{doc.file} (drafted scenario)", limits)
+    scenario = read_document(text.encode(), f"{doc.file} (drafted scenario)", doc.limits)
     loaded = Loaded(scenario, [], *read_scenario(scenario)[:1], config=doc.file, documents=documents)
     loaded.documents[scenario.file] = scenario
     loaded.vendor, loaded.image = checked.vendor, checked.encoding.image if checked.encoding else None

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from pidcfg.sim.judgement.report import LoopReport, Period, Report, Verdict
     from pidcfg.study.scenario import Loaded
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits
 
     Steps = Sequence[tuple[float, float]]
     """Times in s, each with the value from then on."""
@@ -340,9 +339,7 @@ class Outcome:
         return self.report is not None and self.report.passed and not self.unjudged
 
 
-def simulate_document(
-    doc: Document, settings: Settings, limits: Limits, reader: Reader = DISK, *, record: bool = False
-) -> Outcome:
+def simulate_document(doc: Document, settings: Settings, reader: Reader = DISK, *, record: bool = False) -> Outcome:
     """Runs one scenario file; ``record``: with the trend of its loops, for `pidcfg.study.outcome.charts_of`."""
     from pidcfg.study.scenario import load
     from pidcfg.validate.engine import is_scenario
@@ -351,7 +348,7 @@ def simulate_document(
         cure = "a scenario begins with 'scenario: …' and names its configuration"
         finding = Diagnostic("PID032", Severity.ERROR, "the file is no scenario", doc.file, help=cure)
         return Outcome(doc.file, findings=[finding], documents={doc.file: doc})
-    return simulate_loaded(load(doc, limits, reader), settings, record=record)
+    return simulate_loaded(load(doc, reader), settings, record=record)
 
 
 def simulate_loaded(loaded: Loaded, settings: Settings, *, record: bool = False) -> Outcome:

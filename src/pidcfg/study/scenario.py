@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from pidcfg.sim.controllers.plc import Controller, Plc
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
-    from pidcfg.text.reader import Limits
     from pidcfg.validate.engine import Checked
     from pidcfg.vendors import Vendor
 
@@ -348,7 +347,7 @@ class Loaded:
         self.findings = ordered([*self.findings, *(place(problem, self.document) for problem in told)])
 
 
-def load(doc: Document, limits: Limits, reader: Reader = DISK) -> Loaded:
+def load(doc: Document, reader: Reader = DISK) -> Loaded:
     """Reads a scenario and what it names; ``findings`` say why it cannot run, if so."""
     loaded = Loaded(doc, list(doc.problems), documents={doc.file: doc})
     if doc.data is None or unreadable(doc.problems):
@@ -356,7 +355,7 @@ def load(doc: Document, limits: Limits, reader: Reader = DISK) -> Loaded:
     scenario, loaded.findings = read_scenario(doc)
     loaded.scenario = scenario
     if scenario is not None:
-        _read_config(loaded, scenario, limits, reader)
+        _read_config(loaded, scenario, reader)
         _use_own_units(loaded)
     return loaded
 
@@ -397,9 +396,9 @@ def unreadable(findings: Iterable[Diagnostic]) -> bool:
     return any(map(unusable, findings))
 
 
-def check_scenario(doc: Document, limits: Limits, reader: Reader = DISK) -> list[Diagnostic]:
+def check_scenario(doc: Document, reader: Reader = DISK) -> list[Diagnostic]:
     """All findings of a scenario file; those of its configuration are reported with the configuration."""
-    loaded = load(doc, limits, reader)
+    loaded = load(doc, reader)
     if loaded.scenario is not None and loaded.image is not None:
         plc = loaded.plc()
         net = prepare(loaded.scenario, plc)
@@ -433,31 +432,31 @@ def place(problem: Problem, doc: Document) -> Diagnostic:
     )
 
 
-def _read_config(loaded: Loaded, scenario: Scenario, limits: Limits, reader: Reader) -> None:
+def _read_config(loaded: Loaded, scenario: Scenario, reader: Reader) -> None:
     """The configuration or listing, relative to the scenario."""
     loaded.config = reader.resolve(loaded.document.file, scenario.config)
     if scenario.config == STDIN:
         loaded.refuse(f"{scenario.config} is no file", "name a configuration or a memory listing")
         return
     try:
-        data = read_other(reader, loaded.config, limits.file_bytes + 1)
+        data = read_other(reader, loaded.config, loaded.document.limits.file_bytes + 1)
     except (OSError, ValueError) as error:
         loaded.refuse(refusal(loaded.config, error), "the path is relative to the scenario file")
         return
     if PurePath(loaded.config).suffix.lower() in SUFFIXES:
-        _use_configuration(loaded, data, limits)
+        _use_configuration(loaded, data)
     else:
-        _use_listing(loaded, data, limits, quoted=may_be_quoted(reader, loaded.document.file, loaded.config))
+        _use_listing(loaded, data, quoted=may_be_quoted(reader, loaded.document.file, loaded.config))
 
 
-def _use_configuration(loaded: Loaded, data: bytes, limits: Limits) -> None:
+def _use_configuration(loaded: Loaded, data: bytes) -> None:
     """Encodes a configuration; errors that the PLC survives do not keep it from running."""
-    doc = read_document(data, loaded.config, limits)
+    doc = read_document(data, loaded.config, loaded.document.limits)
     loaded.documents[doc.file] = doc
     if is_scenario(doc):
         loaded.refuse(f"{loaded.config} is a scenario", "name the configuration that it runs")
         return
-    checked = check_document(doc, limits)
+    checked = check_document(doc)
     if unreadable(checked.findings):
         first = next(d for d in checked.findings if unusable(d))
         cure = f"run 'pidcfg validate {loaded.config}'"
@@ -472,7 +471,7 @@ def _use_configuration(loaded: Loaded, data: bytes, limits: Limits) -> None:
     loaded.checked, loaded.vendor, loaded.image = checked, checked.vendor, checked.encoding.image
 
 
-def _use_listing(loaded: Loaded, data: bytes, limits: Limits, *, quoted: bool) -> None:
+def _use_listing(loaded: Loaded, data: bytes, *, quoted: bool) -> None:
     """Takes the words of a memory listing as they are, once what stands beside them is known to be sound.
 
     The vendor is the one that can read it; of those that cannot, the one that it names, or that got furthest, says why.
@@ -480,7 +479,7 @@ def _use_listing(loaded: Loaded, data: bytes, limits: Limits, *, quoted: bool) -
     wrong: list[tuple[bool, int, ListingError]] = []
     for vendor in VENDORS.values():
         try:
-            listing = read_listing(data, vendor, limits)
+            listing = read_listing(data, vendor, loaded.document.limits)
         except ListingError as error:
             wrong.append((vendor.key.encode() in data[:HEAD], error.line, error))
             continue

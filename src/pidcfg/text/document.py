@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.text.frozen import frozen
+from pidcfg.text.reader import DEFAULT
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator
@@ -80,6 +81,8 @@ class Document:
     data: dict[str, Any] | None
     root: Node
     problems: tuple[Diagnostic, ...] = ()
+    limits: Limits = field(default=DEFAULT, repr=False, compare=False)
+    """Within which it was read, and so what it names."""
 
     @cached_property
     def lines(self) -> list[str]:
@@ -131,12 +134,12 @@ MOST_LIKENED = 500
 """Pairs of an unknown name and a template that are likened to each other."""
 
 
-def resolved(doc: Document, limits: Limits) -> Document:
+def resolved(doc: Document) -> Document:
     """The document with every loop written out; one whose templates cannot be used has problems and no data."""
     data = doc.data
     if data is None or "vendor" not in data or not (TEMPLATES in data or any(_uses(data))):
         return doc
-    resolver = _Resolver(doc, limits)
+    resolver = _Resolver(doc)
     loops = resolver.loops()
     if any(d.severity is Severity.ERROR for d in resolver.problems):
         return replace(doc, data=None, problems=(*doc.problems, *resolver.problems))
@@ -171,7 +174,6 @@ def _uses(data: dict[str, Any]) -> Iterator[bool]:
 @dataclass(slots=True)
 class _Resolver:
     doc: Document
-    limits: Limits
     problems: dict[Diagnostic, None] = field(default_factory=dict)
     """Each once, in their order."""
     whole: dict[str, tuple[dict[str, Any], Node] | None] = field(default_factory=dict)
@@ -293,12 +295,12 @@ class _Resolver:
 
     def _joined(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
         """What uses a template with the values of it, as long as all copies are within the limit."""
-        fitted = self.nodes <= self.limits.nodes
+        fitted = self.nodes <= self.doc.limits.nodes
         self.nodes += base[1].size
-        if self.nodes <= self.limits.nodes:
+        if self.nodes <= self.doc.limits.nodes:
             return self._merged(base, own, path)
         if fitted:
-            message = f"more than {self.limits.nodes} values with those of templates"
+            message = f"more than {self.doc.limits.nodes} values with those of templates"
             self._refuse("PID013", (*path, USE), message, "split the file, or raise the limit by option")
         return own
 

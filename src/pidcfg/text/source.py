@@ -201,15 +201,15 @@ def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     """The text of one file as a document; everything wrong with it is in ``problems``, nothing is raised."""
     if other := other_file(data):  # a file that has no lines to show
         problem = Diagnostic("PID002", Severity.ERROR, other[0], file, START, help=other[1])
-        return Document(file, "", None, Node(None), (problem,))
+        return Document(file, "", None, Node(None), (problem,), limits)
     text = data[: limits.file_bytes].decode("utf-8-sig", "replace")
     try:
         _refuse_bytes(data, text, limits)
         root, node, duplicates = _build(text, file, limits)
     except _RefusedError as e:
         problem = Diagnostic(e.code, Severity.ERROR, e.message, file, e.span, help=e.cure)
-        return Document(file, text, None, Node(None), (problem,))
-    return resolved(Document(file, text, root, node, tuple(duplicates)), limits)
+        return Document(file, text, None, Node(None), (problem,), limits)
+    return resolved(Document(file, text, root, node, tuple(duplicates), limits))
 
 
 def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:

@@ -13,7 +13,6 @@ from pydantic import ValidationError
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
-from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.text.signs import QUOTES, code, in_curly_quotes, plain
 from pidcfg.validate.catalog import is_to_check, lines
 from pidcfg.validate.rule import D720, LOOPS, PLACEHOLDER, key_of, loop_name, shortened, value_of
@@ -276,7 +275,7 @@ class Checked:
         return any(d.severity is Severity.ERROR for d in self.findings)
 
 
-def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
+def check_document(doc: Document) -> Checked:
     """All findings of one configuration (a scenario is checked by the simulator)."""
     findings = list(doc.problems)
     if doc.data is None:
@@ -286,8 +285,8 @@ def check_document(doc: Document, limits: Limits = DEFAULT) -> Checked:
     if vendor is None:
         return Checked(doc, tuple(ordered([*findings, *problems])))
     loops = doc.data.get("loops")
-    if isinstance(loops, list) and len(loops) > limits.loops:
-        message = f"more than {limits.loops} loops"
+    if isinstance(loops, list) and len(loops) > doc.limits.loops:
+        message = f"more than {doc.limits.loops} loops"
         findings.append(Diagnostic("PID013", Severity.ERROR, message, doc.file, doc.locate(("loops",), key=True)))
         return Checked(doc, tuple(ordered(findings)), vendor)
     config, errors = read_model(vendor.model, doc)

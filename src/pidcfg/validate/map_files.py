@@ -53,7 +53,7 @@ def map_of_data(data: bytes, name: str, limits: Limits) -> MapFile:
         raise UnusableMapError(str(error), name, error.line, error.column) from None
 
 
-def named_map(document: Document | None, reader: Reader, limits: Limits) -> MapFile | None:
+def named_map(document: Document | None, reader: Reader) -> MapFile | None:
     """The map that a configuration names by ``plc.map``, relative to it; raises `UnusableMapError`."""
     plc = (document.data or {}).get("plc") if document is not None else None
     other = plc.get("map") if isinstance(plc, dict) else None
@@ -61,12 +61,12 @@ def named_map(document: Document | None, reader: Reader, limits: Limits) -> MapF
         return None
     name = reader.resolve(document.file, other)
     try:
-        data = read_other(reader, name, limits.file_bytes + 1)
+        data = read_other(reader, name, document.limits.file_bytes + 1)
     except (OSError, ValueError) as error:
         span = document.locate(PATH)
         cure = f"the name of a map is relative to the file that names it; `--format {FORMAT}` of encode writes one"
         raise UnusableMapError(f"{refusal(name, error)}: {cure}", document.file, span.line, span.column) from None
-    return map_of_data(data, name, limits)._replace(quoted=may_be_quoted(reader, document.file, name))
+    return map_of_data(data, name, document.limits)._replace(quoted=may_be_quoted(reader, document.file, name))
 
 
 def numbering_of(
@@ -127,10 +127,10 @@ def _without(vendor: Vendor, image: Image | Program | None, file: str) -> str:
     return f"{said}; {cure}, with rows of symbol, table, register (from 0) and type such as {example(rows)}; {write}"
 
 
-def check_map(document: Document, vendor: Vendor, image: Any, reader: Reader, limits: Limits) -> list[Diagnostic]:
+def check_map(document: Document, vendor: Vendor, image: Any, reader: Reader) -> list[Diagnostic]:
     """What is wrong with the map that a configuration names: it must be there and cover the loops."""
     try:
-        stated = named_map(document, reader, limits)
+        stated = named_map(document, reader)
         if stated is not None:
             numbering_of(vendor, stated, image, document.file)
     except UnusableMapError as error:

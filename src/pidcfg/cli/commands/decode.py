@@ -80,9 +80,7 @@ def command(
 
     entries = [read_input(name, limits) for name in image]
     if any(entry.problem is not None for entry in entries):
-        refuse_all(
-            [fault for entry in entries if (fault := listing_fault(entry, VENDORS[vendor], limits, kind)) is not None]
-        )
+        refuse_all([fault for entry in entries if (fault := listing_fault(entry, VENDORS[vendor], kind)) is not None])
     data, names = [entry.data for entry in entries], [entry.name for entry in entries]
     other = None if like is None else one_configuration(like, limits)
     with usage({"format": "--from"}):

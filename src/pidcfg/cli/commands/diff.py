@@ -90,7 +90,7 @@ def command(
     sources = [_source(name, limits) for name in (before, after)]
     for entry, other in zip(sources, reversed(sources), strict=True):
         if isinstance(entry, Input) and entry.problem is not None:
-            _unreadable(entry, other, vendor or like, limits, fmt)
+            _unreadable(entry, other, vendor or like, fmt)
     one, two = (source.data if isinstance(source, Input) else source for source in sources)
     with usage():
         names_of = None if like is None else _configuration(like, limits)
@@ -137,20 +137,20 @@ def _source(name: str, limits: Limits) -> Document | Input:
     return read_input(name, limits)
 
 
-def _unreadable(entry: Input, other: Document | Input, family: str | None, limits: Limits, fmt: str) -> NoReturn:
+def _unreadable(entry: Input, other: Document | Input, family: str | None, fmt: str) -> NoReturn:
     """Ends the command with what is wrong with the configuration on the other side, else with the listing's fault."""
     from pidcfg.api import diff
     from pidcfg.cli.findings import show_errors
     from pidcfg.cli.inputs import Input, document
 
     if not isinstance(other, Input):
-        result = diff(other, other, names=(other.file, other.file), limits=limits)
+        result = diff(other, other, names=(other.file, other.file), limits=other.limits)
         if not result.ok:
             refuse(result, fmt)
     elif family is None:
         raise click.UsageError("neither file says the PLC family; name it with --vendor")
     if fmt == "json":
-        unread = document(entry, limits)
+        unread = document(entry)
         show_errors(unread.problems, unread, fmt)
     raise click.ClickException(entry.problem or "")
 

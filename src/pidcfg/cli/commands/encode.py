@@ -134,7 +134,7 @@ def _inputs(
     except click.ClickException as error:
         faults.append(error.message)
     inputs = [None if name is None else read_input(name, limits) for name in others]
-    problems = [problem for entry in inputs if entry is not None and (problem := _problem(entry, limits)) is not None]
+    problems = [problem for entry in inputs if entry is not None and (problem := _problem(entry)) is not None]
     if problems:
         faults += problems
         if configuration is not None and not (alone := encode(configuration, limits=limits)).ok:
@@ -144,10 +144,10 @@ def _inputs(
     return configuration, [(None, None) if entry is None else (entry.data, entry.name) for entry in inputs]
 
 
-def _problem(entry: Input, limits: Limits) -> str | None:
+def _problem(entry: Input) -> str | None:
     """Why a file cannot be used."""
-    if entry.problem is None and len(entry.data) > limits.file_bytes:
-        return f"{entry.name} is larger than {limits.file_bytes} bytes; raise it with --limit"
+    if entry.problem is None and len(entry.data) > entry.limits.file_bytes:
+        return f"{entry.name} is larger than {entry.limits.file_bytes} bytes; raise it with --limit"
     return entry.problem
 
 

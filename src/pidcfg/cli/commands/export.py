@@ -61,7 +61,7 @@ def command(
             raise click.UsageError("a workbook is no text; name it with -o")
     vendor, _ = vendor_of(doc)
     if vendor is None or not isinstance((doc.data or {}).get("loops"), list):
-        _refuse(doc, limits)
+        _refuse(doc)
     from pidcfg.output import sheets as write
 
     text: str | bytes
@@ -82,10 +82,10 @@ def command(
     next_step(*(("validate", out) if kind == "yaml" else ("init", "--from", out)), quiet=quiet)
 
 
-def _refuse(doc: Document, limits: Limits) -> NoReturn:
+def _refuse(doc: Document) -> NoReturn:
     """Ends the command with what is wrong with the file."""
     from pidcfg.cli.findings import show_errors
     from pidcfg.validate.engine import check_document
 
-    show_errors(check_document(doc, limits).findings, doc, "text")
+    show_errors(check_document(doc).findings, doc, "text")
     raise click.ClickException(f"{doc.file} could not be read")

@@ -88,13 +88,13 @@ def _scenario(config: str, out: str | None, limits: Limits) -> str:
     from pidcfg.validate.engine import check_document
 
     doc = one_configuration(config, limits)
-    checked = check_document(doc, limits)
+    checked = check_document(doc)
     if checked.failed:
         show_errors(checked.findings, doc, "text")
     folder = Path(out).parent if out is not None else Path()
     name = config if config == "-" else Path(os.path.relpath(config, folder)).as_posix()
     try:
-        return draft_of(checked, name, most=limits.loop_steps).text
+        return draft_of(checked, name, most=doc.limits.loop_steps).text
     except NoDraftError as error:
         raise click.ClickException(str(error)) from None
 

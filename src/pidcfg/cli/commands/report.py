@@ -101,17 +101,17 @@ class Taker:
         run = self.run.pop(entry.name, None)
         if run is not None and run.document.text.encode() == entry.data:
             return configured(entry, run)
-        doc = document(entry, self.limits)
+        doc = document(entry)
         if entry.problem is not None:
             raise click.ClickException(entry.problem)
-        return self._run(entry, doc) if is_scenario(doc) else configured(entry, check_document(doc, self.limits))
+        return self._run(entry, doc) if is_scenario(doc) else configured(entry, check_document(doc))
 
     def _run(self, entry: Input, doc: Document) -> Ran:
         from pidcfg.sim.engine.run import Settings
         from pidcfg.study.outcome import charts_of, signals_before_root, simulate_loaded
         from pidcfg.study.scenario import load
 
-        loaded = load(doc, self.limits, FILES)
+        loaded = load(doc, FILES)
         settings = Settings(max_loop_steps=self.limits.loop_steps, progress=self.progress, runs=self.runs)
         outcome = simulate_loaded(loaded, settings, record=self.pictures)
         run = Run(
@@ -144,7 +144,7 @@ class Taker:
             if loaded.checked is not None:
                 self.configured[name] = configured(entry, loaded.checked)
             elif name in loaded.documents:
-                self.configured[name] = configured(entry, check_document(loaded.documents[name], self.limits))
+                self.configured[name] = configured(entry, check_document(loaded.documents[name]))
             elif loaded.vendor is not None:
                 self.configured[name] = configured(entry, decoded(name, loaded), "memory listing")
         return self.configured.get(name)

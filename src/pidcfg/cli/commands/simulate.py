@@ -194,7 +194,7 @@ class Runner:
         from pidcfg.api import simulate
 
         limits = self.how["limits"]
-        doc = document(read_input(scenario, limits), limits) if isinstance(scenario, str) else scenario
+        doc = document(read_input(scenario, limits)) if isinstance(scenario, str) else scenario
         return simulate(doc, files=FILES, **self.how)
 
 

@@ -98,7 +98,7 @@ def command(
         from pidcfg.cli.corrections import fixing, refuse_options
 
         refuse_options(ctx, reports)
-        inputs = fixing(inputs, limits, Rules(select, ignore), ctx)
+        inputs = fixing(inputs, Rules(select, ignore), ctx)
     for doc, of_file in progress(check_all(inputs, limits, cached=not no_cache), "checking", len(inputs)):
         documents[doc.file] = doc
         findings += of_file

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from pidcfg.study.scenario import Uncertainty
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits
 
 # --- How sure one may be of a share: the one-sided lower bound of Clopper and Pearson (1934), at 95 % -----------------
 
@@ -306,9 +305,9 @@ class Plan:
     """Called with what is worth knowing on the way: workers that are left out."""
 
 
-def certify_document(doc: Document, plan: Plan, limits: Limits, reader: Reader = DISK) -> BatchOutcome:
+def certify_document(doc: Document, plan: Plan, reader: Reader = DISK) -> BatchOutcome:
     """Runs the samples of one scenario file."""
-    loaded = load(doc, limits, reader)
+    loaded = load(doc, reader)
     outcome = BatchOutcome(doc.file, loaded.config, documents=loaded.documents)
     scenario = loaded.scenario
     if scenario is None or loaded.image is None:
@@ -327,13 +326,15 @@ def certify_document(doc: Document, plan: Plan, limits: Limits, reader: Reader =
     work = steps * len(plc.loops) * plan.samples
     engine = choose("auto", work, loaded.controller, calls_of(scenario, net))
     try:
-        report = simulate(scenario, loaded.plc, loaded.controller, Settings(engine, max_loop_steps=limits.loop_steps))
+        report = simulate(
+            scenario, loaded.plc, loaded.controller, Settings(engine, max_loop_steps=doc.limits.loop_steps)
+        )
     except UnusableError as error:
         loaded.add(error.problems)
         return replace(outcome, findings=loaded.findings)
     names = names_of(scenario, report)
-    config = reader.read(loaded.config, limits.file_bytes + 1)
-    job = Job(doc.file, doc.text, loaded.config, config, batch.seed, engine, limits)
+    config = reader.read(loaded.config, doc.limits.file_bytes + 1)
+    job = Job(doc.file, doc.text, loaded.config, config, batch.seed, engine, doc.limits)
     tally = run_all(job, names, varies, plan)
     return replace(
         outcome,

@@ -427,9 +427,7 @@ class Job:
 
     def loaded(self) -> tuple[Loaded, Batch]:
         """The scenario with its configuration, and what varies."""
-        loaded = load(
-            read_document(self.scenario.encode("utf-8", "surrogatepass"), self.name, self.limits), self.limits, self
-        )
+        loaded = load(read_document(self.scenario.encode("utf-8", "surrogatepass"), self.name, self.limits), self)
         plc = loaded.plc()
         kept = pickle.dumps(plc, pickle.HIGHEST_PROTOCOL)
         return loaded, Batch(loaded.document, loaded.uncertainties(plc)[0], self.seed, kept)
