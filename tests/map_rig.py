@@ -71,5 +71,5 @@ def virtual(vendor, text, events="", name=None):
     """The virtual PLC of an example behind a map, not yet at rest; ``events`` come before those of its scenario."""
     scenario = example(vendor, name).with_suffix(".scenario.yaml")
     source = scenario.read_text("utf-8").replace("initial: steady\n", "").replace("events:\n", f"events:\n{events}")
-    loaded = load(document_of(source, scenario.as_posix(), None, DEFAULT), DEFAULT, reader_of(None))
+    loaded = load(document_of(source, scenario.as_posix(), None, DEFAULT), reader_of(None))
     return VirtualPlc(loaded, numbering_of(loaded.vendor, MapFile(text, "map.csv"), loaded.image))

@@ -60,9 +60,9 @@ def checks(monkeypatch):
 
     names, true = [], collect.check_input
 
-    def check_input(entry, limits):
+    def check_input(entry):
         names.append(entry.name)
-        return true(entry, limits)
+        return true(entry)
 
     monkeypatch.setattr(collect, "check_input", check_input)
     return names

@@ -37,7 +37,6 @@ from pidcfg.live.link import (
 from pidcfg.live.pull import _notes, _value, compared_with, read
 from pidcfg.live.reading import READINGS, doubts
 from pidcfg.live.reading import Registers as LoopRegisters
-from pidcfg.text.reader import DEFAULT
 
 HOLDING, GAIN, SP, V7640 = "holding", 0o2010, 0o2002, 0o7640
 NO_ANSWER = {"timeout": 0.05, "retries": 1}
@@ -135,7 +134,7 @@ def test_every_setting_word_counts_and_what_runs_does_not(desk, memory):
     alike = set()
     for row in LOOP_TABLE.words:
         cells = (replace(c, raw=c.raw ^ 0x0010) if c.number == 0o2040 + row.offset else c for c in image.cells)
-        if compared_with(checked, plc, replace(image, cells=tuple(cells)), DEFAULT).same:
+        if compared_with(checked, plc, replace(image, cells=tuple(cells))).same:
             alike.add(row.name)
     running = {"setpoint", "pv", "bias", "output", "mode_and_alarm_status", "ramp_soak_flags", "ramp_soak_errors"}
     assert alike == running

@@ -16,7 +16,6 @@ from pidcfg.cli.main import main
 from pidcfg.sim.engine.recording import POINTS, Recording
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.outcome import charts_of, simulate_document
-from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -71,7 +70,7 @@ def said(path):
 def outcome(name="oven.scenario.yaml", **settings):
     """A run with its recording."""
     doc = read_document(Path(name).read_bytes(), name)
-    return simulate_document(doc, Settings(**settings), DEFAULT, record=True)
+    return simulate_document(doc, Settings(**settings), record=True)
 
 
 # --- simulate --------------------------------------------------------------------------------------------------------

@@ -67,7 +67,7 @@ CHOICES = (
 
 def checked(data):
     """Plain data as a checked configuration."""
-    return check_document(read_document(yaml_text(data).encode(), "<measure>", DEFAULT), DEFAULT)
+    return check_document(read_document(yaml_text(data).encode(), "<measure>", DEFAULT))
 
 
 # --- correct conversions ---------------------------------------------------------------------------------------------
@@ -144,7 +144,7 @@ def sources(seed: int, *, examples: bool = True):
     for path in sorted((ROOT / "examples").glob("*/*.yaml") if examples else ()):
         if ".scenario." in path.name or path.parent.name in {"mistakes", "generic"}:
             continue
-        source = check_document(read_document(path.read_bytes(), str(path), DEFAULT), DEFAULT)
+        source = check_document(read_document(path.read_bytes(), str(path), DEFAULT))
         for target in PLCS:
             if target != source.vendor.key:
                 yield source, target, path.name

@@ -55,7 +55,7 @@ def trace(configuration, scenario):
     times are seconds.
     """
     texts = texts_of(configuration, scenario)
-    loaded = load(read_document(texts[SCENARIO].encode(), SCENARIO, DEFAULT), DEFAULT, Texts(texts))
+    loaded = load(read_document(texts[SCENARIO].encode(), SCENARIO, DEFAULT), Texts(texts))
     assert loaded.image is not None, [f"{d.code} {d.message}" for d in loaded.findings]
     plc = loaded.plc()
     inputs, samples = Inputs(), []
