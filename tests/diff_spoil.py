@@ -229,7 +229,7 @@ def see(score, comparison, key, result):
         k for loop in result.loops for k in (*loop.left_out, *loop.missing)
     ]
     section = key.rpartition(".")[0]
-    names = (key, f"plc.{key}", f"{key}_enabled", f"{section}.enabled", *ALIASES.get(key, ()))
+    names = (key, f"plc.{key}", f"{key}_enabled", f"{section}.enabled", *ALIASES.get(key, ()), *executed(key, result))
     if any(overlap(name, row) for name in names for row in rows) or moved_or_renamed(key, result):
         return
     if any(overlap(name, row) for name in names for row in apart):
@@ -242,6 +242,17 @@ def see(score, comparison, key, result):
         score.unseen[f"{comparison}: {key}"] += 1
     else:
         score.unseen[f"{comparison}: {key} (but {sorted(set(rows))[:3]})"] += 1
+
+
+def executed(key, result):
+    """A move as differences name it: they count moves in the order of their execution, those at the start first."""
+    if not key.startswith("moves."):
+        return
+    number, _, rest = key.removeprefix("moves.").partition(".")
+    for config, _ in result.sources or ():
+        order = sorted(range(len(config.moves)), key=lambda i: config.moves[i].at != "start")
+        if int(number) in order:
+            yield f"plc.moves.{order.index(int(number))}.{rest}".removesuffix(".")
 
 
 def moved_or_renamed(key, result):

@@ -43,8 +43,10 @@ HEAD = 1000
 """Characters in which a listing names its vendor."""
 
 
-def read_listing(data: bytes, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
-    """The words of a listing; raises `ListingError` with the place of what cannot be read."""
+def read_listing(data: bytes | Listing, vendor: Vendor, limits: Limits, kind: str | None = None) -> Listing:
+    """The words of a listing, read or not; raises `ListingError` with the place of what cannot be read."""
+    if isinstance(data, Listing):
+        return data
     refuse_large(data, limits)
     kinds = vendor.load("formats")
     text = _text_of(data, [kinds[kind]] if kind else [*kinds.values()])

@@ -16,7 +16,7 @@ from pidcfg.encoders.listing import few
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, shown
 from pidcfg.encoders.parameters import Program
 from pidcfg.live.link import Link, run
-from pidcfg.live.reading import NamedRegisters, Registers, doubts, written
+from pidcfg.live.reading import NamedRegisters, Registers, doubts, listing_of
 from pidcfg.output.arguments import ArgumentError, refuse_unknown, vendor_options
 from pidcfg.output.differences import DiffOptions, DiffResult, compared
 from pidcfg.output.findings import errors_in, findings_data
@@ -154,7 +154,7 @@ def pulled(source: Source, name: str, patience: Patience, limits: Limits) -> Pul
     image = read(source, patience)
     result = replace(result, image=image, notes=tuple(doubts(image)))
     configuration = decoded(
-        [(listing(image), str(source.address))],
+        [(listing_of(image), str(source.address))],
         source.vendor,
         DecodeOptions(like=source.like, write=name == YAML),
         source.texts,
@@ -194,14 +194,6 @@ def _listed(result: PullResult, image: Image | Program, source: Source, name: st
     if name == "json" and odd is not None:
         raise ArgumentError(f"`format` json has no word for what {odd.address} holds, {odd.hex}; csv has", "format")
     return replace(result, image=known, text=format_of(source.vendor, name).write(known, ()))
-
-
-def listing(image: Image | Program) -> bytes:
-    """The words of an image and nothing beside them, as a listing that holds any content."""
-    if isinstance(image, Program):
-        return written(image)
-    rows = [f"{cell.address},{cell.hex}\n" for cell in image.cells]
-    return "".join(["address,hex\n", *rows]).encode()
 
 
 # --- A configuration against the PLC that it is for: the result of `pidcfg.compare` -----------------------------------
@@ -247,7 +239,9 @@ class CompareResult:
 def compared_with(checked: Checked, source: Source, image: Image | Program) -> CompareResult:
     """The comparison of a checked configuration with what was read of the PLC."""
     plc, document = str(source.address), checked.document
-    diff = compared((checked, (listing(image), plc)), (document.file, plc), DiffOptions(source.vendor), document.limits)
+    diff = compared(
+        (checked, (listing_of(image), plc)), (document.file, plc), DiffOptions(source.vendor), document.limits
+    )
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)
     findings = [finding for loop in diff.loops for finding in _findings(loop, document, source.register)]

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Image
-from pidcfg.encoders.listing import csv_text
+from pidcfg.encoders.listing import Listing
 from pidcfg.encoders.modbus_map import MapError, StatedNumbering, with_contents
 from pidcfg.encoders.modbus_map import shown as shown_place
-from pidcfg.encoders.parameter_files import COLUMNS, csv_row
-from pidcfg.encoders.parameters import Entry, register_content
+from pidcfg.encoders.parameter_files import ParameterListing
+from pidcfg.encoders.parameters import Entry, Program, register_content
 from pidcfg.encoders.regmap import SINGLE, writer_of
 from pidcfg.live.link import MOST, NoRegistersError, PlcError, Request
 from pidcfg.schemas.iec import Wire
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Area
     from pidcfg.encoders.listing import Numbering, Place
     from pidcfg.encoders.modbus_map import NamedNumbering
-    from pidcfg.encoders.parameters import Program
     from pidcfg.live.link import Link
     from pidcfg.vendors import Vendor
 
@@ -262,6 +261,7 @@ def _values(program: Program, loop: str | None) -> dict[str, Any]:
     return {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
 
 
-def written(program: Program) -> bytes:
-    """A program as a listing, with nothing beside its parameters."""
-    return csv_text(COLUMNS, map(csv_row, program.cells), ()).encode()
+def listing_of(image: Image | Program) -> Listing:
+    """The words of an image, and nothing that stands beside them."""
+    kind = ParameterListing if isinstance(image, Program) else Listing
+    return kind(dict(image.words), shown={cell.number: cell.address for cell in image.cells})

@@ -14,7 +14,7 @@ from pidcfg.conversion.terms import Subject
 from pidcfg.conversion.vendor_terms import raw_terms, terms_of
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.decoding import read_listing, reading_of
-from pidcfg.encoders.listing import ListingError
+from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.conversion import verified_data
 from pidcfg.output.findings import Data, errors_in, findings_data
@@ -50,8 +50,8 @@ def with_verdict(result: DiffResult, progress: Callable[[float], None] | None, j
 # ----------------------------------------------------------------------------------------------------------------------
 # The two sides of a comparison: configurations, and listings that are read when it is known what they are like.
 
-Entry = tuple[bytes, str]
-"""The bytes of a memory listing, and its name."""
+Entry = tuple[bytes | Listing, str]
+"""A memory listing, read or as the bytes of its file, and its name."""
 
 
 OPTION = "--"

@@ -20,7 +20,7 @@ from pidcfg.vendors import VENDORS, format_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from pidcfg.encoders.listing import FileKind
+    from pidcfg.encoders.listing import FileKind, Listing
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
     from pidcfg.validate.engine import Checked
@@ -221,7 +221,11 @@ class DecodeOptions:
 
 
 def decoded(
-    files: Sequence[File], vendor: Vendor, choices: DecodeOptions, options: Mapping[str, object], limits: Limits
+    files: Sequence[tuple[bytes | Listing, str]],
+    vendor: Vendor,
+    choices: DecodeOptions,
+    options: Mapping[str, object],
+    limits: Limits,
 ) -> DecodeResult:
     """The configuration of a listing in one or more files; ``options``: the vendor's own."""
     image = None
