@@ -122,3 +122,33 @@ def registers(draw) -> dict[int, int]:
             else:
                 found[address] = draw(st.integers(0, 1 if kind is BIT else 0xFFFF))
     return found
+
+
+EVERYTHING = {
+    "description": "A tank",
+    "action_verified": True,
+    "bumpless": 1,
+    "tuning": {"proportional_gain": 2.5, "reset_time": 30, "derivative_gain": 4},
+    "derivative_gain_limit": 10,
+    "derivative_gain_limit_enabled": True,
+    "pv": {"range": [0, 200], "input_range": [-100, 500], "unit": "degC", "filter": 80, "filter_enabled": True},
+    "setpoint": {
+        "value": 50,
+        "lower_limit": 10,
+        "lower_limit_enabled": True,
+        "upper_limit": 90,
+        "upper_limit_enabled": True,
+    },
+    "output": {"limits": [5, 95], "unit": "%", "pwm": {"bit": "Y002", "period": 20}},
+    "error": {"curve": "squared", "deadband": 4, "deadband_enabled": True},
+    "alarms": {
+        "pv": {"low_low": 5, "low": 10, "high": 150, "high_high": 190, "enabled": True},
+        "deviation": {"high": 5, "high_high": 10, "enabled": True},
+        "rate_of_change": 2,
+        "rate_of_change_enabled": True,
+        "hysteresis": 1,
+    },
+    "autotune": {"method": "closed", "type": "PI", "hysteresis": 3},
+    "state": {"bias": 20, "output": 30, "raw_pv": 40, "pv": 41},
+}
+"""Every key of a loop beside those that it must have, none at its default: a conversion has to speak of each."""

@@ -188,3 +188,52 @@ def word_values(codec, formats) -> st.SearchStrategy[int]:
     if isinstance(codec, Distance):
         return st.integers(0, FORMATS[formats[codec.scale]].maximum)
     return st.integers(0, 0xFFFF)
+
+
+EVERYTHING = {
+    "description": "all of it",
+    "mode": "cascade",
+    "cascade_from": "L2",
+    "remote_setpoint": "V3000",
+    "algorithm": "velocity",
+    "bumpless": "I",
+    "bias_freeze": True,
+    "independent_of_cpu_mode": True,
+    "tuning": {"gain": 1, "reset": 30, "reset_unit": "seconds", "rate": 5},
+    "derivative_gain_limit": 10,
+    "derivative_gain_limit_enabled": True,
+    "pv": {
+        "range": [0, 50],
+        "unit": "l/h",
+        "format": "12-bit unipolar",
+        "square_root": False,
+        "filter": 0.5,
+        "filter_enabled": True,
+        "transfer": {"slot": 1, "channel": 2},
+    },
+    "setpoint": {"value": 20, "limits": [0, 45], "limits_enabled": True},
+    "output": {
+        "range": [0, 100],
+        "unit": "%",
+        "format": "12-bit unipolar",
+        "limits": [5, 95],
+        "transfer": {"address": "V3000"},
+    },
+    "error": {"curve": "squared", "deadband": 0.5, "deadband_enabled": True},
+    "alarms": {
+        "pv": {"low_low": 1, "low": 2, "high": 40, "high_high": 45, "enabled": True},
+        "deviation": {"yellow": 5, "red": 10, "enabled": True},
+        "rate_of_change": 0.5,
+        "rate_of_change_enabled": True,
+        "hysteresis": 1,
+    },
+    "ramp_soak": {
+        "table": "V4000",
+        "enabled": True,
+        "request": "start",
+        "steps": [{"ramp_to": 20, "slope": 0.1, "soak": 5, "deviation": 1}],
+    },
+    "autotune": {"method": "open", "type": "PI", "start": True},
+    "state": {"pv": 10, "bias": 20, "output": 30},
+}
+"""Every key of a loop, none at its default: a conversion has to speak of each."""

@@ -116,3 +116,23 @@ def registers(draw) -> dict[int, int]:
             address = SPACE.number(prefix, 1 + row.offset)
             found[address] = draw(st.integers(0, 1 if SPACE.kind(address) is BIT else 0xFFFF))
     return found
+
+
+EVERYTHING = {
+    "description": "An oven",
+    "tuning": {"proportional_gain": 2.5, "integral_time": 30, "derivative_time": 4},
+    "pv": {"tag": "IR1", "range": [0, 200], "unit": "degC", "counts": [0, 4095], "square_root": True},
+    "setpoint": {"value": 50, "limits": [10, 90]},
+    "output": {
+        "tag": "OR1",
+        "range": [0, 50],
+        "unit": "Hz",
+        "limits": [5, 45],
+        "offset": 10,
+        "pulse": {"tag": "O1", "cycle_time": 10, "min_on": 0.5, "min_off": 0.7},
+    },
+    "deadband": 6.25,
+    "anti_windup": False,
+    "autotune": {"type": "PI", "timeout": 900},
+}
+"""Every key of a loop beside those that it must have, none at its default: a conversion has to speak of each."""

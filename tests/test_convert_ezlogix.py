@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+import ezlogix_strategies
 import neutral_strategies
 from ezlogix_strategies import configurations
 from neutral_strategies import leaves, neutral_files, unheard
@@ -55,23 +56,7 @@ NEUTRAL = {
     "setpoint": {"value": 50},
     "output": {"range": [0, 50]},
 }
-EVERYTHING = PLAIN | {
-    "description": "An oven",
-    "tuning": {"proportional_gain": 2.5, "integral_time": 30, "derivative_time": 4},
-    "pv": {"tag": "IR1", "range": [0, 200], "unit": "degC", "counts": [0, 4095], "square_root": True},
-    "setpoint": {"value": 50, "limits": [10, 90]},
-    "output": {
-        "tag": "OR1",
-        "range": [0, 50],
-        "unit": "Hz",
-        "limits": [5, 45],
-        "offset": 10,
-        "pulse": {"tag": "O1", "cycle_time": 10, "min_on": 0.5, "min_off": 0.7},
-    },
-    "deadband": 6.25,
-    "anti_windup": False,
-    "autotune": {"type": "PI", "timeout": 900},
-}
+EVERYTHING = PLAIN | ezlogix_strategies.EVERYTHING
 
 
 def merged(below: dict, above: dict) -> dict:
