@@ -24,7 +24,6 @@ from pidcfg.pictures.page import SQUARE, figure, points
 from pidcfg.sim.engine.run import Settings
 from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, WORDS, in_words
 from pidcfg.study.outcome import around, charts_of, level_lines, simulate_document
-from pidcfg.text.reader import Limits
 from pidcfg.text.source import read_document
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -37,7 +36,7 @@ def outcome(name, change=("", "")):
     """A run of an example, recorded for its trend; ``change``: a text of the scenario and what stands for it."""
     path = EXAMPLES / f"{name}.scenario.yaml"
     text = path.read_text("utf-8").replace(*change) if change[0] else path.read_text("utf-8")
-    return simulate_document(read_document(text.encode(), str(path)), Settings(), Limits(), FILES, record=True)
+    return simulate_document(read_document(text.encode(), str(path)), Settings(), FILES, record=True)
 
 
 def levels(chart, panel=0):
@@ -105,7 +104,7 @@ def test_a_bipolar_format_has_its_level_at_its_place(tmp_path):
     scenario = (EXAMPLES / "dl06/extruder.scenario.yaml").read_text("utf-8")
     path = tmp_path / "extruder.scenario.yaml"
     doc = read_document(scenario.replace("duration: 40 min", "duration: 20").encode(), str(path))
-    done = simulate_document(doc, Settings(), Limits(), FILES, record=True)
+    done = simulate_document(doc, Settings(), FILES, record=True)
     assert done.report is not None, done.findings
     found = {name: rows[0][1] for (loop, name), rows in done.recording.levels.items() if loop == "SIC-HAUL"}
     assert found["pv_high"] == pytest.approx(50, abs=0.1)

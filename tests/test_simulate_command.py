@@ -11,7 +11,7 @@ import pytest
 from command import run
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.outcome import simulate_document
-from pidcfg.text.reader import DEFAULT, shortened
+from pidcfg.text.reader import shortened
 from pidcfg.text.source import read_document
 
 ROOT = Path(__file__).parents[1]
@@ -76,7 +76,7 @@ def test_reports_name_the_configuration_without_a_way_back(folder):
 def simulate_here(folder):
     """The outcome of the reactor's scenario in this process."""
     path = folder / "reactor.scenario.yaml"
-    return simulate_document(read_document(path.read_bytes(), path.as_posix()), Settings(), DEFAULT)
+    return simulate_document(read_document(path.read_bytes(), path.as_posix()), Settings())
 
 
 def test_the_reactor_meets_its_expectations(folder):
@@ -427,7 +427,7 @@ def test_mutated_scenarios_never_give_a_traceback_and_never_a_number_that_is_non
         (folder / "reactor.scenario.yaml").write_text(mutated(whole, rng), "utf-8", newline="")
         settings = Settings(max_loop_steps=20_000)
         path = folder / "reactor.scenario.yaml"
-        outcome = simulate_document(read_document(path.read_bytes(), path.as_posix()), settings, DEFAULT)
+        outcome = simulate_document(read_document(path.read_bytes(), path.as_posix()), settings)
         if outcome.report is None:
             assert outcome.findings
             continue

@@ -8,7 +8,6 @@ from pidcfg.sim.engine.influence import answer, wrong_actions
 from pidcfg.sim.engine.network import initial_values, rest
 from pidcfg.sim.engine.run import Settings, prepare
 from pidcfg.study.outcome import simulate_document
-from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 from scenario_rig import Controller, scenario
 
@@ -54,7 +53,7 @@ def run(folder, vendor: str, process: str, action: str):
     text = (
         f"pidcfg: 1\nscenario: s\nconfig: {folder.as_posix()}/c.yaml\nduration: 600\nplants: {{L: {PLANTS[process]}}}\n"
     )
-    return simulate_document(read_document(text.encode(), "s.yaml"), Settings(engine="python"), DEFAULT)
+    return simulate_document(read_document(text.encode(), "s.yaml"), Settings(engine="python"))
 
 
 @pytest.mark.parametrize("process", PLANTS)
@@ -115,6 +114,6 @@ def test_a_key_that_stands_twice_is_not_run_as_a_guess(tmp_path, where):
     twice = "duration: 9\n" if where == "scenario" else ""
     head = f"pidcfg: 1\nscenario: s\nconfig: {tmp_path.as_posix()}/c.yaml\nduration: 60\n{twice}"
     text = f"{head}plants: {{L: {PLANTS['heating']}}}\n"
-    outcome = simulate_document(read_document(text.encode(), "s.yaml"), Settings(engine="python"), DEFAULT)
+    outcome = simulate_document(read_document(text.encode(), "s.yaml"), Settings(engine="python"))
     assert outcome.report is None
     assert [d.code for d in outcome.findings] == ["PID004" if where == "scenario" else "PID058"]
