@@ -18,9 +18,11 @@ from living_rig import GOOD, TWICE, run
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Plain
 from pidcfg.text.source import read_document
+from pidcfg.validate import engine, rule
 from pidcfg.validate.baseline import suppress
 from pidcfg.validate.engine import check_document
 from pidcfg.validate.fixes import Fixer, apart, same_but_quotes, splice
+from pidcfg.validate.rules.dl06 import RULES
 from pidcfg.validate.schema import all_keys, clear_match, is_slip, keys_of, models_below, slips
 from pidcfg.vendors import VENDORS
 
@@ -485,11 +487,59 @@ def test_unused_ignores_are_deleted_and_used_ones_stay():
 
 @pytest.mark.parametrize("folder", ["examples/*/*.yaml", "tests/cases/*.yaml", "src/pidcfg/starters/*.yaml"])
 def test_no_file_that_can_be_used_is_ever_changed(folder):
-    """Warnings, and errors of rules, are decisions: nothing that a plant does is changed unasked."""
+    """Warnings are decisions, and so are most errors of rules: nothing that a plant does is changed unasked."""
     files = [path for path in ROOT.glob(folder) if "scenario" not in path.name]
     assert files
     for path in files:
-        assert not [d for d in check(read_document(path.read_bytes(), path.name)) if d.edits], path
+        findings = check(read_document(path.read_bytes(), path.name))
+        assert {d.severity for d in findings if d.edits} <= {Severity.ERROR}, path
+        if not any(d.severity is Severity.ERROR for d in findings):
+            assert fix(path.read_bytes()).data == path.read_bytes()
+
+
+CASCADE = (ROOT / "tests/cases/DL256.yaml").read_text("utf-8")
+SOURCE = (ROOT / "tests/cases/GN831.yaml").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong", "right"),
+    [
+        (CASCADE, "cascade_from: TIC-11 ", "cascade_from: tic-101 "),
+        (CASCADE, "cascade_from: TIC-11 ", "cascade_from: 'Tic-101' "),
+        (SOURCE, "source: TIC-l}", "source: tic-1}"),
+    ],
+)
+def test_the_error_of_a_rule_with_one_reading_is_corrected(text, wrong, right):
+    assert wrong in text
+    assert fix(text).data.decode() == text, "another name is a decision"
+    outcome = fix(text.replace(wrong, right))
+    assert [d.code for d in outcome.fixed] == [re.search("DL256|GN831", text)[0]]
+    assert not [d for d in outcome.left if d.code == outcome.fixed[0].code]
+    assert outcome.data.decode() == text.replace(wrong, right.replace("'", "").replace("ic", "IC").replace("tI", "TI"))
+
+
+def test_a_name_that_two_loops_have_in_other_capitals_is_left():
+    text = CASCADE.replace("cascade_from: TIC-11 ", "cascade_from: tic-101 ").replace("FIC-103", "Tic-101")
+    assert fix(text).data.decode() == text
+
+
+def test_a_warning_is_never_corrected():
+    doc = read_document(CASCADE.encode(), "case.yaml")
+    found = rule.finding("loops", 1, "cascade_from", name="TIC-11").correct_to("TIC-101")
+
+    def edits(label, *findings):
+        return engine.place(label, findings, doc, engine.Quotes(doc)).edits
+
+    assert [edit.text for edit in edits(RULES["DL256"], found)] == ["TIC-101"]
+    assert not edits(replace(RULES["DL256"], severity=Severity.WARNING), found)
+    assert not edits(RULES["DL256"], found, found.quoting(name="x")), "two texts at one key"
+
+
+def test_a_correction_that_brings_another_error_is_not_made():
+    """The two loops would give each other their set points."""
+    text = CASCADE.replace("cascade_from: TIC-11 ", "cascade_from: fic-103 ").replace("TIC-101  # ok", "FIC-102  # ok")
+    assert [d.code for d in check(read_document(text.encode(), "a.yaml")) if d.edits] == ["DL256"]
+    assert fix(text).data.decode() == text
 
 
 # --- the command ------------------------------------------------------------------------------------------------------

@@ -251,3 +251,9 @@ def nearest(word: str, names: Iterable[str]) -> str | None:
         return likeness.ratio(), sum(1 for _ in alike)
 
     return max(near, key=rank, default=None)
+
+
+def same_word(value: object, choices: Iterable[str]) -> str | None:
+    """The only word that differs from a value in capitals alone."""
+    same = [word for word in choices if isinstance(value, str) and word.casefold() == value.casefold()]
+    return same[0] if len(same) == 1 else None

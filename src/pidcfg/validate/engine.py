@@ -13,10 +13,10 @@ from pydantic import ValidationError
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, ordered
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import QUOTES, code, in_curly_quotes, plain
+from pidcfg.text.signs import QUOTES, code, in_curly_quotes, plain, same_word
 from pidcfg.validate.catalog import is_to_check, lines
 from pidcfg.validate.rule import D720, LOOPS, PLACEHOLDER, key_of, loop_name, shortened, value_of
-from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, of_quotes, of_value, read_model, same_word
+from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, of_quotes, of_value, read_model
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
@@ -370,11 +370,13 @@ def run_rules(rules: Iterable[Rule], context: Context[Any, Any], doc: Document) 
 def place(rule: Rule, findings: Sequence[Finding], doc: Document, quotes: Quotes) -> Diagnostic:
     """What a rule finds at one key, with its message and the place where it is written: one finding, the worst."""
     finding = max(findings, key=lambda one: one.severity or rule.severity)
+    severity = finding.severity or rule.severity
+    is_certain = len(findings) == 1 and severity is Severity.ERROR and finding.correction is not None
     texts = dict.fromkeys(rule.message.format(**one.values) for one in findings[:MOST_TEXTS])
     more = f"; and {len(findings) - MOST_TEXTS} more" if len(findings) > MOST_TEXTS else ""
     return Diagnostic(
         code=rule.code,
-        severity=finding.severity or rule.severity,
+        severity=severity,
         message="; ".join(texts) + more,
         file=doc.file,
         span=span_in(doc, finding),
@@ -384,6 +386,7 @@ def place(rule: Rule, findings: Sequence[Finding], doc: Document, quotes: Quotes
         plc_effect=finding.plc_effect,
         reference=str(finding.basis or rule.basis),
         help=finding.fix or rule.part("Fix"),
+        edits=of_value(doc, finding.path, finding.correction or "") if is_certain else (),
         key=key_of(doc, finding.path),
         value=value_of(doc, finding.path),
         quotes=quotes.of(rule, findings),

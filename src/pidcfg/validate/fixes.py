@@ -9,7 +9,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.text.diagnostics import Edit, Span
+from pidcfg.text.diagnostics import Edit, Severity, Span
 from pidcfg.text.document import LINE_BREAK, Plain, same_places, span_of
 from pidcfg.text.paths import Path, has_key, put, value_at
 from pidcfg.text.references import Decision
@@ -41,7 +41,8 @@ D316 = Decision(
     "with one key clearly meant, not there yet, whose value is right for it; numbers and switches in quotes; yes, "
     "on, no and off as switches where no name can stand; 0x1F, 0b11, 1_000 and leading zeros that octal and decimal"
     " read alike (007) or that are no octal (08); words such as % that need quotes; addresses and words that differ"
-    " in capitals, blanks or leading zeros (v2000, DS 0101). Comments that ignore nothing are deleted but for their"
+    " in capitals, blanks or leading zeros (v2000, DS 0101); and what the error of a rule leaves one reading of (the "
+    "name of another loop in other capitals). Comments that ignore nothing are deleted but for their"
     " reasons. What has two readings (010, 02000, 0x0180, C10 1) is never corrected, and no value of a "
     "configuration that pidcfg accepts is ever changed.",
     "A configuration that is refused drives no plant, so giving it its only reading changes none; anything else is a "
@@ -187,7 +188,10 @@ def _touches(taken: Sequence[tuple[_Place, _Place]], begin: _Place, end: _Place)
 def proven(
     doc: Document, before: Sequence[Diagnostic], fixed: Sequence[Diagnostic], new: Document, after: Sequence[Diagnostic]
 ) -> bool:
-    """Whether a new text says what the old one said but for the corrections, and has no finding that is new."""
+    """Whether a new text says what the old one said but for the corrections, and has no finding that is new.
+
+    Where the error of a rule has gone, rules may warn of what the value now means, as of a cascade that is one again.
+    """
     if new.data is None or not same(new.data, expected(doc, fixed)):
         return False
     old, left = Counter(_key(d) for d in before), Counter(_key(d) for d in after)
@@ -195,7 +199,11 @@ def proven(
     if any(left[key] > old[key] - gone[key] for key in gone):
         return False
     reached = min((_stage(d.code) for d in before if not ignorable(d)), default=LAST_STAGE)
-    return all(number <= old[key] or _stage(key[0]) > reached for key, number in left.items())
+    may_warn = any(_stage(d.code) == LAST_STAGE and d.severity is Severity.ERROR for d in fixed)
+    return all(
+        number <= old[key] or _stage(key[0]) > reached or (may_warn and key[1] != Severity.ERROR.label)
+        for key, number in left.items()
+    )
 
 
 def _key(d: Diagnostic) -> tuple[str, ...]:

@@ -46,6 +46,8 @@ class Finding:
     """The character (0-based) within a value that the finding points at; None: the whole value."""
     with_loops: tuple[str, ...] = ()
     """The other loops of the same fault, each of which gets a finding of its own."""
+    correction: str | None = None
+    """The only text that the value can mean; None: a person has to decide."""
 
     def quoting(self, **values: object) -> Finding:
         """The same, with these values of the message as well."""
@@ -54,6 +56,10 @@ class Finding:
     def shared_with(self, *loops: str) -> Finding:
         """The same, of a fault that concerns these loops as well."""
         return replace(self, with_loops=loops)
+
+    def correct_to(self, text: str | None) -> Finding:
+        """The same, with the only text that the value can mean, which `--fix` writes; for errors alone."""
+        return replace(self, correction=text)
 
 
 Findings = Iterator[Finding]

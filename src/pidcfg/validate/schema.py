@@ -18,11 +18,11 @@ from pidcfg.schemas.document import field_texts
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import span_of
 from pidcfg.text.paths import Path, value_at
-from pidcfg.text.signs import folded, plain, said_of, spoken
+from pidcfg.text.signs import folded, plain, said_of, same_word, spoken
 from pidcfg.validate.rule import BY_KIND, OTHER_KIND, loop_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from pidcfg.text.document import Document, Node
     from pidcfg.text.paths import Path
@@ -288,12 +288,6 @@ def _same_word(error: Any) -> str | None:
     value = error["input"].get(UNION_KEY) if isinstance(error["input"], dict) else error["input"]
     context = error.get("ctx", {})
     return same_word(value, _choices(context.get("expected_tags") or context.get("expected", "")))
-
-
-def same_word(value: object, choices: Iterable[str]) -> str | None:
-    """The only word that differs from a value in capitals alone."""
-    same = [word for word in choices if isinstance(value, str) and word.casefold() == value.casefold()]
-    return same[0] if len(same) == 1 else None
 
 
 def written(place: Path, data: Any) -> Path:

@@ -11,6 +11,7 @@ from pidcfg.schemas.base import v_name
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
+from pidcfg.text.signs import same_word
 from pidcfg.validate.ideas import alarm_beyond, at_both, in_words, rings, sharing
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
@@ -54,7 +55,8 @@ def unknown_major_loop(context: Dl06Context) -> Findings:
         name = view.loop.cascade_from
         if name is not None and name not in names:
             near = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
-            yield view.at("cascade_from", fix=f"did you mean {near[0]}?" if near else None, name=name)
+            cure = f"did you mean {near[0]}?" if near else None
+            yield view.at("cascade_from", fix=cure, name=name).correct_to(same_word(name, names))
 
 
 @error("DL257", POINTER, "the remote set point of {name} is its own output in {word}")

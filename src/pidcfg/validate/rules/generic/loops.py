@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.generic.image import D299, D302, D303
 from pidcfg.schemas.generic import D280
 from pidcfg.text.diagnostics import Severity
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import nearest, same_word
 from pidcfg.validate.ideas import PV_POINTS, at_both, number_text, outside_limits, rings
 from pidcfg.validate.rule import Findings, error, per_loop, warning
 
@@ -366,7 +366,8 @@ def unknown_cascade_source(context: GenericContext) -> Findings:
         source = view.loop.setpoint.source
         if source is not None and source not in context.by_name:
             near = nearest(source, context.by_name)
-            yield view.at("setpoint", "source", source=source, cure=f"; did you mean {near}?" if near else "")
+            cure = f"; did you mean {near}?" if near else ""
+            yield view.at("setpoint", "source", source=source, cure=cure).correct_to(same_word(source, context.by_name))
 
 
 @per_loop
