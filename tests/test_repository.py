@@ -27,6 +27,9 @@ SCHEMAS = {
     "action.yml": "vendor.github-actions",
     "CITATION.cff": "vendor.citation-file-format",
     ".github/ISSUE_TEMPLATE/config.yml": "vendor.github-issue-config",
+    ".github/workflows/ci.yml": "vendor.github-workflows",
+    ".github/workflows/release.yml": "vendor.github-workflows",
+    ".github/dependabot.yml": "vendor.dependabot",
     **{path.relative_to(ROOT).as_posix(): "vendor.github-issue-forms" for path in FORMS if path.stem != "config"},
 }
 needs_bash = pytest.mark.skipif(os.name == "nt" or not shutil.which("bash"), reason="the action's steps are for bash")
@@ -54,9 +57,23 @@ def test_a_file_meets_the_schema_of_the_site_that_reads_it(file):
     assert not said(*check, file)
 
 
-@pytest.mark.parametrize("file", ["action.yml", "docs/ci/github-workflow.yml"])
+WORKFLOWS = ["action.yml", "docs/ci/github-workflow.yml", *(f for f in SCHEMAS if f.startswith(".github/workflows"))]
+
+
+@pytest.mark.parametrize("file", [*WORKFLOWS, ".github/dependabot.yml"])
 def test_nothing_in_a_workflow_is_unsafe(file):
     assert not said(program("zizmor"), "--offline", "--no-progress", "--config", ".github/zizmor.yml", file)
+
+
+def test_a_release_is_made_by_hand_and_only_its_last_step_may_publish():
+    """No password is kept: PyPI trusts the workflow, and nothing but the publishing job may say who it is."""
+    release = YAML(typ="safe").load((ROOT / ".github/workflows/release.yml").read_text("utf-8"))
+    assert release["on"] == {"workflow_dispatch": None}
+    assert release["permissions"] == {}
+    jobs = release["jobs"]
+    assert jobs["publish"]["permissions"] == {"id-token": "write"}
+    assert jobs["publish"]["needs"] == "build"
+    assert not any("secrets" in str(step) for job in jobs.values() for step in job["steps"])
 
 
 def test_zizmor_sees_an_input_that_a_shell_would_run(tmp_path):
