@@ -38,30 +38,30 @@ GOES_ON, ANSWERED, TOO_SMALL, NO_ANSWER = 0, 1, 2, 3
 """Results of `judge_response`."""
 
 
-def begin_curve(s: CurveState) -> None:
+def begin_curve(state: CurveState) -> None:
     """Before the first sample after the step (kernel)."""
-    s.tune_count = 0
-    s.tune_points = 0
-    s.tune_stride = 1
-    s.tune_sum = 0.0
+    state.tune_count = 0
+    state.tune_points = 0
+    state.tune_stride = 1
+    state.tune_sum = 0.0
 
 
-def record(s: CurveState, first: int, aux: list[float], rise: float) -> bool:
+def record(state: CurveState, first: int, aux: list[float], rise: float) -> bool:
     """Keep one more sample of the response; True when it completes a point (kernel)."""
-    s.tune_count += 1
-    s.tune_sum += rise
-    if s.tune_count % s.tune_stride:
+    state.tune_count += 1
+    state.tune_sum += rise
+    if state.tune_count % state.tune_stride:
         return False
-    if s.tune_points == POINTS:
+    if state.tune_points == POINTS:
         for j in range(POINTS // 2):
             aux[first + j] = (aux[first + 2 * j] + aux[first + 2 * j + 1]) / 2.0
-        s.tune_points = POINTS // 2
-        s.tune_stride *= 2
-        if s.tune_count % s.tune_stride:
+        state.tune_points = POINTS // 2
+        state.tune_stride *= 2
+        if state.tune_count % state.tune_stride:
             return False
-    aux[first + s.tune_points] = s.tune_sum / s.tune_stride
-    s.tune_points += 1
-    s.tune_sum = 0.0
+    aux[first + state.tune_points] = state.tune_sum / state.tune_stride
+    state.tune_points += 1
+    state.tune_sum = 0.0
     return True
 
 
@@ -73,23 +73,23 @@ def mean(aux: list[float], first: int, count: int) -> float:
     return total / count
 
 
-def crossing(s: CurveState, first: int, aux: list[float], level: float) -> int:
+def crossing(state: CurveState, first: int, aux: list[float], level: float) -> int:
     """The first point at or above a level (kernel)."""
-    for j in range(s.tune_points):
+    for j in range(state.tune_points):
         if aux[first + j] >= level:
             return j
-    return s.tune_points - 1
+    return state.tune_points - 1
 
 
-def steepest_line(s: CurveState, first: int, aux: list[float], change: float) -> tuple[float, float]:
+def steepest_line(state: CurveState, first: int, aux: list[float], change: float) -> tuple[float, float]:
     """Slope a second of the steepest line, 0 when there is none, and the dead time in s, at least a sample (kernel)."""
-    need = max(0.1 * change, min(12.0 * s.tune_noise, 0.2 * change))
-    width = crossing(s, first, aux, 2.0 * need) - crossing(s, first, aux, need)
-    width = min(max(width, 1), s.tune_points - 1)
+    need = max(0.1 * change, min(12.0 * state.tune_noise, 0.2 * change))
+    width = crossing(state, first, aux, 2.0 * need) - crossing(state, first, aux, need)
+    width = min(max(width, 1), state.tune_points - 1)
     spread = width * (width + 1.0) * (width + 2.0) / 12.0
     steepest = 0.0
     at = 0
-    for j in range(s.tune_points - width):
+    for j in range(state.tune_points - width):
         slope = 0.0
         for k in range(width + 1):
             slope += (k - width / 2.0) * aux[first + j + k]
@@ -99,43 +99,43 @@ def steepest_line(s: CurveState, first: int, aux: list[float], change: float) ->
     if steepest <= 0.0:
         return 0.0, 0.0
     steepest /= spread
-    seconds = s.period / TICKS
-    middle = (at + width / 2.0) * s.tune_stride + (s.tune_stride + 1) / 2.0
-    dead = middle - mean(aux, first + at, width + 1) / steepest * s.tune_stride
-    return steepest / (s.tune_stride * seconds), max(dead, 1.0) * seconds
+    seconds = state.period / TICKS
+    middle = (at + width / 2.0) * state.tune_stride + (state.tune_stride + 1) / 2.0
+    dead = middle - mean(aux, first + at, width + 1) / steepest * state.tune_stride
+    return steepest / (state.tune_stride * seconds), max(dead, 1.0) * seconds
 
 
-def was_moving(s: CurveState, slope: float, count: float) -> bool:
+def was_moving(state: CurveState, slope: float, count: float) -> bool:
     """Whether the PV moved before the step by a tenth of the ``slope`` a second, and surely (kernel).
 
     Surely: by four standard deviations of the slope of 16 samples; ``count`` is the resolution of the PV.
     """
-    drift = abs(s.tune_drift)
-    return drift > MOVING * slope * (s.period / TICKS) and drift > SURE * max(s.tune_noise, ROUNDING * count)
+    drift = abs(state.tune_drift)
+    return drift > MOVING * slope * (state.period / TICKS) and drift > SURE * max(state.tune_noise, ROUNDING * count)
 
 
 def judge_response(
-    s: CurveState, first: int, aux: list[float], span: float, count: float, rest: float, last_step: int
+    state: CurveState, first: int, aux: list[float], span: float, count: float, rest: float, last_step: int
 ) -> tuple[int, float]:
     """The judgement of a response at one of its points, and its change so far (kernel).
 
     ``count`` is the resolution of the PV and ``rest`` what a PV at rest may still move; after the ``last_step`` every
     answer above the noise counts.
     """
-    n = s.tune_points
+    n = state.tune_points
     few = max(1, n // 12)
     last = first + n
     change = mean(aux, last - few, few)
-    detectable = max(4.0 * count, 6.0 * s.tune_noise)
+    detectable = max(4.0 * count, 6.0 * state.tune_noise)
     if change >= ENOUGH * span and change >= detectable:
         return ANSWERED, change
     if change > detectable and n >= 24:
         moved = change - mean(aux, last - n // 3, few)
-        if moved <= max(SMALL * change, s.tune_noise, rest):
+        if moved <= max(SMALL * change, state.tune_noise, rest):
             if last_step or change >= SMALL * span:
                 return ANSWERED, change
             return TOO_SMALL, change
-    elif s.tune_count > PATIENT and s.tune_count * (s.period / TICKS) > PATIENCE:
+    elif state.tune_count > PATIENT and state.tune_count * (state.period / TICKS) > PATIENCE:
         return NO_ANSWER, change
     return GOES_ON, change
 
@@ -171,88 +171,88 @@ Gains = tuple[float, float, float, float]
 """Gain, reset and rate in s, and the sample rate in s."""
 
 
-def begin_noise(s: CurveState) -> None:
+def begin_noise(state: CurveState) -> None:
     """Before the first sample at rest (kernel)."""
-    s.tune_count = 0
-    s.tune_sum = 0.0
-    s.tune_base = 0.0
-    s.tune_drift = 0.0
+    state.tune_count = 0
+    state.tune_sum = 0.0
+    state.tune_base = 0.0
+    state.tune_drift = 0.0
 
 
-def measure_noise(s: CurveState, p: float) -> bool:
+def measure_noise(state: CurveState, p: float) -> bool:
     """One more sample at rest (kernel).
 
     After the last one the noise, from second differences, the mean and the slope of a regression line are known.
     """
-    if s.tune_count >= 2:
-        s.tune_sum += abs(p - 2.0 * s.tune_a + s.tune_b)
-    s.tune_b = s.tune_a
-    s.tune_a = p
-    s.tune_base += p
-    s.tune_drift += (s.tune_count - (OBSERVED - 1) / 2.0) * p
-    s.tune_count += 1
-    if s.tune_count < OBSERVED:
+    if state.tune_count >= 2:
+        state.tune_sum += abs(p - 2.0 * state.tune_a + state.tune_b)
+    state.tune_b = state.tune_a
+    state.tune_a = p
+    state.tune_base += p
+    state.tune_drift += (state.tune_count - (OBSERVED - 1) / 2.0) * p
+    state.tune_count += 1
+    if state.tune_count < OBSERVED:
         return False
-    s.tune_noise = s.tune_sum / (OBSERVED - 2.0) / SECOND_DIFFERENCE
-    s.tune_base /= OBSERVED
-    s.tune_drift /= SPREAD
+    state.tune_noise = state.tune_sum / (OBSERVED - 2.0) / SECOND_DIFFERENCE
+    state.tune_base /= OBSERVED
+    state.tune_drift /= SPREAD
     return True
 
 
-def begin_cycle(s: RelayState) -> None:
+def begin_cycle(state: RelayState) -> None:
     """The relay has not switched yet (kernel)."""
-    s.tune_count = 0
-    s.tune_turns = 0
-    s.tune_side = 0
-    s.tune_points = 0
-    s.tune_swing = 0.0
+    state.tune_count = 0
+    state.tune_turns = 0
+    state.tune_side = 0
+    state.tune_points = 0
+    state.tune_swing = 0.0
 
 
-def relay_switch(s: RelayState, p: float, e: float, band: float) -> int:
+def relay_switch(state: RelayState, p: float, e: float, band: float) -> int:
     """One sample under the relay: 0, or the sign of the error that switches it, once beyond the band (kernel)."""
-    s.tune_count += 1
-    if s.tune_turns:
-        s.tune_high = max(s.tune_high, p)
-        s.tune_low = min(s.tune_low, p)
+    state.tune_count += 1
+    if state.tune_turns:
+        state.tune_high = max(state.tune_high, p)
+        state.tune_low = min(state.tune_low, p)
     side = 0
-    if s.tune_side == 0:
+    if state.tune_side == 0:
         side = -1 if e < 0.0 else 1
-    elif s.tune_side > 0 and e < -band:
+    elif state.tune_side > 0 and e < -band:
         side = -1
-    elif s.tune_side < 0 and e > band:
+    elif state.tune_side < 0 and e > band:
         side = 1
     if side == 0:
         return 0
-    s.tune_side = side
-    s.tune_turns += 1
-    s.tune_points = s.tune_count
-    if s.tune_turns == FIRST_TURN:
-        s.tune_start = s.tune_count
-    elif s.tune_turns > FIRST_TURN and s.tune_turns % 2 == 0:
-        s.tune_swing += s.tune_high - s.tune_low
-    if s.tune_turns % 2 == 0:
-        s.tune_high = -1e18
-        s.tune_low = 1e18
+    state.tune_side = side
+    state.tune_turns += 1
+    state.tune_points = state.tune_count
+    if state.tune_turns == FIRST_TURN:
+        state.tune_start = state.tune_count
+    elif state.tune_turns > FIRST_TURN and state.tune_turns % 2 == 0:
+        state.tune_swing += state.tune_high - state.tune_low
+    if state.tune_turns % 2 == 0:
+        state.tune_high = -1e18
+        state.tune_low = 1e18
     return side
 
 
-def stalled(s: RelayState, samples: int, seconds: float) -> bool:
+def stalled(state: RelayState, samples: int, seconds: float) -> bool:
     """Whether the relay has not switched for longer than so many samples and so many seconds, both (kernel)."""
-    quiet = s.tune_count - s.tune_points
-    return quiet > samples and quiet * (s.period / TICKS) > seconds
+    quiet = state.tune_count - state.tune_points
+    return quiet > samples and quiet * (state.period / TICKS) > seconds
 
 
-def cycle_length(s: RelayState) -> float:
+def cycle_length(state: RelayState) -> float:
     """Samples of one cycle, at the last switch (kernel)."""
-    return (s.tune_count - s.tune_start) / 2.0
+    return (state.tune_count - state.tune_start) / 2.0
 
 
-def ultimate_gain(s: RelayState, step: float, band: float, least: float) -> float:
+def ultimate_gain(state: RelayState, step: float, band: float, least: float) -> float:
     """From the describing function of a relay that switches its output by ``step``, at the last switch (kernel).
 
     ``band`` is its hysteresis, ``least`` the least square that is taken for the swing's amplitude without it.
     """
-    half = s.tune_swing / 4.0
+    half = state.tune_swing / 4.0
     return 2.0 * step / (PI * sqrt(max(half * half - band * band, least)))
 
 

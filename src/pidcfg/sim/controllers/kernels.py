@@ -264,14 +264,14 @@ def noticed(notice: int, requested: int, reason: int) -> int:
     return notice
 
 
-def tell_request(s: RequestState, reason: int) -> None:
+def tell_request(state: RequestState, reason: int) -> None:
     """Leave a notice about the mode that was requested last (kernel)."""
-    s.notice = noticed(s.notice, s.requested, reason)
+    state.notice = noticed(state.notice, state.requested, reason)
 
 
-def tell(s: LoopState, reason: int, requested: int = 0) -> None:
+def tell(state: LoopState, reason: int, requested: int = 0) -> None:
     """Leave a notice for the log, from outside the kernels."""
-    s.notice = noticed(s.notice, requested, reason)
+    state.notice = noticed(state.notice, requested, reason)
 
 
 def notices(notice: int) -> list[tuple[int, int]]:

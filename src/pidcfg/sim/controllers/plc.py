@@ -79,7 +79,7 @@ class LoopFacts(ABC):
             if master >= 0:
                 yield self.cfg[master].sig_out, c.sig_sp
 
-    def intended_mode(self, loop: int, sig: Sequence[float]) -> str:  # noqa: ARG002 - in most PLCs it is requested
+    def intended_mode(self, loop: int, signals: Sequence[float]) -> str:  # noqa: ARG002 - in most PLCs it is requested
         """The mode that a loop shall be in, as its configuration and its inputs say now."""
         return self.goals[loop]
 
@@ -100,27 +100,27 @@ class LoopFacts(ABC):
         limit = self.alarm_limits.get(alarm)
         return float(getattr(self.cfg[loop], limit)) if limit is not None and self.alarm_is_on(loop, alarm) else None
 
-    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
+    def given_set_point(self, loop: int, signals: Sequence[float]) -> float:
         """At the start: the set point that the configuration gives a loop, before the PLC limits it."""
-        return float(sig[self.cfg[loop].sig_sp])
+        return float(signals[self.cfg[loop].sig_sp])
 
     def mode_inputs(self, loop: int) -> Collection[int]:  # noqa: ARG002 - in most PLCs an operator chooses the mode
         """The signals of the program that choose a loop's mode."""
         return ()
 
     @abstractmethod
-    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """The present limits of a loop's output, in the unit of its signal."""
 
     def inner_deviation(self, loop: int) -> float | None:  # noqa: ARG002 - not every PLC has such an alarm
         """The inner deviation alarm, in the unit of the PV's signal; None: it is off."""
         return None
 
-    def integrates(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - in most PLCs the state has it
+    def integrates(self, loop: int, signals: Sequence[float]) -> bool:  # noqa: ARG002 - in most PLCs the state has it
         """Whether a loop has an integral, so that no error may last."""
         return bool(self.st[loop].reset > 0.0)
 
-    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - registers
         """The error within which a loop does nothing, in the unit of the PV's signal."""
         return 0.0
 
@@ -128,7 +128,7 @@ class LoopFacts(ABC):
         """Errors of a loop's set-up that are no flag, in words: what is no value of its format (D338)."""
         yield from (problem.text for problem in self.problems if problem.setting and problem.loop == loop)
 
-    def program_errors(self, sig: Sequence[float]) -> Iterable[str]:  # noqa: ARG002 - most PLCs have nothing but loops
+    def program_errors(self, signals: Sequence[float]) -> Iterable[str]:  # noqa: ARG002 - most PLCs have nothing but loops
         """Errors of what is no loop, in words."""
         return ()
 
@@ -140,14 +140,14 @@ class LoopFacts(ABC):
         """The period of the pulses that a loop's output makes, in s; 0: it makes none."""
         return 0.0
 
-    def windup_input(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - most PLCs have none
+    def windup_input(self, loop: int, signals: Sequence[float]) -> bool:  # noqa: ARG002 - most PLCs have none
         """Whether a loop is told from outside that its output is limited."""
         return False
 
     def left_out(
         self,
         loop: int,  # noqa: ARG002 - most PLCs have no selector
-        sig: Sequence[float],  # noqa: ARG002
+        signals: Sequence[float],  # noqa: ARG002
         own: Collection[int],  # noqa: ARG002
         rivals: Collection[int],  # noqa: ARG002
     ) -> bool:
@@ -249,7 +249,7 @@ class Plc(LoopFacts):
     @property
     def base(self) -> int:
         """The greatest common step of the sample rates, in ticks."""
-        return gcd(*(c.period for c in self.cfg if not c.halt)) or TICKS
+        return gcd(*(config.period for config in self.cfg if not config.halt)) or TICKS
 
     @property
     def periods(self) -> Sequence[int]:
@@ -334,7 +334,7 @@ class Plc(LoopFacts):
         raise KeyError(name)
 
     @abstractmethod
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> str | None:
+    def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> str | None:
         """The output that a loop starts with; returns why it has no effect, if so."""
 
     @abstractmethod
@@ -349,7 +349,7 @@ class Plc(LoopFacts):
         """The sample rate in ticks that `set` makes of a checked value; 0: the key is something else."""
 
     @abstractmethod
-    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
+    def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Writes a parameter by its key in the configuration; returns why it has no effect yet, if so."""
 
     @abstractmethod
@@ -374,16 +374,16 @@ class Plc(LoopFacts):
             self.in_run = True
             self.start(tick)
 
-    def program(self, sig: MutableSequence[float]) -> None:
+    def program(self, signals: MutableSequence[float]) -> None:
         """The CPU's switch goes to program (stop) mode; there nothing happens."""
         if self.in_run:
             self.in_run = False
-            self.stop(sig)
+            self.stop(signals)
 
     def start(self, tick: int) -> None:
         """The program-to-run transition, with the set-up check."""
 
-    def stop(self, sig: MutableSequence[float]) -> None:
+    def stop(self, signals: MutableSequence[float]) -> None:
         """The run-to-program transition: loops stop, except those that are independent of the CPU mode."""
 
     def scan_time(self, without_loops: float) -> ScanTime | None:  # noqa: ARG002 - most manuals give no times
@@ -422,13 +422,13 @@ class CountsPlc(Plc):
 
     def scale_loops(self) -> None:
         """Makes `scales` and `roots`."""
-        self.scales = [(c.pv_low, c.pv_low + c.pv_width, int(c.pv_span)) for c in self.cfg]
-        self.roots = [c.pv_min / c.pv_span if c.root else None for c in self.cfg]
+        self.scales = [(config.pv_low, config.pv_low + config.pv_width, int(config.pv_span)) for config in self.cfg]
+        self.roots = [config.pv_min / config.pv_span if config.root else None for config in self.cfg]
 
     @property
     def outputs(self) -> Sequence[tuple[float, float]]:
         """Engineering units, counts without a range."""
-        return [(c.out_low, c.out_low + c.out_width) for c in self.cfg]
+        return [(config.out_low, config.out_low + config.out_width) for config in self.cfg]
 
 
 class Controller(Protocol):
@@ -479,7 +479,7 @@ class NamedPlc(Plc):
         for i, c in enumerate(self.cfg):
             self.begin(i)
             c.period = self.st[i].period
-        self.goals = [self.mode(s.status) for s in self.st]
+        self.goals = [self.mode(state.status) for state in self.st]
 
     @abstractmethod
     def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[dict[str, Any], list[str]]:

@@ -275,11 +275,11 @@ class Registers(ABC):
         """Every register that there is, with its loop."""
 
     @abstractmethod
-    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """What the registers of a loop hold now, raw; ``sig``: the signals of the run."""
 
     @abstractmethod
-    def write(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:
+    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
         """Writes a register as an operator's panel does. Raises `RegisterError`."""
 
 

@@ -123,15 +123,15 @@ class Machine:
 
     def move_plants(self, k: int) -> None:
         """Bring the plants to base step ``k`` with the outputs of the step before, which events have overwritten."""
-        sig, pool = self.net.sig, self.net.pool
-        written = {slot: sig[slot] for slot in self.held}
+        signals, pool = self.net.sig, self.net.pool
+        written = {slot: signals[slot] for slot in self.held}
         if k > self.reached:
             for slot, value in self.held.items():
-                sig[slot] = value
-            step_plants(k, self.net.plants, self.net.delay, sig, pool.code, pool.constants, self.stack)
+                signals[slot] = value
+            step_plants(k, self.net.plants, self.net.delay, signals, pool.code, pool.constants, self.stack)
             self.reached = k
         for slot, value in written.items():
-            sig[slot] = value
+            signals[slot] = value
         self.held.clear()
 
     def advance(self, k: int, last: int, zero: int, every: int, noise_from: int) -> int:

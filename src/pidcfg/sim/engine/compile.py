@@ -244,20 +244,20 @@ class KernelCache(NullCache):
     def __init__(self, name: str) -> None:
         self.name = name
 
-    def load_overload(self, sig: object, target_context: Any) -> Any:
+    def load_overload(self, signals: object, target_context: Any) -> Any:
         """The compiled code for these argument types; None where none is kept."""
         target_context.refresh()
         data = read_entry(self.name)
         types, code = data[:HASH_BYTES], data[HASH_BYTES:]
-        if types != hash_of(sig):
+        if types != hash_of(signals):
             return None
         return CompileResult._rebuild(target_context, *pickle.loads(zlib.decompress(code)))  # noqa: S301, SLF001 - a checked entry
 
-    def save_overload(self, sig: object, data: Any) -> None:
+    def save_overload(self, signals: object, data: Any) -> None:
         """Keeps compiled code, or says why it cannot be kept."""
         code = zlib.compress(dumps(data._reduce()), 1)  # noqa: SLF001 - as numba's own cache does
         try:
-            kernel_store().write(self.name, hash_of(sig) + code)
+            kernel_store().write(self.name, hash_of(signals) + code)
         except OSError as error:
             say_not_kept(error.strerror or str(error))
 

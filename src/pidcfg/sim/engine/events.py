@@ -383,15 +383,15 @@ class Agenda:
 
     def write(self, k: int, loop: int, event: Event) -> str | None:
         """Writes parameters; an event that changes the set point in force starts what is measured from it."""
-        sig, config = self.net.sig, self.plc.cfg[loop]
-        before, changed, of_mode = sig[config.sig_sp], False, False
+        signals, config = self.net.sig, self.plc.cfg[loop]
+        before, changed, of_mode = signals[config.sig_sp], False, False
         late = []
         for keys, value, _ in leaves(event.set):
-            present = sig[config.sig_sp]
-            effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), sig)
+            present = signals[config.sig_sp]
+            effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), signals)
             if effect:
                 late.append(f"{dotted(keys)}: {effect}")
-            changed |= dotted(keys) in {*SETPOINT, self.plc.setpoint} and sig[config.sig_sp] != present
+            changed |= dotted(keys) in {*SETPOINT, self.plc.setpoint} and signals[config.sig_sp] != present
             of_mode |= dotted(keys) in self.plc.mode_keys
         if of_mode:
             self.renew_intent(k, loop)

@@ -122,7 +122,7 @@ def evaluate(
     constants: Sequence[float],
     first: int,
     last: int,
-    sig: Sequence[float],
+    signals: Sequence[float],
     stack: MutableSequence[float],
 ) -> float:
     """The value of the code from ``first`` to ``last``; ``stack[0]`` tells why there is none (kernel)."""
@@ -132,7 +132,7 @@ def evaluate(
         op = code[at]
         if op == SIGNAL:
             top += 1
-            stack[top] = sig[code[at + 1]]
+            stack[top] = signals[code[at + 1]]
         elif op == CONSTANT:
             top += 1
             stack[top] = constants[code[at + 1]]

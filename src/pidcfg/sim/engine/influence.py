@@ -70,8 +70,8 @@ class Influence:
 
     def drives(self, loop: int, without: Collection[int] = ()) -> bool:
         """Whether a loop's output moves its PV, not by way of ``without``."""
-        c = self.plc.cfg[loop]
-        return c.sig_pv in self.reach([c.sig_out], without)
+        config = self.plc.cfg[loop]
+        return config.sig_pv in self.reach([config.sig_out], without)
 
     def is_played(self, loop: int, without: Collection[int] = ()) -> bool:
         """Whether a signal that the scenario sets moves a loop's PV."""
@@ -84,7 +84,7 @@ class Influence:
 
     def _made_of(self, slot: int) -> set[int]:
         """Signals from outside that reach a slot otherwise than through a loop."""
-        loops = {place for c in self.plc.cfg[: len(self.plc.loops)] for place in (c.sig_pv, c.sig_out)}
+        loops = {place for config in self.plc.cfg[: len(self.plc.loops)] for place in (config.sig_pv, config.sig_out)}
         return {source for source in self.net.outside.values() if slot in self.reach([source], without=loops)}
 
     def _add(self, sources: Iterable[int], targets: Iterable[int]) -> None:
@@ -122,13 +122,13 @@ class Influence:
         """Everything that an event moves; one of the CPU moves all outputs."""
         cfg = self.plc.cfg[: len(self.plc.loops)]
         if event.plc is not None:
-            return self.reach([c.sig_out for c in cfg])
+            return self.reach([config.sig_out for config in cfg])
         if event.disturb is not None:
             return self.reach([self.net.plants[self.net.plant_of[event.plant or event.loop or ""]].slot])
         if event.loop is None:
             return self.reach(self.signals_set(event))
-        c = cfg[self.plc.loops.index(event.loop)]
-        return self.reach([c.sig_pv if event.pv is not None else c.sig_sp])
+        config = cfg[self.plc.loops.index(event.loop)]
+        return self.reach([config.sig_pv if event.pv is not None else config.sig_sp])
 
     def signals_set(self, event: Event) -> list[int]:
         """The signals from outside that an event sets."""
@@ -140,9 +140,9 @@ class Influence:
         """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
         if any(event is one for one in self.idle):
             return False
-        c = self.plc.cfg[loop]
+        config = self.plc.cfg[loop]
         moved = self.of_event(event)
-        return c.sig_pv in moved or c.sig_sp in moved
+        return config.sig_pv in moved or config.sig_sp in moved
 
     def plants_between(self, loop: int) -> Iterator[str]:
         """The plants by which a loop's output moves its PV."""
@@ -160,8 +160,8 @@ def followed_by(net: Network, reader: Plant | Channel) -> Collection[int]:
         return read
     stack = pool.stack()
 
-    def value(sig: Sequence[float]) -> float | None:
-        found = evaluate(pool.code, pool.constants, reader.first, reader.last, sig, stack)
+    def value(signals: Sequence[float]) -> float | None:
+        found = evaluate(pool.code, pool.constants, reader.first, reader.last, signals, stack)
         return None if stack[0] else found
 
     return {slot for slot in read if depends(value, net.sig, read, slot)}

@@ -118,10 +118,10 @@ class Log(NamedTuple):
 
 def scan(
     tick: int,
-    cfg: Sequence[Any],
-    st: Sequence[Any],
+    configs: Sequence[Any],
+    states: Sequence[Any],
     aux: MutableSequence[float],
-    sig: MutableSequence[float],
+    signals: MutableSequence[float],
 ) -> None:
     """No controllers, only plants; a vendor's scan replaces this."""
 
@@ -129,7 +129,7 @@ def scan(
 def read_channels(
     k: int,
     channels: Sequence[Channel],
-    sig: MutableSequence[float],
+    signals: MutableSequence[float],
     code: Sequence[int],
     constants: Sequence[float],
     stack: MutableSequence[float],
@@ -140,9 +140,9 @@ def read_channels(
         if c.broken == 1:
             value = c.value
         elif c.source >= 0:
-            value = sig[c.source]
+            value = signals[c.source]
         else:
-            value = evaluate(code, constants, c.first, c.last, sig, stack)
+            value = evaluate(code, constants, c.first, c.last, signals, stack)
             if stack[0] == 0.0:
                 c.held = value
             else:
@@ -150,7 +150,7 @@ def read_channels(
                 if c.fault == 0:
                     c.fault = int(stack[0])
                     c.fault_at = k
-        sig[c.target] = value
+        signals[c.target] = value
 
 
 def write_log(
@@ -193,10 +193,10 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
         scan(k * tick, cfg, st, aux, sig)
         now = k - zero
         for i in range(count):
-            s = st[i]
+            state = st[i]
             m = loop_meters[i]
-            if s.status != m.status or s.notice != 0 or s.aux_status != m.aux_status:
-                write_log(now, i, s, m, onsets, rows, counts)
+            if state.status != m.status or state.notice != 0 or state.aux_status != m.aux_status:
+                write_log(now, i, state, m, onsets, rows, counts)
             measure_loop(now, m, sig)
         if counts[2] > 0:
             watch_bands(now, bands, loop_meters, sig)

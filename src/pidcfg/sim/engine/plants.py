@@ -84,7 +84,7 @@ def step_plants(
     k: int,
     plants: Sequence[Plant],
     delay: MutableSequence[float],
-    sig: MutableSequence[float],
+    signals: MutableSequence[float],
     code: Sequence[int],
     constants: Sequence[float],
     stack: MutableSequence[float],
@@ -92,7 +92,7 @@ def step_plants(
     """All plants through one base step, in the order in which they depend on each other (kernel)."""
     for i in range(len(plants)):
         p = plants[i]
-        u = sig[p.source] if p.source >= 0 else read_expression(k, p, sig, code, constants, stack)
+        u = signals[p.source] if p.source >= 0 else read_expression(k, p, signals, code, constants, stack)
         if p.length > 0:
             u = delayed(p, u, delay)
         if p.model == FIRST_ORDER:
@@ -105,19 +105,19 @@ def step_plants(
             if p.model == SECOND_ORDER:  # it rests there (D642)
                 p.x = 0.0
         p.y = y
-        sig[p.slot] = y
+        signals[p.slot] = y
 
 
 def read_expression(
     k: int,
     p: Plant,
-    sig: Sequence[float],
+    signals: Sequence[float],
     code: Sequence[int],
     constants: Sequence[float],
     stack: MutableSequence[float],
 ) -> float:
     """The value of a plant's input; the last one when it has none now (kernel)."""
-    u = evaluate(code, constants, p.first, p.last, sig, stack)
+    u = evaluate(code, constants, p.first, p.last, signals, stack)
     if stack[0] == 0.0:
         p.held = u
     elif p.fault == 0:
@@ -172,13 +172,13 @@ def move_valve(p: Plant, u: float) -> float:
 
 
 def add_noise(
-    row: int, columns: int, plants: Sequence[Plant], noise: Sequence[float], sig: MutableSequence[float]
+    row: int, columns: int, plants: Sequence[Plant], noise: Sequence[float], signals: MutableSequence[float]
 ) -> None:
     """What transmitters with noise show; ``noise`` holds ``columns`` standard normal numbers a row (kernel)."""
     for i in range(len(plants)):
         p = plants[i]
         if p.column >= 0:
-            sig[p.measured] = sig[p.slot] + p.sigma * noise[row * columns + p.column]
+            signals[p.measured] = signals[p.slot] + p.sigma * noise[row * columns + p.column]
 
 
 def lag(dt: float, time_constant: float) -> float:

@@ -62,11 +62,11 @@ class Recording:
         self.values = {name: array("d") for name in self.names}
         self.levels, self._open, self._times = {}, {}, {}
 
-    def look(self, plc: Plc, sig: Sequence[float], time: float) -> None:
+    def look(self, plc: Plc, signals: Sequence[float], time: float) -> None:
         """Notes the levels of all alarms and the limits of all outputs where they have changed."""
         for i, loop in enumerate(plc.loops):
             levels = {alarm: plc.alarm_level(i, alarm) for alarm in plc.alarm_limits}
-            low, high = plc.output_limits(i, sig)
+            low, high = plc.output_limits(i, signals)
             for name, level in {**levels, LOW: low, HIGH: high}.items():
                 value = nan if level is None else level
                 rows = self.levels.setdefault((loop, name), [])

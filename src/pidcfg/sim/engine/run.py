@@ -557,8 +557,8 @@ class Run:
         lows: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
         for m in self.machine.meters:
             lows |= {m.pv: (m.pv_low, m.pv_high), m.sp: (m.sp_low, m.sp_high), m.out: (m.out_low, m.out_high)}
-        sig = self.net.sig
+        signals = self.net.sig
         return {
-            name: Range(rounded(lows[slot][0]), rounded(lows[slot][1]), rounded(sig[slot]))
+            name: Range(rounded(lows[slot][0]), rounded(lows[slot][1]), rounded(signals[slot]))
             for name, slot in self.net.names.items()
         }

@@ -315,8 +315,8 @@ def aim(m: Meter, look: Look, pace: float) -> None:
 
 
 def _meter(scenario: Scenario, plc: Plc, net: Network, i: int, last: int) -> Meter:
-    c = plc.cfg[i]
-    m = Meter(c.sig_pv, c.sig_sp, c.sig_out)
+    config = plc.cfg[i]
+    m = Meter(config.sig_pv, config.sig_sp, config.sig_out)
     m.control_bits = plc.control_bits
     m.wanted = plc.modes.get(plc.goals[i], 0) & m.control_bits
     named = {e.alarm for e in scenario.expect if e.loop == plc.loops[i] and e.alarm and not e.never}
@@ -371,8 +371,8 @@ OPERANDS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
 def left_out(e: Evidence, i: int) -> bool:
     """Whether a loop acts on nothing now, since another loop's output is taken in its place."""
     cfg = e.plc.cfg[: len(e.plc.loops)]
-    pvs = {c.sig_pv for c in cfg}
-    out, others = cfg[i].sig_out, {c.sig_out for c in cfg} - {cfg[i].sig_out}
+    pvs = {config.sig_pv for config in cfg}
+    out, others = cfg[i].sig_out, {config.sig_out for config in cfg} - {cfg[i].sig_out}
     own = e.influence.reach([out], without=pvs | others)
     rivals = e.influence.reach(others, without=pvs | {out})
     if any(out in read_by(e.net, plant) and not _leaves_out(e, plant, out, rivals) for plant in e.net.plants):

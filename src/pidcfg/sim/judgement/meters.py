@@ -424,9 +424,9 @@ class Gauge:
     last: int = NEVER
 
 
-def measure_loop(k: int, m: Meter, sig: Sequence[float]) -> None:
+def measure_loop(k: int, m: Meter, signals: Sequence[float]) -> None:
     """One loop's signals at base step ``k``, which stand for the time up to the next (kernel)."""
-    pv, sp, out = sig[m.pv], sig[m.sp], sig[m.out]
+    pv, sp, out = signals[m.pv], signals[m.sp], signals[m.out]
     if m.control == 1:
         if sp != pv:
             e = abs(sp - pv)
@@ -476,22 +476,22 @@ def follow_step(k: int, m: Meter, pv: float, sp: float) -> None:
             m.rise_to = k
 
 
-def watch_bands(k: int, bands: Sequence[Band], meters: Sequence[Meter], sig: Sequence[float]) -> None:
+def watch_bands(k: int, bands: Sequence[Band], meters: Sequence[Meter], signals: Sequence[float]) -> None:
     """Notes for every band whether the loop is outside now (kernel)."""
     for i in range(len(bands)):
         b = bands[i]
         m = meters[b.loop]
         if m.event >= 0 and m.control == 1:
             after = m.after
-            if m.stepped == 0 or abs(sig[m.pv] - after) > b.share * abs(after - m.before):
+            if m.stepped == 0 or abs(signals[m.pv] - after) > b.share * abs(after - m.before):
                 b.outside = k
 
 
-def read_gauges(k: int, gauges: Sequence[Gauge], sig: Sequence[float]) -> None:
+def read_gauges(k: int, gauges: Sequence[Gauge], signals: Sequence[float]) -> None:
     """Smallest and largest values (kernel)."""
     for i in range(len(gauges)):
         g = gauges[i]
-        value = sig[g.slot]
+        value = signals[g.slot]
         if (value < g.low or value > g.high) and g.first <= k <= g.last:
             if value < g.low:
                 g.low = value
@@ -499,18 +499,18 @@ def read_gauges(k: int, gauges: Sequence[Gauge], sig: Sequence[float]) -> None:
                 g.high = value
 
 
-def begin(meter: Meter, sig: Sequence[float]) -> None:
+def begin(meter: Meter, signals: Sequence[float]) -> None:
     """What only makes sense from time 0 on starts with the signals as they stand there."""
-    meter.pv_low = meter.pv_high = sig[meter.pv]
-    meter.sp_low = meter.sp_high = meter.last_sp = sig[meter.sp]
-    meter.out_low = meter.out_high = meter.last_out = sig[meter.out]
+    meter.pv_low = meter.pv_high = signals[meter.pv]
+    meter.sp_low = meter.sp_high = meter.last_sp = signals[meter.sp]
+    meter.out_low = meter.out_high = meter.last_out = signals[meter.out]
     meter.variation = 0.0
 
 
-def begin_step(meter: Meter, k: int, before: float, period: int, sig: Sequence[float]) -> None:
+def begin_step(meter: Meter, k: int, before: float, period: int, signals: Sequence[float]) -> None:
     """A set-point event at base step ``k``, ``before`` it and a sample ``period`` (in base steps) after it."""
     meter.event, meter.before, meter.stepped, meter.locked = k, before, 0, k + period
-    meter.peak_low = meter.peak_high = sig[meter.pv]
+    meter.peak_low = meter.peak_high = signals[meter.pv]
     meter.rise_from = meter.rise_to = -1
 
 
@@ -539,7 +539,7 @@ def settling_time(m: Meter, band: Band, last: int, dt: float) -> float | None:
     return max(0, band.outside + 1 - m.event) * dt
 
 
-def loop_metrics(m: Meter, band: Band, last: int, dt: float, sig: Sequence[float]) -> dict[str, float | None]:
+def loop_metrics(m: Meter, band: Band, last: int, dt: float, signals: Sequence[float]) -> dict[str, float | None]:
     """All metrics of a loop by name, in the units of its PV and output; None: there was nothing to measure."""
     controlled = time_in_control(m, last) > 0
     swings = oscillation(m, last)
@@ -551,7 +551,7 @@ def loop_metrics(m: Meter, band: Band, last: int, dt: float, sig: Sequence[float
         "ise": m.ise * dt if controlled else None,
         "itae": m.itae * dt * dt if controlled else None,
         "total_variation": m.variation,
-        "final_error": sig[m.sp] - sig[m.pv] if m.control else None,
+        "final_error": signals[m.sp] - signals[m.pv] if m.control else None,
         "oscillation_period": None if swings is None else swings[0] * dt,
         "oscillation_amplitude": None if swings is None else swings[1],
     }

@@ -191,10 +191,10 @@ def _limit(e: Evidence, i: int) -> str:
     if limit:
         return f"its {limit} output limit"
     for j in e.slaves(i):
-        c = e.plc.cfg[j]
+        config = e.plc.cfg[j]
         if e.meters[j].control and limits_reached(e, j):
             return f"the {limits_reached(e, j)} output limit of {e.plc.loops[j]}"
-        if e.meters[j].control and abs(e.sig[c.sig_sp] - e.sig[e.plc.cfg[i].sig_out]) > SHARE * e.span(j):
+        if e.meters[j].control and abs(e.sig[config.sig_sp] - e.sig[e.plc.cfg[i].sig_out]) > SHARE * e.span(j):
             return f"a set-point limit of {e.plc.loops[j]}"
     return ""
 
@@ -229,8 +229,8 @@ def _works(e: Evidence, i: int) -> bool:
 
 
 def _error(e: Evidence, i: int) -> float:
-    c = e.plc.cfg[i]
-    return float(abs(e.sig[c.sig_sp] - e.sig[c.sig_pv]))
+    config = e.plc.cfg[i]
+    return float(abs(e.sig[config.sig_sp] - e.sig[config.sig_pv]))
 
 
 def _has_the_pv(e: Evidence, i: int, j: int) -> bool:

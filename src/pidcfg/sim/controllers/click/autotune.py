@@ -77,54 +77,57 @@ LEAST_MS, MOST_MS = RANGES["sample_rate"]
 """What registers without a PID error hold."""
 
 
-def tunable(c: Config) -> bool:
+def tunable(config: Config) -> bool:
     """Whether the limits of PV and output are ranges."""
-    return 0.0 < c.pv_high - c.pv_low <= LARGEST_VALUE and 0.0 < c.out_high - c.out_low <= LARGEST_VALUE
+    return (
+        0.0 < config.pv_high - config.pv_low <= LARGEST_VALUE
+        and 0.0 < config.out_high - config.out_low <= LARGEST_VALUE
+    )
 
 
-def start_tune(s: State) -> None:
+def start_tune(state: State) -> None:
     """The loop goes to Autotune; its output is held while the noise of the PV is measured (D123)."""
-    s.status = (s.status & ~(MODES | TUNE_ERROR)) | TUNING
-    s.tune_phase = OBSERVING
-    s.tune_done = NOTHING
-    s.tune_out = s.out
-    s.tune_step = 0.0
-    begin_noise(s)
+    state.status = (state.status & ~(MODES | TUNE_ERROR)) | TUNING
+    state.tune_phase = OBSERVING
+    state.tune_done = NOTHING
+    state.tune_out = state.out
+    state.tune_step = 0.0
+    begin_noise(state)
 
 
-def restore_output(s: State) -> None:
+def restore_output(state: State) -> None:
     """The controller continues from the output before the autotune; its bias is unchanged."""
-    s.out = s.tune_out
-    s.busy |= FRESH
-    s.tune_phase = IDLE
+    state.out = state.tune_out
+    state.busy |= FRESH
+    state.tune_phase = IDLE
 
 
-def abandon(s: State) -> None:
+def abandon(state: State) -> None:
     """The autotune ends without results."""
-    restore_output(s)
-    s.tune_done = CANCELLED
+    restore_output(state)
+    state.tune_done = CANCELLED
 
 
-def fail(s: State, reason: int) -> None:
+def fail(state: State, reason: int) -> None:
     """Back to Auto with the gains of before."""
-    restore_output(s)
-    s.tune_done = FAILED
-    s.status = (s.status & ~MODES) | AUTO | TUNE_ERROR
-    s.requested = 0
-    s.notice = noticed(s.notice, 0, reason)
+    restore_output(state)
+    state.tune_done = FAILED
+    state.status = (state.status & ~MODES) | AUTO | TUNE_ERROR
+    state.requested = 0
+    state.notice = noticed(state.notice, 0, reason)
 
 
-def store(c: Config, s: State, gain: float, reset: float, rate: float, seconds: float) -> None:
+def store(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:
     """Write the results, within what the registers hold, and return to Auto."""
-    s.gain = single(clamp(gain, LEAST_GAIN, MOST_GAIN))
-    s.reset = single(clamp(reset, LEAST_RESET, MOST_RESET))
-    s.rate = single(clamp(rate, LEAST_RATE, MOST_RATE))
-    s.sample_ms = int(clamp(nearest(seconds * 1000.0), LEAST_MS, MOST_MS))
-    s.period = s.sample_ms * 1000
-    coefficients(c, s)
-    restore_output(s)
-    s.tune_done = DONE
-    s.status = (s.status & ~MODES) | AUTO
+    state.gain = single(clamp(gain, LEAST_GAIN, MOST_GAIN))
+    state.reset = single(clamp(reset, LEAST_RESET, MOST_RESET))
+    state.rate = single(clamp(rate, LEAST_RATE, MOST_RATE))
+    state.sample_ms = int(clamp(nearest(seconds * 1000.0), LEAST_MS, MOST_MS))
+    state.period = state.sample_ms * 1000
+    coefficients(config, state)
+    restore_output(state)
+    state.tune_done = DONE
+    state.status = (state.status & ~MODES) | AUTO
 
 
 # --- Autotune of the CLICK, sample by sample: the noise, then the step response (D123) or the relay (D124) ------------
@@ -137,86 +140,90 @@ LEAST_SWING = 1e-6
 """Least amplitude of a cycle, as a share of the PV's range."""
 
 
-def step_output(c: Config, s: State) -> None:
+def step_output(config: Config, state: State) -> None:
     """Step the output by another 10 % of its range: up, or down where the way up is too short."""
-    span = c.out_high - c.out_low
-    if s.tune_step == 0.0:
-        s.tune_step = STEP if s.tune_out + 2.0 * STEP * span <= c.out_high else -STEP
+    span = config.out_high - config.out_low
+    if state.tune_step == 0.0:
+        state.tune_step = STEP if state.tune_out + 2.0 * STEP * span <= config.out_high else -STEP
     else:
-        s.tune_step += s.tune_step
-    s.out = single(s.tune_out + s.tune_step * span)
-    s.tune_phase = RESPONSE
-    begin_curve(s)
+        state.tune_step += state.tune_step
+    state.out = single(state.tune_out + state.tune_step * span)
+    state.tune_phase = RESPONSE
+    begin_curve(state)
 
 
-def begin_relay(s: State) -> None:
+def begin_relay(state: State) -> None:
     """The first switch follows at the next sample."""
-    s.tune_phase = SWITCHING
-    begin_cycle(s)
+    state.tune_phase = SWITCHING
+    begin_cycle(state)
 
 
-def sign(c: Config, s: State) -> float:
+def sign(config: Config, state: State) -> float:
     """1 when the step moves the PV up, else -1."""
-    return 1.0 if (s.tune_step > 0.0) == (c.reverse == 0) else -1.0
+    return 1.0 if (state.tune_step > 0.0) == (config.reverse == 0) else -1.0
 
 
-def measure(c: Config, s: State, aux: list[float], change: float) -> None:
+def measure(config: Config, state: State, aux: list[float], change: float) -> None:
     """Slope and dead time of the recorded response, and the gains they give."""
-    slope, dead = steepest_line(s, c.tune_buffer, aux, change)
+    slope, dead = steepest_line(state, config.tune_buffer, aux, change)
     if slope <= 0.0:
-        fail(s, TUNE_NO_RESPONSE)
+        fail(state, TUNE_NO_RESPONSE)
         return
-    if was_moving(s, slope, 0.0):
-        s.notice = noticed(s.notice, 0, TUNE_MOVING)
-    gain, reset, rate, sample = curve_gains(c.tune_pi, STEP * (c.out_high - c.out_low) / (dead * slope), dead)
-    store(c, s, gain, reset, rate, sample)
+    if was_moving(state, slope, 0.0):
+        state.notice = noticed(state.notice, 0, TUNE_MOVING)
+    gain, reset, rate, sample = curve_gains(
+        config.tune_pi, STEP * (config.out_high - config.out_low) / (dead * slope), dead
+    )
+    store(config, state, gain, reset, rate, sample)
 
 
-def respond(c: Config, s: State, aux: list[float]) -> None:
+def respond(config: Config, state: State, aux: list[float]) -> None:
     """One sample of the step response, until there is enough of it or it has settled."""
-    if not record(s, c.tune_buffer, aux, sign(c, s) * (s.pv - s.tune_base)):
+    if not record(state, config.tune_buffer, aux, sign(config, state) * (state.pv - state.tune_base)):
         return
-    span = c.pv_high - c.pv_low
-    second = int(abs(s.tune_step) > STEP)
+    span = config.pv_high - config.pv_low
+    second = int(abs(state.tune_step) > STEP)
     count = span * RESOLUTION
-    verdict, change = judge_response(s, c.tune_buffer, aux, span, count, count, second)
+    verdict, change = judge_response(state, config.tune_buffer, aux, span, count, count, second)
     if verdict == ANSWERED:
-        measure(c, s, aux, change)
+        measure(config, state, aux, change)
     elif verdict == TOO_SMALL:
-        s.tune_base += sign(c, s) * change
-        step_output(c, s)
+        state.tune_base += sign(config, state) * change
+        step_output(config, state)
     elif verdict == NO_ANSWER and second:
-        fail(s, TUNE_NO_RESPONSE)
+        fail(state, TUNE_NO_RESPONSE)
     elif verdict == NO_ANSWER:
-        step_output(c, s)
+        step_output(config, state)
 
 
-def relay(c: Config, s: State) -> None:
+def relay(config: Config, state: State) -> None:
     """One sample of the relay, whose hysteresis is that of DFn+21 in % of the PV limits."""
-    span = c.pv_high - c.pv_low
-    band = c.tune_hysteresis * span / 100.0
-    side = relay_switch(s, s.pv, s.sp - s.pv, band)
+    span = config.pv_high - config.pv_low
+    band = config.tune_hysteresis * span / 100.0
+    side = relay_switch(state, state.pv, state.sp - state.pv, band)
     if side:
-        s.out = c.out_high if (side > 0) == (c.reverse == 0) else c.out_low
-    if s.tune_turns == LAST_TURN:
-        ultimate = ultimate_gain(s, c.out_high - c.out_low, band, LEAST_SWING * span * (LEAST_SWING * span))
-        gain, reset, rate, sample = cycle_gains(c.tune_pi, ultimate, cycle_length(s) * s.period / TICKS)
-        store(c, s, gain, reset, rate, sample)
-    elif stalled(s, RELAY_PATIENT, RELAY_PATIENCE):
-        fail(s, TUNE_NO_RESPONSE)
+        state.out = config.out_high if (side > 0) == (config.reverse == 0) else config.out_low
+    if state.tune_turns == LAST_TURN:
+        ultimate = ultimate_gain(
+            state, config.out_high - config.out_low, band, LEAST_SWING * span * (LEAST_SWING * span)
+        )
+        gain, reset, rate, sample = cycle_gains(config.tune_pi, ultimate, cycle_length(state) * state.period / TICKS)
+        store(config, state, gain, reset, rate, sample)
+    elif stalled(state, RELAY_PATIENT, RELAY_PATIENCE):
+        fail(state, TUNE_NO_RESPONSE)
 
 
-def tune(c: Config, s: State, aux: list[float]) -> None:
+def tune(config: Config, state: State, aux: list[float]) -> None:
     """One sample of the autotune; its limits may be written meanwhile."""
-    if not tunable(c):
-        fail(s, TUNE_NO_RANGE)
-    elif s.tune_phase == OBSERVING:
-        if measure_noise(s, s.pv):
-            if c.tune_closed:
-                begin_relay(s)
+    if not tunable(config):
+        fail(state, TUNE_NO_RANGE)
+    elif state.tune_phase == OBSERVING:
+        if measure_noise(state, state.pv):
+            if config.tune_closed:
+                begin_relay(state)
             else:
-                step_output(c, s)
-    elif s.tune_phase == RESPONSE:
-        respond(c, s, aux)
+                step_output(config, state)
+    elif state.tune_phase == RESPONSE:
+        respond(config, state, aux)
     else:
-        relay(c, s)
+        relay(config, state)

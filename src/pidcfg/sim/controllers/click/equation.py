@@ -250,9 +250,9 @@ class Loop:
         """What every register holds."""
         return {row.name: number_of(prefix, self.words[row.name]) for _, prefix, row in ROWS}
 
-    def absorb(self, s: State) -> None:
+    def absorb(self, state: State) -> None:
         """Put what the controller has written into the registers."""
-        for name, value in register_values(s).items():
+        for name, value in register_values(state).items():
             self.words[name] = value & 0xFFFF if isinstance(value, int) else bits_of(value)
 
 
@@ -278,13 +278,13 @@ def loop_of(words: Mapping[int, int], index: int, entry: Mapping[str, Any]) -> L
     )
 
 
-def configure(c: Config, n: Mapping[str, float]) -> None:
+def configure(config: Config, n: Mapping[str, float]) -> None:
     """Everything in a loop's `Config` that follows from its registers."""
-    read_registers(c, n)
-    c.filter = single(nearest_allowed("filter", n["filter"]) / 100.0)
-    c.deadband_on = int(n["deadband_enable"] and c.deadband > 0.0)
-    c.bumpless = 2 if n["bumpless_mode"] else 1
-    c.pwm_period = int(nearest_allowed("pwm_period", n["pwm_period"])) * TICKS
+    read_registers(config, n)
+    config.filter = single(nearest_allowed("filter", n["filter"]) / 100.0)
+    config.deadband_on = int(n["deadband_enable"] and config.deadband > 0.0)
+    config.bumpless = 2 if n["bumpless_mode"] else 1
+    config.pwm_period = int(nearest_allowed("pwm_period", n["pwm_period"])) * TICKS
 
 
 def alarms_off(n: Mapping[str, float]) -> int:
@@ -294,12 +294,12 @@ def alarms_off(n: Mapping[str, float]) -> int:
     return pv | deviation | (0 if n["rate_alarm_enable"] else RATE_OF_CHANGE)
 
 
-def write_state(s: State, n: Mapping[str, float]) -> None:
+def write_state(state: State, n: Mapping[str, float]) -> None:
     """The registers that the controller writes too, as they stand in memory; the sample rate within its limits."""
-    read_registers(s, n)
-    s.period = sample_ticks(n["sample_rate"])
-    s.status &= ~alarms_off(n)
-    s.quiet_low, s.quiet_high = UNBOUNDED, -UNBOUNDED
+    read_registers(state, n)
+    state.period = sample_ticks(n["sample_rate"])
+    state.status &= ~alarms_off(n)
+    state.quiet_low, state.quiet_high = UNBOUNDED, -UNBOUNDED
 
 
 def sample_ticks(milliseconds: float) -> int:
@@ -313,54 +313,54 @@ def sample_ticks(milliseconds: float) -> int:
 # of the action, which changes no bit of a rounded product. D numbers: see `decisions`.
 
 
-def coefficients(c: Config, s: State) -> None:
+def coefficients(config: Config, state: State) -> None:
     """Kp Ts/Ti and Td/Ts of the registers as they stand, and the lag of the derivative's filter (D110, D114).
 
     Only called with a reset time above 0: errors 26 to 28 keep a loop in Manual, where nothing is calculated.
     """
-    seconds = single(s.period / TICKS)
-    s.kp = -s.gain if c.reverse else s.gain
-    s.ki = single(s.kp * single(seconds / s.reset))
-    s.kd = single(s.rate / seconds)
-    s.lag = 1.0
-    if c.limited:
-        if c.limit <= 0.0:
-            s.kd = 0.0
-        elif c.limit < 100.0:
-            s.lag = single(seconds / single(seconds + single(s.rate / c.limit)))
+    seconds = single(state.period / TICKS)
+    state.kp = -state.gain if config.reverse else state.gain
+    state.ki = single(state.kp * single(seconds / state.reset))
+    state.kd = single(state.rate / seconds)
+    state.lag = 1.0
+    if config.limited:
+        if config.limit <= 0.0:
+            state.kd = 0.0
+        elif config.limit < 100.0:
+            state.lag = single(seconds / single(seconds + single(state.rate / config.limit)))
 
 
-def calculate(c: Config, s: State) -> float:
+def calculate(config: Config, state: State) -> float:
     """The output before its limits; no term acts while the error is inside the deadband (D113).
 
     The bias goes on, unless it is frozen (D112), and stays within the output's limits (D111); the derivative is that of
     the filtered error (D114).
     """
-    e = single(s.sp - s.pv)
-    if c.squared:
+    e = single(state.sp - state.pv)
+    if config.squared:
         e = single(e * abs(e))
-    if s.busy & FRESH:
-        s.busy &= ~FRESH
-        s.e1 = e
-        s.y1 = 0.0
-    change = single(e - s.e1)
-    s.e1 = e
-    low = c.out_low
-    high = c.out_high
-    bias = s.bias
-    idle = c.deadband_on and -c.deadband <= e <= c.deadband
-    if not (idle or (c.freeze and (s.out >= high or s.out <= low))):
-        bias = single(bias + single(s.ki * e))
-    s.bias = clamp(bias, low, high)
+    if state.busy & FRESH:
+        state.busy &= ~FRESH
+        state.e1 = e
+        state.y1 = 0.0
+    change = single(e - state.e1)
+    state.e1 = e
+    low = config.out_low
+    high = config.out_high
+    bias = state.bias
+    idle = config.deadband_on and -config.deadband <= e <= config.deadband
+    if not (idle or (config.freeze and (state.out >= high or state.out <= low))):
+        bias = single(bias + single(state.ki * e))
+    state.bias = clamp(bias, low, high)
     if idle:
-        s.y1 = 0.0
-        return s.bias
-    if s.lag < 1.0:
-        change = single(s.y1 + single(s.lag * single(change - s.y1)))
-    s.y1 = change
-    if s.kd != 0.0:
-        e = single(e + single(s.kd * change))
-    return single(s.bias + single(s.kp * e))
+        state.y1 = 0.0
+        return state.bias
+    if state.lag < 1.0:
+        change = single(state.y1 + single(state.lag * single(change - state.y1)))
+    state.y1 = change
+    if state.kd != 0.0:
+        e = single(e + single(state.kd * change))
+    return single(state.bias + single(state.kp * e))
 
 
 # --- Alarms of a CLICK loop: four of the PV, two of its deviation, one of its rate of change (D122) -------------------
@@ -371,36 +371,36 @@ def calculate(c: Config, s: State) -> float:
 # six limits.
 
 
-def absolute(c: Config, status: int, pv: float) -> int:
+def absolute(config: Config, status: int, pv: float) -> int:
     """The four alarms of the PV itself."""
-    status = latched(status, LOW_LOW, single(c.low_low - pv), c.hysteresis)
-    status = latched(status, LOW, single(c.low - pv), c.hysteresis)
-    status = latched(status, HIGH, single(pv - c.high), c.hysteresis)
-    return latched(status, HIGH_HIGH, single(pv - c.high_high), c.hysteresis)
+    status = latched(status, LOW_LOW, single(config.low_low - pv), config.hysteresis)
+    status = latched(status, LOW, single(config.low - pv), config.hysteresis)
+    status = latched(status, HIGH, single(pv - config.high), config.hysteresis)
+    return latched(status, HIGH_HIGH, single(pv - config.high_high), config.hysteresis)
 
 
-def deviation(c: Config, status: int, away: float) -> int:
+def deviation(config: Config, status: int, away: float) -> int:
     """The two alarms of the distance from the set point."""
-    status = latched(status, DEVIATION_HIGH, single(away - c.deviation_high), c.hysteresis)
-    return latched(status, DEVIATION_HIGH_HIGH, single(away - c.deviation_high_high), c.hysteresis)
+    status = latched(status, DEVIATION_HIGH, single(away - config.deviation_high), config.hysteresis)
+    return latched(status, DEVIATION_HIGH_HIGH, single(away - config.deviation_high_high), config.hysteresis)
 
 
-def alarms(c: Config, s: State, old: float) -> None:
+def alarms(config: Config, state: State, old: float) -> None:
     """Renew all alarms, and the band in which nothing will change; ``old`` is the PV of the sample before."""
-    status = absolute(c, s.status, s.pv)
-    status = deviation(c, status, abs(single(s.sp - s.pv)))
-    if abs(single(s.pv - old)) > c.rate_of_change:
+    status = absolute(config, state.status, state.pv)
+    status = deviation(config, status, abs(single(state.sp - state.pv)))
+    if abs(single(state.pv - old)) > config.rate_of_change:
         status |= RATE_OF_CHANGE
     else:
         status &= ~RATE_OF_CHANGE
-    s.status = status
-    s.quiet_sp = s.sp
-    s.quiet_low = UNBOUNDED
-    s.quiet_high = -UNBOUNDED
+    state.status = status
+    state.quiet_sp = state.sp
+    state.quiet_low = UNBOUNDED
+    state.quiet_high = -UNBOUNDED
     if status & ALARMS == 0:
-        band = lower(c.deviation_high, lower(c.deviation_high_high, UNBOUNDED))
-        s.quiet_low = -lower(-c.low, lower(-c.low_low, band - s.sp))
-        s.quiet_high = lower(c.high, lower(c.high_high, s.sp + band))
+        band = lower(config.deviation_high, lower(config.deviation_high_high, UNBOUNDED))
+        state.quiet_low = -lower(-config.low, lower(-config.low_low, band - state.sp))
+        state.quiet_high = lower(config.high, lower(config.high_high, state.sp + band))
 
 
 def lower(x: float, y: float) -> float:
@@ -416,24 +416,24 @@ def lower(x: float, y: float) -> float:
 ON, OFF = 1.0, 0.0
 
 
-def pulse(c: Config, s: State, tick: int) -> float:
+def pulse(config: Config, state: State, tick: int) -> float:
     """The discrete output of the base step that begins at ``tick``: as it is in the middle of the step.
 
     The first step's length is not known yet; its beginning counts. The on-time is taken where a period begins.
     """
-    middle = tick + (tick - s.last_tick) // 2
-    s.last_tick = tick
-    if s.busy & STOPPED:
+    middle = tick + (tick - state.last_tick) // 2
+    state.last_tick = tick
+    if state.busy & STOPPED:
         return OFF
-    if s.pulse < 0.0 or middle - s.pulse_at >= c.pwm_period:
-        if s.pulse < 0.0 or middle - s.pulse_at >= 2 * c.pwm_period:
-            s.pulse_at = tick
+    if state.pulse < 0.0 or middle - state.pulse_at >= config.pwm_period:
+        if state.pulse < 0.0 or middle - state.pulse_at >= 2 * config.pwm_period:
+            state.pulse_at = tick
         else:
-            s.pulse_at += c.pwm_period
-        share = s.out / 100.0
+            state.pulse_at += config.pwm_period
+        share = state.out / 100.0
         if not share > 0.0:
             share = 0.0
         elif share > 1.0:
             share = 1.0
-        s.pulse = share * c.pwm_period
-    return ON if middle - s.pulse_at < s.pulse else OFF
+        state.pulse = share * config.pwm_period
+    return ON if middle - state.pulse_at < state.pulse else OFF

@@ -67,103 +67,103 @@ MODE_NOTICES = {REFUSED_STOP, REFUSED_TUNING, OVERRIDE_STOP}
 """Reasons that concern the mode."""
 
 
-def stop_tune(s: State) -> None:
+def stop_tune(state: State) -> None:
     """A mode other than Auto ends an autotune without results."""
-    if s.status & TUNING:
-        abandon(s)
-        s.status |= TUNE_ERROR
-        s.requested = 0
-        tell_request(s, TUNE_ABORTED)
+    if state.status & TUNING:
+        abandon(state)
+        state.status |= TUNE_ERROR
+        state.requested = 0
+        tell_request(state, TUNE_ABORTED)
 
 
-def to_manual(s: State, reason: int) -> None:
+def to_manual(state: State, reason: int) -> None:
     """Force a loop into Manual, its output as it stands."""
-    if s.status & MANUAL == 0:
-        stop_tune(s)
-        s.status = (s.status & ~MODES) | MANUAL
-        s.requested = 0
-        tell_request(s, reason)
+    if state.status & MANUAL == 0:
+        stop_tune(state)
+        state.status = (state.status & ~MODES) | MANUAL
+        state.requested = 0
+        tell_request(state, reason)
 
 
-def to_auto(c: Config, s: State) -> None:
+def to_auto(config: Config, state: State) -> None:
     """Manual to Auto: the bias becomes the output, and in mode 1 the set point the PV."""
-    s.bias = s.out
-    if c.bumpless == 1:
-        s.sp = s.pv
-    s.busy |= FRESH
-    s.status = (s.status & ~MODES) | AUTO
+    state.bias = state.out
+    if config.bumpless == 1:
+        state.sp = state.pv
+    state.busy |= FRESH
+    state.status = (state.status & ~MODES) | AUTO
 
 
-def no_tune(c: Config, s: State) -> int:
+def no_tune(config: Config, state: State) -> int:
     """Why an autotune cannot start: it needs Auto and PV limits (D123); 0: it can."""
-    if s.status & AUTO == 0:
+    if state.status & AUTO == 0:
         return REFUSED_TUNE_MODE
-    return 0 if tunable(c) else REFUSED_TUNE_RANGE
+    return 0 if tunable(config) else REFUSED_TUNE_RANGE
 
 
-def request_mode(c: Config, s: State, wanted: int) -> int:
+def request_mode(config: Config, state: State, wanted: int) -> int:
     """Request a mode: it is entered, or the reason of the refusal is returned."""
-    s.requested = wanted
-    now = s.status & MODES
+    state.requested = wanted
+    now = state.status & MODES
     if now == wanted:
         return 0
     if wanted == MANUAL:
-        stop_tune(s)
-        s.status = (s.status & ~MODES) | MANUAL
+        stop_tune(state)
+        state.status = (state.status & ~MODES) | MANUAL
         return 0
     if wanted == AUTO:
         if now == TUNING:
             return REFUSED_TUNING
-        if s.error:
-            return REFUSED_ERROR + s.error
-        to_auto(c, s)
+        if state.error:
+            return REFUSED_ERROR + state.error
+        to_auto(config, state)
         return 0
-    reason = no_tune(c, s)
+    reason = no_tune(config, state)
     if reason:
-        s.status |= TUNE_ERROR
+        state.status |= TUNE_ERROR
     else:
-        start_tune(s)
+        start_tune(state)
     return reason
 
 
-def cancel(s: State) -> None:
+def cancel(state: State) -> None:
     """The autotune request is cleared: back to Auto with the registers as they were."""
-    s.request &= ~TUNING
-    s.requested = 0
-    if s.status & TUNING:
-        abandon(s)
-        s.status = (s.status & ~MODES) | AUTO
-        tell_request(s, TUNE_CANCELLED)
+    state.request &= ~TUNING
+    state.requested = 0
+    if state.status & TUNING:
+        abandon(state)
+        state.status = (state.status & ~MODES) | AUTO
+        tell_request(state, TUNE_CANCELLED)
     else:
-        tell_request(s, TUNE_IDLE)
+        tell_request(state, TUNE_IDLE)
 
 
-def pursue(c: Config, s: State) -> None:
+def pursue(config: Config, state: State) -> None:
     """Come one step closer to the goal; at the goal write its set point, as an operator would."""
-    if s.status & MODES == s.goal:
-        if s.goal_writes:
-            s.sp = s.goal_sp
-        s.busy &= ~GOAL
-        s.goal = 0
+    if state.status & MODES == state.goal:
+        if state.goal_writes:
+            state.sp = state.goal_sp
+        state.busy &= ~GOAL
+        state.goal = 0
         return
-    reason = request_mode(c, s, s.goal)
-    if reason and (s.refused >> s.error) & 1 == 0:
-        s.refused |= 1 << s.error
-        tell_request(s, reason)
+    reason = request_mode(config, state, state.goal)
+    if reason and (state.refused >> state.error) & 1 == 0:
+        state.refused |= 1 << state.error
+        tell_request(state, reason)
 
 
-def modes(c: Config, s: State) -> None:
+def modes(config: Config, state: State) -> None:
     """Everything that can change the mode at a sample: requests, of which Autotune's comes last, or the goal (D673)."""
-    if s.busy & REQUEST:
-        s.busy &= ~(REQUEST | GOAL)
-        s.goal = 0
-        for bit in (s.request & (MANUAL | AUTO), s.request & TUNING):
-            reason = request_mode(c, s, bit) if bit else 0
+    if state.busy & REQUEST:
+        state.busy &= ~(REQUEST | GOAL)
+        state.goal = 0
+        for bit in (state.request & (MANUAL | AUTO), state.request & TUNING):
+            reason = request_mode(config, state, bit) if bit else 0
             if reason:
-                tell_request(s, reason)
-        s.request = 0
-    elif s.busy & GOAL:
-        pursue(c, s)
+                tell_request(state, reason)
+        state.request = 0
+    elif state.busy & GOAL:
+        pursue(config, state)
 
 
 # --- What a CLICK loop tells the outside: names of modes, alarms and flags as bits, and notices in words --------------

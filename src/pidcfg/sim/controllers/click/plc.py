@@ -85,7 +85,7 @@ class Click(Plc):
         self.place_loops(Config, State, SIGNALS, POINTS)
         for i in range(len(self._loops)):
             self._begin(i)
-        self.scales = [scale_of(c) for c in self.cfg]
+        self.scales = [scale_of(config) for config in self.cfg]
         self.in_run = False
         self.run(0)
 
@@ -98,7 +98,7 @@ class Click(Plc):
     def base(self) -> int:
         """The greatest common step of the sample rates, in ticks; a part of it where pulses need a finer one (D121)."""
         step = super().base
-        finest = min((c.pwm_period // PULSES for c in self.cfg if c.pwm), default=step)
+        finest = min((config.pwm_period // PULSES for config in self.cfg if config.pwm), default=step)
         parts = -(-step // finest)
         while step % parts:
             parts += 1
@@ -106,88 +106,92 @@ class Click(Plc):
 
     def _begin(self, i: int) -> None:
         """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
-        loop, c, s = self._loops[i], self.cfg[i], self.st[i]
-        c.tune_buffer = i * POINTS
-        c.pwm = int(loop.pwm)
+        loop, config, state = self._loops[i], self.cfg[i], self.st[i]
+        config.tune_buffer = i * POINTS
+        config.pwm = int(loop.pwm)
         if not loop.pwm:
-            self.signals[c.sig_pwm] = ""
+            self.signals[config.sig_pwm] = ""
         self._apply(i)
-        c.period = s.period
-        s.goal = 0 if loop.goal == "manual" else MODE_BITS[loop.goal]
-        s.goal_sp, s.goal_writes = s.sp, int(loop.has_setpoint)
-        s.busy |= bits.GOAL if s.goal else 0
+        config.period = state.period
+        state.goal = 0 if loop.goal == "manual" else MODE_BITS[loop.goal]
+        state.goal_sp, state.goal_writes = state.sp, int(loop.has_setpoint)
+        state.busy |= bits.GOAL if state.goal else 0
         self._show(i, self.sig)
 
     def _apply(self, i: int) -> None:
         """Make the registers the controller's configuration, and look for PID errors (D117)."""
-        c, s = self.cfg[i], self.st[i]
+        config, state = self.cfg[i], self.st[i]
         n = self._loops[i].numbers()
-        configure(c, n)
-        write_state(s, n)
-        self._note_error(s, lowest_error(n))
-        if not s.error:
-            coefficients(c, s)
+        configure(config, n)
+        write_state(state, n)
+        self._note_error(state, lowest_error(n))
+        if not state.error:
+            coefficients(config, state)
 
     @staticmethod
-    def _note_error(s: State, error: int) -> None:
+    def _note_error(state: State, error: int) -> None:
         """The lowest error that is active; a loop in Auto or Autotune goes to Manual at once (D118)."""
-        if error == s.error:
+        if error == state.error:
             return
-        s.error, s.number = error, float(ERRORS[error - 1].number) if error else 0.0
-        s.status &= ~bits.PID_ERROR
-        s.requested = 0
+        state.error, state.number = error, float(ERRORS[error - 1].number) if error else 0.0
+        state.status &= ~bits.PID_ERROR
+        state.requested = 0
         if not error:
-            tell_request(s, click_modes.CLEARED)
+            tell_request(state, click_modes.CLEARED)
             return
-        s.status |= bits.PID_ERROR
-        if s.status & bits.MANUAL:
-            tell_request(s, click_modes.NOTED_ERROR + error)
+        state.status |= bits.PID_ERROR
+        if state.status & bits.MANUAL:
+            tell_request(state, click_modes.NOTED_ERROR + error)
         else:
-            click_modes.to_manual(s, click_modes.OVERRIDE_ERROR + error)
+            click_modes.to_manual(state, click_modes.OVERRIDE_ERROR + error)
 
-    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+    def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals of a loop as its registers say; in STOP mode nothing drives its outputs (D120)."""
-        c, s = self.cfg[i], self.st[i]
-        stopped = bool(s.busy & bits.STOPPED)
-        sig[c.sig_pv], sig[c.sig_sp], sig[c.sig_bias] = finite(s.pv, 0.0), finite(s.sp, 0.0), finite(s.bias, 0.0)
-        sig[c.sig_out] = 0.0 if stopped else finite(s.out, 0.0)
-        sig[c.sig_error] = s.number
+        config, state = self.cfg[i], self.st[i]
+        stopped = bool(state.busy & bits.STOPPED)
+        signals[config.sig_pv], signals[config.sig_sp], signals[config.sig_bias] = (
+            finite(state.pv, 0.0),
+            finite(state.sp, 0.0),
+            finite(state.bias, 0.0),
+        )
+        signals[config.sig_out] = 0.0 if stopped else finite(state.out, 0.0)
+        signals[config.sig_error] = state.number
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
     def start(self, tick: int) -> None:
         """STOP to RUN: loops begin in Manual, with the outputs that their registers hold (D120)."""
-        for s in self.st:
-            s.busy = (s.busy & ~bits.STOPPED) | bits.FIRST
-            s.due = tick
-            s.pulse = -1.0
+        for state in self.st:
+            state.busy = (state.busy & ~bits.STOPPED) | bits.FIRST
+            state.due = tick
+            state.pulse = -1.0
 
-    def stop(self, sig: MutableSequence[float]) -> None:
+    def stop(self, signals: MutableSequence[float]) -> None:
         """RUN to STOP: loops are not executed, outputs are off."""
         for i, s in enumerate(self.st):
             click_modes.to_manual(s, click_modes.OVERRIDE_STOP)
             s.busy = (s.busy & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
             s.request = s.goal = 0
             s.due = NEVER
-            self._show(i, sig)
+            self._show(i, signals)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     @property
     def rises(self) -> list[bool]:
         """Direct (forward) action: the PV rises with the output."""
-        return [not c.reverse for c in self.cfg]
+        return [not config.reverse for config in self.cfg]
 
     @property
     def word_owners(self) -> dict[str, int]:  # type: ignore[override]  # a table of the registers' addresses
         """DSn+00 of each loop."""
         return {name: i for i, name in enumerate(self.flags)}
 
-    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
         """CO's lower and upper limit."""
         return self.cfg[loop].out_low, self.cfg[loop].out_high
 
-    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - a register
+    def given_set_point(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - a register
         """What is written at the first change to Auto."""
         return float(self.st[loop].goal_sp)
 
@@ -196,15 +200,15 @@ class Click(Plc):
         limit = self.cfg[loop].deviation_high
         return None if limit >= bits.UNBOUNDED else limit
 
-    def integrates(self, loop: int, sig: Sequence[float]) -> bool:  # noqa: ARG002 - registers
+    def integrates(self, loop: int, signals: Sequence[float]) -> bool:  # noqa: ARG002 - registers
         """The longest reset time is as good as none."""
         return self.st[loop].reset < float(TUNED.no_integral)
 
-    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - registers
         """DFn+03, which is compared with the squared error where that is on."""
-        c = self.cfg[loop]
-        band = sqrt(c.deadband) if c.squared else c.deadband
-        return band if c.deadband_on else 0.0
+        config = self.cfg[loop]
+        band = sqrt(config.deadband) if config.squared else config.deadband
+        return band if config.deadband_on else 0.0
 
     def pulse_cycle(self, loop: int) -> float:
         """The PWM period."""
@@ -212,15 +216,15 @@ class Click(Plc):
 
     def request(self, loop: int, mode: str) -> None:
         """A mode request goes on; it is looked at with the next sample and is off again."""
-        s, bit = self.st[loop], MODE_BITS[mode]
-        s.requested = bit
-        if s.busy & bits.STOPPED:
-            tell_request(s, click_modes.REFUSED_STOP)
+        state, bit = self.st[loop], MODE_BITS[mode]
+        state.requested = bit
+        if state.busy & bits.STOPPED:
+            tell_request(state, click_modes.REFUSED_STOP)
             return
-        if s.busy & bits.GOAL and not s.busy & bits.REQUEST:
-            tell_request(s, click_modes.GIVEN_UP)
-        s.request = s.request | bit if bit == bits.TUNING else (s.request & bits.TUNING) | bit
-        s.busy |= bits.REQUEST
+        if state.busy & bits.GOAL and not state.busy & bits.REQUEST:
+            tell_request(state, click_modes.GIVEN_UP)
+        state.request = state.request | bit if bit == bits.TUNING else (state.request & bits.TUNING) | bit
+        state.busy |= bits.REQUEST
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` sets the autotune request, ``cancel`` clears it."""
@@ -231,20 +235,20 @@ class Click(Plc):
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the autotune of a loop went; None when there was none."""
-        registers, s = self._loops[loop], self.st[loop]
-        error = bool(s.status & bits.TUNE_ERROR)
-        if not (s.tune_done or s.status & bits.TUNING or error):
+        registers, state = self._loops[loop], self.st[loop]
+        error = bool(state.status & bits.TUNE_ERROR)
+        if not (state.tune_done or state.status & bits.TUNING or error):
             return None
-        done = s.tune_done == DONE
-        status = "running" if s.status & bits.TUNING else "error" if error else TUNE_STATUS[s.tune_done]
-        registers.absorb(s)
+        done = state.tune_done == DONE
+        status = "running" if state.status & bits.TUNING else "error" if error else TUNE_STATUS[state.tune_done]
+        registers.absorb(state)
         n = registers.numbers()
         results = {name: n[name] / 1000 if name == "sample_rate" else n[name] for name in self.tuned_names}
         return {"done": done, "error": error, "status": status, "results": results if done else {}}
 
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
+    def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The output that a loop in Manual starts with."""
-        self.set(loop, ("output",), value.value, sig)
+        self.set(loop, ("output",), value.value, signals)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
@@ -257,22 +261,22 @@ class Click(Plc):
         ((_, raw),) = settings_of(path, value, self._sample_rate(loop))
         return sample_ticks(raw - 0x10000 if raw > 0x7FFF else raw)
 
-    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
+    def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a value to its registers, which show at once (D674); why it has no effect, as in Auto (D127)."""
-        return self.write(loop, settings_of(path, value, self._sample_rate(loop)), sig)
+        return self.write(loop, settings_of(path, value, self._sample_rate(loop)), signals)
 
-    def write(self, loop: int, written: Sequence[tuple[Word, int]], sig: MutableSequence[float]) -> str | None:
+    def write(self, loop: int, written: Sequence[tuple[Word, int]], signals: MutableSequence[float]) -> str | None:
         """Write raw contents; as `set` otherwise."""
-        registers, s = self._loops[loop], self.st[loop]
-        if written[0][0].name == "output" and s.status & bits.MANUAL == 0:
+        registers, state = self._loops[loop], self.st[loop]
+        if written[0][0].name == "output" and state.status & bits.MANUAL == 0:
             return "is not written: the output is read-only unless the loop is in Manual"
-        registers.absorb(s)
+        registers.absorb(state)
         for row, raw in written:
             registers.words[row.name] = raw
             if row.name == "setpoint":
-                s.goal_sp, s.goal_writes = float_of(raw), 1
+                state.goal_sp, state.goal_writes = float_of(raw), 1
         self._apply(loop)
-        self._show(loop, sig)
+        self._show(loop, signals)
         return None
 
     def memory(self, loop: int) -> Loop:
@@ -285,11 +289,11 @@ class Click(Plc):
         return Decimal(self.st[loop].sample_ms) / 1000
 
 
-def scale_of(c: Config) -> tuple[float, float, int]:
+def scale_of(config: Config) -> tuple[float, float, int]:
     """The ends of the PV's range, 0 to 100 where the registers hold none, and what counts as a count (D128)."""
-    if not (isfinite(c.pv_low) and isfinite(c.pv_high) and c.pv_low < c.pv_high):
+    if not (isfinite(config.pv_low) and isfinite(config.pv_high) and config.pv_low < config.pv_high):
         return 0.0, 100.0, COUNTS
-    return c.pv_low, c.pv_high, COUNTS
+    return config.pv_low, config.pv_high, COUNTS
 
 
 def load(image: Image, options: ScanOptions | None = None) -> Click:  # noqa: ARG001 - the base step is the runner's

@@ -49,69 +49,69 @@ if TYPE_CHECKING:
 __all__ = ["COST", "INLINED", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
 
-def control(c: Config, s: State, sig: list[float]) -> None:
+def control(config: Config, state: State, signals: list[float]) -> None:
     """The output in Auto, within its limits; what is no number is not written (D116)."""
-    m = calculate(c, s)
+    m = calculate(config, state)
     if not isnan(m):
-        s.out = clamp(m, c.out_low, c.out_high)
+        state.out = clamp(m, config.out_low, config.out_high)
     else:
-        s.y1 = 0.0
-        if isnan(s.bias):
-            s.bias = NAN
-            s.error = BIAS_ERROR
-            s.number = BIAS_NUMBER
-            s.status |= PID_ERROR
-            to_manual(s, OVERRIDE_ERROR + BIAS_ERROR)
-            sig[c.sig_error] = s.number
+        state.y1 = 0.0
+        if isnan(state.bias):
+            state.bias = NAN
+            state.error = BIAS_ERROR
+            state.number = BIAS_NUMBER
+            state.status |= PID_ERROR
+            to_manual(state, OVERRIDE_ERROR + BIAS_ERROR)
+            signals[config.sig_error] = state.number
 
 
-def sample(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
+def sample(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
     """One calculation of a loop."""
     # the first sample has no past (D115)
-    raw = single(sig[c.sig_in])
-    old = s.pv
-    if s.busy & FIRST:
-        s.busy &= ~FIRST
+    raw = single(signals[config.sig_in])
+    old = state.pv
+    if state.busy & FIRST:
+        state.busy &= ~FIRST
         old = raw
     pv = raw
-    if c.filtered:
-        pv = single(old + single(c.filter * single(raw - old)))
-    s.raw = raw
-    s.pv = pv
-    if s.busy & (REQUEST | GOAL):
-        modes(c, s)
+    if config.filtered:
+        pv = single(old + single(config.filter * single(raw - old)))
+    state.raw = raw
+    state.pv = pv
+    if state.busy & (REQUEST | GOAL):
+        modes(config, state)
     # an enabled limit takes the place of a set point beyond it (D126)
-    if c.sp_high_on and s.sp > c.sp_high:
-        s.sp = c.sp_high
-    if c.sp_low_on and s.sp < c.sp_low:
-        s.sp = c.sp_low
+    if config.sp_high_on and state.sp > config.sp_high:
+        state.sp = config.sp_high
+    if config.sp_low_on and state.sp < config.sp_low:
+        state.sp = config.sp_low
     change = pv - old
-    fast = c.rate_of_change
-    if pv < s.quiet_low or pv > s.quiet_high or s.sp != s.quiet_sp or change > fast or -change > fast:
-        alarms(c, s, old)
-        sig[c.sig_sp] = finite(s.sp, 0.0)
-    if s.status & TUNING:
-        tune(c, s, aux)
-    if s.status & AUTO:
-        control(c, s, sig)
+    fast = config.rate_of_change
+    if pv < state.quiet_low or pv > state.quiet_high or state.sp != state.quiet_sp or change > fast or -change > fast:
+        alarms(config, state, old)
+        signals[config.sig_sp] = finite(state.sp, 0.0)
+    if state.status & TUNING:
+        tune(config, state, aux)
+    if state.status & AUTO:
+        control(config, state, signals)
     # what is no number is shown as 0 (D116)
-    sig[c.sig_pv] = pv
-    sig[c.sig_out] = finite(s.out, 0.0)
-    sig[c.sig_bias] = finite(s.bias, 0.0)
+    signals[config.sig_pv] = pv
+    signals[config.sig_out] = finite(state.out, 0.0)
+    signals[config.sig_bias] = finite(state.bias, 0.0)
 
 
-def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """One pass at ``tick``: every loop that is due, and every discrete output."""
-    for i in range(len(cfg)):
-        c = cfg[i]
-        s = st[i]
-        due = s.due
+    for i in range(len(configs)):
+        config = configs[i]
+        state = states[i]
+        due = state.due
         if tick >= due:
-            due += s.period
-            s.due = due if due > tick else tick + s.period
-            sample(c, s, aux, sig)
-        if c.pwm:
-            sig[c.sig_pwm] = pulse(c, s, tick)
+            due += state.period
+            state.due = due if due > tick else tick + state.period
+            sample(config, state, aux, signals)
+        if config.pwm:
+            signals[config.sig_pwm] = pulse(config, state, tick)
 
 
 INLINED = (scan, sample, calculate)
@@ -140,7 +140,7 @@ class ClickRegisters(Registers):
         """The three blocks of each loop."""
         return {number: loop for number, (loop, _) in self._at.items()}
 
-    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
         """As the registers are after the last scan."""
         words, status = self.plc.memory(loop).words, self.plc.st[loop].status
         alarms = {name: int(bool(status & bit)) for name, bit in ALARMS.items()}
@@ -148,7 +148,7 @@ class ClickRegisters(Registers):
         held = {**words, **alarms, **idle}
         return {number: held.get(row.name, 0) for number, (i, row) in self._at.items() if i == loop}
 
-    def write(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:
+    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
         """A setting, the output in Manual, or a request."""
         loop, row = self._at[number]
         name = SPACE.name(number)
@@ -160,7 +160,7 @@ class ClickRegisters(Registers):
             row.codec.decode(raw)  # type: ignore[call-arg]  # no register of a CLICK has a scale
         except DecodeError as error:
             raise RegisterError(NO_VALUE, f"{name}: {error}") from None
-        if late := self.plc.write(loop, [(row, raw)], sig):
+        if late := self.plc.write(loop, [(row, raw)], signals):
             raise RegisterError(NOT_NOW, f"{name} {late}")
         return Done(f"set {row.path} to {SPACE.shown(number, raw)}")
 

@@ -73,17 +73,17 @@ REASONS = {
 }
 
 
-def end_tune(s: State, error: int) -> None:
+def end_tune(state: State, error: int) -> None:
     """The auto-tune releases the loop; ``error`` is a reason, 0 for success."""
-    s.status &= ~TUNING
-    s.busy &= ~(TUNE | RELAY)
-    s.tune_phase = IDLE
+    state.status &= ~TUNING
+    state.busy &= ~(TUNE | RELAY)
+    state.tune_phase = IDLE
     if error:
-        s.status |= TUNE_ERROR
-        s.requested = 0
-        tell_request(s, error)
+        state.status |= TUNE_ERROR
+        state.requested = 0
+        tell_request(state, error)
     else:
-        s.tune_done = 1
+        state.tune_done = 1
 
 
 def digits(x: float) -> float:
@@ -91,15 +91,15 @@ def digits(x: float) -> float:
     return nearest(nearest(x * 1e6) / 1e6)
 
 
-def store(c: Config, s: State, gain: float, reset: float, rate: float, seconds: float) -> None:
+def store(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:
     """Write the results to their words: rounded to the last digit, within what the words hold (D65)."""
-    s.gain = clamp(digits(gain * 100.0), 1.0, 9999.0) / 100.0
-    steps = clamp(digits(reset / (c.reset_unit * c.reset_step)), 1.0, 9998.0)
-    s.reset = steps * c.reset_step * c.reset_unit
-    s.rate = clamp(digits(rate * 100.0), 0.0, 9999.0) / 100.0
-    s.period = int(clamp(digits(seconds * 100.0) * 10000.0, c.least_period * 1.0, 99990000.0))
-    coefficients(c, s)
-    end_tune(s, 0)
+    state.gain = clamp(digits(gain * 100.0), 1.0, 9999.0) / 100.0
+    steps = clamp(digits(reset / (config.reset_unit * config.reset_step)), 1.0, 9998.0)
+    state.reset = steps * config.reset_step * config.reset_unit
+    state.rate = clamp(digits(rate * 100.0), 0.0, 9999.0) / 100.0
+    state.period = int(clamp(digits(seconds * 100.0) * 10000.0, config.least_period * 1.0, 99990000.0))
+    coefficients(config, state)
+    end_tune(state, 0)
 
 
 # --- Open-loop auto-tune of the DL06: the reaction curve of a step of the output --------------------------------------
@@ -111,49 +111,51 @@ POINTS = CURVE
 """Floats of a loop's buffer in `aux`."""
 
 
-def step_output(c: Config, s: State) -> None:
+def step_output(config: Config, state: State) -> None:
     """Step the output up by another 10 % of its span and start recording."""
-    s.tune_step += STEP
-    wanted = s.tune_out + s.tune_step * c.out_span
-    if wanted >= c.out_max:
-        s.out = s.tune_out
-        end_tune(s, TUNE_FULL_SCALE)
+    state.tune_step += STEP
+    wanted = state.tune_out + state.tune_step * config.out_span
+    if wanted >= config.out_max:
+        state.out = state.tune_out
+        end_tune(state, TUNE_FULL_SCALE)
         return
-    s.out = wanted + NEAREST - NEAREST
-    s.tune_phase = RESPONSE
-    begin_curve(s)
+    state.out = wanted + NEAREST - NEAREST
+    state.tune_phase = RESPONSE
+    begin_curve(state)
 
 
-def measure(c: Config, s: State, aux: list[float], change: float) -> None:
+def measure(config: Config, state: State, aux: list[float], change: float) -> None:
     """Slope and dead time of the recorded response, and the gains they give."""
-    slope, dead = steepest_line(s, c.tune_buffer, aux, change)
-    s.out = s.tune_out
+    slope, dead = steepest_line(state, config.tune_buffer, aux, change)
+    state.out = state.tune_out
     if slope <= 0.0:
-        end_tune(s, TUNE_NO_RESPONSE)
+        end_tune(state, TUNE_NO_RESPONSE)
         return
-    if was_moving(s, slope, c.span / c.pv_span):
-        s.notice = noticed(s.notice, 0, TUNE_MOVING)
-    gain, reset, derivative, sample = curve_gains(c.tune_pi, STEP / (dead * (slope / c.span)), dead)
-    store(c, s, gain, reset, derivative, sample)
+    if was_moving(state, slope, config.span / config.pv_span):
+        state.notice = noticed(state.notice, 0, TUNE_MOVING)
+    gain, reset, derivative, sample = curve_gains(config.tune_pi, STEP / (dead * (slope / config.span)), dead)
+    store(config, state, gain, reset, derivative, sample)
 
 
-def respond(c: Config, s: State, aux: list[float], p: float) -> None:
+def respond(config: Config, state: State, aux: list[float], p: float) -> None:
     """One sample of the step response, until it is large enough or settled (D59), or fails to come (D63)."""
-    rise = s.tune_base - p if c.reverse else p - s.tune_base
-    if not record(s, c.tune_buffer, aux, rise):
+    rise = state.tune_base - p if config.reverse else p - state.tune_base
+    if not record(state, config.tune_buffer, aux, rise):
         return
-    second = int(s.tune_step > STEP)
-    verdict, change = judge_response(s, c.tune_buffer, aux, c.span, c.span / c.pv_span, 1.0, second)
+    second = int(state.tune_step > STEP)
+    verdict, change = judge_response(
+        state, config.tune_buffer, aux, config.span, config.span / config.pv_span, 1.0, second
+    )
     if verdict == ANSWERED:
-        measure(c, s, aux, change)
+        measure(config, state, aux, change)
     elif verdict == TOO_SMALL:
-        s.tune_base += -change if c.reverse else change
-        step_output(c, s)
+        state.tune_base += -change if config.reverse else change
+        step_output(config, state)
     elif verdict == NO_ANSWER and second:
-        s.out = s.tune_out
-        end_tune(s, TUNE_NO_RESPONSE)
+        state.out = state.tune_out
+        end_tune(state, TUNE_NO_RESPONSE)
     elif verdict == NO_ANSWER:
-        step_output(c, s)
+        step_output(config, state)
 
 
 # --- Closed-loop auto-tune of the DL06: a relay in place of the controller --------------------------------------------
@@ -162,43 +164,45 @@ def respond(c: Config, s: State, aux: list[float], p: float) -> None:
 # left out. Period T and swing X of the PV (both peak to peak, as the output's M) give the ultimate gain 4 M / (pi X).
 
 
-def begin_relay(c: Config, s: State) -> None:
+def begin_relay(config: Config, state: State) -> None:
     """Take the output over; the first switch follows at once. Limits at the ends of the range are reported (D62)."""
-    s.tune_phase = SWITCHING
-    s.busy |= RELAY
-    begin_cycle(s)
-    if c.velocity == 0:
-        s.tune_out = s.bias
-    if c.m_high >= c.out_max or c.m_low <= c.out_min:
-        s.status |= TUNE_ERROR
-        s.requested = 0
-        tell_request(s, TUNE_AT_LIMITS)
+    state.tune_phase = SWITCHING
+    state.busy |= RELAY
+    begin_cycle(state)
+    if config.velocity == 0:
+        state.tune_out = state.bias
+    if config.m_high >= config.out_max or config.m_low <= config.out_min:
+        state.status |= TUNE_ERROR
+        state.requested = 0
+        tell_request(state, TUNE_AT_LIMITS)
 
 
-def restore_bias(c: Config, s: State) -> None:
+def restore_bias(config: Config, state: State) -> None:
     """The controller continues from the bias before the auto-tune, the velocity form from the output (D60)."""
-    if c.velocity == 0:
-        s.bias = s.tune_out
-    s.m = s.tune_out
-    s.busy |= FRESH
+    if config.velocity == 0:
+        state.bias = state.tune_out
+    state.m = state.tune_out
+    state.busy |= FRESH
 
 
-def switching(c: Config, s: State, p: float, sp: float) -> None:
+def switching(config: Config, state: State, p: float, sp: float) -> None:
     """One sample of the relay of three cycles (D60), and their gains (D61); noise widens the hysteresis."""
-    band = 3.0 * s.tune_noise if s.tune_noise > 1.0 else 0.0
-    side = relay_switch(s, p, sp - p, band)
+    band = 3.0 * state.tune_noise if state.tune_noise > 1.0 else 0.0
+    side = relay_switch(state, p, sp - p, band)
     if side != 0:
-        up = side > 0 if c.reverse == 0 else side < 0
-        s.out = c.m_high if up else c.m_low
-    if s.tune_turns == LAST_TURN:
-        restore_bias(c, s)
-        swing = s.tune_swing / 2.0 - band
-        ultimate = 4.0 * (c.m_high - c.m_low) / c.out_span / (PI * max(swing, 1.0) / c.span)
-        gain, reset, derivative, sample = cycle_gains(c.tune_pi, ultimate, cycle_length(s) * s.period / TICKS)
-        store(c, s, gain, reset, derivative, sample)
-    elif stalled(s, RELAY_PATIENT, RELAY_PATIENCE):
-        restore_bias(c, s)
-        end_tune(s, TUNE_NO_RESPONSE)
+        up = side > 0 if config.reverse == 0 else side < 0
+        state.out = config.m_high if up else config.m_low
+    if state.tune_turns == LAST_TURN:
+        restore_bias(config, state)
+        swing = state.tune_swing / 2.0 - band
+        ultimate = 4.0 * (config.m_high - config.m_low) / config.out_span / (PI * max(swing, 1.0) / config.span)
+        gain, reset, derivative, sample = cycle_gains(
+            config.tune_pi, ultimate, cycle_length(state) * state.period / TICKS
+        )
+        store(config, state, gain, reset, derivative, sample)
+    elif stalled(state, RELAY_PATIENT, RELAY_PATIENCE):
+        restore_bias(config, state)
+        end_tune(state, TUNE_NO_RESPONSE)
 
 
 # --- Auto-tune of the DL06, sample by sample: start conditions, a look at the noise, then open or closed loop ---------
@@ -211,47 +215,47 @@ DISTANCE = 205.0 / 4095.0
 greatest one on either side, as a share of the span."""
 
 
-def check_start(c: Config, s: State, p: float, sp: float) -> None:
+def check_start(config: Config, state: State, p: float, sp: float) -> None:
     """The start bit: check mode and distance from the set point (D57), then measure the noise."""
-    s.status &= ~TUNE_ERROR
-    s.tune_done = 0
-    below = p - sp if c.reverse else sp - p
-    if s.status & (MANUAL if c.tune_open else AUTO) == 0:
-        end_tune(s, REFUSED_TUNE_MODE)
-    elif c.tune_open and below < DISTANCE * c.span:
-        end_tune(s, REFUSED_TUNE_DISTANCE)
-    elif c.tune_open == 0 and abs(below) > DISTANCE * c.span:
-        end_tune(s, REFUSED_TUNE_APART)
-    elif c.tune_open == 0 and c.m_high <= c.m_low:
-        end_tune(s, TUNE_NO_SWING)
+    state.status &= ~TUNE_ERROR
+    state.tune_done = 0
+    below = p - sp if config.reverse else sp - p
+    if state.status & (MANUAL if config.tune_open else AUTO) == 0:
+        end_tune(state, REFUSED_TUNE_MODE)
+    elif config.tune_open and below < DISTANCE * config.span:
+        end_tune(state, REFUSED_TUNE_DISTANCE)
+    elif config.tune_open == 0 and abs(below) > DISTANCE * config.span:
+        end_tune(state, REFUSED_TUNE_APART)
+    elif config.tune_open == 0 and config.m_high <= config.m_low:
+        end_tune(state, TUNE_NO_SWING)
     else:
-        s.status |= TUNING
-        s.tune_phase = OBSERVE
-        begin_noise(s)
+        state.status |= TUNING
+        state.tune_phase = OBSERVE
+        begin_noise(state)
 
 
-def observe(c: Config, s: State, p: float) -> None:
+def observe(config: Config, state: State, p: float) -> None:
     """Estimate the noise from second differences, and the PV at rest from the mean (D58)."""
-    if not measure_noise(s, p):
+    if not measure_noise(state, p):
         return
-    s.tune_out = s.out
-    s.tune_step = 0.0
-    if c.tune_open:
-        step_output(c, s)
+    state.tune_out = state.out
+    state.tune_step = 0.0
+    if config.tune_open:
+        step_output(config, state)
     else:
-        begin_relay(c, s)
+        begin_relay(config, state)
 
 
-def tune(c: Config, s: State, aux: list[float], sp: float) -> None:
+def tune(config: Config, state: State, aux: list[float], sp: float) -> None:
     """One sample of the auto-tune; a change of mode stops it (D64)."""
-    p = process(c, s.pv)
-    if s.tune_phase == REQUESTED:
-        check_start(c, s, p, sp)
-    elif s.status & (MANUAL if c.tune_open else AUTO) == 0:
-        end_tune(s, TUNE_ABORTED)
-    elif s.tune_phase == OBSERVE:
-        observe(c, s, p)
-    elif s.tune_phase == RESPONSE:
-        respond(c, s, aux, p)
+    p = process(config, state.pv)
+    if state.tune_phase == REQUESTED:
+        check_start(config, state, p, sp)
+    elif state.status & (MANUAL if config.tune_open else AUTO) == 0:
+        end_tune(state, TUNE_ABORTED)
+    elif state.tune_phase == OBSERVE:
+        observe(config, state, p)
+    elif state.tune_phase == RESPONSE:
+        respond(config, state, aux, p)
     else:
-        switching(c, s, p, sp)
+        switching(config, state, p, sp)

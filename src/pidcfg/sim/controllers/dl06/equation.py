@@ -274,25 +274,25 @@ def counts(value: Any) -> float:
     return float(value.value)
 
 
-def configure(c: Config, v: Values, reset_decimals: int, loops: int) -> None:
+def configure(config: Config, v: Values, reset_decimals: int, loops: int) -> None:
     """Everything in a loop's `Config` that follows from its words; ``loops`` decides the least sample rate (D51)."""
-    read_registers(c, {path: value.value if isinstance(value, Quantity) else value for path, value in v.items()})
-    _scales(c, v)
-    c.bumpless = 1 if v["bumpless"] == "I" else 2
-    c.m_low = clamp(counts(v["output.limits.0"]), c.out_min, c.out_max)
-    c.m_high = clamp(counts(v["output.limits.1"]), c.out_min, c.out_max)
-    c.span = sqrt(c.pv_span) if c.root else c.pv_span
-    c.deadband = counts(v["error.deadband"]) / c.span if v["error.deadband_enabled"] else 0.0
-    c.curved = int(c.root or c.squared or c.deadband > 0.0)
-    c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)
-    c.sees_pv = int(isinstance(v["pv.transfer"], tuple))
-    c.drives = int(isinstance(v["output.transfer"], tuple))
-    c.rs_fault = check_ramp_soak(v["ramp_soak.table"])
-    c.reset_unit = 60.0 if v["tuning.reset_unit"] == "minutes" else 1.0
-    c.reset_step = float(RESET[reset_decimals].step)
-    c.least_period = ticks(CPU.fast_rate if loops <= CPU.fast_loops else CPU.slow_rate)
-    c.period = max(ticks(v["sample_rate"]), c.least_period)
-    c.halt = int(v["sample_rate"] == 0)
+    read_registers(config, {path: value.value if isinstance(value, Quantity) else value for path, value in v.items()})
+    _scales(config, v)
+    config.bumpless = 1 if v["bumpless"] == "I" else 2
+    config.m_low = clamp(counts(v["output.limits.0"]), config.out_min, config.out_max)
+    config.m_high = clamp(counts(v["output.limits.1"]), config.out_min, config.out_max)
+    config.span = sqrt(config.pv_span) if config.root else config.pv_span
+    config.deadband = counts(v["error.deadband"]) / config.span if v["error.deadband_enabled"] else 0.0
+    config.curved = int(config.root or config.squared or config.deadband > 0.0)
+    config.special = int(config.velocity or config.curved or config.on_pv or config.step_bias)
+    config.sees_pv = int(isinstance(v["pv.transfer"], tuple))
+    config.drives = int(isinstance(v["output.transfer"], tuple))
+    config.rs_fault = check_ramp_soak(v["ramp_soak.table"])
+    config.reset_unit = 60.0 if v["tuning.reset_unit"] == "minutes" else 1.0
+    config.reset_step = float(RESET[reset_decimals].step)
+    config.least_period = ticks(CPU.fast_rate if loops <= CPU.fast_loops else CPU.slow_rate)
+    config.period = max(ticks(v["sample_rate"]), config.least_period)
+    config.halt = int(v["sample_rate"] == 0)
 
 
 def ticks(seconds: Any) -> int:
@@ -300,12 +300,12 @@ def ticks(seconds: Any) -> int:
     return round(float(seconds) * TICKS)
 
 
-def _scales(c: Config, v: Values) -> None:
+def _scales(config: Config, v: Values) -> None:
     pv, output = raw_scales(v)["pv"].format, raw_scales(v)["output"].format
-    c.pv_min, c.pv_max, c.pv_span = float(pv.minimum), float(pv.maximum), float(pv.span)
-    c.out_min, c.out_max, c.out_span = float(output.minimum), float(output.maximum), float(output.span)
+    config.pv_min, config.pv_max, config.pv_span = float(pv.minimum), float(pv.maximum), float(pv.span)
+    config.out_min, config.out_max, config.out_span = float(output.minimum), float(output.maximum), float(output.span)
     k = float(v["pv.filter"])
-    c.filter = k if v["pv.filter_enabled"] and 0.0 < k <= 1.0 else 1.0
+    config.filter = k if v["pv.filter_enabled"] and 0.0 < k <= 1.0 else 1.0
 
 
 PV_LIMITS = ("low_low", "low", "high", "high_high")
@@ -319,14 +319,14 @@ def alarm_error(v: Values) -> bool:
     return alarm_order_broken(pv, deviation if v["alarms.deviation.enabled"] else None)
 
 
-def tuning(c: Config, s: State, v: Values, reset_decimals: int) -> None:
+def tuning(config: Config, state: State, v: Values, reset_decimals: int) -> None:
     """The gain words and the sample rate; a reset of all zeros or all nines is off."""
     codec = RESET[reset_decimals]
     reset = v["tuning.reset"]
-    s.gain = float(v["tuning.gain"])
-    s.reset = 0.0 if reset / codec.step in codec.off else float(reset) * c.reset_unit
-    s.rate = float(v["tuning.rate"])
-    s.period = c.period
+    state.gain = float(v["tuning.gain"])
+    state.reset = 0.0 if reset / codec.step in codec.off else float(reset) * config.reset_unit
+    state.rate = float(v["tuning.rate"])
+    state.period = config.period
 
 
 def decode_profile(words: Sequence[int], v: Values) -> Sequence[tuple[Values, list[NoWord]]]:
@@ -357,30 +357,32 @@ def major_of(pointer: int, start: int, loops: int, minor: int) -> int:
     return index if named else -1
 
 
-def write_state(s: State, v: Values, path: str) -> None:
+def write_state(state: State, v: Values, path: str) -> None:
     """Words that the controller also writes: a value from outside replaces theirs."""
     if path == "setpoint.value":
-        s.sp = s.goal_sp = counts(v[path])
-        s.goal_writes = 1
+        state.sp = state.goal_sp = counts(v[path])
+        state.goal_writes = 1
     elif path == "state.pv":
-        s.pv = counts(v[path])
+        state.pv = counts(v[path])
     elif path == "state.bias":
-        s.bias = counts(v[path])
+        state.bias = counts(v[path])
     elif path == "state.output":
-        s.out = s.m = counts(v[path])
+        state.out = state.m = counts(v[path])
 
 
-def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The signals of a loop as its words say; a remote set point stays the one that was calculated with last (D67)."""
-    out = 0.0 if s.busy & (STOPPED | OUTPUT_CUT) else s.out
-    if s.status & CASCADE == 0 or c.major < 0:
-        sp = clamp(s.sp, c.sp_min, c.sp_max)
-        centre = sp * abs(sp) if c.root else sp
-        sig[c.sig_sp] = c.pv_low + (centre - c.pv_min) * c.pv_width / c.pv_span
-    sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
-    sig[c.sig_out] = c.out_low + (out - c.out_min) * c.out_width / c.out_span
-    sig[c.sig_step] = float(s.rs_step)
-    sig[c.sig_bias] = c.out_low + (nearest(s.bias) - c.out_min) * c.out_width / c.out_span
+    out = 0.0 if state.busy & (STOPPED | OUTPUT_CUT) else state.out
+    if state.status & CASCADE == 0 or config.major < 0:
+        sp = clamp(state.sp, config.sp_min, config.sp_max)
+        centre = sp * abs(sp) if config.root else sp
+        signals[config.sig_sp] = config.pv_low + (centre - config.pv_min) * config.pv_width / config.pv_span
+    signals[config.sig_pv] = config.pv_low + (state.pv - config.pv_min) * config.pv_width / config.pv_span
+    signals[config.sig_out] = config.out_low + (out - config.out_min) * config.out_width / config.out_span
+    signals[config.sig_step] = float(state.rs_step)
+    signals[config.sig_bias] = (
+        config.out_low + (nearest(state.bias) - config.out_min) * config.out_width / config.out_span
+    )
 
 
 # --- The PID equation of the DL06 in both forms, line by line as the manual prints it ---------------------------------
@@ -389,113 +391,115 @@ def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
 # output counts and carry the sign of the action (D30, D32). D numbers: see `decisions`.
 
 
-def coefficients(c: Config, s: State) -> None:
+def coefficients(config: Config, state: State) -> None:
     """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts (D677).
 
     A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts (D33). The derivative gain limit is a
     filter (D34).
     """
-    seconds = s.period / TICKS
-    scale = -c.out_span if c.reverse else c.out_span
-    factor = s.gain * scale if s.gain > 0.0 else scale
-    s.kp = s.gain * scale
-    s.ki = factor * seconds / s.reset if s.reset > 0.0 else 0.0
-    s.kd = factor * s.rate / seconds
-    s.lag = 1.0
-    if c.limited:
-        s.kd = s.kd if c.limit > 0.0 else 0.0
-        s.lag = seconds / (seconds + s.rate / c.limit) if c.limit > 0.0 else 1.0
+    seconds = state.period / TICKS
+    scale = -config.out_span if config.reverse else config.out_span
+    factor = state.gain * scale if state.gain > 0.0 else scale
+    state.kp = state.gain * scale
+    state.ki = factor * seconds / state.reset if state.reset > 0.0 else 0.0
+    state.kd = factor * state.rate / seconds
+    state.lag = 1.0
+    if config.limited:
+        state.kd = state.kd if config.limit > 0.0 else 0.0
+        state.lag = seconds / (seconds + state.rate / config.limit) if config.limit > 0.0 else 1.0
 
 
-def process(c: Config, pv: float) -> float:
+def process(config: Config, pv: float) -> float:
     """The PV on the set point's scale: itself, or its root (D37)."""
-    if c.root == 0:
+    if config.root == 0:
         return pv
     return sqrt(pv) if pv > 0.0 else 0.0
 
 
-def shaped(c: Config, sp: float, pv: float) -> float:
+def shaped(config: Config, sp: float, pv: float) -> float:
     """The error as a fraction of the span: root extract, then the square, then the deadband (D31)."""
-    e = (sp - process(c, pv)) / c.span
-    if c.squared:
+    e = (sp - process(config, pv)) / config.span
+    if config.squared:
         e = e * abs(e)
-    if -c.deadband <= e <= c.deadband:
+    if -config.deadband <= e <= config.deadband:
         e = 0.0
     return e
 
 
-def refresh(s: State, e: float, x: float, sp: float) -> None:
+def refresh(state: State, e: float, x: float, sp: float) -> None:
     """Give the equation a past that equals the present: no kick after Manual (D42)."""
-    s.e1 = e
-    s.x1 = x
-    s.x2 = x
-    s.last_sp = sp
-    s.busy &= ~FRESH
+    state.e1 = e
+    state.x1 = x
+    state.x2 = x
+    state.last_sp = sp
+    state.busy &= ~FRESH
 
 
-def stepped_bias(c: Config, s: State, sp: float) -> None:
+def stepped_bias(config: Config, state: State, sp: float) -> None:
     """Step bias: a change of the set point changes the bias in proportion, inversely for reverse action (D38).
 
     The words are signed counts (D647). The velocity form has no bias to change.
     """
-    if c.velocity == 0 and sp * s.last_sp > 0.0:
-        s.bias *= s.last_sp / sp if c.reverse else sp / s.last_sp
-    s.last_sp = sp
+    if config.velocity == 0 and sp * state.last_sp > 0.0:
+        state.bias *= state.last_sp / sp if config.reverse else sp / state.last_sp
+    state.last_sp = sp
 
 
-def filtered(s: State, x: float) -> float:
+def filtered(state: State, x: float) -> float:
     """Y(n) = Y(n-1) + lag (x - Y(n-1)), the signal that the derivative acts on; itself without a limit (D34)."""
-    return x if s.lag == 1.0 else s.x1 + s.lag * (x - s.x1)
+    return x if state.lag == 1.0 else state.x1 + state.lag * (x - state.x1)
 
 
-def velocity(s: State, e: float, x: float) -> float:
+def velocity(state: State, e: float, x: float) -> float:
     """Change of output: Kc (e(n) - e(n-1)) + Ki e(n) + Kr (e(n) - 2 e(n-1) + e(n-2)), on top of the last output.
 
     That is within its limits and has its fraction (D649). The change is added up before it is added (D678).
     """
-    y = filtered(s, x)
-    change = s.kp * (e - s.e1) + s.ki * e + s.kd * (y - 2.0 * s.x1 + s.x2)
-    s.x2 = s.x1
-    s.x1 = y
-    s.e1 = e
-    return s.m + change
+    y = filtered(state, x)
+    change = state.kp * (e - state.e1) + state.ki * e + state.kd * (y - 2.0 * state.x1 + state.x2)
+    state.x2 = state.x1
+    state.x1 = y
+    state.e1 = e
+    return state.m + change
 
 
-def position(c: Config, s: State, e: float, x: float) -> float:
+def position(config: Config, state: State, e: float, x: float) -> float:
     """Mx(n) = Mx(n-1) + Ki e(n), within the data range; M(n) = Kc e(n) + Kr (e(n) - e(n-1)) + Mx(n).
 
     What the derivative remembers is kept up without a derivative too: one that is switched on does not kick. The
     bias keeps its fraction (D35); the freeze looks at the output of the calculation before (D39).
     """
-    bias = s.bias
-    change = s.ki * e
+    bias = state.bias
+    change = state.ki * e
     if change != 0.0:
-        if c.freeze and ((change > 0.0 and s.out >= c.out_max) or (change < 0.0 and s.out <= c.out_min)):
+        if config.freeze and (
+            (change > 0.0 and state.out >= config.out_max) or (change < 0.0 and state.out <= config.out_min)
+        ):
             change = 0.0
         bias += change
-    if bias > c.out_max:
-        bias = c.out_max
-    elif bias < c.out_min:
-        bias = c.out_min
-    s.bias = bias
-    if s.kd == 0.0:
-        s.x1 = x
-        return s.kp * e + bias
-    y = filtered(s, x)
-    slope = y - s.x1
-    s.x1 = y
-    return s.kp * e + s.kd * slope + bias
+    if bias > config.out_max:
+        bias = config.out_max
+    elif bias < config.out_min:
+        bias = config.out_min
+    state.bias = bias
+    if state.kd == 0.0:
+        state.x1 = x
+        return state.kp * e + bias
+    y = filtered(state, x)
+    slope = y - state.x1
+    state.x1 = y
+    return state.kp * e + state.kd * slope + bias
 
 
-def calculate(c: Config, s: State, sp: float, pv: float) -> float:
+def calculate(config: Config, state: State, sp: float, pv: float) -> float:
     """The output in counts, with everything that the plain position form does without."""
-    e = shaped(c, sp, pv) if c.curved else (sp - pv) / c.span
-    x = -process(c, pv) / c.span if c.on_pv else e
-    if s.busy & FRESH:
-        refresh(s, e, x, sp)
-    if c.step_bias and sp != s.last_sp:
-        stepped_bias(c, s, sp)
-    return velocity(s, e, x) if c.velocity else position(c, s, e, x)
+    e = shaped(config, sp, pv) if config.curved else (sp - pv) / config.span
+    x = -process(config, pv) / config.span if config.on_pv else e
+    if state.busy & FRESH:
+        refresh(state, e, x, sp)
+    if config.step_bias and sp != state.last_sp:
+        stepped_bias(config, state, sp)
+    return velocity(state, e, x) if config.velocity else position(config, state, e, x)
 
 
 # --- Process alarms of a DL06 loop: four absolute, two deviation, one rate of change ----------------------------------
@@ -506,38 +510,38 @@ def calculate(c: Config, s: State, sp: float, pv: float) -> float:
 # that the step looks at two numbers instead of six thresholds.
 
 
-def absolute(c: Config, s: State, pv: float) -> None:
+def absolute(config: Config, state: State, pv: float) -> None:
     """Renew the four alarms of the PV itself."""
-    status = latched(s.status, LOW_LOW, c.low_low - pv, c.hysteresis)
-    status = latched(status, LOW, c.low - pv, c.hysteresis)
-    status = latched(status, HIGH, pv - c.high, c.hysteresis)
-    s.status = latched(status, HIGH_HIGH, pv - c.high_high, c.hysteresis)
+    status = latched(state.status, LOW_LOW, config.low_low - pv, config.hysteresis)
+    status = latched(status, LOW, config.low - pv, config.hysteresis)
+    status = latched(status, HIGH, pv - config.high, config.hysteresis)
+    state.status = latched(status, HIGH_HIGH, pv - config.high_high, config.hysteresis)
 
 
-def alarms(c: Config, s: State, pv: float, old: float, sp: float) -> None:
+def alarms(config: Config, state: State, pv: float, old: float, sp: float) -> None:
     """Renew all alarms, and the band in which nothing will change.
 
     With square-root extract the set point is on the root's scale; the deviation alarms compare the PV with its square.
     """
-    absolute(c, s, pv)
-    centre = sp * abs(sp) if c.root else sp
+    absolute(config, state, pv)
+    centre = sp * abs(sp) if config.root else sp
     deviation = abs(pv - centre)
-    status = latched(s.status, YELLOW, deviation - c.yellow, c.hysteresis)
-    status = latched(status, RED, deviation - c.red, c.hysteresis)
-    if abs(pv - old) > c.rate_of_change:
+    status = latched(state.status, YELLOW, deviation - config.yellow, config.hysteresis)
+    status = latched(status, RED, deviation - config.red, config.hysteresis)
+    if abs(pv - old) > config.rate_of_change:
         status |= RATE_OF_CHANGE
     else:
         status &= ~RATE_OF_CHANGE
-    s.status = status
-    s.quiet_sp = sp
-    s.quiet_low = UNBOUNDED
-    s.quiet_high = -UNBOUNDED
+    state.status = status
+    state.quiet_sp = sp
+    state.quiet_low = UNBOUNDED
+    state.quiet_high = -UNBOUNDED
     if status & ALARMS == 0:
-        band = min(c.yellow, c.red)
-        s.quiet_low = max(c.low, c.low_low, centre - band)
-        s.quiet_high = min(c.high, c.high_high, centre + band)
+        band = min(config.yellow, config.red)
+        state.quiet_low = max(config.low, config.low_low, centre - band)
+        state.quiet_high = min(config.high, config.high_high, centre + band)
 
 
-def alarmed(s: State) -> int:
+def alarmed(state: State) -> int:
     """The absolute alarms that are on."""
-    return s.status & PV_ALARMS
+    return state.status & PV_ALARMS

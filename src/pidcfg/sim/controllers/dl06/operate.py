@@ -87,155 +87,155 @@ MODE_REASONS = {
 }
 
 
-def on_sp_scale(c: Config, pv: float) -> float:
+def on_sp_scale(config: Config, pv: float) -> float:
     """The set point word that equals a PV word."""
-    if c.root == 0:
+    if config.root == 0:
         return pv
     return sqrt(pv) + NEAREST - NEAREST if pv > 0.0 else 0.0
 
 
-def to_manual(i: int, cfg: list[Config], st: list[State], reason: int) -> None:
+def to_manual(i: int, configs: list[Config], states: list[State], reason: int) -> None:
     """Put a loop into Manual, and with it each major loop whose minor thereby leaves Cascade."""
     while i >= 0:
-        s = st[i]
-        if s.status & MANUAL:
+        state = states[i]
+        if state.status & MANUAL:
             return
-        major = cfg[i].major if s.status & CASCADE else -1
-        s.status = (s.status & ~MODES) | MANUAL
-        s.requested = 0
-        tell_request(s, reason)
+        major = configs[i].major if state.status & CASCADE else -1
+        state.status = (state.status & ~MODES) | MANUAL
+        state.requested = 0
+        tell_request(state, reason)
         i = major
         reason = OVERRIDE_MINOR
 
 
-def transfer(i: int, wanted: int, cfg: list[Config], st: list[State]) -> None:
+def transfer(i: int, wanted: int, configs: list[Config], states: list[State]) -> None:
     """Carry out a granted change of mode with its bumpless transfer.
 
     Type I: manual to auto makes the bias the output and SP the PV, auto to cascade makes the major loop's output this
     loop's PV. Type II only makes the bias the output. The velocity form has no bias (D41). Cascade to auto changes
     nothing but the source of the set point (D646).
     """
-    c, s = cfg[i], st[i]
-    now = s.status & MODES
+    config, state = configs[i], states[i]
+    now = state.status & MODES
     if wanted == MANUAL:
-        s.status = (s.status & ~MODES) | MANUAL
+        state.status = (state.status & ~MODES) | MANUAL
         return
     if wanted == AUTO and now == MANUAL:
-        s.m = s.out
-        if c.velocity == 0:
-            s.bias = s.out
-        if c.bumpless == 1:
-            s.sp = on_sp_scale(c, s.pv)
-        s.status &= ~OVERFLOW
-        s.busy |= FRESH
-    if wanted == AUTO and now == CASCADE and c.major >= 0:
-        to_manual(c.major, cfg, st, OVERRIDE_MINOR)
-    if wanted == CASCADE and c.bumpless == 1 and c.major >= 0:
-        st[c.major].out = on_sp_scale(c, s.pv)
-    s.status = (s.status & ~MODES) | wanted
+        state.m = state.out
+        if config.velocity == 0:
+            state.bias = state.out
+        if config.bumpless == 1:
+            state.sp = on_sp_scale(config, state.pv)
+        state.status &= ~OVERFLOW
+        state.busy |= FRESH
+    if wanted == AUTO and now == CASCADE and config.major >= 0:
+        to_manual(config.major, configs, states, OVERRIDE_MINOR)
+    if wanted == CASCADE and config.bumpless == 1 and config.major >= 0:
+        states[config.major].out = on_sp_scale(config, state.pv)
+    state.status = (state.status & ~MODES) | wanted
 
 
-def refusal(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
+def refusal(i: int, wanted: int, configs: list[Config], states: list[State]) -> int:
     """Why a requested mode is refused, by alarms (D43) or in a cascade (D44); 0: it is granted."""
-    c, s = cfg[i], st[i]
-    now = s.status & MODES
+    config, state = configs[i], states[i]
+    now = state.status & MODES
     if now | wanted == MANUAL | CASCADE:
         return REFUSED_STEP
-    if wanted == CASCADE and c.major < 0:
+    if wanted == CASCADE and config.major < 0:
         return REFUSED_NO_REMOTE
     if now != MANUAL or wanted != AUTO:
         return 0
-    if s.status & ALARM_ERROR:
+    if state.status & ALARM_ERROR:
         return REFUSED_ALARM_ERROR
-    if c.interlock and alarmed(s):
+    if config.interlock and alarmed(state):
         return REFUSED_PV_ALARM
-    for j in range(len(cfg)):
-        if cfg[j].major == i and st[j].status & CASCADE == 0:
+    for j in range(len(configs)):
+        if configs[j].major == i and states[j].status & CASCADE == 0:
             return REFUSED_MINOR
     return 0
 
 
-def request_mode(i: int, wanted: int, cfg: list[Config], st: list[State]) -> int:
+def request_mode(i: int, wanted: int, configs: list[Config], states: list[State]) -> int:
     """Request a mode: it is entered, or the reason of the refusal is returned."""
-    s = st[i]
-    s.requested = wanted
-    if s.status & MODES == wanted:
+    state = states[i]
+    state.requested = wanted
+    if state.status & MODES == wanted:
         return 0
-    reason = refusal(i, wanted, cfg, st)
+    reason = refusal(i, wanted, configs, states)
     if reason == 0:
-        transfer(i, wanted, cfg, st)
+        transfer(i, wanted, configs, states)
     return reason
 
 
-def waits(i: int, cfg: list[Config], st: list[State]) -> bool:
+def waits(i: int, configs: list[Config], states: list[State]) -> bool:
     """Whether a minor loop of this one is still on its way to Cascade, unrefused: the order is inside out (D644)."""
-    for j in range(len(cfg)):
-        s = st[j]
-        minor = cfg[j].major == i and cfg[j].halt == 0
-        if minor and s.goal == CASCADE and s.refused == 0 and s.status & CASCADE == 0:
+    for j in range(len(configs)):
+        state = states[j]
+        minor = configs[j].major == i and configs[j].halt == 0
+        if minor and state.goal == CASCADE and state.refused == 0 and state.status & CASCADE == 0:
             return True
     return False
 
 
-def pursue(i: int, cfg: list[Config], st: list[State]) -> None:
+def pursue(i: int, configs: list[Config], states: list[State]) -> None:
     """Come one step closer to the goal; at the goal write its set point, as an operator would (D45, D643)."""
-    s = st[i]
-    now = s.status & MODES
-    if now == s.goal:
-        if s.goal_writes:
-            s.sp = s.goal_sp
-        s.busy &= ~GOAL
-        s.goal = 0
+    state = states[i]
+    now = state.status & MODES
+    if now == state.goal:
+        if state.goal_writes:
+            state.sp = state.goal_sp
+        state.busy &= ~GOAL
+        state.goal = 0
         return
-    wanted = s.goal if now == AUTO else AUTO
-    if now == MANUAL and waits(i, cfg, st):
+    wanted = state.goal if now == AUTO else AUTO
+    if now == MANUAL and waits(i, configs, states):
         return
-    reason = request_mode(i, wanted, cfg, st)
-    if reason and (s.refused >> reason) & 1 == 0:
-        s.refused |= 1 << reason
-        tell_request(s, reason)
+    reason = request_mode(i, wanted, configs, states)
+    if reason and (state.refused >> reason) & 1 == 0:
+        state.refused |= 1 << reason
+        tell_request(state, reason)
 
 
-def restore(i: int, cfg: list[Config], st: list[State]) -> None:
+def restore(i: int, configs: list[Config], states: list[State]) -> None:
     """Return to the mode before Program mode; the CPU forces it, so nothing refuses."""
-    s = st[i]
-    s.busy &= ~RESTORE
-    s.requested = 0
-    if s.status & MODES == s.prior:
+    state = states[i]
+    state.busy &= ~RESTORE
+    state.requested = 0
+    if state.status & MODES == state.prior:
         return
-    if s.status & ALARM_ERROR:
-        s.requested = s.prior
-        tell_request(s, REFUSED_ALARM_ERROR)
+    if state.status & ALARM_ERROR:
+        state.requested = state.prior
+        tell_request(state, REFUSED_ALARM_ERROR)
         return
-    transfer(i, AUTO, cfg, st)
-    if s.prior == CASCADE and cfg[i].major < 0:
-        s.requested = CASCADE
-        tell_request(s, REFUSED_NO_REMOTE)
+    transfer(i, AUTO, configs, states)
+    if state.prior == CASCADE and configs[i].major < 0:
+        state.requested = CASCADE
+        tell_request(state, REFUSED_NO_REMOTE)
         return
-    if s.prior == CASCADE:
-        transfer(i, CASCADE, cfg, st)
-    tell_request(s, RESTORED)
+    if state.prior == CASCADE:
+        transfer(i, CASCADE, configs, states)
+    tell_request(state, RESTORED)
 
 
-def modes(i: int, cfg: list[Config], st: list[State]) -> None:
+def modes(i: int, configs: list[Config], states: list[State]) -> None:
     """Everything that can change the mode in one sample: override, restoring, request, goal."""
-    s = st[i]
-    if s.busy & TRIP:
-        s.busy &= ~TRIP
-        to_manual(i, cfg, st, OVERRIDE_ALARM_ERROR)
-    if s.busy & RESTORE:
-        restore(i, cfg, st)
-    if s.busy & (REQUEST | GOAL):
-        absolute(cfg[i], s, s.pv)
-    if s.busy & REQUEST:
-        s.busy &= ~(REQUEST | GOAL)
-        s.goal = 0
-        reason = request_mode(i, s.request, cfg, st)
-        s.request = 0
+    state = states[i]
+    if state.busy & TRIP:
+        state.busy &= ~TRIP
+        to_manual(i, configs, states, OVERRIDE_ALARM_ERROR)
+    if state.busy & RESTORE:
+        restore(i, configs, states)
+    if state.busy & (REQUEST | GOAL):
+        absolute(configs[i], state, state.pv)
+    if state.busy & REQUEST:
+        state.busy &= ~(REQUEST | GOAL)
+        state.goal = 0
+        reason = request_mode(i, state.request, configs, states)
+        state.request = 0
         if reason:
-            tell_request(s, reason)
-    if s.busy & GOAL:
-        pursue(i, cfg, st)
+            tell_request(state, reason)
+    if state.busy & GOAL:
+        pursue(i, configs, states)
 
 
 # --- The ramp/soak generator of a DL06 loop: it writes the set point word, sample by sample ---------------------------
@@ -265,113 +265,113 @@ RAMP_SOAK_REASONS = {
 }
 
 
-def finish(s: State, flags: int) -> None:
+def finish(state: State, flags: int) -> None:
     """The generator stops; the step byte returns to 0."""
-    s.rs_step = 0
-    s.aux_status = flags
-    s.busy &= ~SOAK
+    state.rs_step = 0
+    state.aux_status = flags
+    state.busy &= ~SOAK
 
 
-def begin(c: Config, s: State, aux: list[float], step: int) -> None:
+def begin(config: Config, state: State, aux: list[float], step: int) -> None:
     """Enter a step; the profile ends behind step 16 and at a slope of 0 (D55)."""
-    if step > STEPS or (step % 2 == 1 and aux[c.rs_table + (step - 1) // 2 * FIELDS + 1] <= 0.0):
-        finish(s, RS_COMPLETE)
+    if step > STEPS or (step % 2 == 1 and aux[config.rs_table + (step - 1) // 2 * FIELDS + 1] <= 0.0):
+        finish(state, RS_COMPLETE)
         return
-    s.rs_step = step
+    state.rs_step = step
     if step % 2 == 0:
-        s.rs_left = aux[c.rs_table + (step - 1) // 2 * FIELDS + 2] * TICKS
-    s.aux_status = (s.aux_status & RS_HELD) | step * RS_STEP
+        state.rs_left = aux[config.rs_table + (step - 1) // 2 * FIELDS + 2] * TICKS
+    state.aux_status = (state.aux_status & RS_HELD) | step * RS_STEP
 
 
-def start(c: Config, s: State, aux: list[float]) -> None:
+def start(config: Config, state: State, aux: list[float]) -> None:
     """A rising start bit: the first ramp begins at the present set point, and moves at the next sample (D652)."""
-    s.rs_error = c.rs_fault
-    s.rs_errors |= c.rs_fault
-    if c.rs_fault or c.rs_table < 0:
-        tell_request(s, REFUSED_RS_TABLE)
-        finish(s, 0)
+    state.rs_error = config.rs_fault
+    state.rs_errors |= config.rs_fault
+    if config.rs_fault or config.rs_table < 0:
+        tell_request(state, REFUSED_RS_TABLE)
+        finish(state, 0)
         return
-    s.aux_status = 0
-    s.rs_sp = s.sp
-    begin(c, s, aux, 1)
+    state.aux_status = 0
+    state.rs_sp = state.sp
+    begin(config, state, aux, 1)
 
 
-def obey(c: Config, s: State, aux: list[float]) -> None:
+def obey(config: Config, state: State, aux: list[float]) -> None:
     """Read and clear the command bits; start works alone, hold comes before resume and jog (D56, D653)."""
-    command = s.rs_command
-    s.rs_command = 0
-    if s.busy & PROGRAM:
-        tell_request(s, REFUSED_RS_PROGRAM)
-    elif s.status & CASCADE:
-        tell_request(s, REFUSED_RS_CASCADE)
+    command = state.rs_command
+    state.rs_command = 0
+    if state.busy & PROGRAM:
+        tell_request(state, REFUSED_RS_PROGRAM)
+    elif state.status & CASCADE:
+        tell_request(state, REFUSED_RS_CASCADE)
     elif command == RS_START:
-        start(c, s, aux)
-    elif s.rs_step == 0:
-        tell_request(s, REFUSED_RS_IDLE)
+        start(config, state, aux)
+    elif state.rs_step == 0:
+        tell_request(state, REFUSED_RS_IDLE)
     elif command & RS_HOLD:
-        s.aux_status |= RS_HELD
+        state.aux_status |= RS_HELD
     elif command & RS_RESUME:
-        s.aux_status &= ~RS_HELD
+        state.aux_status &= ~RS_HELD
         # the set point goes on with its fraction, unless somebody has written the word meanwhile
-        if s.rs_sp + NEAREST - NEAREST != s.sp:
-            s.rs_sp = s.sp
+        if state.rs_sp + NEAREST - NEAREST != state.sp:
+            state.rs_sp = state.sp
     elif command & RS_JOG:
-        begin(c, s, aux, s.rs_step + 1)
+        begin(config, state, aux, state.rs_step + 1)
 
 
-def run(c: Config, s: State, aux: list[float]) -> None:
+def run(config: Config, state: State, aux: list[float]) -> None:
     """One sample of the step that is active."""
-    pair = c.rs_table + (s.rs_step - 1) // 2 * FIELDS
-    if s.rs_step % 2 == 1:
+    pair = config.rs_table + (state.rs_step - 1) // 2 * FIELDS
+    if state.rs_step % 2 == 1:
         target = aux[pair]
-        s.rs_sp = step_to(s.rs_sp, target, aux[pair + 1] * (s.period / TICKS))
-        s.sp = s.rs_sp + NEAREST - NEAREST
-        if s.rs_sp == target:
-            begin(c, s, aux, s.rs_step + 1)
+        state.rs_sp = step_to(state.rs_sp, target, aux[pair + 1] * (state.period / TICKS))
+        state.sp = state.rs_sp + NEAREST - NEAREST
+        if state.rs_sp == target:
+            begin(config, state, aux, state.rs_step + 1)
         return
-    s.rs_left -= s.period
-    if s.rs_left < 0.5 * s.period:
-        begin(c, s, aux, s.rs_step + 1)
+    state.rs_left -= state.period
+    if state.rs_left < 0.5 * state.period:
+        begin(config, state, aux, state.rs_step + 1)
 
 
-def watch(c: Config, s: State, aux: list[float]) -> None:
+def watch(config: Config, state: State, aux: list[float]) -> None:
     """Renew the soak deviation bit; it is on only while a soak sees the PV too far from the set point."""
-    s.aux_status &= ~RS_DEVIATION
-    if s.rs_step and s.rs_step % 2 == 0:
-        allowed = aux[c.rs_table + (s.rs_step - 1) // 2 * FIELDS + 3]
-        if allowed > 0.0 and abs(s.sp - on_sp_scale(c, s.pv)) > allowed:
-            s.aux_status |= RS_DEVIATION
+    state.aux_status &= ~RS_DEVIATION
+    if state.rs_step and state.rs_step % 2 == 0:
+        allowed = aux[config.rs_table + (state.rs_step - 1) // 2 * FIELDS + 3]
+        if allowed > 0.0 and abs(state.sp - on_sp_scale(config, state.pv)) > allowed:
+            state.aux_status |= RS_DEVIATION
 
 
-def ramp_soak(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
+def ramp_soak(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
     """Commands first, then the active step (D676), then its deviation bit; the step number is a signal."""
-    generate(c, s, aux)
-    sig[c.sig_step] = s.rs_step * 1.0
+    generate(config, state, aux)
+    signals[config.sig_step] = state.rs_step * 1.0
 
 
-def generate(c: Config, s: State, aux: list[float]) -> None:
+def generate(config: Config, state: State, aux: list[float]) -> None:
     """One sample of the generator."""
-    if c.rs_enabled == 0:
-        if s.rs_command:
-            tell_request(s, REFUSED_RS_OFF)
-        s.rs_command = 0
-        finish(s, s.aux_status & RS_COMPLETE)
+    if config.rs_enabled == 0:
+        if state.rs_command:
+            tell_request(state, REFUSED_RS_OFF)
+        state.rs_command = 0
+        finish(state, state.aux_status & RS_COMPLETE)
         return
-    active = s.rs_step
-    if s.rs_command:
-        started = s.rs_command == RS_START
-        obey(c, s, aux)
-        if active == 0 or s.rs_step != active or started:
+    active = state.rs_step
+    if state.rs_command:
+        started = state.rs_command == RS_START
+        obey(config, state, aux)
+        if active == 0 or state.rs_step != active or started:
             active = 0
-    if active and s.status & CASCADE and s.aux_status & RS_HELD == 0:
-        s.aux_status |= RS_HELD
-        tell_request(s, HELD_BY_CASCADE)
-    if active and s.aux_status & RS_HELD == 0 and s.busy & PROGRAM == 0:
-        run(c, s, aux)
-    if s.rs_step == 0:
-        s.busy &= ~SOAK
+    if active and state.status & CASCADE and state.aux_status & RS_HELD == 0:
+        state.aux_status |= RS_HELD
+        tell_request(state, HELD_BY_CASCADE)
+    if active and state.aux_status & RS_HELD == 0 and state.busy & PROGRAM == 0:
+        run(config, state, aux)
+    if state.rs_step == 0:
+        state.busy &= ~SOAK
     else:
-        watch(c, s, aux)
+        watch(config, state, aux)
 
 
 # --- How a DL06 loop is reported: names of modes, alarms and flags as bits, and notices in words ----------------------

@@ -170,12 +170,12 @@ class Loop:
                 if str(word.path).startswith(start):
                     self.read[word.offset] = self.memory[word.offset]
 
-    def absorb(self, c: Config, s: State) -> None:
+    def absorb(self, config: Config, state: State) -> None:
         """Put what an auto-tune has written into the words."""
-        if self.absorbed or not s.tune_done:
+        if self.absorbed or not state.tune_done:
             return
         self.absorbed = True
-        results = tuned_words(c, s)
+        results = tuned_words(config, state)
         self.results = {name: float(value) for name, value in results.items()}
         for name, value in results.items():
             word = LOOP_TABLES[self.decimals].word(name)
@@ -201,9 +201,14 @@ def loop_of(words: Mapping[int, int], start: int, entry: Mapping[str, Any], deci
     return loop, problems
 
 
-def tuned_words(c: Config, s: State) -> dict[str, Decimal]:
+def tuned_words(config: Config, state: State) -> dict[str, Decimal]:
     """What an auto-tune writes, by register."""
-    results = {"gain": s.gain, "reset": s.reset / c.reset_unit, "rate": s.rate, "sample_rate": s.period / TICKS}
+    results = {
+        "gain": state.gain,
+        "reset": state.reset / config.reset_unit,
+        "rate": state.rate,
+        "sample_rate": state.period / TICKS,
+    }
     return {name: Decimal(f"{value:.2f}") for name, value in results.items()}
 
 
@@ -283,46 +288,46 @@ class Memory(CountsPlc):
 
     def _begin(self, i: int) -> None:
         """What a loop starts with: the controller's words, its goal, and its places in the shared vectors."""
-        c, s, v = self.cfg[i], self.st[i], self._loops[i].values
-        c.rs_table = i * RAMP_SOAK_SIZE
-        c.tune_buffer = len(self._loops) * RAMP_SOAK_SIZE + i * POINTS
-        c.interlock, c.step_bias = int(self._options.auto_interlock), int(self._options.step_bias)
-        c.on_pv = int(self._plc.get("derivative") == "pv")
+        config, state, v = self.cfg[i], self.st[i], self._loops[i].values
+        config.rs_table = i * RAMP_SOAK_SIZE
+        config.tune_buffer = len(self._loops) * RAMP_SOAK_SIZE + i * POINTS
+        config.interlock, config.step_bias = int(self._options.auto_interlock), int(self._options.step_bias)
+        config.on_pv = int(self._plc.get("derivative") == "pv")
         self._apply(i)
         for path in ("setpoint.value", "state.pv", "state.bias", "state.output"):
-            write_state(s, v, path)
-        s.goal = 0 if self.goals[i] == "manual" else MODE_BITS[self.goals[i]]
-        s.goal_writes = int(self._loops[i].has_setpoint)
-        s.busy |= bits.GOAL if s.goal else 0
+            write_state(state, v, path)
+        state.goal = 0 if self.goals[i] == "manual" else MODE_BITS[self.goals[i]]
+        state.goal_writes = int(self._loops[i].has_setpoint)
+        state.busy |= bits.GOAL if state.goal else 0
         if not (v["ramp_soak.enabled"] or v["ramp_soak.table"]):
-            self.signals[c.sig_step] = ""
-        s.rs_command = COMMANDS.get(v["ramp_soak.request"], 0)
-        s.busy |= bits.SOAK if s.rs_command else 0
+            self.signals[config.sig_step] = ""
+        state.rs_command = COMMANDS.get(v["ramp_soak.request"], 0)
+        state.busy |= bits.SOAK if state.rs_command else 0
         if v["autotune.start"]:
             self._start_tune(i)
         self._show(i, self.sig)
 
     def _apply(self, i: int) -> None:
         """Make the words that the controller has read its configuration."""
-        words, c, s = self._loops[i], self.cfg[i], self.st[i]
+        words, config, state = self._loops[i], self.cfg[i], self.st[i]
         v = words.values
-        form = c.velocity
-        configure(c, v, words.decimals, self._setup.count)
-        s.busy |= bits.FRESH if c.velocity != form else 0  # another form has no past (D681)
-        c.halt = int(c.halt or not self._setup.running or i >= self._setup.count)
-        c.slow = int(self._options.scan_time > 0 and c.period > SLOW)
+        form = config.velocity
+        configure(config, v, words.decimals, self._setup.count)
+        state.busy |= bits.FRESH if config.velocity != form else 0  # another form has no past (D681)
+        config.halt = int(config.halt or not self._setup.running or i >= self._setup.count)
+        config.slow = int(self._options.scan_time > 0 and config.period > SLOW)
         self._follow_pointer(i)
-        c.pv_low, c.pv_width = low_and_width(words.pv_range, c.pv_min, c.pv_span)
-        c.out_low, c.out_width = low_and_width(words.out_range, c.out_min, c.out_span)
+        config.pv_low, config.pv_width = low_and_width(words.pv_range, config.pv_min, config.pv_span)
+        config.out_low, config.out_width = low_and_width(words.out_range, config.out_min, config.out_span)
         table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
-        self.aux[c.rs_table : c.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
-        tuning(c, s, v, words.decimals)
-        coefficients(c, s)
-        s.quiet_low, s.quiet_high = bits.UNBOUNDED, -bits.UNBOUNDED
-        s.status &= ~bits.ALARM_ERROR
+        self.aux[config.rs_table : config.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
+        tuning(config, state, v, words.decimals)
+        coefficients(config, state)
+        state.quiet_low, state.quiet_high = bits.UNBOUNDED, -bits.UNBOUNDED
+        state.status &= ~bits.ALARM_ERROR
         if alarm_error(v):
-            s.status |= bits.ALARM_ERROR
-            s.busy |= 0 if s.status & bits.MANUAL else bits.TRIP
+            state.status |= bits.ALARM_ERROR
+            state.busy |= 0 if state.status & bits.MANUAL else bits.TRIP
 
     def _follow_pointer(self, i: int) -> None:
         """Whose output is a loop's remote set point; a loop in Cascade that loses it goes to Manual (D66)."""
@@ -334,31 +339,31 @@ class Memory(CountsPlc):
 
     def _start_tune(self, i: int) -> None:
         """Bit 7 of +01 goes on."""
-        words, s = self._loops[i], self.st[i]
-        s.requested = 0
-        if s.status & bits.TUNING:
-            tell_request(s, TUNE_RUNS)
+        words, state = self._loops[i], self.st[i]
+        state.requested = 0
+        if state.status & bits.TUNING:
+            tell_request(state, TUNE_RUNS)
         elif self._calculated(i):
-            words.absorb(self.cfg[i], s)
+            words.absorb(self.cfg[i], state)
             words.absorbed = False
-            s.tune_done = 0
-            s.tune_phase = REQUESTED
-            s.busy |= bits.TUNE
+            state.tune_done = 0
+            state.tune_phase = REQUESTED
+            state.busy |= bits.TUNE
 
     def _calculated(self, i: int) -> bool:
         """Whether a loop is calculated at all; leaves a notice when it is not."""
-        s = self.st[i]
+        state = self.st[i]
         if self.cfg[i].halt:
-            tell_request(s, dl06_modes.REFUSED_OFF)
-        elif s.busy & bits.STOPPED:
-            tell_request(s, dl06_modes.REFUSED_PROGRAM)
+            tell_request(state, dl06_modes.REFUSED_OFF)
+        elif state.busy & bits.STOPPED:
+            tell_request(state, dl06_modes.REFUSED_PROGRAM)
         else:
             return True
         return False
 
-    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+    def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals of a loop as its words say."""
-        show(self.cfg[i], self.st[i], sig)
+        show(self.cfg[i], self.st[i], signals)
 
 
 # --- The virtual DL06: built from V-memory words, operated as by its operator, its ladder and the CPU switch ----------
@@ -412,36 +417,40 @@ class Dl06(Memory):
     @property
     def rises(self) -> list[bool]:
         """Direct action: the PV rises with the output."""
-        return [not c.reverse for c in self.cfg]
+        return [not config.reverse for config in self.cfg]
 
     @property
     def masters(self) -> list[int]:
         """The major loops, as the remote set point pointers name them."""
-        return [c.major for c in self.cfg]
+        return [config.major for config in self.cfg]
 
-    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - words, no signals
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - words, no signals
         """+30 and +31, within the data range."""
-        c = self.cfg[loop]
-        share = c.out_width / c.out_span
-        return c.out_low + (c.m_low - c.out_min) * share, c.out_low + (c.m_high - c.out_min) * share
+        config = self.cfg[loop]
+        share = config.out_width / config.out_span
+        return config.out_low + (config.m_low - config.out_min) * share, config.out_low + (
+            config.m_high - config.out_min
+        ) * share
 
     def alarm_level(self, loop: int, alarm: str) -> float | None:
         """The counts of a limit on the scale of the PV, which the signal before a root has, too."""
-        counts, c = super().alarm_level(loop, alarm), self.cfg[loop]
+        counts, config = super().alarm_level(loop, alarm), self.cfg[loop]
         if counts is None:
             return None
-        share = c.pv_width / c.pv_span
-        return c.pv_low + (counts - c.pv_min) * share if alarm.startswith("pv_") else counts * share
+        share = config.pv_width / config.pv_span
+        return config.pv_low + (counts - config.pv_min) * share if alarm.startswith("pv_") else counts * share
 
     def inner_deviation(self, loop: int) -> float | None:
         """The yellow deviation alarm; of a root it has another scale than the PV."""
-        c = self.cfg[loop]
-        return None if c.root or c.yellow >= bits.UNBOUNDED else c.yellow * c.pv_width / c.pv_span
+        config = self.cfg[loop]
+        return (
+            None if config.root or config.yellow >= bits.UNBOUNDED else config.yellow * config.pv_width / config.pv_span
+        )
 
-    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - words, no signals
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - words, no signals
         """+23, which is compared with the squared error where that is on."""
-        c = self.cfg[loop]
-        return (sqrt(c.deadband) if c.squared else c.deadband) * c.pv_width
+        config = self.cfg[loop]
+        return (sqrt(config.deadband) if config.squared else config.deadband) * config.pv_width
 
     def set_up_errors(self, loop: int) -> Iterator[str]:
         """Words that are no value of their format, and the ramp/soak programming errors that +35 has had."""
@@ -467,17 +476,17 @@ class Dl06(Memory):
         """The program-to-run transition: all words are read, loops begin anew and return to their modes (D49, D648)."""
         self._setup = self._check()
         for i, loop in enumerate(self._loops):
-            c, s = self.cfg[i], self.st[i]
-            loop.absorb(c, s)
+            config, state = self.cfg[i], self.st[i]
+            loop.absorb(config, state)
             loop.reread(alarms=True)
             self._apply(i)
-            s.due = NEVER if c.halt else tick
-            if s.busy & bits.STOPPED and s.prior != bits.MANUAL:
-                s.busy |= bits.RESTORE
-            s.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT | bits.PROGRAM)
-            s.busy |= bits.FIRST
+            state.due = NEVER if config.halt else tick
+            if state.busy & bits.STOPPED and state.prior != bits.MANUAL:
+                state.busy |= bits.RESTORE
+            state.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT | bits.PROGRAM)
+            state.busy |= bits.FIRST
 
-    def stop(self, sig: MutableSequence[float]) -> None:
+    def stop(self, signals: MutableSequence[float]) -> None:
         """The CPU stops: loops go to Manual and are not calculated, except those that are independent of its mode.
 
         Output modules turn off at once, but for those that an independent loop writes itself (D49).
@@ -503,29 +512,29 @@ class Dl06(Memory):
             if s.prior & bits.CASCADE:  # an independent major loop does not go on alone (D680)
                 dl06_modes.to_manual(c.major, self.cfg, self.st, dl06_modes.OVERRIDE_MINOR)
         for i in range(len(self.st)):
-            self._show(i, sig)
+            self._show(i, signals)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
         """A one-shot mode request; it takes the place of the configured one, granted or not (D68, D643)."""
-        s = self.st[loop]
-        s.requested = MODE_BITS[mode]
-        if s.busy & bits.GOAL and not self.cfg[loop].halt:
-            tell_request(s, dl06_modes.GIVEN_UP)
-        s.goal = 0
-        s.busy &= ~bits.GOAL
+        state = self.st[loop]
+        state.requested = MODE_BITS[mode]
+        if state.busy & bits.GOAL and not self.cfg[loop].halt:
+            tell_request(state, dl06_modes.GIVEN_UP)
+        state.goal = 0
+        state.busy &= ~bits.GOAL
         if self._calculated(loop):
-            s.request = MODE_BITS[mode]
-            s.busy |= bits.REQUEST
+            state.request = MODE_BITS[mode]
+            state.busy |= bits.REQUEST
 
     def ramp_soak(self, loop: int, command: str) -> None:
         """``start``, ``hold``, ``resume`` or ``jog``: a control bit of +33 goes on."""
-        s = self.st[loop]
-        s.requested = 0
+        state = self.st[loop]
+        state.requested = 0
         if self._calculated(loop):
-            s.rs_command |= COMMANDS[command]
-            s.busy |= bits.SOAK
+            state.rs_command |= COMMANDS[command]
+            state.busy |= bits.SOAK
 
     def autotune(self, loop: int, command: str = "start") -> None:  # noqa: ARG002 - the only command there is
         """``start``: bit 7 of +01 goes on."""
@@ -533,18 +542,18 @@ class Dl06(Memory):
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the auto-tune of a loop went; None when there was none."""
-        words, s = self._loops[loop], self.st[loop]
-        words.absorb(self.cfg[loop], s)
-        error = bool(s.status & bits.TUNE_ERROR)
-        if not (s.tune_done or s.tune_phase or error):
+        words, state = self._loops[loop], self.st[loop]
+        words.absorb(self.cfg[loop], state)
+        error = bool(state.status & bits.TUNE_ERROR)
+        if not (state.tune_done or state.tune_phase or error):
             return None
-        status = "running" if s.tune_phase else "done" if s.tune_done else "error"
-        results = words.results if s.tune_done else {}
-        return {"done": bool(s.tune_done), "error": error, "status": status, "results": results}
+        status = "running" if state.tune_phase else "done" if state.tune_done else "error"
+        results = words.results if state.tune_done else {}
+        return {"done": bool(state.tune_done), "error": error, "status": status, "results": results}
 
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
+    def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The output that a loop in Manual starts with; it has no limits (D645)."""
-        self.set(loop, ("state", "output"), value, sig)
+        self.set(loop, ("state", "output"), value, signals)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
@@ -563,16 +572,18 @@ class Dl06(Memory):
             return 0
         return max(ticks(stored_rate(rows[0], value)), self.cfg[loop].least_period) if value else 0
 
-    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
+    def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect yet, or none at all, if so."""
         words = self.memory(loop)
         rows = find_rows(path, words.decimals)
         scales = words.scales()
         return self.write(
-            loop, [(row, encode_setting(row, item, words.values, scales)) for row, item in items_of(rows, value)], sig
+            loop,
+            [(row, encode_setting(row, item, words.values, scales)) for row, item in items_of(rows, value)],
+            signals,
         )
 
-    def write(self, loop: int, written: Sequence[tuple[Row, int]], sig: MutableSequence[float]) -> str | None:
+    def write(self, loop: int, written: Sequence[tuple[Row, int]], signals: MutableSequence[float]) -> str | None:
         """Write raw contents, of a choice its bits in place; as `set` otherwise."""
         words, late = self.memory(loop), []
         for row, raw in written:
@@ -583,7 +594,7 @@ class Dl06(Memory):
                 reason = overruled(self.cfg[loop], self.st[loop], str(row.path))
             if reason is not None:
                 late.append(reason)
-        self._show(loop, sig)
+        self._show(loop, signals)
         return "; ".join(late) or None
 
     def _output_address(self, name: str) -> int:
@@ -594,16 +605,16 @@ class Dl06(Memory):
         return self._words.get(TABLE_POINTER, 0) + index * LOOP_TABLE.size + LOOP_TABLE.offset("output")
 
 
-def overruled(c: Config, s: State, path: str) -> str | None:
+def overruled(config: Config, state: State, path: str) -> str | None:
     """Why a word that has just been written has no effect, or soon none any more; None: it has."""
-    controls = s.status & (bits.AUTO | bits.CASCADE) and not c.halt and not s.busy & bits.STOPPED
+    controls = state.status & (bits.AUTO | bits.CASCADE) and not config.halt and not state.busy & bits.STOPPED
     if path == "state.output" and controls:
         return "the next calculation overwrites +05, only in Manual it stays"
-    if path == "state.bias" and c.velocity:
+    if path == "state.bias" and config.velocity:
         return "the velocity form has no bias: +04 does nothing"
-    if path == "setpoint.value" and s.status & bits.CASCADE and c.major >= 0:
+    if path == "setpoint.value" and state.status & bits.CASCADE and config.major >= 0:
         return "in Cascade the set point is the output of the major loop, +02 waits"
-    if path == "setpoint.value" and s.rs_step and not s.aux_status & bits.RS_HELD:
+    if path == "setpoint.value" and state.rs_step and not state.aux_status & bits.RS_HELD:
         return "a ramp/soak profile runs: its next ramp overwrites +02"
     return None
 

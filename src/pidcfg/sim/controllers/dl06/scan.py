@@ -67,123 +67,123 @@ LARGEST = 2147483647.0
 MODE_WORK = TRIP | RESTORE | REQUEST | GOAL
 
 
-def show_output(c: Config, s: State, sig: list[float]) -> None:
+def show_output(config: Config, state: State, signals: list[float]) -> None:
     """The output as its word says."""
-    if s.busy & (STOPPED | OUTPUT_CUT) == 0:
-        sig[c.sig_out] = c.out_low + (s.out - c.out_min) * c.out_width / c.out_span
+    if state.busy & (STOPPED | OUTPUT_CUT) == 0:
+        signals[config.sig_out] = config.out_low + (state.out - config.out_min) * config.out_width / config.out_span
 
 
-def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+def sample(i: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """One calculation of loop ``i``."""
-    c = cfg[i]
-    s = st[i]
-    busy = s.busy
+    config = configs[i]
+    state = states[i]
+    busy = state.busy
     if busy & (STOPPED | OUTPUT_CUT):
-        sig[c.sig_out] = c.out_low + (0.0 - c.out_min) * c.out_width / c.out_span
+        signals[config.sig_out] = config.out_low + (0.0 - config.out_min) * config.out_width / config.out_span
         if busy & STOPPED:
             return
     # the A/D converter saturates; the PV word is a whole number of counts (D679)
-    low, least = c.pv_low, c.pv_min
-    width, span = c.pv_width, c.pv_span
-    pv = (sig[c.sig_in] - low) * span / width + least
-    if pv >= c.pv_max:
-        pv = c.pv_max
+    low, least = config.pv_low, config.pv_min
+    width, span = config.pv_width, config.pv_span
+    pv = (signals[config.sig_in] - low) * span / width + least
+    if pv >= config.pv_max:
+        pv = config.pv_max
     elif pv > least:
         pv = pv + NEAREST - NEAREST
     else:
         pv = least
-    old = s.pv
+    old = state.pv
     # the first sample has no past (D48); the filter works on words (D36)
     if busy & FIRST:
         old = pv
     elif busy & PV_STALE:
         pv = old
-    if c.filter < 1.0:
-        pv = old + c.filter * (pv - old) + NEAREST - NEAREST
-    s.pv = pv
+    if config.filter < 1.0:
+        pv = old + config.filter * (pv - old) + NEAREST - NEAREST
+    state.pv = pv
 
     if busy:
-        s.busy = busy & ~FIRST
+        state.busy = busy & ~FIRST
         if busy & MODE_WORK:
-            modes(i, cfg, st)
+            modes(i, configs, states)
             # into Cascade a bumpless transfer writes the major loop's output (D41)
-            if c.major >= 0:
-                show_output(cfg[c.major], st[c.major], sig)
+            if config.major >= 0:
+                show_output(configs[config.major], states[config.major], signals)
         if busy & SOAK:
-            ramp_soak(c, s, aux, sig)
-        busy = s.busy
-    status = s.status
+            ramp_soak(config, state, aux, signals)
+        busy = state.busy
+    status = state.status
 
-    sp = st[c.major].out if status & CASCADE else s.sp  # in Cascade +02 is left alone (D675)
-    if sp < c.sp_min:
-        sp = c.sp_min
-    elif sp > c.sp_max:
-        sp = c.sp_max
+    sp = states[config.major].out if status & CASCADE else state.sp  # in Cascade +02 is left alone (D675)
+    if sp < config.sp_min:
+        sp = config.sp_min
+    elif sp > config.sp_max:
+        sp = config.sp_max
     change = pv - old
-    fast = c.rate_of_change
-    if pv < s.quiet_low or pv > s.quiet_high or sp != s.quiet_sp or change > fast or -change > fast:
-        alarms(c, s, pv, old, sp)
-        centre = sp * abs(sp) if c.root else sp
-        sig[c.sig_sp] = low + (centre - least) * width / span
+    fast = config.rate_of_change
+    if pv < state.quiet_low or pv > state.quiet_high or sp != state.quiet_sp or change > fast or -change > fast:
+        alarms(config, state, pv, old, sp)
+        centre = sp * abs(sp) if config.root else sp
+        signals[config.sig_sp] = low + (centre - least) * width / span
 
     if busy & TUNE:
-        tune(c, s, aux, sp)
-        busy = s.busy
+        tune(config, state, aux, sp)
+        busy = state.busy
     if status & MANUAL == 0 and busy & RELAY == 0:
-        if c.special or busy & FRESH:
-            m = calculate(c, s, sp, pv)
+        if config.special or busy & FRESH:
+            m = calculate(config, state, sp, pv)
         else:
-            e = (sp - pv) / c.span
-            m = position(c, s, e, e)
+            e = (sp - pv) / config.span
+            m = position(config, state, e, e)
         if m > LARGEST or m < -LARGEST:
-            s.status |= OVERFLOW
-            to_manual(i, cfg, st, OVERRIDE_OVERFLOW)
+            state.status |= OVERFLOW
+            to_manual(i, configs, states, OVERRIDE_OVERFLOW)
         else:
-            if m > c.m_high:
-                m = c.m_high
-            if m < c.m_low:
-                m = c.m_low
-            s.m = m
-            s.out = m + NEAREST - NEAREST
+            if m > config.m_high:
+                m = config.m_high
+            if m < config.m_low:
+                m = config.m_low
+            state.m = m
+            state.out = m + NEAREST - NEAREST
 
-    sig[c.sig_pv] = low + (pv - least) * width / span
-    low, least = c.out_low, c.out_min
-    width, span = c.out_width, c.out_span
+    signals[config.sig_pv] = low + (pv - least) * width / span
+    low, least = config.out_low, config.out_min
+    width, span = config.out_width, config.out_span
     if busy & OUTPUT_CUT == 0:
-        sig[c.sig_out] = low + (s.out - least) * width / span
-    sig[c.sig_bias] = low + (s.bias + NEAREST - NEAREST - least) * width / span
+        signals[config.sig_out] = low + (state.out - least) * width / span
+    signals[config.sig_bias] = low + (state.bias + NEAREST - NEAREST - least) * width / span
 
 
-def next_slow(tick: int, cfg: list[Config], st: list[State]) -> int:
+def next_slow(tick: int, configs: list[Config], states: list[State]) -> int:
     """The slow loop that this scan calculates: the first due behind the last served (D52); -1: none.
 
     Loops that Program mode has stopped take no turn (D650).
     """
-    n = len(cfg)
+    n = len(configs)
     for k in range(1, n + 1):
-        i = (st[0].turn + k) % n
-        if cfg[i].slow and tick >= st[i].due and st[i].busy & STOPPED == 0:
-            st[0].turn = i
+        i = (states[0].turn + k) % n
+        if configs[i].slow and tick >= states[i].due and states[i].busy & STOPPED == 0:
+            states[0].turn = i
             return i
     return -1
 
 
-def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """One scan at ``tick``: every fast loop that is due, and at most one slow one where scans have a length."""
     chosen = -2
-    for i in range(len(cfg)):
-        s = st[i]
-        due = s.due
+    for i in range(len(configs)):
+        state = states[i]
+        due = state.due
         if tick < due:
             continue
-        if cfg[i].slow:
+        if configs[i].slow:
             if chosen == -2:
-                chosen = next_slow(tick, cfg, st)
+                chosen = next_slow(tick, configs, states)
             if i != chosen:
                 continue
-        due += s.period
-        s.due = due if due > tick else tick + s.period
-        sample(i, cfg, st, aux, sig)
+        due += state.period
+        state.due = due if due > tick else tick + state.period
+        sample(i, configs, states, aux, signals)
 
 
 INLINED = (scan, sample, position)
@@ -212,7 +212,7 @@ class Dl06Registers(Registers):
         others = {number for number in self.plc.words if number not in self._tables}
         return dict.fromkeys([*others, ERROR_FLAGS], NO_LOOP) | {n: loop for n, (loop, _) in self._tables.items()}
 
-    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
         """As the words are after the last scan."""
         if loop == NO_LOOP:
             others = {n: raw for n, raw in self.plc.words.items() if n not in self._tables}
@@ -223,23 +223,28 @@ class Dl06Registers(Registers):
 
     def _written(self, loop: int) -> Iterator[tuple[str, int]]:
         """Words that the controller writes."""
-        s, values, memory = self.plc.st[loop], self.plc.memory(loop).values, self.plc.memory(loop).memory
+        state, values, memory = self.plc.st[loop], self.plc.memory(loop).values, self.plc.memory(loop).memory
         pv = FORMATS[values["pv.format"]]
         output = FORMATS[values["output.format"] or values["pv.format"]]
-        counted = (("setpoint", pv, s.sp), ("pv", pv, s.pv), ("bias", output, s.bias), ("output", output, s.out))
+        counted = (
+            ("setpoint", pv, state.sp),
+            ("pv", pv, state.pv),
+            ("bias", output, state.bias),
+            ("output", output, state.out),
+        )
         for name, kind, value in counted:
             counts = int(nearest(value))
             try:
                 yield name, kind.codec.encode(counts)
             except EncodeError:
                 yield name, kind.codec.encode(kind.codec.high if counts > 0 else kind.codec.low)
-        yield "mode_and_alarm_status", s.status
+        yield "mode_and_alarm_status", state.status
         for name in ("mode_setting_1", "mode_setting_2"):
             yield name, memory[LOOP_TABLE.offset(name)] & ~_requests(LOOP_TABLE.offset(name))
-        yield "ramp_soak_flags", s.aux_status & ~_requests(LOOP_TABLE.offset("ramp_soak_flags"))
-        yield "ramp_soak_errors", s.rs_error
+        yield "ramp_soak_flags", state.aux_status & ~_requests(LOOP_TABLE.offset("ramp_soak_flags"))
+        yield "ramp_soak_errors", state.rs_error
 
-    def write(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:
+    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
         """A word; bits of it that are requests are carried out, and those that the PLC writes stay."""
         name = SPACE.name(number)
         if number not in self._tables:
@@ -250,16 +255,16 @@ class Dl06Registers(Registers):
         if row.path in FIXED:
             raise RegisterError(NO_REGISTER, f"{name} ({row.title}) is wired, or written by the analog input")
         if row.path is None:
-            return self._write_bits(loop, row, raw, sig)
+            return self._write_bits(loop, row, raw, signals)
         memory = self.plc.memory(loop)
         try:
             decode_one(LOOP_TABLES[memory.decimals].words[row.offset].codec, raw, raw_scales(memory.values))
         except DecodeError as error:
             raise RegisterError(NO_VALUE, f"{name}: {error}") from None
-        late = self.plc.write(loop, [(row, raw)], sig)
+        late = self.plc.write(loop, [(row, raw)], signals)
         return Done(f"set {row.path} to {name} = {SPACE.shown(number, raw)}" + (f"; {late}" if late else ""))
 
-    def _write_bits(self, loop: int, word: Word, raw: int, sig: MutableSequence[float]) -> Done:
+    def _write_bits(self, loop: int, word: Word, raw: int, signals: MutableSequence[float]) -> Done:
         """The bits of a word, one choice after the other."""
         done: list[Done] = []
         memory = self.plc.memory(loop).memory
@@ -274,7 +279,7 @@ class Dl06Registers(Registers):
                     value = row.decode(raw)
                 except DecodeError as error:
                     raise RegisterError(NO_VALUE, str(error)) from None
-                late = self.plc.write(loop, [(row, bits)], sig)
+                late = self.plc.write(loop, [(row, bits)], signals)
                 done.append(Done(f"set {row.path} to {value}" + (f"; {late}" if late else "")))
         mode = next((one.mode for one in done if one.mode), None)
         return Done(", ".join(one.text for one in done) or f"wrote {word.name}, nothing new", mode)

@@ -73,36 +73,36 @@ LEAST_PERIOD = 6.0
 """Samples of a cycle without which it is not measured."""
 
 
-def start_tune(c: Config, s: State) -> None:
+def start_tune(config: Config, state: State) -> None:
     """MV is held while the noise of PV is measured."""
-    s.status &= ~TUNE_ERROR
-    s.tune_done = NOTHING
-    s.tune_phase = OBSERVING
-    s.out = clamp(s.out, c.low, c.high)
-    begin_noise(s)
+    state.status &= ~TUNE_ERROR
+    state.tune_done = NOTHING
+    state.tune_phase = OBSERVING
+    state.out = clamp(state.out, config.low, config.high)
+    begin_noise(state)
 
 
-def leave(c: Config, s: State, mode: int) -> None:
+def leave(config: Config, state: State, mode: int) -> None:
     """PID_MODE changes; PID_MAN has an effect again."""
-    s.mode = mode
-    s.wanted = MANUAL if c.manual else AUTO
-    s.status = (s.status & ~MODES) | s.wanted
-    s.busy |= FRESH
+    state.mode = mode
+    state.wanted = MANUAL if config.manual else AUTO
+    state.status = (state.status & ~MODES) | state.wanted
+    state.busy |= FRESH
 
 
-def fail(c: Config, s: State, reason: int) -> None:
+def fail(config: Config, state: State, reason: int) -> None:
     """The autotune ends without results, and the operands are those of before."""
-    s.tune_done = FAILED
-    s.tune_reason = reason
-    s.status |= TUNE_ERROR
-    s.notice = noticed(s.notice, 0, reason)
-    leave(c, s, s.mode_before)
+    state.tune_done = FAILED
+    state.tune_reason = reason
+    state.status |= TUNE_ERROR
+    state.notice = noticed(state.notice, 0, reason)
+    leave(config, state, state.mode_before)
 
 
-def abandon(s: State) -> None:
+def abandon(state: State) -> None:
     """The autotune is ended by the operator or the program."""
-    s.tune_done = CANCELLED
-    s.notice = noticed(s.notice, 0, ABANDONED)
+    state.tune_done = CANCELLED
+    state.notice = noticed(state.notice, 0, ABANDONED)
 
 
 def usable(value: float) -> bool:
@@ -110,102 +110,102 @@ def usable(value: float) -> bool:
     return value > 0.0 and isfinite(value)
 
 
-def store(c: Config, s: State, ultimate: float, period: float, mean: float) -> None:
+def store(config: Config, state: State, ultimate: float, period: float, mean: float) -> None:
     """Results to their operands, and I_MV such that the algorithm goes on around the mean MV."""
     gain = single(GAIN * ultimate)
     reset = single(RESET * period)
     rate = single(RATE * period)
     tf = single(SMOOTHING * rate)
-    if c.dependent == 0:
+    if config.dependent == 0:
         reset = single(gain / reset)
         rate = single(gain * rate)
     if not (usable(gain) and usable(reset) and usable(rate) and usable(tf)):
-        fail(c, s, OUT_OF_RANGE)
+        fail(config, state, OUT_OF_RANGE)
         return
-    s.gain = gain
-    s.reset = reset
-    s.rate = rate
-    s.tf = tf
-    s.tune_gain = gain
-    s.tune_reset = reset
-    s.tune_rate = rate
-    s.tune_tf = tf
-    coefficients(c, s)
-    s.integral = single(single(mean) - s.bias)
-    s.tune_done = DONE
-    leave(c, s, 0)
+    state.gain = gain
+    state.reset = reset
+    state.rate = rate
+    state.tf = tf
+    state.tune_gain = gain
+    state.tune_reset = reset
+    state.tune_rate = rate
+    state.tune_tf = tf
+    coefficients(config, state)
+    state.integral = single(single(mean) - state.bias)
+    state.tune_done = DONE
+    leave(config, state, 0)
 
 
-def mean(s: State) -> float:
+def mean(state: State) -> float:
     """MV over the cycles that count so far."""
-    return s.tune_sum / (s.tune_count - s.tune_start)
+    return state.tune_sum / (state.tune_count - state.tune_start)
 
 
-def uneven(s: State) -> float:
+def uneven(state: State) -> float:
     """How far the share of MV's higher value is from a half of the cycle."""
-    return abs((mean(s) - s.tune_bottom) / (s.tune_top - s.tune_bottom) - 0.5)
+    return abs((mean(state) - state.tune_bottom) / (state.tune_top - state.tune_bottom) - 0.5)
 
 
-def measure(c: Config, s: State) -> None:
+def measure(config: Config, state: State) -> None:
     """The ultimate cycle from the relay's, which has come to its end."""
-    samples = cycle_length(s)
-    half = s.tune_swing / 4.0
+    samples = cycle_length(state)
+    half = state.tune_swing / 4.0
     if half <= 0.0:
-        fail(c, s, NO_RESPONSE)
+        fail(config, state, NO_RESPONSE)
     elif samples < LEAST_PERIOD:
-        fail(c, s, TOO_FAST)
-    elif uneven(s) > TOLERABLE:
-        fail(c, s, UNEVEN)
+        fail(config, state, TOO_FAST)
+    elif uneven(state) > TOLERABLE:
+        fail(config, state, UNEVEN)
     else:
-        ultimate = ultimate_gain(s, s.tune_top - s.tune_bottom, s.tune_band, half * half / 4.0)
-        store(c, s, ultimate, samples * (s.period / TICKS), mean(s))
+        ultimate = ultimate_gain(state, state.tune_top - state.tune_bottom, state.tune_band, half * half / 4.0)
+        store(config, state, ultimate, samples * (state.period / TICKS), mean(state))
 
 
-def begin_relay(s: State, low: float, high: float) -> None:
+def begin_relay(state: State, low: float, high: float) -> None:
     """It switches between these from the next sample on."""
-    s.tune_bottom = single(low)
-    s.tune_top = single(high)
-    begin_cycle(s)
+    state.tune_bottom = single(low)
+    state.tune_top = single(high)
+    begin_cycle(state)
 
 
-def balance(c: Config, s: State, middle: float) -> None:
+def balance(config: Config, state: State, middle: float) -> None:
     """From now on MV swings as far up from its mean as down: both halves of the cycle then last equally long."""
-    way = max(min(middle - c.low, c.high - middle), LEAST_SWING * (c.high - c.low))
-    s.tune_rounds += 1
-    begin_relay(s, max(c.low, middle - way), min(c.high, middle + way))
+    way = max(min(middle - config.low, config.high - middle), LEAST_SWING * (config.high - config.low))
+    state.tune_rounds += 1
+    begin_relay(state, max(config.low, middle - way), min(config.high, middle + way))
 
 
-def relay(c: Config, s: State, e: float) -> None:
+def relay(config: Config, state: State, e: float) -> None:
     """One sample of the relay: the higher MV while the error is above 0, else the lower one."""
-    side = relay_switch(s, s.pv, e, s.tune_band)
+    side = relay_switch(state, state.pv, e, state.tune_band)
     if side:
-        if s.tune_turns == BALANCE_TURN and s.tune_rounds < ROUNDS and uneven(s) > EVEN:
-            balance(c, s, mean(s))
-        s.out = clamp(s.tune_top if side > 0 else s.tune_bottom, c.low, c.high)
-        s.tune_base = s.pv
-        s.tune_moved = 0.0
-    if s.tune_turns >= LAST_TURN:
-        measure(c, s)
+        if state.tune_turns == BALANCE_TURN and state.tune_rounds < ROUNDS and uneven(state) > EVEN:
+            balance(config, state, mean(state))
+        state.out = clamp(state.tune_top if side > 0 else state.tune_bottom, config.low, config.high)
+        state.tune_base = state.pv
+        state.tune_moved = 0.0
+    if state.tune_turns >= LAST_TURN:
+        measure(config, state)
         return
-    if s.tune_turns == FIRST_TURN and side:
-        s.tune_sum = 0.0
-    s.tune_sum += s.out
-    s.tune_moved = max(s.tune_moved, abs(s.pv - s.tune_base))
-    if s.tune_moved <= RESPONDS * s.tune_noise and stalled(s, PATIENT, PATIENCE):
-        fail(c, s, NO_RESPONSE)
-    elif stalled(s, MOST, LONGEST):
-        fail(c, s, NO_SWITCH)
+    if state.tune_turns == FIRST_TURN and side:
+        state.tune_sum = 0.0
+    state.tune_sum += state.out
+    state.tune_moved = max(state.tune_moved, abs(state.pv - state.tune_base))
+    if state.tune_moved <= RESPONDS * state.tune_noise and stalled(state, PATIENT, PATIENCE):
+        fail(config, state, NO_RESPONSE)
+    elif stalled(state, MOST, LONGEST):
+        fail(config, state, NO_SWITCH)
 
 
-def tune(c: Config, s: State, e: float) -> None:
+def tune(config: Config, state: State, e: float) -> None:
     """One sample of the autotune; ``e`` is the error without the dead band."""
-    if c.low >= c.high:
-        fail(c, s, NO_RANGE)
-    elif s.tune_phase == OBSERVING:
-        if measure_noise(s, s.pv):
-            s.tune_band = HYSTERESIS * s.tune_noise
-            s.tune_phase = SWITCHING
-            s.tune_rounds = 0
-            begin_relay(s, c.low, c.high)
+    if config.low >= config.high:
+        fail(config, state, NO_RANGE)
+    elif state.tune_phase == OBSERVING:
+        if measure_noise(state, state.pv):
+            state.tune_band = HYSTERESIS * state.tune_noise
+            state.tune_phase = SWITCHING
+            state.tune_rounds = 0
+            begin_relay(state, config.low, config.high)
     else:
-        relay(c, s, e)
+        relay(config, state, e)

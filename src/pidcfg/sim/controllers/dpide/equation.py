@@ -135,115 +135,115 @@ JUMPS_WITHOUT = 2
 """Notice of `calculate`."""
 
 
-def coefficients(c: Config, s: State) -> None:
+def coefficients(config: Config, state: State) -> None:
     """The factors of the equation; what is below 0 counts as 0."""
-    seconds = single(s.period / TICKS)
-    gain = max(0.0, s.gain)
-    rate = max(0.0, s.rate)
-    s.kp = gain
-    s.ki = 0.0
-    if c.dependent:
-        if s.reset > 0.0:
-            s.ki = single(single(gain * seconds) / s.reset)
-        s.kd = single(gain * rate)
+    seconds = single(state.period / TICKS)
+    gain = max(0.0, state.gain)
+    rate = max(0.0, state.rate)
+    state.kp = gain
+    state.ki = 0.0
+    if config.dependent:
+        if state.reset > 0.0:
+            state.ki = single(single(gain * seconds) / state.reset)
+        state.kd = single(gain * rate)
     else:
-        if s.reset > 0.0:
-            s.ki = single(s.reset * seconds)
-        s.kd = rate
-    s.seconds = seconds
-    s.lag = single(seconds / single(s.tf + seconds)) if s.tf > 0.0 else 1.0
+        if state.reset > 0.0:
+            state.ki = single(state.reset * seconds)
+        state.kd = rate
+    state.seconds = seconds
+    state.lag = single(seconds / single(state.tf + seconds)) if state.tf > 0.0 else 1.0
 
 
-def effective(c: Config, s: State, e: float) -> float:
+def effective(config: Config, state: State, e: float) -> float:
     """The error as it counts: 0 inside the dead band once PV has crossed SV there (D268)."""
-    if -c.band < e < c.band:
-        if s.side * e < 0.0:
-            s.crossed = 1
+    if -config.band < e < config.band:
+        if state.side * e < 0.0:
+            state.crossed = 1
     else:
-        s.crossed = 0
+        state.crossed = 0
     if e > 0.0:
-        s.side = 1.0
+        state.side = 1.0
     elif e < 0.0:
-        s.side = -1.0
-    if s.crossed:
-        s.status |= IN_DEAD_BAND
+        state.side = -1.0
+    if state.crossed:
+        state.status |= IN_DEAD_BAND
         return 0.0
-    s.status &= ~IN_DEAD_BAND
+    state.status &= ~IN_DEAD_BAND
     return e
 
 
-def derivative(c: Config, s: State, e: float) -> float:
+def derivative(config: Config, state: State, e: float) -> float:
     """What the derivative's gain is multiplied with; the first one is 0 (D267), the gain comes last (D686)."""
-    if s.busy & FRESH:
-        s.y = 0.0
-        s.e1 = e
-        s.pv1 = s.pv
-    if c.of_pv == 0:
-        change = single(e - s.e1)
-    elif s.crossed:
+    if state.busy & FRESH:
+        state.y = 0.0
+        state.e1 = e
+        state.pv1 = state.pv
+    if config.of_pv == 0:
+        change = single(e - state.e1)
+    elif state.crossed:
         change = 0.0
-    elif c.forward:
-        change = single(s.pv1 - s.pv)
+    elif config.forward:
+        change = single(state.pv1 - state.pv)
     else:
-        change = single(s.pv - s.pv1)
-    s.e1 = e
-    s.pv1 = s.pv
-    x = single(change / s.seconds)
-    if s.lag < 1.0:
-        x = single(s.y + single(s.lag * single(x - s.y)))
-    s.y = x
+        change = single(state.pv - state.pv1)
+    state.e1 = e
+    state.pv1 = state.pv
+    x = single(change / state.seconds)
+    if state.lag < 1.0:
+        x = single(state.y + single(state.lag * single(x - state.y)))
+    state.y = x
     return x
 
 
-def put_back(s: State, out: float, p: float, d: float) -> None:
+def put_back(state: State, out: float, p: float, d: float) -> None:
     """I_MV as it is when MV is ``out`` (D270)."""
-    total = single(single(single(out - p) - d) - s.bias)
+    total = single(single(single(out - p) - d) - state.bias)
     if isfinite(total):
-        s.integral = total
+        state.integral = total
 
 
-def calculate(c: Config, s: State, e: float) -> None:
+def calculate(config: Config, state: State, e: float) -> None:
     """MV of the algorithm, and I_MV with its anti-windup; what is no number is not written (D265, D689)."""
-    was = s.out
-    x = derivative(c, s, e)
-    p = single(s.kp * e)
-    d = single(s.kd * x) if s.kd > 0.0 else 0.0
+    was = state.out
+    x = derivative(config, state, e)
+    p = single(state.kp * e)
+    d = single(state.kd * x) if state.kd > 0.0 else 0.0
     total = 0.0
-    if s.ki > 0.0:
-        if s.busy & FROM_MANUAL:
-            put_back(s, was, p, d)
-        total = single(s.integral + single(s.ki * e))
+    if state.ki > 0.0:
+        if state.busy & FROM_MANUAL:
+            put_back(state, was, p, d)
+        total = single(state.integral + single(state.ki * e))
     else:
         # without integral time I_MV is 0 (D271)
-        s.integral = 0.0
-    m = single(single(single(p + total) + d) + s.bias)
+        state.integral = 0.0
+    m = single(single(single(p + total) + d) + state.bias)
     if isnan(m):
-        s.out = clamp(was, c.low, c.high)
-        s.busy |= FRESH
+        state.out = clamp(was, config.low, config.high)
+        state.busy |= FRESH
         return
-    if c.low <= m <= c.high:
-        s.status &= ~LIMITED
-        s.out = m
-        s.integral = total
+    if config.low <= m <= config.high:
+        state.status &= ~LIMITED
+        state.out = m
+        state.integral = total
     else:
-        s.status |= LIMITED
-        s.out = c.high if m > c.high else c.low
+        state.status |= LIMITED
+        state.out = config.high if m > config.high else config.low
         # beyond the limits PID_MODE 0 holds I_MV (D269)
-        if s.ki > 0.0 and s.mode == 2:
-            put_back(s, s.out, p, d)
-    if s.busy & FROM_MANUAL and s.ki <= 0.0 and abs(s.out - was) > NOTABLE * (c.high - c.low):
-        s.notice = noticed(s.notice, 0, JUMPS_WITHOUT)
-    s.busy &= ~(FRESH | FROM_MANUAL)
+        if state.ki > 0.0 and state.mode == 2:
+            put_back(state, state.out, p, d)
+    if state.busy & FROM_MANUAL and state.ki <= 0.0 and abs(state.out - was) > NOTABLE * (config.high - config.low):
+        state.notice = noticed(state.notice, 0, JUMPS_WITHOUT)
+    state.busy &= ~(FRESH | FROM_MANUAL)
 
 
 # --- The signals of a DPIDE instruction: what its operands hold -------------------------------------------------------
 
 
-def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Renew them; what is no number is shown as 0 (kernel)."""
-    sig[c.sig_pv] = finite(s.pv, 0.0)
-    sig[c.sig_sp] = s.sp
-    sig[c.sig_out] = s.out
-    sig[c.sig_mout] = s.mout
-    sig[c.sig_bias] = s.integral
-    sig[c.sig_error] = finite(s.error, 0.0)
+    signals[config.sig_pv] = finite(state.pv, 0.0)
+    signals[config.sig_sp] = state.sp
+    signals[config.sig_out] = state.out
+    signals[config.sig_mout] = state.mout
+    signals[config.sig_bias] = state.integral
+    signals[config.sig_error] = finite(state.error, 0.0)

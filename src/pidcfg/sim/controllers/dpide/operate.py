@@ -37,39 +37,39 @@ if TYPE_CHECKING:
 # --- The four modes of a DPIDE instruction, as PID_RUN, PID_MODE and PID_MAN make them (D275) -------------------------
 
 
-def enter(c: Config, s: State, mode: int) -> None:
+def enter(config: Config, state: State, mode: int) -> None:
     """The mode, and what the next calculation has to know of the one before (kernel)."""
-    before = s.status & MODES
-    s.status = (s.status & ~MODES) | mode
+    before = state.status & MODES
+    state.status = (state.status & ~MODES) | mode
     if before == OFF:
-        s.side = 0.0
-        s.crossed = 0
+        state.side = 0.0
+        state.crossed = 0
     if mode == TUNING:
-        start_tune(c, s)
+        start_tune(config, state)
     elif mode == AUTO:
-        s.busy |= FRESH
+        state.busy |= FRESH
         if before == MANUAL:
-            s.busy |= FROM_MANUAL
+            state.busy |= FROM_MANUAL
 
 
-def halt(c: Config, s: State) -> None:
+def halt(config: Config, state: State) -> None:
     """PID_RUN is FALSE: MV is 0, and nothing else is written (D273, D688; kernel)."""
-    if s.status & TUNING:
-        abandon(s)
-        s.mode = s.mode_before
-    s.busy &= ~(REQUEST | HALTING)
-    s.status = (s.status & ~(MODES | LIMITED | IN_DEAD_BAND)) | OFF
-    s.out = 0.0
-    if c.joined:
-        s.mout = 0.0
+    if state.status & TUNING:
+        abandon(state)
+        state.mode = state.mode_before
+    state.busy &= ~(REQUEST | HALTING)
+    state.status = (state.status & ~(MODES | LIMITED | IN_DEAD_BAND)) | OFF
+    state.out = 0.0
+    if config.joined:
+        state.mout = 0.0
 
 
-def switch(c: Config, s: State) -> None:
+def switch(config: Config, state: State) -> None:
     """The mode that the operands make takes effect (kernel)."""
-    s.busy &= ~(REQUEST | FROM_MANUAL)
-    if s.status & TUNING:
-        abandon(s)
-    enter(c, s, s.wanted)
+    state.busy &= ~(REQUEST | FROM_MANUAL)
+    if state.status & TUNING:
+        abandon(state)
+    enter(config, state, state.wanted)
 
 
 # --- How a DPIDE instruction is reported: names of modes and flags as bits, and notices in words ----------------------

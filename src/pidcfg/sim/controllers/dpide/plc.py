@@ -59,19 +59,19 @@ def operands_of(words: Mapping[str, Any], loop: str) -> tuple[Operands, list[str
     return operands, problems
 
 
-def configure(c: Config, s: State, operands: Operands, interval: int) -> None:
+def configure(config: Config, state: State, operands: Operands, interval: int) -> None:
     """From the operands to the records of an instruction; ``interval`` of an interrupt task in ticks, 0: none."""
-    read_registers(c, operands)
-    read_registers(s, operands, single)
-    c.band = abs(single(operands["ERR_DBW"]))
-    c.low, c.high = sorted(single(operands[name]) for name in ("MV_MIN", "MV_MAX"))
-    s.period = interval or sampling_time(int(operands["CYCLE"]))
-    coefficients(c, s)
+    read_registers(config, operands)
+    read_registers(state, operands, single)
+    config.band = abs(single(operands["ERR_DBW"]))
+    config.low, config.high = sorted(single(operands[name]) for name in ("MV_MIN", "MV_MAX"))
+    state.period = interval or sampling_time(int(operands["CYCLE"]))
+    coefficients(config, state)
 
 
-def absorb(operands: Operands, s: State) -> None:
+def absorb(operands: Operands, state: State) -> None:
     """Write the instruction's values to its operands."""
-    operands |= register_values(s)
+    operands |= register_values(state)
 
 
 def sampling_time(cycle: int) -> int:
@@ -86,33 +86,33 @@ def scale_of(scale: Scale, setpoint: float) -> tuple[float, float, int]:
     return min(0.0, setpoint), max(1.0, setpoint), COUNTS
 
 
-def effect(name: str, c: Config, s: State, operands: Operands, interval: int) -> str | None:
+def effect(name: str, config: Config, state: State, operands: Operands, interval: int) -> str | None:
     """Why an operand that has just been written does not act as it stands, if so."""
     value = operands[name]
     if name in NOT_NEGATIVE and value < 0:
         return "what is below 0 counts as 0"
     if name == "MOUT":
-        return _of_mout(c, s)
+        return _of_mout(config, state)
     if name == "CYCLE" and interval:
         return "has no effect: the interval of the interrupt task is the sampling time"
-    if name == "CYCLE" and s.period != value * MILLISECOND:
-        return f"counts as {s.period // MILLISECOND} ms"
+    if name == "CYCLE" and state.period != value * MILLISECOND:
+        return f"counts as {state.period // MILLISECOND} ms"
     if name in {"MV_MAX", "MV_MIN"} and operands["MV_MAX"] < operands["MV_MIN"]:
         return "MV_MAX is below MV_MIN: each is taken for the other"
-    if name == "I_MV" and s.ki <= 0.0:
+    if name == "I_MV" and state.ki <= 0.0:
         return "the next calculation makes it 0: there is no integral"
-    if name == "PID_MAN" and s.wanted == TUNING:
+    if name == "PID_MAN" and state.wanted == TUNING:
         return "has no effect while PID_MODE is 1"
     return None
 
 
-def _of_mout(c: Config, s: State) -> str | None:
-    if s.wanted == OFF:
+def _of_mout(config: Config, state: State) -> str | None:
+    if state.wanted == OFF:
         return "MV stays 0 while PID_RUN is FALSE"
-    if c.manual and s.wanted != TUNING:
+    if config.manual and state.wanted != TUNING:
         return None
-    follows = "; MOUT_AUTO is TRUE, so MOUT follows MV again" if c.follow else ""
-    if c.joined:
+    follows = "; MOUT_AUTO is TRUE, so MOUT follows MV again" if config.follow else ""
+    if config.joined:
         follows = "; it stands in the device of MV, which overwrites it"
     return f"MOUT acts in manual only{follows}"
 
@@ -139,7 +139,7 @@ class Dpide(NamedPlc):
 
     def __init__(self, program: Program, options: ScanOptions | None = None) -> None:
         super().__init__(program, options)
-        self._dependent = [bool(c.dependent) for c in self.cfg]
+        self._dependent = [bool(config.dependent) for config in self.cfg]
         scales = [
             read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(self._settings)
         ]
@@ -157,18 +157,20 @@ class Dpide(NamedPlc):
 
     def begin(self, loop: int) -> None:
         """What an instruction starts with: its operands, the mode that they make, and who writes to its devices."""
-        c, s = self.cfg[loop], self.st[loop]
-        configure(c, s, self._contents[loop], self._interval)
-        c.sv_from, c.bias_from, c.mout_from = (self._writer(loop, name) for name in ("SV", "BIAS", "MOUT"))
+        config, state = self.cfg[loop], self.st[loop]
+        configure(config, state, self._contents[loop], self._interval)
+        config.sv_from, config.bias_from, config.mout_from = (
+            self._writer(loop, name) for name in ("SV", "BIAS", "MOUT")
+        )
         devices = self._devices[loop]
-        c.joined = int("MOUT" in devices and devices["MOUT"] == devices.get("MV"))
-        s.status = bits.OFF
-        enter(c, s, self._mode(loop))
-        s.wanted = s.status & bits.MODES
-        if s.status & bits.OFF:
-            s.out = 0.0
+        config.joined = int("MOUT" in devices and devices["MOUT"] == devices.get("MV"))
+        state.status = bits.OFF
+        enter(config, state, self._mode(loop))
+        state.wanted = state.status & bits.MODES
+        if state.status & bits.OFF:
+            state.out = 0.0
         self._join(loop)
-        show(c, s, self.sig)
+        show(config, state, self.sig)
 
     def sample_ticks(self, value: Any) -> int:
         """CYCLE, unless an interrupt task has the sampling time."""
@@ -184,11 +186,11 @@ class Dpide(NamedPlc):
 
     def _join(self, i: int) -> None:
         """One device of MOUT and MV holds what was written to it; 0 while PID_RUN is FALSE."""
-        c, s = self.cfg[i], self.st[i]
-        if c.joined and s.status & bits.OFF:
-            s.mout = s.out = 0.0
-        elif c.joined:
-            s.out = s.mout
+        config, state = self.cfg[i], self.st[i]
+        if config.joined and state.status & bits.OFF:
+            state.mout = state.out = 0.0
+        elif config.joined:
+            state.out = state.mout
 
     def _writer(self, i: int, operand: str) -> int:
         """The other loop whose MV stands in the device of an operand; -1: none."""
@@ -208,35 +210,35 @@ class Dpide(NamedPlc):
 
     def _put(self, i: int, values: Mapping[str, float]) -> None:
         """A mode that operands make takes effect with the next calculation, FALSE for PID_RUN at once."""
-        c, s = self.cfg[i], self.st[i]
-        before = s.mode
-        absorb(self._contents[i], s)
+        config, state = self.cfg[i], self.st[i]
+        before = state.mode
+        absorb(self._contents[i], state)
         self._contents[i] |= values
-        configure(c, s, self._contents[i], self._interval)
-        if s.mode == 1 != before:
-            s.mode_before = before
-        s.wanted = self._mode(i)
-        s.busy &= ~(bits.REQUEST | bits.HALTING)
-        if s.wanted != s.status & bits.MODES:
-            s.busy |= bits.REQUEST | (bits.HALTING if s.wanted == bits.OFF else 0)
+        configure(config, state, self._contents[i], self._interval)
+        if state.mode == 1 != before:
+            state.mode_before = before
+        state.wanted = self._mode(i)
+        state.busy &= ~(bits.REQUEST | bits.HALTING)
+        if state.wanted != state.status & bits.MODES:
+            state.busy |= bits.REQUEST | (bits.HALTING if state.wanted == bits.OFF else 0)
         self._join(i)
 
-    def _show(self, sig: MutableSequence[float]) -> None:
+    def _show(self, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
         for c, s in zip(self.cfg, self.st, strict=True):
-            show(c, s, sig)
+            show(c, s, signals)
 
     @property
     def rises(self) -> list[bool]:
         """Forward action: PV rises with MV."""
-        return [bool(c.forward) for c in self.cfg]
+        return [bool(config.forward) for config in self.cfg]
 
     @property
     def masters(self) -> list[int]:
         """The loop whose MV stands in the device of SV (D266)."""
-        return [c.sv_from for c in self.cfg]
+        return [config.sv_from for config in self.cfg]
 
-    def intended_mode(self, loop: int, sig: Sequence[float]) -> str:  # noqa: ARG002 - operands
+    def intended_mode(self, loop: int, signals: Sequence[float]) -> str:  # noqa: ARG002 - operands
         """What PID_RUN, PID_MODE and PID_MAN say."""
         return self.mode(self.st[loop].wanted)
 
@@ -244,11 +246,11 @@ class Dpide(NamedPlc):
         """``pv.range``; no operand has it."""
         return self.scales[loop][:2] if self._ranged[loop] else None
 
-    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - operands
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - operands
         """MV_MIN and MV_MAX."""
         return self.cfg[loop].low, self.cfg[loop].high
 
-    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - operands
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - operands
         """ERR_DBW."""
         return self.cfg[loop].band
 
@@ -262,18 +264,18 @@ class Dpide(NamedPlc):
             mode, s.status = s.status & bits.MODES, (s.status & ~bits.MODES) | bits.OFF
             enter(c, s, mode)
 
-    def stop(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - MV stays as it is
+    def stop(self, signals: MutableSequence[float]) -> None:  # noqa: ARG002 - MV stays as it is
         """The PLC stops: no instruction is executed, and MV stays as it is (D278)."""
-        for s in self.st:
-            s.busy |= bits.STOPPED
-            s.due = NEVER
-            tell(s, report.IS_STOPPED)
+        for state in self.st:
+            state.busy |= bits.STOPPED
+            state.due = NEVER
+            tell(state, report.IS_STOPPED)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
         """Write the operands that select a mode: PID_RUN, PID_MODE and PID_MAN (D275)."""
-        s = self.st[loop]
+        state = self.st[loop]
         if mode == "off":
             self._write(loop, PID_RUN=False)
         elif mode == "autotune":
@@ -282,43 +284,45 @@ class Dpide(NamedPlc):
             self._write(loop, PID_RUN=True, PID_MAN=True)
         else:
             self._write(loop, PID_RUN=True, PID_MAN=False, PID_MODE=self._automatic(loop))
-        if mode == "manual" and s.wanted == bits.TUNING:
-            tell(s, report.WAITS_FOR_TUNE, self.request_code(mode))
-        elif not self.in_run and s.wanted != s.status & bits.MODES:
-            tell(s, report.WAITS_FOR_PLC, self.request_code(mode))
+        if mode == "manual" and state.wanted == bits.TUNING:
+            tell(state, report.WAITS_FOR_TUNE, self.request_code(mode))
+        elif not self.in_run and state.wanted != state.status & bits.MODES:
+            tell(state, report.WAITS_FOR_PLC, self.request_code(mode))
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` writes 1 to PID_MODE, ``cancel`` what it was before."""
-        s = self.st[loop]
+        state = self.st[loop]
         if command == "cancel":
-            if s.mode != 1:
-                tell(s, report.TUNE_IDLE)
+            if state.mode != 1:
+                tell(state, report.TUNE_IDLE)
             self._write(loop, PID_MODE=self._automatic(loop))
-        elif s.mode == 1:
-            tell(s, report.TUNE_RUNS)
+        elif state.mode == 1:
+            tell(state, report.TUNE_RUNS)
         else:
             self._write(loop, PID_MODE=1)
-            if s.wanted == bits.OFF:
-                tell(s, report.TUNE_WAITS)
+            if state.wanted == bits.OFF:
+                tell(state, report.TUNE_WAITS)
             elif not self.in_run:
-                tell(s, report.TUNE_WAITS_FOR_PLC)
+                tell(state, report.TUNE_WAITS_FOR_PLC)
 
     def _automatic(self, loop: int) -> int:
         """PID_MODE without an autotune."""
-        s = self.st[loop]
-        return s.mode_before if s.mode == 1 else s.mode
+        state = self.st[loop]
+        return state.mode_before if state.mode == 1 else state.mode
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last autotune of a loop went; None when there was none."""
-        s = self.st[loop]
-        running = bool(s.status & bits.TUNING)
-        if not (running or s.tune_done):
+        state = self.st[loop]
+        running = bool(state.status & bits.TUNING)
+        if not (running or state.tune_done):
             return None
-        done, error = s.tune_done == DONE, s.tune_done == FAILED
-        status = "running" if running else TUNE_STATUS[s.tune_done]
+        done, error = state.tune_done == DONE, state.tune_done == FAILED
+        status = "running" if running else TUNE_STATUS[state.tune_done]
         if error:
-            status = f"{status}: {REASONS[s.tune_reason].partition(': ')[2]}"
-        results = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate, s.tune_tf), strict=True))
+            status = f"{status}: {REASONS[state.tune_reason].partition(': ')[2]}"
+        results = dict(
+            zip(self.tuned_names, (state.tune_gain, state.tune_reset, state.tune_rate, state.tune_tf), strict=True)
+        )
         return {"done": done, "error": error, "status": status, "results": results if done else {}}
 
     def memory(self, loop: int) -> Operands:
@@ -326,15 +330,15 @@ class Dpide(NamedPlc):
         absorb(self._contents[loop], self.st[loop])
         return self._contents[loop] | {"PV": self.st[loop].pv}
 
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
+    def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The MV that a loop starts with, and MOUT, which holds it in manual."""
-        c, s = self.cfg[loop], self.st[loop]
+        config, state = self.cfg[loop], self.st[loop]
         self._write(loop, MOUT=float(value.value))
-        if not s.status & bits.OFF:
-            s.out = clamp(single(float(value.value)), c.low, c.high)
-        if c.joined:
-            s.mout = s.out
-        self._show(sig)
+        if not state.status & bits.OFF:
+            state.out = clamp(single(float(value.value)), config.low, config.high)
+        if config.joined:
+            state.mout = state.out
+        self._show(signals)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The content that a ``set`` event makes of its operand; a ``PydanticCustomError`` says what is wrong."""
@@ -348,20 +352,20 @@ class Dpide(NamedPlc):
             )
         return content
 
-    def set(self, loop: int, path: tuple[str, ...], value: float, sig: MutableSequence[float]) -> str | None:
+    def set(self, loop: int, path: tuple[str, ...], value: float, signals: MutableSequence[float]) -> str | None:
         """Write an operand; returns why it does not act as it stands, if so."""
         name = KEYS.find(path).name
-        c, s = self.cfg[loop], self.st[loop]
-        if name == "Ti_Ki" and isinstance(value, Seconds) and not c.dependent:
+        config, state = self.cfg[loop], self.st[loop]
+        if name == "Ti_Ki" and isinstance(value, Seconds) and not config.dependent:
             return "is not written: a time, but PID_EQ is FALSE now, and Ti_Ki the gain Ki in 1/s"
         self._write(loop, **{name: float(value) if isinstance(value, Seconds) else value})
-        self._show(sig)
-        if isinstance(value, Seconds) and not c.dependent:
+        self._show(signals)
+        if isinstance(value, Seconds) and not config.dependent:
             return f"PID_EQ is FALSE: the time counts as a gain Kd of {float(value):g}"
         writer = self._writer(loop, name)
         if writer >= 0:
             return f"MV of {self.loops[writer]} stands in the same device and overwrites it"
-        return effect(name, c, s, self._contents[loop], self._interval)
+        return effect(name, config, state, self._contents[loop], self._interval)
 
 
 load = Dpide

@@ -46,66 +46,66 @@ if TYPE_CHECKING:
 __all__ = ["COST", "INLINED", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
 
 
-def by_hand(c: Config, s: State) -> None:
+def by_hand(config: Config, state: State) -> None:
     """MV is MOUT within its limits (D274)."""
-    s.status |= LIMITED
-    if s.mout > c.high:
-        s.out = c.high
-    elif s.mout < c.low:
-        s.out = c.low
+    state.status |= LIMITED
+    if state.mout > config.high:
+        state.out = config.high
+    elif state.mout < config.low:
+        state.out = config.low
     else:
-        s.out = s.mout
-        s.status &= ~LIMITED
+        state.out = state.mout
+        state.status &= ~LIMITED
 
 
-def fetch(c: Config, s: State, st: list[State]) -> None:
+def fetch(config: Config, state: State, states: list[State]) -> None:
     """What other loops have written to the devices of this one's operands (D266)."""
-    if c.sv_from >= 0:
-        s.sp = st[c.sv_from].out
-    if c.bias_from >= 0:
-        s.bias = st[c.bias_from].out
-    if c.mout_from >= 0:
-        s.mout = st[c.mout_from].out
+    if config.sv_from >= 0:
+        state.sp = states[config.sv_from].out
+    if config.bias_from >= 0:
+        state.bias = states[config.bias_from].out
+    if config.mout_from >= 0:
+        state.mout = states[config.mout_from].out
 
 
-def sample(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None:
+def sample(i: int, configs: list[Config], states: list[State], signals: list[float]) -> None:
     """One calculation of an instruction."""
-    c = cfg[i]
-    s = st[i]
-    s.pv = single(sig[c.sig_in])
-    if s.busy & REQUEST:
-        switch(c, s)
-    if s.status & OFF:
-        sig[c.sig_pv] = finite(s.pv, 0.0)
+    config = configs[i]
+    state = states[i]
+    state.pv = single(signals[config.sig_in])
+    if state.busy & REQUEST:
+        switch(config, state)
+    if state.status & OFF:
+        signals[config.sig_pv] = finite(state.pv, 0.0)
         return
-    fetch(c, s, st)
-    raw = single(s.sp - s.pv) if c.forward else single(s.pv - s.sp)
-    e = effective(c, s, raw)
-    s.error = e
-    if s.status & TUNING:
-        tune(c, s, raw)
-    if s.status & AUTO:
-        calculate(c, s, e)
-    elif s.status & MANUAL:
-        by_hand(c, s)
-    if c.follow or c.joined:
-        s.mout = s.out
-    show(c, s, sig)
+    fetch(config, state, states)
+    raw = single(state.sp - state.pv) if config.forward else single(state.pv - state.sp)
+    e = effective(config, state, raw)
+    state.error = e
+    if state.status & TUNING:
+        tune(config, state, raw)
+    if state.status & AUTO:
+        calculate(config, state, e)
+    elif state.status & MANUAL:
+        by_hand(config, state)
+    if config.follow or config.joined:
+        state.mout = state.out
+    show(config, state, signals)
 
 
-def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:  # noqa: ARG001
+def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:  # noqa: ARG001
     """The program at ``tick``: instructions that are due (D685), and those whose PID_RUN has become FALSE (D266)."""
-    for i in range(len(cfg)):
-        s = st[i]
-        if s.busy & (HALTING | STOPPED) == HALTING:
-            halt(cfg[i], s)
-            sig[cfg[i].sig_out] = s.out
-            sig[cfg[i].sig_mout] = s.mout
-        due = s.due
+    for i in range(len(configs)):
+        state = states[i]
+        if state.busy & (HALTING | STOPPED) == HALTING:
+            halt(configs[i], state)
+            signals[configs[i].sig_out] = state.out
+            signals[configs[i].sig_mout] = state.mout
+        due = state.due
         if tick >= due:
-            due += s.period
-            s.due = due if due > tick else tick + s.period
-            sample(i, cfg, st, sig)
+            due += state.period
+            state.due = due if due > tick else tick + state.period
+            sample(i, configs, states, signals)
 
 
 INLINED = (scan, sample, calculate, derivative, effective, fetch, show)
@@ -131,20 +131,20 @@ class DpideRegisters(Registers):
         loop, row = self._at[name]
         return 0 if row == "MOUT" and self.plc.cfg[loop].joined else 1 if row == "MV" else 2
 
-    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[Any, int]:  # noqa: ARG002 - operands say it
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:  # noqa: ARG002 - operands say it
         """As the operands are after the last calculation."""
         held = self.plc.memory(loop)
         prefix = self.plc.loops[loop]
         return {f"{prefix}.{name}": raw_of(row.type, held[name]) for name, row in ROWS.items()}
 
-    def write(self, number: Any, raw: int, sig: MutableSequence[float]) -> Done:
+    def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> Done:
         """An operand that the program or an operator may write."""
         loop, name = self._at[number]
         row = checked_row(KEYS, number, name)
         content = content_written(number, row, raw)
         if name == "PID_MODE" and content not in PID_MODES:
             raise RegisterError(NO_VALUE, f"{number}: {content} is none of {', '.join(map(str, PID_MODES))}")
-        before = self.plc.intended_mode(loop, sig)
-        late = self.plc.set(loop, (name,), float(content) if row.type.kind == "real" else int(content), sig)
-        mode = self.plc.intended_mode(loop, sig)
+        before = self.plc.intended_mode(loop, signals)
+        late = self.plc.set(loop, (name,), float(content) if row.type.kind == "real" else int(content), signals)
+        mode = self.plc.intended_mode(loop, signals)
         return done(number, row, content, late, mode if mode != before else None)

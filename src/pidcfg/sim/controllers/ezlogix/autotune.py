@@ -59,54 +59,54 @@ NEAR = 0.10
 """Share of the PV's span."""
 
 
-def end_tune(c: Config, s: State, status: int) -> None:
+def end_tune(config: Config, state: State, status: int) -> None:
     """Restore the CV; a loop in Auto continues with its integral term of before."""
-    if s.busy & HELD:
-        s.out = s.tune_out
-    s.busy &= ~(TUNE | HELD)
-    s.status &= ~TUNING
-    s.tune_status = status
-    s.tune_last = status
-    s.tune_left = c.timeout
+    if state.busy & HELD:
+        state.out = state.tune_out
+    state.busy &= ~(TUNE | HELD)
+    state.status &= ~TUNING
+    state.tune_status = status
+    state.tune_last = status
+    state.tune_left = config.timeout
     if status > CANCELLED:
-        s.status |= TUNE_ERROR
+        state.status |= TUNE_ERROR
     if status != DONE:
-        s.notice = noticed(s.notice, 0, REASON + status)
+        state.notice = noticed(state.notice, 0, REASON + status)
 
 
-def switch_tune(c: Config, s: State) -> None:
+def switch_tune(config: Config, state: State) -> None:
     """Discrete +4: on starts, or ends a finished autotune; off cancels one that runs."""
-    command = s.tune_command
-    s.tune_command = 0
-    if s.status & TUNING:
+    command = state.tune_command
+    state.tune_command = 0
+    if state.status & TUNING:
         if command == OFF:
-            end_tune(c, s, CANCELLED)
+            end_tune(config, state, CANCELLED)
         return
-    s.busy &= ~TUNE
+    state.busy &= ~TUNE
     if command == OFF:
         return
-    s.status &= ~TUNE_ERROR
-    if s.tune_status != IDLE:
-        s.tune_status = IDLE
+    state.status &= ~TUNE_ERROR
+    if state.tune_status != IDLE:
+        state.tune_status = IDLE
         return
-    if s.out + STEP > c.m_high:
-        end_tune(c, s, NO_STEP)
+    if state.out + STEP > config.m_high:
+        end_tune(config, state, NO_STEP)
         return
-    s.busy |= TUNE | HELD
-    s.tune_out = s.out
-    s.status |= TUNING
-    s.tune_status = COLLECTING
-    s.tune_left = c.timeout
-    s.tune_phase = OBSERVING
-    begin_noise(s)
-    if abs(s.error) > NEAR * c.pv_span:
-        s.notice = noticed(s.notice, 0, FAR)
+    state.busy |= TUNE | HELD
+    state.tune_out = state.out
+    state.status |= TUNING
+    state.tune_status = COLLECTING
+    state.tune_left = config.timeout
+    state.tune_phase = OBSERVING
+    begin_noise(state)
+    if abs(state.error) > NEAR * config.pv_span:
+        state.notice = noticed(state.notice, 0, FAR)
 
 
-def tell_moving(s: State, slope: float) -> None:
+def tell_moving(state: State, slope: float) -> None:
     """Leave a notice when the PV was moving before the step."""
-    if was_moving(s, slope, 1.0):
-        s.notice = noticed(s.notice, 0, MOVING)
+    if was_moving(state, slope, 1.0):
+        state.notice = noticed(state.notice, 0, MOVING)
 
 
 def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
@@ -116,34 +116,34 @@ def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
     return only_pi == 1 or rate >= 1.0
 
 
-def compute(c: Config, s: State, aux: list[float]) -> None:
+def compute(config: Config, state: State, aux: list[float]) -> None:
     """Slope and dead time of the recorded answer, the gains that they give, and their registers."""
-    slope, dead = steepest_line(s, c.tune_buffer, aux, s.tune_change)
-    tell_moving(s, slope)
+    slope, dead = steepest_line(state, config.tune_buffer, aux, state.tune_change)
+    tell_moving(state, slope)
     if slope <= 0.0:
-        end_tune(c, s, NO_DIVISOR)
+        end_tune(config, state, NO_DIVISOR)
         return
-    gain, reset, rate, _ = curve_gains(c.tune_pi, STEP / (dead * slope), dead)
+    gain, reset, rate, _ = curve_gains(config.tune_pi, STEP / (dead * slope), dead)
     gain = nearest(gain * 100.0)
     reset = nearest(reset * 10.0)
     rate = nearest(rate * 10.0)
-    if not fits(gain, reset, rate, c.tune_pi):
-        end_tune(c, s, OUT_OF_RANGE)
+    if not fits(gain, reset, rate, config.tune_pi):
+        end_tune(config, state, OUT_OF_RANGE)
         return
-    s.gain = gain / 100.0
-    s.reset = reset / 10.0
-    s.rate = rate / 10.0
-    s.tune_gain = s.gain
-    s.tune_reset = s.reset
-    s.tune_rate = s.rate
-    coefficients(s)
-    end_tune(c, s, DONE)
+    state.gain = gain / 100.0
+    state.reset = reset / 10.0
+    state.rate = rate / 10.0
+    state.tune_gain = state.gain
+    state.tune_reset = state.reset
+    state.tune_rate = state.rate
+    coefficients(state)
+    end_tune(config, state, DONE)
 
 
-def flattens(s: State, first: int, aux: list[float]) -> bool:
+def flattens(state: State, first: int, aux: list[float]) -> bool:
     """Whether the answer rises half as fast as it did, between sixths of it: the steepest slope lies behind."""
-    width = s.tune_points // BLOCKS
-    at = first + s.tune_points - width
+    width = state.tune_points // BLOCKS
+    at = first + state.tune_points - width
     above = mean(aux, at, width)
     recent = 0.0
     best = 0.0
@@ -155,67 +155,67 @@ def flattens(s: State, first: int, aux: list[float]) -> bool:
             recent = rise
         if rise > best:
             best = rise
-    return best > max(CLEAR, 8.0 * s.tune_noise) and recent <= best / 2.0
+    return best > max(CLEAR, 8.0 * state.tune_noise) and recent <= best / 2.0
 
 
-def judge_answer(c: Config, s: State, aux: list[float]) -> int:
+def judge_answer(config: Config, state: State, aux: list[float]) -> int:
     """Whether the answer is complete: 0 not yet, 1 it is, 2 it goes the wrong way."""
-    n = s.tune_points
+    n = state.tune_points
     few = max(1, n // 12)
-    last = c.tune_buffer + n
-    s.tune_change = mean(aux, last - few, few)
-    change = abs(s.tune_change)
-    detectable = max(DETECTABLE, 6.0 * s.tune_noise)
+    last = config.tune_buffer + n
+    state.tune_change = mean(aux, last - few, few)
+    change = abs(state.tune_change)
+    detectable = max(DETECTABLE, 6.0 * state.tune_noise)
     if change <= detectable:
         return 0
     settled = False
     if n >= SETTLING:
-        moved = abs(s.tune_change - mean(aux, last - n // 3, few))
-        settled = moved <= max(SMALL * change, s.tune_noise, 1.0)
-    if s.tune_change < 0.0:
+        moved = abs(state.tune_change - mean(aux, last - n // 3, few))
+        settled = moved <= max(SMALL * change, state.tune_noise, 1.0)
+    if state.tune_change < 0.0:
         return 2 if settled else 0
-    if settled or change >= ENOUGH * c.pv_span:
+    if settled or change >= ENOUGH * config.pv_span:
         return 1
-    if n >= SETTLING and flattens(s, c.tune_buffer, aux):
-        s.tune_change *= REMAINDER
+    if n >= SETTLING and flattens(state, config.tune_buffer, aux):
+        state.tune_change *= REMAINDER
         return 1
     return 0
 
 
-def respond(c: Config, s: State, aux: list[float], x: float) -> None:
+def respond(config: Config, state: State, aux: list[float], x: float) -> None:
     """One sample of the answer to the step."""
-    rise = s.tune_base - x if c.direct else x - s.tune_base
-    if not record(s, c.tune_buffer, aux, rise):
+    rise = state.tune_base - x if config.direct else x - state.tune_base
+    if not record(state, config.tune_buffer, aux, rise):
         return
-    how = judge_answer(c, s, aux)
+    how = judge_answer(config, state, aux)
     if how == 1:
-        s.tune_status = CALCULATING
-        s.tune_phase = COMPUTE
+        state.tune_status = CALCULATING
+        state.tune_phase = COMPUTE
     elif how == 2:
-        tell_moving(s, 0.0)
-        end_tune(c, s, NO_FIT)
+        tell_moving(state, 0.0)
+        end_tune(config, state, NO_FIT)
 
 
-def tune(c: Config, s: State, aux: list[float], x: float) -> None:
+def tune(config: Config, state: State, aux: list[float], x: float) -> None:
     """One sample of the autotune; ``x`` is the PV, or its root, in counts of the PV."""
-    if s.tune_command:
-        switch_tune(c, s)
-        if s.status & TUNING == 0:
+    if state.tune_command:
+        switch_tune(config, state)
+        if state.status & TUNING == 0:
             return
-    if s.tune_phase == COMPUTE:
-        compute(c, s, aux)
+    if state.tune_phase == COMPUTE:
+        compute(config, state, aux)
         return
-    if s.tune_left <= 0:
-        detected = s.tune_phase == RESPOND and abs(s.tune_change) > max(DETECTABLE, 6.0 * s.tune_noise)
+    if state.tune_left <= 0:
+        detected = state.tune_phase == RESPOND and abs(state.tune_change) > max(DETECTABLE, 6.0 * state.tune_noise)
         if detected:
-            tell_moving(s, 0.0)
-        end_tune(c, s, NO_FIT if detected else NO_DEAD_TIME)
+            tell_moving(state, 0.0)
+        end_tune(config, state, NO_FIT if detected else NO_DEAD_TIME)
         return
-    s.tune_left -= s.period
-    if s.tune_phase == RESPOND:
-        respond(c, s, aux, x)
-    elif measure_noise(s, x):
-        s.out = s.tune_out + STEP
-        s.tune_change = 0.0
-        s.tune_phase = RESPOND
-        begin_curve(s)
+    state.tune_left -= state.period
+    if state.tune_phase == RESPOND:
+        respond(config, state, aux, x)
+    elif measure_noise(state, x):
+        state.out = state.tune_out + STEP
+        state.tune_change = 0.0
+        state.tune_phase = RESPOND
+        begin_curve(state)

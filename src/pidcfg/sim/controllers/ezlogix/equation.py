@@ -159,96 +159,96 @@ LARGEST = 2147483647.0
 """The integral term stays within a signed 32-bit number (D166)."""
 
 
-def coefficients(s: State) -> None:
+def coefficients(state: State) -> None:
     """The factors of the equation: Kp, Kp Ts/Ti and Kp Td/Ts.
 
     A gain of 0 takes the proportional term out and leaves Ts/Ti and Td/Ts (D160).
     """
-    seconds = s.period / TICKS
-    factor = s.gain if s.gain > 0.0 else 1.0
-    s.kp = s.gain
-    s.ki = factor * seconds / s.reset if s.reset > 0.0 else 0.0
-    s.kd = factor * s.rate / seconds
+    seconds = state.period / TICKS
+    factor = state.gain if state.gain > 0.0 else 1.0
+    state.kp = state.gain
+    state.ki = factor * seconds / state.reset if state.reset > 0.0 else 0.0
+    state.kd = factor * state.rate / seconds
 
 
-def begin(c: Config, s: State, x: float) -> None:
+def begin(config: Config, state: State, x: float) -> None:
     """Manual to Auto: the integral term becomes what the CV is without its offset, and nothing has a past (D165)."""
-    s.integral = s.out - c.offset
-    s.whole = s.out
-    s.x1 = x
-    s.busy &= ~FRESH
+    state.integral = state.out - config.offset
+    state.whole = state.out
+    state.x1 = x
+    state.busy &= ~FRESH
 
 
-def integrate(c: Config, s: State, e: float) -> None:
+def integrate(config: Config, state: State, e: float) -> None:
     """Kp Ts/Ti times one more error; with anti-windup not while the CV is saturated on the error's side (D167)."""
-    change = s.ki * e
-    if c.anti_windup and ((change > 0.0 and s.whole >= FULL) or (change < 0.0 and s.whole <= 0.0)):
+    change = state.ki * e
+    if config.anti_windup and ((change > 0.0 and state.whole >= FULL) or (change < 0.0 and state.whole <= 0.0)):
         return
-    total = s.integral + change
+    total = state.integral + change
     if total > LARGEST:
         total = LARGEST
     elif total < -LARGEST:
         total = -LARGEST
-    s.integral = total
+    state.integral = total
 
 
-def calculate(c: Config, s: State, e: float, x: float) -> None:
+def calculate(config: Config, state: State, e: float, x: float) -> None:
     """CV(n) = Kp [E(n) + Ts/Ti sum E + Td/Ts (x(n) - x(n-1))] + CV0, then saturation, then the CV limits.
 
     ``x`` is what the derivative acts on: the error, or the PV with the error's sign (D161). CV rounded: D168.
     """
-    if s.busy & FRESH:
-        begin(c, s, x)
-    if s.ki > 0.0:
-        integrate(c, s, e)
+    if state.busy & FRESH:
+        begin(config, state, x)
+    if state.ki > 0.0:
+        integrate(config, state, e)
     else:
-        s.integral = 0.0
-    m = s.kp * e + s.integral + s.kd * (x - s.x1) + c.offset
-    s.x1 = x
+        state.integral = 0.0
+    m = state.kp * e + state.integral + state.kd * (x - state.x1) + config.offset
+    state.x1 = x
     if m >= FULL:
         m = FULL
     elif m > 0.0:
         m = m + NEAREST - NEAREST
     else:
         m = 0.0
-    s.whole = m
-    if m > c.m_high:
-        m = c.m_high
-    if m < c.m_low:
-        m = c.m_low
-    s.out = m
+    state.whole = m
+    if m > config.m_high:
+        m = config.m_high
+    if m < config.m_low:
+        m = config.m_low
+    state.out = m
 
 
 # --- The signals of an EZLogix loop: what its registers say, in engineering units -------------------------------------
 
 
-def show_setpoint(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def show_setpoint(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The set point within its limits, though the register is written at the next calculation (kernel)."""
-    sp = s.sp
-    if sp > c.sp_high:
-        sp = c.sp_high
-    if sp < c.sp_low:
-        sp = c.sp_low
-    if c.root:
+    sp = state.sp
+    if sp > config.sp_high:
+        sp = config.sp_high
+    if sp < config.sp_low:
+        sp = config.sp_low
+    if config.root:
         sp *= sp
-    sig[c.sig_sp] = c.pv_low + (sp - c.pv_min) * c.pv_width / c.pv_span
+    signals[config.sig_sp] = config.pv_low + (sp - config.pv_min) * config.pv_width / config.pv_span
 
 
-def show_output(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def show_output(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The CV; one that nothing carries on stays as it is (D672; kernel)."""
-    if s.busy & (OUTPUT_CUT | STOPPED) == 0:
-        sig[c.sig_out] = c.out_low + s.out * c.out_width / FULL
+    if state.busy & (OUTPUT_CUT | STOPPED) == 0:
+        signals[config.sig_out] = config.out_low + state.out * config.out_width / FULL
 
 
-def show(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Renew them (kernel); BIAS has no limits (D657)."""
-    sig[c.sig_pv] = c.pv_low + (s.pv - c.pv_min) * c.pv_width / c.pv_span
-    show_setpoint(c, s, sig)
-    show_output(c, s, sig)
-    sig[c.sig_bias] = c.out_low + (s.integral + c.offset) * c.out_width / FULL
-    sig[c.sig_error] = s.error
-    sig[c.sig_status] = s.tune_status * 1.0
-    sig[c.sig_countdown] = s.tune_left // TICKS * 1.0
+    signals[config.sig_pv] = config.pv_low + (state.pv - config.pv_min) * config.pv_width / config.pv_span
+    show_setpoint(config, state, signals)
+    show_output(config, state, signals)
+    signals[config.sig_bias] = config.out_low + (state.integral + config.offset) * config.out_width / FULL
+    signals[config.sig_error] = state.error
+    signals[config.sig_status] = state.tune_status * 1.0
+    signals[config.sig_countdown] = state.tune_left // TICKS * 1.0
 
 
 # --- The control output of the EZLogix: pulses whose width is proportional to the CV, between samples as well ---------
@@ -261,25 +261,25 @@ DUTY = float(DUTY_FULL)
 """Counts that are a duty cycle of 100 %."""
 
 
-def begin_cycle(tick: int, c: Config, s: State) -> None:
+def begin_cycle(tick: int, config: Config, state: State) -> None:
     """The next cycle follows the last one without a gap, unless that one is long over."""
-    start = s.cycle_end
-    if tick - start >= c.cycle:
+    start = state.cycle_end
+    if tick - start >= config.cycle:
         start = tick
-    s.cycle_start = start
-    s.cycle_end = start + c.cycle
-    on = s.out * c.cycle / DUTY
-    if on <= 0.0 or on < c.min_on:
+    state.cycle_start = start
+    state.cycle_end = start + config.cycle
+    on = state.out * config.cycle / DUTY
+    if on <= 0.0 or on < config.min_on:
         on = 0.0
-    elif c.cycle - on < c.min_off:
+    elif config.cycle - on < config.min_off:
         on = UNBOUNDED
-    s.on = on
+    state.on = on
 
 
-def pulse(tick: int, c: Config, s: State, sig: list[float]) -> None:
+def pulse(tick: int, config: Config, state: State, signals: list[float]) -> None:
     """The output for the base step that begins now: what it is in the middle of that step."""
-    middle = tick + (tick - s.seen) / 2.0
-    s.seen = tick
-    if middle >= s.cycle_end:
-        begin_cycle(tick, c, s)
-    sig[c.sig_pulse] = 1.0 if s.on > 0.0 and middle - s.cycle_start <= s.on else 0.0
+    middle = tick + (tick - state.seen) / 2.0
+    state.seen = tick
+    if middle >= state.cycle_end:
+        begin_cycle(tick, config, state)
+    signals[config.sig_pulse] = 1.0 if state.on > 0.0 and middle - state.cycle_start <= state.on else 0.0

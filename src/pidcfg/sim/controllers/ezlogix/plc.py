@@ -106,40 +106,40 @@ def ticks(seconds: Any) -> int:
     return int(seconds * TICKS)
 
 
-def configure(c: Config, loop: Loop, *, goes_on: bool) -> None:
+def configure(config: Config, loop: Loop, *, goes_on: bool) -> None:
     """A loop's `Config`; values beyond the manual's ranges are taken as they are (D171)."""
     dialog = loop.dialog
-    read_registers(c, loop.values())
+    read_registers(config, loop.values())
     low, high = dialog.pv.counts or (0, CV_FULL)
-    c.pv_min, c.pv_max, c.pv_span = float(low), float(high), float(high - low)
-    c.pv_low, c.pv_width = low_and_width(dialog.pv.range, c.pv_min, c.pv_span)
-    c.out_low, c.out_width = low_and_width(dialog.output.range, 0.0, float(CV_FULL))
-    c.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
-    c.period = UNKNOWN_PERIOD if c.halt else ticks(loop.time("sample_rate"))
-    c.goes_on = int(goes_on)
-    c.sees_pv = int(dialog.pv.tag.startswith("IR"))
-    c.drives = int(dialog.output.tag.startswith("OR") or dialog.output.pulse is not None)
-    c.scale = sqrt(c.pv_span) if c.root else 1.0
-    c.m_low, c.m_high = (clamp(float(loop.word(name)), 0.0, float(CV_FULL)) for name in ("cv_low", "cv_high"))
-    c.timeout = ticks(loop.word("autotune_timeout"))
-    c.cycle = 0 if dialog.output.pulse is None else ticks(loop.time("cycle_time"))
-    c.min_on, c.min_off = ticks(loop.time("min_on")), ticks(loop.time("min_off"))
+    config.pv_min, config.pv_max, config.pv_span = float(low), float(high), float(high - low)
+    config.pv_low, config.pv_width = low_and_width(dialog.pv.range, config.pv_min, config.pv_span)
+    config.out_low, config.out_width = low_and_width(dialog.output.range, 0.0, float(CV_FULL))
+    config.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
+    config.period = UNKNOWN_PERIOD if config.halt else ticks(loop.time("sample_rate"))
+    config.goes_on = int(goes_on)
+    config.sees_pv = int(dialog.pv.tag.startswith("IR"))
+    config.drives = int(dialog.output.tag.startswith("OR") or dialog.output.pulse is not None)
+    config.scale = sqrt(config.pv_span) if config.root else 1.0
+    config.m_low, config.m_high = (clamp(float(loop.word(name)), 0.0, float(CV_FULL)) for name in ("cv_low", "cv_high"))
+    config.timeout = ticks(loop.word("autotune_timeout"))
+    config.cycle = 0 if dialog.output.pulse is None else ticks(loop.time("cycle_time"))
+    config.min_on, config.min_off = ticks(loop.time("min_on")), ticks(loop.time("min_off"))
 
 
-def tuning(c: Config, s: State, loop: Loop) -> None:
+def tuning(config: Config, state: State, loop: Loop) -> None:
     """The gain registers and the sample rate."""
-    s.gain = float(loop.time("proportional_gain"))
-    s.reset = float(loop.time("integral_time"))
-    s.rate = float(loop.time("derivative_time"))
-    s.period = c.period
+    state.gain = float(loop.time("proportional_gain"))
+    state.reset = float(loop.time("integral_time"))
+    state.rate = float(loop.time("derivative_time"))
+    state.period = config.period
 
 
-def absorb(loop: Loop, s: State) -> None:
+def absorb(loop: Loop, state: State) -> None:
     """Put what the PLC has written into the registers: results of an autotune, a set point within its limits."""
-    loop.write("setpoint", int(s.sp))
-    loop.write("proportional_gain", round(s.gain * 100))
-    loop.write("integral_time", round(s.reset * 10))
-    loop.write("derivative_time", round(s.rate * 10))
+    loop.write("setpoint", int(state.sp))
+    loop.write("proportional_gain", round(state.gain * 100))
+    loop.write("integral_time", round(state.reset * 10))
+    loop.write("derivative_time", round(state.rate * 10))
 
 
 def tag_number(tag: str) -> int | None:
@@ -179,18 +179,18 @@ class Ezlogix(CountsPlc):
 
     def _begin(self, i: int, words: Mapping[int, int]) -> None:
         """What a loop starts with: its places in the shared vectors, its registers, and a request for its mode."""
-        c, s, loop = self.cfg[i], self.st[i], self._loops[i]
+        config, state, loop = self.cfg[i], self.st[i], self._loops[i]
         if loop.dialog.output.pulse is None:
-            self.signals[c.sig_pulse] = ""
-        c.tune_buffer = i * POINTS
+            self.signals[config.sig_pulse] = ""
+        config.tune_buffer = i * POINTS
         number = tag_number(loop.dialog.output.tag)
-        c.feeds = self._setpoint_at(number, i)
-        if c.feeds >= 0:
-            self.cfg[c.feeds].fed_by = i
-        s.out = s.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
-        s.sp = float(loop.word("setpoint"))
+        config.feeds = self._setpoint_at(number, i)
+        if config.feeds >= 0:
+            self.cfg[config.feeds].fed_by = i
+        state.out = state.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
+        state.sp = float(loop.word("setpoint"))
         self._apply(i)
-        s.pv, s.tune_left = c.pv_min, c.timeout
+        state.pv, state.tune_left = config.pv_min, config.timeout
         if self.goals[i] == "auto":
             self._request_mode(i, bits.AUTO)
         self._show(i, self.sig)
@@ -202,21 +202,21 @@ class Ezlogix(CountsPlc):
 
     def _apply(self, i: int) -> None:
         """Make the registers the controller's configuration."""
-        c, s, loop = self.cfg[i], self.st[i], self._loops[i]
-        halted = c.halt
-        configure(c, loop, goes_on=self._goes_on)
-        tuning(c, s, loop)
-        coefficients(s)
-        if c.halt:
-            s.due = NEVER
-        elif halted and not s.busy & bits.STOPPED:
-            s.due = 0
+        config, state, loop = self.cfg[i], self.st[i], self._loops[i]
+        halted = config.halt
+        configure(config, loop, goes_on=self._goes_on)
+        tuning(config, state, loop)
+        coefficients(state)
+        if config.halt:
+            state.due = NEVER
+        elif halted and not state.busy & bits.STOPPED:
+            state.due = 0
 
     def _request_mode(self, i: int, mode: int) -> None:
         """Write discrete +0, which nothing refuses."""
-        s = self.st[i]
-        s.wanted = mode
-        s.busy |= bits.REQUEST
+        state = self.st[i]
+        state.wanted = mode
+        state.busy |= bits.REQUEST
         self._note_waiting(i, mode)
 
     def _note_waiting(self, i: int, mode: int = 0) -> None:
@@ -226,9 +226,9 @@ class Ezlogix(CountsPlc):
         elif self.st[i].busy & bits.STOPPED:
             tell(self.st[i], WAITS_FOR_RUN, mode)
 
-    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+    def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once: SP is limited, its register later (D656)."""
-        show(self.cfg[i], self.st[i], sig)
+        show(self.cfg[i], self.st[i], signals)
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - nothing is refused
@@ -238,23 +238,26 @@ class Ezlogix(CountsPlc):
     @property
     def rises(self) -> list[bool]:
         """Reverse controller action: the PV rises with the CV."""
-        return [not c.direct for c in self.cfg]
+        return [not config.direct for config in self.cfg]
 
     @property
     def masters(self) -> list[int]:
         """The loop whose CV tag is a loop's set point register (D177)."""
-        feeds = [c.feeds for c in self.cfg]
+        feeds = [config.feeds for config in self.cfg]
         return [feeds.index(i) if i in feeds else -1 for i in range(len(feeds))]
 
-    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
         """The CV limits."""
-        c = self.cfg[loop]
-        return c.out_low + c.m_low * c.out_width / CV_FULL, c.out_low + c.m_high * c.out_width / CV_FULL
+        config = self.cfg[loop]
+        return (
+            config.out_low + config.m_low * config.out_width / CV_FULL,
+            config.out_low + config.m_high * config.out_width / CV_FULL,
+        )
 
-    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - registers
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - registers
         """Base+5; of a root the error has another scale."""
-        c = self.cfg[loop]
-        return c.deadband * (c.scale if c.root else 1.0) * c.pv_width / c.pv_span
+        config = self.cfg[loop]
+        return config.deadband * (config.scale if config.root else 1.0) * config.pv_width / config.pv_span
 
     def pulse_cycle(self, loop: int) -> float:
         """The cycle time of the control output."""
@@ -271,7 +274,7 @@ class Ezlogix(CountsPlc):
                 s.busy |= bits.FRESH if s.status & bits.AUTO else 0
             s.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
 
-    def stop(self, sig: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
+    def stop(self, signals: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
         """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
         for c, s in zip(self.cfg, self.st, strict=True):
             if not c.goes_on:
@@ -294,22 +297,22 @@ class Ezlogix(CountsPlc):
 
     def autotune(self, loop: int, command: str) -> None:
         """``start``: discrete +4 goes from 0 to 1, by way of 0 where it is still on; ``cancel``: it goes to 0."""
-        s, start = self.st[loop], command == "start"
-        if start and s.status & bits.TUNING:
-            tell(s, report.TUNE_RUNS)
+        state, start = self.st[loop], command == "start"
+        if start and state.status & bits.TUNING:
+            tell(state, report.TUNE_RUNS)
             return
         self._note_waiting(loop)
-        s.tune_command = ezlogix_autotune.ON if start else ezlogix_autotune.OFF
-        s.busy |= bits.TUNE
+        state.tune_command = ezlogix_autotune.ON if start else ezlogix_autotune.OFF
+        state.busy |= bits.TUNE
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last autotune of a loop went; None when there was none."""
-        s = self.st[loop]
-        status = s.tune_status if s.status & bits.TUNING else s.tune_last
+        state = self.st[loop]
+        status = state.tune_status if state.status & bits.TUNING else state.tune_last
         if not status:
             return None
         done = status == ezlogix_autotune.DONE
-        results = dict(zip(self.tuned_names, (s.tune_gain, s.tune_reset, s.tune_rate), strict=True))
+        results = dict(zip(self.tuned_names, (state.tune_gain, state.tune_reset, state.tune_rate), strict=True))
         return {
             "done": done,
             "error": status > ezlogix_autotune.CANCELLED,
@@ -317,9 +320,9 @@ class Ezlogix(CountsPlc):
             "results": results if done else {},
         }
 
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
+    def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The CV that a loop starts with."""
-        self._set_cv(loop, encode_row(CV, value, self._loops[loop].scales()), sig)
+        self._set_cv(loop, encode_row(CV, value, self._loops[loop].scales()), signals)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
@@ -335,71 +338,71 @@ class Ezlogix(CountsPlc):
         raw = encode_row(row, value, self._loops[loop].scales())
         return ticks(decode_one(row.codec, raw, {})) if raw >= LEAST_SAMPLE_RATE else 0
 
-    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
+    def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect, if so."""
         rows: list[Any] = KEYS.find(path)
         scales = self._loops[loop].scales()
         if rows[0] is CV:
-            return self.write_output(loop, encode_row(CV, value, scales), sig)
+            return self.write_output(loop, encode_row(CV, value, scales), signals)
         late = None
         for row, item in items_of(rows, value):
-            late = self.write(loop, cast("Word", row), encode_row(row, item, scales), sig)  # the blocks are Words
+            late = self.write(loop, cast("Word", row), encode_row(row, item, scales), signals)  # the blocks are Words
         return late
 
-    def write(self, loop: int, row: Word, raw: int, sig: MutableSequence[float]) -> str | None:
+    def write(self, loop: int, row: Word, raw: int, signals: MutableSequence[float]) -> str | None:
         """Write the raw content of a register; as `set` otherwise."""
-        registers, s = self._loops[loop], self.st[loop]
-        absorb(registers, s)
+        registers, state = self._loops[loop], self.st[loop]
+        absorb(registers, state)
         registers.write(row.name, raw)
-        s.sp = float(registers.word("setpoint"))
+        state.sp = float(registers.word("setpoint"))
         self._apply(loop)
         if row.name == "autotune_timeout":
-            s.tune_left = self.cfg[loop].timeout
+            state.tune_left = self.cfg[loop].timeout
         if row.name.startswith("setpoint"):
-            self._show(loop, sig)
+            self._show(loop, signals)
         if self.cfg[loop].halt:
             return "the loop is not calculated: its sample rate is below 0.05 s"
-        return self._write_outer(loop, sig) if row.name == "setpoint" else None
+        return self._write_outer(loop, signals) if row.name == "setpoint" else None
 
     def memory(self, loop: int) -> Loop:
         """A loop's registers and discretes as they are after the last calculation."""
         absorb(self._loops[loop], self.st[loop])
         return self._loops[loop]
 
-    def _write_outer(self, loop: int, sig: MutableSequence[float]) -> str | None:
+    def _write_outer(self, loop: int, signals: MutableSequence[float]) -> str | None:
         """Writes the CV that stands in this loop's set point register (D177); returns what overwrites it."""
         outer = self.cfg[loop].fed_by
         if outer < 0:
             return None
         if not self.st[outer].busy & bits.HELD:
-            self._set_cv(outer, int(self.st[loop].sp), sig)
+            self._set_cv(outer, int(self.st[loop].sp), signals)
         if self._keeps_cv(outer):
             return f"the CV of {self.loops[outer]} stands in the same register and overwrites it"
         return None
 
     def _keeps_cv(self, loop: int) -> str | None:
         """Why nobody else can write a loop's CV; None: he can."""
-        s = self.st[loop]
-        if s.busy & bits.HELD:
+        state = self.st[loop]
+        if state.busy & bits.HELD:
             return "the autotune holds the CV"
-        if (s.wanted if s.busy & bits.REQUEST else s.status) & bits.AUTO and not self.cfg[loop].halt:
+        if (state.wanted if state.busy & bits.REQUEST else state.status) & bits.AUTO and not self.cfg[loop].halt:
             return "the loop is in Auto and calculates the CV itself"
         return None
 
-    def write_output(self, loop: int, raw: int, sig: MutableSequence[float]) -> str | None:
+    def write_output(self, loop: int, raw: int, signals: MutableSequence[float]) -> str | None:
         """The operator writes the CV, which he can in Manual only (D172)."""
         why = self._keeps_cv(loop)
         if why is None:
-            self._set_cv(loop, raw, sig)
+            self._set_cv(loop, raw, signals)
         return why
 
-    def _set_cv(self, loop: int, raw: int, sig: MutableSequence[float]) -> None:
-        s, inner = self.st[loop], self.cfg[loop].feeds
-        s.out = float(raw)
-        self._show(loop, sig)
+    def _set_cv(self, loop: int, raw: int, signals: MutableSequence[float]) -> None:
+        state, inner = self.st[loop], self.cfg[loop].feeds
+        state.out = float(raw)
+        self._show(loop, signals)
         if inner >= 0:
-            self.st[inner].sp = s.out
-            self._show(inner, sig)
+            self.st[inner].sp = state.out
+            self._show(inner, signals)
 
 
 def load(image: Image, options: NoOptions | None = None) -> Ezlogix:  # noqa: ARG001 - there is nothing to choose

@@ -57,99 +57,99 @@ ERROR_MOST = 32767.0
 """Base+11, the error, is a signed word that stays within this (D169)."""
 
 
-def converted(c: Config, value: float) -> float:
+def converted(config: Config, value: float) -> float:
     """A measurement as whole counts; the converter saturates at the ends of its range (D670)."""
-    pv = (value - c.pv_low) * c.pv_span / c.pv_width + c.pv_min
-    if pv >= c.pv_max:
-        return c.pv_max
-    if pv > c.pv_min:
+    pv = (value - config.pv_low) * config.pv_span / config.pv_width + config.pv_min
+    if pv >= config.pv_max:
+        return config.pv_max
+    if pv > config.pv_min:
         return pv + NEAREST - NEAREST
-    return c.pv_min
+    return config.pv_min
 
 
-def switch(s: State) -> None:
+def switch(state: State) -> None:
     """Discrete +0 as it was written; Manual keeps the CV, Auto begins with it."""
-    s.busy &= ~REQUEST
-    if s.wanted & AUTO and s.status & AUTO == 0:
-        s.busy |= FRESH
-    s.status = (s.status & ~MODES) | s.wanted
+    state.busy &= ~REQUEST
+    if state.wanted & AUTO and state.status & AUTO == 0:
+        state.busy |= FRESH
+    state.status = (state.status & ~MODES) | state.wanted
 
 
-def limit_setpoint(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None:
+def limit_setpoint(i: int, configs: list[Config], states: list[State], signals: list[float]) -> None:
     """Limits write the register of the set point (D164), which may be an outer loop's CV too (D177)."""
-    c = cfg[i]
-    s = st[i]
-    if s.sp > c.sp_high:
-        s.sp = c.sp_high
-    if s.sp < c.sp_low:
-        s.sp = c.sp_low
-    outer = c.fed_by
-    if outer >= 0 and st[outer].out != s.sp:
-        st[outer].out = s.sp
-        show_output(cfg[outer], st[outer], sig)
+    config = configs[i]
+    state = states[i]
+    if state.sp > config.sp_high:
+        state.sp = config.sp_high
+    if state.sp < config.sp_low:
+        state.sp = config.sp_low
+    outer = config.fed_by
+    if outer >= 0 and states[outer].out != state.sp:
+        states[outer].out = state.sp
+        show_output(configs[outer], states[outer], signals)
 
 
-def sample(i: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+def sample(i: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """One calculation of loop ``i``."""
-    c = cfg[i]
-    s = st[i]
-    busy = s.busy
+    config = configs[i]
+    state = states[i]
+    busy = state.busy
     if busy & PV_STALE == 0:
-        s.pv = converted(c, sig[c.sig_in])
-    limit_setpoint(i, cfg, st, sig)
+        state.pv = converted(config, signals[config.sig_in])
+    limit_setpoint(i, configs, states, signals)
     # a root is that of the register (D163)
-    x = s.pv
-    if c.root:
+    x = state.pv
+    if config.root:
         x = sqrt(x) if x > 0.0 else 0.0
-    difference = x - s.sp if c.direct else s.sp - x
-    x *= c.scale
-    e = difference * c.scale
+    difference = x - state.sp if config.direct else state.sp - x
+    x *= config.scale
+    e = difference * config.scale
     error = e + NEAREST - NEAREST
     if error > ERROR_MOST:
         error = ERROR_MOST
     elif error < -ERROR_MOST:
         error = -ERROR_MOST
-    s.error = error
+    state.error = error
     # the deadband acts in every term (D170)
-    if -c.deadband < difference < c.deadband:
+    if -config.deadband < difference < config.deadband:
         e = 0.0
 
     if busy & REQUEST:
-        switch(s)
+        switch(state)
     if busy & TUNE:
-        tune(c, s, aux, x)
+        tune(config, state, aux, x)
     # the derivative acts on the PV, with the sign that the error has (D161), or on the error
-    if c.velocity == 0:
+    if config.velocity == 0:
         x = e
-    elif c.direct == 0:
+    elif config.direct == 0:
         x = -x
-    if s.status & AUTO and s.busy & HELD == 0:
-        calculate(c, s, e, x)
+    if state.status & AUTO and state.busy & HELD == 0:
+        calculate(config, state, e, x)
     else:
-        s.whole = s.out
-        s.x1 = x
+        state.whole = state.out
+        state.x1 = x
     # the bit tells of the CV as it is (D167); anti-windup looks at what it would be without its limits
-    if 0.0 < s.out < FULL:
-        s.status &= ~SATURATED
+    if 0.0 < state.out < FULL:
+        state.status &= ~SATURATED
     else:
-        s.status |= SATURATED
-    if c.feeds >= 0:
-        st[c.feeds].sp = s.out
-        show_setpoint(cfg[c.feeds], st[c.feeds], sig)
-    show(c, s, sig)
+        state.status |= SATURATED
+    if config.feeds >= 0:
+        states[config.feeds].sp = state.out
+        show_setpoint(configs[config.feeds], states[config.feeds], signals)
+    show(config, state, signals)
 
 
-def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """The PLC at ``tick``: every loop that is due, and every control output."""
-    for i in range(len(cfg)):
-        s = st[i]
-        due = s.due
+    for i in range(len(configs)):
+        state = states[i]
+        due = state.due
         if tick >= due:
-            due += s.period
-            s.due = due if due > tick else tick + s.period
-            sample(i, cfg, st, aux, sig)
-        if cfg[i].cycle > 0 and s.busy & STOPPED == 0:
-            pulse(tick, cfg[i], s, sig)
+            due += state.period
+            state.due = due if due > tick else tick + state.period
+            sample(i, configs, states, aux, signals)
+        if configs[i].cycle > 0 and state.busy & STOPPED == 0:
+            pulse(tick, configs[i], state, signals)
 
 
 INLINED = (scan, sample, limit_setpoint, calculate, converted, show, show_setpoint, show_output, pulse)
@@ -187,28 +187,28 @@ class EzlogixRegisters(Registers):
         """The two blocks of each loop, and its tags."""
         return {number: loop for number, (loop, _) in (self._at | self._tags).items()}
 
-    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
         """As the registers are after the last calculation."""
-        memory, s = self.plc.memory(loop), self.plc.st[loop]
+        memory, state = self.plc.memory(loop), self.plc.st[loop]
         held = {row.name: memory.word(row.name) for row in BLOCKS["registers"][1].words}
         held |= {row.name: memory.bit(row.name) for row in BLOCKS["discretes"][1].words}
         held |= {
-            "error": int(nearest(s.error)) & WORD,
-            "autotune_status": s.tune_status,
-            "autotune_timeout": s.tune_left // TICKS,
-            "mode": int(bool((s.wanted if s.busy & REQUEST else s.status) & AUTO)),
-            "saturation": int(bool(s.status & SATURATED)),
-            "start_autotune": int(self._started[loop] or bool(s.status & TUNING)),
+            "error": int(nearest(state.error)) & WORD,
+            "autotune_status": state.tune_status,
+            "autotune_timeout": state.tune_left // TICKS,
+            "mode": int(bool((state.wanted if state.busy & REQUEST else state.status) & AUTO)),
+            "saturation": int(bool(state.status & SATURATED)),
+            "start_autotune": int(self._started[loop] or bool(state.status & TUNING)),
         }
-        tags = {"pv": int(nearest(s.pv)) & WORD, "cv": int(nearest(s.out)) & WORD}
+        tags = {"pv": int(nearest(state.pv)) & WORD, "cv": int(nearest(state.out)) & WORD}
         contents = {number: held[row.name] for number, (i, row) in self._at.items() if i == loop}
         return contents | {number: tags[what] for number, (i, what) in self._tags.items() if i == loop}
 
-    def write(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:
+    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
         """A setting, the mode, the start of an autotune, or the CV in Manual."""
         name = MAP_SPACE.name(number)
         if number in self._tags:
-            return self._write_tag(number, raw, sig)
+            return self._write_tag(number, raw, signals)
         loop, row = self._at[number]
         if row.access in {"status", "reserved"}:
             raise RegisterError(NO_REGISTER, f"{name} ({row.title}) is written by the PLC alone")
@@ -218,7 +218,7 @@ class EzlogixRegisters(Registers):
             return Done(f"request mode {mode}", mode)
         if row.name == "start_autotune":
             return self._start(loop, is_on=bool(raw))
-        late = self.plc.write(loop, row, raw, sig)
+        late = self.plc.write(loop, row, raw, signals)
         return Done(f"set {row.path} to {MAP_SPACE.shown(number, raw)}" + (f"; {late}" if late else ""))
 
     def _start(self, loop: int, *, is_on: bool) -> Done:
@@ -230,11 +230,11 @@ class EzlogixRegisters(Registers):
         self.plc.autotune(loop, "start" if is_on else "cancel")
         return Done("autotune start" if is_on else "autotune off")
 
-    def _write_tag(self, number: int, raw: int, sig: MutableSequence[float]) -> Done:
+    def _write_tag(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
         loop, what = self._tags[number]
         name = MAP_SPACE.name(number)
         if what == "pv":
             raise RegisterError(NO_REGISTER, f"{name} is the measurement, which the plant writes")
-        if late := self.plc.write_output(loop, raw, sig):
+        if late := self.plc.write_output(loop, raw, signals):
             raise RegisterError(NOT_NOW, f"{name}: {late}")
         return Done(f"set output to {raw} counts")

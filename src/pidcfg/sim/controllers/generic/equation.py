@@ -132,94 +132,94 @@ JUMPS = 1
 """Notice of `calculate`."""
 
 
-def measure(c: Config, s: State, raw: float) -> None:
+def measure(config: Config, state: State, raw: float) -> None:
     """The PV: root, then filter."""
     x = raw
-    if c.root:
-        share = (raw - c.base) / c.span
-        x = c.base + c.span * sqrt(share) if share > 0.0 else c.base
-    if s.busy & FRESH:
-        s.pv = x
-        s.pv1 = x
+    if config.root:
+        share = (raw - config.base) / config.span
+        x = config.base + config.span * sqrt(share) if share > 0.0 else config.base
+    if state.busy & FRESH:
+        state.pv = x
+        state.pv1 = x
     else:
-        s.pv1 = s.pv
-        s.pv = s.pv + (x - s.pv) * s.pv_share if s.pv_share < 1.0 else x
+        state.pv1 = state.pv
+        state.pv = state.pv + (x - state.pv) * state.pv_share if state.pv_share < 1.0 else x
 
 
-def compare(c: Config, s: State) -> None:
+def compare(config: Config, state: State) -> None:
     """The error as it counts, and that of the sample before."""
-    e = s.sp - s.pv if c.raises else s.pv - s.sp
-    if abs(e) < c.band:
+    e = state.sp - state.pv if config.raises else state.pv - state.sp
+    if abs(e) < config.band:
         e = 0.0
-        s.status |= IN_DEAD_BAND
+        state.status |= IN_DEAD_BAND
     else:
-        s.status &= ~IN_DEAD_BAND
-    s.e1 = e if s.busy & FRESH else s.error
-    s.error = e
+        state.status &= ~IN_DEAD_BAND
+    state.e1 = e if state.busy & FRESH else state.error
+    state.error = e
 
 
-def derivative(c: Config, s: State) -> float:
+def derivative(config: Config, state: State) -> float:
     """The third action."""
-    if c.of_error:
-        x = s.error - s.e1
-    elif c.raises:
-        x = s.pv1 - s.pv
+    if config.of_error:
+        x = state.error - state.e1
+    elif config.raises:
+        x = state.pv1 - state.pv
     else:
-        x = s.pv - s.pv1
-    if s.d_share < 1.0:
-        x = s.y + (x - s.y) * s.d_share
-    s.y = x
-    return s.kd * x
+        x = state.pv - state.pv1
+    if state.d_share < 1.0:
+        x = state.y + (x - state.y) * state.d_share
+    state.y = x
+    return state.kd * x
 
 
-def put_back(s: State, p: float, d: float) -> None:
+def put_back(state: State, p: float, d: float) -> None:
     """The integral with which the equation makes the present OUT."""
-    total = ((s.out - p) - d) - s.bias
-    s.integral = total if s.ki > 0.0 and isfinite(total) else 0.0
+    total = ((state.out - p) - d) - state.bias
+    state.integral = total if state.ki > 0.0 and isfinite(total) else 0.0
 
 
-def move(c: Config, s: State, target: float) -> None:
+def move(config: Config, state: State, target: float) -> None:
     """OUT towards a value, as fast as it may, within the limits."""
-    out = step_to(s.out, target, c.rate_limit)
+    out = step_to(state.out, target, config.rate_limit)
     if out != target:
-        s.status |= SLOWED
+        state.status |= SLOWED
     else:
-        s.status &= ~SLOWED
-    s.out = clamp(out, c.low, c.high)
+        state.status &= ~SLOWED
+    state.out = clamp(out, config.low, config.high)
 
 
-def limited(c: Config, s: State, m: float) -> float:
+def limited(config: Config, state: State, m: float) -> float:
     """A value within the limits of OUT."""
-    if c.low <= m <= c.high:
-        s.status &= ~LIMITED
+    if config.low <= m <= config.high:
+        state.status &= ~LIMITED
         return m
-    s.status |= LIMITED
-    return clamp(m, c.low, c.high)
+    state.status |= LIMITED
+    return clamp(m, config.low, config.high)
 
 
-def by_hand(c: Config, s: State, p: float, d: float) -> None:
+def by_hand(config: Config, state: State, p: float, d: float) -> None:
     """OUT is what the operator wants."""
-    move(c, s, limited(c, s, s.manual))
-    put_back(s, p, d)
+    move(config, state, limited(config, state, state.manual))
+    put_back(state, p, d)
 
 
-def calculate(c: Config, s: State, p: float, d: float) -> None:
+def calculate(config: Config, state: State, p: float, d: float) -> None:
     """OUT of the equation."""
-    was = s.out
-    step = s.ki * s.error
-    if s.busy & BUMPLESS:
-        put_back(s, p, d)
+    was = state.out
+    step = state.ki * state.error
+    if state.busy & BUMPLESS:
+        put_back(state, p, d)
         step = 0.0
-    total = s.integral + step if s.ki > 0.0 else 0.0
-    m = ((p + total) + d) + s.bias
+    total = state.integral + step if state.ki > 0.0 else 0.0
+    m = ((p + total) + d) + state.bias
     if not isfinite(m):
         return
-    if c.windup or not ((m > c.high and step > 0.0) or (m < c.low and step < 0.0)):
-        s.integral = total
-    move(c, s, limited(c, s, m))
-    if s.busy & BUMPLESS and s.ki <= 0.0 and abs(s.out - was) > NOTABLE * (c.high - c.low):
-        s.notice = noticed(s.notice, 0, JUMPS)
-    s.busy &= ~BUMPLESS
+    if config.windup or not ((m > config.high and step > 0.0) or (m < config.low and step < 0.0)):
+        state.integral = total
+    move(config, state, limited(config, state, m))
+    if state.busy & BUMPLESS and state.ki <= 0.0 and abs(state.out - was) > NOTABLE * (config.high - config.low):
+        state.notice = noticed(state.notice, 0, JUMPS)
+    state.busy &= ~BUMPLESS
 
 
 # --- Alarms and the pulse output of a neutral loop (both: D303) -------------------------------------------------------
@@ -227,38 +227,38 @@ def calculate(c: Config, s: State, p: float, d: float) -> None:
 FOREVER = float("inf")
 
 
-def watch(c: Config, s: State) -> None:
+def watch(config: Config, state: State) -> None:
     """Renew the alarms (kernel)."""
-    b = latched(s.status, LOW_LOW, c.low_low_at - s.pv, c.hysteresis)
-    b = latched(b, LOW, c.low_at - s.pv, c.hysteresis)
-    b = latched(b, HIGH, s.pv - c.high_at, c.hysteresis)
-    b = latched(b, HIGH_HIGH, s.pv - c.high_high_at, c.hysteresis)
-    away = abs(s.sp - s.pv)
-    b = latched(b, DEVIATION, away - c.deviation_at, c.hysteresis)
-    b = latched(b, DEVIATION_2, away - c.deviation_2_at, c.hysteresis)
-    s.status = latched(b, RATE, abs(s.pv - s.pv1) - c.rate_at, 0.0)
+    b = latched(state.status, LOW_LOW, config.low_low_at - state.pv, config.hysteresis)
+    b = latched(b, LOW, config.low_at - state.pv, config.hysteresis)
+    b = latched(b, HIGH, state.pv - config.high_at, config.hysteresis)
+    b = latched(b, HIGH_HIGH, state.pv - config.high_high_at, config.hysteresis)
+    away = abs(state.sp - state.pv)
+    b = latched(b, DEVIATION, away - config.deviation_at, config.hysteresis)
+    b = latched(b, DEVIATION_2, away - config.deviation_2_at, config.hysteresis)
+    state.status = latched(b, RATE, abs(state.pv - state.pv1) - config.rate_at, 0.0)
 
 
-def begin_cycle(tick: int, c: Config, s: State) -> None:
+def begin_cycle(tick: int, config: Config, state: State) -> None:
     """The next period follows the last one without a gap, unless that one is long over (kernel)."""
-    start = s.cycle_end
-    if tick - start >= c.cycle:
+    start = state.cycle_end
+    if tick - start >= config.cycle:
         start = tick
-    s.cycle_start = start
-    s.cycle_end = start + int(c.cycle)
-    on = (s.out - c.out_base) / c.out_span * c.cycle
-    if on <= 0.0 or on < c.min_on:
+    state.cycle_start = start
+    state.cycle_end = start + int(config.cycle)
+    on = (state.out - config.out_base) / config.out_span * config.cycle
+    if on <= 0.0 or on < config.min_on:
         on = 0.0
-    elif c.cycle - on < c.min_off or on >= c.cycle:
+    elif config.cycle - on < config.min_off or on >= config.cycle:
         on = FOREVER
-    s.on = on
+    state.on = on
 
 
-def pulse(tick: int, c: Config, s: State, sig: MutableSequence[float]) -> None:
+def pulse(tick: int, config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The output for the base step that begins now: what it is in the middle of that step (kernel)."""
-    half = (tick - s.seen) / 2.0
-    s.seen = tick
-    if tick >= s.cycle_end:
-        begin_cycle(tick, c, s)
-    passed = tick - s.cycle_start + half
-    sig[c.sig_pulse] = 1.0 if s.on > 0.0 and passed <= s.on else 0.0
+    half = (tick - state.seen) / 2.0
+    state.seen = tick
+    if tick >= state.cycle_end:
+        begin_cycle(tick, config, state)
+    passed = tick - state.cycle_start + half
+    signals[config.sig_pulse] = 1.0 if state.on > 0.0 and passed <= state.on else 0.0

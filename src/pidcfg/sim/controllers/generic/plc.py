@@ -81,31 +81,31 @@ def first_of(f: Fields, *paths: str) -> float:
     return next(float(f[path]) for path in paths if path in f)
 
 
-def configure(c: Config, s: State, f: Fields) -> None:
+def configure(config: Config, state: State, f: Fields) -> None:
     """From the parameters to the records of a loop."""
-    read_registers(c, f)
-    s.period = ticks(f["sample_time"])
-    seconds = s.period / TICKS
-    c.span = (f["pv.range.1"] - f["pv.range.0"]) or 1.0
-    c.out_span = (f["output.range.1"] - f["output.range.0"]) or 1.0
-    c.low = first_of(f, "output.limits.0", "output.range.0")
-    c.high = first_of(f, "output.limits.1", "output.range.1")
-    c.rate_limit = f.get("output.max_rate", UNREACHED) * seconds
-    c.rate_at = f.get("alarms.rate_of_change", UNREACHED) * seconds
-    c.pulses = int(f.get("output.pulse.period", 0.0) > 0.0)
-    c.cycle = float(ticks(f.get("output.pulse.period", 1.0)))
-    c.min_on, c.min_off = f["output.pulse.min_on"] * TICKS, f["output.pulse.min_off"] * TICKS
-    factors(s, f, seconds)
+    read_registers(config, f)
+    state.period = ticks(f["sample_time"])
+    seconds = state.period / TICKS
+    config.span = (f["pv.range.1"] - f["pv.range.0"]) or 1.0
+    config.out_span = (f["output.range.1"] - f["output.range.0"]) or 1.0
+    config.low = first_of(f, "output.limits.0", "output.range.0")
+    config.high = first_of(f, "output.limits.1", "output.range.1")
+    config.rate_limit = f.get("output.max_rate", UNREACHED) * seconds
+    config.rate_at = f.get("alarms.rate_of_change", UNREACHED) * seconds
+    config.pulses = int(f.get("output.pulse.period", 0.0) > 0.0)
+    config.cycle = float(ticks(f.get("output.pulse.period", 1.0)))
+    config.min_on, config.min_off = f["output.pulse.min_on"] * TICKS, f["output.pulse.min_off"] * TICKS
+    factors(state, f, seconds)
 
 
-def factors(s: State, f: Fields, seconds: float) -> None:
+def factors(state: State, f: Fields, seconds: float) -> None:
     """Of the equation and its filters."""
-    read_registers(s, f)
-    s.kp = s.gain
-    s.ki = s.gain * seconds / s.reset if s.reset > 0.0 else 0.0
-    s.kd = s.gain * s.rate / seconds
-    s.pv_share = share(f["pv.filter"], seconds)
-    s.d_share = share(f["tuning.derivative_filter"], seconds)
+    read_registers(state, f)
+    state.kp = state.gain
+    state.ki = state.gain * seconds / state.reset if state.reset > 0.0 else 0.0
+    state.kd = state.gain * state.rate / seconds
+    state.pv_share = share(f["pv.filter"], seconds)
+    state.d_share = share(f["tuning.derivative_filter"], seconds)
 
 
 def effect(path: str, f: Fields, *, by_hand: bool) -> str | None:
@@ -155,16 +155,16 @@ class Generic(NamedPlc):
 
     def begin(self, loop: int) -> None:
         """What a loop starts with (D301): its mode, its set point and output."""
-        c, s, fields = self.cfg[loop], self.st[loop], self._contents[loop]
-        configure(c, s, fields)
-        if not c.pulses:
-            self.signals[c.sig_pulse] = ""
+        config, state, fields = self.cfg[loop], self.st[loop], self._contents[loop]
+        configure(config, state, fields)
+        if not config.pulses:
+            self.signals[config.sig_pulse] = ""
         mode = fields["mode"]
-        s.status = bits.AUTO if mode == "cascade" and c.source < 0 else MODE_BITS[mode]
-        s.wanted, s.busy = s.status, bits.FRESH
-        s.sp = clamp(fields.get("setpoint.value", c.base), c.sp_low, c.sp_high)
-        start = fields.get("output.manual", 0.0) if s.status & bits.MANUAL else 0.0
-        s.out = s.manual = clamp(start, c.low, c.high)
+        state.status = bits.AUTO if mode == "cascade" and config.source < 0 else MODE_BITS[mode]
+        state.wanted, state.busy = state.status, bits.FRESH
+        state.sp = clamp(fields.get("setpoint.value", config.base), config.sp_low, config.sp_high)
+        start = fields.get("output.manual", 0.0) if state.status & bits.MANUAL else 0.0
+        state.out = state.manual = clamp(start, config.low, config.high)
         self._show(loop, self.sig)
 
     def sample_ticks(self, value: Any) -> int:
@@ -174,27 +174,27 @@ class Generic(NamedPlc):
     @property
     def rises(self) -> list[bool]:
         """Whether the PV rises with the output."""
-        return [bool(c.raises) for c in self.cfg]
+        return [bool(config.raises) for config in self.cfg]
 
     @property
     def masters(self) -> list[int]:
         """The loops that ``setpoint.source`` names."""
-        return [c.source for c in self.cfg]
+        return [config.source for config in self.cfg]
 
-    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - no signals
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - no signals
         """``output.limits``, or the range."""
         return self.cfg[loop].low, self.cfg[loop].high
 
-    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
+    def given_set_point(self, loop: int, signals: Sequence[float]) -> float:
         """``setpoint.value``."""
-        return float(self._contents[loop].get("setpoint.value", sig[self.cfg[loop].sig_sp]))
+        return float(self._contents[loop].get("setpoint.value", signals[self.cfg[loop].sig_sp]))
 
     def inner_deviation(self, loop: int) -> float | None:
         """``alarms.deviation.high``."""
         limit = self.cfg[loop].deviation_at
         return None if limit >= bits.UNREACHED else limit
 
-    def dead_band(self, loop: int, sig: Sequence[float]) -> float:  # noqa: ARG002 - no signals
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - no signals
         """``deadband``."""
         return self.cfg[loop].band
 
@@ -202,46 +202,50 @@ class Generic(NamedPlc):
         """The period of the pulses."""
         return self.cfg[loop].cycle / TICKS if self.cfg[loop].pulses else 0.0
 
-    def _show(self, i: int, sig: MutableSequence[float]) -> None:
+    def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
-        c, s = self.cfg[i], self.st[i]
-        sig[c.sig_sp], sig[c.sig_out], sig[c.sig_bias] = s.sp, s.out, s.bias + s.integral
+        config, state = self.cfg[i], self.st[i]
+        signals[config.sig_sp], signals[config.sig_out], signals[config.sig_bias] = (
+            state.sp,
+            state.out,
+            state.bias + state.integral,
+        )
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
         """A mode for the next sample; cascade needs a source."""
-        s = self.st[loop]
+        state = self.st[loop]
         if mode == "cascade" and self.cfg[loop].source < 0:
-            s.notice = noticed(s.notice, MODE_BITS[mode], NO_SOURCE)
+            state.notice = noticed(state.notice, MODE_BITS[mode], NO_SOURCE)
             return
-        s.wanted = MODE_BITS[mode]
-        s.busy &= ~(bits.MANUAL_SET | bits.SP_SET)
-        s.busy = s.busy & ~bits.REQUEST if s.status & s.wanted else s.busy | bits.REQUEST
+        state.wanted = MODE_BITS[mode]
+        state.busy &= ~(bits.MANUAL_SET | bits.SP_SET)
+        state.busy = state.busy & ~bits.REQUEST if state.status & state.wanted else state.busy | bits.REQUEST
 
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> None:
+    def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The output that a loop starts with, in every mode."""
-        c, s = self.cfg[loop], self.st[loop]
-        s.out = s.manual = clamp(float(value.value), c.low, c.high)
-        s.busy |= bits.BUMPLESS
-        self._show(loop, sig)
+        config, state = self.cfg[loop], self.st[loop]
+        state.out = state.manual = clamp(float(value.value), config.low, config.high)
+        state.busy |= bits.BUMPLESS
+        self._show(loop, signals)
 
-    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
+    def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a field; returns why it does not act as it stands, if so."""
         name = KEYS.find(path).name
-        c, s, fields = self.cfg[loop], self.st[loop], self._contents[loop]
+        config, state, fields = self.cfg[loop], self.st[loop], self._contents[loop]
         fields[name] = value
-        configure(c, s, fields)
+        configure(config, state, fields)
         if name == "setpoint.value":
-            if s.status & bits.CASCADE:
+            if state.status & bits.CASCADE:
                 return "in cascade the set point is the master's output"
-            s.sp = clamp(value, c.sp_low, c.sp_high)
-            s.busy |= bits.SP_SET if s.busy & bits.REQUEST else 0
-        elif name == "output.manual" and s.wanted == bits.MANUAL:
-            s.manual = value
-            s.busy |= bits.MANUAL_SET
-        self._show(loop, sig)
-        return effect(name, fields, by_hand=s.wanted == bits.MANUAL)
+            state.sp = clamp(value, config.sp_low, config.sp_high)
+            state.busy |= bits.SP_SET if state.busy & bits.REQUEST else 0
+        elif name == "output.manual" and state.wanted == bits.MANUAL:
+            state.manual = value
+            state.busy |= bits.MANUAL_SET
+        self._show(loop, signals)
+        return effect(name, fields, by_hand=state.wanted == bits.MANUAL)
 
 
 load = Generic

@@ -43,71 +43,71 @@ from pidcfg.sim.costs import COSTS
 __all__ = ["COST", "INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 
 
-def switch(c: Config, s: State) -> None:
+def switch(config: Config, state: State) -> None:
     """The requested mode takes effect, without a bump (D301)."""
-    if s.wanted == MANUAL and not s.status & MANUAL:
-        if s.busy & MANUAL_SET == 0:
-            s.manual = s.out
-    elif s.status & MANUAL and s.wanted != MANUAL:
-        s.busy |= BUMPLESS
-        if c.follows and s.wanted == AUTO and s.busy & SP_SET == 0:
-            s.sp = s.pv
-    s.busy &= ~(REQUEST | MANUAL_SET | SP_SET)
-    s.status = (s.status & ~MODES) | s.wanted
+    if state.wanted == MANUAL and not state.status & MANUAL:
+        if state.busy & MANUAL_SET == 0:
+            state.manual = state.out
+    elif state.status & MANUAL and state.wanted != MANUAL:
+        state.busy |= BUMPLESS
+        if config.follows and state.wanted == AUTO and state.busy & SP_SET == 0:
+            state.sp = state.pv
+    state.busy &= ~(REQUEST | MANUAL_SET | SP_SET)
+    state.status = (state.status & ~MODES) | state.wanted
 
 
-def follows(i: int, cfg: list[Config], st: list[State]) -> bool:
+def follows(i: int, configs: list[Config], states: list[State]) -> bool:
     """Whether the loop has slaves, and none of them is in cascade."""
-    if cfg[i].slave < 0:
+    if configs[i].slave < 0:
         return False
-    for j in range(len(cfg)):  # noqa: SIM110 - a generator cannot be compiled
-        if cfg[j].source == i and st[j].status & CASCADE:
+    for j in range(len(configs)):  # noqa: SIM110 - a generator cannot be compiled
+        if configs[j].source == i and states[j].status & CASCADE:
             return False
     return True
 
 
-def sample(i: int, cfg: list[Config], st: list[State], sig: list[float]) -> None:
+def sample(i: int, configs: list[Config], states: list[State], signals: list[float]) -> None:
     """One calculation of a loop."""
-    c = cfg[i]
-    s = st[i]
-    measure(c, s, sig[c.sig_in])
-    if s.busy & REQUEST:
-        switch(c, s)
-    if s.status & CASCADE and c.source >= 0:
-        s.sp = st[c.source].out
-    s.sp = clamp(s.sp, c.sp_low, c.sp_high)
-    compare(c, s)
-    p = s.kp * s.error if c.proportional else 0.0
-    d = derivative(c, s)
-    s.busy &= ~FRESH
-    s.status &= ~TRACKING
-    if s.status & MANUAL:
-        by_hand(c, s, p, d)
-    elif follows(i, cfg, st):
-        s.status = (s.status & ~(LIMITED | SLOWED)) | TRACKING
-        s.out = clamp(st[c.slave].sp, c.low, c.high)
-        put_back(s, p, d)
-        s.busy |= BUMPLESS
+    config = configs[i]
+    state = states[i]
+    measure(config, state, signals[config.sig_in])
+    if state.busy & REQUEST:
+        switch(config, state)
+    if state.status & CASCADE and config.source >= 0:
+        state.sp = states[config.source].out
+    state.sp = clamp(state.sp, config.sp_low, config.sp_high)
+    compare(config, state)
+    p = state.kp * state.error if config.proportional else 0.0
+    d = derivative(config, state)
+    state.busy &= ~FRESH
+    state.status &= ~TRACKING
+    if state.status & MANUAL:
+        by_hand(config, state, p, d)
+    elif follows(i, configs, states):
+        state.status = (state.status & ~(LIMITED | SLOWED)) | TRACKING
+        state.out = clamp(states[config.slave].sp, config.low, config.high)
+        put_back(state, p, d)
+        state.busy |= BUMPLESS
     else:
-        calculate(c, s, p, d)
-    watch(c, s)
-    sig[c.sig_pv] = s.pv
-    sig[c.sig_sp] = s.sp
-    sig[c.sig_out] = s.out
-    sig[c.sig_bias] = s.bias + s.integral
+        calculate(config, state, p, d)
+    watch(config, state)
+    signals[config.sig_pv] = state.pv
+    signals[config.sig_sp] = state.sp
+    signals[config.sig_out] = state.out
+    signals[config.sig_bias] = state.bias + state.integral
 
 
-def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:  # noqa: ARG001
+def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:  # noqa: ARG001
     """The loops that are due at ``tick``, and the pulses of all."""
-    for i in range(len(cfg)):
-        s = st[i]
-        due = s.due
+    for i in range(len(configs)):
+        state = states[i]
+        due = state.due
         if tick >= due:
-            due += s.period
-            s.due = due if due > tick else tick + s.period
-            sample(i, cfg, st, sig)
-        if cfg[i].pulses:
-            pulse(tick, cfg[i], s, sig)
+            due += state.period
+            state.due = due if due > tick else tick + state.period
+            sample(i, configs, states, signals)
+        if configs[i].pulses:
+            pulse(tick, configs[i], state, signals)
 
 
 INLINED = (scan, sample, measure, compare, derivative, calculate, watch)

@@ -53,66 +53,66 @@ GAIN_PI, TIMES_TI, PART_TD = single(NEXTOPID_PART), single(NEXTOPID_TI), single(
 """Kp = Ku / 3.2, Ti = 2.2 Pu, Td = Pu / 6.3 (D234)."""
 
 
-def clear_results(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def clear_results(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """AutoTuneDone, AutoTuneError and AutoTuneResult as they are without auto-tuning (kernel)."""
-    b = c.base
-    s.tune_phase = IDLE
-    s.tune_side = 0
-    sig[b + TUNE_DONE] = 0.0
-    sig[b + TUNE_ERROR] = 0.0
+    b = config.base
+    state.tune_phase = IDLE
+    state.tune_side = 0
+    signals[b + TUNE_DONE] = 0.0
+    signals[b + TUNE_ERROR] = 0.0
     for i in range(3):
-        sig[b + TUNE_RESULT + i] = 0.0
+        signals[b + TUNE_RESULT + i] = 0.0
     for i in range(FLAGS):
-        sig[b + TUNE_FLAGS + i] = 0.0
+        signals[b + TUNE_FLAGS + i] = 0.0
 
 
-def end_tune(c: Config, s: State, sig: MutableSequence[float], flags: int) -> None:
+def end_tune(config: Config, state: State, signals: MutableSequence[float], flags: int) -> None:
     """The auto-tuning has ended, with an error if there are flags; MV is what it was (kernel)."""
-    b = c.base
-    s.tune_side = 0
-    s.tune_phase = FAILED if flags else DONE
-    sig[b + TUNE_DONE] = 1.0
-    sig[b + TUNE_ERROR] = 1.0 if flags else 0.0
+    b = config.base
+    state.tune_side = 0
+    state.tune_phase = FAILED if flags else DONE
+    signals[b + TUNE_DONE] = 1.0
+    signals[b + TUNE_ERROR] = 1.0 if flags else 0.0
     for i in range(FLAGS):
-        sig[b + TUNE_FLAGS + i] = float((flags >> i) & 1)
+        signals[b + TUNE_FLAGS + i] = float((flags >> i) & 1)
 
 
-def doubtful(s: State, samples: int, a: float) -> int:
+def doubtful(state: State, samples: int, a: float) -> int:
     """Flags of a measurement whose results cannot be trusted (kernel, D233)."""
     flags = 0
-    if a < single(2.0 * s.tune_band):
+    if a < single(2.0 * state.tune_band):
         flags |= PEAK_TOO_LOW
-    if samples < FAST * s.tune_cycles:
+    if samples < FAST * state.tune_cycles:
         flags |= CYCLE_TOO_FAST
-    if samples < FEW_DEAD_TIMES * s.tune_dead:
+    if samples < FEW_DEAD_TIMES * state.tune_dead:
         flags |= HIGH_DEAD_TIME
     return flags
 
 
-def results(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def results(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Gain and times from amplitude and period of the measured cycles (kernel, D234)."""
-    b = c.base
-    samples = s.tune_count - s.tune_start
-    a = single(s.tune_swing / (2 * s.tune_cycles))
-    period = single(single(samples * c.ts) / s.tune_cycles)
+    b = config.base
+    samples = state.tune_count - state.tune_start
+    a = single(state.tune_swing / (2 * state.tune_cycles))
+    period = single(single(samples * config.ts) / state.tune_cycles)
     if a <= 0.0:
-        end_tune(c, s, sig, PEAK_TOO_LOW)
+        end_tune(config, state, signals, PEAK_TOO_LOW)
         return
-    ultimate = single(single(4.0 * abs(s.tune_step)) / single(PI * a))
-    kp = single(GAIN_P * ultimate) if s.tune_mode == P_ONLY else single(ultimate / GAIN_PI)
+    ultimate = single(single(4.0 * abs(state.tune_step)) / single(PI * a))
+    kp = single(GAIN_P * ultimate) if state.tune_mode == P_ONLY else single(ultimate / GAIN_PI)
     ti = 0.0
     td = 0.0
-    if s.tune_mode != P_ONLY:
+    if state.tune_mode != P_ONLY:
         ti = single(TIMES_TI * period)
-    if s.tune_mode == FULL_PID:
+    if state.tune_mode == FULL_PID:
         td = single(period / PART_TD)
-    if sig[b + INDEP] != 0.0:
+    if signals[b + INDEP] != 0.0:
         ti = single(kp / ti) if ti > 0.0 else 0.0
         td = single(kp * td)
-    sig[b + TUNE_RESULT] = kp
-    sig[b + TUNE_RESULT + 1] = ti
-    sig[b + TUNE_RESULT + 2] = td
-    end_tune(c, s, sig, doubtful(s, samples, a))
+    signals[b + TUNE_RESULT] = kp
+    signals[b + TUNE_RESULT + 1] = ti
+    signals[b + TUNE_RESULT + 2] = td
+    end_tune(config, state, signals, doubtful(state, samples, a))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -135,18 +135,18 @@ FIRST_RETURN = 2
 """The switch with which the first measured cycle begins."""
 
 
-def bad_parameters(sig: Sequence[float], at: int) -> int:
+def bad_parameters(signals: Sequence[float], at: int) -> int:
     """Flags of parameters that are out of range (kernel)."""
     flags = 0
-    if not LEAST_AMP <= sig[at + AMP] <= MOST_AMP:
+    if not LEAST_AMP <= signals[at + AMP] <= MOST_AMP:
         flags |= BAD_AMP
-    if not LEAST_HYST <= sig[at + HYST] <= MOST_HYST:
+    if not LEAST_HYST <= signals[at + HYST] <= MOST_HYST:
         flags |= BAD_HYST
-    if not LEAST_PEAK <= sig[at + PEAK] <= MOST_PEAK:
+    if not LEAST_PEAK <= signals[at + PEAK] <= MOST_PEAK:
         flags |= BAD_PEAK
-    if not LEAST_CYCLES <= sig[at + CYCLES] <= MOST_CYCLES:
+    if not LEAST_CYCLES <= signals[at + CYCLES] <= MOST_CYCLES:
         flags |= BAD_CYCLES
-    if not P_ONLY <= sig[at + MODE] <= FULL_PID:
+    if not P_ONLY <= signals[at + MODE] <= FULL_PID:
         flags |= BAD_MODE
     return flags
 
@@ -156,108 +156,108 @@ def percent(percentage: float, low: float, high: float) -> float:
     return single(single(percentage * single(high - low)) / 100.0)
 
 
-def begin(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def begin(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The rising edge: RefMV is the present MV, and the parameters are taken as they are (kernel, D230)."""
-    b = c.base
+    b = config.base
     at = b + TUNE_PARAM
-    flags = bad_parameters(sig, at)
-    step = whole(c, percent(sig[at + AMP], sig[b + MIN_MV], sig[b + MAX_MV]))
-    if c.whole and step == 0.0:
+    flags = bad_parameters(signals, at)
+    step = whole(config, percent(signals[at + AMP], signals[b + MIN_MV], signals[b + MAX_MV]))
+    if config.whole and step == 0.0:
         flags |= BAD_AMP
-    s.tune_out = s.out
-    s.tune_step = -step if sig[b + DIRECT] != 0.0 else step
+    state.tune_out = state.out
+    state.tune_step = -step if signals[b + DIRECT] != 0.0 else step
     if flags & BAD_AMP == 0:
-        if single(s.out + step) > sig[b + MAX_MV]:
+        if single(state.out + step) > signals[b + MAX_MV]:
             flags |= MV_TOO_HIGH
-        if single(s.out - step) < sig[b + MIN_MV]:
+        if single(state.out - step) < signals[b + MIN_MV]:
             flags |= MV_TOO_LOW
     if flags:
-        end_tune(c, s, sig, flags)
+        end_tune(config, state, signals, flags)
         return
-    s.tune_phase = AVERAGING
-    s.tune_band = percent(sig[at + HYST], sig[b + MIN_PV], sig[b + MAX_PV])
-    s.tune_safe = percent(sig[at + PEAK], sig[b + MIN_PV], sig[b + MAX_PV])
-    s.tune_cycles = int(sig[at + CYCLES])
-    s.tune_mode = int(sig[at + MODE])
-    s.tune_count = 0
-    s.tune_sum = 0.0
-    s.tune_base = s.pv
-    s.tune_low = 0.0
-    s.tune_high = 0.0
+    state.tune_phase = AVERAGING
+    state.tune_band = percent(signals[at + HYST], signals[b + MIN_PV], signals[b + MAX_PV])
+    state.tune_safe = percent(signals[at + PEAK], signals[b + MIN_PV], signals[b + MAX_PV])
+    state.tune_cycles = int(signals[at + CYCLES])
+    state.tune_mode = int(signals[at + MODE])
+    state.tune_count = 0
+    state.tune_sum = 0.0
+    state.tune_base = state.pv
+    state.tune_low = 0.0
+    state.tune_high = 0.0
 
 
-def average(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def average(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One sample at rest; after three seconds the relay takes its first step (kernel, D230, D692)."""
-    s.tune_count += 1
-    away = single(s.pv - s.tune_base)
-    if s.tune_count * c.period < REST:
-        s.tune_sum = single(s.tune_sum + away)
-        s.tune_low = min(s.tune_low, away)
-        s.tune_high = max(s.tune_high, away)
+    state.tune_count += 1
+    away = single(state.pv - state.tune_base)
+    if state.tune_count * config.period < REST:
+        state.tune_sum = single(state.tune_sum + away)
+        state.tune_low = min(state.tune_low, away)
+        state.tune_high = max(state.tune_high, away)
         return
-    mean = single(s.tune_sum / s.tune_count)
+    mean = single(state.tune_sum / state.tune_count)
     flags = 0
-    if single(s.tune_high - mean) > s.tune_band or single(mean - s.tune_low) > s.tune_band:
+    if single(state.tune_high - mean) > state.tune_band or single(mean - state.tune_low) > state.tune_band:
         flags |= PV_NOT_STEADY
-    s.tune_base = single(s.tune_base + mean)
-    if single(s.tune_base + s.tune_band) > sig[c.base + MAX_PV]:
+    state.tune_base = single(state.tune_base + mean)
+    if single(state.tune_base + state.tune_band) > signals[config.base + MAX_PV]:
         flags |= PV_TOO_HIGH
-    if single(s.tune_base - s.tune_band) < sig[c.base + MIN_PV]:
+    if single(state.tune_base - state.tune_band) < signals[config.base + MIN_PV]:
         flags |= PV_TOO_LOW
-    if abs(single(s.pv - s.tune_base)) > s.tune_safe:
+    if abs(single(state.pv - state.tune_base)) > state.tune_safe:
         flags |= PEAK_TOO_HIGH
     if flags:
-        end_tune(c, s, sig, flags)
+        end_tune(config, state, signals, flags)
         return
-    s.tune_phase = RELAY
-    s.tune_side = 1
-    s.tune_count = 0
-    s.tune_turns = 0
-    s.tune_dead = 0
-    s.tune_swing = 0.0
+    state.tune_phase = RELAY
+    state.tune_side = 1
+    state.tune_count = 0
+    state.tune_turns = 0
+    state.tune_dead = 0
+    state.tune_swing = 0.0
 
 
-def switch(c: Config, s: State, sig: MutableSequence[float], away: float) -> None:
+def switch(config: Config, state: State, signals: MutableSequence[float], away: float) -> None:
     """The relay switches: a half cycle ends, and another one begins (kernel, D232)."""
-    if s.tune_turns >= FIRST_RETURN:
-        s.tune_swing = single(s.tune_swing + abs(s.tune_a))
-        s.tune_dead += s.tune_peak - s.tune_points
-    s.tune_turns += 1
-    s.tune_side = -s.tune_side
-    s.tune_points = s.tune_count
-    s.tune_peak = s.tune_count
-    s.tune_a = away
-    if s.tune_turns == FIRST_RETURN:
-        s.tune_start = s.tune_count
-    elif s.tune_turns == FIRST_RETURN + 2 * s.tune_cycles:
-        results(c, s, sig)
+    if state.tune_turns >= FIRST_RETURN:
+        state.tune_swing = single(state.tune_swing + abs(state.tune_a))
+        state.tune_dead += state.tune_peak - state.tune_points
+    state.tune_turns += 1
+    state.tune_side = -state.tune_side
+    state.tune_points = state.tune_count
+    state.tune_peak = state.tune_count
+    state.tune_a = away
+    if state.tune_turns == FIRST_RETURN:
+        state.tune_start = state.tune_count
+    elif state.tune_turns == FIRST_RETURN + 2 * state.tune_cycles:
+        results(config, state, signals)
 
 
-def relay(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def relay(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One sample under the relay (kernel, D232)."""
-    s.tune_count += 1
-    away = single(s.pv - s.tune_base)
-    if abs(away) > s.tune_safe:
-        end_tune(c, s, sig, PEAK_TOO_HIGH)
-    elif s.tune_side * away >= s.tune_band:
-        switch(c, s, sig, away)
-    elif s.tune_side * away <= s.tune_side * s.tune_a:
-        s.tune_a = away
-        s.tune_peak = s.tune_count
+    state.tune_count += 1
+    away = single(state.pv - state.tune_base)
+    if abs(away) > state.tune_safe:
+        end_tune(config, state, signals, PEAK_TOO_HIGH)
+    elif state.tune_side * away >= state.tune_band:
+        switch(config, state, signals, away)
+    elif state.tune_side * away <= state.tune_side * state.tune_a:
+        state.tune_a = away
+        state.tune_peak = state.tune_count
 
 
-def tune(c: Config, s: State, sig: MutableSequence[float]) -> int:
+def tune(config: Config, state: State, signals: MutableSequence[float]) -> int:
     """One call of the auto-tuning: what it is to MV (kernel)."""
-    phase = s.tune_phase
-    if sig[c.base + AUTO_TUNE] == 0.0:
+    phase = state.tune_phase
+    if signals[config.base + AUTO_TUNE] == 0.0:
         if phase == IDLE:
             return FREE
-        clear_results(c, s, sig)
+        clear_results(config, state, signals)
         return ABORTED if AVERAGING <= phase <= RELAY else ENDED
     if phase == IDLE:
-        begin(c, s, sig)
+        begin(config, state, signals)
     elif phase == AVERAGING:
-        average(c, s, sig)
+        average(config, state, signals)
     elif phase == RELAY:
-        relay(c, s, sig)
+        relay(config, state, signals)
     return HOLDS

@@ -65,17 +65,17 @@ if TYPE_CHECKING:
 CONTROLLING = AUTO_MODE | CASCADE_MODE
 
 
-def mode_in_force(c: Config, sig: Sequence[float], tuning: int) -> int:
+def mode_in_force(config: Config, signals: Sequence[float], tuning: int) -> int:
     """The mode of this call, with `OVERRIDDEN` in addition to automatic and cascade (kernel, D225)."""
-    b = c.base
+    b = config.base
     if tuning == HOLDS:
         return TUNING_MODE
-    if sig[b + MANUAL] != 0.0:
+    if signals[b + MANUAL] != 0.0:
         return MANUAL_MODE
-    if sig[b + TRK_IN] != 0.0:
+    if signals[b + TRK_IN] != 0.0:
         return TRACKING_MODE
-    mode = CASCADE_MODE if sig[b + CASC] != 0.0 else AUTO_MODE
-    if sig[b + OVERR] != 0.0:
+    mode = CASCADE_MODE if signals[b + CASC] != 0.0 else AUTO_MODE
+    if signals[b + OVERR] != 0.0:
         mode |= OVERRIDDEN
     return mode
 
@@ -86,93 +86,95 @@ def restores_mv(mode: int, tuning: int) -> bool:
 
 
 def calculate_automatic(
-    c: Config, s: State, sig: Sequence[float], ki: float, p: float, d: float, change: float
+    config: Config, state: State, signals: Sequence[float], ki: float, p: float, d: float, change: float
 ) -> tuple[float, int]:
     """MV in automatic: the integral action that goes with it, and the bits of the limits (kernel)."""
-    bias = sig[c.base + BIAS]
-    i = single(s.integral + change) if ki != 0.0 else 0.0
-    bits = limited(c, s, sig, total(p, i, d, bias))
+    bias = signals[config.base + BIAS]
+    i = single(state.integral + change) if ki != 0.0 else 0.0
+    bits = limited(config, state, signals, total(p, i, d, bias))
     if bits and change != 0.0:
-        i = single(s.integral + accepted_change(s, bits, total(p, s.integral, d, bias), change))
+        i = single(state.integral + accepted_change(state, bits, total(p, state.integral, d, bias), change))
     return i, bits
 
 
-def calculate_override(c: Config, s: State, sig: Sequence[float], ki: float, p: float, d: float) -> tuple[float, int]:
+def calculate_override(
+    config: Config, state: State, signals: Sequence[float], ki: float, p: float, d: float
+) -> tuple[float, int]:
     """MV while another controller has the valve: its MV takes the place of P in the integral (kernel, D227)."""
-    b = c.base
+    b = config.base
     i = 0.0
     if ki != 0.0:
-        i = finite(remainder(sig[b + TRK_VAL], 0.0, d, sig[b + BIAS]), s.integral)
-    return i, limited(c, s, sig, total(p, i, d, sig[b + BIAS]))
+        i = finite(remainder(signals[b + TRK_VAL], 0.0, d, signals[b + BIAS]), state.integral)
+    return i, limited(config, state, signals, total(p, i, d, signals[b + BIAS]))
 
 
 def manipulate(
-    c: Config, s: State, sig: Sequence[float], mode: int, tuning: int, e: float, d: float
+    config: Config, state: State, signals: Sequence[float], mode: int, tuning: int, e: float, d: float
 ) -> tuple[float, int]:
     """MV and the integral action by the mode: the proportional action and the bits of the limits (kernel, D229)."""
-    b = c.base
-    p = proportional(c, sig, e)
-    ki = integral_gain(c, sig)
+    b = config.base
+    p = proportional(config, signals, e)
+    ki = integral_gain(config, signals)
     if tuning == HOLDS or restores_mv(mode, tuning):
-        bits = copy_mv(c, s, sig, single(s.tune_out + s.tune_side * s.tune_step))
+        bits = copy_mv(config, state, signals, single(state.tune_out + state.tune_side * state.tune_step))
     elif mode == MANUAL_MODE:
-        bits = copy_mv(c, s, sig, sig[b + MANUAL_MV])
+        bits = copy_mv(config, state, signals, signals[b + MANUAL_MV])
     elif mode == TRACKING_MODE:
-        bits = copy_mv(c, s, sig, sig[b + TRK_VAL])
+        bits = copy_mv(config, state, signals, signals[b + TRK_VAL])
     elif mode & OVERRIDDEN:
-        s.integral, bits = calculate_override(c, s, sig, ki, p, d)
+        state.integral, bits = calculate_override(config, state, signals, ki, p, d)
         return p, bits
-    elif abs(e) < sig[b + DEAD_BAND]:
-        bits = copy_mv(c, s, sig, s.out)
+    elif abs(e) < signals[b + DEAD_BAND]:
+        bits = copy_mv(config, state, signals, state.out)
     else:
-        i, bits = calculate_automatic(c, s, sig, ki, p, d, increment(c, sig, ki, e))
-        s.integral = finite(i, s.integral)
+        i, bits = calculate_automatic(config, state, signals, ki, p, d, increment(config, signals, ki, e))
+        state.integral = finite(i, state.integral)
         return p, bits
-    s.integral = finite(remainder(s.out, p, d, sig[b + BIAS]), s.integral) if ki != 0.0 else 0.0
+    state.integral = finite(remainder(state.out, p, d, signals[b + BIAS]), state.integral) if ki != 0.0 else 0.0
     return p, bits
 
 
-def write_outputs(c: Config, s: State, sig: MutableSequence[float], mode: int, bits: int) -> None:
+def write_outputs(config: Config, state: State, signals: MutableSequence[float], mode: int, bits: int) -> None:
     """MV, and the tracking and windup outputs for a cascade master (kernel, D226)."""
-    b = c.base
+    b = config.base
     up = 1.0 if bits & UPWARD else 0.0
     down = 1.0 if bits & DOWNWARD else 0.0
-    direct = sig[b + DIRECT] != 0.0
-    sig[b + MV] = s.out
-    sig[b + TRK_OUT] = 0.0 if mode & CASCADE_MODE else 1.0
-    sig[b + WINDUP_H_OUT] = down if direct else up
-    sig[b + WINDUP_L_OUT] = up if direct else down
+    direct = signals[b + DIRECT] != 0.0
+    signals[b + MV] = state.out
+    signals[b + TRK_OUT] = 0.0 if mode & CASCADE_MODE else 1.0
+    signals[b + WINDUP_H_OUT] = down if direct else up
+    signals[b + WINDUP_L_OUT] = up if direct else down
 
 
-def pid(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def pid(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of the block; with an error bit it is not executed, and its outputs stay (kernel, D224)."""
-    b = c.base
-    sig[b + SAMPLE_TIME] = c.ts
-    errors = bad_limits(c, sig) | negative(c, sig)
-    write_errors(c, s, sig, errors)
+    b = config.base
+    signals[b + SAMPLE_TIME] = config.ts
+    errors = bad_limits(config, signals) | negative(config, signals)
+    write_errors(config, state, signals, errors)
     if errors:
         return
-    pv, sp, warnings = limited_inputs(c, sig)
+    pv, sp, warnings = limited_inputs(config, signals)
     e = single(sp - pv)
     if not isfinite(e):
         return
-    if s.started == 0:
-        s.started = 1
-        s.pv = pv
-        s.error = e
-    d = derivative(c, s, sig, pv, e)
-    s.pv = pv
-    s.sp = sp
-    s.error = e
-    s.derivative = d
+    if state.started == 0:
+        state.started = 1
+        state.pv = pv
+        state.error = e
+    d = derivative(config, state, signals, pv, e)
+    state.pv = pv
+    state.sp = sp
+    state.error = e
+    state.derivative = d
     tuning = 0
-    if PIDA_TUNE_REAL <= c.kind <= PIDA_TUNE_INT:
-        tuning = tune(c, s, sig)
-    mode = mode_in_force(c, sig, tuning)
-    p, bits = manipulate(c, s, sig, mode, tuning, e, d)
-    s.status = (s.status & ~MODES) | mode
-    write_warnings(c, s, sig, warnings | bits)
-    sig[b + P_ACTION] = p
-    sig[b + D_ACTION] = d
-    sig[b + I_ACTION] = s.integral
-    write_outputs(c, s, sig, mode, bits)
+    if PIDA_TUNE_REAL <= config.kind <= PIDA_TUNE_INT:
+        tuning = tune(config, state, signals)
+    mode = mode_in_force(config, signals, tuning)
+    p, bits = manipulate(config, state, signals, mode, tuning, e, d)
+    state.status = (state.status & ~MODES) | mode
+    write_warnings(config, state, signals, warnings | bits)
+    signals[b + P_ACTION] = p
+    signals[b + D_ACTION] = d
+    signals[b + I_ACTION] = state.integral
+    write_outputs(config, state, signals, mode, bits)

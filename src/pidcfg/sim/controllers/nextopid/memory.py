@@ -76,7 +76,7 @@ AS_IT_IS, AS_INT = 0, 1
 LEAST_INT, MOST_INT = float(INT.low), float(INT.high)
 
 
-def value_of(aux: MutableSequence[float], first: int, last: int, sig: Sequence[float]) -> float:
+def value_of(aux: MutableSequence[float], first: int, last: int, signals: Sequence[float]) -> float:
     """The value of a wire's code (kernel); the first number of the stack tells when there is none."""
     stack = int(aux[0])
     top = stack
@@ -85,7 +85,7 @@ def value_of(aux: MutableSequence[float], first: int, last: int, sig: Sequence[f
         op = aux[at]
         if op == SIGNAL:
             top += 1
-            aux[top] = single(sig[int(aux[at + 1])])
+            aux[top] = single(signals[int(aux[at + 1])])
         elif op == CONSTANT:
             top += 1
             aux[top] = aux[at + 1]
@@ -147,39 +147,43 @@ def compared(op: float, left: float, right: float) -> float:
     return 1.0 if holds else 0.0
 
 
-def move(s: State, tick: int, aux: MutableSequence[float], sig: MutableSequence[float], first: int, last: int) -> None:
+def move(
+    state: State, tick: int, aux: MutableSequence[float], signals: MutableSequence[float], first: int, last: int
+) -> None:
     """Executes moves: of each the row of its condition, and that of its value (kernel)."""
     for wire in range(first, last, 2):
         row = ROWS + ROW * wire
-        holds = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), sig)
+        holds = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), signals)
         fault = int(aux[int(aux[0])])
         row += ROW
         if fault == 0 and holds != 0.0:
-            value = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), sig)
+            value = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), signals)
             fault = int(aux[int(aux[0])])
             if fault == 0:
                 if aux[row + 1] == AS_INT:
                     value = clamp(nearest(value), LEAST_INT, MOST_INT)
-                sig[int(aux[row])] = value
-        if fault != 0 and s.fault == 0:
-            s.fault = fault
-            s.fault_target = int(aux[row])
-            s.fault_at = tick
+                signals[int(aux[row])] = value
+        if fault != 0 and state.fault == 0:
+            state.fault = fault
+            state.fault_target = int(aux[row])
+            state.fault_at = tick
 
 
-def wire_in(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float], last: int) -> None:
+def wire_in(
+    config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float], last: int
+) -> None:
     """Renews the wired parameters of a block up to the wire before ``last`` (kernel)."""
-    for wire in range(c.wires, last):
+    for wire in range(config.wires, last):
         row = ROWS + ROW * wire
-        value = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), sig)
+        value = value_of(aux, int(aux[row + 2]), int(aux[row + 3]), signals)
         fault = int(aux[int(aux[0])])
         if fault == 0:
             if aux[row + 1] == AS_INT:
                 value = clamp(nearest(value), LEAST_INT, MOST_INT)
-            sig[int(aux[row])] = value
-        elif s.fault == 0:
-            s.fault = fault
-            s.fault_target = int(aux[row])
+            signals[int(aux[row])] = value
+        elif state.fault == 0:
+            state.fault = fault
+            state.fault_target = int(aux[row])
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -279,17 +283,17 @@ class Memory(Plc):
         """Records in the order of `listed`, and the shared vector."""
         rows: list[WireRow] = []
         for place, i in enumerate(self.listed):
-            c, s, instance = self.cfg[place], self.st[place], self.layout.instances[i]
-            c.kind, c.base = slots.KINDS[instance.kind.name], instance.base
-            self._time(c, s, self.items[i])
-            c.whole = int(instance.kind.name.endswith("INT"))
+            config, state, instance = self.cfg[place], self.st[place], self.layout.instances[i]
+            config.kind, config.base = slots.KINDS[instance.kind.name], instance.base
+            self._time(config, state, self.items[i])
+            config.whole = int(instance.kind.name.endswith("INT"))
             wires = sorted(self._wires_of(i), key=lambda row: not row.early)
-            c.wires, c.early = len(rows), sum(row.early for row in wires)
+            config.wires, config.early = len(rows), sum(row.early for row in wires)
             rows += wires
-            c.wires_end = len(rows)
-            c.error = self.layout.numbers.get(f"{instance.name}.Error", -1)
+            config.wires_end = len(rows)
+            config.error = self.layout.numbers.get(f"{instance.name}.Error", -1)
             if self.items[i].loop is not None:
-                self._loop_slots(c, instance.name)
+                self._loop_slots(config, instance.name)
         place_of = {i: place for place, i in enumerate(self.listed)}
         for turn, i in enumerate(self.layout.order(self.wires)):
             self.cfg[turn].turn = place_of[i]
@@ -300,17 +304,17 @@ class Memory(Plc):
             first.moves_end = len(rows)
         self.aux = self._vector(rows)
 
-    def _time(self, c: Config, s: State, item: ItemSettings) -> None:
-        c.period = self.task if item.sample_time is None else ticks(item.sample_time)
-        c.ts, s.period = single(c.period / TICKS), c.period
+    def _time(self, config: Config, state: State, item: ItemSettings) -> None:
+        config.period = self.task if item.sample_time is None else ticks(item.sample_time)
+        config.ts, state.period = single(config.period / TICKS), config.period
 
-    def _loop_slots(self, c: Config, name: str) -> None:
+    def _loop_slots(self, config: Config, name: str) -> None:
         numbers = self.layout.numbers
-        c.sig_pv, c.sig_out = numbers[f"{name}.PV"], numbers[f"{name}.MV"]
-        c.sig_in = self.outside.get(f"{name}.PV", c.sig_pv)
-        c.sig_bias = numbers.get(f"{name}.BIAS", c.sig_out)
+        config.sig_pv, config.sig_out = numbers[f"{name}.PV"], numbers[f"{name}.MV"]
+        config.sig_in = self.outside.get(f"{name}.PV", config.sig_pv)
+        config.sig_bias = numbers.get(f"{name}.BIAS", config.sig_out)
         self.sig.append(self.sig[numbers[f"{name}.SP"]])
-        c.sig_sp = len(self.sig) - 1
+        config.sig_sp = len(self.sig) - 1
 
     def _wires_of(self, i: int) -> Iterator[WireRow]:
         """The wires of a block; an open input is wired to a signal of the surrounding program.

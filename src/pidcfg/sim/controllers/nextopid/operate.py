@@ -41,44 +41,44 @@ NO_RUN, RUNNING, DONE, FAILED, CANCELLED = range(5)
 ON_OFF_MANUAL = slots.PLACES["ControlON_OFF"]["Manual"]
 
 
-def command(s: State, pair: tuple[int, int], *, on: bool) -> None:
+def command(state: State, pair: tuple[int, int], *, on: bool) -> None:
     """A switch is to be written; of several commands before the next cycle the last one counts (D82)."""
-    s.command = s.command & ~(pair[0] | pair[1]) | pair[not on]
+    state.command = state.command & ~(pair[0] | pair[1]) | pair[not on]
 
 
-def operate(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def operate(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Writes the parameters that the operator's commands change."""
-    manual = c.base + (ON_OFF_MANUAL if c.kind == slots.ON_OFF else PIDA_MANUAL)
-    if s.command & (MANUAL_ON | MANUAL_OFF):
-        sig[manual] = 1.0 if s.command & MANUAL_ON else 0.0
-    if s.command & (CASC_ON | CASC_OFF):
-        sig[c.base + CASC] = 1.0 if s.command & CASC_ON else 0.0
-    if s.command & ACCEPT:
-        sig[c.base + KP] = sig[c.base + RESULT]
-        sig[c.base + TI_KI] = sig[c.base + RESULT + 1]
-        sig[c.base + TD_KD] = sig[c.base + RESULT + 2]
-    if s.command & (TUNE_ON | TUNE_OFF):
-        sig[c.base + AUTO_TUNE] = 1.0 if s.command & TUNE_ON else 0.0
-    s.command = 0
+    manual = config.base + (ON_OFF_MANUAL if config.kind == slots.ON_OFF else PIDA_MANUAL)
+    if state.command & (MANUAL_ON | MANUAL_OFF):
+        signals[manual] = 1.0 if state.command & MANUAL_ON else 0.0
+    if state.command & (CASC_ON | CASC_OFF):
+        signals[config.base + CASC] = 1.0 if state.command & CASC_ON else 0.0
+    if state.command & ACCEPT:
+        signals[config.base + KP] = signals[config.base + RESULT]
+        signals[config.base + TI_KI] = signals[config.base + RESULT + 1]
+        signals[config.base + TD_KD] = signals[config.base + RESULT + 2]
+    if state.command & (TUNE_ON | TUNE_OFF):
+        signals[config.base + AUTO_TUNE] = 1.0 if state.command & TUNE_ON else 0.0
+    state.command = 0
 
 
-def keep_results(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def keep_results(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Results for the report: the block clears its own when AutoTune goes off."""
-    b = c.base
-    if sig[b + AUTO_TUNE] == 0.0:
-        if s.tune_end == RUNNING:
-            s.tune_end = CANCELLED
-    elif sig[b + TUNE_DONE] == 0.0:
-        s.tune_end = RUNNING
-    elif s.tune_end not in (DONE, FAILED):
-        s.tune_end = FAILED if sig[b + TUNE_ERROR] != 0.0 else DONE
-        s.result_kp = sig[b + RESULT]
-        s.result_ti = sig[b + RESULT + 1]
-        s.result_td = sig[b + RESULT + 2]
-        s.result_flags = 0
+    b = config.base
+    if signals[b + AUTO_TUNE] == 0.0:
+        if state.tune_end == RUNNING:
+            state.tune_end = CANCELLED
+    elif signals[b + TUNE_DONE] == 0.0:
+        state.tune_end = RUNNING
+    elif state.tune_end not in (DONE, FAILED):
+        state.tune_end = FAILED if signals[b + TUNE_ERROR] != 0.0 else DONE
+        state.result_kp = signals[b + RESULT]
+        state.result_ti = signals[b + RESULT + 1]
+        state.result_td = signals[b + RESULT + 2]
+        state.result_flags = 0
         for i in range(FLAGS):
-            if sig[b + TUNE_FLAGS + i] != 0.0:
-                s.result_flags |= 1 << i
+            if signals[b + TUNE_FLAGS + i] != 0.0:
+                state.result_flags |= 1 << i
 
 
 # --- How a NextoPID loop is reported: names of modes, bits and signals, and notices in words --------------------------

@@ -59,8 +59,8 @@ class Facts(Memory):
 
     def wires_of(self, place: int) -> Iterator[tuple[int, list[int]]]:
         """The wires of a block: the parameter that each renews, and the signals that it reads."""
-        c, aux = self.cfg[place], self.aux
-        for row in range(ROWS + ROW * c.wires, ROWS + ROW * c.wires_end, ROW):
+        config, aux = self.cfg[place], self.aux
+        for row in range(ROWS + ROW * config.wires, ROWS + ROW * config.wires_end, ROW):
             code = range(int(aux[row + 2]), int(aux[row + 3]), 2)
             yield int(aux[row]), [int(aux[at + 1]) for at in code if aux[at] == SIGNAL]
 
@@ -91,15 +91,15 @@ class Facts(Memory):
 
     def follows(self, place: int, target: int, source: int, sources: list[int]) -> bool:
         """Whether a wire's value follows a signal that it reads."""
-        c, aux = self.cfg[place], self.aux
-        rows = range(ROWS + ROW * c.wires, ROWS + ROW * c.wires_end, ROW)
+        config, aux = self.cfg[place], self.aux
+        rows = range(ROWS + ROW * config.wires, ROWS + ROW * config.wires_end, ROW)
         at = next(row for row in rows if int(aux[row]) == target)
         first, last = int(aux[at + 2]), int(aux[at + 3])
         if CONSTANT not in {int(op) for op in aux[first:last:2]}:
             return True
 
-        def value(sig: Sequence[float]) -> float | None:
-            found = value_of(aux, first, last, sig)
+        def value(signals: Sequence[float]) -> float | None:
+            found = value_of(aux, first, last, signals)
             return None if aux[int(aux[0])] else found
 
         return depends(value, self.sig, sources, source)
@@ -123,29 +123,29 @@ class Facts(Memory):
             found.append(master)
         return found
 
-    def intended_mode(self, loop: int, sig: Sequence[float]) -> str:
+    def intended_mode(self, loop: int, signals: Sequence[float]) -> str:
         """What Manual and CASC say, or what they are wired to."""
-        if self.value_of(loop, "Manual", sig):
+        if self.value_of(loop, "Manual", signals):
             return "manual"
-        return "cascade" if self.value_of(loop, "CASC", sig) else "auto"
+        return "cascade" if self.value_of(loop, "CASC", signals) else "auto"
 
-    def value_of(self, loop: int, row: str, sig: Sequence[float]) -> float:
+    def value_of(self, loop: int, row: str, signals: Sequence[float]) -> float:
         """The value of a parameter, or of what it is wired to; 0 where the loop has none."""
         number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")
-        return 0.0 if number is None else self.wired_value(loop, number, sig)
+        return 0.0 if number is None else self.wired_value(loop, number, signals)
 
-    def wired_value(self, place: int, number: int, sig: Sequence[float]) -> float:
+    def wired_value(self, place: int, number: int, signals: Sequence[float]) -> float:
         """What a parameter of a block has at its next call: its value, or that of its wire where it has one."""
-        c = self.cfg[place]
-        for at in range(ROWS + ROW * c.wires, ROWS + ROW * c.wires_end, ROW):
+        config = self.cfg[place]
+        for at in range(ROWS + ROW * config.wires, ROWS + ROW * config.wires_end, ROW):
             if int(self.aux[at]) == number:
-                value = value_of(self.aux, int(self.aux[at + 2]), int(self.aux[at + 3]), sig)
-                return sig[number] if self.aux[int(self.aux[0])] else value
-        return sig[number]
+                value = value_of(self.aux, int(self.aux[at + 2]), int(self.aux[at + 3]), signals)
+                return signals[number] if self.aux[int(self.aux[0])] else value
+        return signals[number]
 
-    def given_set_point(self, loop: int, sig: Sequence[float]) -> float:
+    def given_set_point(self, loop: int, signals: Sequence[float]) -> float:
         """SP, or what it is wired to."""
-        return self.value_of(loop, "SP", sig)
+        return self.value_of(loop, "SP", signals)
 
     def mode_inputs(self, loop: int) -> set[int]:
         """What the wires of its mode inputs read."""
@@ -154,28 +154,28 @@ class Facts(Memory):
         places = {base + i for i, row in enumerate(kind.table.rows) if row.name in MODE_KEYS}
         return {slot for target, sources in self.wires_of(loop) if target in places for slot in sources}
 
-    def output_limits(self, loop: int, sig: Sequence[float]) -> tuple[float, float]:
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """MinMV and MaxMV; of ControlON_OFF off and on."""
         if self.only_switches(loop):
             return 0.0, 1.0
         base = self.cfg[loop].base
-        return sig[base + slots.MIN_MV], sig[base + slots.MAX_MV]
+        return signals[base + slots.MIN_MV], signals[base + slots.MAX_MV]
 
     def only_switches(self, loop: int) -> bool:
         """Whether the loop is a ControlON_OFF."""
         return bool(self.cfg[loop].kind == slots.ON_OFF)
 
-    def integrates(self, loop: int, sig: Sequence[float]) -> bool:
+    def integrates(self, loop: int, signals: Sequence[float]) -> bool:
         """Whether Ti_Ki is given; a time below 0.001 s is none."""
         if self.only_switches(loop):
             return False
         base = self.cfg[loop].base
-        ti_ki = sig[base + slots.TI_KI]
-        return bool(ti_ki > 0.0 if sig[base + slots.INDEP] else ti_ki >= LEAST_TI)
+        ti_ki = signals[base + slots.TI_KI]
+        return bool(ti_ki > 0.0 if signals[base + slots.INDEP] else ti_ki >= LEAST_TI)
 
-    def dead_band(self, loop: int, sig: Sequence[float]) -> float:
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """DeadBand."""
-        return 0.0 if self.only_switches(loop) else sig[self.cfg[loop].base + slots.DEAD_BAND]
+        return 0.0 if self.only_switches(loop) else signals[self.cfg[loop].base + slots.DEAD_BAND]
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of a ControlPWM that reads the loop's MV."""
@@ -185,19 +185,21 @@ class Facts(Memory):
                 return float(self.sig[c.base + PWM["Period"]] * c.period / TICKS)
         return 0.0
 
-    def program_errors(self, sig: Sequence[float]) -> Iterator[str]:
+    def program_errors(self, signals: Sequence[float]) -> Iterator[str]:
         """Blocks whose output Error was on at some time; loops have ErrBits."""
         for place, i in enumerate(self.listed):
             if self.st[place].erred:
-                now = "is" if sig[self.cfg[place].error] else "was"
+                now = "is" if signals[self.cfg[place].error] else "was"
                 yield f"{self.layout.instances[i].name}.Error {now} on"
 
-    def windup_input(self, loop: int, sig: Sequence[float]) -> bool:
+    def windup_input(self, loop: int, signals: Sequence[float]) -> bool:
         """Windup_H_IN or Windup_L_IN."""
         base = self.cfg[loop].base
-        return not self.only_switches(loop) and bool(sig[base + slots.WINDUP_H_IN] or sig[base + slots.WINDUP_L_IN])
+        return not self.only_switches(loop) and bool(
+            signals[base + slots.WINDUP_H_IN] or signals[base + slots.WINDUP_L_IN]
+        )
 
-    def left_out(self, loop: int, sig: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
+    def left_out(self, loop: int, signals: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
         """Whether a selector behind its MV takes a rival; where there is no selector, whether OVERR is on."""
         behind = False
         for place, c in enumerate(self.cfg):
@@ -205,7 +207,7 @@ class Facts(Memory):
             inputs = [set(wired.get(c.base + value, ())) for value, _ in SELECTED]
             for (_, out), lost, taken in zip(SELECTED, inputs, reversed(inputs), strict=True):
                 behind = behind or bool(lost & set(own))
-                if sig[c.base + out] and lost & set(own) and taken & set(rivals):
+                if signals[c.base + out] and lost & set(own) and taken & set(rivals):
                     return True
         return not behind and bool(self.st[loop].status & bits.OVERRIDDEN)
 
@@ -316,9 +318,9 @@ class Nextopid(Facts):
     def faults(self) -> Iterator[tuple[int, str, str]]:
         """Wires that had no value."""
         name_of = {number: name for name, number in self.layout.numbers.items()}
-        for s in self.st:
-            if s.fault:
-                yield s.fault_at, name_of[s.fault_target], FAULTS[s.fault]
+        for state in self.st:
+            if state.fault:
+                yield state.fault_at, name_of[state.fault_target], FAULTS[state.fault]
 
     # --- what the runner reads ---------------------------------------------------------------------------------------
 
@@ -330,7 +332,7 @@ class Nextopid(Facts):
     @property
     def periods(self) -> list[int]:
         """The sample time of each loop, in ticks; no event changes it."""
-        return [c.period for c in self.cfg[: len(self.loops)]]
+        return [config.period for config in self.cfg[: len(self.loops)]]
 
     @classmethod
     def mode(cls, status: int) -> str:
@@ -353,9 +355,9 @@ class Nextopid(Facts):
         signal = Parameter(name, self.layout.signals[name])
         return number_of(signal.type, NamedKeys({name: signal}, {}).parse(signal, value))
 
-    def set_output(self, loop: int, value: Quantity, sig: MutableSequence[float]) -> str | None:
+    def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> str | None:
         """The MV that a loop in manual mode starts with; returns why it has no effect in the others."""
-        return self.set(loop, ("output",), self.check_set(loop, ("output",), value), sig)
+        return self.set(loop, ("output",), self.check_set(loop, ("output",), value), signals)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The content of a parameter; a ``PydanticCustomError`` says what is wrong."""
@@ -365,18 +367,18 @@ class Nextopid(Facts):
         """No parameter is a sample time."""
         return 0
 
-    def set(self, loop: int, path: tuple[str, ...], value: Any, sig: MutableSequence[float]) -> str | None:
+    def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Writes a parameter; returns why it has no effect yet, if so."""
-        name, c = self.loops[loop], self.cfg[loop]
+        name, config = self.loops[loop], self.cfg[loop]
         row = self.keys[name].find(path)
         content: Content = value
-        sig[self._slot(name, row.name)] = number_of(row.type, content)
-        if row.name == "SP" and not self._of(loop, "CASC", sig):
+        signals[self._slot(name, row.name)] = number_of(row.type, content)
+        if row.name == "SP" and not self._of(loop, "CASC", signals):
             low, high, _ = self.scales[loop]
-            sig[c.sig_sp] = min(max(sig[self._slot(name, "SP")], low), high)
-        if row.name == "SP" and self._of(loop, "CASC", sig):
+            signals[config.sig_sp] = min(max(signals[self._slot(name, "SP")], low), high)
+        if row.name == "SP" and self._of(loop, "CASC", signals):
             return "the loop is in cascade mode and follows SP_CASC"
-        if row.name == "ManualMV" and not self._of(loop, "Manual", sig):
+        if row.name == "ManualMV" and not self._of(loop, "Manual", signals):
             return "the loop is not in manual mode"
         return None
 
@@ -393,54 +395,56 @@ class Nextopid(Facts):
         value = self._value(loop, row)
         return cell._replace(raw=value if cell.type.kind == "real" else int(value))
 
-    def _of(self, loop: int, row: str, sig: Sequence[float]) -> float:
+    def _of(self, loop: int, row: str, signals: Sequence[float]) -> float:
         number = self.layout.numbers.get(f"{self.loops[loop]}.{row}")
-        return 0.0 if number is None else sig[number]
+        return 0.0 if number is None else signals[number]
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
         """Manual and CASC are written (D690), unless the program wires them."""
-        name, s, code = self.loops[loop], self.st[loop], self.request_code(mode)
+        name, state, code = self.loops[loop], self.st[loop], self.request_code(mode)
         wired = self._wired(name)
         if mode == "cascade" and f"{name}.CASC" not in self.layout.numbers:
-            tell(s, report.NO_CASCADE, code)
+            tell(state, report.NO_CASCADE, code)
         elif "Manual" in wired:
-            tell(s, report.IS_WIRED, code)
+            tell(state, report.IS_WIRED, code)
         elif mode in {"auto", "cascade"} and "CASC" in wired:
-            tell(s, report.CASC_IS_WIRED, code)
+            tell(state, report.CASC_IS_WIRED, code)
         elif mode in {"tracking", "autotune"}:
-            tell(s, report.COMES_ABOUT, code)
+            tell(state, report.COMES_ABOUT, code)
         else:
-            modes.command(s, modes.MANUAL, on=mode == "manual")
+            modes.command(state, modes.MANUAL, on=mode == "manual")
             if mode != "manual" and f"{name}.CASC" in self.layout.numbers:
-                modes.command(s, modes.CASCADE, on=mode == "cascade")
+                modes.command(state, modes.CASCADE, on=mode == "cascade")
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` and ``cancel`` write AutoTune; ``accept`` copies the results over the gains and resets it."""
-        name, s = self.loops[loop], self.st[loop]
+        name, state = self.loops[loop], self.st[loop]
         if f"{name}.AutoTune" not in self.layout.numbers:
-            tell(s, report.NO_TUNE)
+            tell(state, report.NO_TUNE)
         elif "AutoTune" in self._wired(name):
-            tell(s, report.TUNE_IS_WIRED)
-        elif command == "accept" and s.tune_phase != tune_results.DONE:
-            tell(s, report.NOTHING_TO_ACCEPT)
+            tell(state, report.TUNE_IS_WIRED)
+        elif command == "accept" and state.tune_phase != tune_results.DONE:
+            tell(state, report.NOTHING_TO_ACCEPT)
         else:
-            s.command |= modes.ACCEPT if command == "accept" else 0
-            modes.command(s, modes.TUNE, on=command == "start")
+            state.command |= modes.ACCEPT if command == "accept" else 0
+            modes.command(state, modes.TUNE, on=command == "start")
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last auto-tuning of a loop went; None where there was none."""
-        s = self.st[loop]
-        if s.tune_end == modes.NO_RUN:
+        state = self.st[loop]
+        if state.tune_end == modes.NO_RUN:
             return None
-        ended = s.tune_end in {modes.DONE, modes.FAILED}
-        flags = [name for i, name in enumerate(RESULT_FLAGS) if s.result_flags >> i & 1 and ended]
-        results = dict(zip(self.tuned_names, map(shortest, (s.result_kp, s.result_ti, s.result_td)), strict=True))
+        ended = state.tune_end in {modes.DONE, modes.FAILED}
+        flags = [name for i, name in enumerate(RESULT_FLAGS) if state.result_flags >> i & 1 and ended]
+        results = dict(
+            zip(self.tuned_names, map(shortest, (state.result_kp, state.result_ti, state.result_td)), strict=True)
+        )
         return {
             "done": ended,
-            "error": s.tune_end == modes.FAILED,
-            "status": ", ".join(flags) or TUNE_STATUS[s.tune_end],
+            "error": state.tune_end == modes.FAILED,
+            "status": ", ".join(flags) or TUNE_STATUS[state.tune_end],
             "results": results if ended and any(results.values()) else {},
         }
 

@@ -64,13 +64,13 @@ _LL_LOW, _LL_HIGH, _LL_DISABLE = _LEAD_LAG["Min_OutVar"], _LEAD_LAG["Max_OutVar"
 _LL_OUT, _LL_ERROR, _LL_TS = _LEAD_LAG["OutVar"], _LEAD_LAG["Error"], _LEAD_LAG["SampleTime"]
 
 
-def portion(c: Config, s: State, time_constant: float) -> float:
+def portion(config: Config, state: State, time_constant: float) -> float:
     """The share of the way of one sample, worked out again when the time constant has changed (kernel, D236)."""
-    quotient = single(c.ts / time_constant)
-    if quotient != s.share_of:
-        s.share_of = quotient
-        s.share = single(share(quotient))
-    return s.share
+    quotient = single(config.ts / time_constant)
+    if quotient != state.share_of:
+        state.share_of = quotient
+        state.share = single(share(quotient))
+    return state.share
 
 
 def toward(y: float, x: float, part: float) -> float:
@@ -78,75 +78,77 @@ def toward(y: float, x: float, part: float) -> float:
     return single(y + single(single(x - y) * part))
 
 
-def low_filter(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def low_filter(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlLowFilter (kernel)."""
-    b = c.base
-    tc = sig[b + _F_TC]
-    sig[b + _F_TS] = c.ts
+    b = config.base
+    tc = signals[b + _F_TC]
+    signals[b + _F_TS] = config.ts
     if not tc > 0.0:
-        sig[b + _F_ERROR] = 1.0
+        signals[b + _F_ERROR] = 1.0
         return
-    sig[b + _F_ERROR] = 0.0
-    x = sig[b + _F_IN]
-    if s.started == 0:
-        s.started = 1
-        s.y = x
-    s.y = finite(toward(s.y, x, portion(c, s, tc)), s.y)
-    sig[b + _F_OUT] = s.y
+    signals[b + _F_ERROR] = 0.0
+    x = signals[b + _F_IN]
+    if state.started == 0:
+        state.started = 1
+        state.y = x
+    state.y = finite(toward(state.y, x, portion(config, state, tc)), state.y)
+    signals[b + _F_OUT] = state.y
 
 
-def lag_fault(at: int, sig: Sequence[float]) -> bool:
+def lag_fault(at: int, signals: Sequence[float]) -> bool:
     """Whether a lag's parameters stop it, crossed limits among them (kernel).
 
     ``at``: where ControlLag's parameters would begin.
     """
-    return not (sig[at + _TC] > 0.0 and sig[at + _LAG_LOW] <= sig[at + _LAG_INIT] <= sig[at + _LAG_HIGH])
+    return not (
+        signals[at + _TC] > 0.0 and signals[at + _LAG_LOW] <= signals[at + _LAG_INIT] <= signals[at + _LAG_HIGH]
+    )
 
 
-def step_lag(c: Config, s: State, x: float, at: int, sig: MutableSequence[float]) -> None:
+def step_lag(config: Config, state: State, x: float, at: int, signals: MutableSequence[float]) -> None:
     """The output of a lag with the input ``x`` (kernel)."""
-    if s.started == 0:
-        s.started = 1
-        s.y = sig[at + _LAG_INIT]
+    if state.started == 0:
+        state.started = 1
+        state.y = signals[at + _LAG_INIT]
     else:
-        target = single(single(sig[at + _GS] * x) + sig[at + _OFFSET])
-        y = toward(s.y, target, portion(c, s, sig[at + _TC]))
-        s.y = finite(clamp(y, sig[at + _LAG_LOW], sig[at + _LAG_HIGH]), s.y)
-    sig[at + _LAG_OUT] = s.y
+        target = single(single(signals[at + _GS] * x) + signals[at + _OFFSET])
+        y = toward(state.y, target, portion(config, state, signals[at + _TC]))
+        state.y = finite(clamp(y, signals[at + _LAG_LOW], signals[at + _LAG_HIGH]), state.y)
+    signals[at + _LAG_OUT] = state.y
 
 
-def lag(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def lag(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlLag (kernel)."""
-    b = c.base
-    sig[b + _FILTER_TS] = c.ts
-    if lag_fault(b, sig):
-        sig[b + _FILTER_ERROR] = 1.0
+    b = config.base
+    signals[b + _FILTER_TS] = config.ts
+    if lag_fault(b, signals):
+        signals[b + _FILTER_ERROR] = 1.0
         return
-    sig[b + _FILTER_ERROR] = 0.0
-    step_lag(c, s, sig[b + _LAG_IN], b, sig)
+    signals[b + _FILTER_ERROR] = 0.0
+    step_lag(config, state, signals[b + _LAG_IN], b, signals)
 
 
-def lead_lag(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def lead_lag(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlLeadLag: the output comes from the lagged input as it was before this call (kernel, D243)."""
-    b = c.base
-    lead = sig[b + _LL_LEAD]
-    lag_time = sig[b + _LL_LAG]
-    sig[b + _LL_TS] = c.ts
+    b = config.base
+    lead = signals[b + _LL_LEAD]
+    lag_time = signals[b + _LL_LAG]
+    signals[b + _LL_TS] = config.ts
     if not (lead >= 0.0 and lag_time > 0.0):
-        sig[b + _LL_ERROR] = 1.0
+        signals[b + _LL_ERROR] = 1.0
         return
-    sig[b + _LL_ERROR] = 0.0
-    x = sig[b + _LL_IN]
-    if s.started == 0:
-        s.started = 1
-        s.y = x
-    if sig[b + _LL_DISABLE] != 0.0:
-        sig[b + _LL_OUT] = 0.0
+    signals[b + _LL_ERROR] = 0.0
+    x = signals[b + _LL_IN]
+    if state.started == 0:
+        state.started = 1
+        state.y = x
+    if signals[b + _LL_DISABLE] != 0.0:
+        signals[b + _LL_OUT] = 0.0
     else:
-        led = single(s.y + single(single(lead / lag_time) * single(x - s.y)))
-        out = clamp(single(sig[b + _LL_G] * led), sig[b + _LL_LOW], sig[b + _LL_HIGH])
-        sig[b + _LL_OUT] = finite(out, sig[b + _LL_OUT])
-    s.y = finite(toward(s.y, x, portion(c, s, lag_time)), s.y)
+        led = single(state.y + single(single(lead / lag_time) * single(x - state.y)))
+        out = clamp(single(signals[b + _LL_G] * led), signals[b + _LL_LOW], signals[b + _LL_HIGH])
+        signals[b + _LL_OUT] = finite(out, signals[b + _LL_OUT])
+    state.y = finite(toward(state.y, x, portion(config, state, lag_time)), state.y)
 
 
 # --- ControlDelay and ControlDelayLag: the input of so many samples ago -----------------------------------------------
@@ -169,62 +171,62 @@ ALMOST = 1.0 - 2.0**-22
 """A delay that exceeds the longest one by less than single precision can tell does not exceed it."""
 
 
-def delay_fault(c: Config, time: float) -> bool:
+def delay_fault(config: Config, time: float) -> bool:
     """Whether a delay is negative or longer than the line (kernel, D239)."""
-    return not (time >= 0.0 and time * ALMOST <= MOST_SAMPLES * c.ts)
+    return not (time >= 0.0 and time * ALMOST <= MOST_SAMPLES * config.ts)
 
 
-def begin_line(c: Config, s: State, aux: MutableSequence[float], samples: int, value: float) -> None:
+def begin_line(config: Config, state: State, aux: MutableSequence[float], samples: int, value: float) -> None:
     """A line of this length, full of one value (kernel)."""
-    s.samples = samples
-    s.head = 0
-    s.delayed = value
+    state.samples = samples
+    state.head = 0
+    state.delayed = value
     for i in range(samples):
-        aux[c.buffer + i] = value
+        aux[config.buffer + i] = value
 
 
-def delayed(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float]) -> float:
+def delayed(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> float:
     """What InVar was a DelayTime ago (kernel)."""
-    b = c.base
-    x = sig[b + _DELAY_IN]
-    samples = int(nearest(single(sig[b + _TIME] / c.ts)))
-    if s.started == 0:
-        begin_line(c, s, aux, samples, sig[b + _DELAY_INIT])
-    elif samples != s.samples:
-        begin_line(c, s, aux, samples, s.delayed)
+    b = config.base
+    x = signals[b + _DELAY_IN]
+    samples = int(nearest(single(signals[b + _TIME] / config.ts)))
+    if state.started == 0:
+        begin_line(config, state, aux, samples, signals[b + _DELAY_INIT])
+    elif samples != state.samples:
+        begin_line(config, state, aux, samples, state.delayed)
     if samples == 0:
-        s.delayed = x
+        state.delayed = x
         return x
-    at = c.buffer + s.head
-    s.delayed = aux[at]
+    at = config.buffer + state.head
+    state.delayed = aux[at]
     aux[at] = x
-    s.head += 1
-    if s.head == samples:
-        s.head = 0
-    return s.delayed
+    state.head += 1
+    if state.head == samples:
+        state.head = 0
+    return state.delayed
 
 
-def delay(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float]) -> None:
+def delay(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> None:
     """One call of ControlDelay (kernel)."""
-    b = c.base
-    sig[b + _DELAY_TS] = c.ts
-    if delay_fault(c, sig[b + _TIME]):
-        sig[b + _DELAY_ERROR] = 1.0
+    b = config.base
+    signals[b + _DELAY_TS] = config.ts
+    if delay_fault(config, signals[b + _TIME]):
+        signals[b + _DELAY_ERROR] = 1.0
         return
-    sig[b + _DELAY_ERROR] = 0.0
-    sig[b + _DELAY_OUT] = delayed(c, s, aux, sig)
-    s.started = 1
+    signals[b + _DELAY_ERROR] = 0.0
+    signals[b + _DELAY_OUT] = delayed(config, state, aux, signals)
+    state.started = 1
 
 
-def delay_lag(c: Config, s: State, aux: MutableSequence[float], sig: MutableSequence[float]) -> None:
+def delay_lag(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> None:
     """One call of ControlDelayLag: the delay first, then the lag (kernel)."""
-    b = c.base
-    sig[b + _LAG_TS] = c.ts
-    if delay_fault(c, sig[b + _TIME]) or lag_fault(b + LAG_AT, sig):
-        sig[b + _LAG_ERROR] = 1.0
+    b = config.base
+    signals[b + _LAG_TS] = config.ts
+    if delay_fault(config, signals[b + _TIME]) or lag_fault(b + LAG_AT, signals):
+        signals[b + _LAG_ERROR] = 1.0
         return
-    sig[b + _LAG_ERROR] = 0.0
-    step_lag(c, s, delayed(c, s, aux, sig), b + LAG_AT, sig)
+    signals[b + _LAG_ERROR] = 0.0
+    step_lag(config, state, delayed(config, state, aux, signals), b + LAG_AT, signals)
 
 
 # --- ControlON_OFF: the output switches where the error leaves the dead band (D244) -----------------------------------
@@ -243,61 +245,61 @@ WARNINGS = 4
 PV_HIGH, PV_LOW, SP_HIGH, SP_LOW = 1, 2, 4, 8
 
 
-def write_bits(at: int, count: int, bits: int, sig: MutableSequence[float]) -> None:
+def write_bits(at: int, count: int, bits: int, signals: MutableSequence[float]) -> None:
     """A set of bits as BOOLs, one after the other (kernel)."""
     for i in range(count):
-        sig[at + i] = float((bits >> i) & 1)
+        signals[at + i] = float((bits >> i) & 1)
 
 
-def limit_inputs(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def limit_inputs(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """PV and SP within MinPV and MaxPV, and the warnings that tell so (kernel)."""
-    b = c.base
-    high = sig[b + _ON_OFF_HIGH]
-    low = sig[b + _ON_OFF_LOW]
-    s.pv = sig[b + _PV]
-    s.sp = sig[b + _SP]
+    b = config.base
+    high = signals[b + _ON_OFF_HIGH]
+    low = signals[b + _ON_OFF_LOW]
+    state.pv = signals[b + _PV]
+    state.sp = signals[b + _SP]
     warnings = 0
-    if s.pv > high:
-        s.pv = high
+    if state.pv > high:
+        state.pv = high
         warnings = PV_HIGH
-    elif s.pv < low:
-        s.pv = low
+    elif state.pv < low:
+        state.pv = low
         warnings = PV_LOW
-    if s.sp > high:
-        s.sp = high
+    if state.sp > high:
+        state.sp = high
         warnings |= SP_HIGH
-    elif s.sp < low:
-        s.sp = low
+    elif state.sp < low:
+        state.sp = low
         warnings |= SP_LOW
-    if warnings != s.aux_status:
-        s.aux_status = warnings
-        write_bits(b + _WARN_BITS, WARNINGS, warnings, sig)
+    if warnings != state.aux_status:
+        state.aux_status = warnings
+        write_bits(b + _WARN_BITS, WARNINGS, warnings, signals)
 
 
-def on_off(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def on_off(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlON_OFF (kernel)."""
-    b = c.base
-    band = sig[b + _BAND]
+    b = config.base
+    band = signals[b + _BAND]
     errors = 0
-    if not sig[b + _ON_OFF_HIGH] > sig[b + _ON_OFF_LOW]:
+    if not signals[b + _ON_OFF_HIGH] > signals[b + _ON_OFF_LOW]:
         errors |= BAD_PV_LIMITS
     if not band >= 0.0:
         errors |= BAD_DEAD_BAND
-    if errors != s.status // ERROR_BASE:
-        s.status = (s.status & MODES) | errors * ERROR_BASE
-        sig[b + _ERR_PV_LIMITS] = 1.0 if errors & BAD_PV_LIMITS else 0.0
-        sig[b + _ERR_DEAD_BAND] = 1.0 if errors & BAD_DEAD_BAND else 0.0
+    if errors != state.status // ERROR_BASE:
+        state.status = (state.status & MODES) | errors * ERROR_BASE
+        signals[b + _ERR_PV_LIMITS] = 1.0 if errors & BAD_PV_LIMITS else 0.0
+        signals[b + _ERR_DEAD_BAND] = 1.0 if errors & BAD_DEAD_BAND else 0.0
     if errors != 0:
         return
-    limit_inputs(c, s, sig)
-    s.status = MANUAL_MODE if sig[b + _MANUAL] != 0.0 else AUTO_MODE
-    s.error = single(s.sp - s.pv)
-    if s.status == MANUAL_MODE:
-        sig[b + _ON_OFF_MV] = 1.0 if sig[b + _MANUAL_MV] != 0.0 else 0.0
-    elif s.error > band or s.error < -band:
-        above = s.error > 0.0
-        sig[b + _ON_OFF_MV] = 1.0 if above == (sig[b + _DIRECT] == 0.0) else 0.0
-    s.out = sig[b + _ON_OFF_MV]
+    limit_inputs(config, state, signals)
+    state.status = MANUAL_MODE if signals[b + _MANUAL] != 0.0 else AUTO_MODE
+    state.error = single(state.sp - state.pv)
+    if state.status == MANUAL_MODE:
+        signals[b + _ON_OFF_MV] = 1.0 if signals[b + _MANUAL_MV] != 0.0 else 0.0
+    elif state.error > band or state.error < -band:
+        above = state.error > 0.0
+        signals[b + _ON_OFF_MV] = 1.0 if above == (signals[b + _DIRECT] == 0.0) else 0.0
+    state.out = signals[b + _ON_OFF_MV]
 
 
 # --- ControlPWM: the share of a period's cycles in which the output is on ---------------------------------------------
@@ -310,27 +312,27 @@ _PWM_MV, _PWM_HIGH, _PWM_LOW, _PERIOD = _PWM["MV"], _PWM["MaxMV"], _PWM["MinMV"]
 _PWM_OUT, _PWM_ERROR, _WARNING = _PWM["PWM"], _PWM["Error"], _PWM["Warning"]
 
 
-def pwm(c: Config, s: State, sig: MutableSequence[float]) -> None:
+def pwm(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlPWM (kernel)."""
-    b = c.base
-    low = sig[b + _PWM_LOW]
-    high = sig[b + _PWM_HIGH]
-    period = sig[b + _PERIOD]
+    b = config.base
+    low = signals[b + _PWM_LOW]
+    high = signals[b + _PWM_HIGH]
+    period = signals[b + _PERIOD]
     if not (high > low and period >= 1.0):
-        sig[b + _PWM_ERROR] = 1.0
+        signals[b + _PWM_ERROR] = 1.0
         return
-    sig[b + _PWM_ERROR] = 0.0
-    mv = sig[b + _PWM_MV]
+    signals[b + _PWM_ERROR] = 0.0
+    mv = signals[b + _PWM_MV]
     limited = clamp(mv, low, high)
-    sig[b + _WARNING] = 1.0 if limited != mv else 0.0
-    if s.head == 0:
+    signals[b + _WARNING] = 1.0 if limited != mv else 0.0
+    if state.head == 0:
         on = nearest(single(single(single(limited - low) / single(high - low)) * period))
-        s.samples = int(period)
-        s.held = int(on) if on > 0.0 else 0
-    sig[b + _PWM_OUT] = 1.0 if s.head < s.held else 0.0
-    s.head += 1
-    if s.head >= s.samples:
-        s.head = 0
+        state.samples = int(period)
+        state.held = int(on) if on > 0.0 else 0
+    signals[b + _PWM_OUT] = 1.0 if state.head < state.held else 0.0
+    state.head += 1
+    if state.head >= state.samples:
+        state.head = 0
 
 
 # --- ControlSelectMax, ControlSelectMin and ControlSplitRange: functions, which keep nothing from call to call --------
@@ -347,47 +349,47 @@ _OUT1, _OUT2, _SPLIT_ERROR = _SPLIT["MV1"], _SPLIT["MV2"], _SPLIT["Error"]
 FULL = 100.0
 
 
-def select(c: Config, first: bool, sig: MutableSequence[float]) -> None:  # noqa: FBT001 - a kernel
+def select(config: Config, first: bool, signals: MutableSequence[float]) -> None:  # noqa: FBT001 - a kernel
     """Takes one of the two and tells the other one that it is overridden (kernel)."""
-    b = c.base
-    sig[b + _SELECT_MV] = sig[b + (_MV1 if first else _MV2)]
-    sig[b + _OVERR1] = 0.0 if first else 1.0
-    sig[b + _OVERR2] = 1.0 if first else 0.0
+    b = config.base
+    signals[b + _SELECT_MV] = signals[b + (_MV1 if first else _MV2)]
+    signals[b + _OVERR1] = 0.0 if first else 1.0
+    signals[b + _OVERR2] = 1.0 if first else 0.0
 
 
-def select_max(c: Config, sig: MutableSequence[float]) -> None:
+def select_max(config: Config, signals: MutableSequence[float]) -> None:
     """One call of ControlSelectMax (kernel)."""
-    select(c, sig[c.base + _MV1] > sig[c.base + _MV2], sig)
+    select(config, signals[config.base + _MV1] > signals[config.base + _MV2], signals)
 
 
-def select_min(c: Config, sig: MutableSequence[float]) -> None:
+def select_min(config: Config, signals: MutableSequence[float]) -> None:
     """One call of ControlSelectMin (kernel)."""
-    select(c, sig[c.base + _MV1] < sig[c.base + _MV2], sig)
+    select(config, signals[config.base + _MV1] < signals[config.base + _MV2], signals)
 
 
-def split_range(c: Config, sig: MutableSequence[float]) -> None:
+def split_range(config: Config, signals: MutableSequence[float]) -> None:
     """One call of ControlSplitRange (kernel)."""
-    b = c.base
-    mv = sig[b + _SPLIT_IN]
-    point = sig[b + _POINT]
-    mode = sig[b + _MODE]
+    b = config.base
+    mv = signals[b + _SPLIT_IN]
+    point = signals[b + _POINT]
+    mode = signals[b + _MODE]
     if not (1.0 <= mode <= 4.0 and 0.0 <= mv <= FULL and 0.0 < point < FULL):
-        sig[b + _SPLIT_ERROR] = 1.0
-        sig[b + _OUT1] = 0.0
-        sig[b + _OUT2] = 0.0
+        signals[b + _SPLIT_ERROR] = 1.0
+        signals[b + _OUT1] = 0.0
+        signals[b + _OUT2] = 0.0
         return
-    sig[b + _SPLIT_ERROR] = 0.0
+    signals[b + _SPLIT_ERROR] = 0.0
     lower = FULL
     upper = 0.0
     if mv < point:
         lower = single(single(mv / point) * FULL)
     else:
         upper = single(single(single(mv - point) / single(FULL - point)) * FULL)
-    sig[b + _OUT1] = single(FULL - lower) if mode == 4.0 else lower
+    signals[b + _OUT1] = single(FULL - lower) if mode == 4.0 else lower
     if mode == 1.0:
-        sig[b + _OUT2] = single(FULL - lower)
+        signals[b + _OUT2] = single(FULL - lower)
     else:
-        sig[b + _OUT2] = single(FULL - upper) if mode == 3.0 else upper
+        signals[b + _OUT2] = single(FULL - upper) if mode == 3.0 else upper
 
 
 # --- The virtual NextoPID: one cycle of the task ----------------------------------------------------------------------
@@ -400,69 +402,69 @@ def split_range(c: Config, sig: MutableSequence[float]) -> None:
 __all__ = ["COST", "INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
 
-def call(c: Config, s: State, aux: list[float], sig: list[float]) -> None:
+def call(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
     """One call of a block (kernel)."""
-    kind = c.kind
+    kind = config.kind
     if kind <= slots.PIDA_TUNE_INT:
-        pid(c, s, sig)
-        sig[c.sig_sp] = s.sp
+        pid(config, state, signals)
+        signals[config.sig_sp] = state.sp
         if kind >= slots.PIDA_TUNE_REAL:
-            keep_results(c, s, sig)
+            keep_results(config, state, signals)
     elif kind == slots.LEAD_LAG:
-        lead_lag(c, s, sig)
+        lead_lag(config, state, signals)
     elif kind == slots.DELAY:
-        delay(c, s, aux, sig)
+        delay(config, state, aux, signals)
     elif kind == slots.DELAY_LAG:
-        delay_lag(c, s, aux, sig)
+        delay_lag(config, state, aux, signals)
     elif kind == slots.LAG:
-        lag(c, s, sig)
+        lag(config, state, signals)
     elif kind == slots.LOW_FILTER:
-        low_filter(c, s, sig)
+        low_filter(config, state, signals)
     else:
-        call_switch(c, s, sig)
+        call_switch(config, state, signals)
 
 
-def call_switch(c: Config, s: State, sig: list[float]) -> None:
+def call_switch(config: Config, state: State, signals: list[float]) -> None:
     """One call of a block that switches or selects (kernel)."""
-    kind = c.kind
+    kind = config.kind
     if kind == slots.ON_OFF:
-        on_off(c, s, sig)
-        sig[c.sig_sp] = s.sp
+        on_off(config, state, signals)
+        signals[config.sig_sp] = state.sp
     elif kind == slots.PWM:
-        pwm(c, s, sig)
+        pwm(config, state, signals)
     elif kind == slots.SELECT_MIN:
-        select_min(c, sig)
+        select_min(config, signals)
     elif kind == slots.SELECT_MAX:
-        select_max(c, sig)
+        select_max(config, signals)
     else:
-        split_range(c, sig)
+        split_range(config, signals)
 
 
-def scan(tick: int, cfg: list[Config], st: list[State], aux: list[float], sig: list[float]) -> None:
+def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """The task at ``tick``: the operator's commands, what the program around assigns, moves, calls in turn, moves."""
-    count = len(cfg)
+    count = len(configs)
     for i in range(count):
-        if st[i].command != 0:
-            operate(cfg[i], st[i], sig)
-        if cfg[i].early > 0:
-            wire_in(cfg[i], st[i], aux, sig, cfg[i].wires + cfg[i].early)
-    if count > 0 and cfg[0].moves < cfg[0].moves_first:
-        move(st[0], tick, aux, sig, cfg[0].moves, cfg[0].moves_first)
+        if states[i].command != 0:
+            operate(configs[i], states[i], signals)
+        if configs[i].early > 0:
+            wire_in(configs[i], states[i], aux, signals, configs[i].wires + configs[i].early)
+    if count > 0 and configs[0].moves < configs[0].moves_first:
+        move(states[0], tick, aux, signals, configs[0].moves, configs[0].moves_first)
     for turn in range(count):
-        called = cfg[turn].turn
-        c = cfg[called]
-        s = st[called]
-        if tick >= s.due:
-            s.due = tick + s.period
-            if c.wires < c.wires_end:
-                wire_in(c, s, aux, sig, c.wires_end)
-            if s.fault != 0 and s.fault_at < 0:
-                s.fault_at = tick
-            call(c, s, aux, sig)
-            if c.error >= 0 and sig[c.error] != 0.0:
-                s.erred = 1
-    if count > 0 and cfg[0].moves_first < cfg[0].moves_end:
-        move(st[0], tick, aux, sig, cfg[0].moves_first, cfg[0].moves_end)
+        called = configs[turn].turn
+        config = configs[called]
+        state = states[called]
+        if tick >= state.due:
+            state.due = tick + state.period
+            if config.wires < config.wires_end:
+                wire_in(config, state, aux, signals, config.wires_end)
+            if state.fault != 0 and state.fault_at < 0:
+                state.fault_at = tick
+            call(config, state, aux, signals)
+            if config.error >= 0 and signals[config.error] != 0.0:
+                state.erred = 1
+    if count > 0 and configs[0].moves_first < configs[0].moves_end:
+        move(states[0], tick, aux, signals, configs[0].moves_first, configs[0].moves_end)
 
 
 INLINED = (scan, wire_in, value_of)
@@ -495,16 +497,16 @@ class NextopidRegisters(Registers):
         """Every signal and parameter, with its loop."""
         return {name: self._loops.get(name.partition(".")[0], NO_LOOP) for name in self._rows}
 
-    def contents(self, loop: int, sig: Sequence[float]) -> Mapping[Any, int]:
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:
         """As they are after the last cycle."""
         numbers = self.plc.layout.numbers
         return {
-            name: raw_of(self._rows[name].type, content_of_number(self._rows[name].type, sig[numbers[name]]))
+            name: raw_of(self._rows[name].type, content_of_number(self._rows[name].type, signals[numbers[name]]))
             for name, owner in self.places().items()
             if owner == loop
         }
 
-    def write(self, number: Any, raw: int, sig: MutableSequence[float]) -> Done:
+    def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> Done:
         """A signal from outside, or an input that the program does not write."""
         row = self._rows[number]
         owner, _, name = number.partition(".")
@@ -517,11 +519,11 @@ class NextopidRegisters(Registers):
         content = content_written(number, row, raw)
         loop = self._loops.get(owner, NO_LOOP)
         if loop == NO_LOOP or not name:
-            sig[self.plc.inputs.get(number, self.plc.layout.numbers[number])] = number_of(row.type, content)
+            signals[self.plc.inputs.get(number, self.plc.layout.numbers[number])] = number_of(row.type, content)
             return done(number, row, content, None, None)
-        before = self.plc.intended_mode(loop, sig)
-        late = self.plc.set(loop, (name,), content, sig)
-        mode = self.plc.intended_mode(loop, sig)
+        before = self.plc.intended_mode(loop, signals)
+        late = self.plc.set(loop, (name,), content, signals)
+        mode = self.plc.intended_mode(loop, signals)
         return done(number, row, content, late, mode if mode != before else None)
 
 

@@ -201,63 +201,63 @@ WARNINGS = 10
 LONGEST = float(LONGEST_SAMPLE)
 
 
-def bad_limits(c: Config, sig: Sequence[float]) -> int:
+def bad_limits(config: Config, signals: Sequence[float]) -> int:
     """Errors of the limits, of the gain's range and of the sample time (kernel)."""
-    b = c.base
+    b = config.base
     errors = 0
-    if not sig[b + MAX_MV] > sig[b + MIN_MV]:
+    if not signals[b + MAX_MV] > signals[b + MIN_MV]:
         errors |= BAD_MV_LIMITS
-    if not sig[b + MAX_PV] > sig[b + MIN_PV]:
+    if not signals[b + MAX_PV] > signals[b + MIN_PV]:
         errors |= BAD_PV_LIMITS
-    if sig[b + INDEP] != 0.0:
-        if not sig[b + KP] >= 0.0:
+    if signals[b + INDEP] != 0.0:
+        if not signals[b + KP] >= 0.0:
             errors |= BAD_KP
-    elif not sig[b + KP] > 0.0:
+    elif not signals[b + KP] > 0.0:
         errors |= BAD_KP
-    if not c.ts <= LONGEST:
+    if not config.ts <= LONGEST:
         errors |= BAD_SAMPLE_TIME
     return errors
 
 
-def negative(c: Config, sig: Sequence[float]) -> int:
+def negative(config: Config, signals: Sequence[float]) -> int:
     """Errors of the parameters that may not be negative (kernel)."""
-    b = c.base
+    b = config.base
     errors = 0
-    if not sig[b + TD_KD] >= 0.0:
+    if not signals[b + TD_KD] >= 0.0:
         errors |= BAD_TD_KD
-    if not sig[b + TI_KI] >= 0.0:
+    if not signals[b + TI_KI] >= 0.0:
         errors |= BAD_TI_KI
-    if not sig[b + TFD] >= 0.0:
+    if not signals[b + TFD] >= 0.0:
         errors |= BAD_TFD
-    if not sig[b + MAX_VAR_MV] >= 0.0:
+    if not signals[b + MAX_VAR_MV] >= 0.0:
         errors |= BAD_MAX_VAR_MV
-    if not sig[b + DEAD_BAND] >= 0.0:
+    if not signals[b + DEAD_BAND] >= 0.0:
         errors |= BAD_DEAD_BAND
     return errors
 
 
-def write_errors(c: Config, s: State, sig: MutableSequence[float], errors: int) -> None:
+def write_errors(config: Config, state: State, signals: MutableSequence[float], errors: int) -> None:
     """The error bits, where they have changed (kernel)."""
-    if errors != s.status // ERROR_BASE:
-        s.status = (s.status & MODES) | (errors * ERROR_BASE)
+    if errors != state.status // ERROR_BASE:
+        state.status = (state.status & MODES) | (errors * ERROR_BASE)
         for i in range(ERRORS):
-            sig[c.base + ERR_BITS + i] = float((errors >> i) & 1)
+            signals[config.base + ERR_BITS + i] = float((errors >> i) & 1)
 
 
-def write_warnings(c: Config, s: State, sig: MutableSequence[float], warnings: int) -> None:
+def write_warnings(config: Config, state: State, signals: MutableSequence[float], warnings: int) -> None:
     """The warning bits, where they have changed (kernel)."""
-    if warnings != s.aux_status:
-        s.aux_status = warnings
+    if warnings != state.aux_status:
+        state.aux_status = warnings
         for i in range(WARNINGS):
-            sig[c.base + WARN_BITS + i] = float((warnings >> i) & 1)
+            signals[config.base + WARN_BITS + i] = float((warnings >> i) & 1)
 
 
-def limited_inputs(c: Config, sig: Sequence[float]) -> tuple[float, float, int]:
+def limited_inputs(config: Config, signals: Sequence[float]) -> tuple[float, float, int]:
     """PV and the set point in force within MinPV and MaxPV, with the bits that tell so (kernel, D224)."""
-    b = c.base
-    high = sig[b + MAX_PV]
-    low = sig[b + MIN_PV]
-    pv = sig[b + PV]
+    b = config.base
+    high = signals[b + MAX_PV]
+    low = signals[b + MIN_PV]
+    pv = signals[b + PV]
     warnings = 0
     if pv > high:
         pv = high
@@ -265,8 +265,8 @@ def limited_inputs(c: Config, sig: Sequence[float]) -> tuple[float, float, int]:
     elif pv < low:
         pv = low
         warnings = PV_LOW
-    cascade = sig[b + CASC] != 0.0
-    sp = sig[b + SP_CASC] if cascade else sig[b + SP]
+    cascade = signals[b + CASC] != 0.0
+    sp = signals[b + SP_CASC] if cascade else signals[b + SP]
     if sp > high:
         sp = high
         warnings |= SP_CASC_HIGH if cascade else SP_HIGH
@@ -284,58 +284,58 @@ LEAST_TI = single(float(SHORTEST_INTEGRAL))
 """An integral time below this switches the integral action off."""
 
 
-def integral_gain(c: Config, sig: Sequence[float]) -> float:
+def integral_gain(config: Config, signals: Sequence[float]) -> float:
     """Ki; 0 without integral action (kernel)."""
-    ti_ki = sig[c.base + TI_KI]
-    if sig[c.base + INDEP] != 0.0:
+    ti_ki = signals[config.base + TI_KI]
+    if signals[config.base + INDEP] != 0.0:
         return ti_ki
     if ti_ki < LEAST_TI:
         return 0.0
-    return single(sig[c.base + KP] / ti_ki)
+    return single(signals[config.base + KP] / ti_ki)
 
 
-def proportional(c: Config, sig: Sequence[float], e: float) -> float:
+def proportional(config: Config, signals: Sequence[float], e: float) -> float:
     """The proportional action; DisableP is of effect in the dependent form only (kernel)."""
-    b = c.base
-    if sig[b + DISABLE_P] != 0.0 and sig[b + INDEP] == 0.0:
+    b = config.base
+    if signals[b + DISABLE_P] != 0.0 and signals[b + INDEP] == 0.0:
         return 0.0
-    p = single(sig[b + KP] * e)
-    return -p if sig[b + DIRECT] != 0.0 else p
+    p = single(signals[b + KP] * e)
+    return -p if signals[b + DIRECT] != 0.0 else p
 
 
-def increment(c: Config, sig: Sequence[float], ki: float, e: float) -> float:
+def increment(config: Config, signals: Sequence[float], ki: float, e: float) -> float:
     """What this call adds to the integral action, unless a cascade slave cannot follow that way (kernel)."""
-    b = c.base
+    b = config.base
     if ki == 0.0:
         return 0.0
-    change = single(single(ki * e) * c.ts)
-    if sig[b + DIRECT] != 0.0:
+    change = single(single(ki * e) * config.ts)
+    if signals[b + DIRECT] != 0.0:
         change = -change
-    if change > 0.0 and sig[b + WINDUP_H_IN] != 0.0:
+    if change > 0.0 and signals[b + WINDUP_H_IN] != 0.0:
         return 0.0
-    if change < 0.0 and sig[b + WINDUP_L_IN] != 0.0:
+    if change < 0.0 and signals[b + WINDUP_L_IN] != 0.0:
         return 0.0
     return change
 
 
-def derivative(c: Config, s: State, sig: Sequence[float], pv: float, e: float) -> float:
+def derivative(config: Config, state: State, signals: Sequence[float], pv: float, e: float) -> float:
     """The derivative action after its filter, from what PV and error were in the last call (kernel, D221)."""
-    b = c.base
-    kd = sig[b + TD_KD]
-    if sig[b + INDEP] == 0.0:
-        kd = single(sig[b + KP] * kd)
-    change = single(e - s.error) if sig[b + DERIV_ER] != 0.0 else single(s.pv - pv)
-    if sig[b + DIRECT] != 0.0:
+    b = config.base
+    kd = signals[b + TD_KD]
+    if signals[b + INDEP] == 0.0:
+        kd = single(signals[b + KP] * kd)
+    change = single(e - state.error) if signals[b + DERIV_ER] != 0.0 else single(state.pv - pv)
+    if signals[b + DIRECT] != 0.0:
         change = -change
-    d = single(single(kd * change) / c.ts)
-    tfd = sig[b + TFD]
+    d = single(single(kd * change) / config.ts)
+    tfd = signals[b + TFD]
     if tfd > 0.0:
-        quotient = single(c.ts / tfd)
-        if quotient != s.share_of:
-            s.share_of = quotient
-            s.share = single(share(quotient))
-        d = single(s.derivative + single(single(d - s.derivative) * s.share))
-    return finite(d, s.derivative)
+        quotient = single(config.ts / tfd)
+        if quotient != state.share_of:
+            state.share_of = quotient
+            state.share = single(share(quotient))
+        d = single(state.derivative + single(single(d - state.derivative) * state.share))
+    return finite(d, state.derivative)
 
 
 # --- MV within its limits, and the integral action that goes with it. D numbers: see `decisions` ----------------------
@@ -354,51 +354,51 @@ def remainder(x: float, p: float, d: float, bias: float) -> float:
     return single(single(single(x - p) - d) - bias)
 
 
-def whole(c: Config, mv: float) -> float:
+def whole(config: Config, mv: float) -> float:
     """MV rounded where the block is an INT one (kernel, D228)."""
-    return nearest(mv) if c.whole else mv
+    return nearest(mv) if config.whole else mv
 
 
-def copy_mv(c: Config, s: State, sig: Sequence[float], mv: float) -> int:
+def copy_mv(config: Config, state: State, signals: Sequence[float], mv: float) -> int:
     """MV from elsewhere, within MinMV and MaxMV (kernel): the bits that tell whether they limit it."""
-    b = c.base
-    s.out = whole(c, clamp(mv, sig[b + MIN_MV], sig[b + MAX_MV]))
-    if mv > sig[b + MAX_MV]:
+    b = config.base
+    state.out = whole(config, clamp(mv, signals[b + MIN_MV], signals[b + MAX_MV]))
+    if mv > signals[b + MAX_MV]:
         return MV_HIGH
-    return MV_LOW if mv < sig[b + MIN_MV] else 0
+    return MV_LOW if mv < signals[b + MIN_MV] else 0
 
 
-def limited(c: Config, s: State, sig: Sequence[float], x: float) -> int:
+def limited(config: Config, state: State, signals: Sequence[float], x: float) -> int:
     """MV as calculated, its variation limited first, then MV itself (kernel, D223, D691): the bits."""
-    b = c.base
-    variation = sig[b + MAX_VAR_MV]
+    b = config.base
+    variation = signals[b + MAX_VAR_MV]
     bits = 0
     if variation > 0.0:
-        highest = single(s.out + variation)
-        lowest = single(s.out - variation)
+        highest = single(state.out + variation)
+        lowest = single(state.out - variation)
         if x > highest:
             x = highest
             bits = RISE_LIMITED
         elif x < lowest:
             x = lowest
             bits = FALL_LIMITED
-    if x > sig[b + MAX_MV]:
-        x = sig[b + MAX_MV]
+    if x > signals[b + MAX_MV]:
+        x = signals[b + MAX_MV]
         bits |= MV_HIGH
-    elif x < sig[b + MIN_MV]:
-        x = sig[b + MIN_MV]
+    elif x < signals[b + MIN_MV]:
+        x = signals[b + MIN_MV]
         bits |= MV_LOW
-    s.out = whole(c, x)
+    state.out = whole(config, x)
     return bits
 
 
-def accepted_change(s: State, bits: int, without: float, change: float) -> float:
+def accepted_change(state: State, bits: int, without: float, change: float) -> float:
     """How much of an increment of the integral action does not push MV past the limit that it is at (kernel, D222).
 
     ``without`` is P + I + D + BIAS before the increment.
     """
     if change > 0.0 and bits & UPWARD:
-        return clamp(single(s.out - without), 0.0, change)
+        return clamp(single(state.out - without), 0.0, change)
     if change < 0.0 and bits & DOWNWARD:
-        return clamp(single(s.out - without), change, 0.0)
+        return clamp(single(state.out - without), change, 0.0)
     return change
