@@ -41,8 +41,8 @@ class Rig:
         if "out_width" not in given:
             c.out_low, c.out_width = c.out_min, c.out_span
         c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias, c.sig_step = (6 * i + k for k in range(6))
-        c.curved = int(c.root or c.squared or c.deadband > 0.0)
-        c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)
+        c.shapes_error = int(c.square_root or c.squared or c.deadband > 0.0)
+        c.is_special = int(c.velocity or c.shapes_error or c.derivative_on_pv or c.step_bias)
         c.rs_table, c.tune_buffer = i * (TABLE + POINTS), i * (TABLE + POINTS) + TABLE
         self.aux += [0.0] * (TABLE + POINTS)
         self.sig += [plant.value if plant else 0.0, 0.0, 0.0, s.out, 0.0, 0.0]

@@ -67,7 +67,7 @@ class Rig:
         return c, s
 
     def request(self, mode, i=0):
-        self.st[i].wanted = MODES[mode]
+        self.st[i].wanted_mode = MODES[mode]
         self.st[i].busy |= bits.REQUEST
 
     def tune(self, i=0, *, on=True):

@@ -62,7 +62,7 @@ class Block:
 
     def __init__(self, kind, ts=0.1, **given):
         self.places = slots.PLACES[kind]
-        self.c = Config(kind=slots.KINDS[kind], base=MARGIN, ts=single(ts), buffer=MARGIN)
+        self.c = Config(kind=slots.KINDS[kind], base=MARGIN, sample_time=single(ts), buffer=MARGIN)
         self.s = State()
         self.sig = [UNTOUCHED] * MARGIN + [0.0] * len(self.places) + [UNTOUCHED] * MARGIN
         self.aux = [UNTOUCHED] * (LINE + 2 * MARGIN)

@@ -19,7 +19,11 @@ class Block:
     def __init__(self, kind="PIDA_TUNE_REAL", ts=0.1, before=3, **parameters):
         self.places = PLACES[kind]
         self.c = Config(
-            kind=KINDS[kind], base=before, ts=single(ts), period=round(ts * TICKS), whole=int("INT" in kind)
+            kind=KINDS[kind],
+            base=before,
+            sample_time=single(ts),
+            period=round(ts * TICKS),
+            is_integer=int("INT" in kind),
         )
         self.s = State()
         self.sig = [-1.0] * before + [0.0] * len(self.places) + [-1.0]

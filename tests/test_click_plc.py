@@ -88,8 +88,8 @@ def test_every_register_reaches_the_controller():
 
     assert (c.period, s.period, s.sample_ms) == (500_000, 500_000, 500)
     assert (c.sp_low_on, c.sp_low, c.sp_high_on, c.sp_high) == (1, 50.0, 1, 130.0)
-    assert (c.reverse, c.bumpless, c.freeze, c.squared, c.deadband_on, c.deadband) == (1, 1, 1, 1, 1, 0.5)
-    assert (c.limited, c.limit, c.filtered, c.filter) == (1, 10.0, 1, float_of(bits_of(0.8)))
+    assert (c.reverse, c.bumpless, c.freeze_bias, c.squared, c.deadband_on, c.deadband) == (1, 1, 1, 1, 1, 0.5)
+    assert (c.gain_limit_on, c.gain_limit, c.filter_on, c.filter) == (1, 10.0, 1, float_of(bits_of(0.8)))
     assert (c.out_low, c.out_high, c.pwm, c.pwm_period) == (0.0, 100.0, 1, 10_000_000)
     assert (c.low_low, c.low, c.high, c.high_high) == (45.0, 50.0, 125.0, 135.0)
     assert (c.deviation_high, c.deviation_high_high) == (5.0, 10.0)
@@ -215,12 +215,12 @@ def test_a_key_is_written_to_its_register(key, value, field, becomes):
         ("alarms.deviation.high_high", 8, "deviation_high_high", 8.0),
         ("alarms.rate_of_change", "60 /min", "rate_of_change", float_of(bits_of(0.1))),
         ("pv.filter", 25, "filter", 0.25),
-        ("pv.filter_enabled", True, "filtered", 1),
+        ("pv.filter_enabled", True, "filter_on", 1),
         ("action", "reverse", "reverse", 1),
         ("error.curve", "squared", "squared", 1),
         ("bumpless", 1, "bumpless", 1),
-        ("freeze_bias", True, "freeze", 1),
-        ("derivative_gain_limit", 12, "limit", 12.0),
+        ("freeze_bias", True, "freeze_bias", 1),
+        ("derivative_gain_limit", 12, "gain_limit", 12.0),
         ("output.limits.0", 5, "out_low", 5.0),
         ("output.pwm.period", "1 min", "pwm_period", 60_000_000),
         ("autotune.method", "closed", "tune_closed", 1),
@@ -382,7 +382,7 @@ def test_an_output_that_is_no_number_gives_no_pulses_and_one_beyond_its_range_no
     assert pulses(rig, 20) == [0] * 20
     rig.set("output", 1000)
     rig.step(10)
-    assert rig.st[0].pulse == 1e6
+    assert rig.st[0].on_time == 1e6
 
 
 def test_in_stop_there_are_no_pulses_and_run_begins_a_period():
@@ -403,7 +403,7 @@ def test_steps_longer_than_periods_show_no_pulse_twice():
     rig.set("output", 40)
     rig.step(20)
 
-    assert abs(rig.st[0].pulse_at - rig.tick) <= 2 * 2_500_000
+    assert abs(rig.st[0].pulse_start - rig.tick) <= 2 * 2_500_000
 
 
 def test_pulses_run_between_samples():

@@ -70,20 +70,24 @@ def random_config(rng, i, n):
     c.pv_low = c.out_low = -20.0
     c.pv_width = c.out_width = 240.0
     c.filter = rng.choice([1.0, 0.1, 0.5])
-    c.root = int(rng.random() < 0.2)
-    c.span = c.pv_span**0.5 if c.root else c.pv_span
+    c.square_root = int(rng.random() < 0.2)
+    c.span = c.pv_span**0.5 if c.square_root else c.pv_span
     c.squared, c.deadband = int(rng.random() < 0.3), rng.choice([0.0, 0.0, 0.01])
-    c.curved = int(c.root or c.squared or c.deadband > 0.0)
-    c.velocity, c.reverse, c.freeze, c.on_pv = (int(rng.random() < 0.3) for _ in range(4))
-    c.step_bias, c.limited, c.limit = int(rng.random() < 0.2), int(rng.random() < 0.4), rng.choice([0.0, 5.0, 20.0])
-    c.special = int(c.velocity or c.curved or c.on_pv or c.step_bias)
+    c.shapes_error = int(c.square_root or c.squared or c.deadband > 0.0)
+    c.velocity, c.reverse, c.bias_freeze, c.derivative_on_pv = (int(rng.random() < 0.3) for _ in range(4))
+    c.step_bias, c.gain_limit_on, c.gain_limit = (
+        int(rng.random() < 0.2),
+        int(rng.random() < 0.4),
+        rng.choice([0.0, 5.0, 20.0]),
+    )
+    c.is_special = int(c.velocity or c.shapes_error or c.derivative_on_pv or c.step_bias)
     c.bumpless = rng.choice([1, 2])
     if rng.random() < 0.5:
         c.sp_min, c.sp_max = low + 0.1 * c.span, low + 0.9 * c.span
     if rng.random() < 0.5:
-        c.m_low, c.m_high = low + 0.05 * c.out_span, low + 0.95 * c.out_span
+        c.output_low_limit, c.output_high_limit = low + 0.05 * c.out_span, low + 0.95 * c.out_span
     else:
-        c.m_low, c.m_high = low, high
+        c.output_low_limit, c.output_high_limit = low, high
     c.major = rng.randrange(n) if n > 1 and rng.random() < 0.4 else -1
     c.major = -1 if c.major == i else c.major
     random_alarms(rng, c)

@@ -98,7 +98,7 @@ def test_deviation_uses_the_limited_set_point():
 
 def test_with_root_extract_the_pv_is_compared_with_the_square_of_the_set_point():
     """SP 40 on the root's scale is a PV of 1600; the absolute alarms stay on the raw PV."""
-    assert trail([1600, 1651, 1701], sp=40.0, root=1, span=64.0, yellow=50.0, red=100.0, high=1700.0) == [
+    assert trail([1600, 1651, 1701], sp=40.0, square_root=1, span=64.0, yellow=50.0, red=100.0, high=1700.0) == [
         [],
         ["deviation_yellow"],
         ["pv_high", "deviation_yellow", "deviation_red"],

@@ -48,7 +48,16 @@ def closed_loop(gain, time_constant, dead_time, ts, *, noise=0.0, reverse=0, low
     g = -gain if reverse else gain
     plant = FirstOrder(g, time_constant, dead_time, initial=2000.0, offset=2000.0 - g * 2000.0)
     _, s = rig.add(
-        plant, "auto", out=2000.0, sp=2000.0, reverse=reverse, m_low=low, m_high=high, gain=0.5, reset=50.0, **fields
+        plant,
+        "auto",
+        out=2000.0,
+        sp=2000.0,
+        reverse=reverse,
+        output_low_limit=low,
+        output_high_limit=high,
+        gain=0.5,
+        reset=50.0,
+        **fields,
     )
     rig.step(20)
     rig.tune()
@@ -272,7 +281,14 @@ def test_the_relay_takes_three_full_cycles_between_the_limits_and_gives_the_bias
 @pytest.mark.parametrize(("distance", "starts"), [(0, True), (205, True), (-205, True), (206, False), (-1638, False)])
 def test_a_closed_loop_starts_only_near_its_set_point(distance, starts, reverse):
     rig = Rig(base=0.5)
-    given = {"gain": 0.5, "reset": 50.0, "rate": 3.0, "m_low": 100.0, "m_high": 4000.0, "reverse": reverse}
+    given = {
+        "gain": 0.5,
+        "reset": 50.0,
+        "rate": 3.0,
+        "output_low_limit": 100.0,
+        "output_high_limit": 4000.0,
+        "reverse": reverse,
+    }
     _, s = rig.add(Fixed(2000.0), "auto", sp=2000.0 + distance, bumpless=2, **given)
     rig.step()
     rig.tune()
@@ -381,7 +397,16 @@ def test_results_below_one_digit_are_one_digit_since_0_would_switch_them_off():
 
 def test_a_relay_that_nothing_answers_is_given_up_and_the_controller_goes_on_as_before():
     rig = Rig(base=5.0)
-    _, s = rig.add(Fixed(2000.0), "auto", out=1500.0, bias=1500.0, sp=2000.0, m_low=1000.0, m_high=3000.0, gain=0.5)
+    _, s = rig.add(
+        Fixed(2000.0),
+        "auto",
+        out=1500.0,
+        bias=1500.0,
+        sp=2000.0,
+        output_low_limit=1000.0,
+        output_high_limit=3000.0,
+        gain=0.5,
+    )
     rig.step(3)
     bias = s.bias
     rig.tune()
@@ -389,7 +414,7 @@ def test_a_relay_that_nothing_answers_is_given_up_and_the_controller_goes_on_as_
 
     assert rig.log == [(0, "auto-tune stopped: the PV does not answer")]
     assert s.status & (TUNING | TUNE_ERROR) == TUNE_ERROR
-    assert (s.bias, s.m) == (bias, bias)
+    assert (s.bias, s.unrounded_output) == (bias, bias)
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,17 @@ def test_the_derivative_gain_limit_spreads_the_kick_and_keeps_its_sum():
     for limited in (0, 1):
         rig = Rig(base=0.1)
         pv = Fixed(2000.0)
-        rig.add(pv, sp=2000.0, gain=1.0, rate=2.0, limited=limited, limit=5.0, out=1000.0, bumpless=2, mode="auto")
+        rig.add(
+            pv,
+            sp=2000.0,
+            gain=1.0,
+            rate=2.0,
+            gain_limit_on=limited,
+            gain_limit=5.0,
+            out=1000.0,
+            bumpless=2,
+            mode="auto",
+        )
         rig.step()
         pv.value = 1990.0
         kicks[limited] = [out - 1010.0 for (out,) in rig.trace(200, "out")]
@@ -94,7 +104,7 @@ def test_the_derivative_gain_limit_spreads_the_kick_and_keeps_its_sum():
 
 
 def test_a_derivative_gain_limit_of_zero_takes_the_derivative_out():
-    _, s = one(gain=1.0, rate=2.0, limited=1, limit=0.0)
+    _, s = one(gain=1.0, rate=2.0, gain_limit_on=1, gain_limit=0.0)
 
     assert s.kd == 0.0
 
@@ -103,7 +113,7 @@ def test_derivative_on_pv_ignores_the_set_point():
     outs = {}
     for on_pv in (0, 1):
         rig = Rig(base=0.1)
-        _, s = rig.add(Fixed(1000.0), sp=1000.0, gain=1.0, rate=1.0, on_pv=on_pv, out=500.0, mode="auto")
+        _, s = rig.add(Fixed(1000.0), sp=1000.0, gain=1.0, rate=1.0, derivative_on_pv=on_pv, out=500.0, mode="auto")
         rig.step(2)
         s.sp = 1010.0
         outs[on_pv] = [out for (out,) in rig.trace(2, "out")]
@@ -114,7 +124,7 @@ def test_derivative_on_pv_ignores_the_set_point():
 def test_derivative_on_pv_works_against_a_rising_pv():
     rig = Rig(base=0.1)
     pv = Fixed(1000.0)
-    rig.add(pv, sp=1000.0, gain=1.0, rate=1.0, on_pv=1, out=500.0, mode="auto")
+    rig.add(pv, sp=1000.0, gain=1.0, rate=1.0, derivative_on_pv=1, out=500.0, mode="auto")
     rig.step(2)
     pv.value = 1010.0
 
@@ -124,16 +134,16 @@ def test_derivative_on_pv_works_against_a_rising_pv():
 @pytest.mark.parametrize("action", [0, 1])
 def test_velocity_form_is_the_difference_of_the_position_form(action):
     fields = {"gain": 1.7, "reset": 12.0, "rate": 0.8, "reverse": action, "out_min": -1e9, "out_max": 1e9}
-    c, s = one(**fields, limited=1, limit=8.0)
-    c2, v = one(**fields, limited=1, limit=8.0, velocity=1)
+    c, s = one(**fields, gain_limit_on=1, gain_limit=8.0)
+    c2, v = one(**fields, gain_limit_on=1, gain_limit=8.0, velocity=1)
     errors = [0.01 * math.sin(0.3 * n) + 0.002 * n for n in range(60)]
     for state in (s, v):
-        state.e1 = state.x1 = state.x2 = errors[0]
+        state.previous_error = state.derivative_input_1 = state.derivative_input_2 = errors[0]
     before = position(c, s, errors[0], errors[0])
-    v.m = before
+    v.unrounded_output = before
     for e in errors[1:]:
-        m, v.m = position(c, s, e, e), velocity(v, e, e)
-        assert v.m == pytest.approx(m, abs=1e-8)
+        m, v.unrounded_output = position(c, s, e, e), velocity(v, e, e)
+        assert v.unrounded_output == pytest.approx(m, abs=1e-8)
     assert c2.velocity == 1
 
 
@@ -143,16 +153,16 @@ def test_terms_are_added_up_in_the_order_in_which_they_are_printed():
     s.kp, s.kd, s.bias = 2.0, 3.0, 0.1
     assert position(c, s, 0.1, 0.1) == 0.6
     _, v = one()
-    v.kp, v.ki, v.m = 2.0, 3.0, 0.1
+    v.kp, v.ki, v.unrounded_output = 2.0, 3.0, 0.1
     assert velocity(v, 0.1, 0.1) == 0.6
 
 
 def test_without_a_limit_the_derivative_remembers_its_signal_as_it_is():
     """-0.9 + (-0.3 + 0.9) would not be -0.3 (D678)."""
     c, s = one()
-    s.kd, s.x1 = 1.0, -0.9
+    s.kd, s.derivative_input_1 = 1.0, -0.9
     position(c, s, -0.3, -0.3)
-    assert s.x1 == -0.3
+    assert s.derivative_input_1 == -0.3
 
 
 def test_reverse_action_mirrors_direct_action_on_a_mirrored_plant():
@@ -203,7 +213,7 @@ def test_the_square_comes_before_the_deadband():
 
 def test_square_root_extract_compares_the_set_point_with_the_root_of_the_pv():
     """The manual: the loop drives the output so that the square root of the PV equals SP; full scale is sqrt(4095)."""
-    c = Config(root=1, span=math.sqrt(4095.0))
+    c = Config(square_root=1, span=math.sqrt(4095.0))
 
     assert shaped(c, 32.0, 1024.0) == 0.0
     assert shaped(c, math.sqrt(4095.0), 0.0) == pytest.approx(1.0)
@@ -216,7 +226,7 @@ def test_a_root_loop_settles_where_the_root_of_the_pv_is_the_set_point_word():
         FirstOrder(1.0, 2.0, initial=400.0),
         sp=40.0,
         out=400.0,
-        root=1,
+        square_root=1,
         span=math.sqrt(4095.0),
         gain=0.5,
         reset=2.0,
@@ -284,7 +294,7 @@ TUNINGS = st.fixed_dictionaries(
         "rate": st.sampled_from([0.0, 0.01, 20.0]),
         "reverse": st.integers(0, 1),
         "velocity": st.integers(0, 1),
-        "freeze": st.integers(0, 1),
+        "bias_freeze": st.integers(0, 1),
     }
 )
 
@@ -294,7 +304,7 @@ TUNINGS = st.fixed_dictionaries(
 def test_the_output_never_leaves_its_limits_nor_the_bias_the_data_range(tuning, low, width, pvs):
     rig = Rig(base=0.1)
     pv = Fixed(pvs[0])
-    _, s = rig.add(pv, "auto", m_low=float(low), m_high=float(low + width), sp=2000.0, **tuning)
+    _, s = rig.add(pv, "auto", output_low_limit=float(low), output_high_limit=float(low + width), sp=2000.0, **tuning)
     for pv.value in pvs:
         rig.step()
         assert s.status & bits.AUTO
@@ -316,7 +326,7 @@ def test_bias_freeze_stops_outward_integration_at_full_scale_and_always_comes_ba
     """4 x 0.1 / 5 x 1000 counts are integrated once, then the output is at an end of the range."""
     rig = Rig(base=0.1)
     pv = Fixed(1000.0)
-    _, s = rig.add(pv, sp=sp, gain=4.0, reset=5.0, freeze=freeze, out=1000.0, bumpless=2, mode="auto")
+    _, s = rig.add(pv, sp=sp, gain=4.0, reset=5.0, bias_freeze=freeze, out=1000.0, bumpless=2, mode="auto")
     rig.run(60)
     assert s.out == (4095.0 if sp else 0.0)
     assert s.bias == stays
@@ -336,9 +346,9 @@ def test_bias_freeze_does_nothing_inside_narrow_output_limits(sp, out, bias):
         sp=sp,
         gain=1.0,
         reset=1.0,
-        freeze=1,
-        m_low=500.0,
-        m_high=3000.0,
+        bias_freeze=1,
+        output_low_limit=500.0,
+        output_high_limit=3000.0,
         out=2000.0,
         bumpless=2,
         mode="auto",
@@ -418,7 +428,7 @@ def test_a_result_beyond_32_bits_is_an_overflow_and_forces_manual():
         span=65535.0,
         out_max=65535.0,
         out_span=65535.0,
-        m_high=65535.0,
+        output_high_limit=65535.0,
         out=300.0,
         mode="auto",
     )
@@ -457,7 +467,7 @@ def test_a_bipolar_output_swings_around_zero():
         span=8190.0,
         out_min=-4095.0,
         out_span=8190.0,
-        m_low=-4095.0,
+        output_low_limit=-4095.0,
         gain=2.0,
         bumpless=2,
         mode="auto",

@@ -282,7 +282,15 @@ def test_an_alarm_that_comes_up_in_auto_leaves_the_mode_alone():
 def test_bumpless_one_has_no_bump_at_any_error(velocity, on_pv):
     rig = Rig(base=0.1)
     _, s = rig.add(
-        Fixed(1000.0), sp=3000.0, gain=5.0, reset=4.0, rate=2.0, velocity=velocity, on_pv=on_pv, bias=123.0, out=1800.0
+        Fixed(1000.0),
+        sp=3000.0,
+        gain=5.0,
+        reset=4.0,
+        rate=2.0,
+        velocity=velocity,
+        derivative_on_pv=on_pv,
+        bias=123.0,
+        out=1800.0,
     )
     rig.step(3)
     rig.request("auto")
@@ -315,7 +323,7 @@ def test_bumpless_two_keeps_the_set_point_and_shows_the_proportional_step_but_no
 
 def test_bumpless_one_sets_the_set_point_on_the_roots_scale():
     rig = Rig(base=0.1)
-    _, s = rig.add(Fixed(1600.0), "auto", root=1, span=4095.0**0.5, sp=10.0, gain=1.0, out=900.0)
+    _, s = rig.add(Fixed(1600.0), "auto", square_root=1, span=4095.0**0.5, sp=10.0, gain=1.0, out=900.0)
     rig.step()
 
     assert (s.sp, s.out) == (40.0, 900.0)

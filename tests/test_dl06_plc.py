@@ -86,10 +86,10 @@ def test_every_setting_reaches_the_controller_through_its_word():
     )
     c, s = machine.cfg[0], machine.st[0]
 
-    assert (c.reverse, c.bumpless, c.freeze, c.squared, c.curved, c.special) == (1, 2, 1, 1, 1, 1)
+    assert (c.reverse, c.bumpless, c.bias_freeze, c.squared, c.shapes_error, c.is_special) == (1, 2, 1, 1, 1, 1)
     assert (s.gain, s.reset, s.rate, s.period) == (2.5, 180.0, 1.25, 500_000)
-    assert (c.limited, c.limit, c.filter) == (1, 8.0, 0.5)
-    assert (c.m_low, c.m_high, c.sp_min, c.sp_max) == (410.0, 3686.0, 410.0, 3686.0)
+    assert (c.gain_limit_on, c.gain_limit, c.filter) == (1, 8.0, 0.5)
+    assert (c.output_low_limit, c.output_high_limit, c.sp_min, c.sp_max) == (410.0, 3686.0, 410.0, 3686.0)
     assert (c.low_low, c.low, c.high, c.high_high) == (205.0, 410.0, 3686.0, 3890.0)
     assert (c.yellow, c.red, c.rate_of_change, c.hysteresis) == (205.0, 410.0, 82.0, 20.0)
     assert (s.sp, c.deadband, s.kp) == (2048.0, 41.0 / 4095.0, -2.5 * 4095.0)
@@ -274,7 +274,7 @@ def test_an_alarm_programming_error_keeps_the_loop_in_manual():
 def test_interlock_and_step_bias_are_options():
     c = plc({}, options=Options(auto_interlock=False, step_bias=True)).cfg[0]
 
-    assert (c.interlock, c.step_bias, c.special) == (0, 1, 1)
+    assert (c.interlock, c.step_bias, c.is_special) == (0, 1, 1)
 
 
 def test_the_output_that_a_scenario_gives_is_on_the_module_at_once():
@@ -320,9 +320,9 @@ def test_set_writes_words_that_are_read_on_the_fly(key, value, name, expected):
     ("key", "value", "names", "expected"),
     [
         ("setpoint.limits", [10, 90], ("sp_min", "sp_max"), (410.0, 3686.0)),
-        ("error.curve", "squared", ("squared", "curved"), (1, 1)),
+        ("error.curve", "squared", ("squared", "shapes_error"), (1, 1)),
         ("action", "reverse", ("reverse",), (1,)),
-        ("bias_freeze", True, ("freeze",), (1,)),
+        ("bias_freeze", True, ("bias_freeze",), (1,)),
         ("pv.filter_enabled", True, ("filter",), (0.3,)),
     ],
 )
@@ -353,10 +353,10 @@ def test_output_limits_are_read_at_a_change_of_the_cpu_mode():
         "+30 is not read until the PLC changes between Program and Run; "
         "+31 is not read until the PLC changes between Program and Run"
     )
-    assert machine.cfg[0].m_high == 4095.0
+    assert machine.cfg[0].output_high_limit == 4095.0
     machine.program(machine.sig)
     machine.run(100_000)
-    assert (machine.cfg[0].m_low, machine.cfg[0].m_high) == (410.0, 3686.0)
+    assert (machine.cfg[0].output_low_limit, machine.cfg[0].output_high_limit) == (410.0, 3686.0)
 
 
 def test_alarm_words_are_read_when_the_cpu_goes_to_run_not_when_it_goes_to_program():
@@ -488,7 +488,7 @@ def test_run_in_run_mode_changes_nothing():
     change(machine, "output.limits", [5, 45])
     machine.run(200_000)
 
-    assert machine.cfg[0].m_high == 4095.0
+    assert machine.cfg[0].output_high_limit == 4095.0
 
 
 @pytest.mark.parametrize("what", ["ramp_soak", "autotune"])

@@ -59,7 +59,7 @@ def test_the_gains_are_those_of_the_ultimate_cycle(numbers):
 @pytest.mark.parametrize(("band", "swing"), [(0.0, 5.0), (3.0, 4.0), (4.9, 2.5)])
 def test_the_ultimate_cycle_of_a_relay_with_hysteresis(band, swing):
     """Ku = 4 d / (pi sqrt(a^2 - h^2)) with a = 5 and d = 30, never below half of a; 20 samples of 0.5 s are Pu."""
-    c = Config(low=0.0, high=100.0, dependent=1)
+    c = Config(lowest_mv=0.0, highest_mv=100.0, dependent=1)
     s = State(
         period=500_000,
         tune_top=80.0,
@@ -76,15 +76,15 @@ def test_the_ultimate_cycle_of_a_relay_with_hysteresis(band, swing):
     measure(c, s)
 
     assert s.gain == pytest.approx(4 * 30 / (math.pi * swing) / 2.2, rel=1e-6)
-    assert (s.reset, s.rate, s.tf) == pytest.approx((22.0, 10 / 6.3, 1 / 6.3), rel=1e-6)
-    assert (s.integral, s.mode, s.wanted, s.tune_done) == (40.0, 0, 2, 1)
+    assert (s.reset, s.rate, s.filter_time) == pytest.approx((22.0, 10 / 6.3, 1 / 6.3), rel=1e-6)
+    assert (s.integral, s.mode, s.wanted_mode, s.tune_done) == (40.0, 0, 2, 1)
 
 
 def test_results_stand_in_the_operands_and_act():
     rig = tuned()
     s = rig.st[0]
 
-    assert [*rig.plc.tuned(0)["results"].values()] == [s.gain, s.reset, s.rate, s.tf]
+    assert [*rig.plc.tuned(0)["results"].values()] == [s.gain, s.reset, s.rate, s.filter_time]
     assert (s.kp, s.mode, rig.mode()) == (s.gain, 0, "auto")
     assert s.ki == pytest.approx(s.gain / s.reset, rel=1e-6)
     assert s.kd == pytest.approx(s.gain * s.rate, rel=1e-6)
@@ -104,7 +104,7 @@ def test_the_independent_form_gets_gains():
 def test_everything_that_is_written_is_single_precision(dependent):
     s = tuned(PID_EQ=dependent, BIAS=0.1).st[0]
 
-    for value in (s.gain, s.reset, s.rate, s.tf, s.integral, s.tune_bottom, s.tune_top):
+    for value in (s.gain, s.reset, s.rate, s.filter_time, s.integral, s.tune_bottom, s.tune_top):
         assert value == single(value)
 
 
@@ -156,7 +156,7 @@ def test_a_range_that_does_not_begin_at_0():
 
 
 def test_the_balanced_relay_moves_a_little_even_at_a_limit():
-    c, s = Config(low=1000.0, high=5000.0), State()
+    c, s = Config(lowest_mv=1000.0, highest_mv=5000.0), State()
     balance(c, s, 5000.0)
 
     assert (s.tune_bottom, s.tune_top, s.tune_rounds) == (4980.0, 5000.0, 1)
@@ -363,7 +363,7 @@ def test_a_pv_that_answers_no_more():
 
 
 def test_a_swing_of_nothing_is_no_answer():
-    c, s = Config(high=100.0), State(tune_top=100.0, tune_count=40)
+    c, s = Config(highest_mv=100.0), State(tune_top=100.0, tune_count=40)
     measure(c, s)
 
     assert (s.tune_done, REASONS[s.tune_reason]) == (2, "autotune stopped: PV does not answer")

@@ -158,7 +158,7 @@ def test_an_interrupt_task_has_its_own_sampling_time():
     plc = load(program_of({"CYCLE": 100}, {"CYCLE": 3000}, plc={"interrupt_task": 20}))
 
     assert (plc.periods, plc.base) == ([20_000, 20_000], 20_000)
-    assert plc.st[0].seconds == single(0.02)
+    assert plc.st[0].sampling_time == single(0.02)
     assert plc.period_set(0, ("CYCLE",), 500) == 0
     effect = plc.set(0, ("CYCLE",), 500, plc.sig)
     assert effect == "has no effect: the interval of the interrupt task is the sampling time"
@@ -323,7 +323,7 @@ def test_every_operation_is_that_of_single_precision(kind, mode):
             pv += rng.uniform(-4, 4)
             expected = native.step(pv)
             assert rig.play([pv], "MV", "I_MV") == [expected]
-            limited += expected[0] in {rig.cfg[0].low, rig.cfg[0].high}
+            limited += expected[0] in {rig.cfg[0].lowest_mv, rig.cfg[0].highest_mv}
 
     assert limited > 50
 

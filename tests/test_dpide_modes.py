@@ -490,7 +490,7 @@ def test_operands_of_one_loop_in_one_device_are_written_together():
     rig.plc.request(0, "auto")
     rig.step()
 
-    assert (rig.mode(), rig.cfg[0].follow, rig.signal("MV"), rig.signal("MOUT")) == ("auto", 1, 30.0, 30.0)
+    assert (rig.mode(), rig.cfg[0].mout_follows, rig.signal("MV"), rig.signal("MOUT")) == ("auto", 1, 30.0, 30.0)
 
 
 def test_what_an_event_writes_itself_is_not_overwritten_by_a_shared_device():

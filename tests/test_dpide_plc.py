@@ -92,22 +92,22 @@ def test_every_operand_reaches_the_controller():
     plc = load(oven())
     c, s = plc.cfg[0], plc.st[0]
 
-    assert (c.period, s.period, s.seconds) == (1_000_000, 1_000_000, 1.0)
-    assert (c.manual, c.follow, c.dependent, c.of_pv, c.forward) == (0, 1, 1, 1, 1)
-    assert (c.band, s.bias, c.low, c.high) == (0.5, 3.0, 10.0, 4000.0)
-    assert (s.sp, s.reset, s.rate, s.tf, s.mout, s.mode) == (80.0, 180.0, 20.0, 2.0, 15.0, 0)
+    assert (c.period, s.period, s.sampling_time) == (1_000_000, 1_000_000, 1.0)
+    assert (c.manual, c.mout_follows, c.dependent, c.derivative_of_pv, c.forward) == (0, 1, 1, 1, 1)
+    assert (c.dead_band, s.bias, c.lowest_mv, c.highest_mv) == (0.5, 3.0, 10.0, 4000.0)
+    assert (s.sp, s.reset, s.rate, s.filter_time, s.mout, s.mode) == (80.0, 180.0, 20.0, 2.0, 15.0, 0)
     assert s.gain == single(12.1) != 12.1, "the number in the PLC, not its shortest decimal"
     assert s.kp == s.gain
     assert s.ki == single(single(s.gain * 1.0) / 180.0)
     assert s.kd == single(s.gain * 20.0)
-    assert s.lag == single(1.0 / 3.0)
+    assert s.filter_share == single(1.0 / 3.0)
     odd = load(oven(ERR_DBW=-0.1, MV_MIN=0.3, MV_MAX=80.1)).cfg[0]
-    assert (odd.band, odd.low, odd.high) == tuple(map(single, (0.1, 0.3, 80.1)))
+    assert (odd.dead_band, odd.lowest_mv, odd.highest_mv) == tuple(map(single, (0.1, 0.3, 80.1)))
 
 
 @pytest.mark.parametrize("name", ["PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR"])
 def test_each_choice_is_its_own(name):
-    fields = ("manual", "follow", "dependent", "of_pv", "forward")
+    fields = ("manual", "mout_follows", "dependent", "derivative_of_pv", "forward")
     found = {field: [getattr(load(program_of({name: on})).cfg[0], field) for on in (False, True)] for field in fields}
     own = dict(zip(("PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR"), fields, strict=True))[name]
 
@@ -158,7 +158,7 @@ def test_an_operand_that_a_listing_lacks_is_false_or_0_but_for_pid_run():
     c, s = plc.cfg[0], plc.st[0]
 
     assert (plc.loops, plc.goals, plc.problems) == (["L1"], ["auto"], [])
-    assert (c.forward, c.low, c.high, s.gain, s.period) == (0, 0.0, 0.0, 0.0, 1000)
+    assert (c.forward, c.lowest_mv, c.highest_mv, s.gain, s.period) == (0, 0.0, 0.0, 0.0, 1000)
 
 
 def test_a_loop_name_may_have_dots():
@@ -201,7 +201,7 @@ def test_any_listing_can_be_run():
             rig.plc.autotune(0, command)
             mv, c = rig.signal("MV"), rig.cfg[0]
             assert all(map(math.isfinite, rig.sig))
-            assert mv == 0.0 if rig.mode() == "off" else c.low <= mv <= c.high
+            assert mv == 0.0 if rig.mode() == "off" else c.lowest_mv <= mv <= c.highest_mv
 
 
 # --- set events ------------------------------------------------------------------------------------------------------
@@ -233,9 +233,9 @@ def test_every_operand_can_be_set():
             plc.set(0, (name,), plc.check_set(0, (name,), values[row.type.kind]), plc.sig)
     c, s = plc.cfg[0], plc.st[0]
 
-    assert (c.manual, c.follow, c.dependent, c.of_pv, c.forward, s.wanted) == (1, 1, 1, 1, 1, 1)
-    assert (c.band, s.bias, c.low, c.high, s.mode, s.period) == (1.5, 1.5, 1.5, 1.5, 2, 2000)
-    assert (s.sp, s.gain, s.reset, s.rate, s.tf, s.mout, s.integral) == (1.5,) * 7
+    assert (c.manual, c.mout_follows, c.dependent, c.derivative_of_pv, c.forward, s.wanted_mode) == (1, 1, 1, 1, 1, 1)
+    assert (c.dead_band, s.bias, c.lowest_mv, c.highest_mv, s.mode, s.period) == (1.5, 1.5, 1.5, 1.5, 2, 2000)
+    assert (s.sp, s.gain, s.reset, s.rate, s.filter_time, s.mout, s.integral) == (1.5,) * 7
 
 
 @pytest.mark.parametrize(
@@ -295,7 +295,7 @@ def test_times_may_carry_a_unit():
     for key, value in zip(("Ti_Ki", "Tf", "CYCLE"), text.values(), strict=True):
         rig.set(key, value)
 
-    assert (rig.st[0].reset, rig.st[0].tf, rig.plc.periods) == (120.0, 0.5, [2_000_000])
+    assert (rig.st[0].reset, rig.st[0].filter_time, rig.plc.periods) == (120.0, 0.5, [2_000_000])
 
 
 @pytest.mark.parametrize("text", ["180 s", "3 min", "100 ms"])

@@ -204,7 +204,7 @@ def test_swapped_limits_are_those_that_the_virtual_instruction_uses():
     config = dpide(MV_MIN=100, MV_MAX=20).cfg[0]
 
     assert "MV goes from 20 to 100" in message
-    assert (config.low, config.high) == (20.0, 100.0)
+    assert (config.lowest_mv, config.highest_mv) == (20.0, 100.0)
 
 
 @pytest.mark.parametrize(("cycle", "used"), [(0, 1), (-5, 1), (40_001, 40_000), (2_000_000_000, 40_000)])
@@ -212,7 +212,7 @@ def test_the_sampling_time_that_a_finding_names_is_the_virtual_instructions(cycl
     message = next(d.message for d in findings({"CYCLE": cycle}) if d.code == "DP731")
 
     assert message.endswith(f"as {used} ms")
-    assert dpide(CYCLE=cycle).st[0].seconds == pytest.approx(used / 1000)
+    assert dpide(CYCLE=cycle).st[0].sampling_time == pytest.approx(used / 1000)
 
 
 @pytest.mark.parametrize("operand", ["Kc_Kp", "Ti_Ki", "Td_Kd", "Tf"])
@@ -221,7 +221,7 @@ def test_coefficients_below_0_act_as_0_in_the_virtual_instruction(operand):
 
     assert "DP713" in codes({operand: -3, "PID_EQ": False})
     assert "DP713" not in codes({operand: 0, "PID_EQ": False})
-    for name in ("kp", "ki", "kd", "lag"):
+    for name in ("kp", "ki", "kd", "filter_share"):
         assert getattr(below.st[0], name) == getattr(zero.st[0], name)
 
 

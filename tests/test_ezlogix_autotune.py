@@ -113,7 +113,7 @@ def test_a_root_loop_is_tuned_on_the_root_of_its_pv():
     """At 1024 counts a root moves by 1/64 of the PV; in counts of full scale that is as much again."""
     rig = Rig(base=0.5)
     plant = FirstOrder(1.0, 20.0, 4.0, initial=1024.0, offset=1024.0 - 1500.0)
-    _, s = rig.add(plant, out=1500.0, sp=32.0, root=1, scale=64.0)
+    _, s = rig.add(plant, out=1500.0, sp=32.0, square_root=1, scale=64.0)
     rig.step(20)
     rig.tune()
     until_tuned(rig, s)
@@ -265,7 +265,7 @@ def test_a_cancel_without_an_autotune_does_nothing():
     ],
 )
 def test_a_step_beyond_the_high_limit_is_not_made(out, high, status):
-    rig, s = loop(1.0, 20.0, 4.0, 0.5, out=out, m_high=high)
+    rig, s = loop(1.0, 20.0, 4.0, 0.5, out=out, cv_high_limit=high)
     rig.step()
 
     assert (s.tune_status, s.out) == (status, out)

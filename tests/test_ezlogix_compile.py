@@ -39,19 +39,19 @@ def random_config(rng, i, n):
         setattr(c, slot, COLUMNS * i + k)
     c.pv_min, c.pv_max, c.pv_span, c.pv_low, c.pv_width = low, high, high - low, -20.0, 140.0
     c.out_low, c.out_width = rng.choice([(0.0, 4095.0), (-10.0, 73.0)])
-    c.goes_on, c.sees_pv, c.drives = (int(rng.random() < 0.5) for _ in range(3))
+    c.runs_when_stopped, c.fetches_pv, c.carries_output = (int(rng.random() < 0.5) for _ in range(3))
     c.feeds = rng.randrange(n) if n > 1 and rng.random() < 0.3 else -1
     c.feeds = -1 if c.feeds == i else c.feeds
     c.fed_by = rng.choice([-1, -1, (i + 1) % n]) if n > 1 else -1
     c.direct, c.velocity, c.anti_windup, c.tune_pi = (int(rng.random() < 0.5) for _ in range(4))
-    c.root = int(rng.random() < 0.25)
-    c.scale = c.pv_span**0.5 if c.root else 1.0
+    c.square_root = int(rng.random() < 0.25)
+    c.scale = c.pv_span**0.5 if c.square_root else 1.0
     c.deadband = rng.choice([0.0, 0.0, 1.0, 30.0])
     if rng.random() < 0.5:
         c.sp_low, c.sp_high = low + 100.0, low + 2000.0
     else:
         c.sp_low, c.sp_high = 0.0, 65535.0
-    c.m_low, c.m_high = rng.choice([(0.0, 4095.0), (0.0, 4095.0), (400.0, 3600.0), (3000.0, 1000.0)])
+    c.cv_low_limit, c.cv_high_limit = rng.choice([(0.0, 4095.0), (0.0, 4095.0), (400.0, 3600.0), (3000.0, 1000.0)])
     c.offset = rng.choice([0.0, 0.0, 1234.0])
     if rng.random() < 0.6:
         c.cycle, c.min_on, c.min_off = rng.choice([120_000, 1_000_000, 3_000_000]), 100_000 * rng.randrange(3), 70_000
@@ -63,7 +63,7 @@ def random_config(rng, i, n):
 def random_state(rng, c):
     s = State(period=c.period, gain=rng.choice([0.0, 0.37, 3.1]), reset=rng.choice([0.0, 0.7, 21.3]))
     s.rate = rng.choice([0.0, 0.0, 0.9])
-    s.sp = nearest(c.pv_min + (c.pv_span**0.5 if c.root else c.pv_span) * rng.random())
+    s.sp = nearest(c.pv_min + (c.pv_span**0.5 if c.square_root else c.pv_span) * rng.random())
     s.out = nearest(4095.0 * rng.random())
     s.tune_left = c.timeout
     coefficients(s)
@@ -74,7 +74,7 @@ def random_event(rng, c, s):
     """What an operator may do between two segments."""
     kind = rng.randrange(6)
     if kind in {0, 1}:
-        s.wanted, s.busy = rng.choice([bits.MANUAL, bits.AUTO, bits.AUTO]), s.busy | bits.REQUEST
+        s.wanted_mode, s.busy = rng.choice([bits.MANUAL, bits.AUTO, bits.AUTO]), s.busy | bits.REQUEST
     elif kind in {2, 3}:
         s.tune_command, s.busy = rng.choice([1, 1, 1, 2]), s.busy | bits.TUNE
         s.out = min(s.out, 3000.0)

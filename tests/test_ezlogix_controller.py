@@ -130,33 +130,35 @@ def test_the_deadband_counts_for_integral_and_derivative_too():
 def test_the_square_root_of_the_pv_is_compared_with_the_set_point():
     """PV 1024 of 4095 has the root 32; the error counts as if full scale of the root were that of the PV."""
     pvs = [1024.0, 900.0]
-    outs = controlled(pvs, sp=30.0, gain=1.0, root=1, scale=math.sqrt(4095.0), direct=1, offset=1000.0)
+    outs = controlled(pvs, sp=30.0, gain=1.0, square_root=1, scale=math.sqrt(4095.0), direct=1, offset=1000.0)
 
     assert outs == [round(1000 + 2 * math.sqrt(4095.0)), 1000.0]
-    backwards = controlled(pvs, sp=34.0, gain=1.0, root=1, scale=math.sqrt(4095.0), direct=0, offset=1000.0)
+    backwards = controlled(pvs, sp=34.0, gain=1.0, square_root=1, scale=math.sqrt(4095.0), direct=0, offset=1000.0)
     assert backwards == [round(1000 + 2 * math.sqrt(4095.0)), round(1000 + 4 * math.sqrt(4095.0))]
 
 
 def test_a_square_root_begins_at_0_and_one_count_has_the_root_of_one_count():
-    outs = controlled([1.0, 0.0, -4.0, 4.0], sp=0.0, gain=1.0, root=1, scale=64.0, direct=1, offset=1000.0)
+    outs = controlled([1.0, 0.0, -4.0, 4.0], sp=0.0, gain=1.0, square_root=1, scale=64.0, direct=1, offset=1000.0)
     assert outs == [1064.0, 1000.0, 1000.0, 1128.0]
 
 
 def test_the_deadband_of_a_square_root_loop_is_on_the_roots_scale():
-    outs = controlled([1024.0, 961.0], sp=30.0, gain=1.0, root=1, scale=64.0, direct=1, deadband=1.5, offset=1000.0)
+    outs = controlled(
+        [1024.0, 961.0], sp=30.0, gain=1.0, square_root=1, scale=64.0, direct=1, deadband=1.5, offset=1000.0
+    )
 
     assert outs == [1000.0 + 128.0, 1000.0]
 
 
 def test_the_derivative_of_the_pv_is_that_of_its_root():
-    common = {"sp": 32.0, "root": 1, "scale": 64.0, "direct": 1, "velocity": 1, "offset": 1000.0, "rate": 0.1}
+    common = {"sp": 32.0, "square_root": 1, "scale": 64.0, "direct": 1, "velocity": 1, "offset": 1000.0, "rate": 0.1}
 
     assert controlled([1024.0, 1089.0], gain=1.0, **common) == [1000.0, 1000.0 + 64.0 + 64.0]
 
 
 def test_a_root_loop_shows_the_pv_that_satisfies_its_set_point():
     rig = Rig()
-    rig.add(Fixed(1024.0), sp=32.0, root=1, scale=64.0)
+    rig.add(Fixed(1024.0), sp=32.0, square_root=1, scale=64.0)
     rig.step()
 
     assert (rig.sig[PV], rig.sig[SP]) == (1024.0, 1024.0)
@@ -188,7 +190,7 @@ def test_set_point_limits_write_the_register(sp, low, high, expected, mode):
 
 
 def test_cv_limits_hold_the_result_and_not_the_operators_value():
-    common = {"sp": 2000.0, "gain": 10.0, "m_low": 100.0, "m_high": 300.0}
+    common = {"sp": 2000.0, "gain": 10.0, "cv_low_limit": 100.0, "cv_high_limit": 300.0}
 
     assert controlled([1000.0, 1980.0, 2100.0], **common) == [300.0, 200.0, 100.0]
     rig = Rig()
@@ -198,7 +200,7 @@ def test_cv_limits_hold_the_result_and_not_the_operators_value():
 
 
 def test_of_crossed_cv_limits_the_lower_one_wins():
-    assert controlled([1000.0, 2100.0], sp=2000.0, gain=10.0, m_low=300.0, m_high=100.0) == [300.0, 300.0]
+    assert controlled([1000.0, 2100.0], sp=2000.0, gain=10.0, cv_low_limit=300.0, cv_high_limit=100.0) == [300.0, 300.0]
 
 
 @pytest.mark.parametrize(("pv", "expected"), [(0.0, 4095.0), (4095.0, 0.0), (2040.0, 8.0), (2041.0, 7.0)])
@@ -225,7 +227,7 @@ def test_the_cv_is_rounded_half_to_even():
 def test_saturation_is_the_cv_itself_at_0_or_4095(pv, limits, saturated, out):
     """As the manual says of the bit: "if the Control Variable is either 0 or 4095"."""
     rig = Rig()
-    _, s = rig.add(Fixed(pv), "auto", sp=2000.0, gain=20.0, m_low=limits[0], m_high=limits[1])
+    _, s = rig.add(Fixed(pv), "auto", sp=2000.0, gain=20.0, cv_low_limit=limits[0], cv_high_limit=limits[1])
     rig.step()
 
     assert (bool(s.status & bits.SATURATED), s.out) == (bool(saturated), out)
@@ -286,7 +288,9 @@ def test_with_anti_windup_the_integral_stands_while_the_cv_is_saturated(direct, 
 def test_anti_windup_looks_at_the_cv_before_its_limits():
     """Limits inside 0 to 4095 do not stop the integral before the CV without them is saturated."""
     rig = Rig()
-    _, s = rig.add(Fixed(1990.0), "auto", sp=2000.0, out=500.0, gain=1.0, reset=0.1, anti_windup=1, m_high=1000.0)
+    _, s = rig.add(
+        Fixed(1990.0), "auto", sp=2000.0, out=500.0, gain=1.0, reset=0.1, anti_windup=1, cv_high_limit=1000.0
+    )
     rig.step(100)
     assert (s.out, s.integral) == (1000.0, 500.0 + 100 * 10.0)
     rig.step(900)

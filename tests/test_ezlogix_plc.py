@@ -59,11 +59,11 @@ def test_every_setting_reaches_the_controller_through_its_register():
     )
     c, s = machine.cfg[0], machine.st[0]
 
-    assert (c.direct, c.velocity, c.root, c.anti_windup, c.tune_pi, c.scale) == (1, 1, 0, 1, 1, 1.0)
+    assert (c.direct, c.velocity, c.square_root, c.anti_windup, c.tune_pi, c.scale) == (1, 1, 0, 1, 1, 1.0)
     assert (c.pv_min, c.pv_max, c.pv_span, c.pv_low, c.pv_width) == (819.0, 4095.0, 3276.0, -50.0, 100.0)
     assert (c.out_low, c.out_width, c.deadband) == (0.0, 50.0, 33.0)
     assert (c.sp_low, c.sp_high, s.sp) == (1147.0, 3767.0, 2457.0)
-    assert (c.m_low, c.m_high, c.offset) == (410.0, 3686.0, 819.0)
+    assert (c.cv_low_limit, c.cv_high_limit, c.offset) == (410.0, 3686.0, 819.0)
     assert (s.gain, s.reset, s.rate, s.period, c.period) == (2.5, 180.0, 1.2, 250_000, 250_000)
     assert (s.kp, s.ki, s.kd) == pytest.approx((2.5, 2.5 * 0.25 / 180, 2.5 * 1.2 / 0.25))
     assert (c.cycle, c.min_on, c.min_off, c.timeout) == (10_000_000, 500_000, 300_000, 300_000_000)
@@ -89,7 +89,7 @@ def test_a_square_root_loop_has_its_set_point_on_the_roots_scale():
         }
     )
     c, s = machine.cfg[0], machine.st[0]
-    assert (s.sp, c.sp_high, c.deadband, c.root, c.scale) == (32.0, 64.0, 6.0, 1, sqrt(4095.0))
+    assert (s.sp, c.sp_high, c.deadband, c.square_root, c.scale) == (32.0, 64.0, 6.0, 1, sqrt(4095.0))
     play(machine, 1, [10.0])
 
     error = (32.0 - sqrt(410.0)) * sqrt(4095.0)
@@ -102,14 +102,14 @@ def test_words_beyond_the_printed_ranges_are_taken_as_they_are():
     c, s = machine.cfg[0], machine.st[0]
 
     assert (s.period, s.gain, s.reset, s.rate, c.offset) == (200_000_000, 100.0, 6553.5, 6553.5, 5000.0)
-    assert (c.m_low, c.m_high) == (4095.0, 4095.0), "the CV has 4095 counts"
+    assert (c.cv_low_limit, c.cv_high_limit) == (4095.0, 4095.0), "the CV has 4095 counts"
 
 
 def test_a_missing_word_counts_as_zero():
     made = image({"setpoint": {"value": 100}, "tuning": {"proportional_gain": 3}})
     machine = load(replace(made, cells=tuple(c for c in made.cells if c.number not in {101, 109})))
 
-    assert (machine.st[0].sp, machine.cfg[0].m_high, machine.st[0].gain) == (0.0, 0.0, 3.0)
+    assert (machine.st[0].sp, machine.cfg[0].cv_high_limit, machine.st[0].gain) == (0.0, 0.0, 3.0)
 
 
 def test_a_block_at_the_end_of_its_bank_does_not_run_into_the_next():
@@ -260,12 +260,12 @@ def test_set_writes_registers(key, value, name, expected):
     ("key", "value", "names", "expected"),
     [
         ("setpoint.limits", [10, 90], ("sp_low", "sp_high"), (410.0, 3686.0)),
-        ("output.limits", [5, 45], ("m_low", "m_high"), (410.0, 3686.0)),
+        ("output.limits", [5, 45], ("cv_low_limit", "cv_high_limit"), (410.0, 3686.0)),
         ("output.offset", 10, ("offset",), (819.0,)),
         ("deadband", 2, ("deadband",), (82.0,)),
         ("anti_windup", False, ("anti_windup",), (0,)),
         ("autotune.type", "PI", ("tune_pi",), (1,)),
-        ("pv.square_root", True, ("root", "scale"), (1, sqrt(4095.0))),
+        ("pv.square_root", True, ("square_root", "scale"), (1, sqrt(4095.0))),
         ("output.pulse.cycle_time", 4, ("cycle",), (4_000_000,)),
         ("min_on", "200 ms", ("min_on",), (200_000,)),
         ("min_off", 0.4, ("min_off",), (400_000,)),

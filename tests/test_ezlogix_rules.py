@@ -474,7 +474,7 @@ def on_time(cv, cycle, min_on, min_off):
     config.cycle, config.min_on, config.min_off = cycle, min_on, min_off
     state.out = float(cv)
     begin_cycle(0, config, state)
-    return state.on
+    return state.on_time
 
 
 def test_a_low_limit_whose_pulses_are_left_out_does_not_keep_the_output_on():

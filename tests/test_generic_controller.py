@@ -467,7 +467,7 @@ def test_a_listing_with_gaps_is_told():
         "output.range.1 is missing, 100.0 is taken",
     ]
     c, s = plc.cfg[0], plc.st[0]
-    assert (c.period, c.span, c.low, c.high, c.rate_limit, s.ki, s.kd) == (1_000_000, 100, 0, 100, UNREACHED, 0, 0)
+    assert (c.period, c.pv_span, c.low, c.high, c.rate_limit, s.ki, s.kd) == (1_000_000, 100, 0, 100, UNREACHED, 0, 0)
 
 
 def test_a_result_that_is_no_number_leaves_the_output():
@@ -489,6 +489,6 @@ def test_a_mode_that_holds_already_is_no_request():
 
 
 def test_without_a_filter_the_derivative_is_exact_whatever_came_before():
-    s = State(pv=3.0, pv1=1.0, kd=2.0, d_share=1.0, y=1e17)
-    assert derivative(Config(of_error=0, raises=0), s) == 4.0
-    assert s.y == 2.0
+    s = State(pv=3.0, previous_pv=1.0, kd=2.0, derivative_share=1.0, filtered_difference=1e17)
+    assert derivative(Config(derivative_on_error=0, raises=0), s) == 4.0
+    assert s.filtered_difference == 2.0

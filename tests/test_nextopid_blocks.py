@@ -244,8 +244,8 @@ def test_half_a_cycle_is_rounded_as_native_single_precision_has_it():
         mv = low + width * np.float32((rng.randrange(period) + 0.5) / period)
         block = Block("ControlPWM", MV=mv, MinMV=low, MaxMV=high, Period=period)()
         clipped = min(max(mv, low), high)
-        assert block.s.held == round(float((clipped - low) / (high - low) * np.float32(period)))
-        seen.add(block.s.held % 2)
+        assert block.s.on_cycles == round(float((clipped - low) / (high - low) * np.float32(period)))
+        seen.add(block.s.on_cycles % 2)
     assert seen == {0, 1}
 
 
@@ -332,10 +332,10 @@ def test_a_time_constant_counts_from_the_call_that_changes_it(kind, key, first):
     block = Block(kind, **GOOD[kind] | {name: value for name, value in plain.items() if name in slots.PLACES[kind]})
     block()
     for tc in (10, 2, 2, 10, 0.5):
-        y = block.s.y
+        y = block.s.filtered
         seen = block(InVar=8, **{key: tc})["OutVar"]
         moved = y - (8 - y) * math.expm1(-0.1 / tc)
-        assert block.s.y == pytest.approx(moved, abs=1e-6)
+        assert block.s.filtered == pytest.approx(moved, abs=1e-6)
         assert seen == pytest.approx(y if first else moved, abs=1e-6)
 
 
@@ -670,7 +670,7 @@ def test_overflows_never_get_out(kind, given):
     block = Block(kind, **GOOD[kind] | given)
     for x in (0, MOST, -MOST, MOST, MOST, 0, -MOST, 5, 5):
         assert math.isfinite(block(InVar=x)["OutVar"])
-        assert math.isfinite(block.s.y)
+        assert math.isfinite(block.s.filtered)
 
 
 # --- invariants, float32, compiled -----------------------------------------------------------------------------------
@@ -757,7 +757,7 @@ def test_all_blocks_are_the_same_compiled_to_the_last_bit():
         for i, kind in enumerate(kinds):
             ts = rng.choice([0.1, 0.25, 1])
             block = Block(kind, ts=ts, **(GOOD.get(kind, {"MV2": 50}) | random_parameters(rng, kind, ts)))
-            cfg.append(Config(kind=block.c.kind, base=len(sig), ts=block.c.ts, buffer=100 * i))
+            cfg.append(Config(kind=block.c.kind, base=len(sig), sample_time=block.c.sample_time, buffer=100 * i))
             sig += block.sig[7:-7]
         states, aux = [State() for _ in cfg], [UNTOUCHED] * (100 * len(cfg))
         more = [rng.uniform(-20, 120) for _ in range(997)], [sig[c.base + 1] for c in cfg], outs

@@ -423,7 +423,7 @@ class CountsPlc(Plc):
     def scale_loops(self) -> None:
         """Makes `scales` and `roots`."""
         self.scales = [(config.pv_low, config.pv_low + config.pv_width, int(config.pv_span)) for config in self.cfg]
-        self.roots = [config.pv_min / config.pv_span if config.root else None for config in self.cfg]
+        self.roots = [config.pv_min / config.pv_span if config.square_root else None for config in self.cfg]
 
     @property
     def outputs(self) -> Sequence[tuple[float, float]]:

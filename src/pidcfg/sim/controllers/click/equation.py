@@ -70,7 +70,7 @@ class Config(LoopConfig):
     sig_error: int = 5
     sig_pwm: int = 6
     # PV, set point and error
-    filtered: int = register("filter_enable", 0)
+    filter_on: int = register("filter_enable", 0)
     filter: float = 1.0
     """Share of the raw PV that is passed each sample: DSn+08 / 100."""
     sp_low_on: int = register("setpoint_lower_enable", 0)
@@ -83,9 +83,9 @@ class Config(LoopConfig):
     # equation
     reverse: int = register("action", 0)
     bumpless: int = 1
-    freeze: int = register("freeze_bias", 0)
-    limited: int = register("derivative_limit_enable", 0)
-    limit: float = register("derivative_gain_limit", 100.0)
+    freeze_bias: int = register("freeze_bias", 0)
+    gain_limit_on: int = register("derivative_limit_enable", 0)
+    gain_limit: float = register("derivative_gain_limit", 100.0)
     out_low: float = register("output_lower", 0.0)
     out_high: float = register("output_upper", 100.0)
     # alarms; a disabled group has limits that no value reaches
@@ -134,21 +134,21 @@ class State(RequestState):
     busy: int = FIRST
     """What is pending, as bits; 0 in undisturbed operation."""
     # factors calculated from them
-    lag: float = 1.0
+    filter_share: float = 1.0
     """Of the derivative's filter, Ts / (Ts + Td / limit)."""
     # past
-    e1: float = 0.0
+    previous_error: float = 0.0
     """The error of the calculation before, without the deadband."""
-    y1: float = 0.0
+    filtered_difference: float = 0.0
     """The filtered difference of errors."""
     quiet_low: float = UNBOUNDED
     """Between these no alarm can change, as long as the set point stays."""
     quiet_high: float = -UNBOUNDED
     quiet_sp: float = 0.0
     # pulse width modulation
-    pulse_at: int = 0
+    pulse_start: int = 0
     """Start of the present period."""
-    pulse: float = -1.0
+    on_time: float = -1.0
     """On-time of the present period in ticks; below 0: none has begun."""
     last_tick: int = 0
     """Tick of the base step before."""
@@ -322,12 +322,12 @@ def coefficients(config: Config, state: State) -> None:
     state.kp = -state.gain if config.reverse else state.gain
     state.ki = single(state.kp * single(seconds / state.reset))
     state.kd = single(state.rate / seconds)
-    state.lag = 1.0
-    if config.limited:
-        if config.limit <= 0.0:
+    state.filter_share = 1.0
+    if config.gain_limit_on:
+        if config.gain_limit <= 0.0:
             state.kd = 0.0
-        elif config.limit < 100.0:
-            state.lag = single(seconds / single(seconds + single(state.rate / config.limit)))
+        elif config.gain_limit < 100.0:
+            state.filter_share = single(seconds / single(seconds + single(state.rate / config.gain_limit)))
 
 
 def calculate(config: Config, state: State) -> float:
@@ -341,23 +341,25 @@ def calculate(config: Config, state: State) -> float:
         e = single(e * abs(e))
     if state.busy & FRESH:
         state.busy &= ~FRESH
-        state.e1 = e
-        state.y1 = 0.0
-    change = single(e - state.e1)
-    state.e1 = e
+        state.previous_error = e
+        state.filtered_difference = 0.0
+    change = single(e - state.previous_error)
+    state.previous_error = e
     low = config.out_low
     high = config.out_high
     bias = state.bias
     idle = config.deadband_on and -config.deadband <= e <= config.deadband
-    if not (idle or (config.freeze and (state.out >= high or state.out <= low))):
+    if not (idle or (config.freeze_bias and (state.out >= high or state.out <= low))):
         bias = single(bias + single(state.ki * e))
     state.bias = clamp(bias, low, high)
     if idle:
-        state.y1 = 0.0
+        state.filtered_difference = 0.0
         return state.bias
-    if state.lag < 1.0:
-        change = single(state.y1 + single(state.lag * single(change - state.y1)))
-    state.y1 = change
+    if state.filter_share < 1.0:
+        change = single(
+            state.filtered_difference + single(state.filter_share * single(change - state.filtered_difference))
+        )
+    state.filtered_difference = change
     if state.kd != 0.0:
         e = single(e + single(state.kd * change))
     return single(state.bias + single(state.kp * e))
@@ -425,15 +427,15 @@ def pulse(config: Config, state: State, tick: int) -> float:
     state.last_tick = tick
     if state.busy & STOPPED:
         return OFF
-    if state.pulse < 0.0 or middle - state.pulse_at >= config.pwm_period:
-        if state.pulse < 0.0 or middle - state.pulse_at >= 2 * config.pwm_period:
-            state.pulse_at = tick
+    if state.on_time < 0.0 or middle - state.pulse_start >= config.pwm_period:
+        if state.on_time < 0.0 or middle - state.pulse_start >= 2 * config.pwm_period:
+            state.pulse_start = tick
         else:
-            state.pulse_at += config.pwm_period
+            state.pulse_start += config.pwm_period
         share = state.out / 100.0
         if not share > 0.0:
             share = 0.0
         elif share > 1.0:
             share = 1.0
-        state.pulse = share * config.pwm_period
-    return ON if middle - state.pulse_at < state.pulse else OFF
+        state.on_time = share * config.pwm_period
+    return ON if middle - state.pulse_start < state.on_time else OFF

@@ -164,7 +164,7 @@ class Click(Plc):
         for state in self.st:
             state.busy = (state.busy & ~bits.STOPPED) | bits.FIRST
             state.due = tick
-            state.pulse = -1.0
+            state.on_time = -1.0
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """RUN to STOP: loops are not executed, outputs are off."""

@@ -55,7 +55,7 @@ def control(config: Config, state: State, signals: list[float]) -> None:
     if not isnan(m):
         state.out = clamp(m, config.out_low, config.out_high)
     else:
-        state.y1 = 0.0
+        state.filtered_difference = 0.0
         if isnan(state.bias):
             state.bias = NAN
             state.error = BIAS_ERROR
@@ -74,7 +74,7 @@ def sample(config: Config, state: State, aux: list[float], signals: list[float])
         state.busy &= ~FIRST
         old = raw
     pv = raw
-    if config.filtered:
+    if config.filter_on:
         pv = single(old + single(config.filter * single(raw - old)))
     state.raw = raw
     state.pv = pv

@@ -171,7 +171,7 @@ def begin_relay(config: Config, state: State) -> None:
     begin_cycle(state)
     if config.velocity == 0:
         state.tune_out = state.bias
-    if config.m_high >= config.out_max or config.m_low <= config.out_min:
+    if config.output_high_limit >= config.out_max or config.output_low_limit <= config.out_min:
         state.status |= TUNE_ERROR
         state.requested = 0
         tell_request(state, TUNE_AT_LIMITS)
@@ -181,7 +181,7 @@ def restore_bias(config: Config, state: State) -> None:
     """The controller continues from the bias before the auto-tune, the velocity form from the output (D60)."""
     if config.velocity == 0:
         state.bias = state.tune_out
-    state.m = state.tune_out
+    state.unrounded_output = state.tune_out
     state.busy |= FRESH
 
 
@@ -191,11 +191,16 @@ def switching(config: Config, state: State, p: float, sp: float) -> None:
     side = relay_switch(state, p, sp - p, band)
     if side != 0:
         up = side > 0 if config.reverse == 0 else side < 0
-        state.out = config.m_high if up else config.m_low
+        state.out = config.output_high_limit if up else config.output_low_limit
     if state.tune_turns == LAST_TURN:
         restore_bias(config, state)
         swing = state.tune_swing / 2.0 - band
-        ultimate = 4.0 * (config.m_high - config.m_low) / config.out_span / (PI * max(swing, 1.0) / config.span)
+        ultimate = (
+            4.0
+            * (config.output_high_limit - config.output_low_limit)
+            / config.out_span
+            / (PI * max(swing, 1.0) / config.span)
+        )
         gain, reset, derivative, sample = cycle_gains(
             config.tune_pi, ultimate, cycle_length(state) * state.period / TICKS
         )
@@ -226,7 +231,7 @@ def check_start(config: Config, state: State, p: float, sp: float) -> None:
         end_tune(state, REFUSED_TUNE_DISTANCE)
     elif config.tune_open == 0 and abs(below) > DISTANCE * config.span:
         end_tune(state, REFUSED_TUNE_APART)
-    elif config.tune_open == 0 and config.m_high <= config.m_low:
+    elif config.tune_open == 0 and config.output_high_limit <= config.output_low_limit:
         end_tune(state, TUNE_NO_SWING)
     else:
         state.status |= TUNING

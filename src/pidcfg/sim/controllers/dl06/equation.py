@@ -85,9 +85,9 @@ class Config(LoopConfig):
     slow: int = 0
     """Sample rate above 2 s and scans have a length: at most one such loop a scan."""
     independent: int = register("independent_of_cpu_mode", 0)
-    sees_pv: int = 0
+    fetches_pv: int = 0
     """+36 fetches the PV from a module, without the ladder program."""
-    drives: int = 0
+    carries_output: int = 0
     """+37 carries the output to a module, without the ladder program."""
     # ends of the ranges in engineering units
     pv_low: float = 0.0
@@ -103,10 +103,10 @@ class Config(LoopConfig):
     # PV, set point and error
     filter: float = 1.0
     """Filter constant k; 1 is none."""
-    root: int = register("pv.square_root", 0)
+    square_root: int = register("pv.square_root", 0)
     span: float = 4095.0
     """What an error is divided by: the PV's span, or its root."""
-    curved: int = 0
+    shapes_error: int = 0
     """Any of root, squared, deadband: the error is not simply SP - PV."""
     squared: int = register("error.curve", 0, equals="squared")
     deadband: float = 0.0
@@ -116,20 +116,20 @@ class Config(LoopConfig):
     major: int = -1
     """Index of the loop whose output is the remote set point; -1: the pointer names no output of this table."""
     # equation
-    special: int = 0
+    is_special: int = 0
     """Not simply the position form of a linear error: `equation.calculate` is needed."""
     velocity: int = register("algorithm", 0, equals="velocity")
     reverse: int = register("action", 0, equals="reverse")
     bumpless: int = 1
-    freeze: int = register("bias_freeze", 0)
-    on_pv: int = 0
+    bias_freeze: int = register("bias_freeze", 0)
+    derivative_on_pv: int = 0
     """The derivative acts on the PV."""
-    limited: int = register("derivative_gain_limit_enabled", 0)
-    limit: float = register("derivative_gain_limit", 0.0)
+    gain_limit_on: int = register("derivative_gain_limit_enabled", 0)
+    gain_limit: float = register("derivative_gain_limit", 0.0)
     step_bias: int = 0
-    m_low: float = 0.0
+    output_low_limit: float = 0.0
     """Output limits, within the data range."""
-    m_high: float = 4095.0
+    output_high_limit: float = 4095.0
     interlock: int = 1
     """A PV alarm refuses a request for Auto."""
     # alarms; a group that is off has thresholds that nothing reaches
@@ -167,7 +167,7 @@ class State(RequestState):
     period: int = 50_000
     busy: int = FIRST
     """What has to be attended to, as a set of bits; 0 in quiet operation."""
-    turn: int = -1
+    last_slow_loop: int = -1
     """In loop 1: the slow loop that was served last."""
     # words +02 to +05, in counts
     bias: float = 0.0
@@ -175,16 +175,16 @@ class State(RequestState):
     # gains: the words, and the factors calculated from them
     gain: float = 0.0
     """Kc."""
-    lag: float = 1.0
+    filter_share: float = 1.0
     """Ts / (Ts + Td / limit)."""
     # past
-    m: float = 0.0
+    unrounded_output: float = 0.0
     """Output before rounding, the velocity form's position."""
-    e1: float = 0.0
-    x1: float = 0.0
+    previous_error: float = 0.0
+    derivative_input_1: float = 0.0
     """What the derivative acts on, at n-1 and n-2."""
-    x2: float = 0.0
-    last_sp: float = 0.0
+    derivative_input_2: float = 0.0
+    previous_sp: float = 0.0
     """Set point of the calculation before, for the step bias."""
     quiet_low: float = UNBOUNDED
     """Between these no alarm can change, as long as the set point stays."""
@@ -279,14 +279,14 @@ def configure(config: Config, v: Values, reset_decimals: int, loops: int) -> Non
     read_registers(config, {path: value.value if isinstance(value, Quantity) else value for path, value in v.items()})
     _scales(config, v)
     config.bumpless = 1 if v["bumpless"] == "I" else 2
-    config.m_low = clamp(counts(v["output.limits.0"]), config.out_min, config.out_max)
-    config.m_high = clamp(counts(v["output.limits.1"]), config.out_min, config.out_max)
-    config.span = sqrt(config.pv_span) if config.root else config.pv_span
+    config.output_low_limit = clamp(counts(v["output.limits.0"]), config.out_min, config.out_max)
+    config.output_high_limit = clamp(counts(v["output.limits.1"]), config.out_min, config.out_max)
+    config.span = sqrt(config.pv_span) if config.square_root else config.pv_span
     config.deadband = counts(v["error.deadband"]) / config.span if v["error.deadband_enabled"] else 0.0
-    config.curved = int(config.root or config.squared or config.deadband > 0.0)
-    config.special = int(config.velocity or config.curved or config.on_pv or config.step_bias)
-    config.sees_pv = int(isinstance(v["pv.transfer"], tuple))
-    config.drives = int(isinstance(v["output.transfer"], tuple))
+    config.shapes_error = int(config.square_root or config.squared or config.deadband > 0.0)
+    config.is_special = int(config.velocity or config.shapes_error or config.derivative_on_pv or config.step_bias)
+    config.fetches_pv = int(isinstance(v["pv.transfer"], tuple))
+    config.carries_output = int(isinstance(v["output.transfer"], tuple))
     config.rs_fault = check_ramp_soak(v["ramp_soak.table"])
     config.reset_unit = 60.0 if v["tuning.reset_unit"] == "minutes" else 1.0
     config.reset_step = float(RESET[reset_decimals].step)
@@ -367,7 +367,7 @@ def write_state(state: State, v: Values, path: str) -> None:
     elif path == "state.bias":
         state.bias = counts(v[path])
     elif path == "state.output":
-        state.out = state.m = counts(v[path])
+        state.out = state.unrounded_output = counts(v[path])
 
 
 def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
@@ -375,7 +375,7 @@ def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
     out = 0.0 if state.busy & (STOPPED | OUTPUT_CUT) else state.out
     if state.status & CASCADE == 0 or config.major < 0:
         sp = clamp(state.sp, config.sp_min, config.sp_max)
-        centre = sp * abs(sp) if config.root else sp
+        centre = sp * abs(sp) if config.square_root else sp
         signals[config.sig_sp] = config.pv_low + (centre - config.pv_min) * config.pv_width / config.pv_span
     signals[config.sig_pv] = config.pv_low + (state.pv - config.pv_min) * config.pv_width / config.pv_span
     signals[config.sig_out] = config.out_low + (out - config.out_min) * config.out_width / config.out_span
@@ -403,15 +403,15 @@ def coefficients(config: Config, state: State) -> None:
     state.kp = state.gain * scale
     state.ki = factor * seconds / state.reset if state.reset > 0.0 else 0.0
     state.kd = factor * state.rate / seconds
-    state.lag = 1.0
-    if config.limited:
-        state.kd = state.kd if config.limit > 0.0 else 0.0
-        state.lag = seconds / (seconds + state.rate / config.limit) if config.limit > 0.0 else 1.0
+    state.filter_share = 1.0
+    if config.gain_limit_on:
+        state.kd = state.kd if config.gain_limit > 0.0 else 0.0
+        state.filter_share = seconds / (seconds + state.rate / config.gain_limit) if config.gain_limit > 0.0 else 1.0
 
 
 def process(config: Config, pv: float) -> float:
     """The PV on the set point's scale: itself, or its root (D37)."""
-    if config.root == 0:
+    if config.square_root == 0:
         return pv
     return sqrt(pv) if pv > 0.0 else 0.0
 
@@ -428,10 +428,10 @@ def shaped(config: Config, sp: float, pv: float) -> float:
 
 def refresh(state: State, e: float, x: float, sp: float) -> None:
     """Give the equation a past that equals the present: no kick after Manual (D42)."""
-    state.e1 = e
-    state.x1 = x
-    state.x2 = x
-    state.last_sp = sp
+    state.previous_error = e
+    state.derivative_input_1 = x
+    state.derivative_input_2 = x
+    state.previous_sp = sp
     state.busy &= ~FRESH
 
 
@@ -440,14 +440,18 @@ def stepped_bias(config: Config, state: State, sp: float) -> None:
 
     The words are signed counts (D647). The velocity form has no bias to change.
     """
-    if config.velocity == 0 and sp * state.last_sp > 0.0:
-        state.bias *= state.last_sp / sp if config.reverse else sp / state.last_sp
-    state.last_sp = sp
+    if config.velocity == 0 and sp * state.previous_sp > 0.0:
+        state.bias *= state.previous_sp / sp if config.reverse else sp / state.previous_sp
+    state.previous_sp = sp
 
 
 def filtered(state: State, x: float) -> float:
     """Y(n) = Y(n-1) + lag (x - Y(n-1)), the signal that the derivative acts on; itself without a limit (D34)."""
-    return x if state.lag == 1.0 else state.x1 + state.lag * (x - state.x1)
+    return (
+        x
+        if state.filter_share == 1.0
+        else state.derivative_input_1 + state.filter_share * (x - state.derivative_input_1)
+    )
 
 
 def velocity(state: State, e: float, x: float) -> float:
@@ -456,11 +460,15 @@ def velocity(state: State, e: float, x: float) -> float:
     That is within its limits and has its fraction (D649). The change is added up before it is added (D678).
     """
     y = filtered(state, x)
-    change = state.kp * (e - state.e1) + state.ki * e + state.kd * (y - 2.0 * state.x1 + state.x2)
-    state.x2 = state.x1
-    state.x1 = y
-    state.e1 = e
-    return state.m + change
+    change = (
+        state.kp * (e - state.previous_error)
+        + state.ki * e
+        + state.kd * (y - 2.0 * state.derivative_input_1 + state.derivative_input_2)
+    )
+    state.derivative_input_2 = state.derivative_input_1
+    state.derivative_input_1 = y
+    state.previous_error = e
+    return state.unrounded_output + change
 
 
 def position(config: Config, state: State, e: float, x: float) -> float:
@@ -472,7 +480,7 @@ def position(config: Config, state: State, e: float, x: float) -> float:
     bias = state.bias
     change = state.ki * e
     if change != 0.0:
-        if config.freeze and (
+        if config.bias_freeze and (
             (change > 0.0 and state.out >= config.out_max) or (change < 0.0 and state.out <= config.out_min)
         ):
             change = 0.0
@@ -483,21 +491,21 @@ def position(config: Config, state: State, e: float, x: float) -> float:
         bias = config.out_min
     state.bias = bias
     if state.kd == 0.0:
-        state.x1 = x
+        state.derivative_input_1 = x
         return state.kp * e + bias
     y = filtered(state, x)
-    slope = y - state.x1
-    state.x1 = y
+    slope = y - state.derivative_input_1
+    state.derivative_input_1 = y
     return state.kp * e + state.kd * slope + bias
 
 
 def calculate(config: Config, state: State, sp: float, pv: float) -> float:
     """The output in counts, with everything that the plain position form does without."""
-    e = shaped(config, sp, pv) if config.curved else (sp - pv) / config.span
-    x = -process(config, pv) / config.span if config.on_pv else e
+    e = shaped(config, sp, pv) if config.shapes_error else (sp - pv) / config.span
+    x = -process(config, pv) / config.span if config.derivative_on_pv else e
     if state.busy & FRESH:
         refresh(state, e, x, sp)
-    if config.step_bias and sp != state.last_sp:
+    if config.step_bias and sp != state.previous_sp:
         stepped_bias(config, state, sp)
     return velocity(state, e, x) if config.velocity else position(config, state, e, x)
 
@@ -524,7 +532,7 @@ def alarms(config: Config, state: State, pv: float, old: float, sp: float) -> No
     With square-root extract the set point is on the root's scale; the deviation alarms compare the PV with its square.
     """
     absolute(config, state, pv)
-    centre = sp * abs(sp) if config.root else sp
+    centre = sp * abs(sp) if config.square_root else sp
     deviation = abs(pv - centre)
     status = latched(state.status, YELLOW, deviation - config.yellow, config.hysteresis)
     status = latched(status, RED, deviation - config.red, config.hysteresis)

@@ -89,7 +89,7 @@ MODE_REASONS = {
 
 def on_sp_scale(config: Config, pv: float) -> float:
     """The set point word that equals a PV word."""
-    if config.root == 0:
+    if config.square_root == 0:
         return pv
     return sqrt(pv) + NEAREST - NEAREST if pv > 0.0 else 0.0
 
@@ -121,7 +121,7 @@ def transfer(i: int, wanted: int, configs: list[Config], states: list[State]) ->
         state.status = (state.status & ~MODES) | MANUAL
         return
     if wanted == AUTO and now == MANUAL:
-        state.m = state.out
+        state.unrounded_output = state.out
         if config.velocity == 0:
             state.bias = state.out
         if config.bumpless == 1:

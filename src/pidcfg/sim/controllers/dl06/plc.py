@@ -292,7 +292,7 @@ class Memory(CountsPlc):
         config.rs_table = i * RAMP_SOAK_SIZE
         config.tune_buffer = len(self._loops) * RAMP_SOAK_SIZE + i * POINTS
         config.interlock, config.step_bias = int(self._options.auto_interlock), int(self._options.step_bias)
-        config.on_pv = int(self._plc.get("derivative") == "pv")
+        config.derivative_on_pv = int(self._plc.get("derivative") == "pv")
         self._apply(i)
         for path in ("setpoint.value", "state.pv", "state.bias", "state.output"):
             write_state(state, v, path)
@@ -428,8 +428,8 @@ class Dl06(Memory):
         """+30 and +31, within the data range."""
         config = self.cfg[loop]
         share = config.out_width / config.out_span
-        return config.out_low + (config.m_low - config.out_min) * share, config.out_low + (
-            config.m_high - config.out_min
+        return config.out_low + (config.output_low_limit - config.out_min) * share, config.out_low + (
+            config.output_high_limit - config.out_min
         ) * share
 
     def alarm_level(self, loop: int, alarm: str) -> float | None:
@@ -444,7 +444,9 @@ class Dl06(Memory):
         """The yellow deviation alarm; of a root it has another scale than the PV."""
         config = self.cfg[loop]
         return (
-            None if config.root or config.yellow >= bits.UNBOUNDED else config.yellow * config.pv_width / config.pv_span
+            None
+            if config.square_root or config.yellow >= bits.UNBOUNDED
+            else config.yellow * config.pv_width / config.pv_span
         )
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - words, no signals
@@ -496,7 +498,9 @@ class Dl06(Memory):
             self._loops[i].reread(alarms=False)
             self._apply(i)
             if c.independent:
-                s.busy |= bits.PROGRAM | (0 if c.sees_pv else bits.PV_STALE) | (0 if c.drives else bits.OUTPUT_CUT)
+                s.busy |= (
+                    bits.PROGRAM | (0 if c.fetches_pv else bits.PV_STALE) | (0 if c.carries_output else bits.OUTPUT_CUT)
+                )
             else:
                 s.prior = s.status & bits.MODES
                 s.busy |= bits.STOPPED

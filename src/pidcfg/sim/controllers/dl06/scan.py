@@ -123,14 +123,14 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     fast = config.rate_of_change
     if pv < state.quiet_low or pv > state.quiet_high or sp != state.quiet_sp or change > fast or -change > fast:
         alarms(config, state, pv, old, sp)
-        centre = sp * abs(sp) if config.root else sp
+        centre = sp * abs(sp) if config.square_root else sp
         signals[config.sig_sp] = low + (centre - least) * width / span
 
     if busy & TUNE:
         tune(config, state, aux, sp)
         busy = state.busy
     if status & MANUAL == 0 and busy & RELAY == 0:
-        if config.special or busy & FRESH:
+        if config.is_special or busy & FRESH:
             m = calculate(config, state, sp, pv)
         else:
             e = (sp - pv) / config.span
@@ -139,11 +139,11 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
             state.status |= OVERFLOW
             to_manual(i, configs, states, OVERRIDE_OVERFLOW)
         else:
-            if m > config.m_high:
-                m = config.m_high
-            if m < config.m_low:
-                m = config.m_low
-            state.m = m
+            if m > config.output_high_limit:
+                m = config.output_high_limit
+            if m < config.output_low_limit:
+                m = config.output_low_limit
+            state.unrounded_output = m
             state.out = m + NEAREST - NEAREST
 
     signals[config.sig_pv] = low + (pv - least) * width / span
@@ -161,9 +161,9 @@ def next_slow(tick: int, configs: list[Config], states: list[State]) -> int:
     """
     n = len(configs)
     for k in range(1, n + 1):
-        i = (states[0].turn + k) % n
+        i = (states[0].last_slow_loop + k) % n
         if configs[i].slow and tick >= states[i].due and states[i].busy & STOPPED == 0:
-            states[0].turn = i
+            states[0].last_slow_loop = i
             return i
     return -1
 

@@ -78,15 +78,15 @@ def start_tune(config: Config, state: State) -> None:
     state.status &= ~TUNE_ERROR
     state.tune_done = NOTHING
     state.tune_phase = OBSERVING
-    state.out = clamp(state.out, config.low, config.high)
+    state.out = clamp(state.out, config.lowest_mv, config.highest_mv)
     begin_noise(state)
 
 
 def leave(config: Config, state: State, mode: int) -> None:
     """PID_MODE changes; PID_MAN has an effect again."""
     state.mode = mode
-    state.wanted = MANUAL if config.manual else AUTO
-    state.status = (state.status & ~MODES) | state.wanted
+    state.wanted_mode = MANUAL if config.manual else AUTO
+    state.status = (state.status & ~MODES) | state.wanted_mode
     state.busy |= FRESH
 
 
@@ -125,7 +125,7 @@ def store(config: Config, state: State, ultimate: float, period: float, mean: fl
     state.gain = gain
     state.reset = reset
     state.rate = rate
-    state.tf = tf
+    state.filter_time = tf
     state.tune_gain = gain
     state.tune_reset = reset
     state.tune_rate = rate
@@ -170,9 +170,11 @@ def begin_relay(state: State, low: float, high: float) -> None:
 
 def balance(config: Config, state: State, middle: float) -> None:
     """From now on MV swings as far up from its mean as down: both halves of the cycle then last equally long."""
-    way = max(min(middle - config.low, config.high - middle), LEAST_SWING * (config.high - config.low))
+    way = max(
+        min(middle - config.lowest_mv, config.highest_mv - middle), LEAST_SWING * (config.highest_mv - config.lowest_mv)
+    )
     state.tune_rounds += 1
-    begin_relay(state, max(config.low, middle - way), min(config.high, middle + way))
+    begin_relay(state, max(config.lowest_mv, middle - way), min(config.highest_mv, middle + way))
 
 
 def relay(config: Config, state: State, e: float) -> None:
@@ -181,7 +183,7 @@ def relay(config: Config, state: State, e: float) -> None:
     if side:
         if state.tune_turns == BALANCE_TURN and state.tune_rounds < ROUNDS and uneven(state) > EVEN:
             balance(config, state, mean(state))
-        state.out = clamp(state.tune_top if side > 0 else state.tune_bottom, config.low, config.high)
+        state.out = clamp(state.tune_top if side > 0 else state.tune_bottom, config.lowest_mv, config.highest_mv)
         state.tune_base = state.pv
         state.tune_moved = 0.0
     if state.tune_turns >= LAST_TURN:
@@ -199,13 +201,13 @@ def relay(config: Config, state: State, e: float) -> None:
 
 def tune(config: Config, state: State, e: float) -> None:
     """One sample of the autotune; ``e`` is the error without the dead band."""
-    if config.low >= config.high:
+    if config.lowest_mv >= config.highest_mv:
         fail(config, state, NO_RANGE)
     elif state.tune_phase == OBSERVING:
         if measure_noise(state, state.pv):
             state.tune_band = HYSTERESIS * state.tune_noise
             state.tune_phase = SWITCHING
             state.tune_rounds = 0
-            begin_relay(state, config.low, config.high)
+            begin_relay(state, config.lowest_mv, config.highest_mv)
     else:
         relay(config, state, e)

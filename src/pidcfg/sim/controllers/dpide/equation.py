@@ -49,11 +49,11 @@ class Config(LoopConfig):
     """I_MV."""
     sig_error: int = 6
     manual: int = register("PID_MAN", 0)
-    follow: int = register("MOUT_AUTO", 0)
-    joined: int = 0
+    mout_follows: int = register("MOUT_AUTO", 0)
+    mout_is_mv: int = 0
     """MOUT stands in the device of this loop's MV: both are one value (D266)."""
     dependent: int = register("PID_EQ", 0)
-    of_pv: int = register("PID_DE", 0)
+    derivative_of_pv: int = register("PID_DE", 0)
     """The derivative is that of PV."""
     forward: int = register("PID_DIR", 0)
     """E = SV - PV."""
@@ -61,11 +61,11 @@ class Config(LoopConfig):
     """The loop whose MV shares the device of SV, so that it writes SV (D266); -1: none; likewise the next two."""
     bias_from: int = -1
     mout_from: int = -1
-    band: float = 0.0
+    dead_band: float = 0.0
     """The absolute value of ERR_DBW."""
-    low: float = 0.0
+    lowest_mv: float = 0.0
     """The lower one of MV_MIN and MV_MAX."""
-    high: float = 0.0
+    highest_mv: float = 0.0
 
 
 @dataclass(slots=True)
@@ -75,34 +75,34 @@ class State(RelayState):
     mode: int = register("PID_MODE", 0)
     mode_before: int = 0
     """PID_MODE before it became 1."""
-    wanted: int = AUTO
+    wanted_mode: int = AUTO
     """The mode that PID_RUN, PID_MODE and PID_MAN make."""
     sp: float = register("SV", 0.0)
     gain: float = register("Kc_Kp", 1.0)
     reset: float = register("Ti_Ki", 0.0)
     rate: float = register("Td_Kd", 0.0)
-    tf: float = register("Tf", 0.0)
+    filter_time: float = register("Tf", 0.0)
     mout: float = register("MOUT", 0.0)
     bias: float = register("BIAS", 0.0)
     integral: float = register("I_MV", 0.0)
     out: float = register("MV", 0.0)
     # factors
-    seconds: float = 1.0
+    sampling_time: float = 1.0
     """Sampling time."""
-    lag: float = 1.0
+    filter_share: float = 1.0
     """Of the derivative's smoothing, Ts / (Tf + Ts)."""
     # past
     error: float = 0.0
     """The error as it counts."""
-    e1: float = 0.0
+    previous_error: float = 0.0
     """I_MV+1: the error of the calculation before, as it counted."""
-    pv1: float = 0.0
+    previous_pv: float = 0.0
     """I_MV+6."""
-    y: float = 0.0
+    smoothed_derivative: float = 0.0
     """The smoothed derivative."""
-    side: float = 0.0
+    error_sign: float = 0.0
     """Sign of the last error that was not 0; 0: there was none."""
-    crossed: int = 0
+    sv_crossed: int = 0
     """PV has crossed SV since it came into the dead band."""
     # autotune
     tune_reason: int = 0
@@ -150,22 +150,22 @@ def coefficients(config: Config, state: State) -> None:
         if state.reset > 0.0:
             state.ki = single(state.reset * seconds)
         state.kd = rate
-    state.seconds = seconds
-    state.lag = single(seconds / single(state.tf + seconds)) if state.tf > 0.0 else 1.0
+    state.sampling_time = seconds
+    state.filter_share = single(seconds / single(state.filter_time + seconds)) if state.filter_time > 0.0 else 1.0
 
 
 def effective(config: Config, state: State, e: float) -> float:
     """The error as it counts: 0 inside the dead band once PV has crossed SV there (D268)."""
-    if -config.band < e < config.band:
-        if state.side * e < 0.0:
-            state.crossed = 1
+    if -config.dead_band < e < config.dead_band:
+        if state.error_sign * e < 0.0:
+            state.sv_crossed = 1
     else:
-        state.crossed = 0
+        state.sv_crossed = 0
     if e > 0.0:
-        state.side = 1.0
+        state.error_sign = 1.0
     elif e < 0.0:
-        state.side = -1.0
-    if state.crossed:
+        state.error_sign = -1.0
+    if state.sv_crossed:
         state.status |= IN_DEAD_BAND
         return 0.0
     state.status &= ~IN_DEAD_BAND
@@ -175,23 +175,23 @@ def effective(config: Config, state: State, e: float) -> float:
 def derivative(config: Config, state: State, e: float) -> float:
     """What the derivative's gain is multiplied with; the first one is 0 (D267), the gain comes last (D686)."""
     if state.busy & FRESH:
-        state.y = 0.0
-        state.e1 = e
-        state.pv1 = state.pv
-    if config.of_pv == 0:
-        change = single(e - state.e1)
-    elif state.crossed:
+        state.smoothed_derivative = 0.0
+        state.previous_error = e
+        state.previous_pv = state.pv
+    if config.derivative_of_pv == 0:
+        change = single(e - state.previous_error)
+    elif state.sv_crossed:
         change = 0.0
     elif config.forward:
-        change = single(state.pv1 - state.pv)
+        change = single(state.previous_pv - state.pv)
     else:
-        change = single(state.pv - state.pv1)
-    state.e1 = e
-    state.pv1 = state.pv
-    x = single(change / state.seconds)
-    if state.lag < 1.0:
-        x = single(state.y + single(state.lag * single(x - state.y)))
-    state.y = x
+        change = single(state.pv - state.previous_pv)
+    state.previous_error = e
+    state.previous_pv = state.pv
+    x = single(change / state.sampling_time)
+    if state.filter_share < 1.0:
+        x = single(state.smoothed_derivative + single(state.filter_share * single(x - state.smoothed_derivative)))
+    state.smoothed_derivative = x
     return x
 
 
@@ -218,20 +218,24 @@ def calculate(config: Config, state: State, e: float) -> None:
         state.integral = 0.0
     m = single(single(single(p + total) + d) + state.bias)
     if isnan(m):
-        state.out = clamp(was, config.low, config.high)
+        state.out = clamp(was, config.lowest_mv, config.highest_mv)
         state.busy |= FRESH
         return
-    if config.low <= m <= config.high:
+    if config.lowest_mv <= m <= config.highest_mv:
         state.status &= ~LIMITED
         state.out = m
         state.integral = total
     else:
         state.status |= LIMITED
-        state.out = config.high if m > config.high else config.low
+        state.out = config.highest_mv if m > config.highest_mv else config.lowest_mv
         # beyond the limits PID_MODE 0 holds I_MV (D269)
         if state.ki > 0.0 and state.mode == 2:
             put_back(state, state.out, p, d)
-    if state.busy & FROM_MANUAL and state.ki <= 0.0 and abs(state.out - was) > NOTABLE * (config.high - config.low):
+    if (
+        state.busy & FROM_MANUAL
+        and state.ki <= 0.0
+        and abs(state.out - was) > NOTABLE * (config.highest_mv - config.lowest_mv)
+    ):
         state.notice = noticed(state.notice, 0, JUMPS_WITHOUT)
     state.busy &= ~(FRESH | FROM_MANUAL)
 

@@ -42,8 +42,8 @@ def enter(config: Config, state: State, mode: int) -> None:
     before = state.status & MODES
     state.status = (state.status & ~MODES) | mode
     if before == OFF:
-        state.side = 0.0
-        state.crossed = 0
+        state.error_sign = 0.0
+        state.sv_crossed = 0
     if mode == TUNING:
         start_tune(config, state)
     elif mode == AUTO:
@@ -60,7 +60,7 @@ def halt(config: Config, state: State) -> None:
     state.busy &= ~(REQUEST | HALTING)
     state.status = (state.status & ~(MODES | LIMITED | IN_DEAD_BAND)) | OFF
     state.out = 0.0
-    if config.joined:
+    if config.mout_is_mv:
         state.mout = 0.0
 
 
@@ -69,7 +69,7 @@ def switch(config: Config, state: State) -> None:
     state.busy &= ~(REQUEST | FROM_MANUAL)
     if state.status & TUNING:
         abandon(state)
-    enter(config, state, state.wanted)
+    enter(config, state, state.wanted_mode)
 
 
 # --- How a DPIDE instruction is reported: names of modes and flags as bits, and notices in words ----------------------

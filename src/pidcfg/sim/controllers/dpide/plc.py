@@ -63,8 +63,8 @@ def configure(config: Config, state: State, operands: Operands, interval: int) -
     """From the operands to the records of an instruction; ``interval`` of an interrupt task in ticks, 0: none."""
     read_registers(config, operands)
     read_registers(state, operands, single)
-    config.band = abs(single(operands["ERR_DBW"]))
-    config.low, config.high = sorted(single(operands[name]) for name in ("MV_MIN", "MV_MAX"))
+    config.dead_band = abs(single(operands["ERR_DBW"]))
+    config.lowest_mv, config.highest_mv = sorted(single(operands[name]) for name in ("MV_MIN", "MV_MAX"))
     state.period = interval or sampling_time(int(operands["CYCLE"]))
     coefficients(config, state)
 
@@ -101,18 +101,18 @@ def effect(name: str, config: Config, state: State, operands: Operands, interval
         return "MV_MAX is below MV_MIN: each is taken for the other"
     if name == "I_MV" and state.ki <= 0.0:
         return "the next calculation makes it 0: there is no integral"
-    if name == "PID_MAN" and state.wanted == TUNING:
+    if name == "PID_MAN" and state.wanted_mode == TUNING:
         return "has no effect while PID_MODE is 1"
     return None
 
 
 def _of_mout(config: Config, state: State) -> str | None:
-    if state.wanted == OFF:
+    if state.wanted_mode == OFF:
         return "MV stays 0 while PID_RUN is FALSE"
-    if config.manual and state.wanted != TUNING:
+    if config.manual and state.wanted_mode != TUNING:
         return None
-    follows = "; MOUT_AUTO is TRUE, so MOUT follows MV again" if config.follow else ""
-    if config.joined:
+    follows = "; MOUT_AUTO is TRUE, so MOUT follows MV again" if config.mout_follows else ""
+    if config.mout_is_mv:
         follows = "; it stands in the device of MV, which overwrites it"
     return f"MOUT acts in manual only{follows}"
 
@@ -163,10 +163,10 @@ class Dpide(NamedPlc):
             self._writer(loop, name) for name in ("SV", "BIAS", "MOUT")
         )
         devices = self._devices[loop]
-        config.joined = int("MOUT" in devices and devices["MOUT"] == devices.get("MV"))
+        config.mout_is_mv = int("MOUT" in devices and devices["MOUT"] == devices.get("MV"))
         state.status = bits.OFF
         enter(config, state, self._mode(loop))
-        state.wanted = state.status & bits.MODES
+        state.wanted_mode = state.status & bits.MODES
         if state.status & bits.OFF:
             state.out = 0.0
         self._join(loop)
@@ -187,9 +187,9 @@ class Dpide(NamedPlc):
     def _join(self, i: int) -> None:
         """One device of MOUT and MV holds what was written to it; 0 while PID_RUN is FALSE."""
         config, state = self.cfg[i], self.st[i]
-        if config.joined and state.status & bits.OFF:
+        if config.mout_is_mv and state.status & bits.OFF:
             state.mout = state.out = 0.0
-        elif config.joined:
+        elif config.mout_is_mv:
             state.out = state.mout
 
     def _writer(self, i: int, operand: str) -> int:
@@ -217,10 +217,10 @@ class Dpide(NamedPlc):
         configure(config, state, self._contents[i], self._interval)
         if state.mode == 1 != before:
             state.mode_before = before
-        state.wanted = self._mode(i)
+        state.wanted_mode = self._mode(i)
         state.busy &= ~(bits.REQUEST | bits.HALTING)
-        if state.wanted != state.status & bits.MODES:
-            state.busy |= bits.REQUEST | (bits.HALTING if state.wanted == bits.OFF else 0)
+        if state.wanted_mode != state.status & bits.MODES:
+            state.busy |= bits.REQUEST | (bits.HALTING if state.wanted_mode == bits.OFF else 0)
         self._join(i)
 
     def _show(self, signals: MutableSequence[float]) -> None:
@@ -240,7 +240,7 @@ class Dpide(NamedPlc):
 
     def intended_mode(self, loop: int, signals: Sequence[float]) -> str:  # noqa: ARG002 - operands
         """What PID_RUN, PID_MODE and PID_MAN say."""
-        return self.mode(self.st[loop].wanted)
+        return self.mode(self.st[loop].wanted_mode)
 
     def pv_range(self, loop: int) -> tuple[float, float] | None:
         """``pv.range``; no operand has it."""
@@ -248,11 +248,11 @@ class Dpide(NamedPlc):
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - operands
         """MV_MIN and MV_MAX."""
-        return self.cfg[loop].low, self.cfg[loop].high
+        return self.cfg[loop].lowest_mv, self.cfg[loop].highest_mv
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - operands
         """ERR_DBW."""
-        return self.cfg[loop].band
+        return self.cfg[loop].dead_band
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
@@ -284,9 +284,9 @@ class Dpide(NamedPlc):
             self._write(loop, PID_RUN=True, PID_MAN=True)
         else:
             self._write(loop, PID_RUN=True, PID_MAN=False, PID_MODE=self._automatic(loop))
-        if mode == "manual" and state.wanted == bits.TUNING:
+        if mode == "manual" and state.wanted_mode == bits.TUNING:
             tell(state, report.WAITS_FOR_TUNE, self.request_code(mode))
-        elif not self.in_run and state.wanted != state.status & bits.MODES:
+        elif not self.in_run and state.wanted_mode != state.status & bits.MODES:
             tell(state, report.WAITS_FOR_PLC, self.request_code(mode))
 
     def autotune(self, loop: int, command: str) -> None:
@@ -300,7 +300,7 @@ class Dpide(NamedPlc):
             tell(state, report.TUNE_RUNS)
         else:
             self._write(loop, PID_MODE=1)
-            if state.wanted == bits.OFF:
+            if state.wanted_mode == bits.OFF:
                 tell(state, report.TUNE_WAITS)
             elif not self.in_run:
                 tell(state, report.TUNE_WAITS_FOR_PLC)
@@ -335,8 +335,8 @@ class Dpide(NamedPlc):
         config, state = self.cfg[loop], self.st[loop]
         self._write(loop, MOUT=float(value.value))
         if not state.status & bits.OFF:
-            state.out = clamp(single(float(value.value)), config.low, config.high)
-        if config.joined:
+            state.out = clamp(single(float(value.value)), config.lowest_mv, config.highest_mv)
+        if config.mout_is_mv:
             state.mout = state.out
         self._show(signals)
 

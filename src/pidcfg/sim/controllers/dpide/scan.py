@@ -49,10 +49,10 @@ __all__ = ["COST", "INLINED", "Config", "Dpide", "Options", "State", "load", "sa
 def by_hand(config: Config, state: State) -> None:
     """MV is MOUT within its limits (D274)."""
     state.status |= LIMITED
-    if state.mout > config.high:
-        state.out = config.high
-    elif state.mout < config.low:
-        state.out = config.low
+    if state.mout > config.highest_mv:
+        state.out = config.highest_mv
+    elif state.mout < config.lowest_mv:
+        state.out = config.lowest_mv
     else:
         state.out = state.mout
         state.status &= ~LIMITED
@@ -88,7 +88,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
         calculate(config, state, e)
     elif state.status & MANUAL:
         by_hand(config, state)
-    if config.follow or config.joined:
+    if config.mout_follows or config.mout_is_mv:
         state.mout = state.out
     show(config, state, signals)
 
@@ -129,7 +129,7 @@ class DpideRegisters(Registers):
     def _rank(self, name: str) -> int:
         """0 for MOUT in the device of MV, which an operator writes; 1 for MV, the PLC's; 2 for the others."""
         loop, row = self._at[name]
-        return 0 if row == "MOUT" and self.plc.cfg[loop].joined else 1 if row == "MV" else 2
+        return 0 if row == "MOUT" and self.plc.cfg[loop].mout_is_mv else 1 if row == "MV" else 2
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:  # noqa: ARG002 - operands say it
         """As the operands are after the last calculation."""

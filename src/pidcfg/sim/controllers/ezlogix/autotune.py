@@ -89,7 +89,7 @@ def switch_tune(config: Config, state: State) -> None:
     if state.tune_status != IDLE:
         state.tune_status = IDLE
         return
-    if state.out + STEP > config.m_high:
+    if state.out + STEP > config.cv_high_limit:
         end_tune(config, state, NO_STEP)
         return
     state.busy |= TUNE | HELD

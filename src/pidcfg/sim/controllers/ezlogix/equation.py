@@ -52,11 +52,11 @@ HELD = 64
 class Config(LoopConfig):
     """One loop's registers and dialog."""
 
-    goes_on: int = 0
+    runs_when_stopped: int = 0
     """The dialog's "Process PID when PLC is Stopped"."""
-    sees_pv: int = 0
+    fetches_pv: int = 0
     """The PV's tag is an input register."""
-    drives: int = 0
+    carries_output: int = 0
     """The CV's tag is an output register, or the control output is enabled."""
     feeds: int = -1
     """The loop whose set point register is this one's CV tag (D177); -1: none."""
@@ -77,7 +77,7 @@ class Config(LoopConfig):
     # set point and error
     direct: int = register("action", 0, equals="direct")
     """The controller's action: direct is E = PV - SP, reverse E = SP - PV."""
-    root: int = register("square_root", 0)
+    square_root: int = register("square_root", 0)
     """The square root of the PV is used (D163)."""
     scale: float = 1.0
     """What makes a difference of roots an error in counts."""
@@ -90,9 +90,9 @@ class Config(LoopConfig):
     """The derivative acts on the PV."""
     anti_windup: int = register("anti_windup", 0)
     offset: float = register("cv_offset", 0.0)
-    m_low: float = 0.0
+    cv_low_limit: float = 0.0
     """CV limits, within 0 to 4095."""
-    m_high: float = 4095.0
+    cv_high_limit: float = 4095.0
     # control output; 0: it is not enabled, or its cycle time is 0
     cycle: int = 0
     """Ticks of a cycle."""
@@ -110,7 +110,7 @@ class Config(LoopConfig):
 class State(CurveState):
     """One loop's registers and memory that the PLC writes."""
 
-    wanted: int = MANUAL
+    wanted_mode: int = MANUAL
     """Discrete +0."""
     error: float = 0.0
     """Base+11, with its sign."""
@@ -120,16 +120,16 @@ class State(CurveState):
     # past
     integral: float = 0.0
     """The integral term in counts of the CV."""
-    x1: float = 0.0
+    derivative_input_1: float = 0.0
     """What the derivative acts on, at n-1."""
-    whole: float = 0.0
+    unlimited_cv: float = 0.0
     """The CV before its limits, which anti-windup looks at."""
     # control output
-    seen: int = 0
+    last_tick: int = 0
     """Tick of the last look."""
     cycle_start: int = 0
     cycle_end: int = 0
-    on: float = 0.0
+    on_time: float = 0.0
     """On-time of this cycle in ticks."""
     # autotune
     tune_command: int = 0
@@ -174,15 +174,17 @@ def coefficients(state: State) -> None:
 def begin(config: Config, state: State, x: float) -> None:
     """Manual to Auto: the integral term becomes what the CV is without its offset, and nothing has a past (D165)."""
     state.integral = state.out - config.offset
-    state.whole = state.out
-    state.x1 = x
+    state.unlimited_cv = state.out
+    state.derivative_input_1 = x
     state.busy &= ~FRESH
 
 
 def integrate(config: Config, state: State, e: float) -> None:
     """Kp Ts/Ti times one more error; with anti-windup not while the CV is saturated on the error's side (D167)."""
     change = state.ki * e
-    if config.anti_windup and ((change > 0.0 and state.whole >= FULL) or (change < 0.0 and state.whole <= 0.0)):
+    if config.anti_windup and (
+        (change > 0.0 and state.unlimited_cv >= FULL) or (change < 0.0 and state.unlimited_cv <= 0.0)
+    ):
         return
     total = state.integral + change
     if total > LARGEST:
@@ -203,19 +205,19 @@ def calculate(config: Config, state: State, e: float, x: float) -> None:
         integrate(config, state, e)
     else:
         state.integral = 0.0
-    m = state.kp * e + state.integral + state.kd * (x - state.x1) + config.offset
-    state.x1 = x
+    m = state.kp * e + state.integral + state.kd * (x - state.derivative_input_1) + config.offset
+    state.derivative_input_1 = x
     if m >= FULL:
         m = FULL
     elif m > 0.0:
         m = m + NEAREST - NEAREST
     else:
         m = 0.0
-    state.whole = m
-    if m > config.m_high:
-        m = config.m_high
-    if m < config.m_low:
-        m = config.m_low
+    state.unlimited_cv = m
+    if m > config.cv_high_limit:
+        m = config.cv_high_limit
+    if m < config.cv_low_limit:
+        m = config.cv_low_limit
     state.out = m
 
 
@@ -229,7 +231,7 @@ def show_setpoint(config: Config, state: State, signals: MutableSequence[float])
         sp = config.sp_high
     if sp < config.sp_low:
         sp = config.sp_low
-    if config.root:
+    if config.square_root:
         sp *= sp
     signals[config.sig_sp] = config.pv_low + (sp - config.pv_min) * config.pv_width / config.pv_span
 
@@ -273,13 +275,13 @@ def begin_cycle(tick: int, config: Config, state: State) -> None:
         on = 0.0
     elif config.cycle - on < config.min_off:
         on = UNBOUNDED
-    state.on = on
+    state.on_time = on
 
 
 def pulse(tick: int, config: Config, state: State, signals: list[float]) -> None:
     """The output for the base step that begins now: what it is in the middle of that step."""
-    middle = tick + (tick - state.seen) / 2.0
-    state.seen = tick
+    middle = tick + (tick - state.last_tick) / 2.0
+    state.last_tick = tick
     if middle >= state.cycle_end:
         begin_cycle(tick, config, state)
-    signals[config.sig_pulse] = 1.0 if state.on > 0.0 and middle - state.cycle_start <= state.on else 0.0
+    signals[config.sig_pulse] = 1.0 if state.on_time > 0.0 and middle - state.cycle_start <= state.on_time else 0.0

@@ -116,11 +116,13 @@ def configure(config: Config, loop: Loop, *, goes_on: bool) -> None:
     config.out_low, config.out_width = low_and_width(dialog.output.range, 0.0, float(CV_FULL))
     config.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
     config.period = UNKNOWN_PERIOD if config.halt else ticks(loop.time("sample_rate"))
-    config.goes_on = int(goes_on)
-    config.sees_pv = int(dialog.pv.tag.startswith("IR"))
-    config.drives = int(dialog.output.tag.startswith("OR") or dialog.output.pulse is not None)
-    config.scale = sqrt(config.pv_span) if config.root else 1.0
-    config.m_low, config.m_high = (clamp(float(loop.word(name)), 0.0, float(CV_FULL)) for name in ("cv_low", "cv_high"))
+    config.runs_when_stopped = int(goes_on)
+    config.fetches_pv = int(dialog.pv.tag.startswith("IR"))
+    config.carries_output = int(dialog.output.tag.startswith("OR") or dialog.output.pulse is not None)
+    config.scale = sqrt(config.pv_span) if config.square_root else 1.0
+    config.cv_low_limit, config.cv_high_limit = (
+        clamp(float(loop.word(name)), 0.0, float(CV_FULL)) for name in ("cv_low", "cv_high")
+    )
     config.timeout = ticks(loop.word("autotune_timeout"))
     config.cycle = 0 if dialog.output.pulse is None else ticks(loop.time("cycle_time"))
     config.min_on, config.min_off = ticks(loop.time("min_on")), ticks(loop.time("min_off"))
@@ -187,7 +189,9 @@ class Ezlogix(CountsPlc):
         config.feeds = self._setpoint_at(number, i)
         if config.feeds >= 0:
             self.cfg[config.feeds].fed_by = i
-        state.out = state.whole = clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
+        state.out = state.unlimited_cv = (
+            clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
+        )
         state.sp = float(loop.word("setpoint"))
         self._apply(i)
         state.pv, state.tune_left = config.pv_min, config.timeout
@@ -215,7 +219,7 @@ class Ezlogix(CountsPlc):
     def _request_mode(self, i: int, mode: int) -> None:
         """Write discrete +0, which nothing refuses."""
         state = self.st[i]
-        state.wanted = mode
+        state.wanted_mode = mode
         state.busy |= bits.REQUEST
         self._note_waiting(i, mode)
 
@@ -250,14 +254,14 @@ class Ezlogix(CountsPlc):
         """The CV limits."""
         config = self.cfg[loop]
         return (
-            config.out_low + config.m_low * config.out_width / CV_FULL,
-            config.out_low + config.m_high * config.out_width / CV_FULL,
+            config.out_low + config.cv_low_limit * config.out_width / CV_FULL,
+            config.out_low + config.cv_high_limit * config.out_width / CV_FULL,
         )
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - registers
         """Base+5; of a root the error has another scale."""
         config = self.cfg[loop]
-        return config.deadband * (config.scale if config.root else 1.0) * config.pv_width / config.pv_span
+        return config.deadband * (config.scale if config.square_root else 1.0) * config.pv_width / config.pv_span
 
     def pulse_cycle(self, loop: int) -> float:
         """The cycle time of the control output."""
@@ -270,22 +274,22 @@ class Ezlogix(CountsPlc):
         for c, s in zip(self.cfg, self.st, strict=True):
             if s.busy & bits.STOPPED:
                 s.due = NEVER if c.halt else tick
-                s.seen = s.cycle_end = tick
+                s.last_tick = s.cycle_end = tick
                 s.busy |= bits.FRESH if s.status & bits.AUTO else 0
             s.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
 
     def stop(self, signals: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
         """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
         for c, s in zip(self.cfg, self.st, strict=True):
-            if not c.goes_on:
+            if not c.runs_when_stopped:
                 s.busy |= bits.STOPPED
                 s.due = NEVER
                 tell(s, report.IS_STOPPED)
                 continue
-            if not c.sees_pv:
+            if not c.fetches_pv:
                 s.busy |= bits.PV_STALE
                 tell(s, report.PV_IS_STALE)
-            if not c.drives:
+            if not c.carries_output:
                 s.busy |= bits.OUTPUT_CUT
                 tell(s, report.OUTPUT_IS_CUT)
 
@@ -385,7 +389,7 @@ class Ezlogix(CountsPlc):
         state = self.st[loop]
         if state.busy & bits.HELD:
             return "the autotune holds the CV"
-        if (state.wanted if state.busy & bits.REQUEST else state.status) & bits.AUTO and not self.cfg[loop].halt:
+        if (state.wanted_mode if state.busy & bits.REQUEST else state.status) & bits.AUTO and not self.cfg[loop].halt:
             return "the loop is in Auto and calculates the CV itself"
         return None
 

@@ -70,9 +70,9 @@ def converted(config: Config, value: float) -> float:
 def switch(state: State) -> None:
     """Discrete +0 as it was written; Manual keeps the CV, Auto begins with it."""
     state.busy &= ~REQUEST
-    if state.wanted & AUTO and state.status & AUTO == 0:
+    if state.wanted_mode & AUTO and state.status & AUTO == 0:
         state.busy |= FRESH
-    state.status = (state.status & ~MODES) | state.wanted
+    state.status = (state.status & ~MODES) | state.wanted_mode
 
 
 def limit_setpoint(i: int, configs: list[Config], states: list[State], signals: list[float]) -> None:
@@ -99,7 +99,7 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     limit_setpoint(i, configs, states, signals)
     # a root is that of the register (D163)
     x = state.pv
-    if config.root:
+    if config.square_root:
         x = sqrt(x) if x > 0.0 else 0.0
     difference = x - state.sp if config.direct else state.sp - x
     x *= config.scale
@@ -126,8 +126,8 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     if state.status & AUTO and state.busy & HELD == 0:
         calculate(config, state, e, x)
     else:
-        state.whole = state.out
-        state.x1 = x
+        state.unlimited_cv = state.out
+        state.derivative_input_1 = x
     # the bit tells of the CV as it is (D167); anti-windup looks at what it would be without its limits
     if 0.0 < state.out < FULL:
         state.status &= ~SATURATED
@@ -196,7 +196,7 @@ class EzlogixRegisters(Registers):
             "error": int(nearest(state.error)) & WORD,
             "autotune_status": state.tune_status,
             "autotune_timeout": state.tune_left // TICKS,
-            "mode": int(bool((state.wanted if state.busy & REQUEST else state.status) & AUTO)),
+            "mode": int(bool((state.wanted_mode if state.busy & REQUEST else state.status) & AUTO)),
             "saturation": int(bool(state.status & SATURATED)),
             "start_autotune": int(self._started[loop] or bool(state.status & TUNING)),
         }

@@ -53,25 +53,25 @@ class Config(LoopConfig):
     sig_pulse: int = 5
     raises: int = register("output_raises_pv", 1)
     proportional: int = register("tuning.proportional", 1)
-    of_error: int = register("tuning.derivative_on", 0, equals="error")
-    root: int = register("pv.square_root", 0)
-    windup: int = register("anti_windup", 0, equals=False)
+    derivative_on_error: int = register("tuning.derivative_on", 0, equals="error")
+    square_root: int = register("pv.square_root", 0)
+    without_anti_windup: int = register("anti_windup", 0, equals=False)
     """There is no anti-windup."""
     source: int = -1
     """The master's number; -1: none."""
     slave: int = -1
     """Number of the first loop whose master this one is; -1: none."""
-    follows: int = 0
+    sp_follows_pv: int = 0
     """On the way from manual to auto the set point becomes the PV."""
-    pulses: int = 0
-    base: float = register("pv.range.0", 0.0)
-    span: float = 1.0
+    has_pulses: int = 0
+    pv_low: float = register("pv.range.0", 0.0)
+    pv_span: float = 1.0
     sp_low: float = register("setpoint.limits.0", -UNREACHED)
     sp_high: float = register("setpoint.limits.1", UNREACHED)
     low: float = 0.0
     high: float = 100.0
-    band: float = register("deadband", 0.0)
-    out_base: float = register("output.range.0", 0.0)
+    deadband: float = register("deadband", 0.0)
+    out_low: float = register("output.range.0", 0.0)
     out_span: float = 100.0
     rate_limit: float = UNREACHED
     """Fastest change of OUT in a sample."""
@@ -97,7 +97,7 @@ class State(LoopState):
     gain: float = register("tuning.gain", 0.0)
     reset: float = register("tuning.integral_time", 0.0)
     rate: float = register("tuning.derivative_time", 0.0)
-    wanted: int = AUTO
+    wanted_mode: int = AUTO
     """The mode that was requested last."""
     manual: float = 0.0
     """OUT in manual."""
@@ -105,19 +105,19 @@ class State(LoopState):
     integral: float = 0.0
     pv_share: float = 1.0
     """What the PV's filter takes of a difference; likewise that of the derivative."""
-    d_share: float = 1.0
+    derivative_share: float = 1.0
     error: float = 0.0
     """The error as it counts."""
-    e1: float = 0.0
+    previous_error: float = 0.0
     """That of the sample before, likewise the PV."""
-    pv1: float = 0.0
-    y: float = 0.0
+    previous_pv: float = 0.0
+    filtered_difference: float = 0.0
     """The filtered difference."""
     cycle_start: int = 0
     cycle_end: int = 0
-    on: float = 0.0
+    on_time: float = 0.0
     """How long the pulse of this cycle is, in ticks."""
-    seen: int = 0
+    last_tick: int = 0
     """The base step before."""
 
 
@@ -135,40 +135,40 @@ JUMPS = 1
 def measure(config: Config, state: State, raw: float) -> None:
     """The PV: root, then filter."""
     x = raw
-    if config.root:
-        share = (raw - config.base) / config.span
-        x = config.base + config.span * sqrt(share) if share > 0.0 else config.base
+    if config.square_root:
+        share = (raw - config.pv_low) / config.pv_span
+        x = config.pv_low + config.pv_span * sqrt(share) if share > 0.0 else config.pv_low
     if state.busy & FRESH:
         state.pv = x
-        state.pv1 = x
+        state.previous_pv = x
     else:
-        state.pv1 = state.pv
+        state.previous_pv = state.pv
         state.pv = state.pv + (x - state.pv) * state.pv_share if state.pv_share < 1.0 else x
 
 
 def compare(config: Config, state: State) -> None:
     """The error as it counts, and that of the sample before."""
     e = state.sp - state.pv if config.raises else state.pv - state.sp
-    if abs(e) < config.band:
+    if abs(e) < config.deadband:
         e = 0.0
         state.status |= IN_DEAD_BAND
     else:
         state.status &= ~IN_DEAD_BAND
-    state.e1 = e if state.busy & FRESH else state.error
+    state.previous_error = e if state.busy & FRESH else state.error
     state.error = e
 
 
 def derivative(config: Config, state: State) -> float:
     """The third action."""
-    if config.of_error:
-        x = state.error - state.e1
+    if config.derivative_on_error:
+        x = state.error - state.previous_error
     elif config.raises:
-        x = state.pv1 - state.pv
+        x = state.previous_pv - state.pv
     else:
-        x = state.pv - state.pv1
-    if state.d_share < 1.0:
-        x = state.y + (x - state.y) * state.d_share
-    state.y = x
+        x = state.pv - state.previous_pv
+    if state.derivative_share < 1.0:
+        x = state.filtered_difference + (x - state.filtered_difference) * state.derivative_share
+    state.filtered_difference = x
     return state.kd * x
 
 
@@ -214,7 +214,7 @@ def calculate(config: Config, state: State, p: float, d: float) -> None:
     m = ((p + total) + d) + state.bias
     if not isfinite(m):
         return
-    if config.windup or not ((m > config.high and step > 0.0) or (m < config.low and step < 0.0)):
+    if config.without_anti_windup or not ((m > config.high and step > 0.0) or (m < config.low and step < 0.0)):
         state.integral = total
     move(config, state, limited(config, state, m))
     if state.busy & BUMPLESS and state.ki <= 0.0 and abs(state.out - was) > NOTABLE * (config.high - config.low):
@@ -236,7 +236,7 @@ def watch(config: Config, state: State) -> None:
     away = abs(state.sp - state.pv)
     b = latched(b, DEVIATION, away - config.deviation_at, config.hysteresis)
     b = latched(b, DEVIATION_2, away - config.deviation_2_at, config.hysteresis)
-    state.status = latched(b, RATE, abs(state.pv - state.pv1) - config.rate_at, 0.0)
+    state.status = latched(b, RATE, abs(state.pv - state.previous_pv) - config.rate_at, 0.0)
 
 
 def begin_cycle(tick: int, config: Config, state: State) -> None:
@@ -246,19 +246,19 @@ def begin_cycle(tick: int, config: Config, state: State) -> None:
         start = tick
     state.cycle_start = start
     state.cycle_end = start + int(config.cycle)
-    on = (state.out - config.out_base) / config.out_span * config.cycle
+    on = (state.out - config.out_low) / config.out_span * config.cycle
     if on <= 0.0 or on < config.min_on:
         on = 0.0
     elif config.cycle - on < config.min_off or on >= config.cycle:
         on = FOREVER
-    state.on = on
+    state.on_time = on
 
 
 def pulse(tick: int, config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The output for the base step that begins now: what it is in the middle of that step (kernel)."""
-    half = (tick - state.seen) / 2.0
-    state.seen = tick
+    half = (tick - state.last_tick) / 2.0
+    state.last_tick = tick
     if tick >= state.cycle_end:
         begin_cycle(tick, config, state)
     passed = tick - state.cycle_start + half
-    signals[config.sig_pulse] = 1.0 if state.on > 0.0 and passed <= state.on else 0.0
+    signals[config.sig_pulse] = 1.0 if state.on_time > 0.0 and passed <= state.on_time else 0.0

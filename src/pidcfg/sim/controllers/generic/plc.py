@@ -86,13 +86,13 @@ def configure(config: Config, state: State, f: Fields) -> None:
     read_registers(config, f)
     state.period = ticks(f["sample_time"])
     seconds = state.period / TICKS
-    config.span = (f["pv.range.1"] - f["pv.range.0"]) or 1.0
+    config.pv_span = (f["pv.range.1"] - f["pv.range.0"]) or 1.0
     config.out_span = (f["output.range.1"] - f["output.range.0"]) or 1.0
     config.low = first_of(f, "output.limits.0", "output.range.0")
     config.high = first_of(f, "output.limits.1", "output.range.1")
     config.rate_limit = f.get("output.max_rate", UNREACHED) * seconds
     config.rate_at = f.get("alarms.rate_of_change", UNREACHED) * seconds
-    config.pulses = int(f.get("output.pulse.period", 0.0) > 0.0)
+    config.has_pulses = int(f.get("output.pulse.period", 0.0) > 0.0)
     config.cycle = float(ticks(f.get("output.pulse.period", 1.0)))
     config.min_on, config.min_off = f["output.pulse.min_on"] * TICKS, f["output.pulse.min_off"] * TICKS
     factors(state, f, seconds)
@@ -105,7 +105,7 @@ def factors(state: State, f: Fields, seconds: float) -> None:
     state.ki = state.gain * seconds / state.reset if state.reset > 0.0 else 0.0
     state.kd = state.gain * state.rate / seconds
     state.pv_share = share(f["pv.filter"], seconds)
-    state.d_share = share(f["tuning.derivative_filter"], seconds)
+    state.derivative_share = share(f["tuning.derivative_filter"], seconds)
 
 
 def effect(path: str, f: Fields, *, by_hand: bool) -> str | None:
@@ -148,7 +148,7 @@ class Generic(NamedPlc):
             setpoint = dict(entry.get("setpoint", {}))
             source = setpoint.get("source")
             c.source = self.loops.index(source) if source in self.loops else -1
-            c.follows = int(bool(setpoint.get("follows_pv")))
+            c.sp_follows_pv = int(bool(setpoint.get("follows_pv")))
         for i, c in enumerate(self.cfg):
             c.slave = next((j for j, other in enumerate(self.cfg) if other.source == i != j), -1)
         self.scales = [(f["pv.range.0"], f["pv.range.1"], COUNTS) for f in self._contents]
@@ -157,12 +157,12 @@ class Generic(NamedPlc):
         """What a loop starts with (D301): its mode, its set point and output."""
         config, state, fields = self.cfg[loop], self.st[loop], self._contents[loop]
         configure(config, state, fields)
-        if not config.pulses:
+        if not config.has_pulses:
             self.signals[config.sig_pulse] = ""
         mode = fields["mode"]
         state.status = bits.AUTO if mode == "cascade" and config.source < 0 else MODE_BITS[mode]
-        state.wanted, state.busy = state.status, bits.FRESH
-        state.sp = clamp(fields.get("setpoint.value", config.base), config.sp_low, config.sp_high)
+        state.wanted_mode, state.busy = state.status, bits.FRESH
+        state.sp = clamp(fields.get("setpoint.value", config.pv_low), config.sp_low, config.sp_high)
         start = fields.get("output.manual", 0.0) if state.status & bits.MANUAL else 0.0
         state.out = state.manual = clamp(start, config.low, config.high)
         self._show(loop, self.sig)
@@ -196,11 +196,11 @@ class Generic(NamedPlc):
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - no signals
         """``deadband``."""
-        return self.cfg[loop].band
+        return self.cfg[loop].deadband
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of the pulses."""
-        return self.cfg[loop].cycle / TICKS if self.cfg[loop].pulses else 0.0
+        return self.cfg[loop].cycle / TICKS if self.cfg[loop].has_pulses else 0.0
 
     def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
@@ -219,9 +219,9 @@ class Generic(NamedPlc):
         if mode == "cascade" and self.cfg[loop].source < 0:
             state.notice = noticed(state.notice, MODE_BITS[mode], NO_SOURCE)
             return
-        state.wanted = MODE_BITS[mode]
+        state.wanted_mode = MODE_BITS[mode]
         state.busy &= ~(bits.MANUAL_SET | bits.SP_SET)
-        state.busy = state.busy & ~bits.REQUEST if state.status & state.wanted else state.busy | bits.REQUEST
+        state.busy = state.busy & ~bits.REQUEST if state.status & state.wanted_mode else state.busy | bits.REQUEST
 
     def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The output that a loop starts with, in every mode."""
@@ -241,11 +241,11 @@ class Generic(NamedPlc):
                 return "in cascade the set point is the master's output"
             state.sp = clamp(value, config.sp_low, config.sp_high)
             state.busy |= bits.SP_SET if state.busy & bits.REQUEST else 0
-        elif name == "output.manual" and state.wanted == bits.MANUAL:
+        elif name == "output.manual" and state.wanted_mode == bits.MANUAL:
             state.manual = value
             state.busy |= bits.MANUAL_SET
         self._show(loop, signals)
-        return effect(name, fields, by_hand=state.wanted == bits.MANUAL)
+        return effect(name, fields, by_hand=state.wanted_mode == bits.MANUAL)
 
 
 load = Generic

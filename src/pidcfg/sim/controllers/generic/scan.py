@@ -45,15 +45,15 @@ __all__ = ["COST", "INLINED", "Config", "Generic", "Options", "State", "load", "
 
 def switch(config: Config, state: State) -> None:
     """The requested mode takes effect, without a bump (D301)."""
-    if state.wanted == MANUAL and not state.status & MANUAL:
+    if state.wanted_mode == MANUAL and not state.status & MANUAL:
         if state.busy & MANUAL_SET == 0:
             state.manual = state.out
-    elif state.status & MANUAL and state.wanted != MANUAL:
+    elif state.status & MANUAL and state.wanted_mode != MANUAL:
         state.busy |= BUMPLESS
-        if config.follows and state.wanted == AUTO and state.busy & SP_SET == 0:
+        if config.sp_follows_pv and state.wanted_mode == AUTO and state.busy & SP_SET == 0:
             state.sp = state.pv
     state.busy &= ~(REQUEST | MANUAL_SET | SP_SET)
-    state.status = (state.status & ~MODES) | state.wanted
+    state.status = (state.status & ~MODES) | state.wanted_mode
 
 
 def follows(i: int, configs: list[Config], states: list[State]) -> bool:
@@ -106,7 +106,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             due += state.period
             state.due = due if due > tick else tick + state.period
             sample(i, configs, states, signals)
-        if configs[i].pulses:
+        if configs[i].has_pulses:
             pulse(tick, configs[i], state, signals)
 
 

@@ -94,7 +94,7 @@ def results(config: Config, state: State, signals: MutableSequence[float]) -> No
     b = config.base
     samples = state.tune_count - state.tune_start
     a = single(state.tune_swing / (2 * state.tune_cycles))
-    period = single(single(samples * config.ts) / state.tune_cycles)
+    period = single(single(samples * config.sample_time) / state.tune_cycles)
     if a <= 0.0:
         end_tune(config, state, signals, PEAK_TOO_LOW)
         return
@@ -162,7 +162,7 @@ def begin(config: Config, state: State, signals: MutableSequence[float]) -> None
     at = b + TUNE_PARAM
     flags = bad_parameters(signals, at)
     step = whole(config, percent(signals[at + AMP], signals[b + MIN_MV], signals[b + MAX_MV]))
-    if config.whole and step == 0.0:
+    if config.is_integer and step == 0.0:
         flags |= BAD_AMP
     state.tune_out = state.out
     state.tune_step = -step if signals[b + DIRECT] != 0.0 else step

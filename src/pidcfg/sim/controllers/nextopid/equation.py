@@ -149,7 +149,7 @@ def write_outputs(config: Config, state: State, signals: MutableSequence[float],
 def pid(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of the block; with an error bit it is not executed, and its outputs stay (kernel, D224)."""
     b = config.base
-    signals[b + SAMPLE_TIME] = config.ts
+    signals[b + SAMPLE_TIME] = config.sample_time
     errors = bad_limits(config, signals) | negative(config, signals)
     write_errors(config, state, signals, errors)
     if errors:

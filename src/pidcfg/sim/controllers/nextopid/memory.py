@@ -286,7 +286,7 @@ class Memory(Plc):
             config, state, instance = self.cfg[place], self.st[place], self.layout.instances[i]
             config.kind, config.base = slots.KINDS[instance.kind.name], instance.base
             self._time(config, state, self.items[i])
-            config.whole = int(instance.kind.name.endswith("INT"))
+            config.is_integer = int(instance.kind.name.endswith("INT"))
             wires = sorted(self._wires_of(i), key=lambda row: not row.early)
             config.wires, config.early = len(rows), sum(row.early for row in wires)
             rows += wires
@@ -306,7 +306,7 @@ class Memory(Plc):
 
     def _time(self, config: Config, state: State, item: ItemSettings) -> None:
         config.period = self.task if item.sample_time is None else ticks(item.sample_time)
-        config.ts, state.period = single(config.period / TICKS), config.period
+        config.sample_time, state.period = single(config.period / TICKS), config.period
 
     def _loop_slots(self, config: Config, name: str) -> None:
         numbers = self.layout.numbers

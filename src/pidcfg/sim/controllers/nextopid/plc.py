@@ -188,7 +188,7 @@ class Facts(Memory):
     def program_errors(self, signals: Sequence[float]) -> Iterator[str]:
         """Blocks whose output Error was on at some time; loops have ErrBits."""
         for place, i in enumerate(self.listed):
-            if self.st[place].erred:
+            if self.st[place].has_erred:
                 now = "is" if signals[self.cfg[place].error] else "was"
                 yield f"{self.layout.instances[i].name}.Error {now} on"
 

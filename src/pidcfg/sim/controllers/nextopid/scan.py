@@ -66,9 +66,9 @@ _LL_OUT, _LL_ERROR, _LL_TS = _LEAD_LAG["OutVar"], _LEAD_LAG["Error"], _LEAD_LAG[
 
 def portion(config: Config, state: State, time_constant: float) -> float:
     """The share of the way of one sample, worked out again when the time constant has changed (kernel, D236)."""
-    quotient = single(config.ts / time_constant)
-    if quotient != state.share_of:
-        state.share_of = quotient
+    quotient = single(config.sample_time / time_constant)
+    if quotient != state.share_quotient:
+        state.share_quotient = quotient
         state.share = single(share(quotient))
     return state.share
 
@@ -82,7 +82,7 @@ def low_filter(config: Config, state: State, signals: MutableSequence[float]) ->
     """One call of ControlLowFilter (kernel)."""
     b = config.base
     tc = signals[b + _F_TC]
-    signals[b + _F_TS] = config.ts
+    signals[b + _F_TS] = config.sample_time
     if not tc > 0.0:
         signals[b + _F_ERROR] = 1.0
         return
@@ -90,9 +90,9 @@ def low_filter(config: Config, state: State, signals: MutableSequence[float]) ->
     x = signals[b + _F_IN]
     if state.started == 0:
         state.started = 1
-        state.y = x
-    state.y = finite(toward(state.y, x, portion(config, state, tc)), state.y)
-    signals[b + _F_OUT] = state.y
+        state.filtered = x
+    state.filtered = finite(toward(state.filtered, x, portion(config, state, tc)), state.filtered)
+    signals[b + _F_OUT] = state.filtered
 
 
 def lag_fault(at: int, signals: Sequence[float]) -> bool:
@@ -109,18 +109,18 @@ def step_lag(config: Config, state: State, x: float, at: int, signals: MutableSe
     """The output of a lag with the input ``x`` (kernel)."""
     if state.started == 0:
         state.started = 1
-        state.y = signals[at + _LAG_INIT]
+        state.filtered = signals[at + _LAG_INIT]
     else:
         target = single(single(signals[at + _GS] * x) + signals[at + _OFFSET])
-        y = toward(state.y, target, portion(config, state, signals[at + _TC]))
-        state.y = finite(clamp(y, signals[at + _LAG_LOW], signals[at + _LAG_HIGH]), state.y)
-    signals[at + _LAG_OUT] = state.y
+        y = toward(state.filtered, target, portion(config, state, signals[at + _TC]))
+        state.filtered = finite(clamp(y, signals[at + _LAG_LOW], signals[at + _LAG_HIGH]), state.filtered)
+    signals[at + _LAG_OUT] = state.filtered
 
 
 def lag(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlLag (kernel)."""
     b = config.base
-    signals[b + _FILTER_TS] = config.ts
+    signals[b + _FILTER_TS] = config.sample_time
     if lag_fault(b, signals):
         signals[b + _FILTER_ERROR] = 1.0
         return
@@ -133,7 +133,7 @@ def lead_lag(config: Config, state: State, signals: MutableSequence[float]) -> N
     b = config.base
     lead = signals[b + _LL_LEAD]
     lag_time = signals[b + _LL_LAG]
-    signals[b + _LL_TS] = config.ts
+    signals[b + _LL_TS] = config.sample_time
     if not (lead >= 0.0 and lag_time > 0.0):
         signals[b + _LL_ERROR] = 1.0
         return
@@ -141,14 +141,14 @@ def lead_lag(config: Config, state: State, signals: MutableSequence[float]) -> N
     x = signals[b + _LL_IN]
     if state.started == 0:
         state.started = 1
-        state.y = x
+        state.filtered = x
     if signals[b + _LL_DISABLE] != 0.0:
         signals[b + _LL_OUT] = 0.0
     else:
-        led = single(state.y + single(single(lead / lag_time) * single(x - state.y)))
+        led = single(state.filtered + single(single(lead / lag_time) * single(x - state.filtered)))
         out = clamp(single(signals[b + _LL_G] * led), signals[b + _LL_LOW], signals[b + _LL_HIGH])
         signals[b + _LL_OUT] = finite(out, signals[b + _LL_OUT])
-    state.y = finite(toward(state.y, x, portion(config, state, lag_time)), state.y)
+    state.filtered = finite(toward(state.filtered, x, portion(config, state, lag_time)), state.filtered)
 
 
 # --- ControlDelay and ControlDelayLag: the input of so many samples ago -----------------------------------------------
@@ -173,13 +173,13 @@ ALMOST = 1.0 - 2.0**-22
 
 def delay_fault(config: Config, time: float) -> bool:
     """Whether a delay is negative or longer than the line (kernel, D239)."""
-    return not (time >= 0.0 and time * ALMOST <= MOST_SAMPLES * config.ts)
+    return not (time >= 0.0 and time * ALMOST <= MOST_SAMPLES * config.sample_time)
 
 
 def begin_line(config: Config, state: State, aux: MutableSequence[float], samples: int, value: float) -> None:
     """A line of this length, full of one value (kernel)."""
     state.samples = samples
-    state.head = 0
+    state.position = 0
     state.delayed = value
     for i in range(samples):
         aux[config.buffer + i] = value
@@ -189,7 +189,7 @@ def delayed(config: Config, state: State, aux: MutableSequence[float], signals: 
     """What InVar was a DelayTime ago (kernel)."""
     b = config.base
     x = signals[b + _DELAY_IN]
-    samples = int(nearest(single(signals[b + _TIME] / config.ts)))
+    samples = int(nearest(single(signals[b + _TIME] / config.sample_time)))
     if state.started == 0:
         begin_line(config, state, aux, samples, signals[b + _DELAY_INIT])
     elif samples != state.samples:
@@ -197,19 +197,19 @@ def delayed(config: Config, state: State, aux: MutableSequence[float], signals: 
     if samples == 0:
         state.delayed = x
         return x
-    at = config.buffer + state.head
+    at = config.buffer + state.position
     state.delayed = aux[at]
     aux[at] = x
-    state.head += 1
-    if state.head == samples:
-        state.head = 0
+    state.position += 1
+    if state.position == samples:
+        state.position = 0
     return state.delayed
 
 
 def delay(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> None:
     """One call of ControlDelay (kernel)."""
     b = config.base
-    signals[b + _DELAY_TS] = config.ts
+    signals[b + _DELAY_TS] = config.sample_time
     if delay_fault(config, signals[b + _TIME]):
         signals[b + _DELAY_ERROR] = 1.0
         return
@@ -221,7 +221,7 @@ def delay(config: Config, state: State, aux: MutableSequence[float], signals: Mu
 def delay_lag(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> None:
     """One call of ControlDelayLag: the delay first, then the lag (kernel)."""
     b = config.base
-    signals[b + _LAG_TS] = config.ts
+    signals[b + _LAG_TS] = config.sample_time
     if delay_fault(config, signals[b + _TIME]) or lag_fault(b + LAG_AT, signals):
         signals[b + _LAG_ERROR] = 1.0
         return
@@ -325,14 +325,14 @@ def pwm(config: Config, state: State, signals: MutableSequence[float]) -> None:
     mv = signals[b + _PWM_MV]
     limited = clamp(mv, low, high)
     signals[b + _WARNING] = 1.0 if limited != mv else 0.0
-    if state.head == 0:
+    if state.position == 0:
         on = nearest(single(single(single(limited - low) / single(high - low)) * period))
         state.samples = int(period)
-        state.held = int(on) if on > 0.0 else 0
-    signals[b + _PWM_OUT] = 1.0 if state.head < state.held else 0.0
-    state.head += 1
-    if state.head >= state.samples:
-        state.head = 0
+        state.on_cycles = int(on) if on > 0.0 else 0
+    signals[b + _PWM_OUT] = 1.0 if state.position < state.on_cycles else 0.0
+    state.position += 1
+    if state.position >= state.samples:
+        state.position = 0
 
 
 # --- ControlSelectMax, ControlSelectMin and ControlSplitRange: functions, which keep nothing from call to call --------
@@ -462,7 +462,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
                 state.fault_at = tick
             call(config, state, aux, signals)
             if config.error >= 0 and signals[config.error] != 0.0:
-                state.erred = 1
+                state.has_erred = 1
     if count > 0 and configs[0].moves_first < configs[0].moves_end:
         move(states[0], tick, aux, signals, configs[0].moves_first, configs[0].moves_end)
 

@@ -86,9 +86,9 @@ class Config(LoopConfig):
     """Slot of its output Error; −1: it has none."""
     turn: int = 0
     """Of the record at this place of the list: which block is executed in this turn."""
-    ts: float = 0.1
+    sample_time: float = 0.1
     """The period in s, single precision: what the block measures as SampleTime."""
-    whole: int = 0
+    is_integer: int = 0
     """Parameters are INT: MV is rounded."""
     wires: int = 0
     """First of its wires in the wire table, and one behind the last."""
@@ -121,7 +121,7 @@ class State(RelayState):
     ticks."""
     fault_target: int = 0
     fault_at: int = -1
-    erred: int = 0
+    has_erred: int = 0
     """Whether its output Error was on at some time."""
     started: int = 0
     """Whether it has been called."""
@@ -129,18 +129,18 @@ class State(RelayState):
     error: float = 0.0
     derivative: float = 0.0
     """Filtered."""
-    share_of: float = -1.0
+    share_quotient: float = -1.0
     """The quotient Ts/T that ``share`` was worked out for."""
     share: float = 1.0
-    y: float = 0.0
+    filtered: float = 0.0
     """State of a lag or filter."""
     samples: int = 0
     """Length of a delay line, or of a period of pulses."""
-    head: int = 0
+    position: int = 0
     """Next place of a delay line, or cycle of a period of pulses."""
     delayed: float = 0.0
     """Last output of a delay line."""
-    held: int = 0
+    on_cycles: int = 0
     """Cycles for which pulses are on."""
     tune_band: float = 0.0
     """Hysteresis of the auto-tuning's relay in PV units."""
@@ -214,7 +214,7 @@ def bad_limits(config: Config, signals: Sequence[float]) -> int:
             errors |= BAD_KP
     elif not signals[b + KP] > 0.0:
         errors |= BAD_KP
-    if not config.ts <= LONGEST:
+    if not config.sample_time <= LONGEST:
         errors |= BAD_SAMPLE_TIME
     return errors
 
@@ -308,7 +308,7 @@ def increment(config: Config, signals: Sequence[float], ki: float, e: float) -> 
     b = config.base
     if ki == 0.0:
         return 0.0
-    change = single(single(ki * e) * config.ts)
+    change = single(single(ki * e) * config.sample_time)
     if signals[b + DIRECT] != 0.0:
         change = -change
     if change > 0.0 and signals[b + WINDUP_H_IN] != 0.0:
@@ -327,12 +327,12 @@ def derivative(config: Config, state: State, signals: Sequence[float], pv: float
     change = single(e - state.error) if signals[b + DERIV_ER] != 0.0 else single(state.pv - pv)
     if signals[b + DIRECT] != 0.0:
         change = -change
-    d = single(single(kd * change) / config.ts)
+    d = single(single(kd * change) / config.sample_time)
     tfd = signals[b + TFD]
     if tfd > 0.0:
-        quotient = single(config.ts / tfd)
-        if quotient != state.share_of:
-            state.share_of = quotient
+        quotient = single(config.sample_time / tfd)
+        if quotient != state.share_quotient:
+            state.share_quotient = quotient
             state.share = single(share(quotient))
         d = single(state.derivative + single(single(d - state.derivative) * state.share))
     return finite(d, state.derivative)
@@ -356,7 +356,7 @@ def remainder(x: float, p: float, d: float, bias: float) -> float:
 
 def whole(config: Config, mv: float) -> float:
     """MV rounded where the block is an INT one (kernel, D228)."""
-    return nearest(mv) if config.whole else mv
+    return nearest(mv) if config.is_integer else mv
 
 
 def copy_mv(config: Config, state: State, signals: Sequence[float], mv: float) -> int:
