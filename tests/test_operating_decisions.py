@@ -184,7 +184,7 @@ def test_d646_cascade_to_auto_keeps_the_past(bumpless):
     rig.request("cascade")
     rig.step(5)
     before, rig.st[0].sp = rig.st[0], 2000.0
-    out, bias, last = before.m, before.bias, before.x1
+    out, bias, last = before.unrounded_output, before.bias, before.derivative_input_1
     remote = rig.st[1].out
     rig.request("auto")
     rig.step()
@@ -193,8 +193,8 @@ def test_d646_cascade_to_auto_keeps_the_past(bumpless):
     assert rig.st[0].status & 2
     assert last == pytest.approx(remote / span)
     bias += ki * error
-    assert rig.st[0].m == pytest.approx(min(max(kp * error + bias + kd * (error - last), 0.0), 4095.0))
-    assert rig.st[0].m > out, "the derivative answers the change, unlike after Manual (D42)"
+    assert rig.st[0].unrounded_output == pytest.approx(min(max(kp * error + bias + kd * (error - last), 0.0), 4095.0))
+    assert rig.st[0].unrounded_output > out, "the derivative answers the change, unlike after Manual (D42)"
 
 
 def test_d647_step_bias_takes_signed_counts():

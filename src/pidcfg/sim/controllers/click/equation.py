@@ -318,10 +318,12 @@ def coefficients(config: Config, state: State) -> None:
 
     Only called with a reset time above 0: errors 26 to 28 keep a loop in Manual, where nothing is calculated.
     """
+    # Proportional Gain (DFn+05), Integral or Reset Time (DFn+06), Derivative Gain (DFn+07)
     seconds = single(state.period / TICKS)
     state.kp = -state.gain if config.reverse else state.gain
     state.ki = single(state.kp * single(seconds / state.reset))
     state.kd = single(state.rate / seconds)
+    # Derivative Gain Limit (DSn+06): Ts / (Ts + Td / limit)
     state.filter_share = 1.0
     if config.gain_limit_on:
         if config.gain_limit <= 0.0:
@@ -336,33 +338,37 @@ def calculate(config: Config, state: State) -> float:
     The bias goes on, unless it is frozen (D112), and stays within the output's limits (D111); the derivative is that of
     the filtered error (D114).
     """
-    e = single(state.sp - state.pv)
+    # The error, and the Error Squared Option
+    error = single(state.sp - state.pv)
     if config.squared:
-        e = single(e * abs(e))
+        error = single(error * abs(error))
     if state.busy & FRESH:
         state.busy &= ~FRESH
-        state.previous_error = e
+        state.previous_error = error
         state.filtered_difference = 0.0
-    change = single(e - state.previous_error)
-    state.previous_error = e
+    change = single(error - state.previous_error)
+    state.previous_error = error
+    # Bias with its limits; Freeze Bias (Anti-Windup, Cn+05) and the Error Deadband Option hold it
     low = config.out_low
     high = config.out_high
     bias = state.bias
-    idle = config.deadband_on and -config.deadband <= e <= config.deadband
-    if not (idle or (config.freeze_bias and (state.out >= high or state.out <= low))):
-        bias = single(bias + single(state.ki * e))
+    in_deadband = config.deadband_on and -config.deadband <= error <= config.deadband
+    if not (in_deadband or (config.freeze_bias and (state.out >= high or state.out <= low))):
+        bias = single(bias + single(state.ki * error))
     state.bias = clamp(bias, low, high)
-    if idle:
+    if in_deadband:
         state.filtered_difference = 0.0
         return state.bias
+    # Derivative of the filtered error
     if state.filter_share < 1.0:
         change = single(
             state.filtered_difference + single(state.filter_share * single(change - state.filtered_difference))
         )
     state.filtered_difference = change
+    # The Control Output (DFn+08): Bias + Kp (e + Td/Ts (e - e(n-1)))
     if state.kd != 0.0:
-        e = single(e + single(state.kd * change))
-    return single(state.bias + single(state.kp * e))
+        error = single(error + single(state.kd * change))
+    return single(state.bias + single(state.kp * error))
 
 
 # --- Alarms of a CLICK loop: four of the PV, two of its deviation, one of its rate of change (D122) -------------------
@@ -387,11 +393,11 @@ def deviation(config: Config, status: int, away: float) -> int:
     return latched(status, DEVIATION_HIGH_HIGH, single(away - config.deviation_high_high), config.hysteresis)
 
 
-def alarms(config: Config, state: State, old: float) -> None:
-    """Renew all alarms, and the band in which nothing will change; ``old`` is the PV of the sample before."""
+def alarms(config: Config, state: State, previous_pv: float) -> None:
+    """Renew all alarms, and the band in which nothing will change; ``previous_pv`` is the PV of the sample before."""
     status = absolute(config, state.status, state.pv)
     status = deviation(config, status, abs(single(state.sp - state.pv)))
-    if abs(single(state.pv - old)) > config.rate_of_change:
+    if abs(single(state.pv - previous_pv)) > config.rate_of_change:
         status |= RATE_OF_CHANGE
     else:
         status &= ~RATE_OF_CHANGE

@@ -51,9 +51,9 @@ __all__ = ["COST", "INLINED", "Click", "Config", "Options", "State", "load", "sa
 
 def control(config: Config, state: State, signals: list[float]) -> None:
     """The output in Auto, within its limits; what is no number is not written (D116)."""
-    m = calculate(config, state)
-    if not isnan(m):
-        state.out = clamp(m, config.out_low, config.out_high)
+    output = calculate(config, state)
+    if not isnan(output):
+        state.out = clamp(output, config.out_low, config.out_high)
     else:
         state.filtered_difference = 0.0
         if isnan(state.bias):
@@ -67,34 +67,34 @@ def control(config: Config, state: State, signals: list[float]) -> None:
 
 def sample(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
     """One calculation of a loop."""
-    # the first sample has no past (D115)
+    # Raw Process Variable (DFn+11) and PV Filter; D115: the first sample has no past
     raw = single(signals[config.sig_in])
-    old = state.pv
+    previous_pv = state.pv
     if state.busy & FIRST:
         state.busy &= ~FIRST
-        old = raw
+        previous_pv = raw
     pv = raw
     if config.filter_on:
-        pv = single(old + single(config.filter * single(raw - old)))
+        pv = single(previous_pv + single(config.filter * single(raw - previous_pv)))
     state.raw = raw
     state.pv = pv
     if state.busy & (REQUEST | GOAL):
         modes(config, state)
-    # an enabled limit takes the place of a set point beyond it (D126)
+    # Setpoint Upper and Lower Limits; D126: an enabled limit overwrites the set point
     if config.sp_high_on and state.sp > config.sp_high:
         state.sp = config.sp_high
     if config.sp_low_on and state.sp < config.sp_low:
         state.sp = config.sp_low
-    change = pv - old
+    change = pv - previous_pv
     fast = config.rate_of_change
     if pv < state.quiet_low or pv > state.quiet_high or state.sp != state.quiet_sp or change > fast or -change > fast:
-        alarms(config, state, old)
+        alarms(config, state, previous_pv)
         signals[config.sig_sp] = finite(state.sp, 0.0)
     if state.status & TUNING:
         tune(config, state, aux)
     if state.status & AUTO:
         control(config, state, signals)
-    # what is no number is shown as 0 (D116)
+    # D116: what is no number is shown as 0
     signals[config.sig_pv] = pv
     signals[config.sig_out] = finite(state.out, 0.0)
     signals[config.sig_bias] = finite(state.bias, 0.0)

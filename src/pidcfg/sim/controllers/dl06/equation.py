@@ -397,12 +397,14 @@ def coefficients(config: Config, state: State) -> None:
     A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts (D33). The derivative gain limit is a
     filter (D34).
     """
+    # P-I-D Loop Terms: Kc, Ki = Kc Ts/Ti, Kr = Kc Td/Ts
     seconds = state.period / TICKS
     scale = -config.out_span if config.reverse else config.out_span
     factor = state.gain * scale if state.gain > 0.0 else scale
     state.kp = state.gain * scale
     state.ki = factor * seconds / state.reset if state.reset > 0.0 else 0.0
     state.kd = factor * state.rate / seconds
+    # Derivative Gain Limiting (D34: the limit is a filter)
     state.filter_share = 1.0
     if config.gain_limit_on:
         state.kd = state.kd if config.gain_limit > 0.0 else 0.0
@@ -418,19 +420,20 @@ def process(config: Config, pv: float) -> float:
 
 def shaped(config: Config, sp: float, pv: float) -> float:
     """The error as a fraction of the span: root extract, then the square, then the deadband (D31)."""
-    e = (sp - process(config, pv)) / config.span
+    # Error Term Configuration: Error Squared keeps the sign, Error Deadband takes small errors for 0
+    error = (sp - process(config, pv)) / config.span
     if config.squared:
-        e = e * abs(e)
-    if -config.deadband <= e <= config.deadband:
-        e = 0.0
-    return e
+        error = error * abs(error)
+    if -config.deadband <= error <= config.deadband:
+        error = 0.0
+    return error
 
 
-def refresh(state: State, e: float, x: float, sp: float) -> None:
+def refresh(state: State, error: float, derivative_input: float, sp: float) -> None:
     """Give the equation a past that equals the present: no kick after Manual (D42)."""
-    state.previous_error = e
-    state.derivative_input_1 = x
-    state.derivative_input_2 = x
+    state.previous_error = error
+    state.derivative_input_1 = derivative_input
+    state.derivative_input_2 = derivative_input
     state.previous_sp = sp
     state.busy &= ~FRESH
 
@@ -445,69 +448,75 @@ def stepped_bias(config: Config, state: State, sp: float) -> None:
     state.previous_sp = sp
 
 
-def filtered(state: State, x: float) -> float:
-    """Y(n) = Y(n-1) + lag (x - Y(n-1)), the signal that the derivative acts on; itself without a limit (D34)."""
-    return (
-        x
-        if state.filter_share == 1.0
-        else state.derivative_input_1 + state.filter_share * (x - state.derivative_input_1)
-    )
+def filtered(state: State, derivative_input: float) -> float:
+    """The signal that the derivative acts on, smoothed by the derivative gain limit; itself without one (D34)."""
+    if state.filter_share == 1.0:
+        return derivative_input
+    return state.derivative_input_1 + state.filter_share * (derivative_input - state.derivative_input_1)
 
 
-def velocity(state: State, e: float, x: float) -> float:
+def velocity(state: State, error: float, derivative_input: float) -> float:
     """Change of output: Kc (e(n) - e(n-1)) + Ki e(n) + Kr (e(n) - 2 e(n-1) + e(n-2)), on top of the last output.
 
     That is within its limits and has its fraction (D649). The change is added up before it is added (D678).
     """
-    y = filtered(state, x)
+    filtered_input = filtered(state, derivative_input)
     change = (
-        state.kp * (e - state.previous_error)
-        + state.ki * e
-        + state.kd * (y - 2.0 * state.derivative_input_1 + state.derivative_input_2)
+        state.kp * (error - state.previous_error)
+        + state.ki * error
+        + state.kd * (filtered_input - 2.0 * state.derivative_input_1 + state.derivative_input_2)
     )
     state.derivative_input_2 = state.derivative_input_1
-    state.derivative_input_1 = y
-    state.previous_error = e
+    state.derivative_input_1 = filtered_input
+    state.previous_error = error
     return state.unrounded_output + change
 
 
-def position(config: Config, state: State, e: float, x: float) -> float:
+def position(config: Config, state: State, error: float, derivative_input: float) -> float:
     """Mx(n) = Mx(n-1) + Ki e(n), within the data range; M(n) = Kc e(n) + Kr (e(n) - e(n-1)) + Mx(n).
 
     What the derivative remembers is kept up without a derivative too: one that is switched on does not kick. The
     bias keeps its fraction (D35); the freeze looks at the output of the calculation before (D39).
     """
+    # Bias Term, reset action: Mx(n) = Mx(n-1) + Ki e(n)
     bias = state.bias
-    change = state.ki * e
+    change = state.ki * error
     if change != 0.0:
+        # Bias Freeze: not while the output is at an end of its range
         if config.bias_freeze and (
             (change > 0.0 and state.out >= config.out_max) or (change < 0.0 and state.out <= config.out_min)
         ):
             change = 0.0
         bias += change
+    # D30: the bias stays within the data range
     if bias > config.out_max:
         bias = config.out_max
     elif bias < config.out_min:
         bias = config.out_min
     state.bias = bias
+    # Position Algorithm: M(n) = Kc e(n) + Kr (e(n) - e(n-1)) + Mx(n)
     if state.kd == 0.0:
-        state.derivative_input_1 = x
-        return state.kp * e + bias
-    y = filtered(state, x)
-    slope = y - state.derivative_input_1
-    state.derivative_input_1 = y
-    return state.kp * e + state.kd * slope + bias
+        state.derivative_input_1 = derivative_input
+        return state.kp * error + bias
+    filtered_input = filtered(state, derivative_input)
+    slope = filtered_input - state.derivative_input_1
+    state.derivative_input_1 = filtered_input
+    return state.kp * error + state.kd * slope + bias
 
 
 def calculate(config: Config, state: State, sp: float, pv: float) -> float:
     """The output in counts, with everything that the plain position form does without."""
-    e = shaped(config, sp, pv) if config.shapes_error else (sp - pv) / config.span
-    x = -process(config, pv) / config.span if config.derivative_on_pv else e
+    error = shaped(config, sp, pv) if config.shapes_error else (sp - pv) / config.span
+    derivative_input = -process(config, pv) / config.span if config.derivative_on_pv else error
     if state.busy & FRESH:
-        refresh(state, e, x, sp)
+        refresh(state, error, derivative_input, sp)
     if config.step_bias and sp != state.previous_sp:
         stepped_bias(config, state, sp)
-    return velocity(state, e, x) if config.velocity else position(config, state, e, x)
+    return (
+        velocity(state, error, derivative_input)
+        if config.velocity
+        else position(config, state, error, derivative_input)
+    )
 
 
 # --- Process alarms of a DL06 loop: four absolute, two deviation, one rate of change ----------------------------------
@@ -526,7 +535,7 @@ def absolute(config: Config, state: State, pv: float) -> None:
     state.status = latched(status, HIGH_HIGH, pv - config.high_high, config.hysteresis)
 
 
-def alarms(config: Config, state: State, pv: float, old: float, sp: float) -> None:
+def alarms(config: Config, state: State, pv: float, previous_pv: float, sp: float) -> None:
     """Renew all alarms, and the band in which nothing will change.
 
     With square-root extract the set point is on the root's scale; the deviation alarms compare the PV with its square.
@@ -536,7 +545,7 @@ def alarms(config: Config, state: State, pv: float, old: float, sp: float) -> No
     deviation = abs(pv - centre)
     status = latched(state.status, YELLOW, deviation - config.yellow, config.hysteresis)
     status = latched(status, RED, deviation - config.red, config.hysteresis)
-    if abs(pv - old) > config.rate_of_change:
+    if abs(pv - previous_pv) > config.rate_of_change:
         status |= RATE_OF_CHANGE
     else:
         status &= ~RATE_OF_CHANGE

@@ -82,7 +82,7 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         signals[config.sig_out] = config.out_low + (0.0 - config.out_min) * config.out_width / config.out_span
         if busy & STOPPED:
             return
-    # the A/D converter saturates; the PV word is a whole number of counts (D679)
+    # Process variable: the A/D converter saturates; D679: the word is whole counts
     low, least = config.pv_low, config.pv_min
     width, span = config.pv_width, config.pv_span
     pv = (signals[config.sig_in] - low) * span / width + least
@@ -92,14 +92,14 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         pv = pv + NEAREST - NEAREST
     else:
         pv = least
-    old = state.pv
-    # the first sample has no past (D48); the filter works on words (D36)
+    previous_pv = state.pv
+    # PV filter: k (PV - PV(n-1)) + PV(n-1). D48: the first sample has no past; D36: it works on words
     if busy & FIRST:
-        old = pv
+        previous_pv = pv
     elif busy & PV_STALE:
-        pv = old
+        pv = previous_pv
     if config.filter < 1.0:
-        pv = old + config.filter * (pv - old) + NEAREST - NEAREST
+        pv = previous_pv + config.filter * (pv - previous_pv) + NEAREST - NEAREST
     state.pv = pv
 
     if busy:
@@ -114,37 +114,40 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         busy = state.busy
     status = state.status
 
-    sp = states[config.major].out if status & CASCADE else state.sp  # in Cascade +02 is left alone (D675)
+    # Set point with its limits; D675: in Cascade +02 is left alone
+    sp = states[config.major].out if status & CASCADE else state.sp
     if sp < config.sp_min:
         sp = config.sp_min
     elif sp > config.sp_max:
         sp = config.sp_max
-    change = pv - old
+    # Alarms, where one may come on or go off
+    change = pv - previous_pv
     fast = config.rate_of_change
     if pv < state.quiet_low or pv > state.quiet_high or sp != state.quiet_sp or change > fast or -change > fast:
-        alarms(config, state, pv, old, sp)
+        alarms(config, state, pv, previous_pv, sp)
         centre = sp * abs(sp) if config.square_root else sp
         signals[config.sig_sp] = low + (centre - least) * width / span
 
     if busy & TUNE:
         tune(config, state, aux, sp)
         busy = state.busy
+    # Control output: the equation, then its limits
     if status & MANUAL == 0 and busy & RELAY == 0:
         if config.is_special or busy & FRESH:
-            m = calculate(config, state, sp, pv)
+            output = calculate(config, state, sp, pv)
         else:
-            e = (sp - pv) / config.span
-            m = position(config, state, e, e)
-        if m > LARGEST or m < -LARGEST:
+            error = (sp - pv) / config.span
+            output = position(config, state, error, error)
+        if output > LARGEST or output < -LARGEST:
             state.status |= OVERFLOW
             to_manual(i, configs, states, OVERRIDE_OVERFLOW)
         else:
-            if m > config.output_high_limit:
-                m = config.output_high_limit
-            if m < config.output_low_limit:
-                m = config.output_low_limit
-            state.unrounded_output = m
-            state.out = m + NEAREST - NEAREST
+            if output > config.output_high_limit:
+                output = config.output_high_limit
+            if output < config.output_low_limit:
+                output = config.output_low_limit
+            state.unrounded_output = output
+            state.out = output + NEAREST - NEAREST
 
     signals[config.sig_pv] = low + (pv - least) * width / span
     low, least = config.out_low, config.out_min

@@ -177,9 +177,9 @@ def balance(config: Config, state: State, middle: float) -> None:
     begin_relay(state, max(config.lowest_mv, middle - way), min(config.highest_mv, middle + way))
 
 
-def relay(config: Config, state: State, e: float) -> None:
+def relay(config: Config, state: State, error: float) -> None:
     """One sample of the relay: the higher MV while the error is above 0, else the lower one."""
-    side = relay_switch(state, state.pv, e, state.tune_band)
+    side = relay_switch(state, state.pv, error, state.tune_band)
     if side:
         if state.tune_turns == BALANCE_TURN and state.tune_rounds < ROUNDS and uneven(state) > EVEN:
             balance(config, state, mean(state))
@@ -199,8 +199,8 @@ def relay(config: Config, state: State, e: float) -> None:
         fail(config, state, NO_SWITCH)
 
 
-def tune(config: Config, state: State, e: float) -> None:
-    """One sample of the autotune; ``e`` is the error without the dead band."""
+def tune(config: Config, state: State, error: float) -> None:
+    """One sample of the autotune; ``error`` is the error without the dead band."""
     if config.lowest_mv >= config.highest_mv:
         fail(config, state, NO_RANGE)
     elif state.tune_phase == OBSERVING:
@@ -210,4 +210,4 @@ def tune(config: Config, state: State, e: float) -> None:
             state.tune_rounds = 0
             begin_relay(state, config.lowest_mv, config.highest_mv)
     else:
-        relay(config, state, e)
+        relay(config, state, error)

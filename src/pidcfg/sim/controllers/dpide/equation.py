@@ -126,8 +126,8 @@ class State(RelayState):
 # --- The equation of DPIDE, every result rounded to single precision as it arises (D265) ------------------------------
 #
 # MV = P + I_MV + D + BIAS. Independent: P = Kp E, I_MV sums Ki E Ts, D = Kd x. Dependent: P = Kc E, I_MV sums Kc/Ti E
-# Ts, D = Kc Td x. ``x`` is the derivative of the error, or that of PV with the sign that makes it act like one. D
-# numbers: see `decisions`.
+# Ts, D = Kc Td x. x, ``slope``, is the derivative of the error, or that of PV with the sign that makes it act like one.
+# D numbers: see `decisions`.
 
 NOTABLE = 0.01
 """Share of the way between the limits that MV moves by at most without a word when manual ends (D272)."""
@@ -137,6 +137,7 @@ JUMPS_WITHOUT = 2
 
 def coefficients(config: Config, state: State) -> None:
     """The factors of the equation; what is below 0 counts as 0."""
+    # Kc_Kp, Ti_Ki, Td_Kd by PID_EQ; what the next calculation is multiplied with
     seconds = single(state.period / TICKS)
     gain = max(0.0, state.gain)
     rate = max(0.0, state.rate)
@@ -154,87 +155,92 @@ def coefficients(config: Config, state: State) -> None:
     state.filter_share = single(seconds / single(state.filter_time + seconds)) if state.filter_time > 0.0 else 1.0
 
 
-def effective(config: Config, state: State, e: float) -> float:
+def effective(config: Config, state: State, error: float) -> float:
     """The error as it counts: 0 inside the dead band once PV has crossed SV there (D268)."""
-    if -config.dead_band < e < config.dead_band:
-        if state.error_sign * e < 0.0:
+    if -config.dead_band < error < config.dead_band:
+        if state.error_sign * error < 0.0:
             state.sv_crossed = 1
     else:
         state.sv_crossed = 0
-    if e > 0.0:
+    if error > 0.0:
         state.error_sign = 1.0
-    elif e < 0.0:
+    elif error < 0.0:
         state.error_sign = -1.0
     if state.sv_crossed:
         state.status |= IN_DEAD_BAND
         return 0.0
     state.status &= ~IN_DEAD_BAND
-    return e
+    return error
 
 
-def derivative(config: Config, state: State, e: float) -> float:
+def derivative(config: Config, state: State, error: float) -> float:
     """What the derivative's gain is multiplied with; the first one is 0 (D267), the gain comes last (D686)."""
     if state.busy & FRESH:
         state.smoothed_derivative = 0.0
-        state.previous_error = e
+        state.previous_error = error
         state.previous_pv = state.pv
     if config.derivative_of_pv == 0:
-        change = single(e - state.previous_error)
+        change = single(error - state.previous_error)
     elif state.sv_crossed:
         change = 0.0
     elif config.forward:
         change = single(state.previous_pv - state.pv)
     else:
         change = single(state.pv - state.previous_pv)
-    state.previous_error = e
+    state.previous_error = error
     state.previous_pv = state.pv
-    x = single(change / state.sampling_time)
+    slope = single(change / state.sampling_time)
     if state.filter_share < 1.0:
-        x = single(state.smoothed_derivative + single(state.filter_share * single(x - state.smoothed_derivative)))
-    state.smoothed_derivative = x
-    return x
+        slope = single(
+            state.smoothed_derivative + single(state.filter_share * single(slope - state.smoothed_derivative))
+        )
+    state.smoothed_derivative = slope
+    return slope
 
 
-def put_back(state: State, out: float, p: float, d: float) -> None:
-    """I_MV as it is when MV is ``out`` (D270)."""
-    total = single(single(single(out - p) - d) - state.bias)
-    if isfinite(total):
-        state.integral = total
+def put_back(state: State, output: float, proportional_term: float, derivative_term: float) -> None:
+    """I_MV as it is when MV is ``output`` (D270)."""
+    integral = single(single(single(output - proportional_term) - derivative_term) - state.bias)
+    if isfinite(integral):
+        state.integral = integral
 
 
-def calculate(config: Config, state: State, e: float) -> None:
+def calculate(config: Config, state: State, error: float) -> None:
     """MV of the algorithm, and I_MV with its anti-windup; what is no number is not written (D265, D689)."""
-    was = state.out
-    x = derivative(config, state, e)
-    p = single(state.kp * e)
-    d = single(state.kd * x) if state.kd > 0.0 else 0.0
-    total = 0.0
+    # P, D and the sum of I_MV
+    previous_output = state.out
+    slope = derivative(config, state, error)
+    proportional_term = single(state.kp * error)
+    derivative_term = single(state.kd * slope) if state.kd > 0.0 else 0.0
+    integral = 0.0
     if state.ki > 0.0:
         if state.busy & FROM_MANUAL:
-            put_back(state, was, p, d)
-        total = single(state.integral + single(state.ki * e))
+            put_back(state, previous_output, proportional_term, derivative_term)
+        integral = single(state.integral + single(state.ki * error))
     else:
-        # without integral time I_MV is 0 (D271)
+        # D271: without Ti_Ki I_MV is 0
         state.integral = 0.0
-    m = single(single(single(p + total) + d) + state.bias)
-    if isnan(m):
-        state.out = clamp(was, config.lowest_mv, config.highest_mv)
+    # The sum: MV = P + I_MV + D + BIAS
+    output = single(single(single(proportional_term + integral) + derivative_term) + state.bias)
+    if isnan(output):
+        state.out = clamp(previous_output, config.lowest_mv, config.highest_mv)
         state.busy |= FRESH
         return
-    if config.lowest_mv <= m <= config.highest_mv:
+    # MV_MIN and MV_MAX
+    if config.lowest_mv <= output <= config.highest_mv:
         state.status &= ~LIMITED
-        state.out = m
-        state.integral = total
+        state.out = output
+        state.integral = integral
     else:
         state.status |= LIMITED
-        state.out = config.highest_mv if m > config.highest_mv else config.lowest_mv
-        # beyond the limits PID_MODE 0 holds I_MV (D269)
+        state.out = config.highest_mv if output > config.highest_mv else config.lowest_mv
+        # beyond them D269: PID_MODE 0 holds I_MV; D270: PID_MODE 2 works it out of MV
         if state.ki > 0.0 and state.mode == 2:
-            put_back(state, state.out, p, d)
+            put_back(state, state.out, proportional_term, derivative_term)
     if (
         state.busy & FROM_MANUAL
         and state.ki <= 0.0
-        and abs(state.out - was) > NOTABLE * (config.highest_mv - config.lowest_mv)
+        and abs(state.out - previous_output) > NOTABLE * (config.highest_mv - config.lowest_mv)
     ):
         state.notice = noticed(state.notice, 0, JUMPS_WITHOUT)
     state.busy &= ~(FRESH | FROM_MANUAL)

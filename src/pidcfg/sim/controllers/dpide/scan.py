@@ -80,12 +80,12 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
         return
     fetch(config, state, states)
     raw = single(state.sp - state.pv) if config.forward else single(state.pv - state.sp)
-    e = effective(config, state, raw)
-    state.error = e
+    error = effective(config, state, raw)
+    state.error = error
     if state.status & TUNING:
         tune(config, state, raw)
     if state.status & AUTO:
-        calculate(config, state, e)
+        calculate(config, state, error)
     elif state.status & MANUAL:
         by_hand(config, state)
     if config.mout_follows or config.mout_is_mv:

@@ -171,17 +171,18 @@ def coefficients(state: State) -> None:
     state.kd = factor * state.rate / seconds
 
 
-def begin(config: Config, state: State, x: float) -> None:
+def begin(config: Config, state: State, derivative_input: float) -> None:
     """Manual to Auto: the integral term becomes what the CV is without its offset, and nothing has a past (D165)."""
     state.integral = state.out - config.offset
     state.unlimited_cv = state.out
-    state.derivative_input_1 = x
+    state.derivative_input_1 = derivative_input
     state.busy &= ~FRESH
 
 
-def integrate(config: Config, state: State, e: float) -> None:
+def integrate(config: Config, state: State, error: float) -> None:
     """Kp Ts/Ti times one more error; with anti-windup not while the CV is saturated on the error's side (D167)."""
-    change = state.ki * e
+    # Anti-Windup: nothing is added that drives the CV further into saturation
+    change = state.ki * error
     if config.anti_windup and (
         (change > 0.0 and state.unlimited_cv >= FULL) or (change < 0.0 and state.unlimited_cv <= 0.0)
     ):
@@ -194,31 +195,34 @@ def integrate(config: Config, state: State, e: float) -> None:
     state.integral = total
 
 
-def calculate(config: Config, state: State, e: float, x: float) -> None:
+def calculate(config: Config, state: State, error: float, derivative_input: float) -> None:
     """CV(n) = Kp [E(n) + Ts/Ti sum E + Td/Ts (x(n) - x(n-1))] + CV0, then saturation, then the CV limits.
 
-    ``x`` is what the derivative acts on: the error, or the PV with the error's sign (D161). CV rounded: D168.
+    x, ``derivative_input``, is the error, or the PV with the error's sign (D161).
     """
+    # Position Algorithm and Velocity Algorithm; CV0 is the CV Offset
     if state.busy & FRESH:
-        begin(config, state, x)
+        begin(config, state, derivative_input)
     if state.ki > 0.0:
-        integrate(config, state, e)
+        integrate(config, state, error)
     else:
         state.integral = 0.0
-    m = state.kp * e + state.integral + state.kd * (x - state.derivative_input_1) + config.offset
-    state.derivative_input_1 = x
-    if m >= FULL:
-        m = FULL
-    elif m > 0.0:
-        m = m + NEAREST - NEAREST
+    cv = state.kp * error + state.integral + state.kd * (derivative_input - state.derivative_input_1) + config.offset
+    state.derivative_input_1 = derivative_input
+    # Saturation; D168: the CV is whole counts
+    if cv >= FULL:
+        cv = FULL
+    elif cv > 0.0:
+        cv = cv + NEAREST - NEAREST
     else:
-        m = 0.0
-    state.unlimited_cv = m
-    if m > config.cv_high_limit:
-        m = config.cv_high_limit
-    if m < config.cv_low_limit:
-        m = config.cv_low_limit
-    state.out = m
+        cv = 0.0
+    state.unlimited_cv = cv
+    # CV Low Limit and CV High Limit
+    if cv > config.cv_high_limit:
+        cv = config.cv_high_limit
+    if cv < config.cv_low_limit:
+        cv = config.cv_low_limit
+    state.out = cv
 
 
 # --- The signals of an EZLogix loop: what its registers say, in engineering units -------------------------------------

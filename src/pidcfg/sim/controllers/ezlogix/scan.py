@@ -97,38 +97,38 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     if busy & PV_STALE == 0:
         state.pv = converted(config, signals[config.sig_in])
     limit_setpoint(i, configs, states, signals)
-    # a root is that of the register (D163)
+    # Use PV Square Root; D163: the root is that of the register
     x = state.pv
     if config.square_root:
         x = sqrt(x) if x > 0.0 else 0.0
     difference = x - state.sp if config.direct else state.sp - x
     x *= config.scale
-    e = difference * config.scale
-    error = e + NEAREST - NEAREST
-    if error > ERROR_MOST:
-        error = ERROR_MOST
-    elif error < -ERROR_MOST:
-        error = -ERROR_MOST
-    state.error = error
-    # the deadband acts in every term (D170)
+    error = difference * config.scale
+    shown_error = error + NEAREST - NEAREST
+    if shown_error > ERROR_MOST:
+        shown_error = ERROR_MOST
+    elif shown_error < -ERROR_MOST:
+        shown_error = -ERROR_MOST
+    state.error = shown_error
+    # Deadband; D170: it acts in every term
     if -config.deadband < difference < config.deadband:
-        e = 0.0
+        error = 0.0
 
     if busy & REQUEST:
         switch(state)
     if busy & TUNE:
         tune(config, state, aux, x)
-    # the derivative acts on the PV, with the sign that the error has (D161), or on the error
+    # Velocity Algorithm; D161: the derivative acts on the PV, with the error's sign
     if config.velocity == 0:
-        x = e
+        x = error
     elif config.direct == 0:
         x = -x
     if state.status & AUTO and state.busy & HELD == 0:
-        calculate(config, state, e, x)
+        calculate(config, state, error, x)
     else:
         state.unlimited_cv = state.out
         state.derivative_input_1 = x
-    # the bit tells of the CV as it is (D167); anti-windup looks at what it would be without its limits
+    # Saturation; D167: the bit tells of the CV as it is, anti-windup looks at the one without limits
     if 0.0 < state.out < FULL:
         state.status &= ~SATURATED
     else:

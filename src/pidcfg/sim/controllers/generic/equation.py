@@ -134,90 +134,97 @@ JUMPS = 1
 
 def measure(config: Config, state: State, raw: float) -> None:
     """The PV: root, then filter."""
-    x = raw
+    pv = raw
     if config.square_root:
         share = (raw - config.pv_low) / config.pv_span
-        x = config.pv_low + config.pv_span * sqrt(share) if share > 0.0 else config.pv_low
+        pv = config.pv_low + config.pv_span * sqrt(share) if share > 0.0 else config.pv_low
     if state.busy & FRESH:
-        state.pv = x
-        state.previous_pv = x
+        state.pv = pv
+        state.previous_pv = pv
     else:
         state.previous_pv = state.pv
-        state.pv = state.pv + (x - state.pv) * state.pv_share if state.pv_share < 1.0 else x
+        state.pv = state.pv + (pv - state.pv) * state.pv_share if state.pv_share < 1.0 else pv
 
 
 def compare(config: Config, state: State) -> None:
     """The error as it counts, and that of the sample before."""
-    e = state.sp - state.pv if config.raises else state.pv - state.sp
-    if abs(e) < config.deadband:
-        e = 0.0
+    error = state.sp - state.pv if config.raises else state.pv - state.sp
+    if abs(error) < config.deadband:
+        error = 0.0
         state.status |= IN_DEAD_BAND
     else:
         state.status &= ~IN_DEAD_BAND
-    state.previous_error = e if state.busy & FRESH else state.error
-    state.error = e
+    state.previous_error = error if state.busy & FRESH else state.error
+    state.error = error
 
 
 def derivative(config: Config, state: State) -> float:
     """The third action."""
     if config.derivative_on_error:
-        x = state.error - state.previous_error
+        change = state.error - state.previous_error
     elif config.raises:
-        x = state.previous_pv - state.pv
+        change = state.previous_pv - state.pv
     else:
-        x = state.pv - state.previous_pv
+        change = state.pv - state.previous_pv
     if state.derivative_share < 1.0:
-        x = state.filtered_difference + (x - state.filtered_difference) * state.derivative_share
-    state.filtered_difference = x
-    return state.kd * x
+        change = state.filtered_difference + (change - state.filtered_difference) * state.derivative_share
+    state.filtered_difference = change
+    return state.kd * change
 
 
-def put_back(state: State, p: float, d: float) -> None:
+def put_back(state: State, proportional_term: float, derivative_term: float) -> None:
     """The integral with which the equation makes the present OUT."""
-    total = ((state.out - p) - d) - state.bias
-    state.integral = total if state.ki > 0.0 and isfinite(total) else 0.0
+    integral = ((state.out - proportional_term) - derivative_term) - state.bias
+    state.integral = integral if state.ki > 0.0 and isfinite(integral) else 0.0
 
 
 def move(config: Config, state: State, target: float) -> None:
     """OUT towards a value, as fast as it may, within the limits."""
-    out = step_to(state.out, target, config.rate_limit)
-    if out != target:
+    output = step_to(state.out, target, config.rate_limit)
+    if output != target:
         state.status |= SLOWED
     else:
         state.status &= ~SLOWED
-    state.out = clamp(out, config.low, config.high)
+    state.out = clamp(output, config.low, config.high)
 
 
-def limited(config: Config, state: State, m: float) -> float:
+def limited(config: Config, state: State, output: float) -> float:
     """A value within the limits of OUT."""
-    if config.low <= m <= config.high:
+    if config.low <= output <= config.high:
         state.status &= ~LIMITED
-        return m
+        return output
     state.status |= LIMITED
-    return clamp(m, config.low, config.high)
+    return clamp(output, config.low, config.high)
 
 
-def by_hand(config: Config, state: State, p: float, d: float) -> None:
+def by_hand(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
     """OUT is what the operator wants."""
     move(config, state, limited(config, state, state.manual))
-    put_back(state, p, d)
+    put_back(state, proportional_term, derivative_term)
 
 
-def calculate(config: Config, state: State, p: float, d: float) -> None:
+def calculate(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
     """OUT of the equation."""
-    was = state.out
+    # The integral with its anti-windup (D300: what pushes the output beyond a limit is not taken)
+    previous_output = state.out
     step = state.ki * state.error
     if state.busy & BUMPLESS:
-        put_back(state, p, d)
+        put_back(state, proportional_term, derivative_term)
         step = 0.0
-    total = state.integral + step if state.ki > 0.0 else 0.0
-    m = ((p + total) + d) + state.bias
-    if not isfinite(m):
+    integral = state.integral + step if state.ki > 0.0 else 0.0
+    output = ((proportional_term + integral) + derivative_term) + state.bias
+    if not isfinite(output):
         return
-    if config.without_anti_windup or not ((m > config.high and step > 0.0) or (m < config.low and step < 0.0)):
-        state.integral = total
-    move(config, state, limited(config, state, m))
-    if state.busy & BUMPLESS and state.ki <= 0.0 and abs(state.out - was) > NOTABLE * (config.high - config.low):
+    if config.without_anti_windup or not (
+        (output > config.high and step > 0.0) or (output < config.low and step < 0.0)
+    ):
+        state.integral = integral
+    move(config, state, limited(config, state, output))
+    if (
+        state.busy & BUMPLESS
+        and state.ki <= 0.0
+        and abs(state.out - previous_output) > NOTABLE * (config.high - config.low)
+    ):
         state.notice = noticed(state.notice, 0, JUMPS)
     state.busy &= ~BUMPLESS
 
@@ -229,14 +236,14 @@ FOREVER = float("inf")
 
 def watch(config: Config, state: State) -> None:
     """Renew the alarms (kernel)."""
-    b = latched(state.status, LOW_LOW, config.low_low_at - state.pv, config.hysteresis)
-    b = latched(b, LOW, config.low_at - state.pv, config.hysteresis)
-    b = latched(b, HIGH, state.pv - config.high_at, config.hysteresis)
-    b = latched(b, HIGH_HIGH, state.pv - config.high_high_at, config.hysteresis)
+    status = latched(state.status, LOW_LOW, config.low_low_at - state.pv, config.hysteresis)
+    status = latched(status, LOW, config.low_at - state.pv, config.hysteresis)
+    status = latched(status, HIGH, state.pv - config.high_at, config.hysteresis)
+    status = latched(status, HIGH_HIGH, state.pv - config.high_high_at, config.hysteresis)
     away = abs(state.sp - state.pv)
-    b = latched(b, DEVIATION, away - config.deviation_at, config.hysteresis)
-    b = latched(b, DEVIATION_2, away - config.deviation_2_at, config.hysteresis)
-    state.status = latched(b, RATE, abs(state.pv - state.previous_pv) - config.rate_at, 0.0)
+    status = latched(status, DEVIATION, away - config.deviation_at, config.hysteresis)
+    status = latched(status, DEVIATION_2, away - config.deviation_2_at, config.hysteresis)
+    state.status = latched(status, RATE, abs(state.pv - state.previous_pv) - config.rate_at, 0.0)
 
 
 def begin_cycle(tick: int, config: Config, state: State) -> None:

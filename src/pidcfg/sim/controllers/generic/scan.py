@@ -77,19 +77,19 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
         state.sp = states[config.source].out
     state.sp = clamp(state.sp, config.sp_low, config.sp_high)
     compare(config, state)
-    p = state.kp * state.error if config.proportional else 0.0
-    d = derivative(config, state)
+    proportional_term = state.kp * state.error if config.proportional else 0.0
+    derivative_term = derivative(config, state)
     state.busy &= ~FRESH
     state.status &= ~TRACKING
     if state.status & MANUAL:
-        by_hand(config, state, p, d)
+        by_hand(config, state, proportional_term, derivative_term)
     elif follows(i, configs, states):
         state.status = (state.status & ~(LIMITED | SLOWED)) | TRACKING
         state.out = clamp(states[config.slave].sp, config.low, config.high)
-        put_back(state, p, d)
+        put_back(state, proportional_term, derivative_term)
         state.busy |= BUMPLESS
     else:
-        calculate(config, state, p, d)
+        calculate(config, state, proportional_term, derivative_term)
     watch(config, state)
     signals[config.sig_pv] = state.pv
     signals[config.sig_sp] = state.sp

@@ -55,26 +55,26 @@ GAIN_PI, TIMES_TI, PART_TD = single(NEXTOPID_PART), single(NEXTOPID_TI), single(
 
 def clear_results(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """AutoTuneDone, AutoTuneError and AutoTuneResult as they are without auto-tuning (kernel)."""
-    b = config.base
+    base = config.base
     state.tune_phase = IDLE
     state.tune_side = 0
-    signals[b + TUNE_DONE] = 0.0
-    signals[b + TUNE_ERROR] = 0.0
+    signals[base + TUNE_DONE] = 0.0
+    signals[base + TUNE_ERROR] = 0.0
     for i in range(3):
-        signals[b + TUNE_RESULT + i] = 0.0
+        signals[base + TUNE_RESULT + i] = 0.0
     for i in range(FLAGS):
-        signals[b + TUNE_FLAGS + i] = 0.0
+        signals[base + TUNE_FLAGS + i] = 0.0
 
 
 def end_tune(config: Config, state: State, signals: MutableSequence[float], flags: int) -> None:
     """The auto-tuning has ended, with an error if there are flags; MV is what it was (kernel)."""
-    b = config.base
+    base = config.base
     state.tune_side = 0
     state.tune_phase = FAILED if flags else DONE
-    signals[b + TUNE_DONE] = 1.0
-    signals[b + TUNE_ERROR] = 1.0 if flags else 0.0
+    signals[base + TUNE_DONE] = 1.0
+    signals[base + TUNE_ERROR] = 1.0 if flags else 0.0
     for i in range(FLAGS):
-        signals[b + TUNE_FLAGS + i] = float((flags >> i) & 1)
+        signals[base + TUNE_FLAGS + i] = float((flags >> i) & 1)
 
 
 def doubtful(state: State, samples: int, a: float) -> int:
@@ -91,7 +91,7 @@ def doubtful(state: State, samples: int, a: float) -> int:
 
 def results(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Gain and times from amplitude and period of the measured cycles (kernel, D234)."""
-    b = config.base
+    base = config.base
     samples = state.tune_count - state.tune_start
     a = single(state.tune_swing / (2 * state.tune_cycles))
     period = single(single(samples * config.sample_time) / state.tune_cycles)
@@ -106,12 +106,12 @@ def results(config: Config, state: State, signals: MutableSequence[float]) -> No
         ti = single(TIMES_TI * period)
     if state.tune_mode == FULL_PID:
         td = single(period / PART_TD)
-    if signals[b + INDEP] != 0.0:
+    if signals[base + INDEP] != 0.0:
         ti = single(kp / ti) if ti > 0.0 else 0.0
         td = single(kp * td)
-    signals[b + TUNE_RESULT] = kp
-    signals[b + TUNE_RESULT + 1] = ti
-    signals[b + TUNE_RESULT + 2] = td
+    signals[base + TUNE_RESULT] = kp
+    signals[base + TUNE_RESULT + 1] = ti
+    signals[base + TUNE_RESULT + 2] = td
     end_tune(config, state, signals, doubtful(state, samples, a))
 
 
@@ -158,25 +158,25 @@ def percent(percentage: float, low: float, high: float) -> float:
 
 def begin(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The rising edge: RefMV is the present MV, and the parameters are taken as they are (kernel, D230)."""
-    b = config.base
-    at = b + TUNE_PARAM
+    base = config.base
+    at = base + TUNE_PARAM
     flags = bad_parameters(signals, at)
-    step = whole(config, percent(signals[at + AMP], signals[b + MIN_MV], signals[b + MAX_MV]))
+    step = whole(config, percent(signals[at + AMP], signals[base + MIN_MV], signals[base + MAX_MV]))
     if config.is_integer and step == 0.0:
         flags |= BAD_AMP
     state.tune_out = state.out
-    state.tune_step = -step if signals[b + DIRECT] != 0.0 else step
+    state.tune_step = -step if signals[base + DIRECT] != 0.0 else step
     if flags & BAD_AMP == 0:
-        if single(state.out + step) > signals[b + MAX_MV]:
+        if single(state.out + step) > signals[base + MAX_MV]:
             flags |= MV_TOO_HIGH
-        if single(state.out - step) < signals[b + MIN_MV]:
+        if single(state.out - step) < signals[base + MIN_MV]:
             flags |= MV_TOO_LOW
     if flags:
         end_tune(config, state, signals, flags)
         return
     state.tune_phase = AVERAGING
-    state.tune_band = percent(signals[at + HYST], signals[b + MIN_PV], signals[b + MAX_PV])
-    state.tune_safe = percent(signals[at + PEAK], signals[b + MIN_PV], signals[b + MAX_PV])
+    state.tune_band = percent(signals[at + HYST], signals[base + MIN_PV], signals[base + MAX_PV])
+    state.tune_safe = percent(signals[at + PEAK], signals[base + MIN_PV], signals[base + MAX_PV])
     state.tune_cycles = int(signals[at + CYCLES])
     state.tune_mode = int(signals[at + MODE])
     state.tune_count = 0

@@ -67,15 +67,15 @@ CONTROLLING = AUTO_MODE | CASCADE_MODE
 
 def mode_in_force(config: Config, signals: Sequence[float], tuning: int) -> int:
     """The mode of this call, with `OVERRIDDEN` in addition to automatic and cascade (kernel, D225)."""
-    b = config.base
+    base = config.base
     if tuning == HOLDS:
         return TUNING_MODE
-    if signals[b + MANUAL] != 0.0:
+    if signals[base + MANUAL] != 0.0:
         return MANUAL_MODE
-    if signals[b + TRK_IN] != 0.0:
+    if signals[base + TRK_IN] != 0.0:
         return TRACKING_MODE
-    mode = CASCADE_MODE if signals[b + CASC] != 0.0 else AUTO_MODE
-    if signals[b + OVERR] != 0.0:
+    mode = CASCADE_MODE if signals[base + CASC] != 0.0 else AUTO_MODE
+    if signals[base + OVERR] != 0.0:
         mode |= OVERRIDDEN
     return mode
 
@@ -86,95 +86,114 @@ def restores_mv(mode: int, tuning: int) -> bool:
 
 
 def calculate_automatic(
-    config: Config, state: State, signals: Sequence[float], ki: float, p: float, d: float, change: float
+    config: Config,
+    state: State,
+    signals: Sequence[float],
+    ki: float,
+    proportional_term: float,
+    derivative_term: float,
+    change: float,
 ) -> tuple[float, int]:
     """MV in automatic: the integral action that goes with it, and the bits of the limits (kernel)."""
     bias = signals[config.base + BIAS]
-    i = single(state.integral + change) if ki != 0.0 else 0.0
-    bits = limited(config, state, signals, total(p, i, d, bias))
+    integral_term = single(state.integral + change) if ki != 0.0 else 0.0
+    bits = limited(config, state, signals, total(proportional_term, integral_term, derivative_term, bias))
     if bits and change != 0.0:
-        i = single(state.integral + accepted_change(state, bits, total(p, state.integral, d, bias), change))
-    return i, bits
+        integral_term = single(
+            state.integral
+            + accepted_change(state, bits, total(proportional_term, state.integral, derivative_term, bias), change)
+        )
+    return integral_term, bits
 
 
 def calculate_override(
-    config: Config, state: State, signals: Sequence[float], ki: float, p: float, d: float
+    config: Config, state: State, signals: Sequence[float], ki: float, proportional_term: float, derivative_term: float
 ) -> tuple[float, int]:
     """MV while another controller has the valve: its MV takes the place of P in the integral (kernel, D227)."""
-    b = config.base
-    i = 0.0
+    base = config.base
+    integral_term = 0.0
     if ki != 0.0:
-        i = finite(remainder(signals[b + TRK_VAL], 0.0, d, signals[b + BIAS]), state.integral)
-    return i, limited(config, state, signals, total(p, i, d, signals[b + BIAS]))
+        integral_term = finite(
+            remainder(signals[base + TRK_VAL], 0.0, derivative_term, signals[base + BIAS]), state.integral
+        )
+    return integral_term, limited(
+        config, state, signals, total(proportional_term, integral_term, derivative_term, signals[base + BIAS])
+    )
 
 
 def manipulate(
-    config: Config, state: State, signals: Sequence[float], mode: int, tuning: int, e: float, d: float
+    config: Config, state: State, signals: Sequence[float], mode: int, tuning: int, error: float, derivative_term: float
 ) -> tuple[float, int]:
     """MV and the integral action by the mode: the proportional action and the bits of the limits (kernel, D229)."""
-    b = config.base
-    p = proportional(config, signals, e)
+    base = config.base
+    proportional_term = proportional(config, signals, error)
     ki = integral_gain(config, signals)
     if tuning == HOLDS or restores_mv(mode, tuning):
         bits = copy_mv(config, state, signals, single(state.tune_out + state.tune_side * state.tune_step))
     elif mode == MANUAL_MODE:
-        bits = copy_mv(config, state, signals, signals[b + MANUAL_MV])
+        bits = copy_mv(config, state, signals, signals[base + MANUAL_MV])
     elif mode == TRACKING_MODE:
-        bits = copy_mv(config, state, signals, signals[b + TRK_VAL])
+        bits = copy_mv(config, state, signals, signals[base + TRK_VAL])
     elif mode & OVERRIDDEN:
-        state.integral, bits = calculate_override(config, state, signals, ki, p, d)
-        return p, bits
-    elif abs(e) < signals[b + DEAD_BAND]:
+        state.integral, bits = calculate_override(config, state, signals, ki, proportional_term, derivative_term)
+        return proportional_term, bits
+    elif abs(error) < signals[base + DEAD_BAND]:
         bits = copy_mv(config, state, signals, state.out)
     else:
-        i, bits = calculate_automatic(config, state, signals, ki, p, d, increment(config, signals, ki, e))
-        state.integral = finite(i, state.integral)
-        return p, bits
-    state.integral = finite(remainder(state.out, p, d, signals[b + BIAS]), state.integral) if ki != 0.0 else 0.0
-    return p, bits
+        integral_term, bits = calculate_automatic(
+            config, state, signals, ki, proportional_term, derivative_term, increment(config, signals, ki, error)
+        )
+        state.integral = finite(integral_term, state.integral)
+        return proportional_term, bits
+    state.integral = (
+        finite(remainder(state.out, proportional_term, derivative_term, signals[base + BIAS]), state.integral)
+        if ki != 0.0
+        else 0.0
+    )
+    return proportional_term, bits
 
 
 def write_outputs(config: Config, state: State, signals: MutableSequence[float], mode: int, bits: int) -> None:
     """MV, and the tracking and windup outputs for a cascade master (kernel, D226)."""
-    b = config.base
+    base = config.base
     up = 1.0 if bits & UPWARD else 0.0
     down = 1.0 if bits & DOWNWARD else 0.0
-    direct = signals[b + DIRECT] != 0.0
-    signals[b + MV] = state.out
-    signals[b + TRK_OUT] = 0.0 if mode & CASCADE_MODE else 1.0
-    signals[b + WINDUP_H_OUT] = down if direct else up
-    signals[b + WINDUP_L_OUT] = up if direct else down
+    direct = signals[base + DIRECT] != 0.0
+    signals[base + MV] = state.out
+    signals[base + TRK_OUT] = 0.0 if mode & CASCADE_MODE else 1.0
+    signals[base + WINDUP_H_OUT] = down if direct else up
+    signals[base + WINDUP_L_OUT] = up if direct else down
 
 
 def pid(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of the block; with an error bit it is not executed, and its outputs stay (kernel, D224)."""
-    b = config.base
-    signals[b + SAMPLE_TIME] = config.sample_time
+    base = config.base
+    signals[base + SAMPLE_TIME] = config.sample_time
     errors = bad_limits(config, signals) | negative(config, signals)
     write_errors(config, state, signals, errors)
     if errors:
         return
     pv, sp, warnings = limited_inputs(config, signals)
-    e = single(sp - pv)
-    if not isfinite(e):
+    error = single(sp - pv)
+    if not isfinite(error):
         return
     if state.started == 0:
         state.started = 1
         state.pv = pv
-        state.error = e
-    d = derivative(config, state, signals, pv, e)
+        state.error = error
+    derivative_term = derivative(config, state, signals, pv, error)
     state.pv = pv
     state.sp = sp
-    state.error = e
-    state.derivative = d
+    state.error = error
+    state.derivative = derivative_term
     tuning = 0
     if PIDA_TUNE_REAL <= config.kind <= PIDA_TUNE_INT:
         tuning = tune(config, state, signals)
     mode = mode_in_force(config, signals, tuning)
-    p, bits = manipulate(config, state, signals, mode, tuning, e, d)
+    proportional_term, bits = manipulate(config, state, signals, mode, tuning, error, derivative_term)
     state.status = (state.status & ~MODES) | mode
     write_warnings(config, state, signals, warnings | bits)
-    signals[b + P_ACTION] = p
-    signals[b + D_ACTION] = d
-    signals[b + I_ACTION] = state.integral
+    signals[base + P_ACTION] = proportional_term
+    signals[base + D_ACTION] = derivative_term
+    signals[base + I_ACTION] = state.integral
     write_outputs(config, state, signals, mode, bits)

@@ -80,19 +80,19 @@ def toward(y: float, x: float, part: float) -> float:
 
 def low_filter(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlLowFilter (kernel)."""
-    b = config.base
-    tc = signals[b + _F_TC]
-    signals[b + _F_TS] = config.sample_time
+    base = config.base
+    tc = signals[base + _F_TC]
+    signals[base + _F_TS] = config.sample_time
     if not tc > 0.0:
-        signals[b + _F_ERROR] = 1.0
+        signals[base + _F_ERROR] = 1.0
         return
-    signals[b + _F_ERROR] = 0.0
-    x = signals[b + _F_IN]
+    signals[base + _F_ERROR] = 0.0
+    x = signals[base + _F_IN]
     if state.started == 0:
         state.started = 1
         state.filtered = x
     state.filtered = finite(toward(state.filtered, x, portion(config, state, tc)), state.filtered)
-    signals[b + _F_OUT] = state.filtered
+    signals[base + _F_OUT] = state.filtered
 
 
 def lag_fault(at: int, signals: Sequence[float]) -> bool:
@@ -119,35 +119,35 @@ def step_lag(config: Config, state: State, x: float, at: int, signals: MutableSe
 
 def lag(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlLag (kernel)."""
-    b = config.base
-    signals[b + _FILTER_TS] = config.sample_time
-    if lag_fault(b, signals):
-        signals[b + _FILTER_ERROR] = 1.0
+    base = config.base
+    signals[base + _FILTER_TS] = config.sample_time
+    if lag_fault(base, signals):
+        signals[base + _FILTER_ERROR] = 1.0
         return
-    signals[b + _FILTER_ERROR] = 0.0
-    step_lag(config, state, signals[b + _LAG_IN], b, signals)
+    signals[base + _FILTER_ERROR] = 0.0
+    step_lag(config, state, signals[base + _LAG_IN], base, signals)
 
 
 def lead_lag(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlLeadLag: the output comes from the lagged input as it was before this call (kernel, D243)."""
-    b = config.base
-    lead = signals[b + _LL_LEAD]
-    lag_time = signals[b + _LL_LAG]
-    signals[b + _LL_TS] = config.sample_time
+    base = config.base
+    lead = signals[base + _LL_LEAD]
+    lag_time = signals[base + _LL_LAG]
+    signals[base + _LL_TS] = config.sample_time
     if not (lead >= 0.0 and lag_time > 0.0):
-        signals[b + _LL_ERROR] = 1.0
+        signals[base + _LL_ERROR] = 1.0
         return
-    signals[b + _LL_ERROR] = 0.0
-    x = signals[b + _LL_IN]
+    signals[base + _LL_ERROR] = 0.0
+    x = signals[base + _LL_IN]
     if state.started == 0:
         state.started = 1
         state.filtered = x
-    if signals[b + _LL_DISABLE] != 0.0:
-        signals[b + _LL_OUT] = 0.0
+    if signals[base + _LL_DISABLE] != 0.0:
+        signals[base + _LL_OUT] = 0.0
     else:
         led = single(state.filtered + single(single(lead / lag_time) * single(x - state.filtered)))
-        out = clamp(single(signals[b + _LL_G] * led), signals[b + _LL_LOW], signals[b + _LL_HIGH])
-        signals[b + _LL_OUT] = finite(out, signals[b + _LL_OUT])
+        out = clamp(single(signals[base + _LL_G] * led), signals[base + _LL_LOW], signals[base + _LL_HIGH])
+        signals[base + _LL_OUT] = finite(out, signals[base + _LL_OUT])
     state.filtered = finite(toward(state.filtered, x, portion(config, state, lag_time)), state.filtered)
 
 
@@ -187,11 +187,11 @@ def begin_line(config: Config, state: State, aux: MutableSequence[float], sample
 
 def delayed(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> float:
     """What InVar was a DelayTime ago (kernel)."""
-    b = config.base
-    x = signals[b + _DELAY_IN]
-    samples = int(nearest(single(signals[b + _TIME] / config.sample_time)))
+    base = config.base
+    x = signals[base + _DELAY_IN]
+    samples = int(nearest(single(signals[base + _TIME] / config.sample_time)))
     if state.started == 0:
-        begin_line(config, state, aux, samples, signals[b + _DELAY_INIT])
+        begin_line(config, state, aux, samples, signals[base + _DELAY_INIT])
     elif samples != state.samples:
         begin_line(config, state, aux, samples, state.delayed)
     if samples == 0:
@@ -208,25 +208,25 @@ def delayed(config: Config, state: State, aux: MutableSequence[float], signals: 
 
 def delay(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> None:
     """One call of ControlDelay (kernel)."""
-    b = config.base
-    signals[b + _DELAY_TS] = config.sample_time
-    if delay_fault(config, signals[b + _TIME]):
-        signals[b + _DELAY_ERROR] = 1.0
+    base = config.base
+    signals[base + _DELAY_TS] = config.sample_time
+    if delay_fault(config, signals[base + _TIME]):
+        signals[base + _DELAY_ERROR] = 1.0
         return
-    signals[b + _DELAY_ERROR] = 0.0
-    signals[b + _DELAY_OUT] = delayed(config, state, aux, signals)
+    signals[base + _DELAY_ERROR] = 0.0
+    signals[base + _DELAY_OUT] = delayed(config, state, aux, signals)
     state.started = 1
 
 
 def delay_lag(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> None:
     """One call of ControlDelayLag: the delay first, then the lag (kernel)."""
-    b = config.base
-    signals[b + _LAG_TS] = config.sample_time
-    if delay_fault(config, signals[b + _TIME]) or lag_fault(b + LAG_AT, signals):
-        signals[b + _LAG_ERROR] = 1.0
+    base = config.base
+    signals[base + _LAG_TS] = config.sample_time
+    if delay_fault(config, signals[base + _TIME]) or lag_fault(base + LAG_AT, signals):
+        signals[base + _LAG_ERROR] = 1.0
         return
-    signals[b + _LAG_ERROR] = 0.0
-    step_lag(config, state, delayed(config, state, aux, signals), b + LAG_AT, signals)
+    signals[base + _LAG_ERROR] = 0.0
+    step_lag(config, state, delayed(config, state, aux, signals), base + LAG_AT, signals)
 
 
 # --- ControlON_OFF: the output switches where the error leaves the dead band (D244) -----------------------------------
@@ -253,11 +253,11 @@ def write_bits(at: int, count: int, bits: int, signals: MutableSequence[float]) 
 
 def limit_inputs(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """PV and SP within MinPV and MaxPV, and the warnings that tell so (kernel)."""
-    b = config.base
-    high = signals[b + _ON_OFF_HIGH]
-    low = signals[b + _ON_OFF_LOW]
-    state.pv = signals[b + _PV]
-    state.sp = signals[b + _SP]
+    base = config.base
+    high = signals[base + _ON_OFF_HIGH]
+    low = signals[base + _ON_OFF_LOW]
+    state.pv = signals[base + _PV]
+    state.sp = signals[base + _SP]
     warnings = 0
     if state.pv > high:
         state.pv = high
@@ -273,33 +273,33 @@ def limit_inputs(config: Config, state: State, signals: MutableSequence[float]) 
         warnings |= SP_LOW
     if warnings != state.aux_status:
         state.aux_status = warnings
-        write_bits(b + _WARN_BITS, WARNINGS, warnings, signals)
+        write_bits(base + _WARN_BITS, WARNINGS, warnings, signals)
 
 
 def on_off(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlON_OFF (kernel)."""
-    b = config.base
-    band = signals[b + _BAND]
+    base = config.base
+    band = signals[base + _BAND]
     errors = 0
-    if not signals[b + _ON_OFF_HIGH] > signals[b + _ON_OFF_LOW]:
+    if not signals[base + _ON_OFF_HIGH] > signals[base + _ON_OFF_LOW]:
         errors |= BAD_PV_LIMITS
     if not band >= 0.0:
         errors |= BAD_DEAD_BAND
     if errors != state.status // ERROR_BASE:
         state.status = (state.status & MODES) | errors * ERROR_BASE
-        signals[b + _ERR_PV_LIMITS] = 1.0 if errors & BAD_PV_LIMITS else 0.0
-        signals[b + _ERR_DEAD_BAND] = 1.0 if errors & BAD_DEAD_BAND else 0.0
+        signals[base + _ERR_PV_LIMITS] = 1.0 if errors & BAD_PV_LIMITS else 0.0
+        signals[base + _ERR_DEAD_BAND] = 1.0 if errors & BAD_DEAD_BAND else 0.0
     if errors != 0:
         return
     limit_inputs(config, state, signals)
-    state.status = MANUAL_MODE if signals[b + _MANUAL] != 0.0 else AUTO_MODE
+    state.status = MANUAL_MODE if signals[base + _MANUAL] != 0.0 else AUTO_MODE
     state.error = single(state.sp - state.pv)
     if state.status == MANUAL_MODE:
-        signals[b + _ON_OFF_MV] = 1.0 if signals[b + _MANUAL_MV] != 0.0 else 0.0
+        signals[base + _ON_OFF_MV] = 1.0 if signals[base + _MANUAL_MV] != 0.0 else 0.0
     elif state.error > band or state.error < -band:
         above = state.error > 0.0
-        signals[b + _ON_OFF_MV] = 1.0 if above == (signals[b + _DIRECT] == 0.0) else 0.0
-    state.out = signals[b + _ON_OFF_MV]
+        signals[base + _ON_OFF_MV] = 1.0 if above == (signals[base + _DIRECT] == 0.0) else 0.0
+    state.out = signals[base + _ON_OFF_MV]
 
 
 # --- ControlPWM: the share of a period's cycles in which the output is on ---------------------------------------------
@@ -314,22 +314,22 @@ _PWM_OUT, _PWM_ERROR, _WARNING = _PWM["PWM"], _PWM["Error"], _PWM["Warning"]
 
 def pwm(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlPWM (kernel)."""
-    b = config.base
-    low = signals[b + _PWM_LOW]
-    high = signals[b + _PWM_HIGH]
-    period = signals[b + _PERIOD]
+    base = config.base
+    low = signals[base + _PWM_LOW]
+    high = signals[base + _PWM_HIGH]
+    period = signals[base + _PERIOD]
     if not (high > low and period >= 1.0):
-        signals[b + _PWM_ERROR] = 1.0
+        signals[base + _PWM_ERROR] = 1.0
         return
-    signals[b + _PWM_ERROR] = 0.0
-    mv = signals[b + _PWM_MV]
+    signals[base + _PWM_ERROR] = 0.0
+    mv = signals[base + _PWM_MV]
     limited = clamp(mv, low, high)
-    signals[b + _WARNING] = 1.0 if limited != mv else 0.0
+    signals[base + _WARNING] = 1.0 if limited != mv else 0.0
     if state.position == 0:
         on = nearest(single(single(single(limited - low) / single(high - low)) * period))
         state.samples = int(period)
         state.on_cycles = int(on) if on > 0.0 else 0
-    signals[b + _PWM_OUT] = 1.0 if state.position < state.on_cycles else 0.0
+    signals[base + _PWM_OUT] = 1.0 if state.position < state.on_cycles else 0.0
     state.position += 1
     if state.position >= state.samples:
         state.position = 0
@@ -351,10 +351,10 @@ FULL = 100.0
 
 def select(config: Config, first: bool, signals: MutableSequence[float]) -> None:  # noqa: FBT001 - a kernel
     """Takes one of the two and tells the other one that it is overridden (kernel)."""
-    b = config.base
-    signals[b + _SELECT_MV] = signals[b + (_MV1 if first else _MV2)]
-    signals[b + _OVERR1] = 0.0 if first else 1.0
-    signals[b + _OVERR2] = 1.0 if first else 0.0
+    base = config.base
+    signals[base + _SELECT_MV] = signals[base + (_MV1 if first else _MV2)]
+    signals[base + _OVERR1] = 0.0 if first else 1.0
+    signals[base + _OVERR2] = 1.0 if first else 0.0
 
 
 def select_max(config: Config, signals: MutableSequence[float]) -> None:
@@ -369,27 +369,27 @@ def select_min(config: Config, signals: MutableSequence[float]) -> None:
 
 def split_range(config: Config, signals: MutableSequence[float]) -> None:
     """One call of ControlSplitRange (kernel)."""
-    b = config.base
-    mv = signals[b + _SPLIT_IN]
-    point = signals[b + _POINT]
-    mode = signals[b + _MODE]
+    base = config.base
+    mv = signals[base + _SPLIT_IN]
+    point = signals[base + _POINT]
+    mode = signals[base + _MODE]
     if not (1.0 <= mode <= 4.0 and 0.0 <= mv <= FULL and 0.0 < point < FULL):
-        signals[b + _SPLIT_ERROR] = 1.0
-        signals[b + _OUT1] = 0.0
-        signals[b + _OUT2] = 0.0
+        signals[base + _SPLIT_ERROR] = 1.0
+        signals[base + _OUT1] = 0.0
+        signals[base + _OUT2] = 0.0
         return
-    signals[b + _SPLIT_ERROR] = 0.0
+    signals[base + _SPLIT_ERROR] = 0.0
     lower = FULL
     upper = 0.0
     if mv < point:
         lower = single(single(mv / point) * FULL)
     else:
         upper = single(single(single(mv - point) / single(FULL - point)) * FULL)
-    signals[b + _OUT1] = single(FULL - lower) if mode == 4.0 else lower
+    signals[base + _OUT1] = single(FULL - lower) if mode == 4.0 else lower
     if mode == 1.0:
-        signals[b + _OUT2] = single(FULL - lower)
+        signals[base + _OUT2] = single(FULL - lower)
     else:
-        signals[b + _OUT2] = single(FULL - upper) if mode == 3.0 else upper
+        signals[base + _OUT2] = single(FULL - upper) if mode == 3.0 else upper
 
 
 # --- The virtual NextoPID: one cycle of the task ----------------------------------------------------------------------

@@ -203,16 +203,16 @@ LONGEST = float(LONGEST_SAMPLE)
 
 def bad_limits(config: Config, signals: Sequence[float]) -> int:
     """Errors of the limits, of the gain's range and of the sample time (kernel)."""
-    b = config.base
+    base = config.base
     errors = 0
-    if not signals[b + MAX_MV] > signals[b + MIN_MV]:
+    if not signals[base + MAX_MV] > signals[base + MIN_MV]:
         errors |= BAD_MV_LIMITS
-    if not signals[b + MAX_PV] > signals[b + MIN_PV]:
+    if not signals[base + MAX_PV] > signals[base + MIN_PV]:
         errors |= BAD_PV_LIMITS
-    if signals[b + INDEP] != 0.0:
-        if not signals[b + KP] >= 0.0:
+    if signals[base + INDEP] != 0.0:
+        if not signals[base + KP] >= 0.0:
             errors |= BAD_KP
-    elif not signals[b + KP] > 0.0:
+    elif not signals[base + KP] > 0.0:
         errors |= BAD_KP
     if not config.sample_time <= LONGEST:
         errors |= BAD_SAMPLE_TIME
@@ -221,17 +221,17 @@ def bad_limits(config: Config, signals: Sequence[float]) -> int:
 
 def negative(config: Config, signals: Sequence[float]) -> int:
     """Errors of the parameters that may not be negative (kernel)."""
-    b = config.base
+    base = config.base
     errors = 0
-    if not signals[b + TD_KD] >= 0.0:
+    if not signals[base + TD_KD] >= 0.0:
         errors |= BAD_TD_KD
-    if not signals[b + TI_KI] >= 0.0:
+    if not signals[base + TI_KI] >= 0.0:
         errors |= BAD_TI_KI
-    if not signals[b + TFD] >= 0.0:
+    if not signals[base + TFD] >= 0.0:
         errors |= BAD_TFD
-    if not signals[b + MAX_VAR_MV] >= 0.0:
+    if not signals[base + MAX_VAR_MV] >= 0.0:
         errors |= BAD_MAX_VAR_MV
-    if not signals[b + DEAD_BAND] >= 0.0:
+    if not signals[base + DEAD_BAND] >= 0.0:
         errors |= BAD_DEAD_BAND
     return errors
 
@@ -254,10 +254,10 @@ def write_warnings(config: Config, state: State, signals: MutableSequence[float]
 
 def limited_inputs(config: Config, signals: Sequence[float]) -> tuple[float, float, int]:
     """PV and the set point in force within MinPV and MaxPV, with the bits that tell so (kernel, D224)."""
-    b = config.base
-    high = signals[b + MAX_PV]
-    low = signals[b + MIN_PV]
-    pv = signals[b + PV]
+    base = config.base
+    high = signals[base + MAX_PV]
+    low = signals[base + MIN_PV]
+    pv = signals[base + PV]
     warnings = 0
     if pv > high:
         pv = high
@@ -265,8 +265,8 @@ def limited_inputs(config: Config, signals: Sequence[float]) -> tuple[float, flo
     elif pv < low:
         pv = low
         warnings = PV_LOW
-    cascade = signals[b + CASC] != 0.0
-    sp = signals[b + SP_CASC] if cascade else signals[b + SP]
+    cascade = signals[base + CASC] != 0.0
+    sp = signals[base + SP_CASC] if cascade else signals[base + SP]
     if sp > high:
         sp = high
         warnings |= SP_CASC_HIGH if cascade else SP_HIGH
@@ -294,48 +294,48 @@ def integral_gain(config: Config, signals: Sequence[float]) -> float:
     return single(signals[config.base + KP] / ti_ki)
 
 
-def proportional(config: Config, signals: Sequence[float], e: float) -> float:
+def proportional(config: Config, signals: Sequence[float], error: float) -> float:
     """The proportional action; DisableP is of effect in the dependent form only (kernel)."""
-    b = config.base
-    if signals[b + DISABLE_P] != 0.0 and signals[b + INDEP] == 0.0:
+    base = config.base
+    if signals[base + DISABLE_P] != 0.0 and signals[base + INDEP] == 0.0:
         return 0.0
-    p = single(signals[b + KP] * e)
-    return -p if signals[b + DIRECT] != 0.0 else p
+    proportional_term = single(signals[base + KP] * error)
+    return -proportional_term if signals[base + DIRECT] != 0.0 else proportional_term
 
 
-def increment(config: Config, signals: Sequence[float], ki: float, e: float) -> float:
+def increment(config: Config, signals: Sequence[float], ki: float, error: float) -> float:
     """What this call adds to the integral action, unless a cascade slave cannot follow that way (kernel)."""
-    b = config.base
+    base = config.base
     if ki == 0.0:
         return 0.0
-    change = single(single(ki * e) * config.sample_time)
-    if signals[b + DIRECT] != 0.0:
+    change = single(single(ki * error) * config.sample_time)
+    if signals[base + DIRECT] != 0.0:
         change = -change
-    if change > 0.0 and signals[b + WINDUP_H_IN] != 0.0:
+    if change > 0.0 and signals[base + WINDUP_H_IN] != 0.0:
         return 0.0
-    if change < 0.0 and signals[b + WINDUP_L_IN] != 0.0:
+    if change < 0.0 and signals[base + WINDUP_L_IN] != 0.0:
         return 0.0
     return change
 
 
-def derivative(config: Config, state: State, signals: Sequence[float], pv: float, e: float) -> float:
+def derivative(config: Config, state: State, signals: Sequence[float], pv: float, error: float) -> float:
     """The derivative action after its filter, from what PV and error were in the last call (kernel, D221)."""
-    b = config.base
-    kd = signals[b + TD_KD]
-    if signals[b + INDEP] == 0.0:
-        kd = single(signals[b + KP] * kd)
-    change = single(e - state.error) if signals[b + DERIV_ER] != 0.0 else single(state.pv - pv)
-    if signals[b + DIRECT] != 0.0:
+    base = config.base
+    kd = signals[base + TD_KD]
+    if signals[base + INDEP] == 0.0:
+        kd = single(signals[base + KP] * kd)
+    change = single(error - state.error) if signals[base + DERIV_ER] != 0.0 else single(state.pv - pv)
+    if signals[base + DIRECT] != 0.0:
         change = -change
-    d = single(single(kd * change) / config.sample_time)
-    tfd = signals[b + TFD]
+    derivative_term = single(single(kd * change) / config.sample_time)
+    tfd = signals[base + TFD]
     if tfd > 0.0:
         quotient = single(config.sample_time / tfd)
         if quotient != state.share_quotient:
             state.share_quotient = quotient
             state.share = single(share(quotient))
-        d = single(state.derivative + single(single(d - state.derivative) * state.share))
-    return finite(d, state.derivative)
+        derivative_term = single(state.derivative + single(single(derivative_term - state.derivative) * state.share))
+    return finite(derivative_term, state.derivative)
 
 
 # --- MV within its limits, and the integral action that goes with it. D numbers: see `decisions` ----------------------
@@ -344,14 +344,14 @@ UPWARD = MV_HIGH | RISE_LIMITED
 DOWNWARD = MV_LOW | FALL_LIMITED
 
 
-def total(p: float, i: float, d: float, bias: float) -> float:
+def total(proportional_term: float, integral_term: float, derivative_term: float, bias: float) -> float:
     """P + I + D + BIAS (kernel)."""
-    return single(single(single(p + i) + d) + bias)
+    return single(single(single(proportional_term + integral_term) + derivative_term) + bias)
 
 
-def remainder(x: float, p: float, d: float, bias: float) -> float:
-    """The integral action with which P + I + D + BIAS is ``x`` (kernel)."""
-    return single(single(single(x - p) - d) - bias)
+def remainder(output: float, proportional_term: float, derivative_term: float, bias: float) -> float:
+    """The integral action with which P + I + D + BIAS is ``output`` (kernel)."""
+    return single(single(single(output - proportional_term) - derivative_term) - bias)
 
 
 def whole(config: Config, mv: float) -> float:
@@ -361,34 +361,34 @@ def whole(config: Config, mv: float) -> float:
 
 def copy_mv(config: Config, state: State, signals: Sequence[float], mv: float) -> int:
     """MV from elsewhere, within MinMV and MaxMV (kernel): the bits that tell whether they limit it."""
-    b = config.base
-    state.out = whole(config, clamp(mv, signals[b + MIN_MV], signals[b + MAX_MV]))
-    if mv > signals[b + MAX_MV]:
+    base = config.base
+    state.out = whole(config, clamp(mv, signals[base + MIN_MV], signals[base + MAX_MV]))
+    if mv > signals[base + MAX_MV]:
         return MV_HIGH
-    return MV_LOW if mv < signals[b + MIN_MV] else 0
+    return MV_LOW if mv < signals[base + MIN_MV] else 0
 
 
-def limited(config: Config, state: State, signals: Sequence[float], x: float) -> int:
+def limited(config: Config, state: State, signals: Sequence[float], mv: float) -> int:
     """MV as calculated, its variation limited first, then MV itself (kernel, D223, D691): the bits."""
-    b = config.base
-    variation = signals[b + MAX_VAR_MV]
+    base = config.base
+    variation = signals[base + MAX_VAR_MV]
     bits = 0
     if variation > 0.0:
         highest = single(state.out + variation)
         lowest = single(state.out - variation)
-        if x > highest:
-            x = highest
+        if mv > highest:
+            mv = highest
             bits = RISE_LIMITED
-        elif x < lowest:
-            x = lowest
+        elif mv < lowest:
+            mv = lowest
             bits = FALL_LIMITED
-    if x > signals[b + MAX_MV]:
-        x = signals[b + MAX_MV]
+    if mv > signals[base + MAX_MV]:
+        mv = signals[base + MAX_MV]
         bits |= MV_HIGH
-    elif x < signals[b + MIN_MV]:
-        x = signals[b + MIN_MV]
+    elif mv < signals[base + MIN_MV]:
+        mv = signals[base + MIN_MV]
         bits |= MV_LOW
-    state.out = whole(config, x)
+    state.out = whole(config, mv)
     return bits
 
 
