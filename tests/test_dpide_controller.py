@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from decimal import Decimal
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dpide_rig import Rig, program_of
+from pidcfg.schemas.base import Quantity
 from pidcfg.sim.controllers.dpide.plc import load
 from pidcfg.sim.controllers.kernels import single
 from rig_plants import FirstOrder
@@ -56,46 +58,6 @@ def test_every_form_is_the_textbooks(kind, tf):
     assert found == pytest.approx(textbook(kind, pvs, 21.5, 2.5, 4.0, 0.3, tf, 7.25, 0.1), rel=1e-5, abs=1e-3)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_step_of_sv_kicks_only_the_derivative_of_the_error(kind):
-    """P alone moves by 2.5 x 4; the derivative of E adds 0.5 x 4 / 0.1, times Kc in the dependent form."""
-    dependent, of_pv, forward = kind
-    rig = Rig({**WIDE, "Kc_Kp": 2.5, "Td_Kd": 0.5, **dict(zip(NAMES, kind, strict=True))})
-    before = rig.play([10.0, 10.0], "MV")[-1]
-    rig.set("SV", 4)
-    after, later = rig.play([10.0, 10.0], "MV")
-    sign = 1.0 if forward else -1.0
-
-    kick = 0.0 if of_pv else 0.5 * 4 / 0.1 * (2.5 if dependent else 1.0)
-    assert after - before == pytest.approx(sign * (10.0 + kick), rel=1e-5)
-    assert later - before == pytest.approx(sign * 10.0, rel=1e-5)
-
-
-def test_the_printed_signs_of_the_derivative_of_pv():
-    """A rising PV is braked: MV falls in forward action, and rises in reverse action."""
-    for forward, sign in ((True, -1.0), (False, 1.0)):
-        rig = Rig({**WIDE, "Kc_Kp": 0, "Td_Kd": 2, "PID_DE": True, "PID_DIR": forward})
-        assert rig.play([5.0, 6.0, 6.0], "MV") == pytest.approx([0.0, sign * 20.0, 0.0], rel=1e-5)
-
-
-def test_the_first_calculation_has_no_derivative():
-    rig = Rig({**WIDE, "Kc_Kp": 0, "Td_Kd": 3, "SV": 50})
-
-    assert rig.play([20.0, 20.5], "MV") == pytest.approx([0.0, -15.0], rel=1e-5)
-
-
-def test_an_independent_gain_of_0_takes_p_out_alone():
-    rig = Rig({**WIDE, "Kc_Kp": 0, "Ti_Ki": 0.5, "SV": 10})
-
-    assert rig.play([0.0] * 3, "MV") == pytest.approx([0.5, 1.0, 1.5], rel=1e-6)
-
-
-def test_a_dependent_gain_of_0_leaves_the_bias():
-    rig = Rig({**WIDE, "Kc_Kp": 0, "Ti_Ki": 0.5, "Td_Kd": 4, "SV": 10, "BIAS": 3, "PID_EQ": True})
-
-    assert rig.play([0.0, 5.0, 9.0], "MV") == [3.0] * 3
-
-
 @pytest.mark.parametrize("name", ["Kc_Kp", "Ti_Ki", "Td_Kd", "Tf"])
 @pytest.mark.parametrize("dependent", [False, True])
 def test_a_coefficient_below_0_counts_as_0(name, dependent):
@@ -107,44 +69,7 @@ def test_a_coefficient_below_0_counts_as_0(name, dependent):
     assert below == none != plain
 
 
-def test_without_ti_ki_i_mv_becomes_0():
-    rig = Rig({**WIDE, "Ti_Ki": 2, "SV": 10})
-    rig.play([0.0] * 3, "MV")
-    assert rig.signal("I_MV") == pytest.approx(6.0)
-    rig.set("Ti_Ki", 0)
-    assert rig.play([0.0], "MV", "I_MV") == [(10.0, 0.0)]
-    rig.set("Ti_Ki", 2)
-    assert rig.play([0.0], "I_MV") == pytest.approx([2.0])
-
-
-@pytest.mark.parametrize("mode", [0, 2])
-def test_without_ti_ki_i_mv_becomes_0_beyond_the_limits_too(mode):
-    rig = Rig({"SV": 10, "MV_MAX": 5, "I_MV": 7, "PID_MODE": mode})
-
-    assert rig.play([0.0], "MV", "I_MV") == [(5.0, 0.0)]
-
-
-def test_i_mv_is_in_units_of_mv_and_a_new_gain_does_not_rescale_it():
-    rig = Rig({**WIDE, "Kc_Kp": 3, "Ti_Ki": 6, "SV": 10, "PID_EQ": True})
-    assert rig.play([0.0] * 4, "I_MV") == pytest.approx([0.5, 1.0, 1.5, 2.0])
-    rig.set("Kc_Kp", 12)
-    assert rig.play([0.0], "I_MV") == pytest.approx([4.0])
-
-
-def test_what_is_below_the_last_digit_of_i_mv_is_lost():
-    """At 2^24 the last digit is 2: steps of 1 are rounded to even, that is away."""
-    rig = Rig({"MV_MAX": 1e9, "MV_MIN": 0, "Kc_Kp": 0, "Ti_Ki": 10, "SV": 1, "I_MV": 16777216})
-
-    assert rig.play([0.0] * 5, "I_MV") == [16777216.0] * 5
-
-
 # --- limits and sampling time ----------------------------------------------------------------------------------------
-
-
-def test_swapped_limits_are_swapped_back():
-    rig = Rig({"MV_MAX": -20, "MV_MIN": 60, "SV": 0})
-
-    assert rig.play([-500.0, 500.0, -30.0], "MV") == [60.0, -20.0, 30.0]
 
 
 @pytest.mark.parametrize(
@@ -163,100 +88,6 @@ def test_an_interrupt_task_has_its_own_sampling_time():
     effect = plc.set(0, ("CYCLE",), 500, plc.sig)
     assert effect == "has no effect: the interval of the interrupt task is the sampling time"
     assert plc.periods == [20_000, 20_000]
-
-
-def test_mv_is_refreshed_once_in_a_sampling_time():
-    rig = Rig({**WIDE, "CYCLE": 300, "SV": 100})
-
-    assert rig.play([float(k) for k in range(7)], "MV") == [100.0] * 3 + [97.0] * 3 + [94.0]
-
-
-def test_calculations_come_with_the_next_base_step_and_keep_their_times():
-    """Due at 0, 0.2, 0.4, 0.6 and 0.8 s; steps are 0.15 s."""
-    rig = Rig({**WIDE, "CYCLE": 200}, base=0.15)
-
-    assert rig.play([-float(k) for k in range(8)], "MV") == [0.0, 0.0, 2.0, 3.0, 4.0, 4.0, 6.0, 7.0]
-
-
-def test_steps_that_are_too_long_are_not_made_up_for():
-    rig = Rig({**WIDE, "CYCLE": 100}, base=0.2)
-
-    assert rig.play([-1.0, -2.0, -3.0], "MV") == [1.0, 2.0, 3.0]
-    assert rig.st[0].due == 500_000
-
-
-# --- the dead band ---------------------------------------------------------------------------------------------------
-
-
-def test_the_manuals_trend_of_a_and_b():
-    """Normal until PV crosses SV inside the band (A), then 0 until PV leaves it (B), and so on; 5 is outside."""
-    pvs = [40, 46, 49, 51, 54, 49, 46, 54, 55, 54, 52, 49, 47, 51, 44, 46, 53]
-    error = [10, 4, 1, 0, 0, 0, 0, 0, -5, -4, -2, 0, 0, 0, 6, 4, 0]
-    rig = Rig({**WIDE, "SV": 50, "ERR_DBW": 5})
-
-    assert rig.play([float(pv) for pv in pvs], "E") == [float(e) for e in error]
-    assert rig.signal("MV") == 0.0
-
-
-def test_in_b_nothing_is_added_to_i_mv():
-    rig = Rig({**WIDE, "SV": 50, "ERR_DBW": 5, "Ti_Ki": 1})
-
-    found = rig.play([46.0, 49.0, 52.0, 54.0, 58.0], "I_MV")
-    assert found == pytest.approx([0.4, 0.5, 0.5, 0.5, -0.3])
-
-
-def test_the_derivative_of_the_error_kicks_into_b_and_out_of_it():
-    rig = Rig({**WIDE, "Kc_Kp": 0, "Td_Kd": 1, "SV": 50, "ERR_DBW": 5})
-
-    found = rig.play([48.0, 49.0, 51.0, 53.0, 56.0, 56.0], "MV")
-    assert found == pytest.approx([0, -10, -10, 0, -60, 0], rel=1e-5)
-
-
-def test_the_derivative_of_pv_counts_no_change_in_b_and_the_real_one_on_leaving():
-    rig = Rig({**WIDE, "Kc_Kp": 0, "Td_Kd": 1, "SV": 50, "ERR_DBW": 5, "PID_DE": True})
-
-    found = rig.play([48.0, 49.0, 51.0, 53.0, 56.0, 56.0], "MV")
-    assert found == pytest.approx([0, -10, 0, 0, -30, 0], rel=1e-5)
-
-
-@pytest.mark.parametrize("width", [-5, 5])
-@pytest.mark.parametrize("forward", [False, True])
-def test_the_absolute_value_counts_in_both_directions(width, forward):
-    rig = Rig({**WIDE, "SV": 50, "ERR_DBW": width, "PID_DIR": forward})
-    sign = 1.0 if forward else -1.0
-
-    assert rig.play([46.0, 54.0, 46.0, 45.0], "E") == [sign * 4.0, 0.0, 0.0, sign * 5.0]
-
-
-def test_a_pv_that_jumps_over_the_band_has_not_crossed_inside():
-    rig = Rig({**WIDE, "SV": 50, "ERR_DBW": 5})
-
-    assert rig.play([40.0, 60.0, 54.0, 52.0], "E") == [10.0, -10.0, -4.0, -2.0]
-
-
-def test_a_pv_that_only_touches_sv_has_not_crossed():
-    rig = Rig({**WIDE, "SV": 50, "ERR_DBW": 5})
-
-    assert rig.play([48.0, 50.0, 49.0, 50.0, 51.0], "E") == [2.0, 0.0, 1.0, 0.0, 0.0]
-    assert rig.play([52.0], "E") == [0.0]
-    above = Rig({**WIDE, "SV": 50, "ERR_DBW": 5})
-    assert above.play([52.0, 50.0, 51.0, 50.0, 49.0], "E") == [-2.0, 0.0, -1.0, 0.0, 0.0]
-
-
-def test_a_width_of_0_is_none():
-    rig = Rig({**WIDE, "SV": 50, "ERR_DBW": 0})
-
-    assert rig.play([49.0, 51.0, 49.0], "E") == [1.0, -1.0, 1.0]
-
-
-def test_the_report_tells_of_the_dead_band_and_of_the_limits():
-    rig = Rig({"SV": 50, "ERR_DBW": 5})
-    seen = []
-    for pv in (49.0, 51.0, 56.0, -90.0, 20.0):
-        rig.play([pv], "E")
-        seen.append([name for name, bit in rig.plc.flag_bits.items() if rig.st[0].status & bit])
-
-    assert seen == [[], ["in_dead_band"], ["mv_limited"], ["mv_limited"], []]
 
 
 # --- single precision ------------------------------------------------------------------------------------------------
@@ -351,17 +182,6 @@ def test_values_beyond_single_precision_do_no_harm(kind, mode):
         assert 0.0 <= rig.signal("MV") <= 100.0
 
 
-def test_a_calculation_without_a_result_leaves_mv_as_it_is():
-    """P and D are infinite with opposite signs; limits still hold."""
-    rig = Rig({"Kc_Kp": 1e38, "SV": 5, "Td_Kd": 1e38, "PID_DE": True})
-    assert rig.play([-2e6], "MV") == [100.0]
-    rig.set("MV_MAX", 200)
-    assert rig.play([-1e6], "MV") == [100.0]
-    assert rig.play([-1e6], "MV") == [200.0], "it has no past then"
-    rig.set("MV_MAX", 90)
-    assert rig.play([-5e5, -4e5], "MV") == [90.0, 90.0]
-
-
 def test_what_is_no_measurement_leaves_mv_and_i_mv_as_they_are():
     rig = Rig({"Ti_Ki": 1, "Td_Kd": 3, "SV": 5, "PID_MODE": 2})
     before = rig.play([1.0], "MV", "I_MV")
@@ -369,6 +189,79 @@ def test_what_is_no_measurement_leaves_mv_and_i_mv_as_they_are():
     assert rig.play([math.nan] * 2, "MV", "I_MV") == before * 2
     assert rig.play([math.nan], "PV", "E") == [(0.0, 0.0)]
     assert rig.play([1.0], "I_MV") == pytest.approx([0.8])
+
+
+# --- modes ------------------------------------------------------------------------------------------------------------
+
+PI = {"Kc_Kp": 2, "Ti_Ki": 1, "SV": 10}
+"""0.1 s: I_MV grows by a tenth of the error."""
+
+
+def test_what_is_written_to_a_mout_that_is_the_mv_shows_at_once():
+    rig = Rig({"SV": 30, "MOUT": 7, "PID_MAN": True}, devices=({"MV": "D304", "MOUT": "D304"},))
+    for mout, shown in ((7, 7.0), (130, 130.0)):
+        assert rig.set("MOUT", mout) is None
+        assert (rig.signal("MV"), rig.signal("MOUT")) == (shown, shown)
+    rig.step()
+    rig.set("Kc_Kp", 2)
+    assert (rig.signal("MV"), rig.signal("MOUT")) == (100.0, 100.0)
+    rig.plc.request(0, "off")
+    rig.step()
+    rig.set("MOUT", 30)
+    assert (rig.signal("MV"), rig.signal("MOUT")) == (0.0, 0.0)
+
+
+def test_a_request_waits_for_the_next_calculation():
+    rig = Rig(PI).step()
+    rig.plc.request(0, "manual")
+
+    assert rig.mode() == "auto"
+
+
+def test_an_end_of_manual_without_a_measurement_is_forgotten_when_pid_run_is_false():
+    rig = Rig({**PI, "PID_MAN": True, "MOUT": 60, "PID_MODE": 2})
+    rig.play([9.0], "MV")
+    rig.plc.request(0, "auto")
+    assert rig.play([math.nan], "MV") == [60.0]
+    rig.plc.request(0, "off")
+    rig.step()
+    rig.plc.request(0, "auto")
+
+    assert rig.play([9.0], "I_MV") == pytest.approx([0.1])
+
+
+def test_start_in_automatic_is_no_end_of_manual():
+    """In PID_MODE 2 nothing is worked out of the MV that the loop starts with."""
+    rig = Rig({**PI, "PID_MODE": 2, "MV": 77})
+
+    assert rig.signal("MV") == 77.0
+    assert rig.play([9.0], "MV", "I_MV") == [pytest.approx((2.1, 0.1), rel=1e-5, abs=1e-5)]
+    assert rig.log == []
+
+
+def test_automatic_keeps_pid_mode_2():
+    rig = Rig({**PI, "PID_MODE": 2, "PID_MAN": True}).step()
+    rig.plc.request(0, "auto")
+
+    assert (rig.step().mode(), rig.st[0].mode) == ("auto", 2)
+
+
+def test_an_mv_of_its_own_is_no_writer():
+    rig = Rig({"SV": 30, "MOUT": 7}, devices=({"MV": "D304", "MOUT": "D304"},))
+
+    assert rig.cfg[0].mout_from == -1
+
+
+def test_a_mout_that_is_the_mv_begins_there_and_is_told_to_be_overwritten():
+    devices = ({"MV": "D304", "MOUT": "D304"},)
+    rig = Rig({"SV": 30, "MOUT": 7}, devices=devices)
+    rig.plc.set_output(0, Quantity(Decimal(150)), rig.sig)
+
+    assert (rig.signal("MV"), rig.signal("MOUT")) == (100.0, 100.0)
+    assert rig.set("MOUT", 30) == "MOUT acts in manual only; it stands in the device of MV, which overwrites it"
+    off = Rig({"PID_RUN": False, "MOUT": 7}, devices=devices)
+    assert (off.signal("MV"), off.signal("MOUT")) == (0.0, 0.0)
+    assert off.step().signal("MOUT") == 0.0
 
 
 # --- closed loops ----------------------------------------------------------------------------------------------------
@@ -450,14 +343,6 @@ def test_the_manuals_final_tuning_brings_pv_to_sv():
     assert max(pvs) < 1.05
     assert 0.93 < pvs[100] < 1.0
     assert pvs[-1] == pytest.approx(1.0, abs=0.001)
-
-
-def test_a_wrong_direction_runs_away():
-    for forward, end in ((True, 50.0), (False, 0.0)):
-        operands = {"SV": 50, "Kc_Kp": 2, "Ti_Ki": 1, "PID_DIR": forward}
-        rig = Rig(operands, plants=[FirstOrder(1.0, 5.0, initial=40.0)])
-        rig.run(100)
-        assert rig.signal("PV") == pytest.approx(end, abs=0.1)
 
 
 @settings(max_examples=60, deadline=None)
