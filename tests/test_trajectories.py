@@ -8,9 +8,9 @@ file     keys of the configuration beside its loops; ``places``: addresses of th
 pv       measurements of L1, one a base step of ``step`` s, or of each loop by its name; the last one stays
 plants   what answers instead, as in a scenario; ``scenario``: its other keys
 events   by the number of the sample that they come before: parameters that are set, or an event of a scenario
-samples  expected signals, modes, flags and alarms, of L1 or as L2.PV, ``from`` a sample on; null: any value
-within   tolerance, of the value and absolute; 0 unless given
-notes    everything that the report tells until then
+samples  expected signals, modes, flags, alarms of L1, or as L2.PV: from sample 0 on, null for any, or by its number
+within   absolute tolerance, of all or by signal; ``share`` of the value; 0 unless given
+notes    everything that the report tells until then; ``tuned``: what it tells of the auto-tune of L1 at the end
 each     variants, each of which differs from the case by its keys
 
 Expected samples come from the manual or by hand, never from the engine.
@@ -145,20 +145,26 @@ class Run:
         return [text for at, text in sorted(said, key=lambda item: item[0]) if at <= float(self.rows[-1]["time"])]
 
 
-def steps(case):
-    """Base steps that the samples of a case need."""
-    lists = [*case["samples"].values(), *measurements(case).values()]
-    return case.get("from", 0) + max(map(len, lists))
+def expected(case):
+    """Expected values: name, number of the sample, value."""
+    for name, told in case["samples"].items():
+        for k, value in told.items() if isinstance(told, dict) else enumerate(told):
+            if value is not None:
+                yield name, k, value
 
 
 @pytest.mark.parametrize(("vendor", "case"), [*cases()])
 def test_a_run_shows_the_samples_that_are_told(vendor, case):
     assert BASIS.search(case["shows"]), "the manual's place or the decision stands behind what a case shows"
-    run, within = Run(vendor, case, steps(case)), case.get("within", 0)
-    for name, expected in case["samples"].items():
-        found = run.samples(name)[case.get("from", 0) :]
-        for k, (value, told) in enumerate(zip(found, expected, strict=False)):
-            near = told if isinstance(told, str | None) else pytest.approx(told, rel=within, abs=within)
-            assert told is None or value == near, f"{name}, sample {k}"
+    count = 1 + max(k for _, k, _ in expected(case))
+    run, within = Run(vendor, case, max(count, *map(len, measurements(case).values()))), case.get("within", 0)
+    found = {name: run.samples(name) for name in case["samples"]}
+
+    for name, k, value in expected(case):
+        near = within.get(name, 0) if isinstance(within, dict) else within
+        told = value if isinstance(value, str) else pytest.approx(value, rel=case.get("share", 0), abs=near)
+        assert found[name][k] == told, f"{name}, sample {k}"
     if "notes" in case:
         assert run.notes == case["notes"]
+    if "tuned" in case:
+        assert run.report.loops["L1"].autotune == case["tuned"]
