@@ -7,7 +7,7 @@ import signal
 import time
 from pathlib import Path
 
-from pidcfg.study.scenario import Ends, Uncertainty, load
+from pidcfg.study.scenario import NumberSpread, Uncertainty, load
 from pidcfg.text import processes
 from pidcfg.text.reader import DEFAULT, Texts
 from pidcfg.text.source import read_document
@@ -61,12 +61,12 @@ def loaded_of(text, config=CONFIG, name="loop.yaml"):
 
 def uniform(low, high, key="gain"):
     """A number of a plant that varies."""
-    return Uncertainty("plants", "TIC-1", key, f"{low} to {high}", Ends(low, high))
+    return Uncertainty("plants", "TIC-1", key, f"{low} to {high}", NumberSpread(low, high))
 
 
 def normal(mean, sigma, low=float("-inf"), high=float("inf")):
     """The same, normal."""
-    return Uncertainty("plants", "TIC-1", "gain", "normal", Ends(low, high, mean, sigma))
+    return Uncertainty("plants", "TIC-1", "gain", "normal", NumberSpread(low, high, mean, sigma))
 
 
 HAS_BEGUN = []

@@ -23,7 +23,7 @@ from pidcfg.output.arguments import ArgumentError
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.certification import certify as certify_module
 from pidcfg.study.certification import samples as workers
-from pidcfg.study.certification.samples import Batch, drawn, run_sample, seed_of, sources
+from pidcfg.study.certification.samples import Batch, draw_number, hash_sources, run_sample, seed_of
 from pidcfg.study.certification.tally import json_of
 from pidcfg.text import processes
 from pidcfg.text.reader import DEFAULT
@@ -137,7 +137,7 @@ def test_a_written_out_scenario_has_the_drawn_numbers_and_no_vary():
     assert problems == []
     batch = Batch(loaded.document, varies, 9)
     data = read_document(batch.text(4, batch.numbers(4)).encode(), "x.yaml", DEFAULT).data
-    gain, dead_time, integral = (drawn(what, 9, 4) for what in varies)
+    gain, dead_time, integral = (draw_number(what, 9, 4) for what in varies)
     assert 1.4 <= gain <= 2.6
     assert data["plants"]["TIC-1"] == {"model": "dead_time", "gain": f"{gain:.10g}", "dead_time": f"{dead_time:.10g}"}
     assert data["events"] == [{"at": "0", "loop": "TIC-1", "set": {"tuning.integral_time": f"{integral:.10g} min"}}]
@@ -192,7 +192,7 @@ def test_counts_are_those_of_the_closed_form():
     found = certify(scenario(), samples=80).certification
     loaded = loaded_of(scenario())
     (what,) = loaded.uncertainties(loaded.plc())[0]
-    gains = [float(what.written(drawn(what, 3, i))) for i in range(80)]
+    gains = [float(what.written(draw_number(what, 3, i))) for i in range(80)]
     held = sum(50 * gain <= 129.9 for gain in gains)
     assert 70 < held < 80
     (expectation,) = found.expectations
@@ -396,7 +396,7 @@ def test_a_state_of_something_else_is_refused(what, monkeypatch):
     elif what == "configuration":
         config = CONFIG.replace("gain: 2.5", "gain: 2.6")
     else:
-        monkeypatch.setattr("pidcfg.study.certification.tally.sources", lambda: "another")
+        monkeypatch.setattr("pidcfg.study.certification.tally.hash_sources", lambda: "another")
     with pytest.raises(ArgumentError, match="belongs to another scenario"):
         pidcfg.certify(
             text, name="run.scenario.yaml", samples=70, seed=seed, files={"loop.yaml": config}, state=states[0]
@@ -404,7 +404,7 @@ def test_a_state_of_something_else_is_refused(what, monkeypatch):
 
 
 def test_sources_are_a_hash_of_the_package():
-    assert re.fullmatch("[0-9a-f]{64}", sources())
+    assert re.fullmatch("[0-9a-f]{64}", hash_sources())
 
 
 def test_a_recording_has_the_signals_of_its_loop():
@@ -422,7 +422,7 @@ def test_sources_are_names_and_contents(tmp_path, monkeypatch):
     hashes = []
     for name, text in (("a.py", "1"), ("a.py", "2"), ("b.py", "2"), ("below/c.py", "3"), ("note.txt", "4")):
         (tmp_path / name).write_text(text, "utf-8")
-        hashes.append(sources.__wrapped__())
+        hashes.append(hash_sources.__wrapped__())
     assert len({*hashes}) == 4
     assert hashes[3] == hashes[4]
     assert hashes[0] == sha256(b"a.py\x001\x00").hexdigest()
@@ -542,7 +542,7 @@ def test_the_fan_is_drawn_of_the_same_samples_on_any_number_of_processes(folder)
     assert finals == sorted(finals)
     loaded = loaded_of(scenario())
     (what,) = loaded.uncertainties(loaded.plc())[0]
-    values = sorted(50 * float(what.written(drawn(what, 3, i))) for i in range(40))
+    values = sorted(50 * float(what.written(draw_number(what, 3, i))) for i in range(40))
     assert finals == pytest.approx([values[1], values[9], values[19], values[29], values[37]])
 
 

@@ -19,21 +19,21 @@ from pidcfg.study.certification import certify as certify_module
 from pidcfg.study.certification import samples as workers
 from pidcfg.study.certification import tally as tally_module
 from pidcfg.study.certification.certify import BatchOutcome as Outcome
-from pidcfg.study.certification.certify import Names, Plan, certification, charts_of
+from pidcfg.study.certification.certify import Names, Plan, charts_of, make_certification
 from pidcfg.study.certification.samples import (
     TIMES,
     Batch,
     Fan,
-    Seen,
+    SampleResult,
     Thinned,
     Trial,
     block_yaml,
-    differences,
-    facts,
     fan_of,
     margin,
+    name_differences,
+    trial_facts,
 )
-from pidcfg.study.certification.tally import BLOCK, MOST_WORST, Tally, json_of
+from pidcfg.study.certification.tally import BLOCK_SAMPLES, MOST_WORST, Tally, json_of
 from pidcfg.study.outcome import Axes
 from pidcfg.text.document import Document, Node, Plain
 from pidcfg.text.processes import AHEAD
@@ -87,7 +87,7 @@ def seen(i, number=5.0, **keys):
     """A sample that passes, but for what is said."""
     row = tuple(float(i) if name == "iae" else None for name in METRICS)
     whole = {"passed": True, "held": (True, True), "margin": 1.0, "standing": "+?", "metrics": (row,), **keys}
-    return Seen(i, (number,), **whole)
+    return SampleResult(i, (number,), **whole)
 
 
 def tally_of(samples):
@@ -127,11 +127,11 @@ def test_counts_of_samples():
 
 
 def test_blocks_end_after_so_many_samples_and_worst_are_few():
-    tally = tally_of([seen(i) for i in range(BLOCK)])
+    tally = tally_of([seen(i) for i in range(BLOCK_SAMPLES)])
     iae = tally.metrics[0][METRICS.index("iae")]
-    assert (iae.part, iae.total) == (0, BLOCK * (BLOCK - 1) / 2)
-    tally.add(seen(BLOCK), [GAIN])
-    assert iae.part == BLOCK
+    assert (iae.part, iae.total) == (0, BLOCK_SAMPLES * (BLOCK_SAMPLES - 1) / 2)
+    tally.add(seen(BLOCK_SAMPLES), [GAIN])
+    assert iae.part == BLOCK_SAMPLES
     assert [one.sample for one in tally.worst] == list(range(MOST_WORST))
 
 
@@ -149,7 +149,7 @@ def varied(i):
 
 @pytest.mark.parametrize("samples", [1, 16, 17, 48, 100])
 def test_blocks_that_others_have_counted_add_up_to_the_same_bits(samples, monkeypatch):
-    monkeypatch.setattr(tally_module, "BLOCK", 16)
+    monkeypatch.setattr(tally_module, "BLOCK_SAMPLES", 16)
     whole, parts = tally_of(varied(i) for i in range(samples)), Tally.empty((2, 2, 1, 1))
     for first in range(0, samples, 16):
         block = Tally.empty((2, 2, 1, 1), first)
@@ -166,7 +166,7 @@ def test_blocks_that_others_have_counted_add_up_to_the_same_bits(samples, monkey
 
 @pytest.mark.parametrize("first", [0, 16, 17, 48])
 def test_a_block_in_another_place_is_refused(first, monkeypatch):
-    monkeypatch.setattr(tally_module, "BLOCK", 16)
+    monkeypatch.setattr(tally_module, "BLOCK_SAMPLES", 16)
     before = tally_of(seen(i) for i in range(32 if first != 17 else 17))
     with pytest.raises(ValueError, match=f"0 samples from {first} come after"):
         before.append(Tally.empty((2, 2, 1, 1), first))
@@ -178,7 +178,7 @@ def result(samples, shares=(None, 50.0), keep=3):
         "title", list(zip(("one", "two"), shares, strict=True)), [("saturated", "A"), ("oscillates", "A")], ["A"]
     )
     document = Document("x.yaml", "", {"scenario": "title"}, Node(None))
-    return certification(names, Batch(document, [GAIN], 7), tally_of(samples), keep)
+    return make_certification(names, Batch(document, [GAIN], 7), tally_of(samples), keep)
 
 
 def test_all_that_is_wanted_must_be_shown():
@@ -202,7 +202,7 @@ def test_a_sample_that_cannot_run_fails_a_batch_of_which_little_is_wanted():
     names = Names("title", [("one", 50.0)], [], [])
     batch = Batch(Document("x.yaml", "", {"scenario": "t"}, Node(None)), [], 7)
     tally = Tally(samples=100, failed_to_run=1, held=[99])
-    found = certification(names, batch, tally, 0)
+    found = make_certification(names, batch, tally, 0)
     assert found.expectations[0].passed
     assert not found.passed
 
@@ -223,7 +223,7 @@ def test_what_matters_most_comes_first():
     tally = Tally(samples=4, lowest=[[2, 2], [2, 2], [0, 0]], highest=[[2, 2], [2, 1], [2, 1]])
     varies = [uniform(0, 1), uniform(0, 1, "load"), uniform(0, 1, "noise")]
     batch = Batch(Document("x.yaml", "", {"scenario": "t"}, Node(None)), varies, 7)
-    found = certification(names, batch, tally, 0).effects
+    found = make_certification(names, batch, tally, 0).effects
     assert [(e.label, e.size) for e in found] == [("TIC-1 load", 50), ("TIC-1 gain", 0), ("TIC-1 noise", 0)]
     assert found[2].lowest is None
 
@@ -324,29 +324,29 @@ def test_a_fan_is_drawn_with_its_median_and_two_bands():
 def test_a_trial_is_a_hash_of_the_first_64_samples():
     trial, longer = Trial(), Trial()
     for sample in range(70):
-        trial.take(Seen(sample))
+        trial.take(SampleResult(sample))
         if sample < 63:
-            longer.take(Seen(sample))
+            longer.take(SampleResult(sample))
     assert (trial.samples, longer.samples) == (64, 63)
     assert trial.digest != longer.digest
-    longer.take(Seen(62))
-    longer.take(Seen(64))
-    longer.take(Seen(63))
+    longer.take(SampleResult(62))
+    longer.take(SampleResult(64))
+    longer.take(SampleResult(63))
     assert (trial.digest, trial.samples) == (longer.digest, longer.samples)
-    assert trial.digest == sha256(b"".join(repr(Seen(sample)).encode() for sample in range(64))).hexdigest()
+    assert trial.digest == sha256(b"".join(repr(SampleResult(sample)).encode() for sample in range(64))).hexdigest()
     trial.run(None, 1000)
-    assert facts(None, 3)["samples"] == "AttributeError: 'NoneType' object has no attribute 'loaded'"
+    assert trial_facts(None, 3)["samples"] == "AttributeError: 'NoneType' object has no attribute 'loaded'"
 
 
 def test_what_differs_between_two_machines_is_said_shortly():
     mine = {"Python": "3.12\n(main)", "samples": "ab" * 32, "same": "x", "long": "a b" + "c" * 61}
     other = {"Python": "3.13", "samples": "cd" * 32, "same": "x"}
-    assert differences(mine, other) == [
+    assert name_differences(mine, other) == [
         "Python 3.13 and not 3.12 (main)",
         "samples cdcdcdcdcdcd… and not abababababab…",
         f"long none and not {mine['long']}",
     ]
-    assert differences(mine, mine) == []
+    assert name_differences(mine, mine) == []
 
 
 def crew_that_ends(ends):
@@ -376,7 +376,7 @@ def test_what_an_ended_process_had_begun_is_run_again(monkeypatch):
     monkeypatch.setattr(workers, "Crew", crew_that_ends(ends))
     ran = workers.process_results(None, 5, 50, 3)
     assert [next(ran) for _ in range(16)] == list(range(5, 21))
-    most = min(21 + 3 * AHEAD * workers.UNIT, 50) - 1
+    most = min(21 + 3 * AHEAD * workers.SAMPLES_AT_ONCE, 50) - 1
     with pytest.raises(workers.WorkersError, match=f"a process ended at samples 21 to {most}, perhaps for want"):
         next(ran)
 
@@ -421,9 +421,9 @@ def test_recordings_are_those_of_the_samples_that_ran(monkeypatch):
 def test_a_state_is_kept_now_and_then_and_at_the_end(monkeypatch, cluster, minutes, kept):
     """One process: every 64 samples; a cluster: a second after the last time."""
     states, shares, clock = [], [], [*minutes]
-    monkeypatch.setattr(certify_module, "_parts", lambda *_: ([Seen(i)] for i in range(len(minutes))))
+    monkeypatch.setattr(certify_module, "_parts", lambda *_: ([SampleResult(i)] for i in range(len(minutes))))
     monkeypatch.setattr(certify_module, "key_of", lambda _: "key")
-    monkeypatch.setattr(certify_module, "written", lambda progress, _: progress.tally.samples)
+    monkeypatch.setattr(certify_module, "state_text", lambda progress, _: progress.tally.samples)
     monkeypatch.setattr(certify_module, "time", SimpleNamespace(monotonic=lambda: clock[min(len(shares), 7) - 1]))
     plan = Plan(len(minutes), keep=states.append, progress=shares.append, cluster=cluster)
     tally = certify_module.run_all(None, Names("x", [], [], []), [], plan)

@@ -48,8 +48,8 @@ def certify(address, samples=SAMPLES, **settings):
 def small_blocks(monkeypatch):
     """Many blocks, and no long waits."""
     for module in (blocks, cluster, state, tally):
-        monkeypatch.setattr(module, "BLOCK", SMALL)
-    monkeypatch.setattr(certify_module, "KEPT_AFTER", 0)
+        monkeypatch.setattr(module, "BLOCK_SAMPLES", SMALL)
+    monkeypatch.setattr(certify_module, "SAVE_AFTER", 0)
     monkeypatch.setattr(cluster, "LOOK", 0.05)
     RAN.clear()
     GO_ON.clear()
@@ -109,7 +109,7 @@ def wrong(job, first, end, sizes):
     raise MemoryError("no room")
 
 
-REAL_BLOCK, REAL_FACTS = cluster.run_block, trial.facts
+REAL_BLOCK, REAL_FACTS = cluster.run_block, trial.trial_facts
 
 # --- the same bytes --------------------------------------------------------------------------------------------------
 
@@ -180,13 +180,13 @@ def test_a_slow_worker_keeps_nobody_waiting(two, alone, monkeypatch):
 
 def test_a_worker_with_another_version_is_left_out(two, alone, monkeypatch):
     monkeypatch.setattr(cluster, "run_block", spied)
-    monkeypatch.setattr(cluster, "facts", another_numba)
+    monkeypatch.setattr(cluster, "trial_facts", another_numba)
     remarks = []
     assert certify(two, remark=remarks.append) == alone
     assert {worker for worker, _ in RAN} == {0}
     (remark,) = remarks
     assert remark.startswith("worker tcp://127.0.0.1:")
-    assert f"is left out: numba 0.1 and not {trial.machine()['numba']}" in remark
+    assert f"is left out: numba 0.1 and not {trial.describe_machine()['numba']}" in remark
 
 
 @pytest.mark.parametrize(
@@ -194,7 +194,7 @@ def test_a_worker_with_another_version_is_left_out(two, alone, monkeypatch):
     [(other_digits, "samples 000000000000… and not "), (missing, "it cannot run this pidcfg: ModuleNotFoundError")],
 )
 def test_where_nobody_calculates_alike_nothing_runs(two, trial_of_workers, reason, monkeypatch):
-    monkeypatch.setattr(cluster, "facts", trial_of_workers)
+    monkeypatch.setattr(cluster, "trial_facts", trial_of_workers)
     monkeypatch.setattr(cluster, "run_block", spied)
     with pytest.raises(WorkersError, match="no worker calculates like this machine: ") as refused:
         certify(two)
@@ -398,7 +398,7 @@ def test_a_block_that_three_workers_end_with_is_named(fake):
 def test_newcomers_have_their_trial_and_the_lost_are_missed(fake):
     fleet = fake.fleet
     fleet.look()
-    assert fake.sent == [(cluster.facts, ("job", 100), [worker]) for worker in ("a", "b")]
+    assert fake.sent == [(cluster.trial_facts, ("job", 100), [worker]) for worker in ("a", "b")]
     fake.threads["c"] = 1
     fake.now += 0.04
     fleet.look()
@@ -490,13 +490,13 @@ def test_a_local_cluster_has_workers_of_one_thread(monkeypatch):
 
     monkeypatch.setattr(distributed, "LocalCluster", noted)
     monkeypatch.setattr(distributed, "Client", noted)
-    with cluster.connected("local:3"):
+    with cluster.connect("local:3"):
         pass
     (_, local), ((given,), settings), *closed = opened
     assert (local["n_workers"], local["threads_per_worker"], local["host"]) == (3, 1, "127.0.0.1")
     assert hasattr(given, "close")
     assert settings == {"timeout": 10.0, "set_as_default": False}
     assert closed == [{"timeout": 10.0}] * 2
-    with cluster.connected("tcp://s:1"):
+    with cluster.connect("tcp://s:1"):
         pass
     assert opened[-2][0] == ("tcp://s:1",)

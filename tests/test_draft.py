@@ -14,8 +14,8 @@ import good_runs
 import pidcfg
 from pidcfg.cli.main import cli
 from pidcfg.output.sources import checked_of
-from pidcfg.study.draft import NoDraftError, draft_of, scalar
-from pidcfg.study.draft_plan import digits, neat, round_up, time_text
+from pidcfg.study.draft import NoDraftError, draft_scenario, scalar
+from pidcfg.study.draft_plan import digits, round_up_time, rounded_value, time_text
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 
@@ -27,7 +27,7 @@ CONFIGURATIONS = sorted(
 
 def draft(source, name="plant.yaml"):
     """The drafted scenario of a text, as text and as data."""
-    made = draft_of(checked_of(source, name, None, DEFAULT), name)
+    made = draft_scenario(checked_of(source, name, None, DEFAULT), name)
     return made, read_document(made.text.encode(), "plant.scenario.yaml").data
 
 
@@ -245,9 +245,9 @@ def test_scalars(value, text):
 
 
 def test_numbers_as_people_write_them():
-    assert [round_up(x) for x in (1.0, 1.1, 7.3, 480, 481, 0.013)] == [1, 1.2, 8, 500, 500, 0.016]
+    assert [round_up_time(x) for x in (1.0, 1.1, 7.3, 480, 481, 0.013)] == [1, 1.2, 8, 500, 500, 0.016]
     assert [digits(x) for x in (2.66666, 3.0, -93.345)] == [2.667, 3, -93.34]
-    assert [neat(12.3456, span) for span in (0.5, 100, 30000)] == [12.3456, 12.3, 12]
+    assert [rounded_value(12.3456, span) for span in (0.5, 100, 30000)] == [12.3456, 12.3, 12]
     assert [time_text(x) for x in (90, 600, 7200)] == ["90 s", "10 min", "2 h"]
 
 
@@ -298,6 +298,6 @@ def test_the_runs_that_try_a_scenario_keep_to_the_limit_of_loop_steps():
     path = EXAMPLES / "dl06" / "oven.yaml"
     checked = checked_of(path, None, None, DEFAULT)
     with pytest.raises(NoDraftError, match=r"no scenario runs with it \(2001 loop-steps; the limit is 1000\)"):
-        draft_of(checked, path.name, most=1000)
+        draft_scenario(checked, path.name, most=1000)
     found = pidcfg.simulate(path, limits=replace(DEFAULT, loop_steps=1000)).findings
     assert "the limit is 1000" in next(d.message for d in found if d.code == "PID058")

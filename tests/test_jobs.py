@@ -103,7 +103,7 @@ def test_the_number_of_processes_changes_no_byte(folder, words, most, code):
 
 
 def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
-    monkeypatch.setattr("pidcfg.study.verification.verify.MANY", 2)
+    monkeypatch.setattr("pidcfg.study.verification.verify.MANY_LOOPS", 2)
     source = EXAMPLES / "ezlogix/dosing.yaml"
     one, two = (pidcfg.convert(source, "click", verify=True, jobs=jobs) for jobs in (1, 2))
     assert len(one.verified) == 2
@@ -111,7 +111,7 @@ def test_loops_of_a_conversion_are_judged_alike_by_any_number(monkeypatch):
 
 
 def test_sides_of_a_difference_are_judged_alike_by_any_number(folder, monkeypatch):
-    monkeypatch.setattr("pidcfg.study.verification.verify.MANY", 1)
+    monkeypatch.setattr("pidcfg.study.verification.verify.MANY_LOOPS", 1)
     words = ["diff", "oven.yaml", "flow.yaml", "--verify=report", "--format", "json"]
     text = Path("oven.yaml").read_text("utf-8")
     Path("flow.yaml").write_text(text.replace("gain: ", "gain: 1", 1), "utf-8")

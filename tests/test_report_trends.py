@@ -23,7 +23,7 @@ from pidcfg.pictures.layout import level_names, limits, ticks
 from pidcfg.pictures.page import SQUARE, figure, points
 from pidcfg.sim.engine.run import Settings
 from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, WORDS, in_words
-from pidcfg.study.outcome import around, charts_of, level_lines, simulate_document
+from pidcfg.study.outcome import charts_of, level_lines, levels_around, simulate_document
 from pidcfg.text.source import read_document
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -158,7 +158,11 @@ def test_an_alarm_that_is_off_has_a_gap():
 
 
 def test_a_distance_goes_with_its_centre_and_with_itself():
-    assert around([(0.0, 10.0), (2.0, 20.0)], [(0.0, 1.0), (4.0, 3.0)], -1.0) == [(0.0, 9.0), (2.0, 19.0), (4.0, 17.0)]
+    assert levels_around([(0.0, 10.0), (2.0, 20.0)], [(0.0, 1.0), (4.0, 3.0)], -1.0) == [
+        (0.0, 9.0),
+        (2.0, 19.0),
+        (4.0, 17.0),
+    ]
 
 
 @pytest.mark.parametrize("vendor", ["dl06", "click", "ezlogix", "generic", "nextopid", "dpide"])

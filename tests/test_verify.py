@@ -17,35 +17,34 @@ from pidcfg.conversion.ledger import Change
 from pidcfg.conversion.operation import Smoothing
 from pidcfg.sim.controllers.kernels import NEVER
 from pidcfg.study.verification.comparison import (
-    Counts,
+    CountSizes,
     Tolerance,
+    difference_of_rules,
     differences,
-    further,
     lets_through_the_same,
     loops_of,
 )
 from pidcfg.study.verification.comparison import SignalDifference as Difference
-from pidcfg.study.verification.comparison import alike as alike_time
-from pidcfg.study.verification.lines import Scene, explains, reason, true_lines
+from pidcfg.study.verification.comparison import equivalent_time as alike_time
+from pidcfg.study.verification.lines import Scene, explains, find_line, true_lines
 from pidcfg.study.verification.stages import (
     ALL,
     Act,
     Bench,
     Stage,
-    at_rest,
+    begin_at_rest,
     bench_of,
-    in_auto,
+    go_to_auto,
     nearest_step,
-    on_grid,
+    round_setpoints,
     stages_of,
 )
-from pidcfg.study.verification.trial import Side, Trial, finest, new_plc, resolution, root_step
-from pidcfg.study.verification.trial import run as run_stage
+from pidcfg.study.verification.trial import Side, Trial, finest_counts, new_plc, resolution, root_step, run_stage
 from pidcfg.study.verification.twin import _NONE as NO_DEFAULT
 from pidcfg.study.verification.twin import Builder, _more_than_said
-from pidcfg.study.verification.twin import TwinLine as Line
+from pidcfg.study.verification.twin import ReportLine as Line
 from pidcfg.study.verification.twin import _default as value_without
-from pidcfg.study.verification.verify import Battery, reference_of, side_of, tolerance_of, verify
+from pidcfg.study.verification.verify import Battery, make_reference, make_side, tolerance_of, verify
 from pidcfg.study.verification.verify import _from as later_of
 from pidcfg.study.verification.verify import _result as verdict_of
 from pidcfg.study.verification.verify import _value as value_of
@@ -202,8 +201,8 @@ def test_the_filter_of_a_derivative_has_a_line_and_the_twin_follows_it():
 def test_the_answer_of_the_loop_alone_tells_its_numbers(key, value):
     one = numbered(240)
     data = {**one.outcome.data, "loops": [{**one.outcome.data["loops"][0], key: value}]}
-    side = side_of(one.result.vendor, checked(data).config)
-    reference = reference_of(one.side, 0, side.loop(0))
+    side = make_side(one.result.vendor, checked(data).config)
+    reference = make_reference(one.side, 0, side.loop(0))
     tolerance = tolerance_of(one.side, 0, side, 0, reference.bench)
     found = {difference.stage for difference in Battery(reference, side, 0, tolerance).differences()}
     assert "answer" in found
@@ -416,7 +415,7 @@ def lower_loop_once(changes):
 
 def told(stage, bench):
     """A stage in words, without what goes before it."""
-    ahead = next((a for a in (in_auto(bench), at_rest(bench)) if stage.acts[: len(a)] == a), ())
+    ahead = next((a for a in (go_to_auto(bench), begin_at_rest(bench)) if stage.acts[: len(a)] == a), ())
     parts = [f"{stage.begin:g} to {stage.end:g}; {'swept ' * stage.swept}at {stage.pv:g}, {stage.load:g}"]
     for act in stage.acts[len(ahead) :]:
         done = {key: value for key, value in asdict(act).items() if key != "at" and value is not None}
@@ -443,7 +442,7 @@ def test_what_each_stage_does():
         "set point limits": {"pv", "output", "alarms"},
         **{name: {"output"} for name in ("alarms", "rate of change", "hysteresis")},
     }
-    assert [(act.at, act.mode, act.setpoint, act.output) for act in in_auto(BENCH)] == [
+    assert [(act.at, act.mode, act.setpoint, act.output) for act in go_to_auto(BENCH)] == [
         (0, "auto", None, None),
         (0, "manual", None, None),
         (0, None, None, 0.5),
@@ -618,11 +617,11 @@ def test_what_a_bench_says_of_itself():
 )
 def test_set_points_on_the_counts_of_a_root(value, wanted):
     assert nearest_step(value, 0.0, 1.0, 9.5 if value == 9.9 else 10.0) == wanted
-    stage = on_grid(Stage("x", "x", (Act(1.0, setpoint=value), Act(2.0, load=3.3)), 3.0), 0.0, 1.0, 10.0)
+    stage = round_setpoints(Stage("x", "x", (Act(1.0, setpoint=value), Act(2.0, load=3.3)), 3.0), 0.0, 1.0, 10.0)
     assert value == 9.9 or [(act.setpoint, act.load) for act in stage.acts] == [(wanted, None), (None, 3.3)]
 
 
-FEW = Tolerance(share=0.01, closed=Counts(2.0, 0.02), alone=Counts(1.0, 0.01), setpoint=2.0, limit=0.02)
+FEW = Tolerance(share=0.01, closed=CountSizes(2.0, 0.02), alone=CountSizes(1.0, 0.01), setpoint=2.0, limit=0.02)
 PLAIN = Stage("x", "x", (Act(10.0, load=1.0), Act(20.0, load=0.0)), end=29.0, begin=10.0, output=0.5)
 AS_CONFIGURED = replace(PLAIN, name="start", output=None)
 SWEPT = replace(PLAIN, swept=True)
@@ -773,12 +772,12 @@ def test_a_derivative_may_kick_at_the_edge_of_a_dead_band(pv, output, found):
 def test_means_of_outputs_tell_what_a_kick_hides():
     """0.2 more in one of two samples: within what one sample may differ by, but 0.1 in the mean."""
     kicked = {"output": [(k, 0.5 + 0.1 * (k % 2)) for k in range(30)]}
-    wide = {"alone": Counts(1.0, 0.2)}
+    wide = {"alone": CountSizes(1.0, 0.2)}
     assert apart_at(SWEPT, {}, kicked, mean=0.04, **wide) == {"output": (10, 29)}
     assert apart_at(SWEPT, {}, kicked, mean=0.06, **wide) == {}
     assert apart_at(SWEPT, {}, kicked, **wide) == {}
     assert apart_at(SWEPT, {}, kicked, mean=0.04, band=1.0, **wide) == {}
-    assert apart_at(PLAIN, {}, kicked, mean=0.04, closed=Counts(2.0, 0.2)) == {}
+    assert apart_at(PLAIN, {}, kicked, mean=0.04, closed=CountSizes(2.0, 0.2)) == {}
 
 
 AUTO_AT_15 = replace(PLAIN, acts=(Act(5.0, mode="auto"), Act(15.0, mode="auto")))
@@ -1014,9 +1013,9 @@ def test_the_first_line_that_explains_all_of_a_difference_is_its_reason():
     paths = ("setpoint.follows_pv", "operation.transfer", "tuning.gain")
     follows, transfer, gain = (Line(path, None) for path in paths)
     found = Difference("x", "pv", 0.0, 0.0, 0.0, (15, 20))
-    assert reason(found, [gain, transfer, follows], scene) == (transfer, 15)
-    assert reason(replace(found, samples=(12, 15)), [gain, transfer, follows], scene) == (None, 12)
-    assert reason(replace(found, samples=(15, 20), at_limits=frozenset({20})), [transfer], scene) == (None, 20)
+    assert find_line(found, [gain, transfer, follows], scene) == (transfer, 15)
+    assert find_line(replace(found, samples=(12, 15)), [gain, transfer, follows], scene) == (None, 12)
+    assert find_line(replace(found, samples=(15, 20), at_limits=frozenset({20})), [transfer], scene) == (None, 20)
 
 
 def alone(*changes):
@@ -1025,7 +1024,7 @@ def alone(*changes):
     for old, new in changes:
         text = text.replace(old, new)
     found = check_text(text)
-    return side_of(found.vendor, found.config)
+    return make_side(found.vendor, found.config)
 
 
 def test_how_far_two_sides_may_lie_apart():
@@ -1036,8 +1035,8 @@ def test_how_far_two_sides_may_lie_apart():
     found = tolerance_of(one, 1, one, 1, BENCH)
     wanted = Tolerance(
         share=0.01,
-        closed=Counts(2 * pv, 2 * (output + pv / 200 * 8 * (1 + 2.5))),
-        alone=Counts(2 * fine / 0.39346934, 2 * (fine_output + fine / 200 * 8 * (1 / 0.39346934 + 2.5))),
+        closed=CountSizes(2 * pv, 2 * (output + pv / 200 * 8 * (1 + 2.5))),
+        alone=CountSizes(2 * fine / 0.39346934, 2 * (fine_output + fine / 200 * 8 * (1 / 0.39346934 + 2.5))),
         setpoint=2 * count,
         limit=2 * output + 2e-3,
         band=4.0,
@@ -1057,13 +1056,13 @@ def test_how_far_two_sides_may_lie_apart():
 
 def test_a_module_has_twelve_bits_at_least_and_a_root_steps_of_counts():
     fine, coarse = new_plc(alone(), (1,)), check_text(KILN)
-    assert finest(fine, 1) == (200 / 2**20, 1 / 2**20)
+    assert finest_counts(fine, 1) == (200 / 2**20, 1 / 2**20)
     assert resolution(fine, 1) == (200 / 4095, 1 / 4095)
     assert [(c.halt, s.due == NEVER) for c, s in zip(fine.cfg, fine.st, strict=True)] == [(1, True), (0, False)]
-    assert root_step(side_of(coarse.vendor, coarse.config), 0) == 0.0
+    assert root_step(make_side(coarse.vendor, coarse.config), 0) == 0.0
     flow = convert(FLOW, "dl06")
     rooted = check_text(flow.text)
-    assert root_step(side_of(rooted.vendor, rooted.config), 0) == pytest.approx(100 / 4095**0.5)
+    assert root_step(make_side(rooted.vendor, rooted.config), 0) == pytest.approx(100 / 4095**0.5)
 
 
 def test_lines_that_are_not_true_of_the_other_side_are_left_out():
@@ -1246,12 +1245,12 @@ def test_two_filters_of_a_derivative_that_let_the_same_through(after, alike):
     assert float(
         alike_time(change, lower_loop([("derivative_filter: 1", "derivative_filter: 0.582")]))
     ) == pytest.approx(1.0, abs=1e-3)
-    assert further(change, one) == pytest.approx(0.132121, abs=1e-6)
+    assert difference_of_rules(change, one) == pytest.approx(0.132121, abs=1e-6)
 
 
 def test_set_points_of_a_battery_are_those_that_a_coarse_register_holds():
     one = alone()
-    reference = reference_of(one, 1, one.loop(1), 3.0)
+    reference = make_reference(one, 1, one.loop(1), 3.0)
     points = {
         act.setpoint
         for stage in reference.stages
@@ -1262,4 +1261,4 @@ def test_set_points_of_a_battery_are_those_that_a_coarse_register_holds():
     assert {point for point in points if point % 3} == {200}
     fine = {act.setpoint for stage in reference.stages if stage.name == "dead band" for act in stage.acts}
     assert 93.6 in fine
-    assert reference_of(one, 1, one.loop(1)).bench.start == 90
+    assert make_reference(one, 1, one.loop(1)).bench.start == 90

@@ -14,7 +14,7 @@ from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange
 from pidcfg.study.verification.comparison import SignalDifference as Difference
-from pidcfg.study.verification.comparison import differing, loops_of, neutral_at, running_means, same
+from pidcfg.study.verification.comparison import differing, loops_of, neutral_at, running_means, same_value
 from pidcfg.study.verification.lines import field_of, key_of
 from pidcfg.study.verification.stages import Act, Stage
 from pidcfg.study.verification.trial import _alarm as alarm_of
@@ -23,11 +23,11 @@ from pidcfg.study.verification.trial import _modes as modes_of
 from pidcfg.study.verification.trial import _others_events as other_events
 from pidcfg.study.verification.trial import _root as root_of
 from pidcfg.study.verification.trial import companions, master_of, names_of, scenario_data, slaves_of
-from pidcfg.study.verification.twin import Builder, replaced, typed_number, with_number
+from pidcfg.study.verification.twin import Builder, typed_number, with_number, with_value_at
 from pidcfg.study.verification.twin import _choices as choices
 from pidcfg.study.verification.twin import _restore as restore
 from pidcfg.study.verification.twin import _words as words_in
-from pidcfg.study.verification.verify import side_of
+from pidcfg.study.verification.verify import make_side
 from pidcfg.vendors import VENDORS
 from test_verify import BENCH, lower_loop
 from verify_measure import checked
@@ -95,7 +95,7 @@ def test_key_is_the_one_that_was_spoiled(target, path, value, seen, key):
     (loop,) = loops_of(source.config, source.vendor)
     stage, signal, before, after = seen
     difference = Difference(stage, signal, 1.0, before, after, (1,))
-    assert key_of(difference, loop, side_of(result.vendor, result.config), 0) == key
+    assert key_of(difference, loop, make_side(result.vendor, result.config), 0) == key
 
 
 GAIN = ("gain: 2, integral_time: 30, d", "gain: 3, integral_time: 30, d")
@@ -375,11 +375,11 @@ def test_a_value_with_another_number_is_of_its_kind(value, number, other):
 
 def test_a_model_with_another_value_at_a_path():
     loop = lower_loop(())
-    found = replaced(loop, ("pv", "range", 1), Decimal(300))
+    found = with_value_at(loop, ("pv", "range", 1), Decimal(300))
     assert (found.pv.range, loop.pv.range) == ((0, 300), (0, 200))
-    assert replaced(loop, (), 5) == 5
+    assert with_value_at(loop, (), 5) == 5
     with pytest.raises(KeyError):
-        replaced(loop, ("pv", "range", "x"), 1)
+        with_value_at(loop, ("pv", "range", "x"), 1)
 
 
 @pytest.mark.parametrize(
@@ -388,7 +388,7 @@ def test_a_model_with_another_value_at_a_path():
      ("x", "x", True), ("x", "y", False), (None, 0, False), (True, True, True), (-1000, Decimal("-1000.0009"), True)],
 )  # fmt: skip
 def test_neutral_values_that_count_as_equal(a, b, alike):
-    assert same(a, b) is same(b, a) is alike
+    assert same_value(a, b) is same_value(b, a) is alike
 
 
 def test_fields_on_which_others_depend_come_first():

@@ -22,8 +22,8 @@ from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.comparison import loops_of
-from pidcfg.study.verification.twin import twin_of
-from pidcfg.study.verification.verify import Battery, reference_of, side_of, tolerance_of
+from pidcfg.study.verification.twin import reported_source
+from pidcfg.study.verification.verify import Battery, make_reference, make_side, tolerance_of
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
@@ -188,8 +188,8 @@ class Conversion:
         if result.failed:
             return None
         one = cls(source, result, outcome, f"{label}: {source.vendor.key} to {target}")
-        one.twin = twin_of(source.config, source.vendor, result.config, result.vendor, one.pairs, outcome.loops)
-        one.side = side_of(source.vendor, one.twin.config, loops_of(source.config, source.vendor))
+        one.twin = reported_source(source.config, source.vendor, result.config, result.vendor, one.pairs, outcome.loops)
+        one.side = make_side(source.vendor, one.twin.config, loops_of(source.config, source.vendor))
         return one
 
     @property
@@ -203,10 +203,10 @@ class Conversion:
 
     def unexplained(self, result, i: int, j: int):
         """The first difference of a loop that no line of the report explains; None: both sides are alike."""
-        side = side_of(result.vendor, result.config)
+        side = make_side(result.vendor, result.config)
         if side.loops[j] is None:
             return "no neutral form"
-        reference = reference_of(self.side, i, side.loops[j])
+        reference = make_reference(self.side, i, side.loops[j])
         reference.trials = self.trials.setdefault(i, {})
         tolerance = tolerance_of(self.side, i, side, j, reference.bench)
         for difference, line in Battery(reference, side, j, tolerance).judged(self.twin.left.get(i, [])):

@@ -19,7 +19,7 @@ from pidcfg.sim.engine.choice import installed
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.study.certification.cluster import run_block
 from pidcfg.study.certification.samples import Job, run_sample
-from pidcfg.study.certification.tally import BLOCK, Tally
+from pidcfg.study.certification.tally import BLOCK_SAMPLES, Tally
 from pidcfg.text.reader import DEFAULT
 
 ENGINE: Literal["python", "numba"] = "numba" if installed() else "python"
@@ -101,11 +101,11 @@ def overhead() -> tuple[float, float, int] | None:
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": logging.CRITICAL}
     with LocalCluster(n_workers=1, threads_per_worker=1, **options) as here, Client(here) as client:
-        for first in range(0, (BLOCKS + 1) * BLOCK, BLOCK):
+        for first in range(0, (BLOCKS + 1) * BLOCK_SAMPLES, BLOCK_SAMPLES):
             began = time.perf_counter()
             block = client.submit(run_block, job, first, first + 1, sizes, pure=False).result()
             bare.append(time.perf_counter() - began)
-        alone = [timed(job, first, sizes) for first in range(0, BLOCKS * BLOCK, BLOCK)]
+        alone = [timed(job, first, sizes) for first in range(0, BLOCKS * BLOCK_SAMPLES, BLOCK_SAMPLES)]
     assert len(block.metrics[0]) == len(METRICS)
     middle = statistics.median(bare[1:]) - statistics.median(alone)
     return min(bare[1:]) - min(alone), middle, len(json.dumps(block.state()))

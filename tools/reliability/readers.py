@@ -169,7 +169,7 @@ def _nicknames() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 def _state() -> tuple[Reader, tuple[type[Exception], ...]]:
     """The body of a state of ``--resume`` with its key and a right checksum."""
-    from pidcfg.study.certification.tally import StateError, read
+    from pidcfg.study.certification.tally import StateError, read_state
 
     class Job:
         """Of which no sample can run."""
@@ -179,7 +179,7 @@ def _state() -> tuple[Reader, tuple[type[Exception], ...]]:
 
     def read_body(data: bytes) -> None:
         body = data.decode("utf-8", "replace").strip("\n")
-        read(f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}\n".encode(), "k", Job(), 0)  # type: ignore[arg-type]
+        read_state(f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}\n".encode(), "k", Job(), 0)  # type: ignore[arg-type]
 
     return read_body, (StateError,)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.engine.run import Settings
-from pidcfg.study.draft_plan import Line, Units, course_of, digits, plans_of, surroundings_of, time_text
+from pidcfg.study.draft_plan import Line, PlanUnits, digits, find_connections, make_draft, make_plans, time_text
 from pidcfg.study.outcome import Outcome, simulate_loaded
 from pidcfg.study.scenario import Loaded, read_scenario
 from pidcfg.study.verification.comparison import loops_of
@@ -22,25 +22,25 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pidcfg.sim.judgement.report import Report, Standing, Verdict
-    from pidcfg.study.draft_plan import Course
+    from pidcfg.study.draft_plan import DraftParts
     from pidcfg.text.document import Document
     from pidcfg.validate.engine import Checked
 
 # --- What a drafted run should show: set points reached, little overshoot, no outermost alarm -------------------------
 
-BETWEEN = 0.02
+END_TOLERANCE = 0.02
 """Of the range of the PV: how near to its set point a loop shall end."""
 OVERSHOOT = 30
 """In %: what a step may overshoot on a plant that suits the loop."""
 
 
-def expectations(units: Units, course: Course) -> list[Line]:
+def expected_behaviour(units: PlanUnits, course: DraftParts) -> list[Line]:
     """What such a run should show."""
     lines: list[Line] = []
     stepped = {line.data["loop"]: line.data["set"]["setpoint"] for line in course.events if _is_setpoint(line)}
     for plan in units.plans.values():
         if plan.name in stepped and plan.integrates:
-            band = BETWEEN * units.span(plan) + 1.5 * units.plc.dead_band(plan.i, units.plc.sig)
+            band = END_TOLERANCE * units.span(plan) + 1.5 * units.plc.dead_band(plan.i, units.plc.sig)
             signal = units.process(plan) if units.process(plan) != plan.name else f"{plan.name}.PV"
             row = {"signal": signal, "final": stepped[plan.name], "tolerance": digits(band, 2)}
             lines.append(Line(row))
@@ -73,7 +73,7 @@ HEAD = """\
 """
 
 
-def text_of(course: Course, title: str, config: str) -> str:
+def scenario_text(course: DraftParts, title: str, config: str) -> str:
     """The scenario as YAML."""
     rows = ["pidcfg: 1", f"scenario: {_title(title)}", f"config: {scalar(config)}", _duration(course.duration)]
     if course.initial == "steady":
@@ -103,11 +103,11 @@ def _title(text: str) -> str:
 
 
 def _duration(seconds: float) -> str:
-    row = f"duration: {number(seconds)}"
+    row = f"duration: {number_text(seconds)}"
     return f"{row:33}# s, {time_text(seconds)}" if seconds >= 120 else f"{row:33}# s"
 
 
-def _plants(course: Course) -> list[str]:
+def _plants(course: DraftParts) -> list[str]:
     if course.connect:
         return _aligned([(f"  - {flow({'name': line.key, **line.data})}", line.comment) for line in course.plants])
     width = max(len(scalar(line.key)) for line in course.plants) + 1
@@ -137,7 +137,7 @@ def scalar(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):
-        return number(value)
+        return number_text(value)
     if isinstance(value, dict):
         return flow(value)
     text = str(value)
@@ -147,19 +147,19 @@ def scalar(value: Any) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def number(value: float) -> str:
+def number_text(value: float) -> str:
     """A number as people write it."""
     return f"{value:.10g}"
 
 
 # --- A scenario drafted for a configuration, tried before it is handed out: it runs, and no verdict fails -------------
 
-TRIES = ((1.0, True), (1.0, False), (0.4, True), (0.4, False), (0.0, True))
+ATTEMPTS = ((1.0, True), (1.0, False), (0.4, True), (0.4, False), (0.0, True))
 """Share of the planned steps and disturbances, and whether the run begins settled; the first that passes is taken."""
 MOST_NAMES = 3
 """Loops that a title names."""
 PROFILE = "the profile of {name} does not run; an event {{at: …, loop: {name}, ramp_soak: start}} starts it"
-NOT_HELD = "{text} is not expected: on this plant it is {value}"
+NOT_EXPECTED = "{text} is not expected: on this plant it is {value}"
 
 
 class NoDraftError(ValueError):
@@ -175,7 +175,7 @@ class Draft:
     """Loops that have no plant, or whose verdict is allowed to fail, each with the reason."""
 
 
-def draft_of(checked: Checked, config: str, title: str = "", most: int | None = None) -> Draft:
+def draft_scenario(checked: Checked, config: str, title: str = "", most: int | None = None) -> Draft:
     """The scenario of a checked configuration, which it names ``config``; raises `NoDraftError` where there is none.
 
     It is run before: loops that no plan suits are named in the text and allowed to fail, with the verdict as reason.
@@ -187,17 +187,17 @@ def draft_of(checked: Checked, config: str, title: str = "", most: int | None = 
     if one_line(config) != config:
         raise NoDraftError(f"no scenario can name {config!r}: rename the file, without control characters")
     plc = vendor.module("controller").load(encoding.image)
-    around = surroundings_of(checked.config, plc)
-    plans = plans_of(plc, loops_of(checked.config, vendor), around)
+    around = find_connections(checked.config, plc)
+    plans = make_plans(plc, loops_of(checked.config, vendor), around)
     if not plans:
         raise NoDraftError(f"{checked.document.file} has no loop that is calculated")
-    units = Units(plc, {plan.i: plan for plan in plans}, around)
+    units = PlanUnits(plc, {plan.i: plan for plan in plans}, around)
     names = ", ".join(plan.name for plan in plans) if len(plans) <= MOST_NAMES else f"{len(plans)} loops"
     title = title or f"Steps and disturbances of {names}"
     trials, refused = [], ""
-    for size, steady in TRIES:
-        course = course_of(units, size, steady=steady)
-        course.expect = expectations(units, course)
+    for size, steady in ATTEMPTS:
+        course = make_draft(units, size, steady=steady)
+        course.expect = expected_behaviour(units, course)
         outcome = _run(checked, course, title, config, most)
         if outcome.report is None:
             refused = refused or _reason(outcome)
@@ -212,12 +212,12 @@ def draft_of(checked: Checked, config: str, title: str = "", most: int | None = 
     course.allow += [_allowance(v) for v in best.failing]
     course.expect = [line for line, verdict in best.verdicts if verdict.passed]
     course.remarks += [
-        NOT_HELD.format(text=verdict.text, value=_shown(verdict.value))
+        NOT_EXPECTED.format(text=verdict.text, value=_shown(verdict.value))
         for _, verdict in best.verdicts
         if not verdict.passed
     ]
     course.remarks += [PROFILE.format(name=plan.name) for plan in plans if _has_profile(checked.config.loops[plan.i])]
-    return Draft(text_of(course, title, config), tuple(course.remarks))
+    return Draft(scenario_text(course, title, config), tuple(course.remarks))
 
 
 def _has_profile(loop: Any) -> bool:
@@ -229,12 +229,12 @@ def _has_profile(loop: Any) -> bool:
 class _Trial:
     """A course that has run."""
 
-    course: Course
+    course: DraftParts
     failing: list[Standing]
     verdicts: list[tuple[Line, Verdict]]
 
 
-def _trial(course: Course, report: Report) -> _Trial:
+def _trial(course: DraftParts, report: Report) -> _Trial:
     failing = [v for v in report.standing if v.fails]
     return _Trial(course, failing, list(zip(course.expect, report.expectations, strict=True)))
 
@@ -253,7 +253,7 @@ def _shown(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def _run(checked: Checked, course: Course, title: str, config: str, most: int | None) -> Outcome:
+def _run(checked: Checked, course: DraftParts, title: str, config: str, most: int | None) -> Outcome:
     """The course as a scenario, run."""
     data: dict[str, Any] = course.data(title, config)
     loaded = Loaded(checked.document, scenario=Scenario.model_validate(data), config=config)
@@ -267,7 +267,7 @@ def simulate_draft(doc: Document, settings: Settings, *, record: bool = False) -
     checked = check_document(doc)
     documents = {doc.file: doc}
     try:
-        text = draft_of(checked, doc.file, most=settings.max_loop_steps).text
+        text = draft_scenario(checked, doc.file, most=settings.max_loop_steps).text
     except NoDraftError as error:
         findings = checked.findings
         if not checked.failed:

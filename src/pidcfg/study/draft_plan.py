@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # --- Numbers and times as people write them ---------------------------------------------------------------------------
 
-NEAT = (1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10)
+ROUND_TIMES = (1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10)
 """What half a run may last, times a power of ten."""
 HOUR, MINUTES = 3600, 120
 """Seconds from which on a time is told in hours, and in minutes."""
@@ -38,17 +38,17 @@ def digits(value: float, most: int = 4) -> float:
     return int(rounded) if rounded == int(rounded) and abs(rounded) < LARGEST_WHOLE else rounded
 
 
-def neat(value: float, span: float) -> float:
+def rounded_value(value: float, span: float) -> float:
     """A value to a ten-thousandth of its range."""
     decimals = 4 - len(f"{abs(span):.0f}") if abs(span) >= 1 else 4 + max(0, -int(f"{span:e}".split("e")[1]))
     rounded = round(value, max(decimals, 0))
     return int(rounded) if rounded == int(rounded) else rounded
 
 
-def round_up(seconds: float) -> float:
+def round_up_time(seconds: float) -> float:
     """A neat time that is not shorter."""
     power = 10.0 ** int(f"{seconds:e}".split("e")[1])
-    return digits(next(step * power for step in NEAT if step * power >= seconds * (1 - 1e-9)))
+    return digits(next(step * power for step in ROUND_TIMES if step * power >= seconds * (1 - 1e-9)))
 
 
 def time_text(seconds: float) -> str:
@@ -78,7 +78,7 @@ class Selector:
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
+class Connections:
     """By the number of a loop."""
 
     masters: Mapping[int, int]
@@ -95,7 +95,7 @@ class Surroundings:
         return (j for j, master in self.masters.items() if master == i)
 
 
-def surroundings_of(config: Any, plc: Plc) -> Surroundings:
+def find_connections(config: Any, plc: Plc) -> Connections:
     """Of a configuration and its PLC as it starts."""
     masters = {i: m for i, m in enumerate(plc.masters) if m >= 0 and plc.goals[i] == "cascade"}
     empty = Scenario.model_validate({"pidcfg": 1, "scenario": "-", "config": "-", "duration": 1})
@@ -105,13 +105,13 @@ def surroundings_of(config: Any, plc: Plc) -> Surroundings:
     measured, given = set(plc.inlets.values()), {}
     for i in range(len(plc.loops)):
         names = [name_of[slot] for slot in sorted(influence.set_points[i]) if slot in name_of]
-        names = [name for name in names if "." not in name and name not in measured and step_of(plc, name)]
+        names = [name for name in names if "." not in name and name not in measured and input_step(plc, name)]
         if names and i not in masters:
             given[i] = names[0]
-    return Surroundings(masters, _leaders(config, plc), _selectors(config, plc, influence), given)
+    return Connections(masters, _leaders(config, plc), _selectors(config, plc, influence), given)
 
 
-def step_of(plc: Plc, name: str) -> tuple[float, float] | None:
+def input_step(plc: Plc, name: str) -> tuple[float, float] | None:
     """The first value of a signal from outside and one a tenth above it; None for a switch."""
     value = plc.sig[plc.inputs[name]]
     for new in (round(value * 1.1, 6), round(value * 1.1), value + 1):
@@ -173,27 +173,27 @@ D740 = Decision(
     "A file says nothing of its process. A loop that is tuned at all is well damped on such a plant, so that a failed "
     "verdict is the configuration's doing; what the real process does only its own numbers tell.",
 )
-WANTED = 1.2
+WANTED_GAIN = 1.2
 """Gain of a plant where the loop's gain allows it: the output covers the range of the PV, and a little more."""
-STEP, SMALL_STEP = 0.1, 0.03
+SETPOINT_STEP, SMALL_STEP = 0.1, 0.03
 """Step of a set point, as a share of the range; of a loop without an integral, which an offset belongs to."""
 LEAST_STEP = 0.004
 """A smaller one shows nothing."""
-ROOM = 0.5
+STEP_SHARE = 0.5
 """Of the way to a limit of the set point or an alarm, what a step may take: the PV may overshoot it."""
-REACH = 0.6
+OUTPUT_SHARE = 0.6
 """Of the way from rest to a limit, what the output may take for a step in the end."""
-ANSWER = 9.0
+WATCHED_TIME = 9.0
 """Times 1/crossover for which a change is watched, at least."""
-PUSH = 0.1
+DISTURBANCE = 0.1
 """Of the output's range, what a disturbance asks of it."""
-ASIDE = 0.12
+ASIDE_SHARE = 0.12
 """How far a PV lies from the set point of a loop that a selector leaves out, as a share of the range."""
-BEHIND = 3.0
+INNER_LOOP_DELAY = 3.0
 """Times 1/crossover by which an inner loop delays its master."""
-SWITCHED, SAMPLES_OF_SWITCHED = 0.6, 400
+ON_OFF_GAIN, SAMPLES_OF_SWITCHED = 0.6, 400
 """Gain of the plant of an on-off loop, and its time constant in samples."""
-UNKNOWN, SAMPLES_OF_UNKNOWN = 1.0, 50
+UNKNOWN_GAIN, SAMPLES_OF_UNKNOWN = 1.0, 50
 """The same for a loop whose gains no neutral form has."""
 
 
@@ -231,7 +231,7 @@ class LoopPlan:
         return 1.0 if self.gain > 0 else -1.0
 
 
-def plans_of(plc: Plc, neutral: Sequence[Loop | None], around: Surroundings) -> list[LoopPlan]:
+def make_plans(plc: Plc, neutral: Sequence[Loop | None], around: Connections) -> list[LoopPlan]:
     """The plan of each loop that is calculated; slaves first, since their masters wait for them."""
     plans: dict[int, LoopPlan] = {}
 
@@ -243,7 +243,7 @@ def plans_of(plc: Plc, neutral: Sequence[Loop | None], around: Surroundings) -> 
             if j not in waiting:
                 waiting.add(j)
                 plan(j)
-        inner = sum(BEHIND / plans[j].crossover for j in slaves[:1] if j in plans)
+        inner = sum(INNER_LOOP_DELAY / plans[j].crossover for j in slaves[:1] if j in plans)
         plans[i] = _plan(plc, i, neutral[i], around, inner)
 
     waiting: set[int] = set()
@@ -255,7 +255,7 @@ def plans_of(plc: Plc, neutral: Sequence[Loop | None], around: Surroundings) -> 
     return [plans[i] for i in sorted(plans)]
 
 
-def _above(i: int, around: Surroundings) -> list[int]:
+def _above(i: int, around: Connections) -> list[int]:
     """The masters of a loop, up to the first."""
     above: list[int] = []
     while i in around.masters and around.masters[i] not in above:
@@ -264,7 +264,7 @@ def _above(i: int, around: Surroundings) -> list[int]:
     return above
 
 
-def _plan(plc: Plc, i: int, loop: Loop | None, around: Surroundings, inner: float) -> LoopPlan:
+def _plan(plc: Plc, i: int, loop: Loop | None, around: Connections, inner: float) -> LoopPlan:
     """A loop by itself, ``inner`` s behind its slave."""
     sample = plc.cfg[i].period / TICKS
     sign = 1.0 if plc.rises[i] else -1.0
@@ -273,27 +273,27 @@ def _plan(plc: Plc, i: int, loop: Loop | None, around: Surroundings, inner: floa
         time = SAMPLES_OF_SWITCHED * sample
         rest, is_set = _rest(plc, i, (0.1, 0.9))
         return LoopPlan(
-            i, name, sample, sign * SWITCHED, time, 4 * time, rest, 0.0, (0.0, 1.0), crossover=1 / time,
+            i, name, sample, sign * ON_OFF_GAIN, time, 4 * time, rest, 0.0, (0.0, 1.0), crossover=1 / time,
             integrates=False, switches=True, is_set=is_set,
         )  # fmt: skip
     integrates = plc.integrates(i, plc.sig)
     if loop is None:
         time = SAMPLES_OF_UNKNOWN * sample + inner
-        crossover, gain, limits, output, quiet = 1 / time, UNKNOWN, (0.0, 1.0), 0.5, (0.05, 0.95)
+        crossover, gain, limits, output, quiet = 1 / time, UNKNOWN_GAIN, (0.0, 1.0), 0.5, (0.05, 0.95)
         length = 10 * time
     else:
         delay = 2 * sample + float(loop.pv.filter) + inner
-        crossover, gain, time = dynamics(loop, sample, delay, WANTED)
+        crossover, gain, time = dynamics(loop, sample, delay, WANTED_GAIN)
         limits = output_limits(loop)
         output = middle_output(loop, limits)
         low, high = (float(end) for end in loop.pv.range)
         bottom, top = quiet_range(loop)
         quiet = (bottom - low) / (high - low), (top - low) / (high - low)
-        length = max(ANSWER / crossover, 2 * float(loop.tuning.integral_time), 10 * sample)
+        length = max(WATCHED_TIME / crossover, 2 * float(loop.tuning.integral_time), 10 * sample)
     rest, is_set = _rest(plc, i, quiet, loop)
     plan = LoopPlan(
         i, name, sample, sign * gain, time, length, rest, output, limits, crossover=crossover, integrates=integrates,
-        is_set=is_set, selector=selector, neutral=loop, push=PUSH if integrates else 0.0,
+        is_set=is_set, selector=selector, neutral=loop, push=DISTURBANCE if integrates else 0.0,
     )  # fmt: skip
     return replace(plan, step=_step(plan, quiet))
 
@@ -313,15 +313,15 @@ def _rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None = None
 def _step(plan: LoopPlan, quiet: tuple[float, float]) -> float:
     """How far the set point goes: to the side that has more room, and no further than the output can follow."""
     more, less = plan.limits[1] - plan.output, plan.output - plan.limits[0]
-    reach = REACH * abs(plan.gain)
-    up = min(ROOM * (quiet[1] - plan.rest), reach * (more if plan.sign > 0 else less))
-    down = min(ROOM * (plan.rest - quiet[0]), reach * (less if plan.sign > 0 else more))
-    most = STEP if plan.integrates else SMALL_STEP
+    reach = OUTPUT_SHARE * abs(plan.gain)
+    up = min(STEP_SHARE * (quiet[1] - plan.rest), reach * (more if plan.sign > 0 else less))
+    down = min(STEP_SHARE * (plan.rest - quiet[0]), reach * (less if plan.sign > 0 else more))
+    most = SETPOINT_STEP if plan.integrates else SMALL_STEP
     size = min(most, max(up, down))
     return 0.0 if size < LEAST_STEP else size if up >= size else -size
 
 
-def _settle(plans: dict[int, LoopPlan], around: Surroundings, plc: Plc, i: int) -> None:
+def _settle(plans: dict[int, LoopPlan], around: Connections, plc: Plc, i: int) -> None:
     """Brings a loop in line with those it hangs on: its master, the loop that shares its PV, or that has its valve."""
     plan = plans[i]
     master = plans.get(around.masters.get(i, -1))
@@ -332,7 +332,7 @@ def _settle(plans: dict[int, LoopPlan], around: Surroundings, plc: Plc, i: int) 
         inner = max(plan.limits[0], ends[0]), min(plan.limits[1], ends[1])
         if inner[0] < inner[1] and plan.integrates:
             plan = replace(plan, output=(inner[0] + inner[1]) / 2)
-        plan = replace(plan, step=_within(plan.step, REACH * abs(plan.gain) * (inner[1] - inner[0]) / 2))
+        plan = replace(plan, step=_within(plan.step, OUTPUT_SHARE * abs(plan.gain) * (inner[1] - inner[0]) / 2))
     if master is not None:
         plan = replace(plan, rest=master.output, step=0.0, push=0.0, is_set=False)
     elif i in around.given:
@@ -344,10 +344,15 @@ def _settle(plans: dict[int, LoopPlan], around: Surroundings, plc: Plc, i: int) 
     if plan.selector is not None and plan.selector.first != i:
         first = plans[plan.selector.first]
         asks_more = -1.0 if plan.selector.takes_larger else 1.0
-        moved = abs(first.step / first.gain) + PUSH
-        plan = replace(plan, gain=plan.sign * min(abs(plan.gain), ASIDE / 2 / moved))
+        moved = abs(first.step / first.gain) + DISTURBANCE
+        plan = replace(plan, gain=plan.sign * min(abs(plan.gain), ASIDE_SHARE / 2 / moved))
         plan = replace(
-            plan, rest=plan.rest - asks_more * plan.sign * ASIDE, step=0.0, push=0.0, output=first.output, is_set=False
+            plan,
+            rest=plan.rest - asks_more * plan.sign * ASIDE_SHARE,
+            step=0.0,
+            push=0.0,
+            output=first.output,
+            is_set=False,
         )
     plans[i] = plan
 
@@ -367,7 +372,7 @@ def _within(step: float, most: float) -> float:
 
 MOST_STEPS = 200_000
 """Base steps times loops of a drafted run: some seconds."""
-LEAD = 0.1
+LEAD_SHARE = 0.1
 """Of each half of a run, what passes before the disturbances of the first; the steps begin the second."""
 NO_WORD = re.compile(r"[^\w.-]")
 
@@ -384,7 +389,7 @@ class Line:
 
 
 @dataclass(slots=True)
-class Course:
+class DraftParts:
     """A scenario in its parts."""
 
     duration: float
@@ -415,12 +420,12 @@ class Course:
 
 
 @dataclass(frozen=True, slots=True)
-class Units:
+class PlanUnits:
     """The plans in the units of the signals."""
 
     plc: Plc
     plans: Mapping[int, LoopPlan]
-    around: Surroundings
+    around: Connections
 
     def pv(self, plan: LoopPlan, share: float) -> float:
         """A PV in the unit of its signal."""
@@ -429,7 +434,7 @@ class Units:
 
     def setpoint(self, plan: LoopPlan, share: float) -> float:
         """A set point as the loop takes it."""
-        value = neat(self.pv(plan, share), self.span(plan))
+        value = rounded_value(self.pv(plan, share), self.span(plan))
         return round(value) if is_whole(self.plc, plan.i, "setpoint", self.plc.scales[plan.i][0]) else value
 
     def span(self, plan: LoopPlan) -> float:
@@ -440,7 +445,7 @@ class Units:
     def output(self, plan: LoopPlan, share: float) -> float:
         """An output in the unit of its signal."""
         low, high = self.scale(plan)
-        value = neat(low + share * (high - low), high - low)
+        value = rounded_value(low + share * (high - low), high - low)
         return round(value) if is_whole(self.plc, plan.i, "output", low) else value
 
     def scale(self, plan: LoopPlan) -> tuple[float, float]:
@@ -466,15 +471,15 @@ class Units:
         return f"{name}.PV" if name == plan.name else name
 
 
-def course_of(units: Units, size: float = 1.0, *, steady: bool = True) -> Course:
+def make_draft(units: PlanUnits, size: float = 1.0, *, steady: bool = True) -> DraftParts:
     """The course with steps and disturbances of so much of their planned size."""
     plans = list(units.plans.values())
     base = units.plc.base / TICKS
-    half = round_up(max((plan.length for plan in plans), default=10 * base))
+    half = round_up_time(max((plan.length for plan in plans), default=10 * base))
     most = MOST_STEPS * base / max(len(plans), 1) / 2
-    course = Course(0.0)
+    course = DraftParts(0.0)
     if half > most:
-        shorter = round_up(most) / 2
+        shorter = round_up_time(most) / 2
         course.remarks.append(f"{time_text(2 * shorter)} is short for the slowest loop: {time_text(2 * half)} would do")
         half = shorter
     course.duration = digits(2 * half)
@@ -482,16 +487,20 @@ def course_of(units: Units, size: float = 1.0, *, steady: bool = True) -> Course
     course.initial = "steady" if steady and in_control else _initial(units)
     for plan in plans:
         _plant(units, plan, course)
-    course.events = [*_start(units, course), *_pushes(units, digits(LEAD * half), size), *_steps(units, half, size)]
+    course.events = [
+        *_start(units, course),
+        *_pushes(units, digits(LEAD_SHARE * half), size),
+        *_steps(units, half, size),
+    ]
     return course
 
 
-def _initial(units: Units) -> dict[str, float]:
+def _initial(units: PlanUnits) -> dict[str, float]:
     """The output that each loop rests at, or the one it has in Manual."""
     return {plan.name: units.output(plan, plan.output) for plan in units.plans.values() if not plan.switches}
 
 
-def _plant(units: Units, plan: LoopPlan, course: Course) -> None:
+def _plant(units: PlanUnits, plan: LoopPlan, course: DraftParts) -> None:
     """The plant of a loop, and what is wired to its PV; a loop that shares another one's PV has none of its own."""
     name, plc = units.process(plan), units.plc
     leader = units.plans.get(units.around.leaders.get(plan.i, -1))
@@ -519,7 +528,7 @@ def _plant(units: Units, plan: LoopPlan, course: Course) -> None:
     load = at_rest - gain * (u + pull)
     row |= {"gain": gain, "time_constant": digits(plan.time, 3), "dead_time": digits(plan.sample, 6)}
     row |= {"load": digits(load, 6)} if abs(load) > 1e-9 * units.span(plan) else {}
-    row["initial"] = neat(at_rest, units.span(plan))
+    row["initial"] = rounded_value(at_rest, units.span(plan))
     course.plants.append(Line(row, _about(units, plan), name))
     if name == plan.name:
         return
@@ -533,7 +542,7 @@ def _plant(units: Units, plan: LoopPlan, course: Course) -> None:
     course.connect.append(Line({"to": to}, comment, inlet))
 
 
-def _input(units: Units, plan: LoopPlan) -> tuple[str, float, float]:
+def _input(units: PlanUnits, plan: LoopPlan) -> tuple[str, float, float]:
     """What a plant reads (empty: its loop's output), its gain, and the value at rest."""
     slave = next((units.plans[j] for j in units.around.slaves(plan.i) if j in units.plans), None)
     if slave is not None:
@@ -545,11 +554,11 @@ def _input(units: Units, plan: LoopPlan) -> tuple[str, float, float]:
     return text, plan.gain * units.span(plan) / (high - low), u
 
 
-def _out(units: Units, plan: LoopPlan) -> str:
+def _out(units: PlanUnits, plan: LoopPlan) -> str:
     return f"{plan.name}.{units.plc.out_name}"
 
 
-def _about(units: Units, plan: LoopPlan) -> str:
+def _about(units: PlanUnits, plan: LoopPlan) -> str:
     slave = next((units.plans[j] for j in units.around.slaves(plan.i) if j in units.plans), None)
     if slave is not None:
         return f"behind {slave.name}"
@@ -562,7 +571,7 @@ def _about(units: Units, plan: LoopPlan) -> str:
     return ""
 
 
-def _start(units: Units, course: Course) -> Iterator[Line]:
+def _start(units: PlanUnits, course: DraftParts) -> Iterator[Line]:
     """What brings loops to where they rest: a set point, and Auto for those that begin in Manual."""
     for plan in units.plans.values():
         if plan.is_set:
@@ -578,7 +587,7 @@ def _start(units: Units, course: Course) -> Iterator[Line]:
             yield Line({"at": 0, "loop": plan.name, "mode": "auto"}, f"configured: {goal}")
 
 
-def _steps(units: Units, at: float, size: float) -> Iterator[Line]:
+def _steps(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
     """Steps of the set points, and of the signals that the program makes set points of."""
     for plan in units.plans.values():
         if plan.step and size:
@@ -591,14 +600,14 @@ def _steps(units: Units, at: float, size: float) -> Iterator[Line]:
         if i in units.plans:
             readers.setdefault(given, []).append(units.plans[i].name)
     for name, loops in readers.items() if size else ():
-        step = step_of(units.plc, name)
+        step = input_step(units.plc, name)
         if step is not None:
             yield Line(
                 {"at": at, "set": {name: step[1]}}, f"from {step[0]:g}; it moves the set point of {', '.join(loops)}"
             )
 
 
-def _pushes(units: Units, at: float, size: float) -> Iterator[Line]:
+def _pushes(units: PlanUnits, at: float, size: float) -> Iterator[Line]:
     """Disturbances: the load of each plant as if its output had moved."""
     for plan in units.plans.values():
         if not plan.push or not size or (plan.name in units.plc.wired and plan.name not in units.plc.inlets):

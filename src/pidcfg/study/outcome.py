@@ -125,7 +125,7 @@ def alarm_lines(recording: Recording, loop: str, alarms: Sequence[str], setpoint
         if alarm.startswith(DEVIATION) and setpoint:
             centre = list(zip(*recording.signal(setpoint), strict=True))
             for side in (1.0, -1.0):
-                yield from level_lines(in_words(alarm), around(centre, level, side), end)
+                yield from level_lines(in_words(alarm), levels_around(centre, level, side), end)
         elif alarm != RATE:
             yield from level_lines(in_words(alarm), level, end)
 
@@ -152,7 +152,7 @@ def level_lines(title: str, steps: Steps, end: float) -> Iterator[Line]:
             times, values = [], []
 
 
-def around(centre: Steps, distance: Steps, side: float) -> list[tuple[float, float]]:
+def levels_around(centre: Steps, distance: Steps, side: float) -> list[tuple[float, float]]:
     """What is a distance away from a centre, whenever either changes."""
     rows: list[tuple[float, float]] = []
     at = away = nan
@@ -168,7 +168,7 @@ def around(centre: Steps, distance: Steps, side: float) -> list[tuple[float, flo
 
 # --- Charts of a run: what was recorded of it, and what its report says happened --------------------------------------
 
-ROWS = 8
+MOST_STATE_ROWS = 8
 """Alarms and flags of a loop that get a row each."""
 
 
@@ -208,7 +208,7 @@ def _chart(loop: str, loop_report: LoopReport, axes: Axes, report: Report, recor
         title=f"{loop}: {axes.description}" if axes.description else loop,
         loop=loop,
         panels=panels(axes, recording, loop, loop_report, report.duration),
-        strips=strips(loop_report, report.duration),
+        strips=state_strips(loop_report, report.duration),
         marks=(*events, *marks),
         begin=0.0,
         end=report.duration,
@@ -229,29 +229,29 @@ def before_root(axes: Axes, recording: Recording) -> tuple[str, ...]:
 def panels(axes: Axes, recording: Recording, loop: str, report: LoopReport, end: float) -> tuple[Panel, ...]:
     """PV and set point on one axis, the output on its own, each with the levels that bars below refer to."""
     wanted: tuple[tuple[str, Role], ...] = ((axes.setpoint, "setpoint"), (axes.pv, "pv"))
-    lines = [line(recording, name, role) for name, role in wanted if name]
+    lines = [signal_line(recording, name, role) for name, role in wanted if name]
     title = ", ".join(reversed([one.name for one in lines]))
     lines += alarm_lines(recording, loop, names_of(report.alarms), axes.setpoint, end)
     rows = [Panel(title, axes.pv_unit, tuple(lines))]
     if axes.root is not None:
         rows = [Panel(f"{title} before the root", "", tuple(lines))]
     if axes.output:
-        output = line(recording, axes.output, "output")
+        output = signal_line(recording, axes.output, "output")
         limits = limit_lines(recording, loop, names_of(report.conditions), end)
         rows.append(Panel(output.name, axes.output_unit, (output, *limits), axes.output_range))
     return tuple(rows)
 
 
-def line(recording: Recording, signal: str, role: Role, side: Side | None = None) -> Line:
+def signal_line(recording: Recording, signal: str, role: Role, side: Side | None = None) -> Line:
     """One signal, called as the vendor does: TIC-101.PV is PV."""
     times, values = recording.signal(signal)
     return Line(signal.rpartition(".")[2], role, times, values, side)
 
 
-def strips(report: LoopReport, end: float) -> tuple[Strip, ...]:
+def state_strips(report: LoopReport, end: float) -> tuple[Strip, ...]:
     """Modes, then each alarm and flag that was on, then the steps of a profile."""
     spans = [(in_words(one.alarm), one.at, one.cleared) for one in report.alarms]
-    rows = [Strip("mode", modes(report, end), "mode"), *_rows(spans, end, "alarm")]
+    rows = [Strip("mode", mode_strip(report, end), "mode"), *_rows(spans, end, "alarm")]
     if report.steps:
         rows.append(Strip("ramp/soak", tuple(_bar(step, end) for step in report.steps), "step"))
     rows += _rows([(in_words(one.name), one.at, one.until) for one in report.conditions], end, "condition")
@@ -260,10 +260,10 @@ def strips(report: LoopReport, end: float) -> tuple[Strip, ...]:
 
 def names_of(spans: Sequence[Alarm] | Sequence[Period]) -> list[str]:
     """The alarms or flags that have a row."""
-    return list(dict.fromkeys(one.alarm if isinstance(one, Alarm) else one.name for one in spans))[:ROWS]
+    return list(dict.fromkeys(one.alarm if isinstance(one, Alarm) else one.name for one in spans))[:MOST_STATE_ROWS]
 
 
-def modes(report: LoopReport, end: float) -> tuple[Bar, ...]:
+def mode_strip(report: LoopReport, end: float) -> tuple[Bar, ...]:
     """One bar for each time in a mode; a refusal changes none."""
     bars, mode, since = [], report.first_mode, 0.0
     for change in report.modes:
@@ -283,7 +283,7 @@ def _rows(spans: Sequence[tuple[str, float, float | None]], end: float, kind: An
     names = list(dict.fromkeys(name for name, _, _ in spans))
     return [
         Strip(name, tuple(Bar(name, at, end if off is None else off) for row, at, off in spans if row == name), kind)
-        for name in names[:ROWS]
+        for name in names[:MOST_STATE_ROWS]
     ]
 
 

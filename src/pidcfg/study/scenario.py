@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 # --- What a scenario's ``vary`` stands for: each uncertain number with its ends ---------------------------------------
 
-VARIED = Decision(
+D800 = Decision(
     800,
     "what varies, and when it is written",
     "A varied number of a plant takes the place of the file's. A varied key of a loop is written as an event `set` at "
@@ -59,17 +59,17 @@ VARIED = Decision(
     "above 0 or not negative is refused before the run where its spread goes further.",
     "A sample is then a scenario that anybody can run, with the bytes that would be deployed.",
 )
-COMMON = ("gain", "load", "noise", "dead_time", "initial")
+PLANT_NUMBERS = ("gain", "load", "noise", "dead_time", "initial")
 """Numbers of every plant."""
-TIMES = ("time_constant", "time_constants", "lead", "lag", "dead_time")
-DIGITS = 10
+PLANT_TIMES = ("time_constant", "time_constants", "lead", "lag", "dead_time")
+DRAWN_DIGITS = 10
 """Significant digits of a drawn number."""
 HALF = 0.5
-FAR = 3.0
+FAR_DEVIATIONS = 3.0
 """Standard deviations that a drawn number may well be away from its mean."""
 
 
-class Ends(NamedTuple):
+class NumberSpread(NamedTuple):
     """A number's spread in its unit: uniform from ``low`` to ``high``, or normal within them."""
 
     low: float = -inf
@@ -89,7 +89,7 @@ class Uncertainty:
     key: str
     text: str
     """How it is spread, for people."""
-    ends: Ends
+    ends: NumberSpread
     unit: str = ""
     """Written behind a drawn number."""
     whole: bool = False
@@ -107,7 +107,7 @@ class Uncertainty:
 
     def written(self, value: float) -> str:
         """A drawn number as a scenario has it."""
-        number = Decimal(f"{value:.{DIGITS}g}")
+        number = Decimal(f"{value:.{DRAWN_DIGITS}g}")
         return f"{decimal_text(round(number) + Decimal(0) if self.whole else number)} {self.unit}".rstrip()
 
 
@@ -144,7 +144,7 @@ def _turned_round(path: Path, gain: Uncertainty) -> Iterator[Problem]:
     """A process whose direction is as uncertain as its gain."""
     low, high, mean, sigma = gain.ends
     if sigma is not None:
-        low, high = max(low, mean - FAR * sigma), min(high, mean + FAR * sigma)
+        low, high = max(low, mean - FAR_DEVIATIONS * sigma), min(high, mean + FAR_DEVIATIONS * sigma)
     if low < 0 < high:
         message = f"the gain of {gain.name} goes from {low:.4g} to {high:.4g}: with the other sign the loop runs away"
         yield Problem(path, message, "value", "warning", help="keep the gain on one side of 0")
@@ -161,33 +161,33 @@ def _entries(scenario: Scenario, plc: Plc, config: Document | None) -> Iterator[
             if name not in plants:
                 yield path, unknown(path[:3], "plant of the scenario", name, plants, key=True)
                 break
-            yield path, lambda name=name, key=key, spread=spread: of_plant(name, key, spread, plants[name])
+            yield path, lambda name=name, key=key, spread=spread: vary_plant(name, key, spread, plants[name])
     for name, keys in scenario.vary.loops.items():
         for key, spread in keys.items():
             path = ("vary", "loops", name, key)
             if name not in plc.loops:
                 yield path, unknown(path[:3], "loop", name, plc.loops, key=True)
                 break
-            yield path, lambda name=name, key=key, spread=spread: of_loop(name, key, spread, plc, config)
+            yield path, lambda name=name, key=key, spread=spread: vary_loop(name, key, spread, plc, config)
 
 
 # --- plants ----------------------------------------------------------------------------------------------------------
 
 
-def of_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty:
+def vary_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty:
     """A number of a plant; a `VaryError` says why it cannot vary so."""
     base = key.partition(".")[0]
     own = [k for k in OWN_KEYS if getattr(plant, k) is not None and any(k in keys for keys in MODEL_KEYS[plant.model])]
     own = [k for one in own for k in ((f"{one}.0", f"{one}.1") if one == "time_constants" else (one,))]
-    if key not in (*COMMON, *own):
-        near = unknown((), f"number of {name} that can vary", key, [*COMMON, *own])
+    if key not in (*PLANT_NUMBERS, *own):
+        near = unknown((), f"number of {name} that can vary", key, [*PLANT_NUMBERS, *own])
         raise VaryError(near.message, near.help)
     written = [one for one in (*spread.pair, *(spread.limits or ())) if one.unit and spread.kind != "share"]
-    if written and base not in TIMES:
+    if written and base not in PLANT_TIMES:
         raise VaryError(f"{key} is a plain number, not {written[0]}", "leave out the unit")
     value = value_at(plant, steps(key))
     stands = None if value is None else Amount(value)
-    ends = ends_of(spread, stands, f"{name} has no {key}", time=base in TIMES)
+    ends = number_spread(spread, stands, f"{name} has no {key}", time=base in PLANT_TIMES)
     lowest, highest = (ends.low, ends.high) if ends.sigma is None or ends.low > -inf else (ends.mean, ends.mean)
     above = base in POSITIVE or base == "time_constants"
     if above or base in NOT_NEGATIVE:
@@ -207,13 +207,13 @@ def of_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty:
 # --- loops -----------------------------------------------------------------------------------------------------------
 
 
-def of_loop(name: str, key: str, spread: Spread, plc: Plc, config: Document | None) -> Uncertainty:
+def vary_loop(name: str, key: str, spread: Spread, plc: Plc, config: Document | None) -> Uncertainty:
     """A key of a loop that ``set`` may change; a `VaryError` says why it cannot vary so."""
-    unknown_key = _refusal(Uncertainty("loops", name, key, "", Ends()), 1.0, plc)
+    unknown_key = _refusal(Uncertainty("loops", name, key, "", NumberSpread()), 1.0, plc)
     if unknown_key is not None and unknown_key.type == "set_key":
         raise VaryError(unknown_key.message(), (unknown_key.context or {}).get("help"))
     stands = file_value(name, key, plc, config) if spread.kind == "share" else None
-    ends = ends_of(spread, stands, f"the configuration file gives {name} no number at {key}")
+    ends = number_spread(spread, stands, f"the configuration file gives {name} no number at {key}")
     unit = stands.unit if stands is not None else spread.pair[0].unit
     one = Uncertainty("loops", name, key, str(spread), ends, unit)
     inner = [ends.mean] if ends.sigma is not None and ends.low == -inf else [ends.low, ends.high]
@@ -262,7 +262,7 @@ def file_value(name: str, key: str, plc: Plc, config: Document | None) -> Amount
 # --- ends ------------------------------------------------------------------------------------------------------------
 
 
-def ends_of(spread: Spread, stands: Amount | None, without: str, *, time: bool = False) -> Ends:
+def number_spread(spread: Spread, stands: Amount | None, without: str, *, time: bool = False) -> NumberSpread:
     """The ends of a spread around what ``stands`` in the file; ``time``: in s."""
     if spread.kind == "share":
         if stands is None:
@@ -270,12 +270,12 @@ def ends_of(spread: Spread, stands: Amount | None, without: str, *, time: bool =
         if not stands.value:
             raise VaryError(f"{spread} of 0 is 0", "write uniform: [low, high]")
         reach = abs(stands.value) * spread.pair[0].value / 100
-        return Ends(float(stands.value - reach), float(stands.value + reach))
+        return NumberSpread(float(stands.value - reach), float(stands.value + reach))
     first, second = (_number(one, time=time) for one in spread.pair)
     if spread.kind == "uniform":
-        return Ends(first, second)
+        return NumberSpread(first, second)
     low, high = (-inf, inf) if spread.limits is None else (_number(one, time=time) for one in spread.limits)
-    return Ends(low, high, first, second)
+    return NumberSpread(low, high, first, second)
 
 
 def _number(amount: Amount, *, time: bool) -> float:
@@ -289,7 +289,7 @@ def _number(amount: Amount, *, time: bool) -> float:
 
 # --- A scenario file with everything it needs: its configuration or memory listing, and the virtual PLC ---------------
 
-HEAD = 1000
+HEAD_BYTES = 1000
 """Bytes of a listing in which the name of its vendor stands, if at all."""
 STDIN = "-"
 SEVERITIES = {severity.label: severity for severity in Severity}
@@ -344,7 +344,7 @@ class Loaded:
     def add(self, problems: Iterable[Problem]) -> None:
         """Problems of the scenario as findings with places."""
         told = [replace(one, help=self.cures.get(one.path) or one.help) for one in problems]
-        self.findings = ordered([*self.findings, *(place(problem, self.document) for problem in told)])
+        self.findings = ordered([*self.findings, *(place_problem(problem, self.document) for problem in told)])
 
 
 def load(doc: Document, reader: Reader = DISK) -> Loaded:
@@ -409,7 +409,7 @@ def check_scenario(doc: Document, reader: Reader = DISK) -> list[Diagnostic]:
     return loaded.findings
 
 
-def place(problem: Problem, doc: Document) -> Diagnostic:
+def place_problem(problem: Problem, doc: Document) -> Diagnostic:
     """A problem of the scenario with its position; within an expression, of the character."""
     span = doc.locate(problem.path, key=problem.key)
     if problem.kind == "expression" and span.line == span.end_line:
@@ -481,7 +481,7 @@ def _use_listing(loaded: Loaded, data: bytes, *, quoted: bool) -> None:
         try:
             listing = read_listing(data, vendor, loaded.document.limits)
         except ListingError as error:
-            wrong.append((vendor.key.encode() in data[:HEAD], error.line, error))
+            wrong.append((vendor.key.encode() in data[:HEAD_BYTES], error.line, error))
             continue
         _use_words(loaded, vendor, listing)
         return

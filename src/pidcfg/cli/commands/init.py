@@ -84,7 +84,7 @@ def command(
 def _scenario(config: str, out: str | None, limits: Limits) -> str:
     """The scenario of a configuration, which it names as seen from the folder that it is written to."""
     from pidcfg.cli.findings import one_configuration, show_errors
-    from pidcfg.study.draft import NoDraftError, draft_of
+    from pidcfg.study.draft import NoDraftError, draft_scenario
     from pidcfg.validate.engine import check_document
 
     doc = one_configuration(config, limits)
@@ -94,7 +94,7 @@ def _scenario(config: str, out: str | None, limits: Limits) -> str:
     folder = Path(out).parent if out is not None else Path()
     name = config if config == "-" else Path(os.path.relpath(config, folder)).as_posix()
     try:
-        return draft_of(checked, name, most=doc.limits.loop_steps).text
+        return draft_scenario(checked, name, most=doc.limits.loop_steps).text
     except NoDraftError as error:
         raise click.ClickException(str(error)) from None
 

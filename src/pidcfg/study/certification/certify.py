@@ -15,7 +15,7 @@ from pidcfg.sim.engine.run import Settings, UnusableError, base_step, prepare, s
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import rounded
 from pidcfg.study.certification.samples import LEVELS, Batch, Job, WorkersError, process_results, recordings
-from pidcfg.study.certification.tally import Progress, Tally, key_of, read, written
+from pidcfg.study.certification.tally import Progress, Tally, key_of, read_state, state_text
 from pidcfg.study.outcome import axes_of
 from pidcfg.study.scenario import load
 from pidcfg.text.diagnostics import Severity
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pidcfg.pictures.chart import Role
     from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.judgement.report import Report
-    from pidcfg.study.certification.samples import Fan, Seen
+    from pidcfg.study.certification.samples import Fan, SampleResult
     from pidcfg.study.certification.tally import Distribution, Sizes, Worst
     from pidcfg.study.outcome import Axes
     from pidcfg.study.scenario import Uncertainty
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 
 # --- How sure one may be of a share: the one-sided lower bound of Clopper and Pearson (1934), at 95 % -----------------
 
-RISK = 0.05
+BOUND_RISK = 0.05
 """How often a bound may lie above the true share."""
-NOTHING = 1e-17
+NEGLIGIBLE_SHARE = 1e-17
 """A share of a sum that does not change it."""
 
 
@@ -51,7 +51,7 @@ def lower_bound(passed: int, samples: int) -> float:
         return 0.0
     low, high = 0.0, passed / samples
     while low < (middle := (low + high) / 2) < high:
-        if log_tail(passed, samples, middle) < log(RISK):
+        if log_tail(passed, samples, middle) < log(BOUND_RISK):
             low = middle
         else:
             high = middle
@@ -67,15 +67,15 @@ def log_tail(passed: int, samples: int, share: float) -> float:
     for k in range(passed, samples):
         term *= (samples - k) / (k + 1) * odds
         total += term
-        if term < total * NOTHING:
+        if term < total * NEGLIGIBLE_SHARE:
             break
     return first + log(total)
 
 
 def samples_needed(share: float) -> int:
     """How many samples show a share, if none fails: 299 for 0.99, 2,995 for 0.999."""
-    needed = max(1, ceil(log(RISK) / log(share)) - 1)
-    while exp(log(RISK) / needed) < share:
+    needed = max(1, ceil(log(BOUND_RISK) / log(share)) - 1)
+    while exp(log(BOUND_RISK) / needed) < share:
         needed += 1
     return needed
 
@@ -84,7 +84,7 @@ def samples_needed(share: float) -> int:
 # The result of a batch as data: shares with their bounds, distributions, what mattered most, and the worst samples.
 
 QUANTILES = {"p5": 0.05, "p25": 0.25, "p50": 0.5, "p75": 0.75, "p95": 0.95, "p99": 0.99}
-WHOLE = 100.0
+PERCENT = 100.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,19 +102,19 @@ class Share:
     @property
     def share(self) -> float:
         """Of these samples."""
-        return rounded(WHOLE * self.held / self.samples)
+        return rounded(PERCENT * self.held / self.samples)
 
     @property
     def bound(self) -> float:
         """What the share of all plants is at least, at 95 %."""
-        return rounded(WHOLE * lower_bound(self.held, self.samples))
+        return rounded(PERCENT * lower_bound(self.held, self.samples))
 
     @property
     def passed(self) -> bool:
         """Whether the bound reaches what is wanted."""
         if self.wanted is None:
             return self.held == self.samples
-        return lower_bound(self.held, self.samples) >= self.wanted / WHOLE
+        return lower_bound(self.held, self.samples) >= self.wanted / PERCENT
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,7 +217,7 @@ class Names:
     loops: Sequence[str]
 
 
-def certification(names: Names, batch: Batch, tally: Tally, keep: int) -> Certification:
+def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> Certification:
     """What the counts say; ``keep``: how many of the worst samples."""
     lost = tally.failed_to_run
     standing = zip(names.standing, tally.standing_failed, tally.standing_judged, strict=True)
@@ -253,7 +253,7 @@ def certification(names: Names, batch: Batch, tally: Tally, keep: int) -> Certif
 
 def _passed(counts: Sequence[int]) -> float | None:
     samples, passed = counts
-    return rounded(WHOLE * passed / samples) if samples else None
+    return rounded(PERCENT * passed / samples) if samples else None
 
 
 def _summary(one: Distribution) -> dict[str, float | int | None]:
@@ -275,9 +275,9 @@ def _worst(one: Worst, names: Names, batch: Batch) -> WorstSample:
 
 # --- A batch from a scenario file to its result -----------------------------------------------------------------------
 
-KEPT_EVERY = 64
+SAVE_EVERY = 64
 """Samples between two states that are kept."""
-KEPT_AFTER = 1.0
+SAVE_AFTER = 1.0
 """Seconds between two states of a cluster, whose blocks may come by the hundred."""
 NOTHING_MEASURED = " (nothing was measured"
 """What follows an expectation in a run that measured nothing for it."""
@@ -338,7 +338,7 @@ def certify_document(doc: Document, plan: Plan, reader: Reader = DISK) -> BatchO
     tally = run_all(job, names, varies, plan)
     return replace(
         outcome,
-        certification=certification(names, batch, tally, plan.keep_worst),
+        certification=make_certification(names, batch, tally, plan.keep_worst),
         findings=[*loaded.findings, *loaded.config_errors],
         fan=recordings(job, plan.samples, plan.jobs) if plan.record else None,
         axes=axes_of(plc, loaded.image.settings),
@@ -359,9 +359,9 @@ def _not_shown(scenario: Scenario, samples: int) -> list[Problem]:
     """Shares that so many samples cannot show, even if none fails."""
     problems = []
     for i, wanted in enumerate(scenario.expect):
-        if wanted.share is None or not 0 < wanted.share < WHOLE:
+        if wanted.share is None or not 0 < wanted.share < PERCENT:
             continue
-        needed = samples_needed(float(wanted.share) / WHOLE)
+        needed = samples_needed(float(wanted.share) / PERCENT)
         if needed > samples:
             message = f"{samples:,} samples cannot show {wanted.share:f} % even if none fails; {needed:,} are needed"
             problems.append(Problem(("expect", i, "share"), message, "value", help=f"give --samples {needed}"))
@@ -372,12 +372,12 @@ def run_all(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -
     """All samples, or those that the state lacks; raises `StateError` and `WorkersError`."""
     key = key_of(job) if plan.state is not None or plan.keep is not None else ""
     sizes = (len(names.expectations), len(names.standing), len(names.loops), len(varies))
-    progress = Progress(Tally.empty(sizes)) if plan.state is None else read(plan.state, key, job, plan.samples)
+    progress = Progress(Tally.empty(sizes)) if plan.state is None else read_state(plan.state, key, job, plan.samples)
     tally, kept, when = progress.tally, progress.tally.samples, 0.0
 
     def keep() -> None:
         if plan.keep is not None:
-            plan.keep(written(progress, key))
+            plan.keep(state_text(progress, key))
 
     for parts in _kept_when_lost(_parts(job, progress, sizes, plan), keep):
         for part in parts:
@@ -388,7 +388,7 @@ def run_all(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -
                 tally.add(part, varies)
             if plan.progress is not None:
                 plan.progress(tally.samples / plan.samples)
-        due = tally.samples - kept >= KEPT_EVERY if plan.cluster is None else time.monotonic() - when >= KEPT_AFTER
+        due = tally.samples - kept >= SAVE_EVERY if plan.cluster is None else time.monotonic() - when >= SAVE_AFTER
         if due or tally.samples == plan.samples:
             keep()
             kept, when = tally.samples, time.monotonic()
@@ -396,8 +396,8 @@ def run_all(job: Job, names: Names, varies: Sequence[Uncertainty], plan: Plan) -
 
 
 def _kept_when_lost(
-    parts: Iterator[Sequence[Tally | Seen]], keep: Callable[[], None]
-) -> Iterator[Sequence[Tally | Seen]]:
+    parts: Iterator[Sequence[Tally | SampleResult]], keep: Callable[[], None]
+) -> Iterator[Sequence[Tally | SampleResult]]:
     """The same; what is ready is kept before `WorkersError` says that nobody is left."""
     try:
         yield from parts
@@ -406,7 +406,7 @@ def _kept_when_lost(
         raise
 
 
-def _parts(job: Job, progress: Progress, sizes: Sizes, plan: Plan) -> Iterator[Sequence[Tally | Seen]]:
+def _parts(job: Job, progress: Progress, sizes: Sizes, plan: Plan) -> Iterator[Sequence[Tally | SampleResult]]:
     """What comes next in the order of the samples, by processes or by a cluster."""
     if plan.cluster is None:
         return ((seen,) for seen in process_results(job, progress.tally.samples, plan.samples, plan.jobs))

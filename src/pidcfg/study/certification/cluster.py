@@ -13,15 +13,15 @@ from functools import lru_cache
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.study.certification.samples import WorkersError, differences, facts, machine, run_sample
-from pidcfg.study.certification.tally import BLOCK, Tally
+from pidcfg.study.certification.samples import WorkersError, describe_machine, name_differences, run_sample, trial_facts
+from pidcfg.study.certification.tally import BLOCK_SAMPLES, Tally
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from distributed import Client, Future
 
-    from pidcfg.study.certification.samples import Batch, Job, Seen
+    from pidcfg.study.certification.samples import Batch, Job, SampleResult
     from pidcfg.study.certification.tally import Progress, Sizes
     from pidcfg.study.scenario import Loaded
 
@@ -34,11 +34,11 @@ def _loaded(job: Job) -> tuple[Loaded, Batch]:
     return job.loaded()
 
 
-def run_block(job: Job, first: int, end: int, sizes: Sizes) -> Tally | list[Seen]:
+def run_block(job: Job, first: int, end: int, sizes: Sizes) -> Tally | list[SampleResult]:
     """Samples of one block: counted, or one by one where their block has begun elsewhere."""
     loaded, batch = _loaded(job)
     seen = (run_sample(loaded, batch, sample, job.settings)[0] for sample in range(first, end))
-    if first % BLOCK:
+    if first % BLOCK_SAMPLES:
         return list(seen)
     tally = Tally.empty(sizes, first)
     for one in seen:
@@ -77,7 +77,7 @@ def is_address(text: str) -> bool:
 
 
 @contextmanager
-def connected(address: str) -> Iterator[Client]:
+def connect(address: str) -> Iterator[Client]:
     """A client of the scheduler at an address, or of a cluster on this machine; raises `WorkersError`."""
     try:
         from distributed import Client, LocalCluster
@@ -120,14 +120,14 @@ def _silenced() -> dict[logging.Logger, int]:
 
 def cluster_results(
     job: Job, address: str, progress: Progress, samples: int, sizes: Sizes, remark: Callable[[str], None]
-) -> Iterator[list[Tally | Seen]]:
+) -> Iterator[list[Tally | SampleResult]]:
     """What comes next in the order of the samples, whenever a block is ready; nothing, if it waits for an earlier one.
 
     Raises `WorkersError` when nobody is left to run them.
     """
     progress.trial.run(job, samples)
-    mine = {**machine(), "samples": progress.trial.digest}
-    with connected(address) as client:
+    mine = {**describe_machine(), "samples": progress.trial.digest}
+    with connect(address) as client:
         yield from Fleet(client, job, address, samples, sizes, mine, remark).run(progress)
 
 
@@ -160,11 +160,11 @@ class Fleet:
     looked: float = 0.0
     met: float = field(default_factory=time.monotonic)  # when there was a worker last
 
-    def run(self, progress: Progress) -> Iterator[list[Tally | Seen]]:
+    def run(self, progress: Progress) -> Iterator[list[Tally | SampleResult]]:
         """All blocks that are missing."""
         due, ready = progress.tally.end, progress.ahead
         self.fresh = due
-        begun: dict[int, list[Seen]] = {}
+        begun: dict[int, list[SampleResult]] = {}
         while due < self.samples:
             self.look()
             self.hand_out(due, ready)
@@ -175,7 +175,7 @@ class Fleet:
                     ready[first] = part
                 else:
                     begun[first] = part
-                parts: list[Tally | Seen] = []
+                parts: list[Tally | SampleResult] = []
                 while due in ready or due in begun:
                     parts += begun.pop(due) if due in begun else [ready.pop(due)]
                     due = self.end_of(due)
@@ -183,7 +183,7 @@ class Fleet:
 
     def end_of(self, first: int) -> int:
         """Where the block of a sample ends."""
-        return min((first // BLOCK + 1) * BLOCK, self.samples)
+        return min((first // BLOCK_SAMPLES + 1) * BLOCK_SAMPLES, self.samples)
 
     def look(self) -> None:
         """Who is there: newcomers have their trial, and what the lost ones had is free again."""
@@ -198,7 +198,7 @@ class Fleet:
             if threads != 1:
                 raise WorkersError(f"worker {worker} has {threads} threads; start it by '{self.start}'")
             if worker not in self.accepted and worker not in self.refused and worker not in self.tasks:
-                self.submit(worker, None, facts, self.job, self.samples)
+                self.submit(worker, None, trial_facts, self.job, self.samples)
         if members and members.keys() <= self.refused.keys():
             reasons = "; ".join(f"{worker}: {self.refused[worker]}" for worker in members)
             raise WorkersError(f"no worker calculates like this machine: {reasons}")
@@ -264,7 +264,7 @@ class Fleet:
         self.workers[future.key] = worker
         future.add_done_callback(self.done.put)
 
-    def brought(self) -> Iterator[tuple[int, Tally | list[Seen]]]:
+    def brought(self) -> Iterator[tuple[int, Tally | list[SampleResult]]]:
         """Blocks that have come, after a wait of a second at most."""
         try:
             future = self.done.get(timeout=LOOK)
@@ -288,7 +288,7 @@ class Fleet:
             self.judge(worker, [f"it cannot run this pidcfg: {problem}"])
         else:
             if first is None:
-                self.judge(worker, differences(self.mine, result))
+                self.judge(worker, name_differences(self.mine, result))
             else:
                 yield first, result
 

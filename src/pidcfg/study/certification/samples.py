@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from pidcfg.schemas.scenario import Bound, Expectation, Scenario
     from pidcfg.sim.controllers.plc import Plc
     from pidcfg.sim.judgement.report import Report, Verdict
-    from pidcfg.study.scenario import Ends, Uncertainty
+    from pidcfg.study.scenario import NumberSpread, Uncertainty
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 # SplitMix64 (Steele, Lea and Flood 2014) mixes a counter to 64 bits. Every sample has 64 bits of its own, of which 63
 # are the seed of its scenario; every uncertainty has a row of numbers that begins at those bits and its name.
 
-DRAWN = Decision(
+D801 = Decision(
     801,
     "how a sample is drawn",
     "The 64 bits of sample i are SplitMix64 at seed + (i + 1)·0x9E3779B97F4A7C15 modulo 2⁶⁴; their upper 63 seed the "
@@ -66,7 +66,7 @@ class DrawError(Exception):
     """No number within its limits was drawn."""
 
 
-def mixed(counter: int) -> int:
+def mix_bits(counter: int) -> int:
     """SplitMix64's output for a counter."""
     z = counter & MASK
     z = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & MASK
@@ -76,7 +76,7 @@ def mixed(counter: int) -> int:
 
 def bits_of(seed: int, sample: int) -> int:
     """The 64 bits of a sample."""
-    return mixed(seed + (sample + 1) * GOLDEN)
+    return mix_bits(seed + (sample + 1) * GOLDEN)
 
 
 def seed_of(seed: int, sample: int) -> int:
@@ -89,30 +89,30 @@ def _name_bits(row: str) -> int:
     return int.from_bytes(hashlib.sha256(row.encode()).digest()[:8], "big")
 
 
-def unit(seed: int, sample: int, row: str, draw: int = 0) -> float:
+def unit_number(seed: int, sample: int, row: str, draw: int = 0) -> float:
     """A number above 0 and below 1: the one at ``draw`` in a row of a sample."""
-    begin = mixed(bits_of(seed, sample) ^ _name_bits(row))
-    return ((mixed(begin + (draw + 1) * GOLDEN) >> 11) + 0.5) / (1 << 53)
+    begin = mix_bits(bits_of(seed, sample) ^ _name_bits(row))
+    return ((mix_bits(begin + (draw + 1) * GOLDEN) >> 11) + 0.5) / (1 << 53)
 
 
-def drawn(what: Uncertainty, seed: int, sample: int) -> float:
+def draw_number(what: Uncertainty, seed: int, sample: int) -> float:
     """The number of a sample; raises `DrawError`."""
     ends = what.ends
     for draw in range(MOST_DRAWS):
-        value = quantile(ends, unit(seed, sample, what.row, draw))
+        value = quantile(ends, unit_number(seed, sample, what.row, draw))
         if ends.low <= value <= ends.high:
             return value
     raise DrawError(f"{what.label}: {MOST_DRAWS} numbers, none within {ends.low:g} to {ends.high:g}")
 
 
-def quantile(ends: Ends, share: float) -> float:
+def quantile(ends: NumberSpread, share: float) -> float:
     """Where a spread reaches a share, its limits left aside."""
     if ends.sigma is None:
         return ends.low + (ends.high - ends.low) * share
     return ends.mean + ends.sigma * STANDARD.inv_cdf(share)
 
 
-def fifths(ends: Ends) -> tuple[float, float]:
+def fifth_bounds(ends: NumberSpread) -> tuple[float, float]:
     """Below the first lies a fifth of all samples, above the second another one."""
     if ends.sigma is None:
         return quantile(ends, 0.2), quantile(ends, 0.8)
@@ -188,7 +188,7 @@ class Batch:
     def numbers(self, sample: int) -> list[float]:
         """The drawn numbers of a sample; raises `UnusableSampleError`."""
         try:
-            return [drawn(what, self.seed, sample) for what in self.varies]
+            return [draw_number(what, self.seed, sample) for what in self.varies]
         except DrawError as error:
             raise UnusableSampleError(str(error)) from None
 
@@ -248,7 +248,7 @@ def _plants(plants: Any, texts: Mapping[Uncertainty, Plain]) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class SampleResult:
     """What a batch keeps of a sample; it travels between processes."""
 
     sample: int
@@ -269,7 +269,7 @@ class Seen:
     """Why it could not run, or had an error on its way."""
 
 
-def run_sample(loaded: Loaded, batch: Batch, sample: int, settings: Settings) -> tuple[Seen, Report | None]:
+def run_sample(loaded: Loaded, batch: Batch, sample: int, settings: Settings) -> tuple[SampleResult, Report | None]:
     """Runs a sample exactly as `pidcfg simulate` runs its written-out scenario."""
     numbers: Sequence[float] = ()
     try:
@@ -277,7 +277,7 @@ def run_sample(loaded: Loaded, batch: Batch, sample: int, settings: Settings) ->
         scenario = batch.scenario(sample, numbers)
         report = simulate(scenario, partial(batch.new_plc, loaded), loaded.controller, settings)
     except (UnusableSampleError, UnusableError) as error:
-        return Seen(sample, tuple(numbers), margin=-inf, reason=str(error)), None
+        return SampleResult(sample, tuple(numbers), margin=-inf, reason=str(error)), None
     errors = [note.text for note in report.notes if note.error]
     errors += [problem.message for problem in report.problems if problem.severity == "error"]
     margins = [margin(wanted, v) for wanted, v in zip(scenario.expect, report.expectations, strict=True)]
@@ -286,7 +286,7 @@ def run_sample(loaded: Loaded, batch: Batch, sample: int, settings: Settings) ->
     least = min(margins, default=inf)
     tightest = margins.index(least) if margins else -1
     return (
-        Seen(
+        SampleResult(
             sample,
             tuple(numbers),
             passed=report.passed,
@@ -390,7 +390,7 @@ def fan_of(times: Sequence[float], runs: Sequence[Mapping[str, Sequence[float]]]
 
 # --- Who runs the samples: this process, or several, whose results come back in the order of the samples --------------
 
-UNIT = 8
+SAMPLES_AT_ONCE = 8
 """Samples that a process takes at a time."""
 
 
@@ -433,12 +433,12 @@ class Job:
         return loaded, Batch(loaded.document, loaded.uncertainties(plc)[0], self.seed, kept)
 
 
-def process_results(job: Job, first: int, samples: int, jobs: int) -> Iterator[Seen]:
+def process_results(job: Job, first: int, samples: int, jobs: int) -> Iterator[SampleResult]:
     """The results of the samples from ``first`` on, in order; raises `WorkersError`.
 
     A process that is ended from outside costs what it had begun, unless they end one after the other.
     """
-    if jobs == 1 or samples - first <= UNIT:
+    if jobs == 1 or samples - first <= SAMPLES_AT_ONCE:
         loaded, batch = job.loaded()
         for sample in range(first, samples):
             yield run_sample(loaded, batch, sample, job.settings)[0]
@@ -446,22 +446,22 @@ def process_results(job: Job, first: int, samples: int, jobs: int) -> Iterator[S
     while first < samples:
         before = first
         try:
-            for part in Crew(jobs, _runner, (job,)).results(parts(first, samples)):
+            for part in Crew(jobs, _runner, (job,)).results(process_parts(first, samples)):
                 yield from part
                 first += len(part)
         except ChildProcessError:
             if first == before:
-                last = min(first + jobs * AHEAD * UNIT, samples) - 1
+                last = min(first + jobs * AHEAD * SAMPLES_AT_ONCE, samples) - 1
                 why = "perhaps for want of memory, of which fewer --jobs need less"
                 raise WorkersError(f"a process ended at samples {first} to {last}, {why}") from None
 
 
-def parts(first: int, samples: int) -> Iterator[range]:
+def process_parts(first: int, samples: int) -> Iterator[range]:
     """What a process takes at a time."""
-    return (range(begin, min(begin + UNIT, samples)) for begin in range(first, samples, UNIT))
+    return (range(begin, min(begin + SAMPLES_AT_ONCE, samples)) for begin in range(first, samples, SAMPLES_AT_ONCE))
 
 
-def _runner(job: Job) -> Callable[[range], list[Seen]]:
+def _runner(job: Job) -> Callable[[range], list[SampleResult]]:
     """What runs samples one after the other."""
     loaded, batch = job.loaded()
     return lambda samples: [run_sample(loaded, batch, i, job.settings)[0] for i in samples]
@@ -470,10 +470,10 @@ def _runner(job: Job) -> Callable[[range], list[Seen]]:
 def recordings(job: Job, samples: int, jobs: int) -> Fan:
     """How the signals that a picture needs spread over the first samples; those that cannot run are left out."""
     samples = min(samples, SAMPLES)
-    if jobs == 1 or samples <= UNIT:
+    if jobs == 1 or samples <= SAMPLES_AT_ONCE:
         kept = _recorder(job)(range(samples))
     else:
-        kept = [one for part in Crew(jobs, _recorder, (job,)).results(parts(0, samples)) for one in part]
+        kept = [one for part in Crew(jobs, _recorder, (job,)).results(process_parts(0, samples)) for one in part]
     ran = [one for one in kept if one is not None]
     return fan_of(ran[0][0] if ran else (), [signals for _, signals in ran])
 
@@ -505,7 +505,7 @@ PACKAGE = Path(__file__).parents[2]
 
 
 @cache
-def sources() -> str:
+def hash_sources() -> str:
     """A hash of the package's sources."""
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
@@ -521,7 +521,7 @@ TRIAL_SAMPLES = 64
 PACKAGES = ("numba", "NumPy", "llvmlite", "distributed")
 """What calculates, and what carries the results, besides Python and pidcfg."""
 NONE = "none"
-SHOWN = 12
+HASH_CHARACTERS = 12
 """Characters of a hash that are shown."""
 
 
@@ -532,7 +532,7 @@ class Trial:
     samples: int = 0
     _hash: Any = field(default_factory=hashlib.sha256)
 
-    def take(self, seen: Seen) -> None:
+    def take(self, seen: SampleResult) -> None:
         """The next sample of the batch; those that come later than the first ones do not count."""
         if seen.sample == self.samples < TRIAL_SAMPLES:
             self._hash.update(repr(seen).encode())
@@ -552,24 +552,24 @@ class Trial:
         return str(self._hash.hexdigest())
 
 
-def machine() -> dict[str, str]:
+def describe_machine() -> dict[str, str]:
     """What calculates here."""
     return {
         "Python": sys.version,
         "machine": f"{platform.machine()} {platform.system()}",
-        "pidcfg": sources(),
+        "pidcfg": hash_sources(),
         **{package: _version(package) for package in PACKAGES},
     }
 
 
-def facts(job: Job, samples: int) -> dict[str, str]:
+def trial_facts(job: Job, samples: int) -> dict[str, str]:
     """All that must be alike: what calculates, and the hash of the first samples, or why they cannot run."""
     trial = Trial()
     try:
         trial.run(job, samples)
     except Exception as error:  # noqa: BLE001 - whatever goes wrong on another machine is what differs there
-        return {**machine(), "samples": f"{type(error).__name__}: {error}"}
-    return {**machine(), "samples": trial.digest}
+        return {**describe_machine(), "samples": f"{type(error).__name__}: {error}"}
+    return {**describe_machine(), "samples": trial.digest}
 
 
 def _version(package: str) -> str:
@@ -579,7 +579,7 @@ def _version(package: str) -> str:
         return NONE
 
 
-def differences(mine: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
+def name_differences(mine: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
     """What differs, in words; nothing: the two calculate alike."""
     return [
         f"{name} {_short(other.get(name, NONE))} and not {_short(text)}"
@@ -591,4 +591,4 @@ def differences(mine: Mapping[str, str], other: Mapping[str, str]) -> list[str]:
 def _short(text: str) -> str:
     """A hash by its beginning, a text in one line."""
     one = " ".join(text.split())
-    return f"{one[:SHOWN]}…" if len(one) == len(hashlib.sha256().hexdigest()) and " " not in one else one
+    return f"{one[:HASH_CHARACTERS]}…" if len(one) == len(hashlib.sha256().hexdigest()) and " " not in one else one

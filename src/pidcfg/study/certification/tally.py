@@ -12,18 +12,18 @@ from math import ceil, inf, isfinite
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.sim.judgement.meters import METRICS
-from pidcfg.study.certification.samples import Trial, fifths, sources
+from pidcfg.study.certification.samples import Trial, fifth_bounds, hash_sources
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pidcfg.study.certification.samples import Job, Seen
+    from pidcfg.study.certification.samples import Job, SampleResult
     from pidcfg.study.scenario import Uncertainty
 
 # --- Quantiles and means of numbers that come one by one, in little memory --------------------------------------------
 
-BINNED = Decision(
+D802 = Decision(
     802,
     "quantiles and means of a batch",
     "A number falls into the bin of its sign, its exponent and the first 8 bits of its mantissa (0.4 % wide); a "
@@ -32,9 +32,9 @@ BINNED = Decision(
     "counted.",
     "Memory does not grow with the samples, and no sum depends on who calculated which sample.",
 )
-CUT = 52 - 8
+CUT_BITS = 52 - 8
 """Bits of the mantissa that a bin leaves out."""
-BLOCK = 1_024
+BLOCK_SAMPLES = 1_024
 """Samples of a block."""
 SMALLEST = 2.0**-1022
 """Smaller amounts count as 0."""
@@ -45,15 +45,15 @@ def bin_of(value: float) -> int:
     if abs(value) < SMALLEST:
         return 0
     bits: int = struct.unpack(">Q", struct.pack(">d", value))[0]
-    return bits >> CUT
+    return bits >> CUT_BITS
 
 
 def upper_edge(number: int) -> float:
     """The highest number that a bin stands for."""
     if not number:
         return 0.0
-    negative = number >> (63 - CUT)
-    edge: float = struct.unpack(">d", struct.pack(">Q", (number if negative else number + 1) << CUT))[0]
+    negative = number >> (63 - CUT_BITS)
+    edge: float = struct.unpack(">d", struct.pack(">Q", (number if negative else number + 1) << CUT_BITS))[0]
     return edge
 
 
@@ -180,7 +180,7 @@ class Tally:
             highest=[[0, 0] for _ in range(varies)],
         )
 
-    def add(self, seen: Seen, varies: Sequence[Uncertainty]) -> None:
+    def add(self, seen: SampleResult, varies: Sequence[Uncertainty]) -> None:
         """The next sample."""
         if seen.sample != self.end:
             raise ValueError(f"sample {seen.sample} comes after {self.end} samples")
@@ -194,7 +194,7 @@ class Tally:
             self._count(seen)
         self._compare(seen, varies)
         self._keep(seen)
-        if self.end % BLOCK == 0:
+        if self.end % BLOCK_SAMPLES == 0:
             for distributions in self.metrics:
                 for distribution in distributions:
                     distribution.end_block()
@@ -206,7 +206,7 @@ class Tally:
 
     def append(self, block: Tally) -> None:
         """The next samples as others have counted them, from the beginning of a block to its end at most."""
-        if block.first != self.end or block.first % BLOCK or block.samples > BLOCK:
+        if block.first != self.end or block.first % BLOCK_SAMPLES or block.samples > BLOCK_SAMPLES:
             raise ValueError(f"{block.samples} samples from {block.first} come after {self.end} samples")
         self.samples += block.samples
         self.passed += block.passed
@@ -222,7 +222,7 @@ class Tally:
         self.reasons = [*self.reasons, *block.reasons][:MOST_REASONS]
         self.worst = sorted([*self.worst, *block.worst], key=_badness)[:MOST_WORST]
 
-    def _count(self, seen: Seen) -> None:
+    def _count(self, seen: SampleResult) -> None:
         """Verdicts and metrics of a sample that ran."""
         for i, held in enumerate(seen.held):
             self.held[i] += held
@@ -234,15 +234,15 @@ class Tally:
                 if value is not None and isfinite(value):
                     distribution.add(value)
 
-    def _compare(self, seen: Seen, varies: Sequence[Uncertainty]) -> None:
+    def _compare(self, seen: SampleResult, varies: Sequence[Uncertainty]) -> None:
         """In which fifth each number lies, and whether the sample passed."""
         for i, (what, number) in enumerate(zip(varies, seen.numbers, strict=False)):
-            low, high = fifths(what.ends)
+            low, high = fifth_bounds(what.ends)
             for counts in [self.lowest[i]] * (number < low) + [self.highest[i]] * (number >= high):
                 counts[0] += 1
                 counts[1] += seen.passed
 
-    def _keep(self, seen: Seen) -> None:
+    def _keep(self, seen: SampleResult) -> None:
         """The worst so far; of two alike the earlier one is worse."""
         self.worst.append(Worst(seen.sample, seen.margin, seen.tightest, list(seen.numbers)))
         self.worst.sort(key=_badness)
@@ -285,7 +285,7 @@ def json_of(state: dict[str, Any]) -> str:
 
 # --- What `--resume` keeps: how far a batch has come, with a key that says of what ------------------------------------
 
-KEPT = Decision(
+D803 = Decision(
     803,
     "what --resume keeps",
     "The file holds the counts, distributions and worst samples after the samples so far, in the order of their "
@@ -317,13 +317,13 @@ class Progress:
 def key_of(job: Job) -> str:
     """A hash of everything that a result depends on."""
     parts = (
-        *(FORMAT, job.scenario, job.config.hex(), job.seed, sources()),
+        *(FORMAT, job.scenario, job.config.hex(), job.seed, hash_sources()),
         *(sys.version, platform.machine(), platform.system()),
     )
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
 
-def written(progress: Progress, key: str) -> bytes:
+def state_text(progress: Progress, key: str) -> bytes:
     """A state as the file has it, with a checksum."""
     body = json_of(
         {
@@ -336,12 +336,12 @@ def written(progress: Progress, key: str) -> bytes:
     return f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}\n".encode()
 
 
-def read(data: bytes, key: str, job: Job, samples: int) -> Progress:
+def read_state(data: bytes, key: str, job: Job, samples: int) -> Progress:
     """What a state holds; raises `StateError`."""
     try:
         state = _body(data, key)
         tally = Tally.of_state(state["tally"])
-        ahead = {block.first: block for block in map(Tally.of_state, state["ahead"]) if block.samples == BLOCK}
+        ahead = {block.first: block for block in map(Tally.of_state, state["ahead"]) if block.samples == BLOCK_SAMPLES}
         count, digest = int(state["trial"][0]), state["trial"][1]
         too_many = tally.samples > samples
     except StateError:

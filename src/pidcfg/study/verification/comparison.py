@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 # --- The loops of a configuration in the neutral form, as far as they have one ----------------------------------------
 
-EQUAL = Decimal("1e-6")
+EQUAL_SHARE = Decimal("1e-6")
 """Relative difference of numbers that count as equal."""
 FOLLOWS, NO_FOLLOWING = "setpoint.follows_pv", False
 """A PLC that knows nothing of it lets the set point stay."""
@@ -55,17 +55,17 @@ def neutral_values(loop: Loop, other: Loop) -> tuple[dict[str, Any], dict[str, A
     return one, on_the_same_scale(one, two)
 
 
-def same(a: Any, b: Any) -> bool:
+def same_value(a: Any, b: Any) -> bool:
     """Whether two neutral values are equal."""
     one, two = number_of(a), number_of(b)
     if one is None or two is None:
         return bool(a == b)
-    return abs(one - two) <= EQUAL * max(abs(one), abs(two))
+    return abs(one - two) <= EQUAL_SHARE * max(abs(one), abs(two))
 
 
 def differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> list[str]:
     """The neutral fields that differ, those first on which others depend."""
-    keys = [key for key in dict.fromkeys((*one, *two)) if not same(one.get(key), two.get(key))]
+    keys = [key for key in dict.fromkeys((*one, *two)) if not same_value(one.get(key), two.get(key))]
     return sorted(keys, key=lambda key: FIRST.index(key) if key in FIRST else len(FIRST))
 
 
@@ -77,18 +77,18 @@ def neutral_at(loop: Loop, path: str) -> Any:
 # ----------------------------------------------------------------------------------------------------------------------
 # Signals of two sides, a value a sample: how far they lie apart where either may come earlier, and their means.
 
-MEAN = 60
+MEAN_SAMPLES = 60
 """Samples over which the kicks of a derivative cancel each other."""
 
 
 def running_means(values: Sequence[float], first: int) -> list[float]:
     """Of the samples before each, as many as there are."""
     sums = [0.0, *accumulate(values)]
-    begins = (max(k + 1 - MEAN, 0) for k in range(first, len(values)))
+    begins = (max(k + 1 - MEAN_SAMPLES, 0) for k in range(first, len(values)))
     return [(sums[k + 1] - sums[begin]) / (k + 1 - begin) for k, begin in enumerate(begins, first)]
 
 
-def apart(a: Sequence[float], b: Sequence[float], k: int, window: int) -> float:
+def distance_at(a: Sequence[float], b: Sequence[float], k: int, window: int) -> float:
     """How far two signals lie apart at a sample, where each may come ``window`` samples earlier or later."""
     if a[k] == b[k]:
         return 0.0
@@ -104,7 +104,7 @@ def _outside(values: Sequence[float], k: int, value: float, window: int) -> floa
 # --- The filter of a derivative on two sides that work it out differently: which time constants are alike -------------
 
 SMOOTHING, FILTER = f"{PREFIX}smoothing", "tuning.derivative_filter"
-NEAR = 0.01
+FILTER_TOLERANCE = 0.01
 """Share of a change by which two filters may let a different one through."""
 
 
@@ -114,7 +114,7 @@ def rules_of(line: Change) -> tuple[Smoothing, Smoothing]:
     return before, after
 
 
-def alike(line: Change, other: Loop) -> Decimal:
+def equivalent_time(line: Change, other: Loop) -> Decimal:
     """The time constant with which the source's filter lets as much through as the target's."""
     before, after = rules_of(line)
     return before.time(after.share(other.tuning.derivative_filter, other.sample_time), other.sample_time)
@@ -126,10 +126,10 @@ def lets_through_the_same(line: Change, loop: Loop, other: Loop) -> bool:
         rule.share(one.tuning.derivative_filter, one.sample_time)
         for rule, one in zip(rules_of(line), (loop, other), strict=True)
     ]
-    return abs(float(shares[0] - shares[1])) <= NEAR
+    return abs(float(shares[0] - shares[1])) <= FILTER_TOLERANCE
 
 
-def further(line: Change, loop: Loop) -> float:
+def difference_of_rules(line: Change, loop: Loop) -> float:
     """How much more of a change one of both rules lets through in a sample, with the time constant of a loop."""
     one, two = (rule.share(loop.tuning.derivative_filter, loop.sample_time) for rule in rules_of(line))
     return abs(float(one - two))
@@ -139,19 +139,19 @@ def further(line: Change, loop: Loop) -> float:
 
 State = str | bool
 """A mode, or an alarm."""
-SHARE = 0.01
+RESPONSE_TOLERANCE = 0.01
 """Of the response of a stage, by which both sides may differ."""
-COUNTS = 2.0
+COUNT_TOLERANCE = 2.0
 """Of the coarser side."""
-SAMPLES = 2
+SAMPLE_TOLERANCE = 2
 """By which modes, alarms and set points may come apart."""
-RESTING = 0.5
+DEADBAND_TOLERANCE = 0.5
 """Of a dead band, by which two PVs may rest apart in it."""
 SHIFTS = (0, -1, 1)
 """By which PV and output may, from one act to the next: it may act with the sample or with the next one."""
-RESTS = 4
+REST_SAMPLES = 4
 """Samples without a move after which an output stands still."""
-AT_END = 1e-3
+LIMIT_DISTANCE = 1e-3
 """How near to its end an output is at it: a share of its range."""
 
 
@@ -159,7 +159,7 @@ IN_AUTO = {"cascade": "auto"}
 """What a loop's mode is in a PLC that has no mode for cascade."""
 
 
-class Counts(NamedTuple):
+class CountSizes(NamedTuple):
     """What rounding may make of a PV, in its units, and of an output, a share of its range."""
 
     pv: float
@@ -172,9 +172,9 @@ class Tolerance:
 
     share: float
     """Of the response."""
-    closed: Counts
+    closed: CountSizes
     """In the closed loop, where each is carried to the other."""
-    alone: Counts
+    alone: CountSizes
     """Where the PV goes its own way."""
     setpoint: float
     """PV units."""
@@ -216,7 +216,7 @@ class SignalDifference:
 def differences(stage: Stage, one: Trial, two: Trial, bench: Bench, tolerance: Tolerance) -> Iterator[SignalDifference]:
     """Where two trials of a stage differ by more than they may, each signal once."""
     compare = _Comparison(stage, one, two, bench, tolerance)
-    if stage.output is None and abs(one.period - two.period) > SHARE * one.period:
+    if stage.output is None and abs(one.period - two.period) > RESPONSE_TOLERANCE * one.period:
         yield SignalDifference(stage.name, "sample time", 0.0, one.period, two.period, (0,))
     if "pv" in stage.signals:
         yield from compare.pv()
@@ -257,7 +257,7 @@ class _Comparison:
     def pv(self) -> Iterator[SignalDifference]:
         """The PVs, which may rest anywhere in a dead band."""
         tolerance = self.tolerance
-        counts = tolerance.alone.pv if self.stage.swept else tolerance.closed.pv + RESTING * tolerance.band
+        counts = tolerance.alone.pv if self.stage.swept else tolerance.closed.pv + DEADBAND_TOLERANCE * tolerance.band
         yield from self._values("pv", self.one.pv, self.two.pv, counts, self.bench.span)
 
     def output(self) -> Iterator[SignalDifference]:
@@ -275,7 +275,7 @@ class _Comparison:
         """Outputs whose means differ, although a count of the PV moves each of them by more for a sample."""
         a, b = (running_means(side.output, self.first) for side in (self.one, self.two))
         allowed = self.tolerance.share * (max(a) - min(a)) + self.tolerance.mean
-        samples = tuple(self.first + k for k in range(len(a)) if not apart(a, b, k, 1) <= allowed)
+        samples = tuple(self.first + k for k in range(len(a)) if not distance_at(a, b, k, 1) <= allowed)
         if samples:
             worst = max(abs(a[k - self.first] - b[k - self.first]) for k in samples)
             found = self._difference("output", self.one.output, self.two.output, samples)
@@ -289,7 +289,7 @@ class _Comparison:
         allowed = self.tolerance.share * (max(a[first:]) - min(a[first:])) + counts
         if self._operated:
             window = 1 + self.stage.slack
-            samples = [k for k in range(first, len(a)) if not apart(a, b, k, window) <= allowed]
+            samples = [k for k in range(first, len(a)) if not distance_at(a, b, k, window) <= allowed]
         else:
             samples = [k for part in self._parts(len(a)) for k in _shifted(a, b, part, allowed)]
         if signal == "output":
@@ -328,11 +328,11 @@ class _Comparison:
     def setpoint(self) -> Iterator[SignalDifference]:
         """The set points, but for one that follows its PV in Manual: some PLCs take it over with the change to Auto."""
         a, b, allowed = self.one.setpoint, self.two.setpoint, self.tolerance.setpoint
-        window = SAMPLES + self.stage.slack
+        window = SAMPLE_TOLERANCE + self.stage.slack
         samples = tuple(
             k
             for k in range(self.first, len(a))
-            if not apart(a, b, k, window) <= allowed
+            if not distance_at(a, b, k, window) <= allowed
             and not (self.one.modes[k] == self.two.modes[k] == "manual" and self._follows(k, window, allowed))
         )
         if samples:
@@ -341,11 +341,11 @@ class _Comparison:
 
     def _follows(self, k: int, window: int, allowed: float) -> bool:
         """Whether the set point of a side is its PV."""
-        return any(apart(side.setpoint, side.pv, k, window) <= allowed for side in (self.one, self.two))
+        return any(distance_at(side.setpoint, side.pv, k, window) <= allowed for side in (self.one, self.two))
 
     def states(self, signal: str, a: Sequence[State], b: Sequence[State]) -> Iterator[SignalDifference]:
         """A signal that is a mode or an alarm."""
-        window = SAMPLES + self.stage.slack
+        window = SAMPLE_TOLERANCE + self.stage.slack
         runs = [list(run) for differs, run in groupby(range(self.first, len(a)), lambda k: a[k] != b[k]) if differs]
         samples = tuple(k for run in runs if len(run) > window for k in run)
         if samples:
@@ -360,9 +360,12 @@ class _Comparison:
         bottom, top = min(b[self.first :]), max(b[self.first :])
         return frozenset(
             k
-            for k in range(self.first + RESTS, len(a))
+            for k in range(self.first + REST_SAMPLES, len(a))
             if abs(a[k] - b[k]) > self.tolerance.limit
-            and ((a[k] >= high - AT_END and b[k] >= top - AT_END) or (a[k] <= low + AT_END and b[k] <= bottom + AT_END))
+            and (
+                (a[k] >= high - LIMIT_DISTANCE and b[k] >= top - LIMIT_DISTANCE)
+                or (a[k] <= low + LIMIT_DISTANCE and b[k] <= bottom + LIMIT_DISTANCE)
+            )
             and _rests(a, k)
             and _rests(b, k)
         )
@@ -382,7 +385,7 @@ def _shifted(a: Sequence[float], b: Sequence[float], part: range, allowed: float
         return [
             k
             for k in part
-            if not (abs(a[k] - b[k + shift]) if k + shift in part else apart(a, b, k, abs(shift))) <= allowed
+            if not (abs(a[k] - b[k + shift]) if k + shift in part else distance_at(a, b, k, abs(shift))) <= allowed
         ]
 
     return max(map(apart_by, SHIFTS), key=lambda ks: (ks[0] if ks else len(a), -len(ks)))
@@ -390,8 +393,8 @@ def _shifted(a: Sequence[float], b: Sequence[float], part: range, allowed: float
 
 def _rests(output: Sequence[float], k: int) -> bool:
     """Whether an output has not moved for some samples."""
-    near = output[k - RESTS : k + 1]
-    return max(near) - min(near) <= AT_END
+    near = output[k - REST_SAMPLES : k + 1]
+    return max(near) - min(near) <= LIMIT_DISTANCE
 
 
 D582 = Decision(
@@ -418,7 +421,7 @@ D306 = Decision(
 # Whether a loop does what its operator asks: one whose mode the program gives it shows nothing of the other modes.
 
 
-def refused(stage: Stage, trial: Trial, sample: float) -> str:
+def refused_mode(stage: Stage, trial: Trial, sample: float) -> str:
     """The first mode that a stage asks for and the loop does not go to before the next is asked; empty: none."""
     for mode, first, last in _asked(stage, sample):
         wanted = mode if trial.cascades else IN_AUTO.get(mode, mode)

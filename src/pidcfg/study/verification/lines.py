@@ -10,16 +10,16 @@ from pidcfg.conversion.ledger import ConvertError, number_of, overlap
 from pidcfg.conversion.operation import PREFIX
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.study.verification.comparison import (
-    AT_END,
     FOLLOWS,
-    SAMPLES,
+    LIMIT_DISTANCE,
+    SAMPLE_TOLERANCE,
     SMOOTHING,
-    apart,
+    difference_of_rules,
     differing,
-    further,
+    distance_at,
     neutral_of,
     neutral_values,
-    same,
+    same_value,
 )
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pidcfg.study.verification.comparison import SignalDifference
     from pidcfg.study.verification.stages import Bench, Stage
     from pidcfg.study.verification.trial import Side, Trial
-    from pidcfg.study.verification.twin import TwinLine
+    from pidcfg.study.verification.twin import ReportLine
     from pidcfg.vendors import Vendor
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -70,9 +70,9 @@ AT_START = ("mode", "setpoint.value", "output.manual", "output.bias")
 """Those that act as configured at the start alone: elsewhere the battery sets what they say."""
 BY_HAND = "output.manual"
 """Acts in a loop that starts in Manual, and in no other."""
-NEAR = 0.002
+NEAR_LIMIT = 0.002
 """Of its range: an output so near to a limit stands at it."""
-MATERIAL = 0.005
+MATERIAL_SHARE = 0.005
 """From which difference on a number explains anything: a share of it, or of the range of the PV or the output."""
 
 
@@ -173,7 +173,7 @@ def _stands_at_a_limit(difference: SignalDifference, loop: Loop, other: Loop) ->
 def _is_limit(loop: Loop, share: float) -> bool:
     """Whether an output, as a share of its range, is one of a loop's limits."""
     low, high = loop.output.range
-    return any(abs(float((limit - low) / (high - low)) - share) < NEAR for limit in loop.output.limits or ())
+    return any(abs(float((limit - low) / (high - low)) - share) < NEAR_LIMIT for limit in loop.output.limits or ())
 
 
 def _is_material(field: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> bool:
@@ -181,7 +181,7 @@ def _is_material(field: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> 
     a, b = number_of(one.get(field)), number_of(two.get(field))
     if a is None or b is None or isinstance(one.get(field), bool):
         return True
-    return abs(a - b) > _scale(field, a, b, one) * type(a)(str(MATERIAL))
+    return abs(a - b) > _scale(field, a, b, one) * type(a)(str(MATERIAL_SHARE))
 
 
 def _scale(field: str, a: Decimal, b: Decimal, values: Mapping[str, Any]) -> Decimal:
@@ -197,17 +197,17 @@ def _scale(field: str, a: Decimal, b: Decimal, values: Mapping[str, Any]) -> Dec
 # --- Lines that are true of the side that runs: one that says something else of it explains nothing -------------------
 
 
-def true_lines(lines: Sequence[TwinLine], loop: Loop, side: Side, j: int) -> Iterator[TwinLine]:
+def true_lines(lines: Sequence[ReportLine], loop: Loop, side: Side, j: int) -> Iterator[ReportLine]:
     """The lines that fit the loop at ``j`` of a side; ``loop`` is the one that it is held against."""
     operation: Operation = side.vendor.load("operation")(side.config)[j]
     _, values = neutral_values(loop, side.loop(j))
     for line in lines:
         if line.neutral.startswith(PREFIX):
             rule = line.neutral.removeprefix(PREFIX)
-            same_band = rule != "deadband" or same(values.get(rule), loop.deadband)
+            same_band = rule != "deadband" or same_value(values.get(rule), loop.deadband)
             if line.held in _answers(operation, rule) and same_band:
                 yield line
-        elif same(values.get(line.neutral), line.held):
+        elif same_value(values.get(line.neutral), line.held):
             yield line
 
 
@@ -224,14 +224,14 @@ def _answers(operation: Operation, rule: str) -> set[str]:
 # A line about a rule explains only what follows from that rule: a windup rule acts from the time at which the output
 # is at a limit, a transfer from the change to Auto, a dead band moves the PV by no more than the band.
 
-AT_LIMIT = 0.02
+LIMITED_DISTANCE = 0.02
 """How near to a limit an output may be limited on the other side: a share of its range."""
 PV_ALARMS = {"low_low", "low", "high", "high_high"}
-BANDS = 4
+DEADBAND_WIDTHS = 4
 """Widths of a dead band within which a loop is led by its rule."""
-KICKS = 2.0
+LARGE_KICK = 2.0
 """Times what a filter lets more through of the largest change: both sides kick, and the loop answers."""
-SLOW = 0.02
+SLOW_SHARE = 0.02
 """Share of the range that the slowest integral of a PLC without its own switch moves a loop by in a stage."""
 VALUES = ("pv", "output")
 SETPOINT_MOVES = ("start", "auto", "step 5 %", "step 50 %", "dead band", "transfers", "set point limits")
@@ -250,7 +250,7 @@ class Scene:
     """By which the PVs may be apart for their rounding."""
 
 
-def explains(line: TwinLine, difference: SignalDifference, k: int, scene: Scene) -> bool:
+def explains(line: ReportLine, difference: SignalDifference, k: int, scene: Scene) -> bool:
     """Whether a line of the report is the reason of what differs at a sample."""
     path, signal = line.neutral, difference.signal
     if signal == "sample time":
@@ -262,14 +262,14 @@ def explains(line: TwinLine, difference: SignalDifference, k: int, scene: Scene)
     if signal not in {*VALUES, "setpoint", "mode"} and not _pv_differs(k, scene):
         return False
     if path == SMOOTHING:
-        return _smoothed(further(line.change, scene.loop), difference, k, scene)
+        return _smoothed(difference_of_rules(line.change, scene.loop), difference, k, scene)
     rule = RULES.get(path)
     return rule is not None and rule(difference, k, scene)
 
 
 def _pv_differs(k: int, scene: Scene) -> bool:
     """Whether the PVs are apart, so that an alarm of one of them may be on."""
-    near = range(max(k - SAMPLES, 0), min(k + SAMPLES + 1, len(scene.one.pv)))
+    near = range(max(k - SAMPLE_TOLERANCE, 0), min(k + SAMPLE_TOLERANCE + 1, len(scene.one.pv)))
     return any(abs(scene.one.pv[n] - scene.two.pv[n]) > scene.counts for n in near)
 
 
@@ -316,7 +316,7 @@ def _rate_anew(difference: SignalDifference, k: int, scene: Scene) -> bool:
     ns = [round(act.at / sample) for act in scene.stage.acts if act.mode == "auto"]
     rates = [abs(trial.pv[n] - trial.pv[n - 1]) / sample for trial in (scene.one, scene.two) for n in ns if n]
     width = float(loop.output.range[1] - loop.output.range[0])
-    most = KICKS * abs(float(loop.tuning.gain * loop.tuning.derivative_time)) / width * max(rates, default=0.0)
+    most = LARGE_KICK * abs(float(loop.tuning.gain * loop.tuning.derivative_time)) / width * max(rates, default=0.0)
     return _within(most * (abs(bench.gain) if difference.signal == "pv" else 1.0), difference, k, scene)
 
 
@@ -331,7 +331,7 @@ def _within_a_sample(difference: SignalDifference, k: int, scene: Scene) -> bool
     if difference.signal not in VALUES:
         return False
     one, two = (getattr(trial, difference.signal) for trial in (scene.one, scene.two))
-    return apart(one, two, k, 1) <= difference.allowed
+    return distance_at(one, two, k, 1) <= difference.allowed
 
 
 def _since_manual(difference: SignalDifference, k: int, scene: Scene) -> bool:
@@ -355,9 +355,9 @@ def _smoothed(share: float, difference: SignalDifference, k: int, scene: Scene) 
     jumps = [_error(trial, n) - _error(trial, n - 1) for trial in (scene.one, scene.two) for n in changes]
     width = float(scene.loop.output.range[1] - scene.loop.output.range[0])
     rate = abs(float(tuning.gain)) * float(tuning.derivative_time) / bench.sample / width
-    most = KICKS * share * rate * max(map(abs, jumps), default=0.0)
+    most = LARGE_KICK * share * rate * max(map(abs, jumps), default=0.0)
     if difference.signal == "pv":
-        most *= abs(bench.gain) * min(1.0, KICKS * bench.sample / bench.time)
+        most *= abs(bench.gain) * min(1.0, LARGE_KICK * bench.sample / bench.time)
     return _within(most, difference, k, scene)
 
 
@@ -374,7 +374,7 @@ def _since_limit(difference: SignalDifference, k: int, scene: Scene) -> bool:
     if scene.stage.name == "start" and not low < _first_output(scene.loop) < high:
         return all(trial.modes[k] != "manual" for trial in (one, scene.two))
     return any(
-        not low + AT_LIMIT < one.output[n] < high - AT_LIMIT and one.modes[n] != "manual"
+        not low + LIMITED_DISTANCE < one.output[n] < high - LIMITED_DISTANCE and one.modes[n] != "manual"
         for n in range(min(k + 3, len(one.output)))
     )
 
@@ -382,7 +382,7 @@ def _since_limit(difference: SignalDifference, k: int, scene: Scene) -> bool:
 def _beyond(k: int, scene: Scene) -> bool:
     """Whether the other side's output is beyond the limits."""
     low, high = scene.bench.limits
-    return not low - AT_END <= scene.two.output[k] <= high + AT_END
+    return not low - LIMIT_DISTANCE <= scene.two.output[k] <= high + LIMIT_DISTANCE
 
 
 def _first_output(loop: Loop) -> float:
@@ -405,7 +405,7 @@ def _within_band(difference: SignalDifference, k: int, scene: Scene) -> bool:
     if scene.stage.swept:
         inside = any(abs(side.setpoint[k] - side.pv[k]) <= band for side in (scene.one, scene.two))
         return difference.signal == "output" and (inside or abs(one - two) <= kicked + difference.allowed)
-    most = BANDS * (band if difference.signal == "pv" else max(kicked, band / abs(bench.gain)))
+    most = DEADBAND_WIDTHS * (band if difference.signal == "pv" else max(kicked, band / abs(bench.gain)))
     return bool(abs(one - two) <= most)
 
 
@@ -415,7 +415,7 @@ def _slow_integral(difference: SignalDifference, k: int, scene: Scene) -> bool:
         return False
     one, two = (getattr(trial, difference.signal) for trial in (scene.one, scene.two))
     span = 1.0 if difference.signal == "output" else scene.bench.span
-    return apart(one, two, k, 1) <= difference.allowed + SLOW * span
+    return distance_at(one, two, k, 1) <= difference.allowed + SLOW_SHARE * span
 
 
 def _later(difference: SignalDifference, k: int, scene: Scene) -> bool:
@@ -424,7 +424,7 @@ def _later(difference: SignalDifference, k: int, scene: Scene) -> bool:
         return False
     one, two = (getattr(trial, difference.signal) for trial in (scene.one, scene.two))
     window = 3 + int(float(scene.loop.pv.filter) / scene.bench.sample)
-    return apart(one, two, k, window) <= difference.allowed
+    return distance_at(one, two, k, window) <= difference.allowed
 
 
 def _alarmed(difference: SignalDifference, k: int, scene: Scene) -> bool:
@@ -462,7 +462,7 @@ RULES: Mapping[str, Callable[[SignalDifference, int, Scene], bool]] = {
 """What a line explains, by its neutral field; alarms explain themselves."""
 
 
-def reason(difference: SignalDifference, lines: Sequence[TwinLine], scene: Scene) -> tuple[TwinLine | None, int]:
+def find_line(difference: SignalDifference, lines: Sequence[ReportLine], scene: Scene) -> tuple[ReportLine | None, int]:
     """The line that explains where a difference begins; None and the first sample that no line explains."""
     first = None
     for k in difference.samples:

@@ -24,19 +24,19 @@ D304 = Decision(
     "A loop that is tuned at all is stable on it, and it shows gain, times, action and scales of both sides; with a "
     "larger gain one count of the output would move the PV by many.",
 )
-STRONGEST, WANTED = 3.0, 2.0
+STRONGEST_GAIN, WANTED_GAIN = 3.0, 2.0
 """Gain of the plant, as a share of the PV's span for the whole output: at most, and where the loop's gain allows it."""
 PER_INTEGRAL, PER_DERIVATIVE, PER_DELAY = 4.0, 0.4, 0.25
 """Crossover times integral time, derivative time and the sum of what delays the loop."""
 SMALL, LARGE = 0.05, 0.5
 """Steps, as shares of the set point's limits."""
-MARGIN = 0.02
+RANGE_MARGIN = 0.02
 """Share of the PV's range at its ends that the tests leave alone, where alarms that are not wanted are parked."""
-FORGOTTEN = 12
+SETTLED_FILTERS = 12
 """Time constants after which a filter has forgotten."""
 IN_CASCADE = 8
 """Samples of the slowest loop of a cascade after which the inner ones are in Cascade."""
-MOST = 800
+MOST_SAMPLES = 800
 """Samples of a stage."""
 
 
@@ -99,7 +99,7 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
     bounds = loop.setpoint.limits or loop.pv.range
     room = float(bounds[1] - bounds[0])
     quiet = quiet_range(loop)
-    samples = min(ceil(10 / crossover / sample), MOST)
+    samples = min(ceil(10 / crossover / sample), MOST_SAMPLES)
     return Bench(
         low,
         high,
@@ -112,8 +112,8 @@ def bench_of(loop: Loop, other: Loop, slowest: float = 0.0) -> Bench:
         quiet,
         room,
         samples * sample,
-        min(ceil(5 / crossover / sample), MOST // 2) * sample,
-        max(ceil(FORGOTTEN * _filters(loop, other) / sample), 6, ceil(IN_CASCADE * slowest / sample)) * sample,
+        min(ceil(5 / crossover / sample), MOST_SAMPLES // 2) * sample,
+        max(ceil(SETTLED_FILTERS * _filters(loop, other) / sample), 6, ceil(IN_CASCADE * slowest / sample)) * sample,
         max(slowest, sample),
         limits,
     )
@@ -127,7 +127,7 @@ def _filters(loop: Loop, other: Loop) -> float:
 def _dynamics(loop: Loop, other: Loop, sample: float) -> tuple[float, float, float]:
     """What `dynamics` says, with the slower filter of both sides."""
     filters = max(float(one.pv.filter) for one in (loop, other))
-    return dynamics(loop, sample, 2 * sample + filters, WANTED)
+    return dynamics(loop, sample, 2 * sample + filters, WANTED_GAIN)
 
 
 def dynamics(loop: Loop, sample: float, delay: float, wanted: float) -> tuple[float, float, float]:
@@ -144,11 +144,11 @@ def dynamics(loop: Loop, sample: float, delay: float, wanted: float) -> tuple[fl
         crossover = min(crossover, PER_DERIVATIVE / derivative)
     if not tuning.proportional and integral:
         crossover = min(crossover, 1 / integral)
-        return crossover, min(crossover * integral / share, STRONGEST), sample
+        return crossover, min(crossover * integral / share, STRONGEST_GAIN), sample
     if integral:
         crossover = min(crossover, PER_INTEGRAL / integral)
     time = max(integral, 10 * sample, wanted * share / crossover)
-    gain = min(crossover * time / share, STRONGEST)
+    gain = min(crossover * time / share, STRONGEST_GAIN)
     return gain * share / time, gain, time
 
 
@@ -171,7 +171,7 @@ def middle_output(loop: Loop, limits: tuple[float, float]) -> float:
 def quiet_range(loop: Loop) -> tuple[float, float]:
     """The PVs within the limits of the set point and between the inner alarms, where there is room between them."""
     low, high = (float(end) for end in loop.pv.range)
-    margin = MARGIN * (high - low)
+    margin = RANGE_MARGIN * (high - low)
     least, most = low + margin, high - margin
     if loop.setpoint.limits is not None:
         least, most = max(least, float(loop.setpoint.limits[0])), min(most, float(loop.setpoint.limits[1]))
@@ -231,7 +231,7 @@ class Stage:
     """The loop that gives the set point runs, too."""
 
 
-def at_rest(b: Bench) -> tuple[Act, ...]:
+def begin_at_rest(b: Bench) -> tuple[Act, ...]:
     """In Manual, with the plant at rest at the set point.
 
     The output is held until the inner loops are in Cascade: some masters take over what these have for a set point.
@@ -247,31 +247,31 @@ def at_rest(b: Bench) -> tuple[Act, ...]:
     )
 
 
-def in_auto(b: Bench) -> tuple[Act, ...]:
+def go_to_auto(b: Bench) -> tuple[Act, ...]:
     """The same, and then Auto with the same set point."""
     return (
-        *at_rest(b),
+        *begin_at_rest(b),
         Act(b.rest, mode="auto"),
         Act(b.rest + b.sample, setpoint=b.start),
     )
 
 
-def settled(
+def from_settled(
     b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal] = ALL
 ) -> Stage:
     """A stage in Auto whose acts are counted from the time at which the loop has settled."""
     begin = b.rest + 2 * b.sample + b.settling
-    moved = tuple(later(act, begin) for act in acts)
+    moved = tuple(delayed_act(act, begin) for act in acts)
     load = b.load(b.start, b.middle)
-    return Stage(name, title, (*in_auto(b), *moved), begin + length, begin, signals, b.start, load, output=b.middle)
+    return Stage(name, title, (*go_to_auto(b), *moved), begin + length, begin, signals, b.start, load, output=b.middle)
 
 
-def later(act: Act, by: float) -> Act:
+def delayed_act(act: Act, by: float) -> Act:
     """The same act by so much later."""
     return replace(act, at=act.at + by)
 
 
-def on_grid(stage: Stage, low: float, step: float, high: float) -> Stage:
+def round_setpoints(stage: Stage, low: float, step: float, high: float) -> Stage:
     """The stage with its set points at whole steps from ``low`` on, so that the coarser register holds them."""
     acts = tuple(
         act if act.setpoint is None else replace(act, setpoint=nearest_step(act.setpoint, low, step, high))
@@ -292,15 +292,15 @@ FASTEST, SLOWEST = 0.0025, 0.001
 """Sweep of the PV through its alarms: share of the range a sample."""
 SHARE_OF_BAND = 0.1
 """Of the narrowest alarm, what the sweep covers in a sample."""
-BLIND = 0.0025
+UNREACHED_ENDS = 0.0025
 """Alarms nearer to the ends of the range are not reached."""
 SHARE_OF_HYSTERESIS = 0.06
 """What the sweep around an alarm covers in a sample: a quarter of the hysteresis is more than two samples."""
 FEWEST_COUNTS, COUNTS_A_SAMPLE = 20, 1.5
 """Counts of a hysteresis from which on a quarter of it can be told, and what its sweep covers at least."""
-ROOM = 0.8
+OUTPUT_SHARE = 0.8
 """Of the way to a limit of the output, what the answer to a step of the PV may take."""
-SMALLEST_ROOM = 0.1
+SMALLEST_SHARE = 0.1
 """Way to the nearer limit, as a share of the output's range, below which the other one is taken."""
 LARGEST_STEP = 0.2
 """Step of the PV, as a share of its range."""
@@ -308,7 +308,7 @@ BANDS, FEWEST_BANDS = 6.0, 2.0
 """Widths of a dead band that the PV is moved by, where the output has room for it, and at least."""
 SHORTEST, LONGEST = 20, 200
 """Samples of which each step lasts."""
-SLOWER = 4.0
+SLOW_CHANGE_TIMES = 4.0
 """Derivative times that a slow change of the PV takes."""
 OPEN_LOOP_FORGOTTEN = 6
 """Time constants after which a filter has forgotten, for what is to be seen."""
@@ -335,11 +335,11 @@ def _answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     kick = passed * float(tuning.derivative_time) / (constants[0] + b.sample)
     summed = samples * b.sample / integral if integral else 0.0
     low, high = b.middle - b.limits[0], b.limits[1] - b.middle
-    room = min(low, high) if min(low, high) >= SMALLEST_ROOM else max(low, high)
+    room = min(low, high) if min(low, high) >= SMALLEST_SHARE else max(low, high)
     band = float(max(loop.deadband, other.deadband)) / b.span
-    size = min(ROOM * room / (share * (1 + max(kick, summed))), max(LARGEST_STEP, BANDS * band))
+    size = min(OUTPUT_SHARE * room / (share * (1 + max(kick, summed))), max(LARGEST_STEP, BANDS * band))
     size = max(size, FEWEST_BANDS * band) * b.span
-    down = low > high + SMALLEST_ROOM or low < SMALLEST_ROOM
+    down = low > high + SMALLEST_SHARE or low < SMALLEST_SHARE
     by = b.sign * size * (-1.0 if down else 1.0)
     hold = samples * b.sample
     acts = (Act(0.0, moved=by), Act(hold, moved=0.0))
@@ -351,11 +351,11 @@ def _slow_answer(b: Bench, loop: Loop, other: Loop) -> Stage:
     tuning, width = loop.tuning, float(loop.output.range[1] - loop.output.range[0])
     share = abs(float(tuning.gain)) * b.span / width or 1.0
     integral, filters = float(tuning.integral_time), max(float(one.pv.filter) for one in (loop, other))
-    ramp = ceil(max(OPEN_LOOP_FORGOTTEN * filters, SLOWER * float(tuning.derivative_time)) / b.sample)
+    ramp = ceil(max(OPEN_LOOP_FORGOTTEN * filters, SLOW_CHANGE_TIMES * float(tuning.derivative_time)) / b.sample)
     hold = min(max(round(integral / 2 / b.sample), SHORTEST), LONGEST)
     summed = (ramp / 2 + hold) * b.sample / integral if integral else 0.0
     low, high = b.middle - b.limits[0], b.limits[1] - b.middle
-    size = min(ROOM * max(low, high) / (share * (1 + 1 / SLOWER + summed)), LARGEST_STEP) * b.span
+    size = min(OUTPUT_SHARE * max(low, high) / (share * (1 + 1 / SLOW_CHANGE_TIMES + summed)), LARGEST_STEP) * b.span
     rate = b.sign * size * (1.0 if high >= low else -1.0) / (ramp * b.sample)
     times = [k * b.sample for k in (0, ramp, ramp + hold, 2 * ramp + hold)]
     acts = tuple(Act(at, load=load) for at, load in zip(times, (-rate, 0.0, rate, 0.0), strict=True))
@@ -369,7 +369,7 @@ def _alarms(b: Bench, loop: Loop, other: Loop) -> Iterator[Stage]:
     bands = [float(width) / b.span for width in widths]
     speed = min(max(SHARE_OF_BAND * min(bands, default=1.0), SLOWEST), FASTEST)
     up, down = ((end / b.span) / speed for end in (b.high - b.start, b.start - b.low))
-    edge = BLIND / speed
+    edge = UNREACHED_ENDS / speed
     rates = [float(a.rate_of_change) for a in sides if a.rate_of_change]
     rate = speed * b.span / b.sample
     rise, fall = (round(x - edge) * b.sample for x in (up, down))
@@ -416,9 +416,9 @@ def _rate(b: Bench, name: str, limit: float, signals: frozenset[Signal]) -> Stag
 
 def _sweep(b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal]) -> Stage:
     begin = b.rest + 5 * b.sample
-    moved = tuple(later(act, begin) for act in acts)
+    moved = tuple(delayed_act(act, begin) for act in acts)
     return Stage(
-        name, title, (*in_auto(b), *moved), begin + length, begin, signals, b.start, 0.0, swept=True, output=b.middle
+        name, title, (*go_to_auto(b), *moved), begin + length, begin, signals, b.start, 0.0, swept=True, output=b.middle
     )
 
 
@@ -427,15 +427,15 @@ def _sweep(b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float
 # A stage begins in Manual with the plant at rest, goes to Auto without a disturbance, and then does what it is named
 # for; `start` alone begins as the configuration says.
 
-BEYOND = 0.15
+WINDUP_SHARE = 0.15
 """How far a PV is driven beyond what the output can hold, as a share of its range."""
-FINE = 20
+FINE_COUNTS = 20
 """Counts of a dead band from which on its width can be told."""
-LOADED = 0.3
+DISTURBANCE_SHARE = 0.3
 """Of the way between the limits of the output: what a disturbance takes."""
-NEARER = 0.2
+MANUAL_SHARE = 0.2
 """Of the way from the output that holds the PV to the middle, where it is put by hand."""
-AFTER = 4
+MANUAL_SAMPLES = 4
 """Samples in Manual after which the output is set by hand: before, it shows what becomes of it by itself."""
 
 
@@ -485,7 +485,7 @@ def _cascade(b: Bench) -> Stage:
         Act(b.slowest, master=there),
         Act(hold, master=there + SMALL * b.room / b.span),
     )
-    moved = (*in_auto(b), Act(0.0, master=there), *(later(act, begin) for act in acts))
+    moved = (*go_to_auto(b), Act(0.0, master=there), *(delayed_act(act, begin) for act in acts))
     load = b.load(b.start, b.middle)
     return Stage(
         "cascade",
@@ -505,7 +505,7 @@ def _manual(b: Bench) -> Stage:
     """The output as the operator sets it."""
     low, high = b.limits
     acts = (
-        *at_rest(b),
+        *begin_at_rest(b),
         Act(b.rest, output=low + 0.4 * (high - low)),
         Act(b.rest + 10 * b.sample, output=low + 0.6 * (high - low)),
     )
@@ -518,7 +518,7 @@ def _manual(b: Bench) -> Stage:
 def _automatic(b: Bench) -> Stage:
     """From Manual to Auto while the PV is beside the set point."""
     pv = b.start - b.sign * 0.02 * b.span
-    acts = (*at_rest(b), Act(b.rest, mode="auto"))
+    acts = (*begin_at_rest(b), Act(b.rest, mode="auto"))
     return Stage(
         "auto", "Auto", acts, b.rest + b.length / 2, b.rest - b.sample, ALL, pv, b.load(pv, b.middle), output=b.middle
     )
@@ -526,12 +526,12 @@ def _automatic(b: Bench) -> Stage:
 
 def _small_step(b: Bench) -> Stage:
     act = Act(0.0, setpoint=b.start + SMALL * b.room)
-    return settled(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
+    return from_settled(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
 
 
 def _large_step(b: Bench) -> Stage:
     acts = (Act(0.0, setpoint=b.start + LARGE / 2 * b.room), Act(b.length / 2, setpoint=b.start - LARGE / 2 * b.room))
-    return settled(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
+    return from_settled(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
 
 
 def _windup(b: Bench) -> Iterator[Stage]:
@@ -539,39 +539,41 @@ def _windup(b: Bench) -> Iterator[Stage]:
     rest = b.load(b.start, b.middle)
     for name, end, sign in (("high", b.limits[1], 1.0), ("low", b.limits[0], -1.0)):
         held = abs(b.gain) * abs(end - b.middle)
-        by = -b.sign * sign * (held + BEYOND * b.span)
+        by = -b.sign * sign * (held + WINDUP_SHARE * b.span)
         acts = (Act(0.0, load=rest + by), Act(b.length / 2, load=rest))
-        yield settled(b, f"{name} limit", f"into the {name} limit of the output and back", acts, b.length * 1.5)
+        yield from_settled(b, f"{name} limit", f"into the {name} limit of the output and back", acts, b.length * 1.5)
 
 
 def _disturbance(b: Bench) -> Stage:
     act = Act(0.0, load=_disturbed(b))
-    return settled(b, "disturbance", "a load that takes 30 % of what the output can do", (act,), b.length)
+    return from_settled(b, "disturbance", "a load that takes 30 % of what the output can do", (act,), b.length)
 
 
 def _disturbed(b: Bench) -> float:
     """The load that takes a part of what the output can do."""
     low, high = b.limits
-    size = min(LOADED * (high - low) * abs(b.gain), LARGE * b.span)
-    down = b.middle + LOADED * (high - low) > high  # without an integral the output may rest at a limit
+    size = min(DISTURBANCE_SHARE * (high - low) * abs(b.gain), LARGE * b.span)
+    down = b.middle + DISTURBANCE_SHARE * (high - low) > high  # without an integral the output may rest at a limit
     return b.load(b.start, b.middle) - (-b.sign if down else b.sign) * size
 
 
 def _setpoint_limits(b: Bench) -> Stage:
     acts = (Act(0.0, setpoint=b.high), Act(5 * b.sample, setpoint=b.low))
     signals: frozenset[Signal] = frozenset(("setpoint", "mode"))
-    return settled(b, "set point limits", "the set point at both ends of the PV's range", acts, 10 * b.sample, signals)
+    return from_settled(
+        b, "set point limits", "the set point at both ends of the PV's range", acts, 10 * b.sample, signals
+    )
 
 
 def _deadband(b: Bench, loop: Loop, other: Loop, count: float) -> Iterator[Stage]:
     """The set point just inside of the dead band and just outside; one of few counts is too coarse for it."""
-    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > FINE * count)
+    bands = dict.fromkeys(float(x) for x in (loop.deadband, other.deadband) if x > FINE_COUNTS * count)
     for i, band in enumerate(bands):
         shares = (0.9, 0.0, 1.12, 0.0, -0.9, 0.0, -1.12)
         hold = max(10 * b.sample, b.length / 10)
         acts = tuple(Act(k * hold, setpoint=b.start + share * band) for k, share in enumerate(shares))
         name = f"dead band {i + 1}" if i else "dead band"
-        yield settled(b, name, "the set point within the dead band and beyond", acts, hold * len(shares))
+        yield from_settled(b, name, "the set point within the dead band and beyond", acts, hold * len(shares))
 
 
 def _transfers(b: Bench) -> Stage:
@@ -579,17 +581,17 @@ def _transfers(b: Bench) -> Stage:
     hold = max(20 * b.sample, b.length / 10)
     manual, load = b.length / 2, _disturbed(b)
     held = (b.start - load) / b.gain
-    nearer = held + NEARER * (b.middle - held)
+    nearer = held + MANUAL_SHARE * (b.middle - held)
     acts = (
         Act(0.0, load=load),
         Act(manual, mode="manual"),
-        Act(manual + AFTER * b.sample, output=nearer),
+        Act(manual + MANUAL_SAMPLES * b.sample, output=nearer),
         Act(manual + hold, mode="auto"),
         Act(manual + hold + b.sample, setpoint=b.start),
     )
-    return settled(b, "transfers", "Auto to Manual and back to Auto", acts, b.length + hold)
+    return from_settled(b, "transfers", "Auto to Manual and back to Auto", acts, b.length + hold)
 
 
 def _sensor(b: Bench) -> Stage:
     acts = (Act(0.0, lost=True), Act(5 * b.sample, lost=False))
-    return replace(settled(b, "sensor", "the sensor lost and back", acts, b.length), loses_sensor=True)
+    return replace(from_settled(b, "sensor", "the sensor lost and back", acts, b.length), loses_sensor=True)

@@ -317,7 +317,7 @@ def new_plc(side: Side, active: Collection[int], *, by_hand: bool = False) -> Pl
     return plc
 
 
-def finest(plc: Plc, i: int) -> tuple[float, float]:
+def finest_counts(plc: Plc, i: int) -> tuple[float, float]:
     """One count of the PV in its unit, and of the output as a share of its range, as the PLC calculates."""
     low, high, counts = plc.scales[i]
     output = getattr(plc.cfg[i], "out_span", TWELVE_BITS) if isinstance(plc, CountsPlc) else COUNTS
@@ -334,11 +334,11 @@ def root_step(side: Side, i: int) -> float:
 def resolution(plc: Plc, i: int) -> tuple[float, float]:
     """The same, of an analog module of 12 bits at least."""
     low, high, _ = plc.scales[i]
-    pv, output = finest(plc, i)
+    pv, output = finest_counts(plc, i)
     return max(pv, abs(high - low) / TWELVE_BITS), max(output, 1 / TWELVE_BITS)
 
 
-def run(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bool, limit: int | None = None) -> Trial:
+def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bool, limit: int | None = None) -> Trial:
     """One side through one stage; ``before_root``: the transmitter shows what the PV is the root of."""
     from pidcfg.schemas.scenario import Scenario
     from pidcfg.sim.engine.run import Settings, simulate

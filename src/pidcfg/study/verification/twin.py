@@ -19,12 +19,12 @@ from pidcfg.study.verification.comparison import (
     FILTER,
     FOLLOWS,
     SMOOTHING,
-    alike,
     differing,
+    equivalent_time,
     neutral_at,
     neutral_of,
     neutral_values,
-    same,
+    same_value,
 )
 from pidcfg.study.verification.trial import slaves_of
 from pidcfg.text.paths import steps, value_at
@@ -43,14 +43,14 @@ if TYPE_CHECKING:
 #
 # Numbers are found by the secant method through the vendor's own `to_neutral`; switches and words by trying each.
 
-NEAR = Decimal("1e-9")
-SHORT = Decimal("1e-6")
+SEARCH_TOLERANCE = Decimal("1e-9")
+SHORT_SHARE = Decimal("1e-6")
 """Of a time constant, what is as good as none."""
 CONDITION = "when"
 """The key of it."""
 TRIES = 12
 """Steps of the secant method."""
-UNFIT = (ArithmeticError, ConvertError, DecodeError, EncodeError, LookupError, TypeError, ValueError)
+UNFIT_ERRORS = (ArithmeticError, ConvertError, DecodeError, EncodeError, LookupError, TypeError, ValueError)
 """What a value that does not fit its key may raise on the way to the neutral form."""
 
 
@@ -94,7 +94,7 @@ class Builder:
 
     def _try(self, path: Path, value: Any, i: int, neutral: str) -> Any:
         """The neutral value with another value at a key; the key stays so."""
-        self.config, self.known = replaced(self.config, path, value), None
+        self.config, self.known = with_value_at(self.config, path, value), None
         return neutral_at(self.whole(i), neutral)
 
     def reset(self, i: int, key: str) -> bool:
@@ -108,7 +108,7 @@ class Builder:
         if path is None or default is _NONE:
             return False
         before = self.config
-        self.config, self.known = replaced(self.config, path, default), None
+        self.config, self.known = with_value_at(self.config, path, default), None
         if self._runs(i):
             return True
         self.config, self.known = before, None
@@ -118,7 +118,7 @@ class Builder:
         """Whether the configuration is still one that can be encoded."""
         try:
             return self.loop(i) is not None and self.vendor.encoder(self.config) is not None
-        except UNFIT:
+        except UNFIT_ERRORS:
             return False
 
     def bring(self, i: int, key: str, neutral: str, wanted: Any) -> bool:
@@ -129,7 +129,7 @@ class Builder:
         try:
             if self._bring(i, path, neutral, wanted):
                 return True
-        except UNFIT:
+        except UNFIT_ERRORS:
             pass
         self.config, self.known = before, None
         return False
@@ -137,7 +137,7 @@ class Builder:
     def _bring(self, i: int, path: Path, neutral: str, wanted: Any) -> bool:
         present, number = value_at(self.config, path), number_of(wanted)
         for choice in _choices(self.config, path, present):
-            if same(self._try(path, choice, i, neutral), wanted):
+            if same_value(self._try(path, choice, i, neutral), wanted):
                 return True
         typed = typed_number(present)
         if number is None or typed is None:
@@ -150,14 +150,14 @@ class Builder:
             return False
         whole = isinstance(present, Quantity) and present.counts
         if not wanted and neutral.endswith("filter"):  # a filter block wants a time, however short
-            self._try(path, with_number(present, x0 * SHORT), i, neutral)
+            self._try(path, with_number(present, x0 * SHORT_SHARE), i, neutral)
             return True
         x1 = x0 * wanted / y0 if y0 and x0 else x0 + (wanted - y0)
         for _ in range(TRIES):
             y1 = number_of(self._try(path, with_number(present, x1), i, neutral))
             if y1 is None:
                 return False
-            if abs(y1 - wanted) <= NEAR * max(abs(wanted), Decimal(1)):
+            if abs(y1 - wanted) <= SEARCH_TOLERANCE * max(abs(wanted), Decimal(1)):
                 if whole:  # a word in counts holds the nearest one
                     self._try(path, with_number(present, Decimal(nearest(x1))), i, neutral)
                 return True
@@ -235,16 +235,16 @@ def with_number(value: Any, number: Decimal) -> Any:
     return number
 
 
-def replaced(model: Any, path: Path, value: Any) -> Any:
+def with_value_at(model: Any, path: Path, value: Any) -> Any:
     """A model with another value at a path."""
     if not path:
         return value
     step, below = path[0], path[1:]
     if isinstance(model, BaseModel):
-        return model.model_copy(update={str(step): replaced(getattr(model, str(step)), below, value)})
+        return model.model_copy(update={str(step): with_value_at(getattr(model, str(step)), below, value)})
     if isinstance(model, tuple) and isinstance(step, int):
         items = list(model)
-        items[step] = replaced(items[step], below, value)
+        items[step] = with_value_at(items[step], below, value)
         return tuple(items) if type(model) is tuple else type(model)(*items)
     raise KeyError(step)
 
@@ -255,14 +255,14 @@ def replaced(model: Any, path: Path, value: Any) -> Any:
 # value by changing the source's own key (`edits`), so that the twin runs the source's algorithm with the target's
 # numbers. A line that no key can follow changes nothing: `lines` says what it explains.
 
-SLACK = 5.0
+LINE_TOLERANCE = 5.0
 """How much more than a line's own error the neutral value may differ: a share of a filter is not its time."""
 RULES_OF_FIELDS = frozenset(("tuning.integral_time",))
 """Neutral fields that a target may have with another rule, although the value is the same."""
 
 
 @dataclass(frozen=True, slots=True)
-class TwinLine:
+class ReportLine:
     """A line of the report, the loop that it is of, and the neutral field that it explains."""
 
     neutral: str
@@ -272,27 +272,27 @@ class TwinLine:
 
 
 @dataclass(slots=True)
-class Twin:
+class ReportSource:
     """The source as the report has it."""
 
     config: Any
-    followed: dict[int, list[TwinLine]] = field(default_factory=dict)
+    followed: dict[int, list[ReportLine]] = field(default_factory=dict)
     """By loop the lines that the twin follows."""
-    left: dict[int, list[TwinLine]] = field(default_factory=dict)
+    left: dict[int, list[ReportLine]] = field(default_factory=dict)
     """By loop the lines that no key of the source can follow."""
 
 
-def twin_of(
+def reported_source(
     config: Any,
     vendor: Vendor,
     result: Any,
     target: Vendor,
     pairs: Sequence[tuple[int, int]],
     report: Sequence[LoopReport],
-) -> Twin:
+) -> ReportSource:
     """The twin of a source for a conversion's result and its report; ``pairs``: the places of loops on both sides."""
     builder = Builder(vendor, config)
-    twin = Twin(config)
+    twin = ReportSource(config)
     after, fields = neutral_of(result, target)
     for i, j in pairs:
         other = after[j]
@@ -305,7 +305,9 @@ def twin_of(
     return twin
 
 
-def _consequences(builder: Builder, i: int, after: Operation, twin: Twin, other: Loop | None) -> list[TwinLine]:
+def _consequences(
+    builder: Builder, i: int, after: Operation, twin: ReportSource, other: Loop | None
+) -> list[ReportLine]:
     """Rules that differ because the twin follows a line, such as another form of the equation."""
     because = [line.change for line in twin.followed[i] if line.neutral in {"", FOLLOWS}]
     known = {line.neutral for line in (*twin.left[i], *twin.followed[i])}
@@ -314,50 +316,50 @@ def _consequences(builder: Builder, i: int, after: Operation, twin: Twin, other:
     before = builder.vendor.load("operation")(builder.config)[i]
     slaves = slaves_of(neutral_of(builder.config, builder.vendor)[0], i)
     rules = differing_rules(before, after, other, is_master=bool(slaves))
-    return [TwinLine(rule.field, because[0], rule.target) for rule in rules if rule.field not in known]
+    return [ReportLine(rule.field, because[0], rule.target) for rule in rules if rule.field not in known]
 
 
 def _of_loop(
     builder: Builder, i: int, changes: Sequence[Change], other: Loop, of_target: Callable[[str], tuple[str, ...]]
-) -> tuple[list[TwinLine], list[TwinLine]]:
-    followed: list[TwinLine] = []
-    left: list[TwinLine] = []
+) -> tuple[list[ReportLine], list[ReportLine]]:
+    followed: list[ReportLine] = []
+    left: list[ReportLine] = []
     values = [change for change in changes if not change.field.startswith(PREFIX)]
     for change in values:
         if change.kind == "dropped" and change.loss and not change.neutral:
-            (followed if builder.reset(i, change.field) else left).append(TwinLine("", change))
+            (followed if builder.reset(i, change.field) else left).append(ReportLine("", change))
     first = differing(*neutral_values(builder.whole(i), other))
     for path in first:
         one, two = neutral_values(builder.whole(i), other)
-        if same(one.get(path), two.get(path)):
+        if same_value(one.get(path), two.get(path)):
             continue  # it went with another one
         rows = [c for c in values if c.kind != "exact" and any(overlap(path, name) for name in c.neutral)]
         if not rows or path == ACTION or _more_than_said(one.get(path), two.get(path), rows):
             continue
         if any(builder.bring(i, key, path, two.get(path)) for key in _keys(builder, i, path)):
-            followed.extend(TwinLine(path, change) for change in rows)
+            followed.extend(ReportLine(path, change) for change in rows)
     _restore(builder, i, other, first)
     followed.extend(_smoothed(builder, i, changes, other))
     through = [line.change.field for line in followed]
     rules = [row for row in changes if row.field.startswith(PREFIX) and row.field not in through]
-    left.extend(TwinLine(row.field, row, row.target) for row in rules)
+    left.extend(ReportLine(row.field, row, row.target) for row in rules)
     rest = differing(*neutral_values(builder.whole(i), other))
     for change in values:
         for name in change.neutral or of_target(change.field):
             is_rule = name in RULES_OF_FIELDS and bool(change.note)
             if is_rule or (change.kind != "exact" and any(overlap(name, path) for path in rest)):
-                left.append(TwinLine(name, change, neutral_values(builder.whole(i), other)[1].get(name)))
+                left.append(ReportLine(name, change, neutral_values(builder.whole(i), other)[1].get(name)))
     return followed, left
 
 
-def _smoothed(builder: Builder, i: int, changes: Sequence[Change], other: Loop) -> Iterator[TwinLine]:
+def _smoothed(builder: Builder, i: int, changes: Sequence[Change], other: Loop) -> Iterator[ReportLine]:
     """Gives the filter of the derivative the time constant that lets as much through as the target's."""
     row = next((row for row in changes if row.field == SMOOTHING), None)
     if row is None:
         return
-    wanted = alike(row, other)
+    wanted = equivalent_time(row, other)
     if any(builder.bring(i, key, FILTER, wanted) for key in _keys(builder, i, FILTER)):
-        yield TwinLine(row.field, row, row.target)
+        yield ReportLine(row.field, row, row.target)
 
 
 def _restore(builder: Builder, i: int, other: Loop, first: Sequence[str]) -> None:
@@ -385,4 +387,4 @@ def _more_than_said(one: Any, two: Any, rows: Sequence[Change]) -> bool:
     a, b = number_of(one), number_of(two)
     if a is None or b is None or not a:
         return False
-    return float(abs(b - a) / abs(a)) * 100 > SLACK * max(change.error_percent for change in rows) + 0.1
+    return float(abs(b - a) / abs(a)) * 100 > LINE_TOLERANCE * max(change.error_percent for change in rows) + 0.1

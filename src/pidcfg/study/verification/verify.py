@@ -13,24 +13,24 @@ from pidcfg.pictures.chart import Chart, Line, Mark, Panel
 from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.comparison import (
     ACTION,
-    AT_END,
-    COUNTS,
+    COUNT_TOLERANCE,
     FILTER,
-    MEAN,
-    SHARE,
+    LIMIT_DISTANCE,
+    MEAN_SAMPLES,
+    RESPONSE_TOLERANCE,
     SMOOTHING,
-    Counts,
+    CountSizes,
     SignalDifference,
     Tolerance,
     differences,
     lets_through_the_same,
     loops_of,
-    refused,
+    refused_mode,
 )
-from pidcfg.study.verification.lines import Scene, field_of, key_of, reason, true_lines
-from pidcfg.study.verification.stages import bench_of, nearest_step, on_grid, stages_of
-from pidcfg.study.verification.trial import Side, companions, finest, new_plc, resolution, root_step, run
-from pidcfg.study.verification.twin import Twin, twin_of
+from pidcfg.study.verification.lines import Scene, field_of, find_line, key_of, true_lines
+from pidcfg.study.verification.stages import bench_of, nearest_step, round_setpoints, stages_of
+from pidcfg.study.verification.trial import Side, companions, finest_counts, new_plc, resolution, root_step, run_stage
+from pidcfg.study.verification.twin import ReportSource, reported_source
 from pidcfg.text.processes import Crew
 
 if TYPE_CHECKING:
@@ -43,16 +43,16 @@ if TYPE_CHECKING:
     from pidcfg.schemas.generic import Loop
     from pidcfg.study.verification.stages import Bench, Stage
     from pidcfg.study.verification.trial import Trial
-    from pidcfg.study.verification.twin import TwinLine
+    from pidcfg.study.verification.twin import ReportLine
     from pidcfg.vendors import Vendor
 
 # --- The battery: source, twin and target of every loop through all stages, and what comes of it ----------------------
 
-RUN = "run"
+RUN_SIGNAL = "run"
 """The signal of a difference that is none: one side cannot go through a stage."""
 
 
-def side_of(vendor: Vendor, config: Any, like: Sequence[Loop | None] = ()) -> Side:
+def make_side(vendor: Vendor, config: Any, like: Sequence[Loop | None] = ()) -> Side:
     """A configuration as it runs; ``like``: loops whose outputs have the scales that are meant.
 
     A twin without its links no longer says what the output of a master is counted in.
@@ -92,17 +92,17 @@ class Reference:
 
     def refused(self, stage: Stage) -> str:
         """The mode that a stage asks for and the loop does not go to; empty: none."""
-        return refused(stage, self.trial(stage), self.bench.sample)
+        return refused_mode(stage, self.trial(stage), self.bench.sample)
 
     def trial(self, stage: Stage) -> Trial:
         """The loop through a stage."""
         key = (self.bench, stage)
         if key not in self.trials:
-            self.trials[key] = run(self.side, self.i, stage, self.bench, before_root=self.before_root)
+            self.trials[key] = run_stage(self.side, self.i, stage, self.bench, before_root=self.before_root)
         return self.trials[key]
 
 
-def reference_of(side: Side, i: int, other: Loop, step: float = 0.0) -> Reference:
+def make_reference(side: Side, i: int, other: Loop, step: float = 0.0) -> Reference:
     """A loop with its bench and its battery; ``other`` is the same loop on the other side.
 
     ``step``: what a count of the set point means where either side has few of them; 0: all values are as near.
@@ -116,7 +116,7 @@ def reference_of(side: Side, i: int, other: Loop, step: float = 0.0) -> Referenc
     stages = tuple(stages_of(bench, loop, other, count, in_cascade=len(cascade) > 1))
     if step:
         stages = tuple(
-            stage if stage.name.startswith("dead band") else on_grid(stage, bench.low, step, bench.high)
+            stage if stage.name.startswith("dead band") else round_setpoints(stage, bench.low, step, bench.high)
             for stage in stages
         )
     return Reference(side, i, bench, stages, loop.pv.square_root)
@@ -126,8 +126,8 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
     """How far both may lie apart (D306)."""
     loop, sides = one.loop(i), ((one, i), (two, j))
     pv, output = _coarser(resolution(new_plc(side, (k,)), k) for side, k in sides)
-    fine_pv, fine_output = _coarser(finest(new_plc(side, (k,)), k) for side, k in sides)
-    setpoint = COUNTS * pv
+    fine_pv, fine_output = _coarser(finest_counts(new_plc(side, (k,)), k) for side, k in sides)
+    setpoint = COUNT_TOLERANCE * pv
     # a filter that is worked out in counts stops where its share of the rest is less than half a count
     passed = -expm1(-bench.sample / float(loop.pv.filter)) if loop.pv.filter else 1.0
     width = float(loop.output.range[1] - loop.output.range[0])
@@ -136,16 +136,16 @@ def tolerance_of(one: Side, i: int, two: Side, j: int, bench: Bench) -> Toleranc
     smoothed = float(min(loop.tuning.derivative_filter, other.tuning.derivative_filter))
     kick = float(loop.tuning.derivative_time) / (bench.sample + smoothed)
     alone = fine_output + fine_pv / bench.span * share * (1 / passed + kick)
-    mean = fine_output + fine_pv / bench.span * share * (1 + 1 / passed + kick / MEAN)
+    mean = fine_output + fine_pv / bench.span * share * (1 + 1 / passed + kick / MEAN_SAMPLES)
     pv = pv / passed + output * abs(bench.gain)
     band = float(max(loop.deadband, other.deadband))
     switching = share * band / bench.span
     return Tolerance(
-        SHARE,
-        Counts(COUNTS * pv, COUNTS * (output + pv / bench.span * share * (1 + kick))),
-        Counts(COUNTS * fine_pv / passed, COUNTS * alone),
+        RESPONSE_TOLERANCE,
+        CountSizes(COUNT_TOLERANCE * pv, COUNT_TOLERANCE * (output + pv / bench.span * share * (1 + kick))),
+        CountSizes(COUNT_TOLERANCE * fine_pv / passed, COUNT_TOLERANCE * alone),
         setpoint,
-        COUNTS * output + 2 * AT_END,
+        COUNT_TOLERANCE * output + 2 * LIMIT_DISTANCE,
         band,
         switching,
         switching * float(loop.tuning.derivative_time) / bench.sample,
@@ -177,7 +177,7 @@ class Battery:
             return self.other.trial(stage)
         if stage.name not in self.trials:
             rooted = self.reference.before_root
-            self.trials[stage.name] = run(self.side, self.j, stage, self.reference.bench, before_root=rooted)
+            self.trials[stage.name] = run_stage(self.side, self.j, stage, self.reference.bench, before_root=rooted)
         return self.trials[stage.name]
 
     def differences(self) -> Iterator[SignalDifference]:
@@ -190,24 +190,24 @@ class Battery:
         try:
             trial = self.trial(stage)
         except UnusableError as error:
-            yield SignalDifference(stage.name, RUN, 0.0, "", str(error), ())
+            yield SignalDifference(stage.name, RUN_SIGNAL, 0.0, "", str(error), ())
             return
         yield from differences(stage, self.reference.trial(stage), trial, bench, self.tolerance)
 
-    def judged(self, lines: Sequence[TwinLine]) -> Iterator[tuple[SignalDifference, TwinLine | None]]:
+    def judged(self, lines: Sequence[ReportLine]) -> Iterator[tuple[SignalDifference, ReportLine | None]]:
         """Every difference with the line that explains it; else from the first sample on that no line explains."""
         lines = list(true_lines(lines, self.reference.loop, self.side, self.j))
         for stage in self.reference.possible:
             for difference in self._of(stage):
-                if difference.signal == RUN:
+                if difference.signal == RUN_SIGNAL:
                     yield difference, None
                     continue
                 one, two = self.reference.trial(stage), self.trial(stage)
                 scene = Scene(stage, self.reference.bench, self.reference.loop, one, two, self.tolerance.closed.pv)
-                line, k = reason(difference, lines, scene)
+                line, k = find_line(difference, lines, scene)
                 yield difference if line else _from(difference, k, scene), line
 
-    def key_of(self, difference: SignalDifference, lines: Sequence[TwinLine]) -> str:
+    def key_of(self, difference: SignalDifference, lines: Sequence[ReportLine]) -> str:
         """The key of the other side that explains what ``lines`` of the report do not; empty where none does."""
         loop, other = self.reference.loop, self.side.loop(self.j)
         told = {line.neutral for line in true_lines(lines, loop, self.side, self.j)} - {"", ACTION}
@@ -284,7 +284,7 @@ class Verified:
 # --- Charts of two runs laid over each other: a configuration and what became of it, on the same plants ---------------
 
 
-def overlay(  # noqa: PLR0913, PLR0917 - two trends and their times, each in columns
+def overlay_chart(  # noqa: PLR0913, PLR0917 - two trends and their times, each in columns
     loop: Loop,
     times: Sequence[float],
     setpoints: Sequence[float],
@@ -324,9 +324,9 @@ def _before_and_after(
 
 Configured = tuple["Vendor", Any]
 """A vendor and a configuration of it."""
-SHOWN = ("step 5 %", "disturbance")
+SHOWN_STAGES = ("step 5 %", "disturbance")
 """The stages that pictures and figures are of."""
-MANY = 3
+MANY_LOOPS = 3
 """Loops that several processes judge sooner than one: each takes about as long as a process takes to start."""
 
 
@@ -337,7 +337,7 @@ class Sides:
     source: Side
     twin: Side
     target: Side
-    lines: Twin
+    lines: ReportSource
     names: tuple[str, str]
 
 
@@ -355,12 +355,12 @@ def verify(  # noqa: PLR0913
 
     ``report``: of the conversion, by the places of the source; without one both files are held against each other.
     ``names``: what charts call the sides. ``progress`` is called with the share that is done. ``jobs``: processes,
-    which are started for `MANY` loops.
+    which are started for `MANY_LOOPS` loops.
     """
     given = (source, target, pairs, report, names)
     sides = _sides(*given)
     comparable = [(i, j) for i, j in pairs if sides.source.loops[i] is not None and sides.target.loops[j] is not None]
-    several = jobs > 1 and len(comparable) >= MANY
+    several = jobs > 1 and len(comparable) >= MANY_LOOPS
     found = Crew(jobs, _judge, given).results(comparable) if several else map(_judge(*given), comparable)
     results = []
     for done, one in enumerate(found, start=1):
@@ -391,21 +391,21 @@ def _sides(
     names: tuple[str, str],
 ) -> Sides:
     (one, before), (two, after) = source, target
-    twin = twin_of(before, one, after, two, pairs, report) if report else Twin(before)
-    first = side_of(one, before)
-    second = first if twin.config is before else side_of(one, twin.config, loops_of(before, one))
-    return Sides(first, second, side_of(two, after), twin, names)
+    twin = reported_source(before, one, after, two, pairs, report) if report else ReportSource(before)
+    first = make_side(one, before)
+    second = first if twin.config is before else make_side(one, twin.config, loops_of(before, one))
+    return Sides(first, second, make_side(two, after), twin, names)
 
 
 def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
     """One loop's verdict."""
     other = sides.target.loop(j)
     step = max(root_step(sides.twin, i), root_step(sides.target, j))
-    reference = reference_of(sides.twin, i, other, step)
+    reference = make_reference(sides.twin, i, other, step)
     tolerance = tolerance_of(sides.twin, i, sides.target, j, reference.bench)
     if exactly:
-        pv, output = finest(new_plc(sides.twin, (i,)), i)
-        tolerance = Tolerance(0.0, Counts(pv, output), Counts(pv, output), pv, output)
+        pv, output = finest_counts(new_plc(sides.twin, (i,)), i)
+        tolerance = Tolerance(0.0, CountSizes(pv, output), CountSizes(pv, output), pv, output)
     battery = Battery(reference, sides.target, j, tolerance)
     left, followed = sides.lines.left.get(i, []), sides.lines.followed.get(i, [])
     failures, named = [], []
@@ -422,7 +422,7 @@ def _loop(sides: Sides, i: int, j: int, *, exactly: bool) -> Verified:
 
 
 def _of_twin(
-    original: Reference, reference: Reference, tolerance: Tolerance, followed: Sequence[TwinLine]
+    original: Reference, reference: Reference, tolerance: Tolerance, followed: Sequence[ReportLine]
 ) -> Iterator[Named]:
     """What the lines that the twin follows change: between the source as it is and its twin."""
     battery = Battery(original, reference.side, reference.i, tolerance, reference)
@@ -445,7 +445,7 @@ def _result(  # noqa: PLR0913, PLR0917
 ) -> Verified:
     """The verdict with its figures, and the picture of the step and the disturbance."""
     loop = sides.source.loop(i)
-    shown = [stage for stage in reference.stages if stage.name in SHOWN and stage in reference.possible]
+    shown = [stage for stage in reference.stages if stage.name in SHOWN_STAGES and stage in reference.possible]
     shown = shown or [reference.stages[0]]
     sample = reference.bench.sample
     parts = [(stage, original.trial(stage), battery.trial(stage)) for stage in shown]
@@ -463,7 +463,9 @@ def _result(  # noqa: PLR0913, PLR0917
         100 * max(abs(a - b) for a, b in zip(*pvs, strict=True)) / reference.bench.span,
         100 * max(abs(a - b) for a, b in zip(*outputs, strict=True)),
         iae[1] / iae[0] if iae[0] else None,
-        overlay(loop, times, setpoints[0], pvs, outputs, sides.names, (0.0, ends[0] * sample if len(cut) > 1 else 0.0)),
+        overlay_chart(
+            loop, times, setpoints[0], pvs, outputs, sides.names, (0.0, ends[0] * sample if len(cut) > 1 else 0.0)
+        ),
         tuple(stage.name for stage in reference.possible),
         tuple(Untried(stage.name, mode) for stage in reference.stages if (mode := reference.refused(stage))),
         tuple(failures),
