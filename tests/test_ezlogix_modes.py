@@ -1,16 +1,13 @@
-"""Manual and Auto of the virtual EZLogix, cascades by a shared register, and the PLC's switch."""
+"""Cascades of the virtual EZLogix by a shared register, loops without a sample rate, and a stopped PLC that goes on."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from decimal import Decimal
 
 import pytest
 
-from ezlogix_rig import COLUMNS, CV, ERROR, PV, SCALED, SP, O, Rig, change, image, play, plc
-from pidcfg.schemas.base import Quantity
+from ezlogix_rig import COLUMNS, CV, ERROR, PV, SCALED, SP, change, image, play, plc
 from pidcfg.sim.controllers.ezlogix.plc import load
-from rig_plants import Fixed
 
 PI = {"proportional_gain": 2, "integral_time": 10}
 PULSE = {"tag": "O1", "cycle_time": 1.0}
@@ -18,90 +15,6 @@ PULSE = {"tag": "O1", "cycle_time": 1.0}
 
 def mode(machine, i=0):
     return machine.mode(machine.st[i].status)
-
-
-# --- transfers -------------------------------------------------------------------------------------------------------
-
-
-def test_manual_to_auto_begins_with_the_cv():
-    """The integral term is the CV without the offset: at the set point nothing moves."""
-    rig = Rig()
-    _, s = rig.add(Fixed(2000.0), sp=2000.0, out=1234.0, gain=3.0, reset=5.0, rate=2.0, offset=1000.0)
-    rig.step(3)
-    rig.request("auto")
-    rig.step()
-
-    assert (s.out, s.integral) == (1234.0, 234.0)
-
-
-def test_the_proportional_term_comes_on_top():
-    rig = Rig()
-    _, s = rig.add(Fixed(1990.0), "auto", sp=2000.0, out=1000.0, gain=3.0, reset=3.0)
-    rig.step()
-
-    assert s.out == 1000.0 + 30.0 + 1.0
-
-
-@pytest.mark.parametrize("velocity", [0, 1])
-def test_a_transfer_has_no_past(velocity):
-    """The PV of the time in Manual makes no derivative kick."""
-    rig = Rig()
-    _, s = rig.add(Fixed(1000.0), "auto", sp=2000.0, out=1000.0, reset=1000.0, rate=5.0, velocity=velocity)
-    rig.step(2)
-    rig.request("manual")
-    rig.step()
-    held = s.out
-    rig.follow([1990.0], "out")
-    rig.request("auto")
-    rig.follow([2000.0], "out")
-
-    assert s.out == held
-
-
-def test_in_manual_the_cv_stays_and_is_the_operators():
-    rig = Rig()
-    _, s = rig.add(Fixed(1000.0), "auto", sp=2000.0, gain=1.0)
-    rig.step(2)
-    rig.request("manual")
-    assert rig.follow([1100.0, 1200.0], "out") == [(1000.0,)] * 2
-    s.out = 17.0
-    rig.step()
-
-    assert (s.out, rig.sig[CV]) == (17.0, 17.0)
-
-
-def test_auto_in_auto_changes_nothing():
-    rig = Rig()
-    _, s = rig.add(Fixed(1990.0), "auto", sp=2000.0, out=1000.0, gain=3.0, reset=3.0)
-    rig.step(5)
-    before = s.integral
-    rig.request("auto")
-    rig.step()
-
-    assert s.integral == before + 1.0
-
-
-def test_a_loop_starts_in_the_mode_of_its_discrete():
-    machine = plc({"mode": "auto", "tuning": PI, "setpoint": {"value": 2000}}, {"mode": "manual"})
-    machine.set_output(0, Quantity(Decimal(1000), counts=True), machine.sig)
-    assert machine.sig[CV] == 1000.0
-    said = play(machine, 1, [2000.0, 0.0])
-
-    assert (machine.goals, [mode(machine, i) for i in (0, 1)], said) == (["auto", "manual"], ["auto", "manual"], [])
-    assert machine.st[0].out == 1000.0
-
-
-def test_a_request_is_granted_at_the_next_calculation():
-    machine = plc({"sample_rate": 0.2})
-    play(machine, 1, [0.0])
-    machine.request(0, "auto")
-    play(machine, 1, [0.0], start=1)
-    assert mode(machine) == "manual"
-    play(machine, 1, [0.0], start=2)
-    assert (mode(machine), machine.st[0].busy) == ("auto", 0)
-    machine.request(0, "manual")
-    play(machine, 2, [0.0], start=3)
-    assert (mode(machine), machine.st[0].busy) == ("manual", 0)
 
 
 # --- no sample rate --------------------------------------------------------------------------------------------------
@@ -242,74 +155,6 @@ def test_in_manual_whoever_writes_the_register_writes_both():
 # --- the PLC's switch ------------------------------------------------------------------------------------------------
 
 AUTO = {**SCALED, "mode": "auto", "setpoint": {"value": 50}, "tuning": PI}
-
-
-def test_a_loop_that_is_not_processed_when_stopped_stands_still():
-    machine = plc({**AUTO, "output": {**SCALED["output"], "pulse": PULSE}}, process_when_stopped=False)
-    play(machine, 2, [40.0])
-    before = list(machine.sig)
-    assert before[O] == 1.0
-    machine.program(machine.sig)
-    said = play(machine, 23, [60.0], start=2)
-
-    assert said == [(2, "L1", None, "the PLC is stopped: the loop is not calculated, its outputs stay as they are")]
-    assert machine.sig[1:] == before[1:]
-
-
-def test_running_again_is_a_start():
-    """The integral term follows the CV, and the PV that has moved meanwhile makes no kick."""
-    machine = plc({**AUTO, "tuning": {**PI, "derivative_time": 5}}, process_when_stopped=False)
-    play(machine, 5, [49.0])
-    held = machine.st[0].out
-    machine.program(machine.sig)
-    play(machine, 5, [10.0], start=5)
-    machine.run(1_000_000)
-    play(machine, 1, [50.0], start=10)
-
-    assert mode(machine) == "auto"
-    assert (machine.st[0].integral, machine.st[0].out) == (held, held)
-
-
-def test_running_again_begins_a_cycle_of_the_control_output():
-    machine = plc({"output": {"tag": "OR1", "pulse": PULSE}}, process_when_stopped=False)
-    change(machine, "output", 2048)
-    play(machine, 7, [0.0])
-    machine.program(machine.sig)
-    play(machine, 1, [0.0], start=7)
-    assert machine.sig[O] == 0.0
-    machine.run(800_000)
-    seen = []
-    for k in range(8, 19):
-        play(machine, 1, [0.0], start=k)
-        seen.append(machine.sig[O])
-
-    assert seen == [1.0] * 5 + [0.0] * 5 + [1.0]
-
-
-def test_a_request_waits_while_the_plc_is_stopped():
-    machine = plc(AUTO, process_when_stopped=False)
-    play(machine, 1, [40.0])
-    machine.program(machine.sig)
-    play(machine, 1, [40.0], start=1)
-    machine.request(0, "manual")
-    said = play(machine, 1, [40.0], start=2)
-    assert said == [(2, "L1", "manual", "waits: the PLC is stopped and the loop is not calculated")]
-    assert mode(machine) == "auto"
-    machine.run(300_000)
-    play(machine, 1, [40.0], start=3)
-
-    assert mode(machine) == "manual"
-
-
-def test_a_sample_rate_that_is_set_while_stopped_waits_too():
-    machine = plc(AUTO, process_when_stopped=False)
-    play(machine, 1, [40.0])
-    machine.program(machine.sig)
-    change(machine, "sample_rate", 0)
-    change(machine, "sample_rate", 0.1)
-    play(machine, 3, [60.0], start=1)
-
-    assert machine.st[0].pv == 1638.0
 
 
 @pytest.mark.parametrize("pulse", [None, PULSE])
