@@ -92,7 +92,7 @@ def pidcfg(words: list[str]) -> int:
 
     sys.argv, before = ["pidcfg", *words], sys.argv
     try:
-        with patch("pidcfg.sim.engine.choice.installed", lambda: False):
+        with patch("pidcfg.sim.engine.choice.is_installed", lambda: False):
             main()
     except SystemExit as end:
         return int(end.code or 0)

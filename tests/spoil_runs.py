@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 from ruamel.yaml import YAML
 
 import pidcfg
-from pidcfg.sim.engine.choice import installed
+from pidcfg.sim.engine.choice import is_installed
 from spoils import VENDORS, Data, ends, spoils
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def measure(example: str, most: int = MOST, names: Sequence[str] = ("",)) -> lis
     spans = {str(loop["name"]): abs(ends(loop, keys.span)[1] - ends(loop, keys.span)[0]) for loop in config["loops"]}
     steps = run(config, scenario, 10**9).steps
     every = max(1, steps // ROWS)
-    engine: EngineName = "numba" if installed() and steps * len(spans) >= LONG_RUN else "python"
+    engine: EngineName = "numba" if is_installed() and steps * len(spans) >= LONG_RUN else "python"
     whole = {key: value for key, value in scenario.items() if key != "expect"}
     good = run(config, whole, every, engine)
     results = [Result(example, "", False, good.ran, "", 0.0, "", good.failures, good.unjudged, good.other)]

@@ -13,7 +13,7 @@ from pidcfg.sim.controllers.click import equation as bits
 from pidcfg.sim.controllers.click.operate import SIGNALS
 from pidcfg.sim.controllers.click.plc import load
 from pidcfg.sim.controllers.click.scan import INLINED, scan
-from pidcfg.sim.engine.compile import compiled
+from pidcfg.sim.engine.compile import compile_functions
 
 PLCS = 200
 SEGMENTS, STEPS = 4, 150
@@ -98,7 +98,7 @@ def random_event(rng, plc, i):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compiled([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined=INLINED)[drive]
 
 
 def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):

@@ -30,9 +30,9 @@ from pidcfg.sim.controllers.nextopid import terms as slots
 from pidcfg.sim.engine.compile import OPTIONS as COMPILE_OPTIONS
 from pidcfg.sim.engine.compile import (
     NotKeptWarning,
-    compiled,
+    compile_functions,
     fingerprint,
-    kept,
+    is_kept,
     on_lists,
     reachable,
     record_type,
@@ -154,7 +154,7 @@ def random_plc(rng):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compiled([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined=INLINED)[drive]
 
 
 def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
@@ -220,7 +220,7 @@ def test_a_compiled_kernel_is_called_with_lists_and_groups_of_them_and_writes_wh
     group = Group(2, [Point(0.5, 1), Point(0.0, 2**60)], [1.0], [1.0], [3], [])
     more = [0.0, 1.0]
 
-    assert on_lists(compiled([moves])[moves], moves, {Item: Point})(5, group, more) == 5
+    assert on_lists(compile_functions([moves])[moves], moves, {Item: Point})(5, group, more) == 5
     assert group == Group(2, [Point(0.5, 3), Point(0.0, 2**60 + 2)], [1.0], [7.5], [4], [])
     assert more == [7.5, 1.0]
 
@@ -281,13 +281,13 @@ def files(kernels):
 
 def test_kept_tells_whether_the_kernels_that_are_called_lie_in_the_cache(kernels):
     both = [calls, two]
-    assert not kept([calls], both, {})
-    assert compiled(both)[calls](1) == 20
+    assert not is_kept([calls], both, {})
+    assert compile_functions(both)[calls](1) == 20
 
-    assert kept([calls], both, {})
-    assert not kept(both, both, {}), "one that was not called is yet to be compiled"
-    assert not kept([calls], both, {one: two})
-    assert not kept([two], [two], {})
+    assert is_kept([calls], both, {})
+    assert not is_kept(both, both, {}), "one that was not called is yet to be compiled"
+    assert not is_kept([calls], both, {one: two})
+    assert not is_kept([two], [two], {})
     assert len(files(kernels)) == 1, "what it calls needs no file of its own"
 
 
@@ -299,14 +299,14 @@ def test_kernels_of_an_installation_somewhere_else_are_the_same(kernels, tmp_pat
     compiled_here, found_there = (
         runpy.run_path(str(folder / "one.py"), run_name="one")["f"] for folder in (tmp_path, tmp_path / "there")
     )
-    assert compiled([compiled_here])[compiled_here](2) == 6
-    assert kept([found_there], [found_there], {})
+    assert compile_functions([compiled_here])[compiled_here](2) == 6
+    assert is_kept([found_there], [found_there], {})
 
 
 def test_another_kind_of_argument_is_compiled_anew(kernels):
-    assert compiled([calls])[calls](1) == 20
-    assert compiled([calls])[calls](1.5) == 25.0
-    assert compiled([calls])[calls](1) == 20
+    assert compile_functions([calls])[calls](1) == 20
+    assert compile_functions([calls])[calls](1.5) == 25.0
+    assert compile_functions([calls])[calls](1) == 20
 
 
 def cut(good, other):
@@ -332,18 +332,18 @@ def planted(good, other):
 
 @pytest.mark.parametrize("spoil", [cut, empty, changed, exchanged, planted])
 def test_a_damaged_kernel_is_compiled_anew_and_healed(kernels, monkeypatch, spoil):
-    compiled([two])[two](1)
+    compile_functions([two])[two](1)
     (other,) = files(kernels)
-    compiled([calls])[calls](1)
+    compile_functions([calls])[calls](1)
     (path,) = set(files(kernels)) - {other}
     path.write_bytes(spoil(path.read_bytes(), other.read_bytes()))
     read = []
     monkeypatch.setattr("pidcfg.sim.engine.compile.pickle", SimpleNamespace(loads=read.append))
 
-    assert not kept([calls], [calls], {})
-    assert compiled([calls])[calls](1) == 20
+    assert not is_kept([calls], [calls], {})
+    assert compile_functions([calls])[calls](1) == 20
     assert read == [], "nothing of it reached numba"
-    assert kept([calls], [calls], {})
+    assert is_kept([calls], [calls], {})
     monkeypatch.undo()
 
 
@@ -362,7 +362,7 @@ def refuse(*_):
 
 def test_a_full_disk_does_not_end_a_run(kernels, monkeypatch):
     monkeypatch.setattr(Path, "replace", refuse)
-    built = compiled([calls, two])
+    built = compile_functions([calls, two])
     with pytest.warns(NotKeptWarning, match="not kept, the next run compiles anew: No space left on device"):
         assert built[calls](1) == 20
     assert built[two](1) == 3, "and it is said once"
@@ -371,14 +371,14 @@ def test_a_full_disk_does_not_end_a_run(kernels, monkeypatch):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
 def test_a_folder_of_somebody_else_gives_and_gets_nothing(kernels, monkeypatch):
-    compiled([calls])[calls](1)
+    compile_functions([calls])[calls](1)
     kernels.chmod(0o777)
     monkeypatch.setattr("pidcfg.sim.engine.compile.pickle", SimpleNamespace(loads=refuse))
     before = [path.read_bytes() for path in files(kernels)]
 
-    assert not kept([calls], [calls], {})
+    assert not is_kept([calls], [calls], {})
     with pytest.warns(NotKeptWarning, match=f"others may write to {kernels}"):
-        assert compiled([calls])[calls](1) == 20
+        assert compile_functions([calls])[calls](1) == 20
     assert [path.read_bytes() for path in files(kernels)] == before
 
 
@@ -388,9 +388,9 @@ def test_where_nothing_can_be_kept_kernels_run(monkeypatch, tmp_path):
     blocked.write_text("")
     monkeypatch.setenv("PIDCFG_CACHE_DIR", str(blocked))
 
-    assert not kept([one], [one], {})
+    assert not is_kept([one], [one], {})
     with pytest.warns(NotKeptWarning):
-        assert compiled([one])[one](1) == 2
+        assert compile_functions([one])[one](1) == 2
 
 
 def singles(values, out):
@@ -404,7 +404,7 @@ def test_single_precision_is_the_same_in_both_and_numpys():
     values = [rng.uniform(-1, 1) * 2.0 ** rng.randint(-160, 140) for _ in range(20_000)]
     values += [1 + 2.0**-24, 1 + 3 * 2.0**-24, 2.0**-150, 3 * 2.0**-150, 1e300, -1e300, 0.0, -0.0, 16777217.0]
     native = vector([0.0] * len(values))
-    compiled([singles])[singles](vector(values), native)
+    compile_functions([singles])[singles](vector(values), native)
 
     ours = [struct.pack("<d", single(x)) for x in values]
     with np.errstate(over="ignore"):

@@ -13,7 +13,7 @@ from pidcfg.sim.controllers.dpide.operate import SIGNALS
 from pidcfg.sim.controllers.dpide.plc import load
 from pidcfg.sim.controllers.dpide.scan import INLINED, scan
 from pidcfg.sim.controllers.kernels import NEVER
-from pidcfg.sim.engine.compile import compiled
+from pidcfg.sim.engine.compile import compile_functions
 
 PLCS = 220
 SEGMENTS, STEPS = 5, 250
@@ -106,7 +106,7 @@ def random_event(rng, plc, i, sig):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compiled([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined=INLINED)[drive]
 
 
 def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):

@@ -111,7 +111,7 @@ def test_auto_asks_for_the_compiled_kernels_that_a_run_calls_and_for_no_others(m
 
     true = run.choose
     monkeypatch.setattr(run, "choose", choose)
-    monkeypatch.setattr(compiler, "kept", kept)
+    monkeypatch.setattr(compiler, "is_kept", kept)
     monkeypatch.setattr(engine, "holds_entries", "kernels".__eq__)
     monkeypatch.setattr(engine, "LOADING", 0)
     monkeypatch.setattr(engine, "KEPT", {})

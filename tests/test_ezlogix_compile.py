@@ -13,7 +13,7 @@ from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.equation import Config, State, coefficients
 from pidcfg.sim.controllers.ezlogix.scan import INLINED, scan
 from pidcfg.sim.controllers.kernels import nearest
-from pidcfg.sim.engine.compile import compiled
+from pidcfg.sim.engine.compile import compile_functions
 
 CONFIGURATIONS = 320
 SEGMENTS, STEPS = 4, 120
@@ -96,7 +96,7 @@ def random_plc(rng):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compiled([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined=INLINED)[drive]
 
 
 def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):

@@ -11,7 +11,7 @@ from generic_rig import Rig
 from pidcfg.sim.controllers.generic import equation as bits
 from pidcfg.sim.controllers.generic.operate import SIGNALS
 from pidcfg.sim.controllers.generic.scan import INLINED, scan
-from pidcfg.sim.engine.compile import compiled
+from pidcfg.sim.engine.compile import compile_functions
 
 FILES = 160
 SEGMENTS, STEPS = 4, 250
@@ -98,7 +98,7 @@ def random_event(rng, plc, i, sig):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compiled([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined=INLINED)[drive]
 
 
 def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):

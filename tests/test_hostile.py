@@ -578,7 +578,7 @@ PRINTED = (
 def test_no_text_of_a_file_is_an_order_to_who_keeps_the_log(tmp_path, monkeypatch, capsysbinary, command):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
-    monkeypatch.setattr("pidcfg.sim.engine.choice.installed", lambda: False)
+    monkeypatch.setattr("pidcfg.sim.engine.choice.is_installed", lambda: False)
     for name, text in {"::a": HOSTILE, "::s.scenario": RUN, "a": GOOD}.items():
         Path(f"{name}.yaml").write_text(text, "utf-8")
     Path("a.txt").write_text(pidcfg.encode(Path("::a.yaml")).text, "utf-8")

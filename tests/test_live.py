@@ -32,10 +32,10 @@ from pidcfg.live.link import (
     parse_address,
     parse_listen,
     serial_reason,
-    what_came,
+    unexpected_answer,
 )
-from pidcfg.live.pull import _notes, _value, compared_with, read
-from pidcfg.live.reading import READINGS, doubts
+from pidcfg.live.pull import _notes, _value, compare_with, read_plc
+from pidcfg.live.reading import READINGS, implausible_contents
 from pidcfg.live.reading import Registers as LoopRegisters
 
 HOLDING, GAIN, SP, V7640 = "holding", 0o2010, 0o2002, 0o7640
@@ -130,11 +130,11 @@ def test_every_setting_word_counts_and_what_runs_does_not(desk, memory):
     checked = pidcfg.check_file(DL06)
     plc = source_of("modbus://127.0.0.1", checked, None, {})
     with desk.plc(Registers(memory[DL06])) as url:
-        image = read(source_of(url, checked, None, {}), Patience())
+        image = read_plc(source_of(url, checked, None, {}), Patience())
     alike = set()
     for row in LOOP_TABLE.words:
         cells = (replace(c, raw=c.raw ^ 0x0010) if c.number == 0o2040 + row.offset else c for c in image.cells)
-        if compared_with(checked, plc, replace(image, cells=tuple(cells))).same:
+        if compare_with(checked, plc, replace(image, cells=tuple(cells))).same:
             alike.add(row.name)
     running = {"setpoint", "pv", "bias", "output", "mode_and_alarm_status", "ramp_soak_flags", "ramp_soak_errors"}
     assert alike == running
@@ -457,7 +457,7 @@ SENT = bytes.fromhex("0007 0000 0006 01 03 0FA0 0003")
     ],
 )
 def test_what_came_instead_of_an_answer(came, serial, said):
-    assert what_came(SENT, bytes.fromhex(came), is_serial=serial) == said
+    assert unexpected_answer(SENT, bytes.fromhex(came), is_serial=serial) == said
 
 
 @pytest.mark.parametrize(
@@ -475,7 +475,7 @@ def test_what_came_instead_of_an_answer(came, serial, said):
 def test_numbers_whose_registers_stand_in_the_other_order(values, said):
     cells = [SimpleNamespace(address=f"X{i}", kind=SINGLE, value=value) for i, value in enumerate(values)]
     cells += [SimpleNamespace(address="W", kind=WORD, value=1e-40)] * 5
-    found = list(doubts(SimpleNamespace(cells=cells)))
+    found = list(implausible_contents(SimpleNamespace(cells=cells)))
     assert [text.startswith(said) for text in found] == ([True] if said else [])
 
 

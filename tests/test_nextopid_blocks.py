@@ -29,7 +29,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
     Config,
     State,
 )
-from pidcfg.sim.engine.compile import compiled, records, write_back
+from pidcfg.sim.engine.compile import compile_functions, records, write_back
 from rig_plants import FirstOrder
 
 MOST = 3.4e38
@@ -748,7 +748,7 @@ def drive(cfg, states, aux, sig, noise, second, outs, moved):  # noqa: PLR0917 -
 
 def test_all_blocks_are_the_same_compiled_to_the_last_bit():
     rng = random.Random(9)
-    fast = compiled([drive])[drive]
+    fast = compile_functions([drive])[drive]
     kinds = list(slots.PLACES)[slots.ON_OFF :]
     outs = [slots.PLACES[kind][OUTPUTS[kind]] for kind in kinds]
     moved = [0.0] * len(kinds)

@@ -11,7 +11,7 @@ from nextopid_rig import plc_of, random_program
 from pidcfg.sim.controllers.nextopid import operate as modes
 from pidcfg.sim.controllers.nextopid import terms as slots
 from pidcfg.sim.controllers.nextopid.scan import INLINED, scan
-from pidcfg.sim.engine.compile import compiled
+from pidcfg.sim.engine.compile import compile_functions
 
 PROGRAMS, SEGMENTS, STEPS, TICKS = 120, 4, 60, 100_000
 
@@ -54,7 +54,7 @@ def disturb(rng, plc, st, sig):
 
 @pytest.fixture(scope="module")
 def fast():
-    return compiled([drive], inlined=INLINED)[drive]
+    return compile_functions([drive], inlined=INLINED)[drive]
 
 
 def test_random_programs_run_to_the_same_bits_compiled_and_not(fast):

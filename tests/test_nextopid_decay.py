@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("numba")
 
 from pidcfg.sim.controllers.nextopid.terms import ALL_THE_WAY, share
-from pidcfg.sim.engine.compile import compiled
+from pidcfg.sim.engine.compile import compile_functions
 
 EXACT = 1e-15
 
@@ -69,7 +69,7 @@ def test_two_halves_are_the_whole():
 
 
 def test_it_is_the_same_compiled():
-    fast = compiled([share])[share]
+    fast = compile_functions([share])[share]
     rng = random.Random(3)
     points = [10.0 ** rng.uniform(-12.0, 2.0) for _ in range(5_000)]
 

@@ -10,7 +10,7 @@ import pytest
 
 from pidcfg.sim.engine import plants as noise
 from pidcfg.sim.engine.choice import fast_normals
-from pidcfg.sim.engine.plants import Noise, agrees, normals, state_of
+from pidcfg.sim.engine.plants import Noise, draws_alike, normals, state_of
 
 COUNTS = (1, 2, 3, 700, 1, 625)
 """Odd ones leave the second number of a pair for the next call."""
@@ -72,5 +72,5 @@ def test_one_number_that_is_off_by_its_last_bit_is_seen_and_python_draws(wrong):
         drawn[wrong] = math.nextafter(drawn[wrong], 9.0)
         return done
 
-    assert agrees(normals)
-    assert not agrees(off)
+    assert draws_alike(normals)
+    assert not draws_alike(off)

@@ -18,7 +18,7 @@ from pidcfg.pictures import figure as draw
 from pidcfg.pictures import page
 from pidcfg.pictures.characters import fits, lines
 from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
-from pidcfg.pictures.layout import grouped, moment, plain, shortened, spread
+from pidcfg.pictures.layout import group_numbers, moment, plain, shortened, spread
 
 SVG = "{http://www.w3.org/2000/svg}"
 GOLDEN = Path(__file__).parent / "data" / "pictures"
@@ -247,7 +247,7 @@ def test_names_of_lines_do_not_cover_each_other():
 
 def test_numbers_of_close_marks_are_one_text():
     marks = [(1.0, "1", False), (1.1, "2", False), (1.2, "3", True), (9.0, "4", False)]
-    assert grouped(marks, 0.5) == [(1.0, "1-3", True), (9.0, "4", False)]
+    assert group_numbers(marks, 0.5) == [(1.0, "1-3", True), (9.0, "4", False)]
 
 
 def test_of_many_events_the_first_are_explained_and_all_failures():

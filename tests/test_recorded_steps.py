@@ -14,7 +14,7 @@ import pytest
 
 from pidcfg.text.reader import DEFAULT
 from pidcfg.tuning.identify import identify
-from pidcfg.tuning.record import UnreadableRecordError, identified
+from pidcfg.tuning.record import UnreadableRecordError, identify_record
 from pidcfg.tuning.response import Record, RecordError, Request, Segment, response
 from pidcfg.tuning.sheet import seconds_of
 
@@ -246,7 +246,7 @@ def request(said) -> Request:
 
 def read(text, said, name="step.csv"):
     """What is identified in a text."""
-    return identified(text if isinstance(text, bytes) else text.encode(), name, DEFAULT, request(said))[0]
+    return identify_record(text if isinstance(text, bytes) else text.encode(), name, DEFAULT, request(said))[0]
 
 
 def test_there_are_enough_variants():

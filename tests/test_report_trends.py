@@ -22,7 +22,7 @@ from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
 from pidcfg.pictures.layout import level_names, limits, ticks
 from pidcfg.pictures.page import SQUARE, figure, points
 from pidcfg.sim.engine.run import Settings
-from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, WORDS, in_words
+from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, WORDS, flag_words
 from pidcfg.study.outcome import charts_of, level_lines, levels_around, simulate_document
 from pidcfg.text.source import read_document
 
@@ -171,14 +171,14 @@ def test_every_alarm_and_flag_has_a_name_in_words(vendor):
     names = [name for table in ("ALARM_BITS", "FLAG_BITS", "AUX_BITS") for name in getattr(report, table, ())]
     assert names
     for name in names:
-        assert "_" not in in_words(name) or "." in name or "SP_CASC" in name
-        assert name in WORDS or name.startswith("ErrBits.") or in_words(name) == name.replace("_", " ")
+        assert "_" not in flag_words(name) or "." in name or "SP_CASC" in name
+        assert name in WORDS or name.startswith("ErrBits.") or flag_words(name) == name.replace("_", " ")
 
 
 def test_names_that_nobody_lists_stay_readable():
-    assert in_words("pv_high_high") == "PV high-high"
-    assert in_words("some_flag") == "some flag"
-    assert in_words("ErrBits.Kp") == "ErrBits.Kp"
+    assert flag_words("pv_high_high") == "PV high-high"
+    assert flag_words("some_flag") == "some flag"
+    assert flag_words("ErrBits.Kp") == "ErrBits.Kp"
     assert WORDS.keys() >= LIMITED_ABOVE | LIMITED_BELOW
 
 

@@ -26,9 +26,9 @@ from pidcfg.tuning.sampled import (
     SampledLoop,
     Sampling,
     absolute_error,
-    allowed,
+    allowed_gains,
     default_sample_time,
-    held,
+    hold_process,
     sampled_margins,
 )
 from pidcfg.vendors import VENDORS
@@ -108,7 +108,7 @@ def test_margins_against_python_control():
     rng, compared = random.Random(5), 0
     while compared < int(os.environ.get("PIDCFG_LOOPS", "10")):
         gains, process, sampling = random_loop(rng)
-        plant = held(process, sampling.sample_time)
+        plant = hold_process(process, sampling.sample_time)
         if absolute_error(gains, plant, sampling) == math.inf:
             continue
         found = sampled_margins(SampledLoop(gains, plant, sampling))
@@ -144,7 +144,7 @@ def test_the_error_after_a_load_by_matrices():
             total += e * sample / gains.integral_time
             outputs.append(1 + gains.gain * (e + total + gains.derivative_time / sample * (slow - last)))
             x = a @ x + now * outputs[n + 1] + before * outputs[n]
-        ours = absolute_error(gains, held(process, sample), sampling)
+        ours = absolute_error(gains, hold_process(process, sample), sampling)
         assert errors[-1] < 1e-5 * max(errors)
         assert ours == pytest.approx(sum(errors) * sample, rel=1e-4), process
 
@@ -154,7 +154,7 @@ def test_the_error_after_a_load_by_matrices():
 
 def brute(plants, sampling, ms, words, rows):
     """The least largest error of all words, each on every plant."""
-    best, loops = (math.inf, None), [held(plant, sampling.sample_time) for plant in plants]
+    best, loops = (math.inf, None), [hold_process(plant, sampling.sample_time) for plant in plants]
     for gain, (integral, derivative) in product(words, rows):
         gains = Gains(gain, integral, derivative)
         error = 0.0
@@ -227,9 +227,9 @@ def test_times_that_are_searched_in_turn_are_searched_like_each_alone(rates):
 )
 def test_a_loop_that_turns_at_half_the_sample_frequency_has_a_highest_gain(process, sample):
     """A dead time below the sample time: -180° comes by at the end only, and from there up no gain is stable."""
-    plant = held(process, sample)
+    plant = hold_process(process, sample)
     for time in (1.0, 10.0, 100.0, 1000.0):
-        highest = allowed([Curve(plant, Sampling(sample), 1.6, derivative=False)], time, 0.0)[0][1]
+        highest = allowed_gains([Curve(plant, Sampling(sample), 1.6, derivative=False)], time, 0.0)[0][1]
         assert highest < math.inf
         assert absolute_error(Gains(10 * highest, time, 0.0), plant, Sampling(sample)) == math.inf
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import pytest
 
-from pidcfg.sim.engine.events import in_words
+from pidcfg.sim.engine.events import describe_event
 from pidcfg.sim.engine.recording import KEPT, POINTS, Recording
 from pidcfg.sim.engine.run import Settings, UnusableError, simulate
 from scenario_rig import Controller, rows, run, scenario
@@ -522,7 +522,7 @@ def test_what_a_loop_says_apart_from_its_mode_is_a_note():
 
 def test_a_pair_of_limits_is_told_as_it_was_written():
     events = scenario("events: [{at: 1, loop: A, set: {output.limits: [0, 50]}}]\n").events
-    assert in_words(events[0]) == "set output.limits to [0, 50]"
+    assert describe_event(events[0]) == "set output.limits to [0, 50]"
 
 
 def test_the_base_step_fits_sample_rates_that_events_set():

@@ -18,7 +18,7 @@ CFG = [Facts(period=1, sig_out=0, sig_sp=1, sig_pv=2), Facts(period=1, sig_out=3
 @pytest.fixture(autouse=True)
 def alone(monkeypatch):
     """No selector, and no other loop."""
-    monkeypatch.setattr(saturation, "left_out", lambda e, _: e.away)
+    monkeypatch.setattr(saturation, "is_deselected", lambda e, _: e.away)
     monkeypatch.setattr(saturation, "_opponents", lambda e, _: e.against)
 
 

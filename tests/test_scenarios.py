@@ -14,7 +14,7 @@ from certify_rig import CONFIG
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.scenario import Bound
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.sim.engine.influence import read_by
+from pidcfg.sim.engine.influence import read_signals
 from pidcfg.sim.engine.kernel import Channel
 from pidcfg.sim.engine.run import base_step, options, prepare
 from scenario_rig import Controller, problems, scenario
@@ -303,4 +303,4 @@ def test_a_signal_with_the_name_of_one_of_the_plc_is_reported_at_its_name():
 
 
 def test_a_plant_that_reads_the_first_signal_is_influenced_by_it():
-    assert read_by(SimpleNamespace(), Channel(target=3, source=0)) == (0,)
+    assert read_signals(SimpleNamespace(), Channel(target=3, source=0)) == (0,)

@@ -22,7 +22,7 @@ from pidcfg.sim.judgement.meters import (
     oscillation,
     time_in_alarm,
     time_in_control,
-    want,
+    want_mode,
     watch_swings,
 )
 from pidcfg.sim.judgement.report import STANDING_KINDS
@@ -1041,11 +1041,11 @@ def test_times_are_what_counting_each_base_step_gives(changes):
 
 def test_a_wanted_mode_is_missed_when_another_is_wanted_before_it_came():
     m = Meter(0, 1, 2, control_bits=6)
-    want(m, 0, 2, 5)
+    want_mode(m, 0, 2, 5)
     change_status(0, m, 1, 0)
-    want(m, 5, 4, 5)
+    want_mode(m, 5, 4, 5)
     assert m.missed == -1, "it had no time"
-    want(m, 11, 1, 5)
+    want_mode(m, 11, 1, 5)
     assert (m.missed, m.wanted) == (11, 0)
 
 

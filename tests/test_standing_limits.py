@@ -12,12 +12,12 @@ from pidcfg.sim.judgement import standing as signals
 from pidcfg.sim.judgement.evidence import Look, aim
 from pidcfg.sim.judgement.meters import Meter
 from pidcfg.sim.judgement.standing import (
-    alarm_stands,
-    not_in_mode,
-    oscillates,
-    out_of_range,
+    judge_alarms,
+    judge_drive,
+    judge_mode,
+    judge_oscillation,
+    judge_range,
     pulse_ripple,
-    pv_not_driven,
 )
 
 AUTO, TUNING, HIGH, LOW = 2, 4, 8, 16
@@ -123,7 +123,7 @@ def evidence(**given):
     ],
 )
 def test_an_output_moves_its_pv_by_four_counts_and_for_nine_tenths_of_the_run(given, found, text):
-    judgement = pv_not_driven(evidence(**given), 0)
+    judgement = judge_drive(evidence(**given), 0)
     assert (judged(judgement), judgement.text) == (found, text)
 
 
@@ -157,7 +157,7 @@ def test_an_output_moves_its_pv_by_four_counts_and_for_nine_tenths_of_the_run(gi
     ],
 )
 def test_a_pv_and_its_set_point_end_inside_the_range(given, found, text):
-    judgement = out_of_range(evidence(**given), 0)
+    judgement = judge_range(evidence(**given), 0)
     assert (judged(judgement), judgement.text) == (found, text)
 
 
@@ -183,7 +183,7 @@ SAID = "its PV oscillates with a period of 20 s and an amplitude of 3"
     ],
 )
 def test_an_oscillation_is_the_loops_own_unless_something_else_makes_it(given, found, why):
-    judgement = oscillates(evidence(swings={0: SWINGS}, **given), 0)
+    judgement = judge_oscillation(evidence(swings={0: SWINGS}, **given), 0)
     assert (judged(judgement), judgement.text) == (found, SAID + why)
     assert judgement.passed or judgement.at == 350.0
 
@@ -191,10 +191,10 @@ def test_an_oscillation_is_the_loops_own_unless_something_else_makes_it(given, f
 @pytest.mark.parametrize(("events", "found"), [([], "failed"), ([400.0], "failed"), ([350.0, 400.0], "unjudged")])
 def test_two_events_in_the_last_third_may_make_a_pv_swing(monkeypatch, events, found):
     monkeypatch.setattr(signals, "oscillation", lambda *_: (40.0, 3.0))
-    judgement = oscillates(evidence(events=events), 0)
+    judgement = judge_oscillation(evidence(events=events), 0)
     assert judged(judgement) == found
     assert judgement.text == SAID + (": 2 events move it in the last third" if events[1:] else "")
-    own = oscillates(evidence(events=events, swings={0: SWINGS}), 0)
+    own = judge_oscillation(evidence(events=events, swings={0: SWINGS}), 0)
     assert judged(own) == "failed", "one between two events is no event's"
 
 
@@ -223,7 +223,7 @@ def test_pulses_of_half_a_cycle_ripple_by_what_the_plant_lets_through():
     ],
 )
 def test_an_alarm_may_stand_for_a_tenth_of_the_run_and_not_at_its_end(given, text, at):
-    judgement = alarm_stands(evidence(**given), 0)
+    judgement = judge_alarms(evidence(**given), 0)
     assert (judgement.text, judgement.passed) == (text, text.startswith("no "))
     assert judgement.passed or at is None or judgement.at == at
 
@@ -257,7 +257,7 @@ def test_an_alarm_may_stand_for_a_tenth_of_the_run_and_not_at_its_end(given, tex
     ],
 )
 def test_a_loop_reaches_its_mode_and_ends_in_it(given, found, text):
-    judgement = not_in_mode(evidence(**given), 0)
+    judgement = judge_mode(evidence(**given), 0)
     assert (judged(judgement), judgement.text) == (found, text)
 
 

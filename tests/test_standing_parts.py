@@ -11,7 +11,7 @@ from pidcfg.sim.judgement import standing as saturation
 from pidcfg.sim.judgement import standing as signals
 from pidcfg.sim.judgement.evidence import SHARE, Evidence, Swings, limits_reached
 from pidcfg.sim.judgement.meters import calm_oscillation
-from pidcfg.sim.judgement.standing import LONG, alarm_stands, expected_errors
+from pidcfg.sim.judgement.standing import LONG_SHARE, expected_errors, judge_alarms
 
 
 @pytest.mark.parametrize(
@@ -29,9 +29,9 @@ def test_an_output_is_at_a_limit_within_half_of_what_is_no_difference(out, limit
 def test_an_alarm_that_is_over_may_have_stood_for_a_tenth_of_the_run(steps, passed):
     meter = Facts(alarms=1, alarm=0, alarm_steps=steps, alarm_since=0, status=0)
     plc = Facts(outer_alarms=("high-high",), alarm_bits={"high-high": 1})
-    found = alarm_stands(Facts(meters=[meter], plc=plc, last=1000, seconds=lambda k: k / 10), 0)
+    found = judge_alarms(Facts(meters=[meter], plc=plc, last=1000, seconds=lambda k: k / 10), 0)
 
-    assert LONG == 0.1
+    assert LONG_SHARE == 0.1
     assert found.passed == passed
     assert passed or found.text == "high-high stands for 10.1 s, 10 % of the run"
 

@@ -3,7 +3,7 @@
 import pytest
 
 from nextopid_rig import run
-from pidcfg.sim.engine.run import CYCLE_WINDOWS, comes_back
+from pidcfg.sim.engine.run import CYCLE_WINDOWS, swings_alike
 
 SCALE = (0.0, 100.0, 2**24)
 RELAY = "  - {name: OO, type: ControlON_OFF, SP: 50, DeadBand: 2, MaxPV: 100, MinPV: 0}\n"
@@ -64,8 +64,8 @@ def test_pulses_begin_in_their_cycle():
     ],
 )
 def test_extremes_come_back_within_a_share_of_the_swing(before, now, comes):
-    assert comes_back([before] * CYCLE_WINDOWS + [now] * CYCLE_WINDOWS, SCALE) == comes
-    assert not comes_back([now] * (2 * CYCLE_WINDOWS - 1), SCALE), "too few windows"
+    assert swings_alike([before] * CYCLE_WINDOWS + [now] * CYCLE_WINDOWS, SCALE) == comes
+    assert not swings_alike([now] * (2 * CYCLE_WINDOWS - 1), SCALE), "too few windows"
     half = (50.0, now[1])
     longer = [half, (now[0], 50.0)] * CYCLE_WINDOWS
-    assert comes_back(longer, SCALE), "a cycle over two windows"
+    assert swings_alike(longer, SCALE), "a cycle over two windows"

@@ -8,8 +8,8 @@ import pytest
 
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.sim.engine.kernel import Span
-from pidcfg.sim.engine.run import comes_back, is_steady, refused, window_of
-from pidcfg.sim.judgement.meters import Meter, calm, calm_oscillation, oscillation, watch_swings
+from pidcfg.sim.engine.run import is_steady, refused_modes, swings_alike, window_of
+from pidcfg.sim.judgement.meters import Meter, begin_calm, calm_oscillation, oscillation, watch_swings
 
 
 def watched(pvs, *, least=1.0, late=0, **fields):
@@ -49,7 +49,7 @@ def test_the_first_swing_of_the_last_third_and_of_the_calm_is_left_out():
 def test_an_event_and_a_loop_out_of_control_begin_anew():
     m = watched(zigzag(0, 5, 0, 5, 0, 5, 0))
     assert (m.turns, m.calm_turns) == (5, 5)
-    calm(m)
+    begin_calm(m)
     assert (m.turns, m.calm_turns) == (5, 0)
     m.control = 0
     watch_swings(99, m, 7.0)
@@ -142,8 +142,8 @@ def test_a_pv_that_swings_comes_back_to_its_extremes_of_four_windows_before(now,
     """Within a fiftieth of the swing, and two counts."""
     before = [(12.0, 18.0), (10.0, 15.0), (12.0, 20.0), (13.0, 13.0)]
     past = [(0.0, 99.0), *before, (13.0, 13.0), now, (13.0, 13.0), (13.0, 13.0)]
-    assert comes_back(past, (0.0, 100.0, 1000)) == same
-    assert comes_back(before + [now] * 3, (0.0, 100.0, 1000)) is False, "there are only seven windows"
+    assert swings_alike(past, (0.0, 100.0, 1000)) == same
+    assert swings_alike(before + [now] * 3, (0.0, 100.0, 1000)) is False, "there are only seven windows"
 
 
 @pytest.mark.parametrize(
@@ -172,5 +172,5 @@ def test_a_loop_that_rests_in_manual_though_it_is_meant_for_more_is_told(status,
     plc = Facts(
         loops=["A"], st=[Facts(status=status)], goals=[goal], modes={"manual": 1}, mode={1: "manual", 2: "auto"}.get
     )
-    found = [(p.path, p.message, p.severity, p.loop) for p in refused(Facts(plc=plc))]
+    found = [(p.path, p.message, p.severity, p.loop) for p in refused_modes(Facts(plc=plc))]
     assert found == ([(("initial",), f"A rests in manual, though {goal} is meant", "warning", "A")] if told else [])

@@ -14,7 +14,7 @@ import pidcfg
 from pidcfg.cli.formats.tuning import as_text
 from pidcfg.tuning.margins import Loop, answer, margins
 from pidcfg.tuning.rules import METHODS, Cycle, Gains, Process, TuningError
-from pidcfg.tuning.transfer import Transfer, read_transfer, reduced, transfer_of
+from pidcfg.tuning.transfer import Transfer, read_transfer, reduce_by_half_rule, transfer_of
 from pidcfg.vendors import VENDORS
 
 LAG = Process(1, 1, 1)
@@ -57,7 +57,7 @@ HALF_RULE = "(-0.3s+1)(0.08s+1)/((2s+1)(s+1)(0.4s+1)(0.2s+1)(0.05s+1)^3)"
 
 
 def test_the_half_rule_as_skogestad_prints_it():
-    one, two = (reduced(read_transfer(HALF_RULE), order) for order in (1, 2))
+    one, two = (reduce_by_half_rule(read_transfer(HALF_RULE), order) for order in (1, 2))
     assert (one.time_constant, one.dead_time) == pytest.approx((2.5, 1.47))
     assert (two.time_constant, two.second_time_constant, two.dead_time) == pytest.approx((2, 1.2, 0.77))
 
@@ -75,7 +75,7 @@ def test_the_half_rule_as_skogestad_prints_it():
     ],
 )
 def test_reduced_processes_that_are_printed(text, first, second):
-    one, two = (reduced(read_transfer(text), order) for order in (1, 2))
+    one, two = (reduce_by_half_rule(read_transfer(text), order) for order in (1, 2))
     assert (one.gain, one.time_constant, one.dead_time) == pytest.approx(first)
     assert (two.gain, two.time_constant, two.second_time_constant, two.dead_time) == pytest.approx(second)
 
@@ -142,7 +142,7 @@ def random_loop(rng, loudest=0.7):
     poles = tuple(10 ** rng.uniform(-1, 2) for _ in range(rng.randint(1, 3)))
     dead = 10 ** rng.uniform(-2, 1.5)
     plant = Transfer(10 ** rng.uniform(-1, 1), (), poles, rng.choice([0, 0, 0, 1]), dead)
-    process = reduced(plant, 1)
+    process = reduce_by_half_rule(plant, 1)
     name = rng.choice(["simc", "amigo", "lambda", "simc-improved"])
     form = rng.choice(["PI", "PID"]) if name in {"amigo", "simc-improved"} else "PI"
     found = METHODS[name].gains(form, process, Cycle(0, 0))
@@ -510,7 +510,7 @@ def test_the_cycle_s_process_has_that_cycle():
     ],
 )
 def test_each_way_of_cancelling_a_lead(text, gain, lags):
-    found = reduced(read_transfer(text), 1)
+    found = reduce_by_half_rule(read_transfer(text), 1)
     assert (found.gain, found.time_constant, found.dead_time) == pytest.approx((gain, *lags), rel=0.02)
 
 

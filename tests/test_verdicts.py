@@ -6,7 +6,7 @@ from types import SimpleNamespace as Facts
 
 import pytest
 
-from pidcfg.sim.judgement.expect import NO_STEP, Outcome, placed, verdict
+from pidcfg.sim.judgement.expect import NO_STEP, Outcome, place_verdict, verdict
 from pidcfg.sim.judgement.meters import Gauge, Meter, Onset
 from pidcfg.sim.judgement.report import Range
 from scenario_rig import scenario
@@ -165,5 +165,5 @@ def test_a_mode_at_a_time_is_what_was_seen_then():
 )
 def test_a_verdict_has_its_loop_and_its_time(text, loop, at):
     (wanted,) = scenario(f"expect: [{{{text}}}]\n").expect
-    found = placed(verdict(0, wanted, None, OUT), wanted)
+    found = place_verdict(verdict(0, wanted, None, OUT), wanted)
     assert (found.loop, found.at) == (loop, at)

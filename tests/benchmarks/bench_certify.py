@@ -15,14 +15,14 @@ import time
 from pathlib import Path
 from typing import Literal
 
-from pidcfg.sim.engine.choice import installed
+from pidcfg.sim.engine.choice import is_installed
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.study.certification.cluster import run_block
 from pidcfg.study.certification.samples import Job, run_sample
 from pidcfg.study.certification.tally import BLOCK_SAMPLES, Tally
 from pidcfg.text.reader import DEFAULT
 
-ENGINE: Literal["python", "numba"] = "numba" if installed() else "python"
+ENGINE: Literal["python", "numba"] = "numba" if is_installed() else "python"
 MOST = 1_000
 BLOCKS = 40
 """Whose way to a worker and back is measured."""

@@ -90,7 +90,7 @@ class Fuzz:
 
     def prepare(self) -> None:
         """Compiles what is to be in the memory of every copy of this process."""
-        if engine.installed():
+        if engine.is_installed():
             for path, data in self.scenarios.items():
                 text = file_of({**data, "duration": SHORT, "events": [], "expect": []})
                 files = {str(data["config"]): path.read_text("utf-8")}
@@ -249,7 +249,7 @@ class Fuzz:
 
     def _engines(self) -> tuple[EngineName, ...]:
         """CPython twice, since a run may leave nothing behind, and compiled kernels where there are any."""
-        if not engine.installed():
+        if not engine.is_installed():
             return "python", "python"
         self.found.compiled += 1
         return "python", "python", "numba"

@@ -134,9 +134,9 @@ def _record() -> tuple[Reader, tuple[type[Exception], ...]]:
 
 def _step() -> tuple[Reader, tuple[type[Exception], ...]]:
     from pidcfg.text.reader import DEFAULT
-    from pidcfg.tuning.record import UnreadableRecordError, identified
+    from pidcfg.tuning.record import UnreadableRecordError, identify_record
 
-    return lambda data: identified(data, "m.csv", DEFAULT), (UnreadableRecordError,)
+    return lambda data: identify_record(data, "m.csv", DEFAULT), (UnreadableRecordError,)
 
 
 def _map() -> tuple[Reader, tuple[type[Exception], ...]]:

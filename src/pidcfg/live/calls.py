@@ -54,10 +54,10 @@ def pull(
     not tell where its loops are, the vendor's ``options`` of ``pidcfg decode``. ``timeout`` in s; ``retries``: how
     often a request without an answer is sent again. Raises `PlcError`, and `ValueError` for a URL that is none.
     """
-    from pidcfg.live.pull import pulled
+    from pidcfg.live.pull import pull_from
 
     source = _plc_of(plc, (like, vendor, map), options, files, limits)
-    return pulled(source, format, patience_of(timeout, retries), limits)
+    return pull_from(source, format, patience_of(timeout, retries), limits)
 
 
 @exact
@@ -76,11 +76,11 @@ def compare(
 
     What runs is left out, and a set point that the operator has changed is told in ``notes``. Raises as `pull`.
     """
-    from pidcfg.live.pull import read_and_compared
+    from pidcfg.live.pull import read_and_compare
 
     checked = checked_of(source, name, files, limits)
     source_plc = source_of(plc, checked, None, {}, stated_map(map, checked.document, files, limits))
-    return read_and_compared(checked, source_plc, patience_of(timeout, retries))
+    return read_and_compare(checked, source_plc, patience_of(timeout, retries))
 
 
 def _plc_of(
@@ -161,7 +161,7 @@ def trend(
     ``sink``: an open text stream; a row is written at once. ``seconds``: how long, else until Ctrl-C, which keeps every
     row. ``taken`` is called after each row with its time and its values by column. The others as in `pull`.
     """
-    from pidcfg.live.trend import Recording, recorded
+    from pidcfg.live.trend import Recording, record_trend
 
     if not 0 < interval < float("inf"):
         raise ArgumentError(f"`interval` is {interval:g}; write seconds above 0", "interval")
@@ -169,7 +169,7 @@ def trend(
         raise ArgumentError(f"`seconds` is {seconds:g}; write seconds from 0 on", "seconds")
     source = _plc_of(plc, (like, vendor, map), options, files, limits)
     recording = Recording(sink, interval, seconds, taken or _nobody)
-    return recorded(source, recording, patience_of(timeout, retries), limits)
+    return record_trend(source, recording, patience_of(timeout, retries), limits)
 
 
 @exact
@@ -193,7 +193,7 @@ def serve(
     simulation cannot keep up. The scenario's duration and expectations do not count: whoever operates the PLC decides.
     Raises `PlcError` where nobody can listen.
     """
-    from pidcfg.live.serving import Serving, served
+    from pidcfg.live.serving import Serving, serve_document
 
     if not 0 < speed <= FASTEST:
         raise ArgumentError(f"`speed` is {speed:g}; write a number above 0 and up to {FASTEST:g}", "speed")
@@ -205,7 +205,7 @@ def serve(
         raise ArgumentError(f"`listen`: {error}", "listen") from None
     serving = Serving(place, speed, seconds, ready or _nothing, tell or _nothing)
     stated = None if map is None else stated_map(map, None, files, limits)
-    return served(document_of(source, name, files, limits), serving, reader_of(files), stated)
+    return serve_document(document_of(source, name, files, limits), serving, reader_of(files), stated)
 
 
 def _nobody(_at: float, _values: Mapping[str, str]) -> None:

@@ -46,7 +46,7 @@ MBAP = 8
 PROTOCOL, LENGTH, UNIT = slice(2, 4), slice(4, 6), 6
 
 
-def what_came(sent: bytes, came: bytes, *, is_serial: bool) -> str:
+def unexpected_answer(sent: bytes, came: bytes, *, is_serial: bool) -> str:
     """What came instead of the answer to a request; empty: nothing."""
     count = len(came)
     if not came or is_serial:
@@ -323,7 +323,7 @@ class Link:
                 raise _Unanswered("the connection was closed", "PLCs take few connections: close other programs")
             response = asked.result()
         except ModbusException:
-            instead = what_came(self._sent, self._came, is_serial=bool(self.address.device))
+            instead = unexpected_answer(self._sent, self._came, is_serial=bool(self.address.device))
             said = f"no answer within {self.patience.timeout:g} s{instead and f', but {instead}'}"
             places = ("the cable", "the unit number", "the baud rate", "the parity")[
                 : None if self.address.device else 2

@@ -16,7 +16,7 @@ from pidcfg.encoders.listing import few
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, shown
 from pidcfg.encoders.parameters import Program
 from pidcfg.live.link import Link, run
-from pidcfg.live.reading import NamedRegisters, Registers, doubts, listing_of
+from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents, listing_of
 from pidcfg.output.arguments import ArgumentError, refuse_unknown, vendor_options
 from pidcfg.output.differences import DiffOptions, DiffResult, compared
 from pidcfg.output.findings import errors_in, findings_data
@@ -143,7 +143,7 @@ def _program_words(program: Program) -> Data:
     return {"vendor": program.vendor, "words": listed["words"]}
 
 
-def pulled(source: Source, name: str, patience: Patience, limits: Limits) -> PullResult:
+def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> PullResult:
     """Reads a PLC and writes what it holds in a format; raises `PlcError` where it cannot be read."""
     if name != YAML:
         kinds = [kind.name for kind in source.vendor.load("formats").values() if kind.whole]
@@ -151,8 +151,8 @@ def pulled(source: Source, name: str, patience: Patience, limits: Limits) -> Pul
     result = PullResult(str(source.address), source.vendor.key)
     if source.like is not None and source.image is None:
         return replace(result, findings=tuple(errors_in(source.like.findings)))
-    image = read(source, patience)
-    result = replace(result, image=image, notes=tuple(doubts(image)))
+    image = read_plc(source, patience)
+    result = replace(result, image=image, notes=tuple(implausible_contents(image)))
     configuration = decoded(
         [(listing_of(image), str(source.address))],
         source.vendor,
@@ -171,7 +171,7 @@ def pulled(source: Source, name: str, patience: Patience, limits: Limits) -> Pul
     return _listed(result, image, source, name, configuration.data)
 
 
-def read(source: Source, patience: Patience) -> Image | Program:
+def read_plc(source: Source, patience: Patience) -> Image | Program:
     """What a PLC holds; raises `PlcError`."""
 
     async def reading() -> Image | Program:
@@ -236,7 +236,7 @@ class CompareResult:
         return findings_data(self.findings if self.ok else errors_in(self.findings))
 
 
-def compared_with(checked: Checked, source: Source, image: Image | Program) -> CompareResult:
+def compare_with(checked: Checked, source: Source, image: Image | Program) -> CompareResult:
     """The comparison of a checked configuration with what was read of the PLC."""
     plc, document = str(source.address), checked.document
     diff = compared(
@@ -245,7 +245,7 @@ def compared_with(checked: Checked, source: Source, image: Image | Program) -> C
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)
     findings = [finding for loop in diff.loops for finding in _findings(loop, document, source.register)]
-    notes = (*source.left_out, *doubts(image), *_notes(diff))
+    notes = (*source.left_out, *implausible_contents(image), *_notes(diff))
     return CompareResult(plc, document, tuple(ordered(findings)), diff, notes, source.unread)
 
 
@@ -311,11 +311,11 @@ def _notes(diff: DiffResult) -> Iterator[str]:
             yield f"{loop.loop}: operated, and no difference: {values}"
 
 
-def read_and_compared(checked: Checked, source: Source, patience: Patience) -> CompareResult:
+def read_and_compare(checked: Checked, source: Source, patience: Patience) -> CompareResult:
     """Reads the PLC and compares; a file that has no memory is not compared, and nothing is read."""
     if source.image is None:
         return CompareResult(str(source.address), checked.document, tuple(errors_in(checked.findings)))
-    return compared_with(checked, source, read(source, patience))
+    return compare_with(checked, source, read_plc(source, patience))
 
 
 def not_reached(file: str, message: str) -> Diagnostic:

@@ -36,14 +36,14 @@ D880 = Decision(
     "140.0 in the other order is 2.4e-41. No quantity of a loop is as small; a gateway that exchanges words is the "
     "usual cause, and each number for itself looks like a difference.",
 )
-NOTHING = 1e-30
+NEXT_TO_ZERO = 1e-30
 LISTED = 3
 
 
-def doubts(image: Image | Program) -> Iterator[str]:
+def implausible_contents(image: Image | Program) -> Iterator[str]:
     """Remarks on what was read."""
     numbers = dict(_singles(image))
-    odd = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NOTHING]
+    odd = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NEXT_TO_ZERO]
     if len(odd) > len(numbers) / 2 and len(odd) > 1:
         more = f" and {len(odd) - LISTED} more" if len(odd) > LISTED else ""
         yield (
@@ -72,7 +72,7 @@ D872 = Decision(
     "Somebody may be downloading, or an auto-tune writing its gains, while the blocks are read one after the other.",
 )
 READINGS = 5
-FEW = 6
+MOST_NAMES = 6
 
 
 class Registers:
@@ -110,7 +110,7 @@ class Registers:
             if not changed:
                 return words
             before = words
-        names = ", ".join(self._owned(n) for n in sorted(changed)[:FEW])
+        names = ", ".join(self._owned(n) for n in sorted(changed)[:MOST_NAMES])
         said = f"settings changed during each of {READINGS} readings: {names}"
         raise PlcError(f"{link.address}: {said}; look who writes them: a download, an auto-tune, the ladder program")
 
@@ -159,7 +159,7 @@ class Registers:
         """Some registers of the loops, as they are now."""
         words: dict[int, int] = {}
         for request, places in self._requests(numbers):
-            words |= joined(places, request.first, await link.read(request))
+            words |= join_contents(places, request.first, await link.read(request))
         return words
 
     def _requests(self, numbers: Iterable[int]) -> Iterator[tuple[Request, dict[int, Place]]]:
@@ -199,7 +199,7 @@ class Registers:
         return first if len(run) == 1 else f"{first} to {last}"
 
 
-def joined(places: Mapping[int, Place], first: int, content: Sequence[int]) -> dict[int, int]:
+def join_contents(places: Mapping[int, Place], first: int, content: Sequence[int]) -> dict[int, int]:
     """Raw contents of registers that were read from ``first`` on, of two in the order of their place."""
     return {
         n: sum(content[place.register - first + part] << place.shift(part) for part in range(place.width))

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.live.link import PARITIES, TERMINAL_ERRORS, Address, PlcError, endpoint, run, serial_reason
 from pidcfg.output.findings import errors_in, findings_data
 from pidcfg.sim.controllers.settings import NO_REGISTER, RegisterError
-from pidcfg.sim.engine.run import Settings, UnusableError, begun
-from pidcfg.sim.judgement.report import Note, rounded
+from pidcfg.sim.engine.run import Settings, UnusableError, begin_run
+from pidcfg.sim.judgement.report import Note, ten_digits
 from pidcfg.study.outcome import Outcome
 from pidcfg.study.scenario import load
 from pidcfg.validate.map_files import named_map, numbering_of
@@ -63,7 +63,7 @@ class VirtualPlc:
         if loaded.scenario is None or loaded.vendor is None:
             raise ValueError(f"{loaded.document.file} could not be loaded")
         scenario = loaded.scenario.model_copy(update={"duration": ENDLESS, "expect": (), "allow": ()})
-        self.run = begun(scenario, loaded.plc, loaded.controller, Settings(engine="python", judged=False))
+        self.run = begin_run(scenario, loaded.plc, loaded.controller, Settings(engine="python", judged=False))
         self.registers: Registers = loaded.vendor.load("virtual")(self.run.plc)
         self.unlisted = 0
         self._course: Iterator[int] = self.run.course()
@@ -150,7 +150,7 @@ class VirtualPlc:
         if done.mode is not None:
             run.journal.requested[loop] = done.mode
         if len(run.agenda.done) < LISTED:
-            run.agenda.done.append(Note(rounded(self.steps * self.dt), run.plc.loops[loop], done.text))
+            run.agenda.done.append(Note(ten_digits(self.steps * self.dt), run.plc.loops[loop], done.text))
         else:
             self.unlisted += 1
 
@@ -354,7 +354,7 @@ class Serving:
     tell: Callable[[str], None]
 
 
-def served(doc: Document, serving: Serving, reader: Reader, stated: MapFile | None = None) -> ServeResult:
+def serve_document(doc: Document, serving: Serving, reader: Reader, stated: MapFile | None = None) -> ServeResult:
     """Serves the scenario of a document until it is interrupted; raises `PlcError` where it cannot listen.
 
     ``stated``: the map, in place of the one that the configuration names; raises `UnusableMapError`.

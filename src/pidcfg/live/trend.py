@@ -95,7 +95,7 @@ class Recording:
     """Called after each row with its time and its values."""
 
 
-def recorded(source: Source, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
+def record_trend(source: Source, recording: Recording, patience: Patience, limits: Limits) -> TrendResult:
     """Records until the end or an interrupt, which keeps every row; raises `PlcError`, with the rows written too."""
     if source.like is not None and source.image is None:
         return TrendResult(str(source.address), tuple(errors_in(source.like.findings)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.process import Known, held_by, model_of, process_of, reduced, refuse_missing
-from pidcfg.tuning.margins import finite, judged, process_of_cycle, remarks
+from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors
 from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Model, Process, TuningError
 
 if TYPE_CHECKING:
@@ -160,10 +160,10 @@ def tuned(
     """
     fit = record = None
     if step is not None:
-        from pidcfg.tuning.record import identified
+        from pidcfg.tuning.record import identify_record
 
         data, name, said = step
-        fit, record = identified(data, name, limits, said)
+        fit, record = identify_record(data, name, limits, said)
         if fit.integrating and "integrating" not in METHODS[method].models:
             names = [row.name for row in METHODS.values() if "integrating" in row.models]
             raise TuningError(
@@ -196,8 +196,8 @@ def tuned(
 def _of_search(method: Method, known: Known, found: Searched) -> TuneResult:
     """The result of a search, beside its judgement by the continuous loop on the process itself."""
     gains = found.robust.found.result.gains
-    judgement = judged(method, found.form, gains, found.process)
-    notes = tuple(remarks(found.process))
+    judgement = judge_gains(method, found.form, gains, found.process)
+    notes = tuple(warnings_of_authors(found.process))
     return TuneResult(method, found.form, known.numbers, gains, found.model, judgement, notes, robust=found.robust)
 
 
@@ -213,10 +213,10 @@ def computed(name: str, form: Form | None, known: Known) -> TuneResult:
     cycle = Cycle(numbers.get("ultimate_gain", 0.0), numbers.get("ultimate_period", 0.0))
     chosen, gains = _gains(method, form, process, cycle)
     if method.of_ultimate is None:
-        judgement = judged(method, chosen, gains, process, known.transfer)
-        warnings = (*remarks(process), *judgement.warnings())
+        judgement = judge_gains(method, chosen, gains, process, known.transfer)
+        warnings = (*warnings_of_authors(process), *judgement.warnings())
         return TuneResult(method, chosen, numbers, gains, model, judgement, warnings)
-    judgement = judged(
+    judgement = judge_gains(
         method, chosen, gains, process_of_cycle(abs(numbers["gain"]), cycle) if "gain" in numbers else None
     )
     return TuneResult(method, chosen, numbers, gains, None, judgement, tuple(judgement.warnings()))

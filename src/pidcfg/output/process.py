@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypedDict
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.tuning.response import Request
 from pidcfg.tuning.rules import LARGEST, LEAST, METHODS, Process, is_usable
-from pidcfg.tuning.transfer import reduced as half_rule
+from pidcfg.tuning.transfer import reduce_by_half_rule as half_rule
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

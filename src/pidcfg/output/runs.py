@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.output.findings import Data, finding_data, one_or_several
 from pidcfg.sim.judgement.meters import METRICS
-from pidcfg.sim.judgement.report import rounded
+from pidcfg.sim.judgement.report import ten_digits
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -71,7 +71,7 @@ def _run(outcome: Outcome) -> Data:
         nothing: Data = {"plc_flags": {}, "loops": {}, "signals": {}, "expectations": [], "standing": [], "notes": []}
         return {"scenario": None, "file": outcome.file, "engine": None, **nothing, **findings}
     timing = report.scan_time
-    scan = {} if timing is None else {"scan_time": dict(zip(timing._fields, map(rounded, timing), strict=True))}
+    scan = {} if timing is None else {"scan_time": dict(zip(timing._fields, map(ten_digits, timing), strict=True))}
     signals = report.signals.items()
     return {
         "scenario": report.scenario,

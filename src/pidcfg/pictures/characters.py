@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from pidcfg.pictures.layout import HELD, drawable, explained, numbered, plain, unit_of_time, with_unit
+from pidcfg.pictures.layout import HELD_ROLES, drawable, explain_marks, number_marks, plain, unit_of_time, with_unit
 from pidcfg.text.signs import to_right, width_of
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def lines(chart: Chart, width: int, height: int, ascii_only: bool) -> list[str]:
     for i, panel in enumerate(chart.panels):
         rows += _panel(chart, panel, columns, max(height if i == 0 else round(height * OUTPUT_SHARE), 2), signs)
     rows += [_strip(chart, strip, columns, signs) for strip in chart.strips]
-    rows += [*_time(chart, columns, signs), *(_cut(text, width, signs) for text in explained(chart))]
+    rows += [*_time(chart, columns, signs), *(_cut(text, width, signs) for text in explain_marks(chart))]
     return [_ascii(row) if ascii_only else row for row in rows]
 
 
@@ -187,7 +187,7 @@ def spans_of(line: Line, begin: float, end: float, columns: int) -> list[tuple[f
         column = _column(time, begin, end, columns)
         low, high = spans[column] or (value, value)
         spans[column] = min(low, value), max(high, value)
-    if line.role in HELD:
+    if line.role in HELD_ROLES:
         _hold(spans, points, begin, end)
     else:
         _join(spans, points, begin, end)
@@ -250,7 +250,7 @@ def _time(chart: Chart, columns: int, signs: Signs) -> list[str]:
 def _numbers(chart: Chart, columns: int, signs: Signs) -> list[str]:
     """The numbers of the marks above them, as far as they do not cover each other."""
     row = [" "] * columns
-    for number, mark in numbered(chart):
+    for number, mark in number_marks(chart):
         column = min(_column(mark.at, *chart.ends, columns), columns - len(number))
         if all(cell == " " for cell in row[max(column - 1, 0) : column + len(number)]):
             row[column : column + len(number)] = number

@@ -19,7 +19,7 @@ from pidcfg.pictures.layout import (
     BEFORE,
     BLUE,
     GREY,
-    HELD,
+    HELD_ROLES,
     INK,
     KEY,
     LABEL,
@@ -32,7 +32,7 @@ from pidcfg.pictures.layout import (
     SIZES,
     TITLE,
     WARNING,
-    described,
+    describe_charts,
     draw_marks,
     draw_strips,
     drawable,
@@ -41,7 +41,7 @@ from pidcfg.pictures.layout import (
     letters_in,
     level_names,
     limits,
-    numbered,
+    number_marks,
     pen_of,
     plain,
     sheet,
@@ -90,7 +90,7 @@ CLASSES = {
 """First words of what `figure` calls the parts; they become classes."""
 
 
-def finished(text: str, title: str, description: str) -> str:
+def clean_drawing(text: str, title: str, description: str) -> str:
     """The drawing as it is handed out: without metadata, and with no identifier that another drawing could have."""
     root = ET.fromstring(text)  # noqa: S314 - the drawing was made here
     salt = hashlib.sha256(f"{title}\0{text}".encode()).hexdigest()[:8]
@@ -200,9 +200,9 @@ def _label(axes: Axes, text: str, point: complex, offset: tuple[float, float], c
 
 # --- A sheet of charts as a matplotlib figure: panels, strips, marks and names of lines -------------------------------
 
-FAINT = 0.18
+BAND_OPACITY = 0.18
 """How dense a band is; where two lie over each other they are denser."""
-APART = 10.0
+NAME_DISTANCE = 10.0
 """Points between the names of two lines."""
 
 
@@ -273,7 +273,7 @@ def _draw(figure: Figure, plan: Sheet, place: Place) -> None:
     for axes in (*panels, *below)[-1:]:
         _label_time(axes, chart)
     draw_marks(panels, below, chart, plan.width - plan.left - RIGHT)
-    failed = {number for number, mark in numbered(chart) if mark.kind == "failure"}
+    failed = {number for number, mark in number_marks(chart) if mark.kind == "failure"}
     for i, text in enumerate(place.texts):
         colour = WARNING if text.split(" ", 1)[0] in failed or text.startswith("failed") else INK
         _text(figure, plan, MARGIN, place.text_top + LINE * (i + 0.5), text, color=colour, gid="note")
@@ -323,8 +323,8 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
     for band in panel.bands:
         colour = pen_of(Line("", band.role, (), ()), overlaid=False).colour
         times = [t / size for t in band.times]
-        look: dict[str, Any] = {"color": colour, "alpha": FAINT, "linewidth": 0, "gid": "band"}
-        axes.fill_between(times, band.low, band.high, step="post" if band.role in HELD else None, **look)
+        look: dict[str, Any] = {"color": colour, "alpha": BAND_OPACITY, "linewidth": 0, "gid": "band"}
+        axes.fill_between(times, band.low, band.high, step="post" if band.role in HELD_ROLES else None, **look)
     names: dict[str, tuple[float, str]] = {}
     for layer, line in enumerate(sorted(panel.lines, key=layer_of), start=3):
         times, values = drawable(line)
@@ -335,7 +335,7 @@ def _draw_panel(axes: Axes, panel: Panel, box: Box, chart: Chart) -> None:
             [t / size for t in times],
             values,
             **stroke(pen),
-            drawstyle="steps-post" if line.role in HELD else "default",
+            drawstyle="steps-post" if line.role in HELD_ROLES else "default",
             gid=f"line {line.role} {line.side or 'only'}",
             marker="o" if len(times) == 1 else "",
             markersize=4,
@@ -352,7 +352,9 @@ def _name_lines(axes: Axes, names: dict[str, tuple[float, str]], points: float) 
     low, high = axes.get_ylim()
     names_at = sorted(((value - low) / (high - low) * points, name, colour) for name, (value, colour) in names.items())
     letters = letters_in(RIGHT - 0.06, SIZES["small"])
-    for at, (_, name, colour) in zip(spread([place for place, *_ in names_at], points, APART), names_at, strict=True):
+    for at, (_, name, colour) in zip(
+        spread([place for place, *_ in names_at], points, NAME_DISTANCE), names_at, strict=True
+    ):
         look = {"xycoords": "axes fraction", "color": colour, "weight": "bold"}
         label(axes, shortened(name, letters), (1.0, at / points), (4, 0), gid="name", **look)
 
@@ -361,7 +363,7 @@ def _name_levels(axes: Axes, panel: Panel, points: float) -> None:
     """The names of the levels above their ends, pushed apart."""
     low, high = axes.get_ylim()
     levels = level_names(panel)
-    places = spread([(value - low) / (high - low) * points for value, _ in levels], points, APART)
+    places = spread([(value - low) / (high - low) * points for value, _ in levels], points, NAME_DISTANCE)
     for at, (_, name) in zip(places, levels, strict=True):
         look = {"xycoords": "axes fraction", "color": PENS["level", None].colour, "ha": "right"}
         label(axes, plain(name), (1.0, at / points), (-3, 5), gid="level", **look)
@@ -369,7 +371,7 @@ def _name_levels(axes: Axes, panel: Panel, points: float) -> None:
 
 # --- Charts as SVG and PNG, drawn with matplotlib on figures of its own, without global state or a display ------------
 
-OWN: dict[RcKeyType, Any] = {
+DRAWING_SETTINGS: dict[RcKeyType, Any] = {
     "font.family": ["DejaVu Sans"],
     "text.parse_math": False,
     "svg.fonttype": "none",
@@ -392,26 +394,26 @@ def svg(charts: Sequence[Chart], *, title: str) -> str:
     with _drawing():
         sink = io.StringIO()
         figure_of(charts, title).savefig(sink, format="svg", metadata={"Date": None})
-    return finished(sink.getvalue(), title, described(charts))
+    return clean_drawing(sink.getvalue(), title, describe_charts(charts))
 
 
 def png(charts: Sequence[Chart], *, title: str) -> bytes:
     """All charts below each other as one PNG."""
     with _drawing():
         sink = io.BytesIO()
-        metadata = {"Software": None, "Description": described(charts)}
+        metadata = {"Software": None, "Description": describe_charts(charts)}
         figure_of(charts, title).savefig(sink, format="png", dpi=DPI, metadata=metadata)
     return sink.getvalue()
 
 
 @contextmanager
 def _drawing() -> Iterator[None]:
-    """The library with its defaults and `OWN`, silent about letters that its font lacks."""
+    """The library with its defaults and `DRAWING_SETTINGS`, silent about letters that its font lacks."""
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
     import matplotlib as mpl
 
     with mpl.rc_context(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         mpl.rcdefaults()
-        mpl.rcParams.update(OWN)
+        mpl.rcParams.update(DRAWING_SETTINGS)
         yield

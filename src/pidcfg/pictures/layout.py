@@ -50,7 +50,7 @@ PENS = {
 """By the role of a line and the side it belongs to: SP dashed, PV solid and thick."""
 BEFORE = Pen("#8a8a8a", 1.2, (4, 2))
 """Thin dashed grey, which can be seen on white and on a line of after."""
-BESIDE = Pen(INK, 1.0, (1.2, 1.6))
+SETPOINT_BESIDE = Pen(INK, 1.0, (1.2, 1.6))
 """A set point where dashes are those of before."""
 
 
@@ -58,7 +58,7 @@ def pen_of(line: Line, *, overlaid: bool) -> Pen:
     """How a line is drawn; ``overlaid``: in a chart of two runs."""
     if line.side == "before":
         return BEFORE
-    return BESIDE if overlaid and line.role == "setpoint" else PENS[line.role, line.side]
+    return SETPOINT_BESIDE if overlaid and line.role == "setpoint" else PENS[line.role, line.side]
 
 
 def pattern(pen: Pen) -> LineStyle:
@@ -71,7 +71,7 @@ def stroke(pen: Pen) -> Look:
     return {"color": pen.colour, "linewidth": pen.width, "linestyle": pattern(pen)}
 
 
-HELD = {"setpoint", "output", "level"}
+HELD_ROLES = {"setpoint", "output", "level"}
 """Roles of signals that keep their value until the next one."""
 
 MODES = {"manual": ("#ececec", GREY), "auto": ("#cfe3f1", BLUE), "cascade": ("#cfeadf", GREEN)}
@@ -164,7 +164,7 @@ TIME = 0.46
 """The time axis: its numbers and its title."""
 LINE, BELOW, MARGIN = 0.165, 0.26, 0.12
 """A line of text below a chart, what separates two charts, and the margin around all."""
-LISTED = 12
+MOST_EVENTS = 12
 """Events that are explained below a chart."""
 MOST_LINES = 3
 """Lines that one explanation may take."""
@@ -249,20 +249,20 @@ def _place(chart: Chart, begin: float) -> Place:
     return Place(chart, begin, key, locus, tuple(panels), tuple(strips), top, texts, top + LINE * len(texts))
 
 
-def numbered(chart: Chart) -> list[tuple[str, Mark]]:
+def number_marks(chart: Chart) -> list[tuple[str, Mark]]:
     """The marks in the order of time, with their numbers."""
     return [(str(i), mark) for i, mark in enumerate(sorted(chart.marks, key=lambda mark: mark.at), start=1)]
 
 
 def texts_of(chart: Chart, letters: int) -> tuple[str, ...]:
     """What stands below a chart: its marks by number, and its notes."""
-    return tuple(line for text in explained(chart) for line in _wrapped(text, letters))
+    return tuple(line for text in explain_marks(chart) for line in _wrapped(text, letters))
 
 
-def explained(chart: Chart) -> list[str]:
+def explain_marks(chart: Chart) -> list[str]:
     """What each mark is, as far as there is room (failures always), and the notes."""
-    marks = numbered(chart)
-    left_out = [number for number, mark in marks if mark.kind == "event"][LISTED:]
+    marks = number_marks(chart)
+    left_out = [number for number, mark in marks if mark.kind == "event"][MOST_EVENTS:]
     lines = []
     for number, mark in marks:
         what = "failed: " if mark.kind == "failure" else ""
@@ -279,15 +279,15 @@ def _wrapped(text: str, letters: int) -> list[str]:
 
 # --- Ends and ticks of an axis, and numbers as people write them beside it --------------------------------------------
 
-ROOM = 0.06
+AXIS_ROOM = 0.06
 """What is left free above and below the lines, as a share of what they cover."""
-NEAR = 0.25
+LEVEL_REACH = 0.25
 """How far beyond the signals an axis reaches to show a level, as a share of what they cover."""
-FLAT = 1e-9
+FLAT_SHARE = 1e-9
 """Values that differ by less than this share of their size are one value."""
 STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 """Distances of ticks, times a power of ten."""
-SLACK = 1e-9
+TICK_SLACK = 1e-9
 """What rounding may add to the ends of an axis, as a share of a step."""
 
 
@@ -299,13 +299,13 @@ def limits(panel: Panel) -> tuple[float, float]:
     values = [v for line in panel.lines if line.role != "level" for v in drawable(line)[1]] + list(panel.least or ())
     values += [v for band in panel.bands for side in (band.low, band.high) for v in side]
     low, high = min(values, default=0.0), max(values, default=1.0)
-    if high - low <= FLAT * max(abs(low), abs(high)):
+    if high - low <= FLAT_SHARE * max(abs(low), abs(high)):
         low, high = low - 0.05 * (abs(low) or 10.0), high + 0.05 * (abs(high) or 10.0)
-    near = NEAR * (high - low)
+    near = LEVEL_REACH * (high - low)
     levels = [v for line in panel.lines if line.role == "level" for v in drawable(line)[1]]
     close = [v for v in levels if low - near <= v <= high + near]
     low, high = min([low, *close]), max([high, *close])
-    room = ROOM * (high - low)
+    room = AXIS_ROOM * (high - low)
     return low - room, high + room
 
 
@@ -328,8 +328,8 @@ def ticks(low: float, high: float, most: int) -> list[float]:
     """Round numbers between the ends of an axis, at most so many."""
     rough = (high - low) / most
     power = 10.0 ** floor(log10(rough))
-    step = next(size * power for size in STEPS if size * power >= rough * (1 - SLACK))
-    first, last = ceil(low / step - SLACK), floor(high / step + SLACK)
+    step = next(size * power for size in STEPS if size * power >= rough * (1 - TICK_SLACK))
+    first, last = ceil(low / step - TICK_SLACK), floor(high / step + TICK_SLACK)
     return [i * step for i in range(first, last + 1)]
 
 
@@ -351,11 +351,11 @@ def spread(places: Sequence[float], room: float, apart: float) -> list[float]:
 
 # --- What a chart shows, in words: for those who hear a page instead of seeing it -------------------------------------
 
-SAID = 20
+MOST_DESCRIBED = 20
 """Bars and marks that are named, of each kind."""
 
 
-def described(charts: Iterable[Chart]) -> str:
+def describe_charts(charts: Iterable[Chart]) -> str:
     """All charts in sentences."""
     return " ".join(_chart(chart) for chart in charts)
 
@@ -389,13 +389,13 @@ def _line(line: Line) -> str:
 
 
 def _some(texts: list[str]) -> str:
-    more = f" and {len(texts) - SAID} more" if len(texts) > SAID else ""
-    return "; ".join(texts[:SAID]) + more
+    more = f" and {len(texts) - MOST_DESCRIBED} more" if len(texts) > MOST_DESCRIBED else ""
+    return "; ".join(texts[:MOST_DESCRIBED]) + more
 
 
 # --- The rows of bars below the panels, and the marks that go through everything --------------------------------------
 
-CLOSE = 0.32
+CLOSE_MARKS = 0.32
 """Marks that are closer than this, in inches, share one number above the panel."""
 EDGE = 0.01
 """What a bar leaves free of its row above and below, in inches."""
@@ -453,19 +453,19 @@ def _draw_strip(axes: Axes, strip: Strip, box: Box, top: float, chart: Chart) ->
 def draw_marks(panels: Sequence[Axes], below: Sequence[Axes], chart: Chart, width: float) -> None:
     """A line through everything at each mark, and numbers above the first panel; ``width``: of the axes in inches."""
     (begin, end), (_, size) = chart.ends, unit_of_time(chart)
-    marks = numbered(chart)
+    marks = number_marks(chart)
     for _, mark in marks:
         look = FAILURE_LINE if mark.kind == "failure" else MARK_LINE
         for axes in (*panels, *below):
             axes.axvline(mark.at / size, zorder=2, gid=f"mark {mark.kind}", **look)
     numbers = [(mark.at, number, mark.kind == "failure") for number, mark in marks]
-    for at, text, failed in grouped(numbers, CLOSE / width * (end - begin)):
+    for at, text, failed in group_numbers(numbers, CLOSE_MARKS / width * (end - begin)):
         if panels:
             look = {"color": WARNING, "weight": "bold"} if failed else {}
             label(panels[0], text, (at / size, 1.0), (0, ABOVE * 12), gid="number", **ABOVE_AXES, **look)
 
 
-def grouped(marks: Sequence[tuple[float, str, bool]], close: float) -> list[tuple[float, str, bool]]:
+def group_numbers(marks: Sequence[tuple[float, str, bool]], close: float) -> list[tuple[float, str, bool]]:
     """Numbers of marks that are close together as one text: 3-5."""
     groups: list[tuple[float, str, bool]] = []
     for at, number, failed in marks:

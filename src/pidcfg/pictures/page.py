@@ -10,15 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pidcfg.pictures.layout import (
-    HELD,
-    described,
+    HELD_ROLES,
+    describe_charts,
     drawable,
-    explained,
-    grouped,
+    explain_marks,
+    group_numbers,
     layer_of,
     level_names,
     limits,
-    numbered,
+    number_marks,
     plain,
     spread,
     tick_text,
@@ -39,11 +39,11 @@ if TYPE_CHECKING:
 
 SQUARE = 100_000
 """Width and height of a panel in its own units: finer than any screen."""
-CLOSE = 0.03
+CLOSE_MARKS = 0.03
 """Marks that are closer than this share of the time axis share one number."""
 TIMES, VALUES = 8, 5
 """Most ticks of the axes."""
-APART = 9_000.0
+NAME_DISTANCE = 9_000.0
 """What is between the names of two lines."""
 MODES = {"manual", "auto", "cascade"}
 """Modes that have a colour of their own; others take turns."""
@@ -67,11 +67,12 @@ def figure(chart: Chart) -> str:
     begin, end = chart.ends
     unit, size = unit_of_time(chart)
     notes = "".join(
-        f'<p class="note{" failure" if "failed: " in text else ""}">{escape(text)}</p>\n' for text in explained(chart)
+        f'<p class="note{" failure" if "failed: " in text else ""}">{escape(text)}</p>\n'
+        for text in explain_marks(chart)
     )
     return (
         f'<figure class="chart">\n<figcaption dir="auto">{escape(plain(chart.title))}</figcaption>\n{_key(chart)}'
-        f'<p class="said">{escape(described([chart]))}</p>\n'
+        f'<p class="said">{escape(describe_charts([chart]))}</p>\n'
         f'<div class="area" data-begin="{begin!r}" data-end="{end!r}" data-unit="{unit}" data-size="{size!r}">\n'
         f'<div class="over">{_numbers(chart)}</div>\n<div class="stack">\n'
         + "".join(_panel(chart, panel) for panel in chart.panels)
@@ -137,7 +138,7 @@ def points(chart: Chart, line: Line, low: float, high: float) -> list[tuple[int,
     The last point goes where the line is level before and after it.
     """
     (begin, end), (times, values) = chart.ends, drawable(line)
-    scale, span, held = SQUARE / ((end - begin) or 1.0), high - low, line.role in HELD
+    scale, span, held = SQUARE / ((end - begin) or 1.0), high - low, line.role in HELD_ROLES
     xs = [round((time - begin) * scale) for time in times]
     ys = [round((high - value) / span * SQUARE) for value in values]
     corners = list(zip(xs[:1], ys[:1], strict=True))
@@ -163,11 +164,13 @@ def _names(
     """The names of the signals where they end, pushed apart, and of the levels above them."""
     ends = {line.name: (corners[-1][1], line) for line, corners in reversed(lines) if corners and line.role != "level"}
     placed = sorted(ends.values(), key=lambda end: end[0])
-    for at, (_, line) in zip(spread([at for at, _ in placed], SQUARE, APART), placed, strict=True):
+    for at, (_, line) in zip(spread([at for at, _ in placed], SQUARE, NAME_DISTANCE), placed, strict=True):
         side = "before" if line.side == "before" else "only"
         yield f'<b class="name {line.role} {side}" style="top:{percent(at)}">{escape(plain(line.name))}</b>'
     levels = level_names(panel)[::-1]
-    for at, (_, name) in zip(spread([height(value) for value, _ in levels], SQUARE, APART), levels, strict=True):
+    for at, (_, name) in zip(
+        spread([height(value) for value, _ in levels], SQUARE, NAME_DISTANCE), levels, strict=True
+    ):
         yield f'<span class="limit" style="top:{percent(at)}">{escape(plain(name))}</span>'
 
 
@@ -192,16 +195,16 @@ def _strip(chart: Chart, strip: Strip) -> str:
 
 def _marks(chart: Chart) -> str:
     """A line through everything at each event and failure."""
-    places = ((share(chart, mark.at), mark.kind) for _, mark in numbered(chart))
+    places = ((share(chart, mark.at), mark.kind) for _, mark in number_marks(chart))
     return "".join(f'<i class="mark {kind}" data-at="{at}" style="left:{percent(at)}"></i>' for at, kind in places)
 
 
 def _numbers(chart: Chart) -> str:
     """The numbers of the marks, above them."""
-    numbers = [(float(share(chart, mark.at)), number, mark.kind == "failure") for number, mark in numbered(chart)]
+    numbers = [(float(share(chart, mark.at)), number, mark.kind == "failure") for number, mark in number_marks(chart)]
     return "".join(
         f'<b class="{"failure" if failed else "event"}" data-at="{at:.0f}" style="left:{percent(at)}">{text}</b>'
-        for at, text, failed in grouped(numbers, CLOSE * SQUARE)
+        for at, text, failed in group_numbers(numbers, CLOSE_MARKS * SQUARE)
     )
 
 

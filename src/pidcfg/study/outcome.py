@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
 from pidcfg.sim.engine.recording import HIGH, LOW
-from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, Alarm, in_words
+from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, Alarm, flag_words
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.reader import DISK, Reader
 
@@ -125,9 +125,9 @@ def alarm_lines(recording: Recording, loop: str, alarms: Sequence[str], setpoint
         if alarm.startswith(DEVIATION) and setpoint:
             centre = list(zip(*recording.signal(setpoint), strict=True))
             for side in (1.0, -1.0):
-                yield from level_lines(in_words(alarm), levels_around(centre, level, side), end)
+                yield from level_lines(flag_words(alarm), levels_around(centre, level, side), end)
         elif alarm != RATE:
-            yield from level_lines(in_words(alarm), level, end)
+            yield from level_lines(flag_words(alarm), level, end)
 
 
 def limit_lines(recording: Recording, loop: str, flags: Sequence[str], end: float) -> Iterator[Line]:
@@ -250,11 +250,11 @@ def signal_line(recording: Recording, signal: str, role: Role, side: Side | None
 
 def state_strips(report: LoopReport, end: float) -> tuple[Strip, ...]:
     """Modes, then each alarm and flag that was on, then the steps of a profile."""
-    spans = [(in_words(one.alarm), one.at, one.cleared) for one in report.alarms]
+    spans = [(flag_words(one.alarm), one.at, one.cleared) for one in report.alarms]
     rows = [Strip("mode", mode_strip(report, end), "mode"), *_rows(spans, end, "alarm")]
     if report.steps:
         rows.append(Strip("ramp/soak", tuple(_bar(step, end) for step in report.steps), "step"))
-    rows += _rows([(in_words(one.name), one.at, one.until) for one in report.conditions], end, "condition")
+    rows += _rows([(flag_words(one.name), one.at, one.until) for one in report.conditions], end, "condition")
     return tuple(rows)
 
 

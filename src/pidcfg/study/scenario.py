@@ -18,7 +18,7 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.schemas.scenario import Amount, Scenario, Spread, parse_amount, whole
 from pidcfg.sim.engine.checks import LARGEST, MODEL_KEYS, NOT_NEGATIVE, OWN_KEYS, POSITIVE, SMALLEST
 from pidcfg.sim.engine.events import SETPOINT
-from pidcfg.sim.engine.expressions import Problem, unknown
+from pidcfg.sim.engine.expressions import Problem, unknown_name
 from pidcfg.sim.engine.influence import wrong_actions
 from pidcfg.sim.engine.network import initial_values, rest
 from pidcfg.sim.engine.run import options, prepare
@@ -159,14 +159,14 @@ def _entries(scenario: Scenario, plc: Plc, config: Document | None) -> Iterator[
         for key, spread in keys.items():
             path = ("vary", "plants", name, key)
             if name not in plants:
-                yield path, unknown(path[:3], "plant of the scenario", name, plants, key=True)
+                yield path, unknown_name(path[:3], "plant of the scenario", name, plants, key=True)
                 break
             yield path, lambda name=name, key=key, spread=spread: vary_plant(name, key, spread, plants[name])
     for name, keys in scenario.vary.loops.items():
         for key, spread in keys.items():
             path = ("vary", "loops", name, key)
             if name not in plc.loops:
-                yield path, unknown(path[:3], "loop", name, plc.loops, key=True)
+                yield path, unknown_name(path[:3], "loop", name, plc.loops, key=True)
                 break
             yield path, lambda name=name, key=key, spread=spread: vary_loop(name, key, spread, plc, config)
 
@@ -180,7 +180,7 @@ def vary_plant(name: str, key: str, spread: Spread, plant: Plant) -> Uncertainty
     own = [k for k in OWN_KEYS if getattr(plant, k) is not None and any(k in keys for keys in MODEL_KEYS[plant.model])]
     own = [k for one in own for k in ((f"{one}.0", f"{one}.1") if one == "time_constants" else (one,))]
     if key not in (*PLANT_NUMBERS, *own):
-        near = unknown((), f"number of {name} that can vary", key, [*PLANT_NUMBERS, *own])
+        near = unknown_name((), f"number of {name} that can vary", key, [*PLANT_NUMBERS, *own])
         raise VaryError(near.message, near.help)
     written = [one for one in (*spread.pair, *(spread.limits or ())) if one.unit and spread.kind != "share"]
     if written and base not in PLANT_TIMES:

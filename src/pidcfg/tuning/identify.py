@@ -39,19 +39,19 @@ LEAST_BEFORE, LEAST_AFTER = 3, 12
 """Samples before the first change that show the rest, and after it that are needed."""
 ENOUGH_BEFORE = 8
 """Samples before the first change that show a drift."""
-SEEN = 2.0
+RECORDED_CONSTANTS = 2.0
 """Time constants of the answer that the record must hold."""
 ABOVE_NOISE = 5.0
 """How many standard deviations of noise an answer must have."""
-DRIFTS = 0.01
+DRIFT_MATTERS = 0.01
 """Change of the gain from which on a drift matters."""
-AT_REST = 0.01
+REST_STRAY = 0.01
 """How far a PV at rest may stray beside its noise, in the range of the PV."""
 LEAST_DRIFT = 0.002
 """Drift over the record, in the range of the PV, that is fitted."""
-CONSISTENT = 3.0
+CONSISTENT_ERRORS = 3.0
 """How many standard errors of the slope at rest a drift may be off it."""
-TESTED = 12.0
+DRIFT_TEST = 12.0
 """How far a drift must lower the sum of squares, in variances of what is left."""
 SIGNIFICANT = 4.0
 """How many of its standard errors a drift must have."""
@@ -59,11 +59,11 @@ SECOND_DIFFERENCE = 6.0
 """Variance of y(n) - 2 y(n-1) + y(n-2) of white noise, in variances of the noise."""
 INTEGRATES = 3.0
 """Time constant, in lengths of the answer, from which a lag looks like an integrator."""
-UNSURE = 0.3
+UNSURE_SHARE = 0.3
 """Confidence, in the number itself, beyond which a record does not tell it."""
 POOR, WRONG = 0.03, 0.1
 """What a fit may leave beside noise, in answers: more is told, much more refused."""
-NOTHING = 1e-6
+NO_DEAD_TIME = 1e-6
 """Samples: a shorter dead time is none, and what is left of it the arithmetic's."""
 
 
@@ -146,7 +146,7 @@ def _identified(record: Record, best: Fit, path: Path, noise: float, remarks: Se
     misfit = best.left / size
     if misfit > POOR and best.left > 2 * noise:
         notes.append(f"a first-order process with dead time leaves {misfit * 100:.2g} % of the answer: take care")
-    delay = best.dead if best.dead > NOTHING * between else 0.0
+    delay = best.dead if best.dead > NO_DEAD_TIME * between else 0.0
     process = Process(best.gain, 1.0 if best.constant == inf else best.constant, delay)
     errors = (gain, constant, sqrt(dead * dead + between * between))
     integrating = best.constant == inf
@@ -197,7 +197,7 @@ def _rest(record: Record, k: int, noise: float) -> tuple[float, float]:
     spread = sqrt(fmean([y * y for y in left]))
     half = max(1, k // 2)
     jump = abs(fmean(left[k - half :]) - fmean(left[:half]))
-    if spread > 2.5 * noise + AT_REST * answer or jump > 2 * AT_REST * answer + 3 * noise / sqrt(half):
+    if spread > 2.5 * noise + REST_STRAY * answer or jump > 2 * REST_STRAY * answer + 3 * noise / sqrt(half):
         moved = max(values) - min(values)
         crossings = [t for t, (a, b) in zip(times, pairwise(left), strict=False) if a * b < 0]
         swings = len(crossings) >= 4 and spread > 3 * noise
@@ -247,10 +247,10 @@ def _best(record: Record, path: Path, rest: tuple[float, float], noise: float, r
     if drifts:
         return lag
     moving = response.fit(samples, segments, drift=True, near=lag)
-    if abs(moving.drift - slope) > CONSISTENT * error:
+    if abs(moving.drift - slope) > CONSISTENT_ERRORS * error:
         return lag
-    better = lag.squares - moving.squares > TESTED * moving.squares / max(1, moving.points - 5)
-    if better and abs(moving.gain / lag.gain - 1) > DRIFTS:
+    better = lag.squares - moving.squares > DRIFT_TEST * moving.squares / max(1, moving.points - 5)
+    if better and abs(moving.gain / lag.gain - 1) > DRIFT_MATTERS:
         alone = noise / sqrt(max(1, len(samples.time) // moving.points))
         if error < inf and moving.left < 1.2 * alone:
             return moving
@@ -273,7 +273,7 @@ def _refuse_unsure(best: Fit, record: Record, segments: Sequence[Segment], noise
             "look for a disturbance or a second change during the test, and take the part without it with --from and "
             "--until",
         )
-    if best.constant != inf and seen < SEEN * best.constant:
+    if best.constant != inf and seen < RECORDED_CONSTANTS * best.constant:
         raise RecordError(
             f"the PV has not settled: the record ends {max(seen, 0):.4g} s after the dead time, and the time constant "
             f"is about {best.constant:.4g} s",
@@ -282,7 +282,7 @@ def _refuse_unsure(best: Fit, record: Record, segments: Sequence[Segment], noise
         )
     gain, constant, _ = best.errors
     for name, value, error in (("gain", best.gain, gain), ("time constant", best.constant, constant)):
-        if error > UNSURE * abs(value) and value != inf:
+        if error > UNSURE_SHARE * abs(value) and value != inf:
             raise RecordError(
                 f"the record does not tell the {name}: {value:.4g} ± {error:.2g}",
                 "take a larger step, record longer or more often, or filter the PV",

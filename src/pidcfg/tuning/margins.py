@@ -42,7 +42,7 @@ DECADES_BELOW, DECADES_ABOVE, PER_DECADE = 5, 3, 120
 """Of the frequencies that are looked at, around the inverse of the slowest and of the fastest time."""
 TURNS, PER_RADIAN = 60.0, 25
 """Radians of the dead time that are followed one by one; beyond, only |L| counts, as every phase comes by."""
-NO_DOUBT = 0.7
+CERTAIN_TURN = 0.7
 """Radians: a larger turn between two frequencies may be one of the other way round."""
 HALVINGS = 40
 SECTIONS = 60
@@ -139,7 +139,7 @@ def phase_margin(loop: OpenLoop, frequencies: Sequence[float]) -> float:
     return min((degrees(min(angle, 2 * pi - angle)) for angle in phases), default=inf)
 
 
-def traced(gains: Gains, transfer: Transfer) -> Trace:
+def trace_curve(gains: Gains, transfer: Transfer) -> Trace:
     """The curve of a stable loop."""
     loop = Loop(gains, transfer)
     frequencies = _frequencies(loop)
@@ -180,7 +180,7 @@ def _is_stable(loop: Loop, frequencies: Sequence[float], values: Sequence[comple
 def _turned(loop: Loop, low: tuple[float, float], high: tuple[float, float], most: int = HALVINGS) -> float:
     """By how much 1 + L turns between two frequencies with its phases there; close to 0 it turns fast."""
     turned = (high[1] - low[1] + pi) % (2 * pi) - pi
-    if abs(turned) < NO_DOUBT or not most:
+    if abs(turned) < CERTAIN_TURN or not most:
         return turned
     w = (low[0] + high[0]) / 2
     middle = (w, phase(1 + loop(w)))
@@ -227,9 +227,9 @@ FINEST, MOST_STEPS = 100, 60_000
 """Steps of the calculation in the fastest time, and in all."""
 COARSEST = 5
 """Times that step where the fastest time is not the loop's."""
-SETTLED, SHOWN, MOST_SHOWN = 0.01, 1.15, 1500
+SETTLED_SHARE, SHOWN_TIMES, MOST_SHOWN = 0.01, 1.15, 1500
 """Part of the way within which a PV is at rest; how long, in times until then, and in points, is shown."""
-LONG = 12
+LONGEST_LOOK = 12
 """Times the slowest of integral time, lags and dead time: how long is looked at."""
 
 
@@ -293,7 +293,7 @@ def curves(gains: Gains, transfer: Transfer) -> Curves:
     after_setpoint, _ = _run(gains, transfer, dt, duration, setpoint=1.0, load=0.0)
     after_load, _ = _run(gains, transfer, dt, duration, setpoint=0.0, load=1.0)
     moving = max(_moving(after_setpoint), _moving(after_load))
-    end = min(len(after_setpoint), round(SHOWN * moving) + 2)
+    end = min(len(after_setpoint), round(SHOWN_TIMES * moving) + 2)
     every = max(1, end // MOST_SHOWN)
     times = (0.0, *((i + 1) * dt for i in range(0, end, every)))
     return Curves(times, (0.0, *after_setpoint[:end:every]), (0.0, *after_load[:end:every]))
@@ -301,20 +301,20 @@ def curves(gains: Gains, transfer: Transfer) -> Curves:
 
 def _moving(pvs: list[float]) -> int:
     """Steps until the PV stays within a small part of its way."""
-    band = SETTLED * (max(pvs) - min(pvs))
+    band = SETTLED_SHARE * (max(pvs) - min(pvs))
     return next((i for i in range(len(pvs) - 1, -1, -1) if abs(pvs[i] - pvs[-1]) > band), 0)
 
 
 def _grid(gains: Gains, transfer: Transfer) -> tuple[float, float] | None:
     """The step of the calculation and how long it goes on, in s; None: more steps than can be made."""
     loop = Loop(gains, transfer)
-    fine, duration = min(loop.times) / FINEST, LONG * max(loop.times)
+    fine, duration = min(loop.times) / FINEST, LONGEST_LOOK * max(loop.times)
     if duration / fine <= MOST_STEPS:
         return fine, duration
     # A lag that is much slower than the loop ends with it; a time that is much faster makes no difference.
     fastest = 1 / loop.crossover
     slowest = max(time for time in (fastest, transfer.dead_time, gains.integral_time) if not isinf(time))
-    duration = min(duration, LONG * slowest)
+    duration = min(duration, LONGEST_LOOK * slowest)
     step = max(fine, duration / MOST_STEPS)
     return (step, duration) if step <= fastest / FINEST * COARSEST else None
 
@@ -381,7 +381,7 @@ class Judgement:
             yield "with these gains the loop is unstable"
 
 
-def judged(
+def judge_gains(
     method: Method, form: Form, gains: Gains, process: Process | None, transfer: Transfer | None = None
 ) -> Judgement:
     """The judgement of gains on a process, or on the transfer function that it was reduced from."""
@@ -404,7 +404,7 @@ def process_of_cycle(gain: float, cycle: Cycle) -> Process | None:
     return Process(gain, turned / w, (pi - atan(turned)) / w)
 
 
-def remarks(process: Process) -> Iterator[str]:
+def warnings_of_authors(process: Process) -> Iterator[str]:
     """What the rules' authors warn of."""
     if process.integrating:
         return

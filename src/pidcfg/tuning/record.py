@@ -36,35 +36,35 @@ if TYPE_CHECKING:
 ROLES = ("time", "output", "pv")
 
 
-def words(text: str) -> frozenset[str]:
+def words_of(text: str) -> frozenset[str]:
     """The words of a text."""
     return frozenset(text.split())
 
 
-WORDS = {
-    "time": words(
+COLUMN_WORDS = {
+    "time": words_of(
         "time timestamp date datetime datum zeit uhrzeit zeitstempel t elapsed seconds secs clock temps heure fecha "
         "hora tijd"
     ),
-    "output": words(
+    "output": words_of(
         "output out op co cv mv mout u cout valve ventil stellgröße stellgrösse stellwert ausgang sortie salida uscita "
         "heater actuator manipulated stellgrad"
     ),
-    "pv": words(
+    "pv": words_of(
         "pv process istwert measured measurement actual temp temperature temperatur level pressure flow druck "
         "durchfluss füllstand mesure mesuré medida ist sensor"
     ),
 }
 """Words that name a column, in small letters."""
-NEITHER = words("sp sv setpoint sollwert soll w target set consigne mode status quality qualität error err dev")
+OTHER_WORDS = words_of("sp sv setpoint sollwert soll w target set consigne mode status quality qualität error err dev")
 """Words of columns that are none of the three."""
 TOKEN = re.compile(r"[a-zäöüßéè]+|[A-ZÄÖÜ]+(?![a-zäöüß])|[A-ZÄÖÜ][a-zäöüßéè]+")
-GIVEN = re.compile(r"(?:^|,)\s*(time|output|pv)\s*=", re.IGNORECASE)
-LOOKED_AT = 2000
+STATED_COLUMNS = re.compile(r"(?:^|,)\s*(time|output|pv)\s*=", re.IGNORECASE)
+JUDGED_ROWS = 2000
 """Rows by which a column is judged."""
 MOST_OTHERS = 9
 """How many numbers a column must have for each cell that is none; that cell is refused with its place."""
-HELD = 0.5
+HELD_SHARE = 0.5
 """Share of samples at which an output does not change."""
 
 
@@ -86,7 +86,7 @@ class Columns:
 
 def wanted_columns(text: str) -> dict[str, str]:
     """What ``time=…,output=…,pv=…`` says; raises `TuningError`."""
-    marks = list(GIVEN.finditer(text))
+    marks = list(STATED_COLUMNS.finditer(text))
     if not marks or text[: marks[0].start()].strip():
         raise TuningError(f"columns {text[:60]!r}; write time=…,output=…,pv=… with names or numbers, time=1+2 for two")
     found = {}
@@ -146,14 +146,14 @@ def _by_name(sheet: Sheet, role: str, taken: set[int]) -> tuple[int, ...]:
     found = []
     for column, name in enumerate(sheet.names):
         words = {word.lower() for word in TOKEN.findall(name)}
-        roles = [r for r in ROLES if words & WORDS[r]]
+        roles = [r for r in ROLES if words & COLUMN_WORDS[r]]
         if "pv" in words:
             roles = ["pv"]
-        if column not in taken and roles == [role] and not words & NEITHER:
+        if column not in taken and roles == [role] and not words & OTHER_WORDS:
             found.append(column)
     if role != "time":
         found = [column for column in found if _numbers(sheet, column) is not None]
-        exact = [column for column in found if sheet.names[column].casefold() in WORDS[role]]
+        exact = [column for column in found if sheet.names[column].casefold() in COLUMN_WORDS[role]]
         found = exact if len(exact) == 1 else found
     return tuple(found)
 
@@ -171,7 +171,7 @@ def _time(sheet: Sheet, columns: Sequence[int]) -> tuple[int, ...]:
 def _numbers(sheet: Sheet, column: int) -> list[float] | None:
     """The numbers of a column; None where mostly something else stands there."""
     out, others = [], 0
-    for row in sheet.rows[:LOOKED_AT]:
+    for row in sheet.rows[:JUDGED_ROWS]:
         text = row.cells[column]
         if text.lower() in MISSING:
             continue
@@ -190,7 +190,7 @@ def _by_content(sheet: Sheet, named: dict[str, tuple[int, ...]], missing: list[s
         named["time"] = _time(sheet, stamps)
         missing.remove("time")
     others = {c: n for c in range(sheet.width) if c not in taken and c not in stamps and (n := _numbers(sheet, c))}
-    others = {c: n for c, n in others.items() if not {w.lower() for w in TOKEN.findall(sheet.names[c])} & NEITHER}
+    others = {c: n for c, n in others.items() if not {w.lower() for w in TOKEN.findall(sheet.names[c])} & OTHER_WORDS}
     if "time" in missing:
         rising = [c for c, numbers in others.items() if _goes_one_way(numbers)]
         if not rising:
@@ -213,9 +213,9 @@ def _output_and_pv(others: Mapping[int, Sequence[float]], named: dict[str, tuple
     """Of two columns, the output is the one that is held; where both are or neither is, it stands first."""
     (first, a), (second, b) = others.items()
     held = [_held(a), _held(b)]
-    swapped = held[1] >= HELD > held[0] or (min(held) >= HELD and _moves(b) < _moves(a) and _moves(b) > 0)
+    swapped = held[1] >= HELD_SHARE > held[0] or (min(held) >= HELD_SHARE and _moves(b) < _moves(a) and _moves(b) > 0)
     named["output"], named["pv"] = ((second,), (first,)) if swapped else ((first,), (second,))
-    return "by their content" if max(held) >= HELD > min(held) or swapped else "by their order"
+    return "by their content" if max(held) >= HELD_SHARE > min(held) or swapped else "by their order"
 
 
 def _held(numbers: Sequence[float]) -> float:
@@ -275,7 +275,9 @@ class Sample(NamedTuple):
     line: int
 
 
-def identified(data: bytes, name: str, limits: Limits, request: Request | None = None) -> tuple[Identified, Record]:
+def identify_record(
+    data: bytes, name: str, limits: Limits, request: Request | None = None
+) -> tuple[Identified, Record]:
     """The process of a recorded step, and its samples; raises `UnreadableRecordError`."""
     request = request or Request()
     record, lines, said = read_record(data, name, limits, request)

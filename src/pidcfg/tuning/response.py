@@ -295,7 +295,7 @@ def _simplex(cost: Callable[[Sequence[float]], float], start: tuple[float, float
 
 # --- What the output of a record does: levels that are held, or a ramp, from its first change on ----------------------
 
-STRAY = 0.05
+STRAY_SHARE = 0.05
 """How far a held output may stray, in its range."""
 MOST_TURNS = 8
 """How often the output of a test turns round at most."""
@@ -325,16 +325,16 @@ def output_path(record: Record, rest: float | None) -> Path:
         if rest is None:
             cure += "; where it stepped at the first sample, give the output before it with --rest"
         raise RecordError(f"the output never changes, it is {output[0]:g}", cure)
-    turns = _turns(output, STRAY * reach)
+    turns = _turns(output, STRAY_SHARE * reach)
     if turns > MOST_TURNS:
         raise RecordError(
             f"the output turns round {turns} times, as in a closed loop",
             "put the loop into Manual, step the output once, and record until the PV is at rest",
         )
-    held = _held(output, STRAY * reach)
+    held = _held(output, STRAY_SHARE * reach)
     path = output if held is None else held
     before = path[0] if rest is None else rest
-    first = next((i for i, u in enumerate(path) if abs(u - before) > STRAY * reach / 10), len(path) - 1)
+    first = next((i for i, u in enumerate(path) if abs(u - before) > STRAY_SHARE * reach / 10), len(path) - 1)
     start = first if held is not None else max(first - 1, 0)
     segments = _segments(record.time, [u - before for u in path], start, ramps=held is None)
     return Path(segments, first, max((u - before for u in path), key=abs))
@@ -389,7 +389,7 @@ WRONG_WAY, OVERSHOOT = 0.04, 0.06
 """Parts of the answer from which on they are told."""
 ABOVE_NOISE = 5.0
 """How many standard deviations of a mean a shape must have."""
-BACK = 0.3
+OVERSHOOT_RETURN = 0.3
 """Part of the overshoot by which the PV must come back."""
 
 SPIKE = 12.0
@@ -471,7 +471,7 @@ def _refuse_overshoot(means: Sequence[float], times: Sequence[float], answer: fl
     top = means.index(highest)
     later = means[top:]
     over = highest - answer
-    if over <= max(OVERSHOOT * answer, doubt) or highest - min(later) < BACK * over:
+    if over <= max(OVERSHOOT * answer, doubt) or highest - min(later) < OVERSHOOT_RETURN * over:
         return
     crossings = [t for t, (a, b) in zip(times, pairwise(y - answer for y in means), strict=False) if a * b < 0]
     if len(crossings) > 2:

@@ -12,7 +12,7 @@ from pidcfg.encoders.regmap import FULL_OUTPUT, LoopTuning
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import Decision
 from pidcfg.tuning.rules import Gains, TuningError, simc
-from pidcfg.tuning.sampled import Curve, SampledLoop, absolute_error, allowed, held, sampled_margins
+from pidcfg.tuning.sampled import Curve, SampledLoop, absolute_error, allowed_gains, hold_process, sampled_margins
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -118,13 +118,13 @@ def _text(value: Decimal) -> str:
 #
 # Real numbers are grids that become finer around the best of the coarser one.
 
-SPREAD, FEW = 16, 64
+SPREAD, FEW_ROWS = 16, 64
 """Every so many rows are searched first, where there are not few, for a good bound and the plants that decide."""
-LOW = 0.5
+LOW_GAIN = 0.5
 """Of the highest gain that two times allow: where Ms is too large from there up, the frequencies were too few."""
-NEARLY = 0.98
+NEAR_MS = 0.98
 """Of an Ms at the frequencies of a list: it may still be the largest between them."""
-EQUAL = 1e-9
+EQUAL_SHARE = 1e-9
 """Relative difference of numbers that count as equal."""
 
 
@@ -145,7 +145,7 @@ class Words:
 
     def between(self, low: float, high: float) -> Iterator[float]:
         """Those above ``low`` and up to ``high``, the largest first."""
-        top = self.last if high == inf else min(self.last, floor(high / self.step * (1 + EQUAL)))
+        top = self.last if high == inf else min(self.last, floor(high / self.step * (1 + EQUAL_SHARE)))
         for word in range(top, self.first - 1, -1):
             value = word * self.step
             if value <= low:
@@ -201,7 +201,7 @@ class Search:
         self.plants, self.sampling, self.ms = plants, sampling, ms
         self.derivative = derivative
         self.curves = [
-            Curve(held(plant, sampling.sample_time), sampling, ms, derivative=derivative) for plant in plants
+            Curve(hold_process(plant, sampling.sample_time), sampling, ms, derivative=derivative) for plant in plants
         ]
         self.deciding = self.curves[:1]
         """Of the plants that have decided so far."""
@@ -229,16 +229,16 @@ class Search:
         self, gains: Axis, rows: Sequence[tuple[float, float]], known: Candidate | None = None
     ) -> Candidate | None:
         """The best for the plants that decide: a gain with one of the pairs of times, or what is known."""
-        if len(rows) > FEW:
+        if len(rows) > FEW_ROWS:
             known = self.among(gains, rows[::SPREAD], known)
             rows = self._not_too_long(rows, known)
         best, least = known, inf if known is None else known.error
         for integral, derivative in rows:
             if self._at_least(integral, derivative) >= least:
                 continue
-            for low, high in allowed(self.deciding, integral, derivative):
+            for low, high in allowed_gains(self.deciding, integral, derivative):
                 for gain in gains.between(low, high):
-                    if integral / gain >= least or (best is None and gain < LOW * high):
+                    if integral / gain >= least or (best is None and gain < LOW_GAIN * high):
                         break
                     one = Gains(gain, integral, derivative)
                     if best is None and not self._is_robust(one):
@@ -252,7 +252,7 @@ class Search:
         """Gains on all plants."""
         errors = [absolute_error(gains, curve.plant, self.sampling) for curve in self.curves]
         ms = [inf if error == inf else curve.sensitivity(gains, least=inf) for curve, error in self._with(errors)]
-        near = max(ms) * NEARLY
+        near = max(ms) * NEAR_MS
         ms = [
             one if one < near or one == inf else curve.sensitivity(gains)
             for curve, one in zip(self.curves, ms, strict=True)
@@ -272,7 +272,7 @@ class Search:
         failing = []
         if result.ms > self.ms:
             failing.append(self.curves[result.worst_ms])
-        if result.error > found.error * (1 + EQUAL):
+        if result.error > found.error * (1 + EQUAL_SHARE):
             failing.append(self.curves[result.worst_error])
         added = [curve for curve in dict.fromkeys(failing) if curve not in self.deciding]
         self.deciding = [*self.deciding, *added]
@@ -306,7 +306,7 @@ class Search:
 
     def _is_robust(self, gains: Gains) -> bool:
         """Whether Ms holds on the plants that decide."""
-        return all(curve.sensitivity(gains, least=NEARLY * self.ms) <= self.ms for curve in self.deciding)
+        return all(curve.sensitivity(gains, least=NEAR_MS * self.ms) <= self.ms for curve in self.deciding)
 
 
 # --- Robust gains: the best real numbers, the best that a PLC can hold, and what its grid costs -----------------------
@@ -339,7 +339,7 @@ LEAST_TIME, MOST_TIMES = 0.2, 20.0
 """Of the delay of the loop, and of all times: the range of integral times."""
 LEAST_DERIVATIVE, MOST_DERIVATIVE = 0.05, 4.0
 """Of the delay and the second time constant: the range of derivative times."""
-BELOW = 1 - 1e-6
+BELOW_MS = 1 - 1e-6
 """Of the limit of Ms, for numbers that are rounded afterwards."""
 WORDS_AROUND = ((1.08, 1.2, 12), (1.025, 1.05, inf))
 """Reach of integral and derivative times around the best so far, and about how many of each; infinite: all words."""
@@ -453,7 +453,7 @@ class _Grid:
         low = float(limits.low or 0) / scale
         high = inf if limits.high is None else float(limits.high) / scale
         if number == 1 and Decimal(limits.high or 0) == words.no_integral:
-            high *= BELOW
+            high *= BELOW_MS
         return max(low, wanted[0]), min(high, wanted[1])
 
     def _scale(self, number: int) -> float:
@@ -515,7 +515,7 @@ class _Grid:
             result = self.search.judged(self._stored(gains))
             if result.ms <= self.search.ms:
                 return result
-            gains = replace(gains, gain=gains.gain * BELOW)
+            gains = replace(gains, gain=gains.gain * BELOW_MS)
 
     def _stored(self, gains: Gains) -> Gains:
         """As the registers hold them; a number that does not fit stays, and is told with the result."""

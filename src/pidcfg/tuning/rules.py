@@ -164,7 +164,7 @@ SETPOINT: dict[Form, tuple[float, ...]] = {
 """Table 17-2, the PID's gain corrected (D92); the integral time is Tc / (a - b Pu)."""
 
 
-def of_cycle(table: dict[Form, Row]) -> Callable[[Form, Cycle], Gains]:
+def rule_of_cycle(table: dict[Form, Row]) -> Callable[[Form, Cycle], Gains]:
     """A rule of multiples of the ultimate cycle."""
 
     def gains(form: Form, cycle: Cycle) -> Gains:
@@ -290,22 +290,22 @@ LAMBDA_FACTOR = 3
 """So many times the larger of time constant and dead time, where no closed loop is asked for."""
 
 
-def in_dependent_form(gain: float, integral_time: float, derivative_time: float) -> Gains:
+def to_dependent_form(gain: float, integral_time: float, derivative_time: float) -> Gains:
     """A series (interacting) controller in the dependent form; its derivative time is at most a quarter of Ti there."""
     factor = 1 + derivative_time / integral_time
     return Gains(gain * factor, integral_time * factor, derivative_time / factor)
 
 
-def aim(process: Process) -> float:
+def closed_loop_time(process: Process) -> float:
     """The closed-loop time constant of SIMC: the one asked for, or the dead time for tight and still smooth control."""
     return process.closed_loop or process.delay
 
 
 def _simc(process: Process, constant: float, derivative_time: float) -> Gains:
-    total = aim(process) + process.delay
+    total = closed_loop_time(process) + process.delay
     gain = 1 / (process.gain * total) if process.integrating else constant / (process.gain * total)
     integral = 4 * total if process.integrating else min(constant, 4 * total)
-    return in_dependent_form(gain, integral, derivative_time)
+    return to_dependent_form(gain, integral, derivative_time)
 
 
 def simc(form: Form, process: Process) -> Gains:
@@ -594,7 +594,7 @@ def _aiming(
 
 def _cycle(name: str, title: str, basis: Basis, table: dict[Form, Row]) -> Method:
     """A rule of multiples of the ultimate cycle."""
-    return Method(name, title, basis, ALL, of_ultimate=of_cycle(table))
+    return Method(name, title, basis, ALL, of_ultimate=rule_of_cycle(table))
 
 
 after_disturbances, after_steps = least_error_after_disturbances, least_error_after_setpoint_steps

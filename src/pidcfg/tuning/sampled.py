@@ -71,7 +71,7 @@ class Sampling:
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class HeldProcess:
     """A process from sample to sample, as the sum of two first-order modes behind the same delay."""
 
     modes: tuple[Mode, Mode]
@@ -92,7 +92,7 @@ class Held:
         return value * back**self.delay
 
 
-def held(process: Process, sample_time: float) -> Held:
+def hold_process(process: Process, sample_time: float) -> HeldProcess:
     """A process behind an output that is held; its gain counts without a sign."""
     samples = process.dead_time / sample_time
     delay = floor(samples + LAST_DIGITS)
@@ -100,7 +100,7 @@ def held(process: Process, sample_time: float) -> Held:
     slowest = process.time_constant + process.second_time_constant + process.dead_time + sample_time
     modes = [_mode(gain, lag, sample_time, late) for gain, lag in _parts(process)]
     first, second, *_ = (*modes, NO_MODE)
-    return Held((first, second), delay, sample_time, slowest, process.dead_time)
+    return HeldProcess((first, second), delay, sample_time, slowest, process.dead_time)
 
 
 def _parts(process: Process) -> list[tuple[float, float]]:
@@ -131,13 +131,13 @@ class SampledLoop:
     """The open loop of a controller on a process, at frequencies in rad/s up to half the sample frequency."""
 
     gains: Gains
-    plant: Held
+    plant: HeldProcess
     sampling: Sampling
 
     def __call__(self, w: float) -> complex:
         """The open loop at a frequency."""
         z = turn(complex(0, w * self.sampling.sample_time))
-        return self.gains.gain * self.controller(z) * filtered(self.plant, self.sampling, z)
+        return self.gains.gain * self.controller(z) * filtered_process(self.plant, self.sampling, z)
 
     def controller(self, z: complex) -> complex:
         """The controller without its gain and the PV's filter."""
@@ -145,21 +145,21 @@ class SampledLoop:
         value = 1 + self.sampling.sample_time / gains.integral_time / (1 - back)
         if not gains.derivative_time:
             return value
-        return value + gains.derivative_time * difference(back, self.sampling, gains.derivative_time)
+        return value + gains.derivative_time * filtered_difference(back, self.sampling, gains.derivative_time)
 
 
-def filtered(plant: Held, sampling: Sampling, z: complex) -> complex:
+def filtered_process(plant: HeldProcess, sampling: Sampling, z: complex) -> complex:
     """The process behind its hold and before the PV's filter."""
     return plant(z) * sampling.pv_share / (1 - (1 - sampling.pv_share) / z)
 
 
-def difference(back: complex, sampling: Sampling, derivative_time: float) -> complex:
+def filtered_difference(back: complex, sampling: Sampling, derivative_time: float) -> complex:
     """The difference to the last sample, per s, behind the derivative's filter; ``back`` is 1/z."""
     lag = sampling.lag(derivative_time)
     return (1 - back) / sampling.sample_time * lag / (1 - (1 - lag) * back)
 
 
-def frequencies(plant: Held) -> tuple[list[float], list[float]]:
+def frequencies(plant: HeldProcess) -> tuple[list[float], list[float]]:
     """From where the loop is an integrator, close enough for every turn of the dead time; and from there to the end.
 
     In the second list every phase comes by, so that only |L| counts.
@@ -214,7 +214,7 @@ LOOK = 32
 """Samples between two looks at what the integral will be at least."""
 
 
-def absolute_error(gains: Gains, plant: Held, sampling: Sampling, most: float = inf) -> float:
+def absolute_error(gains: Gains, plant: HeldProcess, sampling: Sampling, most: float = inf) -> float:
     """The integral in PV units and s, infinite for an unstable loop, and where it is at least ``most``.
 
     The integral of the error itself is Ti/Kp whatever the process is, for the integral term ends at -1. So what is
@@ -243,13 +243,13 @@ def absolute_error(gains: Gains, plant: Held, sampling: Sampling, most: float = 
     return inf
 
 
-def _errors(gains: Gains, plant: Held, sampling: Sampling) -> Iterator[list[float]]:
+def _errors(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
     """The PV at the samples after the step, `LOOK` of them at a time."""
     alone = plant.modes[1] == NO_MODE and sampling.pv_share == 1 and not gains.derivative_time
     return _of_one_lag(gains, plant, sampling) if alone else _of_all(gains, plant, sampling)
 
 
-def _of_one_lag(gains: Gains, plant: Held, sampling: Sampling) -> Iterator[list[float]]:
+def _of_one_lag(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
     """The same as `_of_all` with nothing of what is 0, in a third of the time."""
     a, b, c = plant.modes[0]
     kp, ki = gains.gain, gains.gain * sampling.sample_time / gains.integral_time
@@ -267,7 +267,7 @@ def _of_one_lag(gains: Gains, plant: Held, sampling: Sampling) -> Iterator[list[
         yield errors
 
 
-def _of_all(gains: Gains, plant: Held, sampling: Sampling) -> Iterator[list[float]]:
+def _of_all(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
     """Two modes, filters of PV and derivative."""
     (a1, b1, c1), (a2, b2, c2) = plant.modes
     share, lag = sampling.pv_share, sampling.lag(gains.derivative_time)
@@ -305,7 +305,7 @@ Interval = tuple[float, float]
 class Curve:
     """The part of the open loop that no gain changes, at a list of frequencies, and where it last was in the way."""
 
-    def __init__(self, plant: Held, sampling: Sampling, ms: float, *, derivative: bool = True) -> None:
+    def __init__(self, plant: HeldProcess, sampling: Sampling, ms: float, *, derivative: bool = True) -> None:
         self.plant, self.sampling, self.ms = plant, sampling, ms
         self.upper_at: int | None = None
         """Index of the frequency that allows the least gain, of the times before."""
@@ -340,7 +340,7 @@ class Curve:
         """Process, integral over 1/Ti, and 1/z at a frequency."""
         time = self.sampling.sample_time
         z = turn(complex(0, w * time))
-        return filtered(self.plant, self.sampling, z), time / (1 - 1 / z), 1 / z
+        return filtered_process(self.plant, self.sampling, z), time / (1 - 1 / z), 1 / z
 
     def sensitivity(self, gains: Gains, *, least: float = 0.0) -> float:
         """Ms; only as close as the frequencies are where it is below ``least``."""
@@ -360,7 +360,7 @@ class Curve:
         h, integral, back = row
         value = 1 + integral / integral_time
         if derivative_time:
-            value += derivative_time * difference(back, self.sampling, derivative_time)
+            value += derivative_time * filtered_difference(back, self.sampling, derivative_time)
         return h * value
 
     def at(self, i: int, integral_time: float, derivative_time: float) -> complex:
@@ -439,7 +439,7 @@ def roots(g: complex, ms: float) -> Interval:
     return (-along - root) / square, (root - along) / square
 
 
-def allowed(curves: Sequence[Curve], integral_time: float, derivative_time: float) -> list[Interval]:
+def allowed_gains(curves: Sequence[Curve], integral_time: float, derivative_time: float) -> list[Interval]:
     """The intervals of gains that no curve forbids at its frequencies, the highest first."""
     most, inner = inf, list[Interval]()
     for curve in curves:

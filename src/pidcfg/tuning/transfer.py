@@ -53,7 +53,7 @@ ROUNDS, ENOUGH = 30, 1e-12
 """The dead time is a result, and a bound of the rules that lead to it."""
 
 
-def reduced(transfer: Transfer, order: int) -> Process:
+def reduce_by_half_rule(transfer: Transfer, order: int) -> Process:
     """The process of one or two lags that is nearest by the half rule; raises `TuningError` where none is."""
     dead = transfer.dead_time
     for _ in range(ROUNDS):

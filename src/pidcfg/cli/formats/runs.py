@@ -14,7 +14,7 @@ from pidcfg.cli.formats.findings import Findings, details, display_name
 from pidcfg.cli.formats.findings import text as findings_text
 from pidcfg.output.runs import batches_data, runs_data
 from pidcfg.sim.judgement.meters import METRICS, OF_SWINGS
-from pidcfg.sim.judgement.report import Tally, in_short
+from pidcfg.sim.judgement.report import Tally, in_brief
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.signs import CONTROL, one_line, to_left, to_right, width_of
 from pidcfg.text.writer import json_text
@@ -140,7 +140,7 @@ def _flags(report: Report) -> str:
 def failures(report: Report) -> str:
     """The expectations that failed, as the text of a run has them; nothing where all hold."""
     rows = [row for row in _expected(report) if row[0] == FAILED]
-    standing = [row for row in in_short(report.standing) if row[0] == FAILED]
+    standing = [row for row in in_brief(report.standing) if row[0] == FAILED]
     return (table(rows) if rows else "") + (table(standing) if standing else "")
 
 
@@ -151,7 +151,7 @@ def _expected(report: Report) -> list[tuple[str, str]]:
 
 def _verdicts(outcome: Outcome, report: Report) -> str:
     rows = _expected(report)
-    standing = in_short(report.standing)
+    standing = in_brief(report.standing)
     return (
         ("Expectations\n" + table(rows) if rows else "")
         + ("Standing expectations\n" + table(standing) if standing else "")

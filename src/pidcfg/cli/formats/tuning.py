@@ -31,7 +31,7 @@ LOUDEST = 12.0
 
 def margin_chart(result: TuneResult) -> Chart:
     """The picture of a loop; ends the command where its process is not known, or it is unstable."""
-    from pidcfg.tuning.margins import curves, traced
+    from pidcfg.tuning.margins import curves, trace_curve
 
     judgement, gains = result.judgement, result.gains
     margins, plant = judgement.margins, judgement.plant
@@ -39,7 +39,7 @@ def margin_chart(result: TuneResult) -> Chart:
         raise click.ClickException("--plot needs the process: add its --gain")
     if margins is None:
         raise click.ClickException("--plot: with these gains the loop is unstable, there is nothing to be drawn")
-    trace, moves = traced(gains, plant), curves(gains, plant)
+    trace, moves = trace_curve(gains, plant), curves(gains, plant)
     points = tuple(point for point in trace.points if abs(point) < LOUDEST)
     locus = Locus(
         points, margins.ms, trace.nearest, margins.gain_margin, trace.turn, margins.phase_margin, trace.crossover

@@ -19,7 +19,7 @@ from pidcfg.output.report.content import (
 from pidcfg.pictures.page import figures
 from pidcfg.sim.judgement.expect import UNITS as METRICS
 from pidcfg.sim.judgement.meters import OF_SWINGS
-from pidcfg.sim.judgement.report import Tally, in_words
+from pidcfg.sim.judgement.report import Tally, flag_words
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -145,7 +145,7 @@ def happenings(report: Report) -> list[Happening]:
             asked = "" if change.requested in {None, change.mode} else f" (requested {change.requested})"
             reason = f": {change.reason}" if change.reason else ""
             rows.append(Happening(change.at, name, "mode", f"{change.mode}{asked}{reason}"))
-        rows += [Happening(alarm.at, name, "alarm", in_words(alarm.alarm), alarm.cleared) for alarm in loop.alarms]
+        rows += [Happening(alarm.at, name, "alarm", flag_words(alarm.alarm), alarm.cleared) for alarm in loop.alarms]
     rows += [
         Happening(note.at, note.loop or "", "error" if note.error else "note", note.text, error=note.error)
         for note in report.notes
@@ -156,12 +156,12 @@ def happenings(report: Report) -> list[Happening]:
 def open_alarms(report: Report) -> Iterator[OpenAlarm]:
     """The alarms that are on at the end."""
     for name, loop in report.loops.items():
-        yield from (OpenAlarm(name, in_words(one.alarm), one.at) for one in loop.alarms if one.cleared is None)
+        yield from (OpenAlarm(name, flag_words(one.alarm), one.at) for one in loop.alarms if one.cleared is None)
 
 
 def flags_on(loop: LoopReport) -> str:
     """The flags that were on at any time."""
-    return ", ".join(in_words(flag) for flag, seen in loop.flags.items() if seen)
+    return ", ".join(flag_words(flag) for flag, seen in loop.flags.items() if seen)
 
 
 def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float], ...]]]:

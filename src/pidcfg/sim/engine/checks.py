@@ -11,7 +11,7 @@ from pidcfg.schemas.expressions import FUNCTIONS, NUMBER
 from pidcfg.schemas.numbers import parse_number
 from pidcfg.schemas.scenario import Never
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, Plc
-from pidcfg.sim.engine.expressions import Problem, unknown
+from pidcfg.sim.engine.expressions import Problem, unknown_name
 from pidcfg.text.paths import Path, dotted, leaves, steps
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def check_expectation(path: Path, wanted: Expectation, scenario: Scenario, plc: 
 def _check_names(path: Path, subject: str, wanted: Expectation, plc: Plc, scenario: Scenario) -> Iterator[Problem]:
     """Names of loops, signals, alarms, modes and flags."""
     if wanted.loop is not None and wanted.loop not in plc.loops:
-        yield unknown((*path, "loop"), "loop", wanted.loop, plc.loops)
+        yield unknown_name((*path, "loop"), "loop", wanted.loop, plc.loops)
     elif wanted.loop is None and subject not in {"signal", "flag"}:
         yield Problem((*path, subject), f"{subject} needs a loop", help="add 'loop: …'", key=True)
     plants = [text.name for text in scenario.plants.values() if text.name]
@@ -91,7 +91,7 @@ def _check_names(path: Path, subject: str, wanted: Expectation, plc: Plc, scenar
         name, path = name.mode, (*path, "mode")
         subject = "never"
     if known is not None and name not in known:
-        yield unknown(
+        yield unknown_name(
             (*path, subject), {"autotune": "result of auto-tune", "never": "mode"}.get(subject, subject), name, known
         )
 
@@ -167,7 +167,7 @@ DISTURBED = ("gain", "load", "noise", "time_constant", "damping", "lead", "lag",
 def check_scenario(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """Everything that is wrong with a scenario apart from its expressions."""
     for option in sorted(scenario.plc.model_fields_set - set(plc.options)):
-        yield unknown(("plc", option), "option of this PLC", option, plc.options, key=True)
+        yield unknown_name(("plc", option), "option of this PLC", option, plc.options, key=True)
     yield from _check_times(scenario)
     for name in sorted({loop for loop in plc.loops if list(plc.loops).count(loop) > 1}):
         message = f"the configuration has several loops with the name {name}"
@@ -193,12 +193,12 @@ def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """Loops that standing expectations name, reasons, and a run that is too short to be judged."""
     for i, entry in enumerate(scenario.allow):
         if entry.loop not in plc.loops:
-            yield unknown(("allow", i, "loop"), "loop", entry.loop, plc.loops)
+            yield unknown_name(("allow", i, "loop"), "loop", entry.loop, plc.loops)
         if not entry.reason.strip():
             yield Problem(("allow", i, "reason"), "the reason is empty", "value", help="say why the loop may")
     for i, name in enumerate(scenario.loops or ()):
         if name not in plc.loops:
-            yield unknown(("loops", i), "loop", name, plc.loops)
+            yield unknown_name(("loops", i), "loop", name, plc.loops)
     if scenario.loops is not None and not scenario.loops:
         yield Problem(("loops",), "no loop is judged", "value", help="name the loops, or leave out the key")
     yield from _check_length(scenario, plc)
@@ -247,7 +247,7 @@ def _check_initial(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
         if loop in plc.loops:
             yield from _refused(path, loop, plc, ("output",), value)
         else:
-            yield unknown(path, "loop", loop, plc.loops, key=True)
+            yield unknown_name(path, "loop", loop, plc.loops, key=True)
 
 
 def _refused(path: Path, loop: str, plc: Plc, keys: tuple[str, ...], value: object) -> Iterator[Problem]:
@@ -315,7 +315,7 @@ def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iter
     if event.duration is not None and (action != "pv" or event.duration <= 0):
         yield Problem((*path, "for"), "'for' is the time above 0 that a sensor stays broken (pv)", key=True)
     if event.loop is not None and event.loop not in plc.loops:
-        yield unknown((*path, "loop"), "loop", event.loop, plc.loops)
+        yield unknown_name((*path, "loop"), "loop", event.loop, plc.loops)
     elif event.loop in plc.wired and action == "pv":
         message = f"the PV of {event.loop} comes from the PLC's program; set the signal that it is made of"
         yield Problem((*path, "pv"), message, key=True)
@@ -328,7 +328,7 @@ def _check_event(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iter
     elif action == "disturb":
         yield from _check_disturb(path, event, scenario)
     elif action == "mode" and event.mode not in plc.modes:
-        yield unknown((*path, "mode"), "mode", event.mode, plc.modes)
+        yield unknown_name((*path, "mode"), "mode", event.mode, plc.modes)
     elif action == "plc" and event.loop is not None:
         yield Problem((*path, "loop"), "plc concerns the whole PLC, not a loop", key=True)
     elif action in plc.commands:
@@ -341,7 +341,7 @@ def _check_command(path: Path, action: str, command: str, plc: Plc) -> Iterator[
     if not known:
         yield Problem(path, f"this PLC has no {action.replace('_', '/')}", key=True)
     elif command not in known:
-        yield unknown(path, f"command of {action} on this PLC", command, known)
+        yield unknown_name(path, f"command of {action} on this PLC", command, known)
 
 
 def _check_set(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
@@ -355,7 +355,7 @@ def _check_set(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterat
             yield from _check_input(place, name, value, plc)
         elif name not in scenario.signals:
             known = [*scenario.signals, *plc.inputs]
-            yield unknown(place, "signal of the scenario or the program", name, known, key=True)
+            yield unknown_name(place, "signal of the scenario or the program", name, known, key=True)
         else:
             yield from _check_signal(place, name, value)
 
@@ -385,7 +385,7 @@ def _check_disturb(path: Path, event: Event, scenario: Scenario) -> Iterator[Pro
     name = event.plant or event.loop
     if name is None or name not in names or (event.plant and event.loop):
         known = [str(n) for n in names]
-        yield unknown(
+        yield unknown_name(
             (*path, "plant" if event.plant else "loop"), "plant of the scenario", name, known, key=name is None
         )
         return
@@ -394,7 +394,7 @@ def _check_disturb(path: Path, event: Event, scenario: Scenario) -> Iterator[Pro
         place = (*path, "disturb", key)
         has = [k for k in DISTURBED if getattr(plant, k) is not None and (k not in OWN_KEYS or _fits(plant, k))]
         if key not in has:
-            yield unknown(place, f"number of {name} that can change", key, has, key=True)
+            yield unknown_name(place, f"number of {name} that can change", key, has, key=True)
         elif abs(value) > LARGEST or (value < 0 and key in NOT_NEGATIVE) or (value < SMALLEST and key in POSITIVE):
             yield Problem(place, f"{key} cannot be {value}", "value")
 

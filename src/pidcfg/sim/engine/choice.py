@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pidcfg.sim.engine import kernel
 from pidcfg.sim.engine.kernel import LOG_COLUMNS, LOG_ROWS, Log, Loops, Meters, Span, World
-from pidcfg.sim.engine.plants import Normals, agrees, normals, step_plants, uniform, word
+from pidcfg.sim.engine.plants import Normals, draws_alike, normals, step_plants, uniform, word
 from pidcfg.sim.judgement.meters import Band, Gauge, measure_loop, read_gauges, watch_bands, watch_end, watch_swings
 from pidcfg.text.store import KERNELS, holds_entries
 
@@ -51,10 +51,10 @@ def choose(
     work = loop_steps * controller.COST.loop_step * (runs or 1)
     if runs is None and controller.scan in KEPT:
         return "numba" if work >= COPYING else "python"
-    if work < LOADING or not installed():
+    if work < LOADING or not is_installed():
         return "python"
     compiles = work >= LOADING + 1_000_000 * controller.COST.compiling
-    return "numba" if compiles or _in_cache(controller.scan, inlined(controller), calls) else "python"
+    return "numba" if compiles or _in_cache(controller.scan, inlined_kernels(controller), calls) else "python"
 
 
 @cache
@@ -65,8 +65,8 @@ def _in_cache(scan: Scan, inlined: tuple[Callable[..., Any], ...], calls: tuple[
     from pidcfg.sim.engine import compile as compiler
 
     of_vendor = (kernel.advance, *(f for f in calls if f in ENTRIES))
-    return compiler.kept(of_vendor, ENTRIES, {kernel.scan: scan}, inlined) and (
-        normals not in calls or compiler.kept([normals], [normals], {}, DRAWN)
+    return compiler.is_kept(of_vendor, ENTRIES, {kernel.scan: scan}, inlined) and (
+        normals not in calls or compiler.is_kept([normals], [normals], {}, DRAWN)
     )
 
 
@@ -75,7 +75,7 @@ def calls_of(scenario: Scenario, net: Network) -> tuple[Callable[..., Any], ...]
     return (kernel.settle,) * (scenario.initial == "steady") + (normals,) * bool(net.noisy)
 
 
-def installed() -> bool:
+def is_installed() -> bool:
     """Whether the optional extra ``fast`` is there."""
     try:
         import pidcfg.sim.engine.compile  # noqa: F401 - whether it can be imported is the question
@@ -178,7 +178,7 @@ DRAWN = (word, uniform)
 """Kernels within `pidcfg.sim.engine.plants.normals`."""
 
 
-def inlined(controller: Controller) -> tuple[Callable[..., Any], ...]:
+def inlined_kernels(controller: Controller) -> tuple[Callable[..., Any], ...]:
     """The kernels on the hot path of a vendor."""
     return (*controller.INLINED, *HOT)
 
@@ -193,7 +193,7 @@ def numba_kernels(controller: Controller) -> Kernels:
         return KEPT[controller.scan]
     from pidcfg.sim.engine import compile as compiler
 
-    built = compiler.compiled(ENTRIES, {kernel.scan: controller.scan}, inlined(controller))
+    built = compiler.compile_functions(ENTRIES, {kernel.scan: controller.scan}, inlined_kernels(controller))
     vendor = {kernel.Config: controller.Config, kernel.State: controller.State}
     advance, settle = (compiler.on_lists(built[f], f, vendor) for f in ENTRIES)
     KEPT[controller.scan] = Kernels(advance, settle, fast_normals)
@@ -205,5 +205,5 @@ def fast_normals() -> Normals | None:
     """`pidcfg.sim.engine.plants.normals` compiled, where it draws what Python draws."""
     from pidcfg.sim.engine import compile as compiler
 
-    fast = compiler.on_lists(compiler.compiled([normals], inlined=DRAWN)[normals], normals, {})
-    return fast if agrees(fast) else None
+    fast = compiler.on_lists(compiler.compile_functions([normals], inlined=DRAWN)[normals], normals, {})
+    return fast if draws_alike(fast) else None

@@ -1,6 +1,6 @@
 """The same kernels, compiled: numba over NumPy records in place of CPython over slots dataclasses.
 
-`compiled` rebuilds functions and all that they call with globals in which every one of them is its compiled
+`compile_functions` rebuilds functions and all that they call with globals in which every one of them is its compiled
 self, unedited otherwise, and a vendor's ``scan`` stands in the place of another function. `records` and `write_back`
 carry flat dataclasses to structured arrays and home again.
 
@@ -65,7 +65,7 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True, "_n
 """Kernels divide by nothing that can be 0, are called by nobody in C, and create no objects to count references of."""
 
 
-def compiled(
+def compile_functions(
     functions: Iterable[Kernel],
     replaced: Mapping[Kernel, Kernel] | None = None,
     inlined: Iterable[Kernel] = (),
@@ -81,7 +81,7 @@ def compiled(
     built: dict[Kernel, Kernel] = {}
     for f in originals:
         options = OPTIONS | {"forceinline": f in hot, "no_cpython_wrapper": f not in entries}
-        built[f] = numba.njit(**options)(rebuilt(f))
+        built[f] = numba.njit(**options)(copy_function(f))
         if f in entries:
             vars(built[f])["_cache"] = KernelCache(entry_name(key, f))
     connect(originals, built, swap)
@@ -110,7 +110,7 @@ def reachable(functions: Iterable[Kernel], replaced: Mapping[Kernel, Kernel]) ->
     return list(kernels)
 
 
-def rebuilt(f: Kernel) -> FunctionType:
+def copy_function(f: Kernel) -> FunctionType:
     """A copy of a function with a copy of its globals."""
     copy = FunctionType(f.__code__, dict(f.__globals__), f.__name__)
     copy.__module__, copy.__qualname__, copy.__doc__ = f.__module__, f.__qualname__, f.__doc__
@@ -289,7 +289,7 @@ def entry_name(key: str, f: Kernel) -> str:
     return hash_of((key, identity(f), processor)).hex()
 
 
-def kept(
+def is_kept(
     called: Iterable[Kernel],
     functions: Iterable[Kernel],
     replaced: Mapping[Kernel, Kernel],

@@ -13,8 +13,8 @@ from pidcfg.schemas.numbers import parse_number
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, Plc, steps_until
 from pidcfg.sim.engine.kernel import LOG_COLUMNS
 from pidcfg.sim.engine.plants import numbers_of, set_parameters
-from pidcfg.sim.judgement.meters import begin_step, break_sensor, cut_off, repair_sensor, want
-from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange, Note, Period, rounded
+from pidcfg.sim.judgement.meters import begin_step, break_sensor, cut_off, repair_sensor, want_mode
+from pidcfg.sim.judgement.report import Alarm, LoopReport, ModeChange, Note, Period, ten_digits
 from pidcfg.text.paths import dotted, leaves
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ class Journal:
         """
         numbers = iter(log[: rows * LOG_COLUMNS].tolist())
         for k, loop, status, aux, notice in zip(*[numbers] * LOG_COLUMNS, strict=True):
-            time = rounded(k * self.dt)
+            time = ten_digits(k * self.dt)
             status_before, aux_before = self.before[loop] or (~status, ~aux)
             self.before[loop] = status, aux
             self.status[loop] |= status
@@ -317,8 +317,8 @@ class Agenda:
 
     def act(self, event: Event, number: int, k: int) -> Note | None:
         """Lets an event act on PLC, plants or signals."""
-        time = rounded(k * self.step / TICKS)
-        self.done.append(Note(time, event.loop or event.plant, in_words(event)))
+        time = ten_digits(k * self.step / TICKS)
+        self.done.append(Note(time, event.loop or event.plant, describe_event(event)))
         if event.plc is not None:
             self.switch(k, event.plc)
         elif event.disturb is not None:
@@ -356,7 +356,7 @@ class Agenda:
 
     def want(self, k: int, loop: int, bits: int) -> None:
         """A loop is meant for another mode; it has some samples to come into it."""
-        want(self.machine.meters[loop], k, bits, GRACE * self.plc.cfg[loop].period // self.step)
+        want_mode(self.machine.meters[loop], k, bits, GRACE * self.plc.cfg[loop].period // self.step)
 
     def begin_step(self, k: int, loop: int, before: float) -> None:
         """Measures from here on how a loop follows its set point, if it controls anything."""
@@ -439,10 +439,10 @@ class Agenda:
             self.plc.program(self.net.sig)
 
 
-def in_words(event: Event) -> str:
+def describe_event(event: Event) -> str:
     """What an event does, for the report."""
     if event.set is not None:
-        return ", ".join(f"set {dotted(keys)} to {as_written(value)}" for keys, value, _ in leaves(event.set))
+        return ", ".join(f"set {dotted(keys)} to {value_text(value)}" for keys, value, _ in leaves(event.set))
     if event.disturb is not None:
         return ", ".join(f"disturb {key} to {value:f}" for key, value in event.disturb.items())
     if event.pv is not None:
@@ -455,6 +455,6 @@ def in_words(event: Event) -> str:
     return f"ramp/soak {event.ramp_soak}" if event.ramp_soak else f"auto-tune {event.autotune}"
 
 
-def as_written(value: object) -> str:
+def value_text(value: object) -> str:
     """A value as the file has it."""
     return f"[{', '.join(map(str, value))}]" if isinstance(value, list | tuple) else str(value)

@@ -75,7 +75,7 @@ class NoValue(NamedTuple):
     setting: bool = True
 
 
-def unknown(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
+def unknown_name(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
     """A name that is unknown here, with the nearest known one as help."""
     names = list(known)
     near = nearest(str(name), names)
@@ -178,7 +178,7 @@ TRIES = 40
 DECADES = (-2.0, 3.0)
 
 
-def depends(
+def depends_on(
     value: Callable[[Sequence[float]], float | None], sig: Sequence[float], signals: Collection[int], slot: int
 ) -> bool:
     """Whether ``value`` of the signals (None: it has none there) is another one at two values of ``slot``.

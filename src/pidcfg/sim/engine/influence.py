@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from pidcfg.schemas.expressions import CONSTANT, SIGNAL
-from pidcfg.sim.engine.expressions import Problem, depends, evaluate
+from pidcfg.sim.engine.expressions import Problem, depends_on, evaluate
 from pidcfg.text.paths import dotted, leaves
 
 if TYPE_CHECKING:
@@ -52,10 +52,10 @@ class Influence:
         for name, at in net.plant_of.items():
             plant = net.plants[at]
             if plant.gain or name in awoken:
-                self._add(followed_by(net, plant), (plant.slot, plant.measured))
+                self._add(followed_signals(net, plant), (plant.slot, plant.measured))
             self._add([plant.slot], [plant.measured])
         for channel in net.channels:
-            self._add(followed_by(net, channel), [channel.target])
+            self._add(followed_signals(net, channel), [channel.target])
         for i, c in enumerate(plc.cfg[: len(plc.loops)]):
             self._add([c.sig_in], [c.sig_pv])
             self._add([c.sig_pv, c.sig_sp], [c.sig_out])
@@ -153,9 +153,9 @@ class Influence:
                 yield name
 
 
-def followed_by(net: Network, reader: Plant | Channel) -> Collection[int]:
+def followed_signals(net: Network, reader: Plant | Channel) -> Collection[int]:
     """The signals that a plant or a channel reads and really follows."""
-    read, pool = read_by(net, reader), net.pool
+    read, pool = read_signals(net, reader), net.pool
     if reader.source >= 0 or CONSTANT not in pool.code[reader.first : reader.last : 2]:
         return read
     stack = pool.stack()
@@ -164,10 +164,10 @@ def followed_by(net: Network, reader: Plant | Channel) -> Collection[int]:
         found = evaluate(pool.code, pool.constants, reader.first, reader.last, signals, stack)
         return None if stack[0] else found
 
-    return {slot for slot in read if depends(value, net.sig, read, slot)}
+    return {slot for slot in read if depends_on(value, net.sig, read, slot)}
 
 
-def read_by(net: Network, reader: Plant | Channel) -> Collection[int]:
+def read_signals(net: Network, reader: Plant | Channel) -> Collection[int]:
     """The signals that a plant or a channel reads."""
     if reader.source >= 0:
         return (reader.source,)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.schemas.expressions import Expression, ExpressionError, parse
 from pidcfg.sim.controllers.plc import TICKS, Plc
-from pidcfg.sim.engine.expressions import Pool, Problem, evaluate, unknown
+from pidcfg.sim.engine.expressions import Pool, Problem, evaluate, unknown_name
 from pidcfg.sim.engine.kernel import Channel
 from pidcfg.sim.engine.plants import MODELS, Plant, numbers_of, set_parameters, settle_at
 
@@ -122,7 +122,7 @@ def _add_plant(net: Network, plc: Plc, key: str | int, text: PlantText, later: _
     if isinstance(key, str) and text.name is not None:
         net.problems.append(Problem((*path, "name"), "a plant that is keyed by its loop has no other name", key=True))
     if isinstance(key, str) and name not in plc.loops:
-        net.problems.append(unknown(path, "loop", name, plc.loops, key=True))
+        net.problems.append(unknown_name(path, "loop", name, plc.loops, key=True))
         return
     if name in net.texts or (isinstance(key, int) and name in net.names):
         net.problems.append(Problem(path, f"{name} is taken", "value", help="give the plant another name"))
@@ -209,7 +209,7 @@ def _connect(net: Network, plc: Plc, connect: Mapping[str, str], later: _Later) 
                 _add_channel(net, plc.inputs[target], expression)
                 net.sources[len(net.channels) - 1] = path
         elif loop is None:
-            net.problems.append(unknown(path, "loop's PV", target, [*targets, *plc.inputs], key=True))
+            net.problems.append(unknown_name(path, "loop's PV", target, [*targets, *plc.inputs], key=True))
         elif loop in plc.wired:
             net.problems.append(_within(path, loop))
         elif loop in net.plant_of:

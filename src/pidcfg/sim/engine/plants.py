@@ -94,7 +94,7 @@ def step_plants(
         p = plants[i]
         u = signals[p.source] if p.source >= 0 else read_expression(k, p, signals, code, constants, stack)
         if p.length > 0:
-            u = delayed(p, u, delay)
+            u = delayed_input(p, u, delay)
         if p.model == FIRST_ORDER:
             y = p.y
             y += p.a * (p.gain * u + p.load - y)
@@ -126,7 +126,7 @@ def read_expression(
     return p.held
 
 
-def delayed(p: Plant, u: float, delay: MutableSequence[float]) -> float:
+def delayed_input(p: Plant, u: float, delay: MutableSequence[float]) -> float:
     """What went into the plant's delay line one dead time ago (kernel)."""
     at = p.delay + p.head
     value = delay[at]
@@ -267,7 +267,7 @@ def set_parameters(plant: Plant, numbers: Mapping[str, float], dt: float) -> Non
 # Noise of transmitters: standard normal numbers, drawn by `random.gauss` or by kernels that give the same bits.
 # `normals` is Python's own generator, the Mersenne Twister with Box and Muller's transformation, on its own state, as
 # a kernel: compiled, it draws a number in a tenth of the time. The last bits of a logarithm or a sine depend on the
-# mathematical library; where compiled code is not linked to Python's, `agrees` tells, and Python draws.
+# mathematical library; where compiled code is not linked to Python's, `draws_alike` tells, and Python draws.
 
 Normals = Callable[[int, int, int, MutableSequence[int], MutableSequence[float], MutableSequence[float]], int]
 """The type of `normals`."""
@@ -367,6 +367,6 @@ def state_of(source: random.Random) -> tuple[array[int], array[float]]:
     return array("q", words), array("d", [0.0, 0.0] if spare is None else [spare, 1.0])
 
 
-def agrees(fast: Normals, tried: int = TRIED) -> bool:
+def draws_alike(fast: Normals, tried: int = TRIED) -> bool:
     """Whether compiled code draws what Python does."""
     return Noise(["noise"], fast).rows(tried).tobytes() == Noise(["noise"]).rows(tried).tobytes()

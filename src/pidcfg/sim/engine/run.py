@@ -22,10 +22,10 @@ from pidcfg.sim.engine.kernel import Span
 from pidcfg.sim.engine.network import Network, build, initial_values, rest
 from pidcfg.sim.engine.plants import Noise
 from pidcfg.sim.judgement.evidence import Evidence, meters_of
-from pidcfg.sim.judgement.expect import Outcome, Watch, alarms_off, placed, verdict, watches_of
+from pidcfg.sim.judgement.expect import Outcome, Watch, alarms_off, place_verdict, verdict, watches_of
 from pidcfg.sim.judgement.meters import DEFAULT_BAND, Band, Gauge, Onset, begin, loop_metrics, time_in_control
-from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, rounded
-from pidcfg.sim.judgement.standing import Lookout, standing, unused_allowances
+from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, ten_digits
+from pidcfg.sim.judgement.standing import LoopWatch, standing, unused_allowances
 from pidcfg.text.paths import leaves
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def faults(scenario: Scenario, plc: Plc, net: Network, step: int, zero: int) -> 
     """A note for each expression, with the first time; ``step`` in ticks, time 0 is base step ``zero``."""
 
     def time(k: int) -> float:
-        return rounded(max(0, k - zero) * step / TICKS)
+        return ten_digits(max(0, k - zero) * step / TICKS)
 
     named = {at: name for name, at in net.plant_of.items()}
     for i, plant in enumerate(net.plants):
@@ -71,7 +71,7 @@ class Sink(Protocol):
         """Takes a piece of text."""
 
 
-def clock(ticks: int) -> str:
+def time_text(ticks: int) -> str:
     """A time in s, exactly: ``0.2``, ``15``."""
     whole, part = divmod(ticks, TICKS)
     return f"{whole}.{part:06d}".rstrip("0") if part else str(whole)
@@ -99,7 +99,7 @@ class Trend:
             at = self.at + row * apart
             if at % self.every == 0:
                 shown = (f"{value:.10g}" for value in values[row * width : (row + 1) * width])
-                lines.append(",".join([clock(at * self.step), *shown]))
+                lines.append(",".join([time_text(at * self.step), *shown]))
         self.at += rows * apart
         if lines:
             self.sink.write("\n".join(lines) + "\n")
@@ -123,10 +123,10 @@ def base_step(scenario: Scenario, plc: Plc) -> int:
     if chosen is not None:
         return max(1, int(chosen * TICKS))
     rates = [plc.base] if plc.running else [config.period for config in plc.cfg]
-    return gcd(*rates, *rates_set(scenario, plc)) or TICKS
+    return gcd(*rates, *set_rates(scenario, plc)) or TICKS
 
 
-def rates_set(scenario: Scenario, plc: Plc) -> list[int]:
+def set_rates(scenario: Scenario, plc: Plc) -> list[int]:
     """Sample rates that events of the scenario set, in ticks."""
     periods = []
     for event in scenario.events:
@@ -144,8 +144,8 @@ def prepare(scenario: Scenario, plc: Plc) -> Network:
     step = base_step(scenario, plc)
     problems = list(check_scenario(scenario, plc))
     for name, period in zip(plc.loops, plc.periods, strict=True):
-        if period and misses(period, step, scenario):
-            problems.append(uneven(name, period, step))
+        if period and misses_samples(period, step, scenario):
+            problems.append(uneven_rate(name, period, step))
     if scenario.plc.number_of_loops is not None and any(plc.flags.values()):
         words = ", ".join(f"{name} = {plc.word_of_flags.format(word)}" for name, word in plc.flags.items())
         message = f"with {scenario.plc.number_of_loops} loops the set-up check gives {words}: the loop task is off"
@@ -153,12 +153,12 @@ def prepare(scenario: Scenario, plc: Plc) -> Network:
     return build(scenario, plc, step, problems)
 
 
-def misses(period: int, step: int, scenario: Scenario) -> bool:
+def misses_samples(period: int, step: int, scenario: Scenario) -> bool:
     """Whether samples of this rate come late in steps of this length; any rate fits scans that are shorter."""
     return period < step if scenario.plc.scan_time is not None else period % step != 0
 
 
-def uneven(loop: str, period: int, step: int, since: str = "") -> Problem:
+def uneven_rate(loop: str, period: int, step: int, since: str = "") -> Problem:
     """A sample rate that the base step does not meet."""
     what = "is shorter than" if period < step else "is no multiple of"
     message = f"{since}the sample rate of {loop}, {period / TICKS:g} s, {what} the step, {step / TICKS:g} s"
@@ -166,7 +166,7 @@ def uneven(loop: str, period: int, step: int, since: str = "") -> Problem:
     return Problem(("step",), message, "rounded", "warning", cure, loop=loop)
 
 
-def too_long(last: int, loops: int, limit: int | None) -> list[Problem]:
+def length_problems(last: int, loops: int, limit: int | None) -> list[Problem]:
     """The limit on loop-steps, and a scenario without any; ``last``: its last base step."""
     count = (last + 1) * loops
     if limit is not None and count > limit:
@@ -221,14 +221,14 @@ def run_to_rest(machine: Machine, max_loop_steps: int | None, swinging: Collecti
         if swinging:
             past.append([(span.low, span.high) for span in spans])
             ends = {i: [window[i] for window in past] for i in swinging}
-            unsteady = [i for i in unsteady if i not in ends or not comes_back(ends[i], plc.scales[i])]
+            unsteady = [i for i in unsteady if i not in ends or not swings_alike(ends[i], plc.scales[i])]
         if not unsteady:
             return k
         moving = unsteady[0]
     raise UnsteadyError(_explain(machine, k, spans[moving], moving, steps))
 
 
-def refused(machine: Machine) -> list[Problem]:
+def refused_modes(machine: Machine) -> list[Problem]:
     """A warning for each loop that rests in another mode than it is meant for: what rests is not under control."""
     plc = machine.plc
     modes = [plc.mode(state.status) for state in plc.st[: len(plc.loops)]]
@@ -278,7 +278,7 @@ def swinging_loops(scenario: Scenario, net: Network, plc: Plc) -> set[int]:
     return {i for i in loops if i in sources or plc.cfg[i].sig_pv in moved}
 
 
-def comes_back(past: Sequence[tuple[float, float]], scale: tuple[float, float, int]) -> bool:
+def swings_alike(past: Sequence[tuple[float, float]], scale: tuple[float, float, int]) -> bool:
     """Whether a PV swings between the same extremes: ``past`` has the lowest and highest of each window."""
     if len(past) < 2 * CYCLE_WINDOWS:
         return False
@@ -344,19 +344,19 @@ def simulate(scenario: Scenario, new_plc: Callable[[], Plc], controller: Control
     ``new_plc`` makes the PLC at its program-to-run transition; it is called again when the network does not settle and
     the run starts without the pre-roll.
     """
-    run = begun(scenario, new_plc, controller, settings)
+    run = begin_run(scenario, new_plc, controller, settings)
     for _ in run.course():
         pass
     return run.finish()
 
 
-def begun(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
+def begin_run(scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
     """A run at time 0, as `simulate` has it; `Run.course` goes on from there."""
     run = Run.of(scenario, new_plc, controller, settings)
     if scenario.initial == "steady" and run.plc.running:
         try:
             run.zero = run_to_rest(run.machine, settings.max_loop_steps, swinging_loops(scenario, run.net, run.plc))
-            run.problems += refused(run.machine)
+            run.problems += refused_modes(run.machine)
         except UnsteadyError as error:
             run = Run.of(scenario, new_plc, controller, settings)
             run.problems.append(error.problem)
@@ -388,7 +388,7 @@ class Run:
     """Sample rates at the last look."""
     chunk: int = CHUNK
     """Base steps between two looks."""
-    lookout: Lookout | None = None
+    lookout: LoopWatch | None = None
 
     @classmethod
     def of(cls, scenario: Scenario, new_plc: Callable[[], Plc], controller: Controller, settings: Settings) -> Run:
@@ -397,7 +397,7 @@ class Run:
         net = prepare(scenario, plc)
         step = base_step(scenario, plc)
         last = int(scenario.duration * TICKS) // step
-        problems = net.problems + too_long(last, len(plc.loops), settings.max_loop_steps)
+        problems = net.problems + length_problems(last, len(plc.loops), settings.max_loop_steps)
         if any(problem.severity == "error" for problem in problems):
             raise UnusableError(problems)
         notes = [Note(0.0, plc.loops[p.loop], f"word without a value: {p.text}") for p in plc.problems]
@@ -441,7 +441,7 @@ class Run:
         self.periods = list(self.plc.periods)
         self._look_at_settings(0)
         k = self.agenda.zero = self.zero
-        self.lookout = Lookout(self._evidence())
+        self.lookout = LoopWatch(self._evidence())
         for stop, action in self.agenda.stops(self.last, self.lookout.stops()):
             if stop > k - self.zero:
                 k = yield from self._advance(k, self.zero + stop)
@@ -455,7 +455,7 @@ class Run:
         """The report of what has run."""
         if self.settings.recording is not None:
             self.settings.recording.end()
-        lookout = self.lookout or Lookout(self._evidence())
+        lookout = self.lookout or LoopWatch(self._evidence())
         lookout.finish()
         return self._report(lookout.evidence)
 
@@ -502,10 +502,10 @@ class Run:
         """Reports a sample rate that the base step no longer meets, and records changed levels of alarms."""
         periods, self.periods = self.periods, list(self.plc.periods)
         for name, old, new in zip(self.plc.loops, periods, self.periods, strict=True):
-            if new and new != old and misses(new, self.step, self.scenario):
-                self.problems.append(uneven(name, new, self.step, f"by {rounded(k * self.dt):g} s: "))
+            if new and new != old and misses_samples(new, self.step, self.scenario):
+                self.problems.append(uneven_rate(name, new, self.step, f"by {ten_digits(k * self.dt):g} s: "))
         if self.settings.recording is not None:
-            self.settings.recording.look(self.plc, self.net.sig, rounded(k * self.dt))
+            self.settings.recording.look(self.plc, self.net.sig, ten_digits(k * self.dt))
 
     # --- the report --------------------------------------------------------------------------------------------------
 
@@ -514,8 +514,8 @@ class Run:
         machine, sig = self.machine, self.net.sig
         for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
             values = loop_metrics(meter, machine.bands[i], self.last, self.dt, sig)
-            report.metrics = {name: None if v is None else rounded(v) for name, v in values.items()}
-            report.time_in_control = rounded(time_in_control(meter, self.last) * self.dt)
+            report.metrics = {name: None if v is None else ten_digits(v) for name, v in values.items()}
+            report.time_in_control = ten_digits(time_in_control(meter, self.last) * self.dt)
         metrics = [report.metrics for report in self.journal.loops]
         signals = self._signals()
         off = alarms_off(self.scenario, self.plc)
@@ -536,12 +536,12 @@ class Run:
             running=self.plc.running,
             loops=dict(zip(self.plc.loops, self.journal.loops, strict=True)),
             signals=signals,
-            expectations=[placed(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted],
+            expectations=[place_verdict(verdict(i, one, self.watches.get(i), outcome), one) for i, one in wanted],
             standing=verdicts,
             events=self.agenda.done,
             notes=sorted([*self.notes, *self.journal.notes(), *invalid], key=lambda note: note.at),
             problems=self.problems,
-            settled=rounded(self.zero * self.dt) if self.zero else None,
+            settled=ten_digits(self.zero * self.dt) if self.zero else None,
             scan_time=self._scan_time(),
         )
 
@@ -559,6 +559,6 @@ class Run:
             lows |= {m.pv: (m.pv_low, m.pv_high), m.sp: (m.sp_low, m.sp_high), m.out: (m.out_low, m.out_high)}
         signals = self.net.sig
         return {
-            name: Range(rounded(lows[slot][0]), rounded(lows[slot][1]), rounded(signals[slot]))
+            name: Range(ten_digits(lows[slot][0]), ten_digits(lows[slot][1]), ten_digits(signals[slot]))
             for name, slot in self.net.names.items()
         }

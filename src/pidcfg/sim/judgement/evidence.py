@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pidcfg.schemas.expressions import ABSOLUTE, CONSTANT, MAXIMUM, MINIMUM, NEGATE, ROOT, SIGNAL
 from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, steps_until
 from pidcfg.sim.engine.expressions import evaluate
-from pidcfg.sim.engine.influence import answer, read_by
+from pidcfg.sim.engine.influence import answer, read_signals
 from pidcfg.sim.judgement.meters import Meter
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def looks_at(scenario: Scenario, plc: Plc, influence: Influence, i: int, step: i
     net = influence.net
     dead = max((float(net.texts[name][1].dead_time) for name in influence.plants_between(i)), default=0.0)
     least = max(DEAD_TIMES * dead * TICKS / step, SAMPLES * plc.cfg[i].period / step)
-    moved = {k for k, event in happenings(scenario, step, last) if influence.concerns(event, i)}
+    moved = {k for k, event in event_steps(scenario, step, last) if influence.concerns(event, i)}
     bounds = [0, *sorted(moved - {0})]
     looks = []
     for stage, following in pairwise(bounds):
@@ -86,7 +86,7 @@ def _look(end: int, length: int, stage: int, *, final: bool, following: float) -
     return Look(start, (start + end + 1) // 2, end, stage, final, following)
 
 
-def happenings(scenario: Scenario, step: int, last: int) -> Iterator[tuple[int, Event]]:
+def event_steps(scenario: Scenario, step: int, last: int) -> Iterator[tuple[int, Event]]:
     """The events of a run, and ends of sensor faults, with their base steps."""
     for event in scenario.events:
         ends = () if event.duration is None else (event.at + event.duration,)
@@ -158,7 +158,7 @@ class Judgement(NamedTuple):
     """A look at another time may tell more if this is false."""
 
 
-def too_early(why: str) -> Judgement:
+def too_early_verdict(why: str) -> Judgement:
     """Nothing is known of the loop yet, and why."""
     return Judgement(passed=True, text=why, judged=False, tells=False)
 
@@ -181,7 +181,7 @@ class Swings(NamedTuple):
     """Its first turning point."""
 
 
-def unjudged(why: str) -> Judgement:
+def unjudged_verdict(why: str) -> Judgement:
     """Nothing is known of the loop, and why."""
     return Judgement(passed=True, text=why, judged=False)
 
@@ -269,7 +269,7 @@ class Evidence:
 
     def events(self) -> Iterator[tuple[int, Event]]:
         """The events of the run, and ends of sensor faults, with their base steps."""
-        return happenings(self.scenario, self.step, self.last)
+        return event_steps(self.scenario, self.step, self.last)
 
     def events_on(self, loop: int, since: int) -> list[float]:
         """The times from base step ``since`` on at which an event moves a loop's PV or set point."""
@@ -368,14 +368,14 @@ OPERANDS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
 """How many operands an operation takes; all others take two."""
 
 
-def left_out(e: Evidence, i: int) -> bool:
+def is_deselected(e: Evidence, i: int) -> bool:
     """Whether a loop acts on nothing now, since another loop's output is taken in its place."""
     cfg = e.plc.cfg[: len(e.plc.loops)]
     pvs = {config.sig_pv for config in cfg}
     out, others = cfg[i].sig_out, {config.sig_out for config in cfg} - {cfg[i].sig_out}
     own = e.influence.reach([out], without=pvs | others)
     rivals = e.influence.reach(others, without=pvs | {out})
-    if any(out in read_by(e.net, plant) and not _leaves_out(e, plant, out, rivals) for plant in e.net.plants):
+    if any(out in read_signals(e.net, plant) and not _leaves_out(e, plant, out, rivals) for plant in e.net.plants):
         return False
     return e.plc.left_out(i, e.sig, own, rivals) or _selected_away(e, i, rivals)
 
@@ -384,7 +384,7 @@ def _selected_away(e: Evidence, i: int, rivals: frozenset[int]) -> bool:
     """Whether every plant or connection that reads a loop's output takes the smaller or larger of it and a rival."""
     out = e.plc.cfg[i].sig_out
     wired: list[Plant | Channel] = [*e.net.plants, *e.net.channels]
-    readers = [reader for reader in wired if out in read_by(e.net, reader)]
+    readers = [reader for reader in wired if out in read_signals(e.net, reader)]
     return bool(readers) and all(_leaves_out(e, reader, out, rivals) for reader in readers)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.schemas.scenario import Never
 from pidcfg.sim.controllers.plc import TICKS, steps_until
 from pidcfg.sim.judgement.meters import NEVER, OF_A_STEP, OF_SWINGS, Band, Gauge, Meter, Onset, settling_time
-from pidcfg.sim.judgement.report import Range, Verdict, rounded
+from pidcfg.sim.judgement.report import Range, Verdict, ten_digits
 from pidcfg.text.paths import leaves
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def _metric(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
     band = ""
     if isinstance(watch, Band):
         time = settling_time(out.meters[loop], watch, out.last, out.dt)
-        value, band = None if time is None else rounded(time), f" (band {wanted.band:f} %)"
+        value, band = None if time is None else ten_digits(time), f" (band {wanted.band:f} %)"
     text = f"{wanted.loop} {name}{band} {_bounds(wanted.min, wanted.max, UNITS.get(name, ''))}"
     nothing = _nothing_measured(name, value, out.meters[loop])
     text += f" (nothing was measured: {nothing})" if nothing else ""
@@ -141,7 +141,7 @@ def _signal(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
     if isinstance(watch, Gauge) and watch.low > watch.high:
         return Verdict(f"{name}: no base step lies in its time", passed=False, value=None)
     if isinstance(watch, Gauge):
-        seen = Range(rounded(watch.low), rounded(watch.high), seen.final)
+        seen = Range(ten_digits(watch.low), ten_digits(watch.high), seen.final)
     low = wanted.min is None or seen.low >= float(wanted.min.value)
     high = wanted.max is None or seen.high <= float(wanted.max.value)
     parts = [_bounds(wanted.min, wanted.max)]
@@ -164,7 +164,7 @@ def _alarm(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
 
 
 def _time_of_alarm(wanted: Expectation, watch: Watch | None, out: Outcome) -> Verdict:
-    first = rounded(watch.first * out.dt) if isinstance(watch, Onset) and watch.first >= 0 else None
+    first = ten_digits(watch.first * out.dt) if isinstance(watch, Onset) and watch.first >= 0 else None
     subject = f"{wanted.loop} alarm {wanted.alarm}"
     if wanted.never and wanted.before is not None:
         text = f"{subject} never before {wanted.before:f} s"
@@ -215,7 +215,7 @@ def _autotune(wanted: Expectation, out: Outcome) -> Verdict:
     return Verdict(f"{subject} {_bounds(wanted.min, wanted.max)}", _inside(value, wanted.min, wanted.max), value)
 
 
-def placed(result: Verdict, wanted: Expectation) -> Verdict:
+def place_verdict(result: Verdict, wanted: Expectation) -> Verdict:
     """A verdict with the loop that it is about, and the time of which something is expected."""
     loop = wanted.loop or (wanted.signal or "").partition(".")[0] or None
     return replace(result, loop=loop, at=None if wanted.at is None else float(wanted.at))

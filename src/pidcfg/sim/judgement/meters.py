@@ -222,7 +222,7 @@ def watch_end(k: int, m: Meter, pv: float, sp: float) -> None:
 # --- between two segments, and at the end ----------------------------------------------------------------------------
 
 
-def want(m: Meter, k: int, bits: int, grace: int) -> None:
+def want_mode(m: Meter, k: int, bits: int, grace: int) -> None:
     """Another mode is wanted from base step ``k`` on.
 
     The one before is missed if it had not been reached in more than ``grace`` base steps.
@@ -308,15 +308,15 @@ def watch_swings(k: int, m: Meter, pv: float) -> None:
             m.extreme = pv
             m.extreme_at = k
         elif m.extreme - pv > m.least:
-            turn(k, m, pv)
+            note_turn(k, m, pv)
     elif pv < m.extreme:
         m.extreme = pv
         m.extreme_at = k
     elif pv - m.extreme > m.least:
-        turn(k, m, pv)
+        note_turn(k, m, pv)
 
 
-def turn(k: int, m: Meter, pv: float) -> None:
+def note_turn(k: int, m: Meter, pv: float) -> None:
     """The PV has come so far from its last extreme that this was a turning point (kernel)."""
     before, swing = m.last_swing, abs(m.extreme - m.turn_value)
     period = m.extreme_at - m.turn_before
@@ -389,7 +389,7 @@ def calm_oscillation(m: Meter, k: int) -> tuple[float, float] | None:
     return (period, m.calm_swings / halves / 2) if k - m.last_turn <= period else None
 
 
-def calm(m: Meter) -> None:
+def begin_calm(m: Meter) -> None:
     """An event moves the loop: what swings after it, swings anew."""
     m.calm_turns = 0
 

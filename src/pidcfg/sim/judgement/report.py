@@ -56,7 +56,7 @@ LIMITED_BELOW = frozenset({"out_limited", "mv_limited", "saturation", "WarnBits.
 """Flags that say that an output is at its upper or its lower limit."""
 
 
-def in_words(name: str) -> str:
+def flag_words(name: str) -> str:
     """What people call an alarm or a flag; the other names of parameters stay as the manual writes them."""
     return WORDS.get(name) or (name if "." in name else name.replace("_", " "))
 
@@ -272,7 +272,7 @@ class Tally:
         return ", ".join([f"{self.held} of {self.judged} standing ones", *rest])
 
 
-def in_short(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
+def in_brief(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
     """What is not simply so, by loop: ``FAILED``, ``allowed`` or ``not judged``, the kinds, and why."""
     rows: dict[tuple[str, str, str], list[str]] = {}
     for v in verdicts:
@@ -285,6 +285,6 @@ def in_short(verdicts: Sequence[Standing]) -> list[tuple[str, str, str]]:
     ]
 
 
-def rounded(value: float) -> float:
+def ten_digits(value: float) -> float:
     """Ten significant digits: what a reader or a comparison can use."""
     return float(f"{value:.10g}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.schemas.scenario import Never
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.sim.engine.events import in_words
+from pidcfg.sim.engine.events import describe_event
 from pidcfg.sim.engine.expressions import Problem
 from pidcfg.sim.engine.influence import answer, effect
 from pidcfg.sim.judgement.evidence import (
@@ -24,17 +24,17 @@ from pidcfg.sim.judgement.evidence import (
     Look,
     Swings,
     aim,
-    happenings,
-    left_out,
+    event_steps,
+    is_deselected,
     limits_reached,
     looks_at,
     noise_of,
     plant_time,
-    too_early,
-    unjudged,
+    too_early_verdict,
+    unjudged_verdict,
 )
-from pidcfg.sim.judgement.meters import calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
-from pidcfg.sim.judgement.report import Standing, rounded
+from pidcfg.sim.judgement.meters import begin_calm, calm_oscillation, oscillation, time_blind, time_cut, time_in_alarm
+from pidcfg.sim.judgement.report import Standing, ten_digits
 from pidcfg.text.paths import dotted, leaves
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def look_at(e: Evidence, i: int, look: Look) -> Found | None:
     against = next((name for j, name in _opponents(e, i) if _works(e, i) and _works(e, j)), "")
     inside = Judgement(passed=True, text="its output is inside its limits")
     if against:
-        inside = unjudged(f"{against} works against it: both move one PV, with opposite effects")
+        inside = unjudged_verdict(f"{against} works against it: both move one PV, with opposite effects")
     return Found(look, inside, _stands(e, i, look))
 
 
@@ -89,10 +89,10 @@ def _too_late(e: Evidence, i: int, look: Look) -> Judgement | None:
     whole = m.control_since <= look.start
     if whole or (m.control_since <= look.middle and abs(e.errors(i)[1]) <= allowed_error(e, i)):
         return None
-    return too_early(f"it is in {e.mode(i)} from {e.seconds(m.control_since):g} s on only")
+    return too_early_verdict(f"it is in {e.mode(i)} from {e.seconds(m.control_since):g} s on only")
 
 
-def saturated(e: Evidence, i: int) -> Judgement:
+def judge_saturation(e: Evidence, i: int) -> Judgement:
     """Judges one loop by the last look that tells, and by the first if nothing had happened to it then."""
     found = e.found(i)
     opening = [f.saturated for f in found[:1] if f.look.stage == 0]
@@ -100,7 +100,7 @@ def saturated(e: Evidence, i: int) -> Judgement:
     return _worst([*opening, ending])
 
 
-def error_stands(e: Evidence, i: int) -> Judgement:
+def judge_error(e: Evidence, i: int) -> Judgement:
     """Judges one loop by all its looks."""
     return _worst([f.stands for f in e.found(i)])
 
@@ -115,12 +115,12 @@ def _saturated(e: Evidence, i: int, look: Look, limit: str) -> Judgement:
     if late <= allowed_error(e, i):
         return Judgement(passed=True, text="is at a limit of its output without an error")
     if look.stage > look.start:
-        return too_early(f"at {limit} with an error of {late:.4g}: an event at {e.seconds(look.stage):g} s")
+        return too_early_verdict(f"at {limit} with an error of {late:.4g}: an event at {e.seconds(look.stage):g} s")
     pace, time = e.paces[i], _with_one_sign(e, i, look)
     still = abs(early - late) < e.least(i)
     moves = pace.integrates and e.span(i) * e.seconds(look.half) >= SEEN * e.least(i) * pace.seconds
     if (still or late > early) and time < (pace.seconds if still and not moves else TURNED * pace.turn):
-        return too_early(f"at {limit} with an error of {late:.4g}: too little time for its plant to turn round")
+        return too_early_verdict(f"at {limit} with an error of {late:.4g}: too little time for its plant to turn round")
     settled = not pace.integrates and time >= SETTLED * pace.seconds
     if still or late > early or (settled and early - late < _due(e, i, look, early)):
         return _exempt(e, i) or _failed(e, i, look, f"at {limit} with an error of")
@@ -136,19 +136,19 @@ def _stands(e: Evidence, i: int, look: Look) -> Judgement:
     if abs(early - late) >= moving:
         return Judgement(passed=True, text="its PV is on its way to its set point")
     if look.stage > look.start:
-        return too_early(f"an error of {abs(late):.4g}: an event at {e.seconds(look.stage):g} s")
-    if left_out(e, i):
-        return unjudged("a selector leaves its output out")
+        return too_early_verdict(f"an error of {abs(late):.4g}: an event at {e.seconds(look.stage):g} s")
+    if is_deselected(e, i):
+        return unjudged_verdict("a selector leaves its output out")
     if e.meters[i].broken:
-        return unjudged("an event has broken its sensor")
+        return unjudged_verdict("an event has broken its sensor")
     if e.set_point_moves(i) >= e.least(i):
-        return unjudged(f"an error of {abs(late):.4g}: its set point moves")
+        return unjudged_verdict(f"an error of {abs(late):.4g}: its set point moves")
     if e.plc.profile_step(e.meters[i].late_aux | e.meters[i].aux_status):
-        return unjudged("a profile runs")
+        return unjudged_verdict("a profile runs")
     still = abs(early - late) < e.least(i) and due >= SEEN * e.least(i)
     needed = TURNED if still else PATIENCE
     if due < e.least(i) or _with_one_sign(e, i, look) < needed * e.paces[i].seconds:
-        return unjudged(f"an error of {abs(late):.4g}: too little time for its plant to show whether it lasts")
+        return unjudged_verdict(f"an error of {abs(late):.4g}: too little time for its plant to show whether it lasts")
     return _failed(e, i, look, "inside its output limits with an error of")
 
 
@@ -179,9 +179,9 @@ def _failed(e: Evidence, i: int, look: Look, what: str) -> Judgement:
     verb, until = ("ends", "") if look.final else ("is", f" until the event at {look.following:g} s")
     text = f"{verb} {what} {late:.4g}, which was {early:.4g} from {since:g} s on{until}"
     if (look.end - look.start) * e.step < SAMPLES * e.plc.cfg[i].period:
-        return too_early(f"{text}: the run has fewer than {SAMPLES} samples")
+        return too_early_verdict(f"{text}: the run has fewer than {SAMPLES} samples")
     if e.seconds(look.half) < TOO_SHORT * e.paces[i].seconds:
-        return too_early(f"{text}: too little time for its plant to move")
+        return too_early_verdict(f"{text}: too little time for its plant to move")
     return Judgement(passed=False, text=text, at=since)
 
 
@@ -201,17 +201,17 @@ def _limit(e: Evidence, i: int) -> str:
 
 def _exempt(e: Evidence, i: int) -> Judgement | None:
     """Why a loop may stay at a limit; None: nothing says so."""
-    if left_out(e, i):
-        return unjudged("a selector leaves its output out")
+    if is_deselected(e, i):
+        return unjudged_verdict("a selector leaves its output out")
     if e.meters[i].broken:
-        return unjudged("an event has broken its sensor")
+        return unjudged_verdict("an event has broken its sensor")
     if e.plc.windup_input(i, e.sig):
         slaves = [j for j in e.slaves(i) if e.meters[j].control]
         if not slaves or any(_limit(e, j) and _error(e, j) > allowed_error(e, j) for j in slaves):
-            return unjudged("its windup input is on")
+            return unjudged_verdict("its windup input is on")
     other = next((name for j, name in _opponents(e, i) if not limits_reached(e, j)), "")
     if other and not any(limits_reached(e, j) == "upper" for j in (i, *e.slaves(i))):
-        return unjudged(f"{other} has the PV, with the opposite effect")
+        return unjudged_verdict(f"{other} has the PV, with the opposite effect")
     return None
 
 
@@ -245,23 +245,23 @@ def _has_the_pv(e: Evidence, i: int, j: int) -> bool:
 # ----------------------------------------------------------------------------------------------------------------------
 # What a loop's signals must show at the end: ``pv-not-driven``, ``out-of-range``, ``oscillates``, ``alarm-stands``.
 
-LONG = 0.1
+LONG_SHARE = 0.1
 """The share of a run for which an outermost alarm may stand."""
 COUNTS_SEEN = 4
 """Counts of a PV: less of it is not moved."""
-RIPPLE = 4
+RIPPLE_CYCLES = 4
 """Cycles of pulses that the period of their ripple takes at most: some are too short and left out."""
-SAME = 0.1
+SAME_PERIOD = 0.1
 """By how much two periods may differ that are the same."""
-REPEATED = 2
+REPEATED_EVENTS = 2
 """Events in the last third that may make a PV swing."""
-QUARTER = 4
+PULSE_SWING_DIVISOR = 4
 """Of what a whole cycle would move the PV: the swing of pulses that are on for half of it, d (1 − d)."""
-NOISES = 6
+NOISE_DEVIATIONS = 6
 """Standard deviations of its noise that a PV may lie outside its range."""
 
 
-def pv_not_driven(e: Evidence, i: int) -> Judgement:
+def judge_drive(e: Evidence, i: int) -> Judgement:
     """Judges one loop."""
     if not e.influence.driven[i]:
         return Judgement(passed=False, text="nothing that its output does reaches its PV, so nothing is controlled")
@@ -270,41 +270,45 @@ def pv_not_driven(e: Evidence, i: int) -> Judgement:
         text = f"its whole output moves its PV by no more than {reach:.3g}, so nothing is controlled"
         return Judgement(passed=False, text=text)
     blind, cut = time_blind(e.meters[i], e.last), time_cut(e.meters[i], e.last)
-    if max(blind, cut) <= LONG * e.last:
+    if max(blind, cut) <= LONG_SHARE * e.last:
         moved_by = "its output" if e.influence.drives(i) else "a signal that the scenario sets"
         return Judgement(passed=True, text=f"{moved_by} moves its PV")
     text = f"it is in control for {e.seconds(blind):g} s with a sensor that is broken for good"
-    if cut > LONG * e.last:
+    if cut > LONG_SHARE * e.last:
         text = f"it is in control for {e.seconds(cut):g} s while a plant without gain keeps its output from its PV"
     said = any(
         wanted.loop == e.plc.loops[i] and (wanted.alarm or wanted.flag or wanted.mode) for wanted in e.scenario.expect
     )
-    return unjudged(f"{text}: an expectation looks at what follows") if said else Judgement(passed=False, text=text)
+    return (
+        unjudged_verdict(f"{text}: an expectation looks at what follows")
+        if said
+        else Judgement(passed=False, text=text)
+    )
 
 
-def out_of_range(e: Evidence, i: int) -> Judgement:
+def judge_range(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by what its sensor shows at the end."""
     ends = e.plc.pv_range(i)
     if ends is None:
-        return unjudged("its configuration gives no range of the PV")
+        return unjudged_verdict("its configuration gives no range of the PV")
     if e.meters[i].broken:
-        return unjudged("an event has broken its sensor")
+        return unjudged_verdict("an event has broken its sensor")
     low, high = sorted(ends)
     value = e.sig[e.plc.cfg[i].sig_in]
     for wanted in (e.given.get(i), e.sig[e.plc.cfg[i].sig_sp]):
         if wanted is not None and not low - e.least(i) <= wanted <= high + e.least(i):
             text = f"its set point is {wanted:g}, outside its PV's range of {low:g} to {high:g}"
             return Judgement(passed=False, text=text)
-    slack = max(e.least(i), NOISES * noise_of(e.scenario, e.plc, e.net, i))
+    slack = max(e.least(i), NOISE_DEVIATIONS * noise_of(e.scenario, e.plc, e.net, i))
     if low - slack <= value <= high + slack:
         return Judgement(passed=True, text="its PV ends inside its range")
     text = f"its PV ends at {value:g}, outside its range of {low:g} to {high:g}"
     window = round(max(e.last / TENTH, e.paces[i].seconds / e.seconds(1)))
     times = e.events_on(i, e.last - window)
-    return unjudged(f"{text}: an event at {times[0]:g} s") if times else Judgement(passed=False, text=text)
+    return unjudged_verdict(f"{text}: an event at {times[0]:g} s") if times else Judgement(passed=False, text=text)
 
 
-def oscillates(e: Evidence, i: int) -> Judgement:
+def judge_oscillation(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by the swings of its PV in the last third of the run, and since the last event before it."""
     found, by_itself = _swings(e, i), e.swings.get(i)
     if found is None:
@@ -313,9 +317,9 @@ def oscillates(e: Evidence, i: int) -> Judgement:
     text = f"its PV oscillates with a period of {period:.4g} s and an amplitude of {found.amplitude:.4g}"
     why = _excuse(e, i, found)
     times = e.events_on(i, e.meters[i].late)
-    if not why and by_itself is None and len(times) >= REPEATED:
+    if not why and by_itself is None and len(times) >= REPEATED_EVENTS:
         why = f"{len(times)} events move it in the last third"
-    return unjudged(f"{text}: {why}") if why else Judgement(passed=False, text=text, at=e.seconds(found.since))
+    return unjudged_verdict(f"{text}: {why}") if why else Judgement(passed=False, text=text, at=e.seconds(found.since))
 
 
 def _swings(e: Evidence, i: int) -> Swings | None:
@@ -330,12 +334,12 @@ def _excuse(e: Evidence, i: int, found: Swings) -> str:
     m, plc, period = e.meters[i], e.plc, e.seconds(found.period)
     if plc.only_switches(i):
         return "its output is on or off"
-    if period <= RIPPLE * plc.pulse_cycle(i) or found.amplitude <= pulse_ripple(e, i):
+    if period <= RIPPLE_CYCLES * plc.pulse_cycle(i) or found.amplitude <= pulse_ripple(e, i):
         return "it is the ripple of its pulses"
     for j, name in enumerate(plc.loops):
         other = _swings(e, j)
         drives = (plc.only_switches(j) or plc.pulse_cycle(j)) and plc.cfg[i].sig_pv in e.influence.of_output(j)
-        if j != i and drives and other and abs(e.seconds(other.period) - period) <= SAME * period:
+        if j != i and drives and other and abs(e.seconds(other.period) - period) <= SAME_PERIOD * period:
             return f"{name} drives it, whose output is on or off"
     tuning = sum(plc.flag_bits[name] for name in plc.tuning_flags) | plc.modes.get("autotune", 0)
     status, aux_status, when = m.late_status, m.late_aux, "in the last third"
@@ -349,10 +353,10 @@ def _excuse(e: Evidence, i: int, found: Swings) -> str:
 def pulse_ripple(e: Evidence, i: int) -> float:
     """How far the PV goes up and down with pulses that are on for half of their cycle; 0: there are none."""
     cycle = e.plc.pulse_cycle(i)
-    return abs(answer(e.net, e.plc, i)) * cycle / (QUARTER * max(e.paces[i].lags, cycle)) if cycle else 0.0
+    return abs(answer(e.net, e.plc, i)) * cycle / (PULSE_SWING_DIVISOR * max(e.paces[i].lags, cycle)) if cycle else 0.0
 
 
-def alarm_stands(e: Evidence, i: int) -> Judgement:
+def judge_alarms(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by its outermost alarms while it controls and its sensor is sound."""
     m, plc = e.meters[i], e.plc
     names = [name for name in plc.outer_alarms if m.alarms & plc.alarm_bits[name]]
@@ -361,7 +365,7 @@ def alarm_stands(e: Evidence, i: int) -> Judgement:
         since = e.seconds(m.alarm_since)
         return Judgement(passed=False, text=f"{' and '.join(stand)} stands at the end, since {since:g} s", at=since)
     steps = time_in_alarm(m, e.last)
-    if steps > LONG * e.last:
+    if steps > LONG_SHARE * e.last:
         text = f"{' and '.join(names)} stands for {e.seconds(steps):g} s, {100 * steps / e.last:.0f} % of the run"
         return Judgement(passed=False, text=text)
     return Judgement(passed=True, text="no alarm of the outermost kind stands")
@@ -371,7 +375,7 @@ def alarm_stands(e: Evidence, i: int) -> Judgement:
 # ``set-up-error``: the PLC finds no fault with the set-up; and what follows from a fault that a scenario expects.
 
 
-def set_up_error(e: Evidence, i: int) -> Judgement:
+def judge_set_up(e: Evidence, i: int) -> Judgement:
     """Judges one loop, by its flags and its error words."""
     m, plc = e.meters[i], e.plc
     words = [
@@ -384,7 +388,7 @@ def set_up_error(e: Evidence, i: int) -> Judgement:
     return Judgement(passed=not errors, text=", ".join(errors) or "no error of the set-up")
 
 
-def plc_error(e: Evidence) -> Judgement:
+def judge_plc(e: Evidence) -> Judgement:
     """Judges the PLC: the error words that concern all loops, and blocks that are no loops."""
     plc = e.plc
     words = [
@@ -430,7 +434,7 @@ SLACK_SAMPLES = 10
 """Samples within which a loop answers to what takes its mode away."""
 
 
-def not_in_mode(e: Evidence, i: int) -> Judgement:
+def judge_mode(e: Evidence, i: int) -> Judgement:
     """Judges one loop; what it is meant for is known to its meter, since events change it."""
     m, name = e.meters[i], e.plc.loops[i]
     if m.missed >= 0:
@@ -440,7 +444,7 @@ def not_in_mode(e: Evidence, i: int) -> Judgement:
         return Judgement(passed=True, text="reaches each mode that it is meant for")
     wanted, mode = e.plc.mode(m.wanted), e.mode(i)
     if any(x.loop == name and isinstance(x.mode, Never) and x.mode.mode == wanted for x in e.scenario.expect):
-        return unjudged(f"{name} is expected never to be in {wanted}")
+        return unjudged_verdict(f"{name} is expected never to be in {wanted}")
     if not m.seen & m.wanted:
         return Judgement(passed=False, text=f"is meant for {wanted} and stays in {mode}{_why(e, i)}", at=0.0)
     if m.status & m.wanted:
@@ -450,7 +454,7 @@ def not_in_mode(e: Evidence, i: int) -> Judgement:
         (f"an expectation names {mode}" for x in e.scenario.expect if x.loop == name and x.mode == mode), ""
     )
     if said:
-        return unjudged(f"in {mode} from {at:g} s: {said}")
+        return unjudged_verdict(f"in {mode} from {at:g} s: {said}")
     return Judgement(passed=False, text=f"is meant for {wanted} and ends in {mode}, from {at:g} s{_why(e, i)}", at=at)
 
 
@@ -466,7 +470,7 @@ def _said_by(e: Evidence, i: int) -> str:
     for k, event in reversed(list(e.events())):
         if m.left - slack <= k <= m.left and _acts_on_mode(e, event, i):
             where = f" on {event.loop}" if event.loop else ""
-            return f"the event at {e.seconds(k):g} s{where}, {in_words(event)}"
+            return f"the event at {e.seconds(k):g} s{where}, {describe_event(event)}"
     return ""
 
 
@@ -493,14 +497,14 @@ def keys_set(event: Event) -> Iterator[str]:
 Judge = Callable[[Evidence, int], Judgement]
 
 KINDS: dict[str, tuple[Judge, str]] = {
-    "not-in-mode": (not_in_mode, "meant"),
-    "set-up-error": (set_up_error, ""),
-    "pv-not-driven": (pv_not_driven, "controlled"),
-    "saturated": (saturated, "in control"),
-    "error-stands": (error_stands, "in control"),
-    "out-of-range": (out_of_range, "controlled"),
-    "oscillates": (oscillates, "controlled"),
-    "alarm-stands": (alarm_stands, "controlled"),
+    "not-in-mode": (judge_mode, "meant"),
+    "set-up-error": (judge_set_up, ""),
+    "pv-not-driven": (judge_drive, "controlled"),
+    "saturated": (judge_saturation, "in control"),
+    "error-stands": (judge_error, "in control"),
+    "out-of-range": (judge_range, "controlled"),
+    "oscillates": (judge_oscillation, "controlled"),
+    "alarm-stands": (judge_alarms, "controlled"),
 }
 """What judges a loop by each kind, and which loops."""
 
@@ -509,13 +513,13 @@ def standing(e: Evidence) -> list[Standing]:
     """The verdicts: of the PLC first, then of its loops, by kind."""
     expected = list(expected_errors(e))
     everywhere = next((why for i, why in expected if i < 0), "")
-    found = unjudged(everywhere) if everywhere else plc_error(e)
+    found = unjudged_verdict(everywhere) if everywhere else judge_plc(e)
     verdicts = [_verdict("set-up-error", "", found)]
     for i, name in enumerate(e.plc.loops):
         why = _left_to_others(e, i) or everywhere or next((text for j, text in expected if j == i), "")
         for kind, (judge, who) in KINDS.items():
             said = why or _kept(e, i, who)
-            verdicts.append(_verdict(kind, name, unjudged(said) if said else judge(e, i)))
+            verdicts.append(_verdict(kind, name, unjudged_verdict(said) if said else judge(e, i)))
     return [_with_allowance(e, verdict) for verdict in verdicts]
 
 
@@ -541,7 +545,7 @@ def _kept(e: Evidence, i: int, who: str) -> str:
 
 
 def _verdict(kind: str, loop: str, found: Judgement) -> Standing:
-    at = None if found.at is None else rounded(found.at)
+    at = None if found.at is None else ten_digits(found.at)
     return Standing(kind, loop, found.passed, found.judged, found.text, at)
 
 
@@ -563,7 +567,7 @@ def unused_allowances(e: Evidence, verdicts: list[Standing]) -> Iterator[Problem
 
 
 @dataclass
-class Lookout:
+class LoopWatch:
     """The looks of a run; ``evidence`` gathers what they show."""
 
     evidence: Evidence
@@ -581,7 +585,7 @@ class Lookout:
         for i in e.looks:
             self.waiting[i] = looks_at(e.scenario, e.plc, e.influence, i, e.step, e.last)
             self._aim(i)
-            moved = {k for k, event in happenings(e.scenario, e.step, e.last) if e.influence.concerns(event, i)}
+            moved = {k for k, event in event_steps(e.scenario, e.step, e.last) if e.influence.concerns(event, i)}
             e.meters[i].swung = max((k for k in moved if k <= e.meters[i].late), default=0)
             self.stirred[i] = sorted(k for k in moved if k > e.meters[i].late)
 
@@ -600,7 +604,7 @@ class Lookout:
         found = calm_oscillation(m, k)
         if found is not None:
             self.evidence.swings.setdefault(i, Swings(*found, m.calm_first_turn))
-        calm(m)
+        begin_calm(m)
 
     def _look(self, i: int, _k: int) -> None:
         look = self.waiting[i].pop(0)

@@ -13,7 +13,7 @@ from pidcfg.sim.engine.choice import calls_of, choose
 from pidcfg.sim.engine.expressions import Problem
 from pidcfg.sim.engine.run import Settings, UnusableError, base_step, prepare, simulate
 from pidcfg.sim.judgement.meters import METRICS
-from pidcfg.sim.judgement.report import rounded
+from pidcfg.sim.judgement.report import ten_digits
 from pidcfg.study.certification.samples import LEVELS, Batch, Job, WorkersError, process_results, recordings
 from pidcfg.study.certification.tally import Progress, Tally, key_of, read_state, state_text
 from pidcfg.study.outcome import axes_of
@@ -102,12 +102,12 @@ class Share:
     @property
     def share(self) -> float:
         """Of these samples."""
-        return rounded(PERCENT * self.held / self.samples)
+        return ten_digits(PERCENT * self.held / self.samples)
 
     @property
     def bound(self) -> float:
         """What the share of all plants is at least, at 95 %."""
-        return rounded(PERCENT * lower_bound(self.held, self.samples))
+        return ten_digits(PERCENT * lower_bound(self.held, self.samples))
 
     @property
     def passed(self) -> bool:
@@ -253,7 +253,7 @@ def make_certification(names: Names, batch: Batch, tally: Tally, keep: int) -> C
 
 def _passed(counts: Sequence[int]) -> float | None:
     samples, passed = counts
-    return rounded(PERCENT * passed / samples) if samples else None
+    return ten_digits(PERCENT * passed / samples) if samples else None
 
 
 def _summary(one: Distribution) -> dict[str, float | int | None]:
@@ -261,16 +261,16 @@ def _summary(one: Distribution) -> dict[str, float | int | None]:
         return {"count": 0, "mean": None, "min": None, **dict.fromkeys(QUANTILES), "max": None}
     ends = {"min": one.low, "max": one.high}
     # An edge of a bin lies beyond all numbers where they end.
-    found = {name: rounded(min(max(one.quantile(q), one.low), one.high)) for name, q in QUANTILES.items()}
-    return {"count": one.count, "mean": rounded(one.mean), "min": ends["min"], **found, "max": ends["max"]}
+    found = {name: ten_digits(min(max(one.quantile(q), one.low), one.high)) for name, q in QUANTILES.items()}
+    return {"count": one.count, "mean": ten_digits(one.mean), "min": ends["min"], **found, "max": ends["max"]}
 
 
 def _worst(one: Worst, names: Names, batch: Batch) -> WorstSample:
-    numbers = {what.label: rounded(number) for what, number in zip(batch.varies, one.numbers, strict=False)}
+    numbers = {what.label: ten_digits(number) for what, number in zip(batch.varies, one.numbers, strict=False)}
     finite = abs(one.margin) < float("inf")
     text = batch.text(one.sample, one.numbers) if len(one.numbers) == len(batch.varies) else ""
     about = names.expectations[one.expectation][0] if one.expectation >= 0 else ""
-    return WorstSample(one.sample, rounded(one.margin) if finite else None, one.margin < 0, about, numbers, text)
+    return WorstSample(one.sample, ten_digits(one.margin) if finite else None, one.margin < 0, about, numbers, text)
 
 
 # --- A batch from a scenario file to its result -----------------------------------------------------------------------

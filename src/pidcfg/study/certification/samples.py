@@ -20,7 +20,7 @@ from pidcfg.schemas.scenario import whole
 from pidcfg.sim.engine.recording import Recording
 from pidcfg.sim.engine.run import Settings, UnusableError, simulate
 from pidcfg.sim.judgement.meters import METRICS
-from pidcfg.sim.judgement.report import rounded
+from pidcfg.sim.judgement.report import ten_digits
 from pidcfg.study.outcome import axes_of, signals_of
 from pidcfg.study.scenario import Loaded, load, read_scenario
 from pidcfg.text.document import Plain
@@ -488,7 +488,7 @@ def _record(loaded: Loaded, batch: Batch, sample: int, settings: Settings) -> Re
     _, report = run_sample(loaded, batch, sample, replace(settings, recording=thinned))
     if report is None:
         return None
-    return [rounded(step * thinned.dt) for step in thinned.wanted_steps], thinned.taken
+    return [ten_digits(step * thinned.dt) for step in thinned.wanted_steps], thinned.taken
 
 
 def _recorder(job: Job) -> Callable[[range], list[Recorded | None]]:

@@ -32,7 +32,7 @@ from pidcfg.sim.controllers.nextopid.operate import (
 from pidcfg.sim.controllers.nextopid.terms import LEAST_TI
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, NoOptions
 from pidcfg.sim.controllers.settings import NamedKeys
-from pidcfg.sim.engine.expressions import FAULTS, depends
+from pidcfg.sim.engine.expressions import FAULTS, depends_on
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, MutableSequence, Sequence
@@ -102,7 +102,7 @@ class Facts(Memory):
             found = value_of(aux, first, last, signals)
             return None if aux[int(aux[0])] else found
 
-        return depends(value, self.sig, sources, source)
+        return depends_on(value, self.sig, sources, source)
 
     @property
     def masters(self) -> list[int]:
