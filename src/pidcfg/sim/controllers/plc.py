@@ -79,7 +79,7 @@ class LoopFacts(ABC):
             if master >= 0:
                 yield self.cfg[master].sig_out, c.sig_sp
 
-    def intended_mode(self, loop: int, signals: Sequence[float]) -> str:  # noqa: ARG002 - in most PLCs it is requested
+    def intended_mode(self, loop: int, signals: Sequence[float]) -> str:
         """The mode that a loop shall be in, as its configuration and its inputs say now."""
         return self.goals[loop]
 
@@ -104,7 +104,7 @@ class LoopFacts(ABC):
         """At the start: the set point that the configuration gives a loop, before the PLC limits it."""
         return float(signals[self.cfg[loop].sig_sp])
 
-    def mode_inputs(self, loop: int) -> Collection[int]:  # noqa: ARG002 - in most PLCs an operator chooses the mode
+    def mode_inputs(self, loop: int) -> Collection[int]:
         """The signals of the program that choose a loop's mode."""
         return ()
 
@@ -112,15 +112,15 @@ class LoopFacts(ABC):
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """The present limits of a loop's output, in the unit of its signal."""
 
-    def inner_deviation(self, loop: int) -> float | None:  # noqa: ARG002 - not every PLC has such an alarm
+    def inner_deviation(self, loop: int) -> float | None:
         """The inner deviation alarm, in the unit of the PV's signal; None: it is off."""
         return None
 
-    def integrates(self, loop: int, signals: Sequence[float]) -> bool:  # noqa: ARG002 - in most PLCs the state has it
+    def integrates(self, loop: int, signals: Sequence[float]) -> bool:
         """Whether a loop has an integral, so that no error may last."""
         return bool(self.st[loop].reset > 0.0)
 
-    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - registers
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """The error within which a loop does nothing, in the unit of the PV's signal."""
         return 0.0
 
@@ -128,28 +128,28 @@ class LoopFacts(ABC):
         """Errors of a loop's set-up that are no flag, in words: what is no value of its format (D338)."""
         yield from (problem.text for problem in self.problems if problem.setting and problem.loop == loop)
 
-    def program_errors(self, signals: Sequence[float]) -> Iterable[str]:  # noqa: ARG002 - most PLCs have nothing but loops
+    def program_errors(self, signals: Sequence[float]) -> Iterable[str]:
         """Errors of what is no loop, in words."""
         return ()
 
-    def only_switches(self, loop: int) -> bool:  # noqa: ARG002 - most loops do not
+    def only_switches(self, loop: int) -> bool:
         """Whether a loop's output is nothing but on or off."""
         return False
 
-    def pulse_cycle(self, loop: int) -> float:  # noqa: ARG002 - most outputs are no pulses
+    def pulse_cycle(self, loop: int) -> float:
         """The period of the pulses that a loop's output makes, in s; 0: it makes none."""
         return 0.0
 
-    def windup_input(self, loop: int, signals: Sequence[float]) -> bool:  # noqa: ARG002 - most PLCs have none
+    def windup_input(self, loop: int, signals: Sequence[float]) -> bool:
         """Whether a loop is told from outside that its output is limited."""
         return False
 
     def left_out(
         self,
-        loop: int,  # noqa: ARG002 - most PLCs have no selector
-        signals: Sequence[float],  # noqa: ARG002
-        own: Collection[int],  # noqa: ARG002
-        rivals: Collection[int],  # noqa: ARG002
+        loop: int,
+        signals: Sequence[float],
+        own: Collection[int],
+        rivals: Collection[int],
     ) -> bool:
         """Whether a selector of the program leaves a loop's output out and takes that of another loop.
 
@@ -295,7 +295,7 @@ class Plc(LoopFacts):
         return next((name for name, bit in cls.modes.items() if status & bit), "manual")
 
     @classmethod
-    def profile_step(cls, aux_status: int) -> str:  # noqa: ARG003 - most PLCs have no profiles
+    def profile_step(cls, aux_status: int) -> str:
         """The step of a set-point profile that an auxiliary status tells, for people; empty: none."""
         return ""
 
@@ -319,7 +319,7 @@ class Plc(LoopFacts):
         return "; ".join(texts[0]), "; ".join(texts[1])
 
     @classmethod
-    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - some vendors look at the request
+    def is_about_mode(cls, requested: int, reason: int) -> bool:
         """Whether a notice concerns the mode."""
         return reason in cls.about_mode
 
@@ -329,7 +329,7 @@ class Plc(LoopFacts):
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
-    def check_input(self, name: str, value: object) -> float:  # noqa: ARG002 - most PLCs have no such signal
+    def check_input(self, name: str, value: object) -> float:
         """The value of one of `inputs` as an event gives it; raises ``PydanticCustomError`` for an unusable one."""
         raise KeyError(name)
 
@@ -362,7 +362,7 @@ class Plc(LoopFacts):
     def autotune(self, loop: int, command: str) -> None:
         """One of ``commands["autotune"]``."""
 
-    def tuned(self, loop: int) -> Mapping[str, Any] | None:  # noqa: ARG002 - as above
+    def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """``done``, ``error``, ``status`` and ``results`` of a loop's auto-tune; None when there was none."""
         return None
 
@@ -386,7 +386,7 @@ class Plc(LoopFacts):
     def stop(self, signals: MutableSequence[float]) -> None:
         """The run-to-program transition: loops stop, except those that are independent of the CPU mode."""
 
-    def scan_time(self, without_loops: float) -> ScanTime | None:  # noqa: ARG002 - most manuals give no times
+    def scan_time(self, without_loops: float) -> ScanTime | None:
         """How long a scan becomes with the loops that are calculated, in s; None: the vendor does not say."""
         return None
 
@@ -467,7 +467,7 @@ class NamedPlc(Plc):
     slots: ClassVar[Mapping[str, str]]
     """Signals of a loop by their slots in ``config``."""
 
-    def __init__(self, program: Program, options: ScanOptions | None = None) -> None:  # noqa: ARG002 - as above
+    def __init__(self, program: Program, options: ScanOptions | None = None) -> None:
         self.loops = [str(entry["loop"]) for entry in program.settings] or self.named.loop_names(program.words)
         self._settings: Sequence[Mapping[str, Any]] = program.settings or [{}] * len(self.loops)
         found = [self.contents_of(program.words, loop) for loop in self.loops]
@@ -496,10 +496,10 @@ class NamedPlc(Plc):
     def sample_ticks(self, value: Any) -> int:
         """The time between two samples in ticks, of a content of ``sample_key``; 0: that has no effect."""
 
-    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:  # noqa: ARG002 - all loops are alike
+    def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The content that a ``set`` event makes of its parameter; a ``PydanticCustomError`` says what is wrong."""
         return self.keys.check(path, value)
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - all loops are alike
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The time between two samples that a value for this key makes, in ticks; 0: another key, or without effect."""
         return self.sample_ticks(value) if self.keys.find(path).name == self.sample_key else 0

@@ -187,11 +187,11 @@ class Click(Plc):
         """DSn+00 of each loop."""
         return {name: i for i, name in enumerate(self.flags)}
 
-    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """CO's lower and upper limit."""
         return self.cfg[loop].out_low, self.cfg[loop].out_high
 
-    def given_set_point(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - a register
+    def given_set_point(self, loop: int, signals: Sequence[float]) -> float:
         """What is written at the first change to Auto."""
         return float(self.st[loop].goal_sp)
 
@@ -200,11 +200,11 @@ class Click(Plc):
         limit = self.cfg[loop].deviation_high
         return None if limit >= bits.UNBOUNDED else limit
 
-    def integrates(self, loop: int, signals: Sequence[float]) -> bool:  # noqa: ARG002 - registers
+    def integrates(self, loop: int, signals: Sequence[float]) -> bool:
         """The longest reset time is as good as none."""
         return self.st[loop].reset < float(TUNED.no_integral)
 
-    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - registers
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """DFn+03, which is compared with the squared error where that is on."""
         config = self.cfg[loop]
         band = sqrt(config.deadband) if config.squared else config.deadband
@@ -296,6 +296,6 @@ def scale_of(config: Config) -> tuple[float, float, int]:
     return config.pv_low, config.pv_high, COUNTS
 
 
-def load(image: Image, options: ScanOptions | None = None) -> Click:  # noqa: ARG001 - the base step is the runner's
+def load(image: Image, options: ScanOptions | None = None) -> Click:
     """The virtual PLC of an image's registers, as it stands at its change from STOP to RUN."""
     return Click(image)

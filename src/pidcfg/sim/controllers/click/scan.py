@@ -140,7 +140,7 @@ class ClickRegisters(Registers):
         """The three blocks of each loop."""
         return {number: loop for number, (loop, _) in self._at.items()}
 
-    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the registers are after the last scan."""
         words, status = self.plc.memory(loop).words, self.plc.st[loop].status
         alarms = {name: int(bool(status & bit)) for name, bit in ALARMS.items()}

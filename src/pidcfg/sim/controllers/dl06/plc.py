@@ -424,7 +424,7 @@ class Dl06(Memory):
         """The major loops, as the remote set point pointers name them."""
         return [config.major for config in self.cfg]
 
-    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - words, no signals
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """+30 and +31, within the data range."""
         config = self.cfg[loop]
         share = config.out_width / config.out_span
@@ -449,7 +449,7 @@ class Dl06(Memory):
             else config.yellow * config.pv_width / config.pv_span
         )
 
-    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - words, no signals
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """+23, which is compared with the squared error where that is on."""
         config = self.cfg[loop]
         return (sqrt(config.deadband) if config.squared else config.deadband) * config.pv_width
@@ -540,7 +540,7 @@ class Dl06(Memory):
             state.rs_command |= COMMANDS[command]
             state.busy |= bits.SOAK
 
-    def autotune(self, loop: int, command: str = "start") -> None:  # noqa: ARG002 - the only command there is
+    def autotune(self, loop: int, command: str = "start") -> None:
         """``start``: bit 7 of +01 goes on."""
         self._start_tune(loop)
 

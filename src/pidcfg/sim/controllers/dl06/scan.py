@@ -215,7 +215,7 @@ class Dl06Registers(Registers):
         others = {number for number in self.plc.words if number not in self._tables}
         return dict.fromkeys([*others, ERROR_FLAGS], NO_LOOP) | {n: loop for n, (loop, _) in self._tables.items()}
 
-    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the words are after the last scan."""
         if loop == NO_LOOP:
             others = {n: raw for n, raw in self.plc.words.items() if n not in self._tables}

@@ -238,7 +238,7 @@ class Dpide(NamedPlc):
         """The loop whose MV stands in the device of SV (D266)."""
         return [config.sv_from for config in self.cfg]
 
-    def intended_mode(self, loop: int, signals: Sequence[float]) -> str:  # noqa: ARG002 - operands
+    def intended_mode(self, loop: int, signals: Sequence[float]) -> str:
         """What PID_RUN, PID_MODE and PID_MAN say."""
         return self.mode(self.st[loop].wanted_mode)
 
@@ -246,11 +246,11 @@ class Dpide(NamedPlc):
         """``pv.range``; no operand has it."""
         return self.scales[loop][:2] if self._ranged[loop] else None
 
-    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - operands
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """MV_MIN and MV_MAX."""
         return self.cfg[loop].lowest_mv, self.cfg[loop].highest_mv
 
-    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - operands
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """ERR_DBW."""
         return self.cfg[loop].dead_band
 
@@ -264,7 +264,7 @@ class Dpide(NamedPlc):
             mode, s.status = s.status & bits.MODES, (s.status & ~bits.MODES) | bits.OFF
             enter(c, s, mode)
 
-    def stop(self, signals: MutableSequence[float]) -> None:  # noqa: ARG002 - MV stays as it is
+    def stop(self, signals: MutableSequence[float]) -> None:
         """The PLC stops: no instruction is executed, and MV stays as it is (D278)."""
         for state in self.st:
             state.busy |= bits.STOPPED

@@ -93,7 +93,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     show(config, state, signals)
 
 
-def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:  # noqa: ARG001
+def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """The program at ``tick``: instructions that are due (D685), and those whose PID_RUN has become FALSE (D266)."""
     for i in range(len(configs)):
         state = states[i]
@@ -131,7 +131,7 @@ class DpideRegisters(Registers):
         loop, row = self._at[name]
         return 0 if row == "MOUT" and self.plc.cfg[loop].mout_is_mv else 1 if row == "MV" else 2
 
-    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:  # noqa: ARG002 - operands say it
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:
         """As the operands are after the last calculation."""
         held = self.plc.memory(loop)
         prefix = self.plc.loops[loop]

@@ -235,7 +235,7 @@ class Ezlogix(CountsPlc):
         show(self.cfg[i], self.st[i], signals)
 
     @classmethod
-    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - nothing is refused
+    def is_about_mode(cls, requested: int, reason: int) -> bool:
         """Whether a mode was requested: requests are never refused, they wait."""
         return requested != 0
 
@@ -250,7 +250,7 @@ class Ezlogix(CountsPlc):
         feeds = [config.feeds for config in self.cfg]
         return [feeds.index(i) if i in feeds else -1 for i in range(len(feeds))]
 
-    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - registers
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """The CV limits."""
         config = self.cfg[loop]
         return (
@@ -258,7 +258,7 @@ class Ezlogix(CountsPlc):
             config.out_low + config.cv_high_limit * config.out_width / CV_FULL,
         )
 
-    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - registers
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """Base+5; of a root the error has another scale."""
         config = self.cfg[loop]
         return config.deadband * (config.scale if config.square_root else 1.0) * config.pv_width / config.pv_span
@@ -278,7 +278,7 @@ class Ezlogix(CountsPlc):
                 s.busy |= bits.FRESH if s.status & bits.AUTO else 0
             s.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
 
-    def stop(self, signals: MutableSequence[float]) -> None:  # noqa: ARG002 - outputs stay as they are
+    def stop(self, signals: MutableSequence[float]) -> None:
         """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
         for c, s in zip(self.cfg, self.st, strict=True):
             if not c.runs_when_stopped:
@@ -409,6 +409,6 @@ class Ezlogix(CountsPlc):
             self._show(inner, signals)
 
 
-def load(image: Image, options: NoOptions | None = None) -> Ezlogix:  # noqa: ARG001 - there is nothing to choose
+def load(image: Image, options: NoOptions | None = None) -> Ezlogix:
     """The virtual PLC of an image's registers, as it stands when it begins to run."""
     return Ezlogix(image)

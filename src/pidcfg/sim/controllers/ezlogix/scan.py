@@ -187,7 +187,7 @@ class EzlogixRegisters(Registers):
         """The two blocks of each loop, and its tags."""
         return {number: loop for number, (loop, _) in (self._at | self._tags).items()}
 
-    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:  # noqa: ARG002 - registers say it
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the registers are after the last calculation."""
         memory, state = self.plc.memory(loop), self.plc.st[loop]
         held = {row.name: memory.word(row.name) for row in BLOCKS["registers"][1].words}

@@ -181,7 +181,7 @@ class Generic(NamedPlc):
         """The loops that ``setpoint.source`` names."""
         return [config.source for config in self.cfg]
 
-    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:  # noqa: ARG002 - no signals
+    def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """``output.limits``, or the range."""
         return self.cfg[loop].low, self.cfg[loop].high
 
@@ -194,7 +194,7 @@ class Generic(NamedPlc):
         limit = self.cfg[loop].deviation_at
         return None if limit >= bits.UNREACHED else limit
 
-    def dead_band(self, loop: int, signals: Sequence[float]) -> float:  # noqa: ARG002 - no signals
+    def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """``deadband``."""
         return self.cfg[loop].deadband
 

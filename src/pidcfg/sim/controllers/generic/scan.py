@@ -97,7 +97,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     signals[config.sig_bias] = state.bias + state.integral
 
 
-def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:  # noqa: ARG001
+def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """The loops that are due at ``tick``, and the pulses of all."""
     for i in range(len(configs)):
         state = states[i]

@@ -340,7 +340,7 @@ class Nextopid(Facts):
         return next((name for name, bit in MODE_BITS.items() if status & bit), "auto")
 
     @classmethod
-    def is_about_mode(cls, requested: int, reason: int) -> bool:  # noqa: ARG003 - every refused mode request does
+    def is_about_mode(cls, requested: int, reason: int) -> bool:
         """Whether a mode was requested."""
         return requested != 0
 
@@ -363,7 +363,7 @@ class Nextopid(Facts):
         """The content of a parameter; a ``PydanticCustomError`` says what is wrong."""
         return self.keys[self.loops[loop]].check(path, value)
 
-    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:  # noqa: ARG002 - nothing to look at
+    def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """No parameter is a sample time."""
         return 0
 
@@ -449,6 +449,6 @@ class Nextopid(Facts):
         }
 
 
-def load(image: Program, options: NoOptions | None = None) -> Nextopid:  # noqa: ARG001 - there is nothing to choose
+def load(image: Program, options: NoOptions | None = None) -> Nextopid:
     """The virtual PLC of a program, before its first cycle."""
     return Nextopid(image)
