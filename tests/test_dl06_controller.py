@@ -1,4 +1,4 @@
-"""The PID equation of the virtual DL06: closed forms, symmetry, limits and what the words make of it."""
+"""The PID equation of the virtual DL06: closed forms, symmetry, what the words make of it, and the band of alarms."""
 
 from __future__ import annotations
 
@@ -10,7 +10,18 @@ from hypothesis import strategies as st
 
 from dl06_rig import Rig
 from pidcfg.sim.controllers.dl06 import equation as bits
-from pidcfg.sim.controllers.dl06.equation import Config, State, calculate, coefficients, position, shaped, velocity
+from pidcfg.sim.controllers.dl06.equation import (
+    ALARMS,
+    PV_ALARMS,
+    Config,
+    State,
+    calculate,
+    coefficients,
+    position,
+    shaped,
+    velocity,
+)
+from pidcfg.sim.controllers.dl06.operate import ALARM_BITS
 from pidcfg.sim.controllers.dl06.scan import scan
 from rig_plants import FirstOrder, Fixed
 
@@ -275,3 +286,62 @@ def test_a_slow_loop_that_program_mode_has_stopped_takes_no_turn():
     s.busy &= ~bits.STOPPED
     rig.step()
     assert s.due > 0
+
+
+# --- alarms -----------------------------------------------------------------------------------------------------------
+
+
+def alarms_by_the_letter(status, pvs, limits, hysteresis):
+    """The rule by the letter: no shortcut, every threshold looked at on every sample."""
+    for pv in pvs:
+        for bit, excess in (
+            ("pv_low_low", limits[0] - pv),
+            ("pv_low", limits[1] - pv),
+            ("pv_high", pv - limits[2]),
+            ("pv_high_high", pv - limits[3]),
+            ("deviation_yellow", abs(pv - 2000) - limits[4]),
+            ("deviation_red", abs(pv - 2000) - limits[5]),
+        ):
+            if excess > 0:
+                status |= ALARM_BITS[bit]
+            elif excess <= -hysteresis:
+                status &= ~ALARM_BITS[bit]
+    return status
+
+
+@given(
+    pvs=st.lists(st.integers(0, 4095) | st.integers(1900, 2100), min_size=2, max_size=30),
+    limits=st.tuples(*[st.integers(0, 1900)] * 2, *[st.integers(2100, 4095)] * 2, *[st.integers(0, 2500)] * 2),
+    hysteresis=st.integers(0, 200),
+)
+@settings(max_examples=300, deadline=None)
+def test_the_quiet_band_never_hides_an_alarm(pvs, limits, hysteresis):
+    """The step only looks at thresholds when the PV leaves a band; the outcome is that of always looking."""
+    keys = ("low_low", "low", "high", "high_high", "yellow", "red")
+    rig = Rig()
+    pv = Fixed()
+    _, s = rig.add(pv, sp=2000.0, hysteresis=float(hysteresis), **dict(zip(keys, map(float, limits), strict=True)))
+    for n, pv.value in enumerate(pvs, 1):
+        rig.step()
+        assert s.status & ALARMS == alarms_by_the_letter(0, pvs[:n], limits, hysteresis)
+
+
+@pytest.mark.parametrize(
+    ("fields", "band"),
+    [
+        ({"low_low": 1.0, "low": 90.0, "high": 3000.0, "high_high": 4000.0}, (90.0, 3000.0)),
+        ({"low": 0.0, "high": 4000.0, "yellow": 100.0, "red": 300.0}, (1900.0, 2100.0)),
+        ({"low": 1950.0, "high": 2050.0, "yellow": 300.0, "red": 200.0}, (1950.0, 2050.0)),
+        ({"low_low": 1990.0, "high_high": 2010.0, "red": 200.0}, (1990.0, 2010.0)),
+    ],
+)
+def test_the_quiet_band_is_as_wide_as_the_thresholds_allow(fields, band):
+    rig = Rig()
+    _, s = rig.add(Fixed(2000.0), sp=2000.0, **fields)
+    rig.step()
+    assert (s.quiet_low, s.quiet_high) == band
+
+
+def test_absolute_alarms_are_bits_three_to_six():
+    assert PV_ALARMS == 0b1111000
+    assert ALARMS == 0b1111111000

@@ -1,4 +1,4 @@
-"""The ramp/soak generator of the virtual DL06: profile, commands, status word, errors."""
+"""The ramp/soak generator of the virtual DL06: fractions of words, Program mode, its step as a signal."""
 
 from __future__ import annotations
 
@@ -11,11 +11,7 @@ from dl06_rig import Rig
 from pidcfg.api import simulate
 from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06.equation import (
-    RS_COMPLETE,
-    RS_DEVIATION,
-    RS_HELD,
     RS_HOLD,
-    RS_JOG,
     RS_RESUME,
     RS_START,
 )
@@ -31,55 +27,6 @@ def oven(*pairs, sp=100.0, pv=100.0, base=1.0, **fields):
 
 def step_of(s):
     return s.aux_status >> 8
-
-
-def test_a_profile_ramps_soaks_and_completes():
-    """From 100 to 200 at 10 counts/s, 5 s of soak, down to 180 at 4 counts/s, 2 s of soak."""
-    rig, s = oven((200, 10, 5, 0), (180, 4, 2, 0))
-    rig.command(RS_START)
-    seen = [(sp, status >> 8) for sp, status in rig.trace(26, "sp", "aux_status")]
-
-    assert seen[0] == (100.0, 1), "the first ramp begins at the present set point"
-    assert seen[1:10] == [(100.0 + 10 * n, 1) for n in range(1, 10)]
-    assert seen[10:15] == [(200.0, 2)] * 5
-    assert seen[15:20] == [(200.0, 3), (196.0, 3), (192.0, 3), (188.0, 3), (184.0, 3)]
-    assert seen[20:22] == [(180.0, 4)] * 2
-    assert seen[22:] == [(180.0, 0)] * 4
-    assert s.aux_status == RS_COMPLETE
-    assert s.busy == 0
-
-
-def test_the_step_number_stands_in_the_high_byte_up_to_sixteen():
-    rig, s = oven(*[(100 + n, 99, 1, 0) for n in range(1, 9)])
-    rig.command(RS_START)
-    steps = [status >> 8 for (status,) in rig.trace(40, "aux_status")]
-
-    assert sorted(set(steps)) == list(range(17))
-    assert s.aux_status == RS_COMPLETE
-
-
-def test_a_slope_of_zero_ends_the_profile():
-    rig, s = oven((110, 10, 1, 0), (200, 0, 9, 0), (300, 10, 9, 0))
-    rig.command(RS_START)
-    rig.run(20)
-
-    assert (s.sp, s.aux_status) == (110.0, RS_COMPLETE)
-
-
-def test_an_empty_table_is_complete_at_once():
-    rig, s = oven()
-    rig.command(RS_START)
-    rig.step()
-
-    assert (s.sp, s.aux_status) == (100.0, RS_COMPLETE)
-
-
-def test_a_first_ramp_without_length_goes_to_the_soak_at_once():
-    rig, s = oven((100, 10, 5, 0))
-    rig.command(RS_START)
-    rig.step(2)
-
-    assert step_of(s) == 2
 
 
 def test_a_slow_ramp_moves_by_fractions_of_a_count():
@@ -110,19 +57,6 @@ def test_holding_and_resuming_keeps_the_fraction_of_the_set_point():
     assert s.rs_sp == pytest.approx(150.3)
 
 
-def test_hold_freezes_and_resume_goes_on():
-    rig, s = oven((200, 10, 5, 0))
-    rig.command(RS_START)
-    rig.step(4)
-    rig.command(RS_HOLD)
-    rig.step(5)
-    assert (s.sp, s.aux_status) == (130.0, RS_HELD | 1 << 8)
-    rig.command(RS_RESUME)
-    rig.step()
-
-    assert (s.sp, s.aux_status) == (140.0, 1 << 8), "the profile is late by exactly the time of the hold"
-
-
 def test_a_soak_in_hold_keeps_its_remaining_time():
     rig, s = oven((110, 10, 10, 0))
     rig.command(RS_START)
@@ -151,155 +85,20 @@ def test_a_soak_lasts_the_nearest_number_of_samples(seconds, samples):
     assert count == samples
 
 
-def test_jog_truncates_the_segment_and_the_set_point_stays():
-    rig, s = oven((200, 10, 50, 0), (300, 10, 5, 0))
-    rig.command(RS_START)
-    rig.step(4)
-    rig.command(RS_JOG)
-    rig.step()
-    assert (s.sp, step_of(s)) == (130.0, 2)
-    rig.command(RS_JOG)
-    rig.step(2)
-
-    assert (s.sp, step_of(s)) == (140.0, 3)
-
-
-def test_jog_in_hold_goes_on_to_the_next_segment_and_stays_in_hold():
-    rig, s = oven((200, 10, 50, 0), (300, 10, 5, 0))
-    rig.command(RS_START)
-    rig.step(2)
-    rig.command(RS_HOLD)
-    rig.step()
-    rig.command(RS_JOG)
-    rig.step(3)
-
-    assert s.aux_status == RS_HELD | 2 << 8
-
-
-def test_start_again_begins_anew_and_clears_complete():
-    rig, s = oven((110, 10, 1, 0))
-    rig.command(RS_START)
-    rig.run(10)
-    assert s.aux_status == RS_COMPLETE
-    s.sp = 50.0
-    rig.command(RS_START)
-    rig.step(2)
-
-    assert (s.sp, s.aux_status) == (60.0, 1 << 8)
-
-
-def test_a_start_within_the_first_ramp_waits_a_sample_like_any_other():
-    rig, s = oven((110, 10, 1, 0))
-    s.sp = 50.0
-    rig.command(RS_START)
-    rig.step(2)
-    assert s.sp == 60.0
-    rig.command(RS_START)
-    rig.step()
-    assert s.sp == 60.0
-    rig.step()
-    assert s.sp == 70.0
-
-
-def test_the_deviation_bit_is_on_only_while_a_soak_sees_too_large_an_error():
-    rig, s = oven((110, 10, 3, 5), (130, 10, 9, 5), pv=105.0)
-    pv = rig.plants[0]
-    rig.command(RS_START)
-    rig.step(2)
-    assert s.aux_status == 2 << 8, "5 counts are allowed"
-    pv.value = 104.0
-    rig.step()
-    assert s.aux_status == RS_DEVIATION | 2 << 8
-    rig.step(2)
-
-    assert s.aux_status == 3 << 8, "a ramp has no deviation"
-
-
-def test_the_commands_are_read_and_cleared():
+def test_a_start_is_refused_where_the_table_is_at_fault():
     rig, s = oven((200, 10, 5, 0))
-    rig.command(RS_START)
-    rig.step()
-
-    assert s.rs_command == 0
-
-
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        ({"rs_enabled": 0}, "ramp/soak refused: not enabled (+00 bit 11)"),
-        ({"rs_fault": 16}, "ramp/soak refused: the table is not in user memory (+35)"),
-    ],
-)
-def test_a_start_can_be_refused(change, reason):
-    rig, s = oven((200, 10, 5, 0))
-    for name, value in change.items():
-        setattr(rig.cfg[0], name, value)
+    rig.cfg[0].rs_fault = 16
+    refused = (0, "ramp/soak refused: the table is not in user memory (+35)")
     rig.command(RS_START)
     rig.step(3)
+    assert (s.sp, s.aux_status, s.rs_error, rig.log) == (100.0, 0, 16, [refused])
 
-    assert (s.sp, s.aux_status, rig.log) == (100.0, 0, [(0, reason)])
-    assert s.rs_error == change.get("rs_fault", 0)
-    rig.cfg[0].rs_enabled, rig.cfg[0].rs_fault = 1, 0
+    rig.cfg[0].rs_fault = 0
     rig.step()
-    assert (s.rs_step, rig.log) == (0, [(0, reason)]), "the command was taken"
+    assert (s.rs_step, rig.log) == (0, [refused]), "the command was taken"
     rig.command(RS_START)
     rig.step()
     assert s.rs_step == 1
-
-
-@pytest.mark.parametrize("command", [RS_HOLD, RS_RESUME, RS_JOG])
-def test_other_commands_need_a_running_profile(command):
-    rig, s = oven((200, 10, 5, 0))
-    rig.command(command)
-    rig.step()
-
-    assert s.aux_status == 0
-    assert rig.log == [(0, "ramp/soak refused: no profile is running")]
-
-
-def test_start_does_nothing_while_another_control_bit_is_on():
-    rig, s = oven((200, 10, 5, 0))
-    rig.command(RS_START | RS_HOLD)
-    rig.step(3)
-
-    assert (s.sp, step_of(s)) == (100.0, 0)
-
-
-def test_switching_the_generator_off_stops_the_profile():
-    rig, s = oven((200, 10, 5, 0))
-    rig.command(RS_START)
-    rig.step(4)
-    rig.cfg[0].rs_enabled = 0
-    rig.step(3)
-
-    assert (s.sp, s.aux_status, s.busy) == (130.0, 0, 0)
-
-
-def test_in_cascade_a_start_is_refused_and_a_running_profile_is_held():
-    rig, s = oven((200, 10, 5, 0), pv=100.0, mode="auto", major=1)
-    rig.add(Fixed(0.0))
-    rig.command(RS_START)
-    rig.step(3)
-    rig.request("cascade")
-    rig.step(3)
-    held = s.sp
-    rig.command(RS_START)
-    rig.step(3)
-
-    assert s.aux_status == RS_HELD | 1 << 8
-    assert s.sp == held
-    assert [text for _, text in rig.log] == [
-        "ramp/soak held: the loop went to Cascade",
-        "ramp/soak refused: the loop is in Cascade",
-    ]
-
-
-def test_the_generator_runs_in_manual_and_in_auto():
-    for mode in ("manual", "auto"):
-        rig, s = oven((200, 10, 5, 0), mode=mode)
-        rig.command(RS_START)
-        rig.step(4)
-        assert s.sp == 130.0
 
 
 def test_in_program_mode_an_independent_loop_pauses_its_profile():
@@ -313,14 +112,6 @@ def test_in_program_mode_an_independent_loop_pauses_its_profile():
     rig.step()
 
     assert s.sp == 140.0
-
-
-def test_the_deviation_alarm_follows_the_ramp():
-    rig, _ = oven((200, 10, 5, 0), yellow=45.0, red=400.0)
-    rig.command(RS_START)
-    rows = [bool(status & bits.YELLOW) for (status,) in rig.trace(8, "status")]
-
-    assert rows == [False] * 5 + [True] * 3
 
 
 # --- the step as a signal ---------------------------------------------------------------------------------------------

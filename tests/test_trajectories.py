@@ -34,7 +34,7 @@ from pidcfg.vendors import VENDORS
 
 FOLDER = Path(__file__).with_name("trajectories")
 OWN = {"mode", "autotune", "plc", "ramp_soak", "disturb", "pv"}
-"""Keys of an event that are no parameters."""
+"""Keys of an event that are no parameters; as a section of parameters some of them are."""
 BASIS = re.compile(r"\(.+\)$")
 """The end of what a case shows."""
 AFTER = 100
@@ -85,8 +85,9 @@ def events(case, step):
                 yield {"at": k * step, "set": {f"pv_{loop}": pv}}
     for k, given in case.get("events", {}).items():
         for event in given if isinstance(given, list) else [given]:
-            what = {key: event[key] for key in event.keys() & OWN}
-            values = {key: value for key, value in event.items() if key not in OWN | {"loop", "plant"}}
+            own = {key for key in event.keys() & OWN if key == "disturb" or not isinstance(event[key], dict)}
+            what = {key: event[key] for key in own}
+            values = {key: value for key, value in event.items() if key not in own | {"loop", "plant"}}
             what |= {"set": values} if values else {}
             of = {key: event[key] for key in ("plant",) if key in event} or {"loop": event.get("loop", "L1")}
             yield {"at": k * step, **({} if "plc" in event else of), **what}
