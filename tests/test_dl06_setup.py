@@ -1,11 +1,23 @@
-"""V7642, +35 and the alarm order as the CPU works them out, at every edge."""
+"""The set-up of a DL06: areas, limits, decisions and the error word V7642."""
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 
+import pidcfg
 from pidcfg.encoders.codecs import bcd_word
-from pidcfg.encoders.dl06.image import Setup, alarm_order_broken, check_ramp_soak, check_setup
+from pidcfg.encoders.dl06.image import Setup, alarm_order_broken, areas, check_ramp_soak, check_setup
+from pidcfg.encoders.image import Area, AreaError
+from pidcfg.encoders.maps.dl06 import LOOP_COUNT, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, SETUP_WORDS, TABLE_POINTER
+from pidcfg.sim.controllers import dl06 as dl06_decisions
+from pidcfg.sim.controllers.dl06 import ENGINE
+from pidcfg.text.source import read_document
+from pidcfg.validate.engine import check_document
+
+# --- V7642, +35 and the alarm order as the CPU works them out, at every edge ------------------------------------------
 
 
 def flags(start, count):
@@ -123,3 +135,250 @@ def test_a_ramp_soak_table_outside_user_memory_sets_one_bit_of_35(start, expecte
 )
 def test_alarms_must_be_in_order_when_their_group_is_on(pv, deviation, broken):
     assert alarm_order_broken(pv, deviation) is broken
+
+
+# --- The blocks of a DL06 that a client reads, from the words that say where they are ---------------------------------
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SETUP = Area(TABLE_POINTER, SETUP_WORDS)
+WORDS = {TABLE_POINTER: 0o2000, LOOP_COUNT: 2}
+PROFILE = 0o2000 + LOOP_TABLE.offset("ramp_soak_table")
+
+
+def test_the_set_up_words_come_first_and_the_loops_from_them():
+    assert areas({}, None, {}) == [SETUP]
+    tables = [Area(0o2000, LOOP_TABLES[1], "LOOP-1"), Area(0o2040, LOOP_TABLES[1], "LOOP-2")]
+    assert areas(WORDS, None, {}) == [SETUP, *tables]
+    assert areas(WORDS, None, {"number_of_loops": 1, "reset_decimals": 2}) == [
+        SETUP,
+        Area(0o2000, LOOP_TABLES[2], "LOOP-1"),
+    ]
+
+
+def test_a_configuration_names_the_loops_as_far_as_it_has_them():
+    like = pidcfg.encode((EXAMPLES / "dl06/oven.yaml").read_text("utf-8")).image
+    found = areas({**WORDS, LOOP_COUNT: 3}, like, {})
+    assert [area.loop for area in found[1:]] == [*(entry["loop"] for entry in like.settings), "LOOP-2", "LOOP-3"]
+
+
+@pytest.mark.parametrize(
+    ("start", "there"),
+    [
+        (0o377, False),
+        (0o400, True),
+        (0o640, True),
+        (0o641, False),
+        (0o7540, True),
+        (0o7541, False),
+        (0o17740, True),
+        (0o17741, False),
+    ],
+)
+def test_a_profile_is_read_where_its_32_words_are_user_memory(start, there):
+    """User memory: V400 to V677 and V10000 to V17777 (Addr + 36), V1200 up to the boundary at V7577 (V7642, bit 3)."""
+    pairs = [Area(start + 4 * k, RAMP_SOAK_PAIR, "LOOP-1", f"ramp_soak[{k}].") for k in range(8)] if there else []
+    found = areas({**WORDS, PROFILE: start}, None, {"number_of_loops": 1})
+    assert found == [SETUP, Area(0o2000, LOOP_TABLES[1], "LOOP-1"), *pairs]
+
+
+@pytest.mark.parametrize("count", [0, 9, 0x0A])
+def test_a_number_of_loops_that_is_none_is_told_with_the_way_round_it(count):
+    with pytest.raises(AreaError, match=f"V7641 holds 0x{count:04X}.*--number-of-loops"):
+        areas({**WORDS, LOOP_COUNT: count}, None, {})
+
+
+# --- Rules of DL06 alarms and tuning at their limits, and the numbers in their messages -------------------------------
+
+LOOP = {
+    "name": "A",
+    "sample_rate": 1,
+    "action": "direct",
+    "tuning": {"gain": 2, "reset": "10 s"},
+    "pv": {"range": [0, 4095]},
+}
+
+
+def told(**changes):
+    """The messages of a loop with other values, by their codes."""
+    plc = {"loop_table": "V2000", "reset_decimals": changes.pop("decimals", 1)}
+    data = {"pidcfg": 1, "vendor": "dl06", "plc": plc, "loops": [{**LOOP, **changes}]}
+    return {d.code: d.message for d in check_document(read_document(json.dumps(data).encode(), "a.yaml")).findings}
+
+
+def tuned(decimals=1, **tuning):
+    return told(tuning={"gain": 2, "reset": "10 s", **tuning}, decimals=decimals)
+
+
+def test_a_sample_rate_of_zero_has_no_rate_of_change():
+    assert not {"DL246", "DL247", "DL507", "DL219"} & set(told(sample_rate=0, alarms={"rate_of_change": "5 /s"}))
+    assert "DL219" not in told(sample_rate=0, tuning={"gain": 2, "reset": "10 s", "rate": 1})
+
+
+def test_deviation_points_of_zero_are_told_once():
+    assert {"DL244", "DL245"} & set(told(alarms={"deviation": {"yellow": 0, "red": 0}})) == {"DL244"}
+    assert {"DL244", "DL245"} & set(told(alarms={"deviation": {"yellow": 0, "red": 1}})) == {"DL245"}
+    assert {"DL244", "DL245"} & set(told(alarms={"deviation": {"yellow": 1, "red": 2}})) == set()
+
+
+@pytest.mark.parametrize(
+    ("tuning", "decimals", "said"),
+    [
+        ({"reset": "1000 s"}, 1, "reset is 1000 s; its word holds 0.1 s to 999.8 s; write `reset: 16.7 min`"),
+        ({"reset": "1000 s"}, 2, "reset is 1000 s; its word holds 0.01 s to 99.98 s; write `reset: 16.67 min`"),
+        ({"reset": "59988 s"}, 1, "write `reset: 999.8 min` and `reset_unit: minutes`"),
+        ({"reset": "59994 s"}, 1, "its word holds 0.1 s to 999.8 s"),
+        ({"reset": "0.01 min", "reset_unit": "minutes"}, 1, "holds 0.1 min to 999.8 min; write `reset: 0.6 s` and"),
+        ({"reset": "0.0005 min", "reset_unit": "minutes"}, 1, "holds 0.1 min to 999.8 min"),
+        ({"reset": "-5 s"}, 1, "a time is not negative"),
+    ],
+)
+def test_a_reset_beyond_its_word_is_met_with_what_the_word_holds(tuning, decimals, said):
+    found = tuned(decimals, **tuning)
+    assert said in found["DL502"]
+    assert ("write" in found["DL502"]) == ("write" in said)
+    assert "DL216" not in found
+
+
+def test_the_code_of_no_integral_is_met_with_the_largest_time():
+    assert tuned(1, reset="999.9 s")["DL212"].endswith("the largest reset is 999.8 s")
+    assert tuned(2, reset="99.99 s")["DL212"].endswith("the largest reset is 99.98 s")
+    assert "DL212" not in tuned(1, reset="999.8 s")
+
+
+def test_a_reset_of_zero_is_a_code_and_no_fast_integral():
+    assert {"DL216", "DL502", "DL503"} & set(tuned(reset="0 s")) == {"DL503"}
+    assert {"DL216", "DL502", "DL503"} & set(tuned(reset="0.9 s")) == {"DL216"}
+
+
+@pytest.mark.parametrize(("gain", "counts"), [(2, 50), (0, 25), (0.5, 12)])
+def test_what_a_count_of_noise_does_is_said_with_the_gain(gain, counts):
+    assert f"moves the output by {counts} counts" in tuned(gain=gain, rate=25)["DL219"]
+
+
+@pytest.mark.parametrize(
+    ("slope", "said"),
+    [(0.0152, "stored as 0.02: the ramp takes 24.0 % less"), (0.014, "as 0.01: the ramp takes 40.0 % longer")],
+)
+def test_a_rounded_slope_makes_the_ramp_shorter_or_longer(slope, said):
+    steps = [{"ramp_to": 100, "slope": slope, "soak": 1}]
+
+    assert said in told(ramp_soak={"table": "V3000", "steps": steps})["DL285"]
+
+
+def test_an_upper_output_limit_of_zero_is_told_once():
+    limits = {low: told(output={"limits": [f"{low} counts", "0 counts"]}) for low in (0, 5)}
+
+    assert [{"DL224", "DL226"} & set(found) for found in limits.values()] == [{"DL226"}, {"DL224"}]
+
+
+def test_the_last_step_of_a_profile_is_looked_at():
+    steps = [*[{"ramp_to": 100, "slope": 1, "soak": 1}] * 7, {"ramp_to": 100, "slope": 0.0152, "soak": 1}]
+
+    assert "DL285" in told(ramp_soak={"table": "V3000", "steps": steps})
+
+
+@pytest.mark.parametrize(("count", "words"), [(8, "V7340-V7737"), (9, "words from V7340")])
+def test_a_loop_table_with_more_loops_than_there_are_is_told_by_its_beginning(count, words):
+    plc = {"loop_table": "V7340", "reset_decimals": 1, "number_of_loops": count}
+    text = json.dumps({"pidcfg": 1, "vendor": "dl06", "plc": plc, "loops": [LOOP]})
+
+    found = {d.code: d.message for d in check_document(read_document(text.encode(), "a.yaml")).findings}
+    assert found["DL204"] == f"the loop table of {count} loops occupies {words}, past the boundary at V7577"
+
+
+def test_a_key_of_another_place_is_told_its_place():
+    text = json.dumps(
+        {"pidcfg": 1, "vendor": "dl06", "plc": {"reset_decimals": 1}, "loops": [{**LOOP, "loop_table": "V2000"}]}
+    )
+    (found,) = (d for d in check_document(read_document(text.encode(), "a.yaml")).findings if d.code == "PID020")
+
+    assert "it belongs below plc" in f"{found.message} {found.help}"
+
+
+# --- The engine's decisions are numbered without a gap, and each is named where it is carried out ---------------------
+
+SOURCE = Path(dl06_decisions.__file__).parents[3]
+
+
+def test_numbers_go_on_without_a_gap():
+    assert [decision.number for decision in ENGINE] == [*range(30, 69)]
+
+
+@pytest.mark.parametrize("decision", ENGINE, ids=lambda decision: f"D{decision.number}")
+def test_a_decision_is_named_where_it_is_carried_out(decision):
+    modules = [SOURCE / "encoders" / "dl06" / "image.py", *sorted(Path(dl06_decisions.__file__).parent.glob("*.py"))]
+    text = "".join(m.read_text("utf-8") for m in modules if m.name != "__init__.py")
+
+    assert f"D{decision.number}" in text
+
+
+# --- V7642 at every edge: what the validator says, with the line, and what the words themselves give ------------------
+
+FLAG_LOOP = "  - {{name: L{n}, sample_rate: 0.1, action: direct, tuning: {{gain: 1}}}}"
+
+# start, loops, bits of V7642 (the word), and what is wrong though the PLC does not say so
+EDGES = [
+    ("V0", 1, 0b0001, None),
+    ("V1177", 1, 0b0001, None),
+    ("V1200", 1, 0, None),
+    ("V1200", 8, 0, None),
+    ("V7200", 8, 0, None),  # 7200 + 8 x 40 octal = V7600: the last word is V7577 exactly
+    ("V7201", 8, 0b1000, None),
+    ("V7340", 1, 0, None),
+    ("V7340", 5, 0, None),  # 7340 + 5 x 40 octal = V7600: the last word is V7577 exactly
+    ("V7340", 6, 0b1000, None),
+    ("V7341", 1, 0b0001, None),
+    ("V7577", 1, 0b0001, None),
+    ("V7777", 1, 0b0001, None),
+    ("V10000", 1, 0, None),
+    ("V10000", 8, 0, None),
+    ("V17400", 8, 0, None),  # ends at V17777
+    ("V17401", 8, 0, "DL205"),
+    ("V17740", 1, 0, None),
+    ("V17740", 2, 0, "DL205"),
+    ("V17741", 1, 0b0010, None),
+    ("V20000", 1, 0b0010, None),
+    ("V2000", 9, 0b0100, None),
+    ("V7340", 9, 0b1100, None),
+    ("V1177", 9, 0b0101, None),
+]
+
+
+def text(start: str, loops: int) -> str:
+    """A file whose line 3 is the loop table and whose loops begin in line 5."""
+    rows = "\n".join(FLAG_LOOP.format(n=n) for n in range(1, loops + 1))
+    return f"pidcfg: 1\nvendor: dl06\nplc: {{loop_table: {start}, reset_decimals: 1}}\nloops:\n{rows}\n"
+
+
+@pytest.mark.parametrize(("start", "loops", "word", "other"), EDGES)
+def test_the_validator_names_each_bit_and_the_line(start, loops, word, other):
+    found = pidcfg.check_text(text(start, loops)).findings
+    errors = [d for d in found if d.severity.label == "error"]
+    effects = {d.plc_effect for d in errors if d.code != "DL205"}
+    assert effects == {f"V7642 bit {bit}" for bit in range(4) if word >> bit & 1}
+    assert [(d.code, d.plc_effect) for d in errors if d.code == "DL205"] == (
+        [(other, "not shown in V7642")] if other else []
+    )
+    for d in errors:
+        # too many loops are pointed at where the ninth is listed, everything else where the table starts
+        assert d.span.line == (4 if d.code == "DL203" else 3), (
+            d
+        )  # the key of the list: which loop is the ninth is no matter
+
+
+@pytest.mark.parametrize(("start", "loops", "word", "other"), EDGES)
+def test_the_words_give_the_same_flags(start, loops, word, other):
+    image = pidcfg.check_text(text(start, loops)).encoding.image.words
+    assert check_setup(image[0o7640], image[0o7641]).flags == word
+
+
+@pytest.mark.parametrize("start", ["V7440", "V7576", "V7577", "V7600"])
+def test_a_start_between_the_pointer_range_and_the_end_of_the_lower_block_is_outside(start):
+    found = pidcfg.check_text(text(start, 1)).findings
+    assert any(d.plc_effect == "V7642 bit 0" for d in found)
+
+
+@pytest.mark.parametrize("start", ["V1208", "V178", "2000", "02000", "v2000", "V2000.1", "V200000"])
+def test_starts_that_are_no_addresses_are_refused(start):
+    (found,) = pidcfg.check_text(text(start, 1)).findings
+    assert (found.code, found.span.line) == ("PID029", 3)

@@ -1,11 +1,21 @@
 """Ideas that rules of several vendors share, on the least that each of them needs of a loop."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from decimal import Decimal
+from pathlib import Path
 
 import pytest
 
+import pidcfg as api
+from one_loop import PLANT
+from pidcfg.schemas.numbers import NUMBER, cure
+from pidcfg.study.scenario import check_scenario
+from pidcfg.text.document import LINE_BREAK
 from pidcfg.text.frozen import frozen
+from pidcfg.text.source import read_document
+from pidcfg.validate.engine import check_document
 from pidcfg.validate.ideas import (
     MOST_NAMES,
     NUMBERS,
@@ -29,6 +39,10 @@ from pidcfg.validate.ideas import (
     value_or_switch,
     with_unit,
 )
+from pidcfg.validate.own_units import _unit_of
+from pidcfg.vendors import VENDORS
+
+# --- Ideas that rules of several vendors share, on the least that each of them needs of a loop ------------------------
 
 
 @frozen
@@ -258,3 +272,250 @@ def test_a_finding_about_limits_has_units_where_its_message_wants_them(units):
         "high": "2 C" if "high" in units else "2",
         "what": "x",
     }
+
+
+# --- What is written the way people write it is refused with the way it is written here; no value changes silently ----
+
+EVENT = """\
+pidcfg: 1
+scenario: step
+config: a.yaml
+duration: 10
+plants: {A: {model: first_order, gain: 1, time_constant: 60}}
+events:
+  - {at: 5, loop: A, sp: 80}
+"""
+
+
+def first(text):
+    data = text if isinstance(text, bytes) else text.encode()
+    return min(check_document(read_document(data, "a.yaml")).findings, key=lambda d: d.order)
+
+
+def test_the_plant_is_a_good_one():
+    assert not [d for d in check_document(read_document(PLANT.encode(), "a.yaml")).findings if d.severity > 1]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("2,5", "write 2.5: the decimal sign is a point"),
+        ("-2,50", "write -2.50: the decimal sign is a point"),
+        ("2,0", "write 2.0: the decimal sign is a point"),
+        ("1,800", "write 1.800 or 1800: a comma says neither"),
+        ("1,800.0", "write 1800.0: nothing stands between thousands"),
+        ("1.800,0", "write 1800.0: nothing stands between thousands"),
+        ("1'085.0", "write 1085.0: nothing stands between thousands"),
+        ("1 085", "write 1085: nothing stands between thousands"),
+        ("1\N{NO-BREAK SPACE}085", "write 1085: nothing stands between thousands"),
+        ("1,234,567", "write 1234567: nothing stands between thousands"),
+        ("85 %", "write the number alone; it is taken in the key's own unit, which need not be %"),
+        ("85°C", "write the number alone; it is taken in the key's own unit, which need not be °C"),
+        ("2.50 %/degC", "write the number alone; it is taken in the key's own unit, which need not be %/degC"),
+        (
+            "2,5 degC",
+            "write 2.5: the decimal sign is a point; it is taken in the key's own unit, which need not be degC",
+        ),
+        ("2,5 counts", "write 2.5: the decimal sign is a point; counts may stay"),
+        ("\N{EN DASH}5", "write -5: U+2013 is a dash, not a minus"),
+        ("\N{MINUS SIGN}2.5", "write -2.5: U+2212 is a dash, not a minus"),
+        ("5\N{NO-BREAK SPACE}", "write 5: U+00A0 is a no-break space, not a space"),
+        (
+            "\N{LEFT DOUBLE QUOTATION MARK}5\N{RIGHT DOUBLE QUOTATION MARK}",
+            "write 5: U+201C is a quote, not a quote of YAML",
+        ),
+        ("abc", None),
+        ("2.5.6", None),
+        ("12.345.678", "write 12345678: nothing stands between thousands"),
+        ("1O0", "write 100: a letter stands where a digit belongs"),
+        ("\N{FULLWIDTH DIGIT TWO}", "write 2: U+FF12 is FULLWIDTH DIGIT TWO"),
+        ("1/3", None),
+        ("1,2,3", None),
+        ("5 - 6", None),
+        ("5 counts", None),
+        ("", None),
+    ],
+)
+def test_the_cure_of_a_text_that_is_no_number(text, says):
+    assert cure(text) == says
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "place", "message", "cure"),
+    [
+        (
+            "gain: 2.5",
+            "gain: 2,5",
+            (8, 22),
+            "5 has no value",
+            "write 2.5: the decimal sign is a point; 2,5 inside braces is two keys",
+        ),
+        ("100}", "1,800.0}", (8, 34), "800.0 has no value", "write 1800.0: nothing stands between thousands"),
+        ("sample_rate: 2", "sample_rate: 2,5", (6, 18), "sample_rate: '2,5' is not a number", "write 2.5"),
+        ("sample_rate: 2", "sample_rate: 2,5 s", (6, 18), "sample_rate: '2,5 s' is not a time", "write 2.5"),
+        ("sample_rate: 2", "sample_rate: 2 parsec", (6, 18), "'2 parsec' is not a time", "units are ms, s, min and h"),
+        ("400]", "400,5]", (9, 17), "a list of two values, not of 3", "that is a point"),
+        ("400]", "1e-320]", (9, 17), "range: 1e-320 is too small; the limit is 1e-300", "write 0 where that is meant"),
+        ("400]", "1e301]", (9, 17), "range: 1e301 is too large; the limit is 1e300", "write a smaller number"),
+        ("value: 85", "value: 85 °F", (10, 23), "value: '85 °F' is not a number", "the key is in degC, not in degF"),
+        ("value: 85", "value: 1e-3 counts", (10, 23), "setpoint is 0.001 counts, but raw counts are whole", "round it"),
+        (
+            "value: 85",
+            "value: 1e300",
+            (10, 23),
+            "setpoint is 1e+300 degC, but its word holds 0 to 400",
+            "write a value that the word holds",
+        ),
+        (
+            "  - name",
+            "    name",
+            (5, 5),
+            "loops must be a list, not a mapping",
+            "begin each item of loops with a dash: '- name: …'",
+        ),
+        ("gain", "Kp", (8, 14), "unknown key 'Kp'", "did you mean gain?"),
+        ("    setpoint: {value: 85}", "    sp: 85", (10, 5), "unknown key 'sp'", "did you mean setpoint?"),
+        (
+            "    setpoint",
+            "    alarms: {low: 5}\n    setpoint",
+            (10, 14),
+            "unknown key 'low'",
+            "did you mean pv: {low: …}?",
+        ),
+        (
+            "    setpoint",
+            "    reset: 5\n    setpoint",
+            (10, 5),
+            "unknown key 'reset'",
+            "did you mean tuning: {reset: …}?",
+        ),
+        ("dl06", "click", (2, 9), "this looks like dl06: its keys are those of the file", "write vendor: dl06"),
+        (PLANT[PLANT.index("loops:") :], "loops: [null]\n", (4, 9), "item 1 of loops has no value", "remove the item"),
+        (
+            PLANT[PLANT.index("loops:") :],
+            "loops: []\n",
+            (4, 1),
+            "the list of loops is empty: there is nothing",
+            "add a loop",
+        ),
+    ],
+)
+def test_where_it_stands_what_it_is_and_what_to_do(before, after, place, message, cure):
+    assert before in PLANT
+    d = first(PLANT.replace(before, after))
+    assert d.severity.label == "error"
+    assert (d.span.line, d.span.column) == place
+    assert message in d.message
+    assert cure in d.help
+
+
+def test_a_key_of_an_event_is_named():
+    (d,) = api.load(EVENT).findings
+    assert (d.message, d.help) == ("unknown key 'sp'", "did you mean set: {setpoint: …}?")
+
+
+def test_another_unit_in_an_event_is_told_with_that_of_the_key(tmp_path):
+    (tmp_path / "a.yaml").write_text(PLANT, "utf-8")
+    (tmp_path / "s.yaml").write_text(EVENT.replace("sp: 80", "set: {setpoint: 203 °F}"), "utf-8")
+    doc = read_document((tmp_path / "s.yaml").read_bytes(), str(tmp_path / "s.yaml"))
+    (d,) = [d for d in check_scenario(doc) if d.code == "PID053"]
+    assert (d.message, d.help) == (
+        "setpoint: '203 °F' is not a number",
+        "the key is in degC, not in degF: write the number of degC alone",
+    )
+
+
+def test_a_file_with_one_odd_key_is_still_of_its_vendor():
+    assert "this looks like" not in first(PLANT.replace("gain", "proportional_gain")).message
+
+
+# --- A number may carry its key's own unit; another unit is an error that names both ----------------------------------
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+FILES = sorted(p for p in EXAMPLES.glob("*/*.yaml") if "scenario" not in p.name and p.parent.name in VENDORS)
+EXPRESSIONS = {"nextopid"}
+"""Vendors whose values may be expressions: a number with a unit is none."""
+
+TIMED = ("s", "min", "sample", "cycle", "cycles")
+"""Ends of units that times and rates have, which are read by types of their own."""
+
+
+def checked(text):
+    return check_document(read_document(text.encode(), "a.yaml"))
+
+
+def numbers(data, path=()):
+    """The places of numbers that are written plain."""
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for step, value in items:
+        if isinstance(value, str) and type(value) is not str and NUMBER.fullmatch(value):
+            yield (*path, step)
+        yield from numbers(value, (*path, step))
+
+
+def with_units(doc, vendor, spelled):
+    """The text with each number's own unit behind it, and how many there are."""
+    lines, places = LINE_BREAK.split(doc.text), set()  # an alias shares the place of its anchor
+    for path in numbers(doc.data):
+        if path[0] == "loops":
+            loop = doc.data["loops"][path[1]]
+            unit = _unit_of(vendor, loop, path[2:])
+            if unit and not unit.endswith(TIMED):
+                places.add((doc.locate(path), spelled(unit)))
+    for span, unit in sorted(places, key=lambda row: (row[0].line, row[0].column), reverse=True):
+        line = lines[span.line - 1]
+        lines[span.line - 1] = f"{line[: span.end_column - 1]} {unit}{line[span.end_column - 1 :]}"
+    return "\n".join(lines), len(places)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: f"{p.parent.name}/{p.stem}")
+def test_a_number_in_its_own_unit_is_the_number(path):
+    vendor = VENDORS[path.parent.name]
+    bare = checked(path.read_text("utf-8"))
+    text, count = with_units(bare.document, vendor, str)
+    stated = checked(text)
+    if vendor.key in EXPRESSIONS:
+        assert stated.failed or not count
+        return
+    assert count
+    assert stated.config == bare.config
+    assert [d.message for d in stated.findings] == [d.message for d in bare.findings]
+
+
+@pytest.mark.parametrize("vendor", [key for key in VENDORS if key not in EXPRESSIONS])
+def test_any_other_unit_is_refused_and_both_are_named(vendor):
+    path = next(p for p in FILES if p.parent.name == vendor)
+    bare = checked(path.read_text("utf-8"))
+    text, count = with_units(bare.document, VENDORS[vendor], lambda _: "furlong")
+    refused = [d for d in checked(text).findings if d.code == "PID022"]
+    assert count
+    assert refused
+    assert {d.loop for d in refused} == {loop["name"] for loop in bare.document.data["loops"]}
+    assert all(d.help.startswith("the key is in ") and ", not in furlong:" in d.help for d in refused)
+
+
+LOOP = PLANT.replace("degC", "UNIT").replace("value: 85", "value: 85 SAID")
+
+
+@pytest.mark.parametrize(
+    ("unit", "said"),
+    [("degC", "°C"), ("°C", "degC"), ("degC", "℃"), ("degF", "°F"), ("m3/h", "m3 / h"), ("'%'", "%"), ("bar", "bar")],
+)
+def test_spellings_of_one_unit(unit, said):
+    result = checked(LOOP.replace("UNIT", unit).replace("SAID", said))
+    assert not result.failed
+    assert str(result.config.loops[0].setpoint.value) == "85"
+
+
+@pytest.mark.parametrize(("unit", "said"), [("degC", "degF"), ("degC", "C"), ("bar", "mbar"), ("m3/h", "m3")])
+def test_what_is_not_the_same_unit(unit, said):
+    (d,) = (
+        d for d in checked(LOOP.replace("UNIT", unit).replace("SAID", said)).findings if d.severity.label == "error"
+    )
+    assert d.help == f"the key is in {unit}, not in {said}: write the number of {unit} alone"
+    assert (d.span.line, d.span.column) == (10, 23)
+
+
+def test_without_a_unit_of_the_pv_nothing_is_assumed():
+    (d,) = (d for d in checked(LOOP.replace(", unit: UNIT", "").replace("SAID", "degC")).findings if d.code == "PID022")
+    assert d.help == "write the number alone; it is taken in the key's own unit, which need not be degC"

@@ -1,19 +1,37 @@
-"""Ctrl-C and SIGTERM: what is to end with a result ends with it, and everything else as any command does."""
+"""Live commands: endings, charts and the Modbus programs of others."""
 
 import asyncio
 import errno
 import gc
+import importlib.util
 import io
+import json
 import os
+import shutil
 import signal
+import subprocess
 import threading
+import time
 import warnings
+from itertools import count
+from pathlib import Path
 
+import pymodbus
 import pytest
+from pyclickplc import ClickClient
+from pyclickplc.server import ClickServer, MemoryDataProvider
+from pymodbus.client import AsyncModbusTcpClient
 
 import pidcfg
-from live_rig import CLICK, Registers, run, words_of
+from apart import apart
+from live_rig import CLICK, DL06, Registers, run, words_of
 from pidcfg.cli import interrupts
+from pidcfg.cli.commands import trend as live_chart
+from pidcfg.cli.commands.trend import EVERY, LiveChart, chart_for
+from pidcfg.live.link import Address, Link, Patience, PlcError, Request, parse_address
+from test_serve import served, virtual
+
+# --- Ctrl-C and SIGTERM: what is to end with a result ends with it, and everything else as any command does -----------
 
 SCENARIO = CLICK.with_name("tank.scenario.yaml")
 BOTH = [signal.SIGINT, signal.SIGTERM]
@@ -120,3 +138,236 @@ def test_the_command_ends_with_the_report(monkeypatch):
     assert done.exit_code == 0, done
     assert "in steps of 0.1 s" in done.stdout
     assert done.stdout.rstrip().splitlines()[-1].startswith("nothing was expected of this run")
+
+
+# --- The loops of a PLC are drawn while they are recorded: for a person, and for nobody else --------------------------
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is one."""
+
+    encoding = "ascii"
+
+    def isatty(self):
+        """Yes."""
+        return True
+
+
+@pytest.fixture
+def chart(monkeypatch):
+    """A chart that takes rows and draws nothing."""
+    chart = LiveChart(600.0)
+    monkeypatch.setattr(chart, "_draw", lambda: None)
+    for i in range(30):
+        values = {f"L{k}.{signal}": str(10 * k + i) for k in range(8) for signal in ("SP", "OUT", "PV")}
+        chart.row(float(i), {**values, "L0.MODE": "auto"})
+    return chart
+
+
+def test_as_many_loops_as_there_is_room_for(chart):
+    for height, loops in ((24, 1), (60, 4), (130, 8)):
+        text = chart.text(80, height, ascii_only=True)
+        assert text.isascii()
+        assert sum(f"L{k}" in text for k in range(8)) == loops
+        assert len(text.splitlines()) <= height
+        assert max(map(len, text.splitlines())) <= 80
+        left = f"; {8 - loops} more loops are recorded" if loops < 8 else ""
+        assert text.splitlines()[-1] == f"29 of 600 s, 30 rows{left}"
+    assert "L0, auto" in text
+
+
+def test_a_value_that_is_none_is_left_out(chart):
+    chart.row(30.0, {"L0.PV": "", "L0.SP": "5", "L0.OUT": "5"})
+    assert len(chart.signals["L0.PV"]) == 30
+    assert len(chart.signals["L0.SP"]) == 31
+    assert "30 of 600 s, 31 rows" in chart.text(80, 24, ascii_only=True)
+
+
+def test_only_a_person_sees_it(monkeypatch):
+    monkeypatch.setattr(live_chart.LINE, "silent", False)
+    assert chart_for("run.csv", None) is None
+    monkeypatch.setattr("sys.stderr", Terminal())
+    monkeypatch.setattr(live_chart, "watched", lambda: True)
+    monkeypatch.setattr(live_chart.LINE, "silent", False)
+    assert chart_for("run.csv", None) is not None
+    monkeypatch.setattr(live_chart.LINE, "silent", True)
+    assert chart_for("run.csv", None) is None
+    monkeypatch.setattr(live_chart.LINE, "silent", False)
+    monkeypatch.setattr("sys.stdout", Terminal())
+    assert chart_for(None, None) is None, "the rows themselves are there"
+
+
+def test_it_is_drawn_and_its_last_picture_stays(monkeypatch):
+    stream = Terminal()
+    monkeypatch.setattr("sys.stderr", stream)
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("LINES", "24")
+    chart = LiveChart(None)
+    chart.row(0.0, {"L.PV": "1", "L.SP": "1", "L.OUT": "1"})
+    for i in range(1, 5):
+        monkeypatch.setattr(chart, "_drawn", chart._drawn - EVERY)
+        chart.row(float(i), {"L.PV": str(i), "L.SP": "1", "L.OUT": "1"})
+    chart.close()
+    pictures = stream.getvalue().count("until Ctrl-C")
+    assert pictures >= 5
+    assert "4 s, until Ctrl-C, 5 rows" in stream.getvalue().splitlines()[-2]
+
+
+def test_a_row_that_comes_late_has_the_time_of_its_values(desk):
+    numbers = count()
+
+    def slow(registers):
+        if next(numbers) == 12:
+            time.sleep(0.3)
+            registers.words["holding", 0o2003] = 0x0123
+
+    out = io.StringIO()
+    with desk.plc(Registers(words_of(DL06), slow)) as url:
+        pidcfg.trend(url, out, like=DL06, seconds=0.2, interval=0.05)
+    rows = [row.split(",") for row in out.getvalue().splitlines()]
+    column, first = rows[0].index("FIC-102.PV"), rows[1]
+    assert float(first[0]) == 0
+    assert float(next(row[0] for row in rows[1:] if row[column] != first[column])) > 0.25
+
+
+# --- Programs that nobody here wrote: pyclickplc as server and client, clickplc, and a serial line by socat -----------
+
+ANOTHER = os.environ.get("PIDCFG_ANOTHER_PYMODBUS", "")
+"""A Python with another version of pymodbus, which `.ci/run` makes."""
+ANOTHERS_SERVER = """
+import asyncio, json, sys
+from pymodbus import __version__
+from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
+from pymodbus.server import ModbusTcpServer
+
+async def main():
+    coils, holding = [0] * 65536, [0] * 65536
+    for table, register, content in json.load(sys.stdin):
+        (coils if table == "coil" else holding)[register] = content
+    blocks = {"co": ModbusSequentialDataBlock(0, coils), "hr": ModbusSequentialDataBlock(0, holding)}
+    slaves = ModbusSlaveContext(**blocks, zero_mode=True)
+    server = ModbusTcpServer(ModbusServerContext(slaves=slaves), address=("127.0.0.1", 0))
+    serving = asyncio.create_task(server.serve_forever())
+    while server.transport is None:
+        await asyncio.sleep(0.01)
+    print(__version__, server.transport.sockets[0].getsockname()[1], flush=True)
+    await serving
+
+asyncio.run(main())
+"""
+
+
+def free_port(desk):
+    """A port that nobody listens on."""
+
+    async def ask():
+        server = await asyncio.start_server(lambda *_: None, "127.0.0.1", 0)
+        port = server.sockets[0].getsockname()[1]
+        server.close()
+        await server.wait_closed()
+        return port
+
+    return desk.do(ask())
+
+
+def test_a_click_of_pyclickplc_is_pulled(desk):
+    """Its client writes the encoded values into its server; what is pulled are the same words."""
+    image = pidcfg.encode(CLICK).image
+    memory, port = MemoryDataProvider(), free_port(desk)
+    for cell in image.cells:
+        memory.set(cell.address, cell.value)
+    server = ClickServer(memory, host="127.0.0.1", port=port)
+    desk.do(server.start())
+    try:
+        url = f"modbus://127.0.0.1:{port}"
+        assert {c.number: c.raw for c in pidcfg.pull(url, like=CLICK).image.cells} == image.words
+        assert pidcfg.compare(CLICK, url).same
+        memory.set("DF106", 7.5)
+        (finding,) = pidcfg.compare(CLICK, url).findings
+        assert "the PLC holds 7.5 %/degF (DF106 7.5), the file says 6 %/degF" in finding.message
+    finally:
+        desk.do(server.stop())
+
+
+@pytest.mark.skipif(not ANOTHER, reason="PIDCFG_ANOTHER_PYMODBUS names no Python with another pymodbus")
+@pytest.mark.parametrize("path", [CLICK, DL06], ids=lambda path: path.parent.name)
+def test_a_server_of_another_pymodbus_is_pulled(path):
+    rows = [(table, register, content) for (table, register), content in words_of(path).items()]
+    there = subprocess.Popen([ANOTHER, "-c", ANOTHERS_SERVER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    try:
+        json.dump(rows, there.stdin)
+        there.stdin.close()
+        version, port = there.stdout.readline().split()
+        assert version != pymodbus.__version__
+        url = f"modbus://127.0.0.1:{port}"
+        pulled = {cell.number: cell.raw for cell in pidcfg.pull(url, like=path).image.cells}
+        assert pidcfg.encode(path).image.words.items() <= pulled.items()
+        assert pidcfg.compare(path, url).same
+    finally:
+        there.kill()
+        there.wait()
+        there.stdout.close()
+
+
+def test_the_client_of_pyclickplc_reads_and_operates_a_served_click(desk):
+    plc = virtual("click")
+
+    async def operate(port):
+        async with ClickClient("127.0.0.1", port) as client:
+            before = await client.addr.read("DF101")
+            await client.addr.write("DF101", 151.25)
+            return before, await client.addr.read("DF101"), await client.addr.read("DS106")
+
+    with served(desk, plc, speed=1.0) as (port, _):
+        before, after, rate = apart(operate(port))
+    assert (next(iter(before.values())), next(iter(after.values()))) == (140, 151.25)
+    assert next(iter(rate.values())) == 500
+
+
+def test_clickplc_reads_a_served_click(desk):
+    clickplc = pytest.importorskip("clickplc")
+
+    async def read(port):
+        plc = clickplc.ClickPLC("127.0.0.1")
+        plc.client = AsyncModbusTcpClient("127.0.0.1", port=port)  # its own port is fixed
+        async with plc:
+            return await plc.get("df101"), await plc.get("ds106"), await plc.get("c101")
+
+    with served(desk, virtual("click"), speed=1.0) as (port, _):
+        setpoint, rate, lower = apart(read(port))
+    assert (setpoint, rate, lower) == (140, 500, True)
+
+
+@pytest.mark.skipif(shutil.which("socat") is None, reason="socat, which makes a serial line, is not installed")
+@pytest.mark.skipif(importlib.util.find_spec("serial") is None, reason="pyserial is not installed")
+def test_a_serial_line(desk, tmp_path):
+    ends = [tmp_path / "plc", tmp_path / "here"]
+    line = subprocess.Popen(["socat", *(f"pty,raw,echo=0,link={end}" for end in ends)])
+    try:
+        for _ in range(100):
+            if all(map(Path.exists, ends)):
+                break
+            time.sleep(0.02)
+        query = "?baud=38400&parity=none"
+        listen = parse_address(f"modbus+rtu://{ends[0]}{query}&unit=3")
+        with served(desk, virtual("dl06"), 1.0, listen):
+            assert pidcfg.compare(DL06, f"modbus+rtu://{ends[1]}{query}&unit=3", timeout=1.0).same
+            with pytest.raises(PlcError, match=r"no answer within 0.1 s; look at .* the parity; here it is unit 4"):
+                pidcfg.pull(f"modbus+rtu://{ends[1]}{query}&unit=4", vendor="dl06", timeout=0.1, retries=0)
+    finally:
+        line.terminate()
+        line.wait()
+
+
+def test_every_request_fits_into_the_protocol(desk):
+    """Eight loops of a CLICK: three reads a loop at most, and none that is too long."""
+    registers = Registers(words_of(CLICK))
+    with desk.plc(registers) as url:
+        pidcfg.pull(url, like=CLICK)
+        assert registers.requests == 6  # three blocks, read twice
+
+        async def read():
+            async with Link(Address("127.0.0.1", int(url.rpartition(":")[2])), Patience()) as link:
+                return await link.read(Request("coil", 16484, 40, "C101 to C140"))
+
+        assert len(apart(read())) == 40

@@ -1,6 +1,10 @@
 """The walk of a register map, on a loop with one field of each kind: what follows, and what is left out."""
 
+from __future__ import annotations
+
+import struct
 from decimal import Decimal
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -16,9 +20,17 @@ from pidcfg.encoders.image import (
     settings_values,
     values_of,
 )
+from pidcfg.encoders.parameters import raw_of, types_of
+from pidcfg.encoders.parameters import register_content as content_of
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word
 from pidcfg.schemas.base import Flag, Integer, Model, Name, Number, Range, Text
+from pidcfg.schemas.iec import IecType, Wire
 from pidcfg.text.references import CLICK
+from pidcfg.text.source import read_document
+from pidcfg.validate.engine import check_document
+from pidcfg.vendors import VENDORS
+
+# --- The walk of a register map, on a loop with one field of each kind: what follows, and what is left out ------------
 
 BASIS = CLICK.at("PV Alarm")
 WHOLE = Implied(least=-1000, most=1000)
@@ -238,3 +250,87 @@ def test_settings_are_what_no_register_holds():
     assert settings_of(LoopSettings, loop) == {"loop": "L", "verified": True}
     explicit = {"loop": "L", "output": {"pulse": None}, "verified": True}
     assert settings_of(LoopSettings, loop, explicit=frozenset({"output.pulse"})) == explicit
+
+
+# --- Elementary types in registers of 16 bits: what a content is there, and back --------------------------------------
+
+INT, UINT = IecType("INT", "whole", -32768, 32767), IecType("UINT", "whole", 0, 65535)
+DINT = IecType("DINT", "whole", -(2**31), 2**31 - 1)
+KINDS = IecType("KINDS", "word", words=("P", "PI", "PID"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "content", "raw", "first"),
+    [
+        (INT, -1, 0xFFFF, "int16"),
+        (INT, -32768, 0x8000, "int16"),
+        (INT, 32767, 0x7FFF, "int16"),
+        (UINT, 65535, 0xFFFF, "uint16"),
+        (DINT, -1, 0xFFFFFFFF, "int32"),
+        (DINT, -(2**31), 0x80000000, "int32"),
+        (DINT, 65536, 0x10000, "int32"),
+        (KINDS, "PID", 2, "int16"),
+        (IecType("BOOL", "bool"), True, 1, "bool"),
+        (IecType("REAL", "real"), -1.5, 0xBFC00000, "float32"),
+        (IecType("TIME", "time"), "T#1500ms", 1500, "uint32"),
+    ],
+)
+def test_a_content_is_held_in_the_registers_of_its_size(kind, content, raw, first):
+    assert raw_of(kind, content) == raw
+    assert content_of(kind, raw) == content
+    assert types_of(kind)[0] == first
+
+
+# --- The registers of the virtual PLCs: each belongs to one loop or to none, and holds what the configuration gives ---
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+MODE_WORDS = {0o2006, 0o2046, 0o2106}
+"""+06 of the three loops of a DL06, in which the PLC shows their modes."""
+
+
+def raw(content):
+    """A content as a register holds it."""
+    return struct.unpack("<I", struct.pack("<f", content))[0] if isinstance(content, Decimal | float) else int(content)
+
+
+@pytest.mark.parametrize(
+    ("example", "shared"),
+    [
+        ("click/brewery", False),
+        ("dl06/reactor", True),
+        ("dpide/dyeing", False),
+        ("ezlogix/greenhouse", False),
+        ("nextopid/cascade", True),
+    ],
+)
+def test_every_register_has_its_loop_and_its_content(example, shared):
+    vendor = VENDORS[example.partition("/")[0]]
+    image = check_document(read_document((EXAMPLES / f"{example}.yaml").read_bytes(), "x.yaml")).encoding.image
+    module = vendor.module("controller")
+    plc = module.load(image, module.Options())
+    registers = vendor.load("virtual")(plc)
+    places = registers.places()
+    held = {loop: registers.contents(loop, plc.sig) for loop in {*places.values()}}
+
+    assert {*held} == {*range(-shared, len(plc.loops))}
+    assert all({n for n, place in places.items() if place == loop} == {*contents} for loop, contents in held.items())
+    given = {n: raw(content) for n, content in image.words.items() if not isinstance(content, Wire)}
+    wrong = {n for n, content in given.items() if held[places[n]][n] != content}
+    assert wrong == (MODE_WORDS if vendor.key == "dl06" else set())
+    if vendor.key == "dpide":
+        assert next(iter(places)) == "VAT.MV", "of several operands in one device MV says what it holds"
+
+
+def test_the_request_bit_of_the_auto_tune_starts_it():
+    """DL06, bit 7 of +01."""
+    image = check_document(read_document((EXAMPLES / "dl06/reactor.yaml").read_bytes(), "x.yaml")).encoding.image
+    module = VENDORS["dl06"].module("controller")
+    plc = module.load(image, module.Options())
+    begun = []
+    plc.autotune = begun.append
+    registers = VENDORS["dl06"].load("virtual")(plc)
+    setting = registers.contents(0, plc.sig)[0o2001]
+    assert "auto-tune start" not in registers.write(0o2001, setting, plc.sig).text
+    assert begun == []
+    assert registers.write(0o2001, setting | 0x80, plc.sig).text == "auto-tune start"
+    assert begun == [0]

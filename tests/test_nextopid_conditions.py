@@ -1,10 +1,12 @@
-"""Conditions in wires, signals of other types and wired AutoTuneParam: from the file to the program and the engine."""
+"""NextoPID's conditions, limits, names and notices."""
+
+from __future__ import annotations
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nextopid_rig import HEAD, findings, image_of, run
+from nextopid_rig import GAINS, HEAD, findings, image_of, run
 from pidcfg.api import check_text
 from pidcfg.encoders.nextopid.files import FORMATS
 from pidcfg.encoders.nextopid.image import decode, encode
@@ -16,16 +18,21 @@ from pidcfg.schemas.expressions import ExpressionError, Typed, lengths_of
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.sim.controllers.nextopid.memory import value_of
+from pidcfg.sim.controllers.nextopid.operate import REASONS
+from pidcfg.sim.controllers.nextopid.terms import FALL_LIMITED, MV_HIGH, MV_LOW, RISE_LIMITED, State, accepted_change
+
+# --- Conditions in wires, signals of other types and wired AutoTuneParam: from the file to the program and the engine -
 
 SIGNALS = "signals: {Man: false, Fault: true, Level: 3.0, Count: INT#7, Delay: 1500 ms, Long: T#1m30s}\n"
-GAINS = "Kp: 1.0, Ti_Ki: 10.0, Td_Kd: 0.0, MinMV: 0.0, MaxMV: 100.0, MinPV: 0.0, MaxPV: 100.0"
+CONDITION_GAINS = "Kp: 1.0, Ti_Ki: 10.0, Td_Kd: 0.0, MinMV: 0.0, MaxMV: 100.0, MinPV: 0.0, MaxPV: 100.0"
 TYPES = {"Man": BOOL, "Fault": BOOL, "Level": REAL, "Count": INT, "Delay": TIME, "Long": TIME}
 NUMBERS = {name: i for i, name in enumerate(TYPES)}
 KINDS = list(TYPES.values())
 
 
 def loop(manual: str) -> str:
-    return f"{SIGNALS}loops:\n  - {{name: A, type: PIDA_REAL, SP: 5, {GAINS}, PV: Level, Manual: {manual!r}}}\n"
+    block = f"{{name: A, type: PIDA_REAL, SP: 5, {CONDITION_GAINS}, PV: Level, Manual: {manual!r}}}"
+    return f"{SIGNALS}loops:\n  - {block}\n"
 
 
 def parsed(text: str) -> Typed:
@@ -297,7 +304,7 @@ def test_a_condition_decides_the_mode_of_a_run():
 
 TUNED = (
     "signals: {Amp: 5.0, Cycles: INT#2}\nloops:\n"
-    f"  - {{name: A, type: PIDA_TUNE_REAL, SP: 5, {GAINS}, Manual: true, ManualMV: 20, "
+    f"  - {{name: A, type: PIDA_TUNE_REAL, SP: 5, {CONDITION_GAINS}, Manual: true, ManualMV: 20, "
     "AutoTuneParam: {PercAmpMV: Amp * 2, PercHystPV: 0.1, PercMaxPeakPV: 20, NumCycles: Cycles, Mode: PI}}\n"
 )
 
@@ -370,3 +377,123 @@ def test_a_wired_member_is_judged_by_its_first_value():
 def test_a_condition_that_no_value_changes_is_a_warning(text, value):
     found = [message for code, message in findings(loop(text)) if code == "NX686"]
     assert found == ([f"Manual is always {value}: {text}"] if value else [])
+
+
+# --- How much of an increment of the integral action counts at a limit of MV (D222) -----------------------------------
+
+
+@pytest.mark.parametrize(
+    ("bits", "change", "out", "accepted"),
+    [
+        (0, 4.0, 41.0, 4.0),
+        (0, -4.0, 39.0, -4.0),
+        (MV_HIGH, 4.0, 41.0, 1.0),
+        (RISE_LIMITED, 4.0, 41.0, 1.0),
+        (MV_HIGH, 4.0, 39.0, 0.0),
+        (MV_HIGH, 4.0, 49.0, 4.0),
+        (MV_HIGH, -4.0, 41.0, -4.0),
+        (MV_LOW, -4.0, 39.0, -1.0),
+        (FALL_LIMITED, -4.0, 39.0, -1.0),
+        (MV_LOW, -4.0, 41.0, 0.0),
+        (MV_LOW, -4.0, 31.0, -4.0),
+        (MV_LOW, 4.0, 39.0, 4.0),
+        (MV_HIGH, 0.0, 41.0, 0.0),
+    ],
+)
+def test_an_increment_counts_up_to_the_limit_and_wholly_away_from_it(bits, change, out, accepted):
+    """Without it MV would be 40."""
+    assert accepted_change(State(out=out), bits, 40.0, change) == accepted
+
+
+# --- Names that the programming language or CODESYS has for itself ----------------------------------------------------
+
+LOOP = "type: PIDA_REAL, SP: 1, Kp: 1, Ti_Ki: 1, Td_Kd: 0, MinMV: 0, MaxMV: 100, MinPV: 0, MaxPV: 100"
+
+
+def errors(name: str) -> set[str]:
+    """Codes of the errors about a loop with this name."""
+    found = check_text(f"{HEAD}loops:\n  - {{name: {name}, {LOOP}}}\n").findings
+    return {finding.code for finding in found if finding.severity.name == "ERROR"}
+
+
+@pytest.mark.parametrize("name", ["DT", "TOD", "ltime", "DATE_AND_TIME", "Time_Of_Day", "LDATE", "LTOD", "LDT", "REAL"])
+def test_types_are_no_names(name):
+    assert errors(name) == {"PID033"}
+
+
+@pytest.mark.parametrize(
+    "name", ["CONTINUE", "jmp", "POINTER", "Reference", "INTERFACE", "UNION", "SEL", "DINT_TO_REAL", "to_real"]
+)
+def test_names_that_codesys_does_not_compile_are_errors(name):
+    assert errors(name) == {"NX606"}
+
+
+def test_other_names_are_none():
+    assert errors("DT_1") == errors("TIC") == errors("TO_WORDS") == errors("LEN") == set()
+
+
+# --- What a NextoPID says to an event that it cannot do: each of its reasons, at the loop that it concerns ------------
+
+LOOPS = f"""\
+signals: {{Hand: false, Tune: false, Casc: false}}
+loops:
+  - {{name: PLAIN, type: PIDA_TUNE_REAL, SP: 50, {GAINS}}}
+  - {{name: HAND, type: PIDA_TUNE_REAL, SP: 50, {GAINS}, Manual: Hand}}
+  - {{name: CASC, type: PIDA_TUNE_REAL, SP: 50, {GAINS}, CASC: Casc}}
+  - {{name: TUNE, type: PIDA_TUNE_REAL, SP: 50, {GAINS}, AutoTune: Tune}}
+  - {{name: PID, type: PIDA_REAL, SP: 50, {GAINS}}}
+  - {{name: SWITCH, type: ControlON_OFF, SP: 50, DeadBand: 1, MinPV: 0, MaxPV: 100}}
+"""
+SAID = [
+    # loop, event, the reason's beginning, whether it is about a requested mode
+    ("HAND", "mode: manual", "Manual is wired in the program", True),
+    ("HAND", "mode: auto", "Manual is wired in the program", True),
+    ("HAND", "mode: cascade", "Manual is wired in the program", True),
+    ("CASC", "mode: auto", "CASC is wired in the program", True),
+    ("CASC", "mode: cascade", "CASC is wired in the program", True),
+    ("SWITCH", "mode: cascade", "ControlON_OFF has no cascade mode", True),
+    ("PLAIN", "mode: tracking", "this mode comes about by itself", True),
+    ("PLAIN", "mode: autotune", "this mode comes about by itself", True),
+    ("TUNE", "autotune: start", "AutoTune is wired in the program", False),
+    ("TUNE", "autotune: accept", "AutoTune is wired in the program", False),
+    ("PID", "autotune: start", "this block has no auto-tuning", False),
+    ("SWITCH", "autotune: start", "this block has no auto-tuning", False),
+    ("PLAIN", "autotune: accept", "there are no results without error to accept", False),
+]
+
+
+@pytest.fixture(scope="module")
+def report():
+    """A run in which the events come one after the other, a second each."""
+    loops = dict.fromkeys(loop for loop, *_ in SAID)
+    plants = "".join(f"  {loop}: {{model: first_order, gain: 1, time_constant: 5}}\n" for loop in loops)
+    events = "".join(f"  - {{at: {at}, loop: {row[0]}, {row[1]}}}\n" for at, row in enumerate(SAID, start=1))
+    return run(LOOPS, f"duration: {len(SAID) + 2}\nplants:\n{plants}events:\n{events}")
+
+
+@pytest.mark.parametrize("at", range(1, len(SAID) + 1), ids=[f"{row[0]} {row[1]}" for row in SAID])
+def test_an_event_that_cannot_be_done_says_why(report, at):
+    loop, _, text, about_mode = SAID[at - 1]
+    found = report.loops[loop]
+    reasons = [change.reason for change in found.modes if change.at == pytest.approx(at, abs=0.5) and change.reason]
+    notes = [note.text for note in found.notes if note.at == pytest.approx(at, abs=0.5)]
+    assert [said.startswith(text) for said in (reasons if about_mode else notes)] == [True]
+    assert not (notes if about_mode else reasons)
+
+
+def test_every_reason_is_said_once():
+    assert {
+        reason for reason in REASONS.values() if not any(reason.startswith(text) for _, _, text, _ in SAID)
+    } == set()
+    assert len({text for _, _, text, _ in SAID}) == len(REASONS)
+
+
+def test_a_casc_that_is_wired_leaves_manual_free(report):
+    assert report.loops["CASC"].modes[0].mode == "auto"
+    found = run(
+        LOOPS,
+        "duration: 3\nevents: [{at: 1, loop: CASC, mode: manual}, {at: 1, loop: PLAIN, mode: cascade}]\n"
+        "connect: {PLAIN.PV: 50, HAND.PV: 50, CASC.PV: 50, TUNE.PV: 50, PID.PV: 50, SWITCH.PV: 50}\n",
+    )
+    assert [change.mode for change in found.loops["CASC"].modes] == ["auto", "manual"]
+    assert [change.mode for change in found.loops["PLAIN"].modes] == ["auto", "cascade"]

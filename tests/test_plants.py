@@ -1,12 +1,54 @@
 """Plants against their closed-form solutions, dead time to the step, and the behaviour of valves."""
 
+from __future__ import annotations
+
 import math
+import random
+import re
+from array import array
+from pathlib import Path
+from types import SimpleNamespace as Facts
 
 import pytest
+from click.testing import CliRunner
 
-from pidcfg.sim.engine.plants import MODELS, Plant, add_noise, second_order, set_parameters, settle_at, step_plants
+from pidcfg.cli.main import cli
+from pidcfg.sim.engine import plants as noise
+from pidcfg.sim.engine.choice import fast_normals
+from pidcfg.sim.engine.influence import Influence
+from pidcfg.sim.engine.plants import (
+    MODELS,
+    Noise,
+    Plant,
+    add_noise,
+    draws_alike,
+    normals,
+    second_order,
+    set_parameters,
+    settle_at,
+    state_of,
+    step_plants,
+)
 from pidcfg.sim.engine.run import prepare
+from pidcfg.sim.judgement.meters import (
+    NEVER,
+    Band,
+    Gauge,
+    Meter,
+    begin,
+    begin_step,
+    loop_metrics,
+    measure_loop,
+    overshoot,
+    read_gauges,
+    rise_time,
+    settling_time,
+    watch_bands,
+)
+from pidcfg.text.source import read_document
 from scenario_rig import Controller, scenario
+
+# --- Plants against their closed-form solutions, dead time to the step, and the behaviour of valves -------------------
 
 TOLERANCE = 1e-12
 """Relative to a response of order 1: the steps are exact, only rounding adds up."""
@@ -172,3 +214,258 @@ def test_noise_belongs_to_the_measurement_and_not_to_the_plant():
 def test_the_longest_time_of_a_network_is_a_lag_a_dead_time_or_what_an_integrator_takes_for_1(text, longest):
     net = prepare(scenario(f"plants:\n  A: {text}\n  B: {{model: dead_time}}\n"), Controller.load())
     assert net.longest() == longest
+
+
+# --- Noise of transmitters: whoever draws it, the numbers are those of `random.gauss`, to the bit ---------------------
+
+COUNTS = (1, 2, 3, 700, 1, 625)
+"""Odd ones leave the second number of a pair for the next call."""
+
+
+def gauss(seed, count):
+    source = random.Random(seed)
+    return array("d", [source.gauss(0.0, 1.0) for _ in range(count)])
+
+
+@pytest.fixture(scope="module")
+def fast():
+    pytest.importorskip("numba")
+    return fast_normals()
+
+
+def by_parts(drawn, counts=COUNTS):
+    whole = array("d")
+    for count in counts:
+        whole.extend(drawn.rows(count))
+    return whole
+
+
+def test_the_kernel_as_it_is_written_draws_what_python_draws():
+    assert by_parts(Noise(["a"], normals)).tobytes() == gauss("a", sum(COUNTS)).tobytes()
+
+
+def test_the_compiled_kernel_draws_what_python_draws(fast):
+    assert by_parts(Noise(["a"], fast), [*COUNTS, 20_001]).tobytes() == gauss("a", sum(COUNTS) + 20_001).tobytes()
+
+
+def test_each_column_has_a_source_of_its_own(fast):
+    wanted = array("d", bytes(8 * 3 * 500))
+    for column, seed in enumerate("abc"):
+        wanted[column::3] = gauss(seed, 500)
+
+    for drawn in (Noise([*"abc"]), Noise([*"abc"], fast)):
+        assert by_parts(drawn, (1, 2, 497)).tobytes() == wanted.tobytes()
+
+
+def test_a_state_with_the_second_number_of_a_pair_goes_on_with_it():
+    source = random.Random(3)
+    source.gauss(0.0, 1.0)
+    state, spare = state_of(source)
+    drawn = array("d", bytes(8 * 5))
+    normals(5, 0, 1, state, spare, drawn)
+
+    assert drawn.tolist() == [source.gauss(0.0, 1.0) for _ in range(5)]
+
+
+def test_without_noise_there_are_no_numbers():
+    assert len(Noise([]).rows(100)) == 0
+
+
+@pytest.mark.parametrize("wrong", [0, noise.TRIED - 1])
+def test_one_number_that_is_off_by_its_last_bit_is_seen_and_python_draws(wrong):
+    def off(rows, column, columns, state, spare, drawn):
+        done = normals(rows, column, columns, state, spare, drawn)
+        drawn[wrong] = math.nextafter(drawn[wrong], 9.0)
+        return done
+
+    assert draws_alike(normals)
+    assert not draws_alike(off)
+
+
+# --- The metrics of a loop, worked out sample by sample by hand: each at its limits -----------------------------------
+
+
+def measured(pvs, *, before=0.0, after=10.0, event=2, period=0, share=0.1, control=1, set_points=None):
+    """A meter and a band after such PVs, 0 up to the event and from there on one a base step; the set point steps."""
+    m, band = Meter(0, 1, 2, control=control), Band(0, share)
+    begin(m, [before, before, 0.0])
+    for k, pv in enumerate([before] * event + pvs):
+        sp = before if k < event else set_points[k - event] if set_points else after
+        if k == event:
+            begin_step(m, k, before, period, [before, before, 0.0])
+        sig = [pv, sp, 0.0]
+        measure_loop(k, m, sig)
+        watch_bands(k, [band], [m], sig)
+    return m, band
+
+
+@pytest.mark.parametrize(
+    ("pvs", "time"),
+    [
+        ([0, 0.99, 1.0, 5, 8.99, 9.0], 3.0),
+        ([0, 1.0, 1.0, 9.0, 9.5], 2.0),
+        ([9.0], 0.0),
+        ([0, 1.0, 8.99], None),
+        ([0, 5, 0, 5, 9.5], 3.0),
+    ],
+)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_pv_rises_from_a_tenth_to_nine_tenths_of_the_step_up_or_down(pvs, time, sign):
+    m, _ = measured([20 + sign * pv for pv in pvs], before=20.0, after=20.0 + sign * 10)
+    assert rise_time(m, 0.5) == (None if time is None else time / 2)
+
+
+@pytest.mark.parametrize(
+    ("pvs", "time"),
+    [
+        ([0, 5, 9.0, 9.5], 1.0),
+        ([0, 5, 8.99, 9.5], 1.5),
+        ([0, 11.0, 10.0], 0.5),
+        ([0, 11.01, 10.0], 1.0),
+        ([0, 11.01, 11.01], None),
+        ([10.0, 9.5, 10.0], 0.0),
+    ],
+)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_pv_has_settled_when_it_stays_within_the_band(pvs, time, sign):
+    m, band = measured([20 + sign * pv for pv in pvs], before=20.0, after=20.0 + sign * 10)
+    assert settling_time(m, band, 2 + len(pvs) - 1, 0.5) == time
+
+
+def test_a_step_at_the_very_beginning_has_a_rise_time_of_its_own():
+    m, _ = measured([9.0, 0.0, 9.0], event=0)
+    assert (rise_time(m, 0.5), m.rise_from, m.rise_to) == (0.0, 0, 0)
+    m, _ = measured([1.0, 9.0, 9.5], event=0)
+    assert rise_time(m, 0.5) == 0.5
+
+
+def test_an_earlier_step_and_a_loop_that_left_auto_settle_nothing():
+    m, band = measured([10.0, 10.0])
+    band.outside = 1
+    assert settling_time(m, band, 3, 1.0) == 0.0
+    m.control, m.control_since = 0, 3
+    band.outside = 2
+    assert settling_time(m, band, 9, 1.0) is None
+    band.outside = 1
+    assert settling_time(m, band, 9, 1.0) == 0.0
+    m.stepped = 0
+    assert settling_time(m, band, 9, 1.0) is None
+
+
+@pytest.mark.parametrize(
+    ("pvs", "past"), [([0, 10, 12.5, 9], 25.0), ([0, 9.9], 0.0), ([0, 10.0], 0.0), ([0, -5, 10.5], 5.0)]
+)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_overshoot_is_a_share_of_the_step(pvs, past, sign):
+    m, _ = measured([20 + sign * pv for pv in pvs], before=20.0, after=20.0 + sign * 10)
+    assert overshoot(m) == pytest.approx(past)
+
+
+@pytest.mark.parametrize(("period", "after"), [(1, 8.0), (2, 9.0), (3, 9.0)])
+def test_a_set_point_that_is_limited_a_sample_later_is_the_one_that_is_stepped_to(period, after):
+    m, _ = measured([0.0, 0.0, 0.0, 0.0], period=period, set_points=[10.0, 8.0, 9.0, 9.0])
+    assert m.after == after
+
+
+def test_nothing_is_a_step_where_the_set_point_stays_or_the_loop_is_not_in_control():
+    for given in ({"after": 0.0}, {"control": 0}):
+        m, band = measured([0.0, 5.0], **given)
+        assert (overshoot(m), rise_time(m, 1.0), settling_time(m, band, 3, 1.0)) == (None, None, None)
+
+
+def test_the_integrals_count_base_steps_in_control_and_time_in_s():
+    m = Meter(0, 1, 2, control=1)
+    begin(m, [0.0, 0.0, 5.0])
+    for k, (pv, sp, out) in enumerate([(1, 3, 5), (3, 3, 8), (6, 3, 8), (4, 2, 2)]):
+        measure_loop(k, m, [float(pv), float(sp), float(out)])
+    found = loop_metrics(m, Band(0, 0.05), 3, 0.5, [4.0, 2.0])
+
+    assert (found["iae"], found["ise"], found["itae"]) == (7 * 0.5, 17 * 0.5, 12 * 0.25)
+    assert (found["total_variation"], found["final_error"]) == (9.0, -2.0)
+    assert (m.pv_low, m.pv_high, m.sp_low, m.sp_high, m.out_low, m.out_high) == (0, 6, 0, 3, 2, 8)
+
+
+@pytest.mark.parametrize("steps", [0, 1, 2])
+def test_a_single_base_step_in_control_has_integrals(steps):
+    found = loop_metrics(Meter(0, 1, 2, control_steps=steps), Band(0, 0.05), 9, 1.0, [4.0, 2.0])
+    assert {found[name] for name in ("iae", "ise", "itae")} == {0.0 if steps else None}
+
+
+def test_a_loop_that_was_never_in_control_has_no_integrals_and_no_final_error():
+    found = loop_metrics(Meter(0, 1, 2), Band(0, 0.05), 9, 1.0, [4.0, 2.0])
+    assert {name for name, value in found.items() if value is not None} == {"total_variation"}
+
+
+@pytest.mark.parametrize(("first", "last", "seen"), [(0, 9, (1, 5)), (1, 3, (2, 4)), (4, 4, (1, 1)), (2, 2, (4, 4))])
+def test_a_window_has_both_its_ends(first, last, seen):
+    gauge = Gauge(1, first=first, last=last)
+    for k, value in enumerate([5.0, 2.0, 4.0, 3.0, 1.0]):
+        read_gauges(k, [gauge], [-9.0, value])
+    assert (gauge.low, gauge.high) == seen
+
+
+def test_an_event_that_changes_nothing_concerns_no_loop():
+    """Another event of the same words may change something."""
+    cfg = [Facts(sig_out=0, sig_pv=1, sig_sp=2), Facts(sig_out=3, sig_pv=4, sig_sp=5)]
+    event, same = (Facts(plc=None, disturb=None, loop="A", pv=None, set={"setpoint": 50}) for _ in range(2))
+    influence = Influence(Facts(), Facts(cfg=cfg, loops=["A", "B"]), idle=[event])
+
+    assert [influence.concerns(one, loop) for one in (event, same) for loop in (0, 1)] == [False, False, True, False]
+
+
+def test_nothing_is_known_of_a_loop_before_its_first_base_step():
+    """−1 is not yet, or never; every sum and every bit is 0."""
+    meter = Meter(0, 0, 0)
+    known = {name: value for name in Meter.__slots__ if (value := getattr(meter, name)) != 0}
+    not_yet = ("status", "aux_status", "event", "rise_from", "rise_to", "left", "missed", "blind_from", "cut_from")
+    later = ("watched", "window", "middle", "late", "swung")
+    assert known == {**dict.fromkeys((*not_yet, "extreme_at"), -1), **dict.fromkeys(later, NEVER), "course": 1}
+
+
+# --- The axis of an output has its whole range and its unit, also where the configuration writes neither --------------
+
+STARTERS = Path(__file__).parents[1] / "src/pidcfg/starters"
+SCENARIO = """\
+pidcfg: 1
+scenario: Axes
+config: config.yaml
+duration: 60
+plants:
+  {loop}: {{model: first_order, gain: 0.1, time_constant: 20, initial: 40}}
+"""
+
+
+def axis(text, name, folder):
+    """What a picture writes beside the panel of the output: the numbers, and the title."""
+    (folder / "config.yaml").write_text(text, "utf-8")
+    loop = read_document(text.encode(), "config.yaml").data["loops"][0]["name"]
+    (folder / "axes.scenario.yaml").write_text(SCENARIO.format(loop=loop), "utf-8")
+    plot = folder / "axes.svg"
+    result = CliRunner().invoke(cli, ["simulate", str(folder / "axes.scenario.yaml"), "--plot", str(plot)])
+    assert plot.exists(), result.output
+    texts = re.findall(r"<text[^>]*>([^<]*)", plot.read_text("utf-8"))
+    end = next(i for i, text in enumerate(texts) if text.split(" ")[0] == name)
+    numbers = []
+    for number in reversed(texts[:end]):
+        if not re.fullmatch(r"-?[0-9.]+", number):
+            break
+        numbers.insert(0, float(number))
+    return numbers, texts[end]
+
+
+@pytest.mark.parametrize(
+    ("vendor", "change", "title", "ends"),
+    [
+        ("click", None, "CO (%)", (0, 100)),
+        ("click", ("limits: [0, 100]", "limits: [40, 60]"), "CO (%)", (0, 100)),
+        ("dpide", None, "MV (ms)", (0, 4000)),
+    ],
+)
+def test_the_axis_of_an_output_has_its_whole_range(vendor, change, title, ends, tmp_path):
+    text = (STARTERS / f"{vendor}.yaml").read_text("utf-8")
+    if change:
+        assert change[0] in text
+        text = text.replace(*change)
+    numbers, written = axis(text, title.split(" ")[0], tmp_path)
+    assert written == title
+    assert (numbers[-5], numbers[-1]) == ends

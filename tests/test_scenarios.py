@@ -4,20 +4,30 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from decimal import Decimal
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from click.testing import CliRunner
 from pydantic import ValidationError
 
 import pidcfg
 from certify_rig import CONFIG
+from nextopid_rig import run
+from pidcfg.cli.main import cli
+from pidcfg.encoders.maps.click import TABLES
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.scenario import Bound
 from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.engine.events import idle_events
 from pidcfg.sim.engine.influence import read_signals
 from pidcfg.sim.engine.kernel import Channel
-from pidcfg.sim.engine.run import base_step, options, prepare
+from pidcfg.sim.engine.run import CYCLE_WINDOWS, base_step, options, prepare, swings_alike
+from pidcfg.text.source import read_document
+from pidcfg.validate.engine import check_document
 from scenario_rig import Controller, problems, scenario
+
+# --- Scenario files: both ways to write plants, and everything that is refused, with its place and its cure -----------
 
 WIRED = "connect: {A.PV: 1, B.PV: 1}\n"
 PLANTS = "plants:\n  B: {model: dead_time}\n  A: "
@@ -304,3 +314,323 @@ def test_a_signal_with_the_name_of_one_of_the_plc_is_reported_at_its_name():
 
 def test_a_plant_that_reads_the_first_signal_is_influenced_by_it():
     assert read_signals(SimpleNamespace(), Channel(target=3, source=0)) == (0,)
+
+
+# --- Every limit of a scenario's numbers at its edge: the last value that is taken, and the first that is not ---------
+
+LIMIT_WIRED = "connect: {A.PV: 1, B.PV: 1}\n"
+PLANT = "plants:\n  B: {model: dead_time}\n  A: "
+LAG = PLANT + "{model: first_order, time_constant: 1, KEY: VALUE}\n"
+DISTURBED = PLANT + "{model: MODEL}\nevents: [{at: 1, loop: A, disturb: {KEY: VALUE}}]\n"
+LIMITS = [
+    # scenario, path of the finding, values that are taken, values that are not
+    ("events: [{at: VALUE, loop: A, mode: auto}]\n", "events.0.at", ["0", "10"], ["-0.001", "10.001"]),
+    ("events: [{at: 1, loop: A, pv: 3, for: VALUE}]\n", "events.0.for", ["0.001"], ["0", "-1"]),
+    ("expect: [{signal: A.PV, max: 3, share: VALUE}]\n", "expect.0.share", ["0.1 %", "99.9 %"], ["0 %", "100 %"]),
+    ("expect: [{loop: A, alarm: high, at: VALUE}]\n", "expect.0.at", ["0", "10"], ["-0.001", "10.001"]),
+    ("expect: [{loop: A, alarm: high, before: VALUE}]\n", "expect.0.before", ["0", "10"], ["-0.001", "10.001"]),
+    ("expect: [{loop: A, alarm: high, after: VALUE}]\n", "expect.0.after", ["0", "10"], ["-0.001", "10.001"]),
+    ("expect: [{signal: A.PV, max: 3, from: VALUE}]\n", "expect.0.from", ["0", "10"], ["-0.001", "10.001"]),
+    ("expect: [{signal: A.PV, max: 3, until: VALUE}]\n", "expect.0.until", ["0", "10"], ["-0.001", "10.001"]),
+    ("expect: [{signal: A.PV, max: 3, until: 5, from: VALUE}]\n", "expect.0.from", ["4.999", "5"], ["5.001"]),
+    ("expect: [{signal: A.PV, max: 3, min: VALUE}]\n", "expect.0.min", ["2.999", "3"], ["3.001"]),
+    (
+        "expect: [{loop: A, metric: settling_time, max: 3, band: VALUE}]\n",
+        "expect.0.band",
+        ["0.1 %", "99.9 %"],
+        ["0 %", "100 %"],
+    ),
+    ("signals: {x: VALUE}\n", "signals.x", ["1e12", "-1e12"], ["1000000000001", "-1000000000001"]),
+    (
+        "signals: {x: 1}\nevents: [{at: 1, set: {x: VALUE}}]\n",
+        "events.0.set.x",
+        ["1e12", "-1e12"],
+        ["1000000000001", "-1000000000001"],
+    ),
+    *(
+        (LAG.replace("KEY", key), f"plants.A.{key}", ["1e12", "-1e12"], ["1000000000001", "-1000000000001"])
+        for key in ("gain", "load", "initial")
+    ),
+    *((LAG.replace("KEY", key), f"plants.A.{key}", ["0"], ["-0.001"]) for key in ("noise", "dead_time")),
+    (PLANT + "{model: first_order, time_constant: VALUE}\n", "plants.A.time_constant", ["0.001", "1e12"], ["0", "-1"]),
+    (PLANT + "{model: dead_time, dead_time: VALUE}\n", "plants.A.dead_time", ["1000000"], ["1000001"]),
+    (
+        PLANT + "{model: second_order, time_constants: [1, VALUE]}\n",
+        "plants.A.time_constants",
+        ["0.001", "1e12"],
+        ["0", "1000000000001"],
+    ),
+    (
+        PLANT + "{model: second_order, time_constant: 1, damping: VALUE}\n",
+        "plants.A.damping",
+        ["0", "1e12"],
+        ["-0.001", "1000000000001"],
+    ),
+    (PLANT + "{model: lead_lag, lag: 1, lead: VALUE}\n", "plants.A.lead", ["0"], ["-0.001"]),
+    (PLANT + "{model: lead_lag, lead: 1, lag: VALUE}\n", "plants.A.lag", ["0.001"], ["0"]),
+    (PLANT + "{model: valve, stiction: VALUE}\n", "plants.A.stiction", ["0"], ["-0.001"]),
+    (PLANT + "{model: valve, rate_limit: VALUE}\n", "plants.A.rate_limit", ["0.001"], ["0"]),
+    (PLANT + "{model: dead_time, limits: [0, VALUE]}\n", "plants.A.limits", ["1e12"], ["1000000000001"]),
+    *(
+        (DISTURBED.replace("MODEL", model).replace("KEY", key), f"events.0.disturb.{key}", taken, refused)
+        for model, key, taken, refused in (
+            ("dead_time", "gain", ["1e12", "-1e12"], ["1000000000001", "-1000000000001"]),
+            ("dead_time", "load", ["1e12", "-1e12"], ["1000000000001", "-1000000000001"]),
+            ("dead_time, noise: 1", "noise", ["0"], ["-0.001"]),
+            ("first_order, time_constant: 1", "time_constant", ["0.001"], ["0"]),
+            ("second_order, time_constant: 1, damping: 1", "damping", ["0"], ["-0.001"]),
+            ("lead_lag, lead: 1, lag: 1", "lead", ["0"], ["-0.001"]),
+            ("lead_lag, lead: 1, lag: 1", "lag", ["0.001"], ["0"]),
+            ("valve, stiction: 1", "stiction", ["0"], ["-0.001"]),
+            ("valve, rate_limit: 1", "rate_limit", ["0.001"], ["0"]),
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "path", "taken", "refused"), LIMITS, ids=[row[0] for row in LIMITS])
+def test_a_limit_itself_is_taken_and_what_is_beyond_it_is_not(text, path, taken, refused):
+    rest = "" if "plants" in text else LIMIT_WIRED
+    found = {value: problems(text.replace("VALUE", value) + rest) for value in (*taken, *refused)}
+    assert [value for value in taken if found[value]] == []
+    assert [value for value in refused if [where for where, _ in found[value]] != [path]] == []
+
+
+@pytest.mark.parametrize(("key", "shortest"), [("duration", "1"), ("step", "0.000001")])
+def test_a_time_is_above_0_and_at_most_1e12_s(key, shortest):
+    for time, taken in ((shortest, True), ("1e12", True), ("0", False), ("1000000000001", False)):
+        found = problems(LIMIT_WIRED, **{"duration": "1e12", "step": "1", key: time})
+        refused = any(where == key and what.startswith(f"{key} is") for where, what in found)
+        assert refused != taken, time
+
+
+@pytest.mark.parametrize(
+    ("duration", "told"),
+    [
+        ("10", None),
+        ("9.999", "9.999 s are shorter than 10 samples of any loop, 10 s"),
+        ("2", "2 s are shorter than 10 samples of any loop, 10 s"),
+        ("1.999", "1.999 s are shorter than a sample of the slowest loop, 2 s"),
+    ],
+)
+def test_a_run_has_a_sample_of_the_slowest_loop_and_ten_of_the_fastest(duration, told):
+    plc = Controller.load()
+    plc.cfg[1].period = 2_000_000
+    found = [p.message for p in prepare(scenario(LIMIT_WIRED, duration=duration), plc).problems]
+    assert found == ([told] if told else [])
+
+
+def test_what_a_share_of_samples_means_is_told_for_either_end():
+    cures = {}
+    for share in ("0 %", "100 %"):
+        text = LIMIT_WIRED + f"expect: [{{signal: A.PV, max: 3, share: {share}}}]\n"
+        (problem,) = prepare(scenario(text), Controller.load()).problems
+        cures[share] = problem.message, problem.help
+    assert cures == {
+        "0 %": ("samples cannot show a share of 0 %", "write it like 99 %"),
+        "100 %": ("samples cannot show a share of 100 %", "without share no sample may fail"),
+    }
+
+
+# --- Which events of a scenario change nothing: what each kind writes is looked at in the order of time ---------------
+
+IDLE_WIRED = """\
+signals: {load: 5}
+plants:
+  A: {model: first_order, gain: 2, time_constant: 3}
+  B: {model: dead_time}
+"""
+EVENTS = [
+    # events, each with whether it changes anything
+    ["loop: A, set: {setpoint: 50} -", "loop: A, set: {setpoint: 51} +", "loop: A, set: {setpoint: 50} +"],
+    ["loop: A, set: {setpoint: 51} +", "loop: A, set: {setpoint: 51} -", "loop: B, set: {setpoint: 51} +"],
+    ["loop: A, set: {setpoint: 50, gain: 2} -", "loop: A, set: {setpoint: 50, gain: 3} +"],
+    ["loop: A, set: {gain: 3, setpoint: 50} +", "loop: A, set: {gain: 3} -"],
+    ["loop: A, disturb: {gain: 2} -", "loop: A, disturb: {gain: 3} +", "loop: A, disturb: {gain: 3} -"],
+    ["loop: A, disturb: {gain: 2, load: 1} +", "loop: A, disturb: {load: 1} -", "loop: B, disturb: {gain: 2} +"],
+    ["set: {load: 5} -", "set: {load: 6} +", "set: {load: 6} -"],
+    ["loop: A, pv: 3 +", "loop: A, set: {setpoint: 50} +", "loop: B, set: {setpoint: 50} -"],
+    ["loop: A, mode: auto +", "loop: A, set: {setpoint: 50} +", "loop: B, set: {setpoint: 50} -"],
+    ["loop: A, autotune: start +", "loop: A, set: {gain: 2} +", "loop: B, set: {gain: 2} -"],
+    ["plc: run -", "loop: A, set: {setpoint: 50} -", "plc: program +", "loop: A, set: {setpoint: 50} +"],
+    ["plc: program +", "plc: program -", "plc: run +", "plc: run -", "loop: B, set: {setpoint: 50} +"],
+]
+
+
+def shown():
+    """A PLC whose signals show the set points that its loops have."""
+    plc = Controller.load()
+    for c, s in zip(plc.cfg, plc.st, strict=True):
+        plc.sig[c.sig_sp] = s.sp
+    return plc
+
+
+@pytest.mark.parametrize("events", EVENTS, ids=[" / ".join(row) for row in EVENTS])
+def test_an_event_that_writes_what_is_there_changes_nothing(events):
+    rows = [(at, event[:-2], event[-1] == "-") for at, event in enumerate(events, 1)]
+    text = "".join(f"  - {{at: {at}, {event}}}\n" for at, event, _ in reversed(rows))
+    read = scenario(f"{IDLE_WIRED}events:\n{text}")
+    net = prepare(read, shown())
+    assert not net.problems
+
+    assert [float(event.at) for event in idle_events(read, shown, net)] == [at for at, _, idle in rows if idle]
+
+
+# --- Listings of PLCs into which nothing was written: they are read, their faults are told, and their runs show them --
+
+STARTERS = Path(__file__).parents[1] / "src/pidcfg/starters"
+SCENARIO = """\
+pidcfg: 1
+scenario: Nothing was written
+config: fresh.csv
+duration: 20
+plants:
+  {loop}: {{model: first_order, gain: 1, time_constant: 5, initial: 20}}
+"""
+
+
+def invoke(*args):
+    """The command in this process."""
+    return CliRunner().invoke(cli, list(map(str, args)))
+
+
+def listing(vendor, folder, keep=()):
+    """The starter's listing with every register 0 but for those whose fields are named; and its first loop."""
+    made = invoke("encode", STARTERS / f"{vendor}.yaml", "--format", "csv", "-o", folder / "written.csv")
+    assert made.exit_code == 0, made.output
+    lines = []
+    for line in (folder / "written.csv").read_text("utf-8").splitlines():
+        parts = line.split(",")
+        if len(parts) == 5 and parts[0] != "address" and not line.startswith("#") and parts[4] not in keep:
+            parts[1:3] = "0" * len(parts[1]), "0"
+        lines.append(",".join(parts))
+    path = folder / "fresh.csv"
+    path.write_text("\n".join(lines) + "\n", "utf-8")
+    return path
+
+
+def codes(path):
+    return {d.code for d in check_document(read_document(path.read_bytes(), path.name)).findings}
+
+
+@pytest.mark.parametrize(("vendor", "expected"), [("click", {"CK321", "CK361", "PID101"}), ("ezlogix", {"EZ430"})])
+def test_a_listing_of_zeros_is_read_and_its_faults_are_told(vendor, expected, tmp_path):
+    path = listing(vendor, tmp_path)
+    decoded = invoke("decode", path, "--vendor", vendor, "-o", tmp_path / "fresh.yaml")
+    assert decoded.exit_code == 0, decoded.output
+    assert expected <= codes(tmp_path / "fresh.yaml")
+
+
+@pytest.mark.parametrize(
+    ("vendor", "exit_code", "says"),
+    [("click", 1, "PID error 10: sample rate"), ("ezlogix", 0, "no loop was in Auto")],
+)
+def test_a_listing_of_zeros_runs_as_far_as_its_plc_would(vendor, exit_code, says, tmp_path):
+    listing(vendor, tmp_path)
+    ran = simulate(vendor, tmp_path)
+    assert ran.exit_code == exit_code, ran.output
+    assert says in ran.output
+
+
+def test_without_a_process_range_a_click_controls_all_the_same(tmp_path):
+    """The equation does not use it (D620)."""
+    zeroed = {"pv_lower", "pv_upper"}
+    path = listing("click", tmp_path, keep={row.name for t in TABLES for row in t.words if row.name not in zeroed})
+    decoded = invoke("decode", path, "--vendor", "click", "-o", tmp_path / "fresh.yaml")
+    assert decoded.exit_code == 0, decoded.output
+    found = codes(tmp_path / "fresh.yaml")
+    assert "CK321" in found
+    assert not found & {"CK315", "CK316", "CK333", "CK334", "CK373", "CK377", "CK384"}, "they measure by the range"
+    ran = simulate("click", tmp_path)
+    assert "mode auto" in ran.output
+    assert invoke("diff", path, tmp_path / "written.csv", "--vendor", "click").output.count("pv.range.1") == 1
+    refused = invoke("convert", tmp_path / "fresh.yaml", "--to", "dl06", "-o", tmp_path / "converted.yaml")
+    assert refused.exit_code == 1
+    assert "CK321" in refused.output
+    assert not (tmp_path / "converted.yaml").exists()
+
+
+@pytest.mark.parametrize("vendor", ["click", "ezlogix"])
+def test_rest_is_not_taken_for_control(vendor, tmp_path):
+    """With `initial: steady` a loop whose Auto is refused rests in Manual, which is told."""
+    listing(vendor, tmp_path)
+    simulate(vendor, tmp_path)
+    path = tmp_path / "fresh.scenario.yaml"
+    path.write_text(path.read_text("utf-8").replace("duration: 20", "duration: 20\ninitial: steady"), "utf-8")
+    text = invoke("simulate", path).output
+    assert ("rests in manual, though auto is meant" in text) is (vendor == "click")
+
+
+def simulate(vendor, folder):
+    """A run of a fresh PLC with the starter's loop."""
+    loop = read_document((STARTERS / f"{vendor}.yaml").read_bytes(), "starter").data["loops"][0]["name"]
+    (folder / "fresh.scenario.yaml").write_text(SCENARIO.format(loop=loop), "utf-8")
+    return invoke("simulate", folder / "fresh.scenario.yaml")
+
+
+# --- `initial: steady` where an output is on or off, or pulses: the cycle that comes back is the steady state ---------
+
+SCALE = (0.0, 100.0, 2**24)
+RELAY = "  - {name: OO, type: ControlON_OFF, SP: 50, DeadBand: 2, MaxPV: 100, MinPV: 0}\n"
+OVEN = "  OO: {model: first_order, gain: 80, time_constant: 6, dead_time: 0.5, load: 20, initial: 20}\n"
+GIVEN = "type: PIDA_REAL, SP: 50, Td_Kd: 0, MinMV: 0, MaxMV: 100, MinPV: 0, MaxPV: 100"
+OTHER = "  L: {model: first_order, gain: 1, time_constant: 2, dead_time: 1.5, initial: 20}\n"
+
+
+def steady(loops: str, plants: str, duration: int = 60, blocks: str = ""):
+    """The report of a run that begins in the steady state."""
+    return run(f"{blocks}loops:\n{loops}", f"duration: {duration}\ninitial: steady\nplants:\n{plants}")
+
+
+def test_a_relay_begins_in_its_cycle():
+    report = steady(RELAY, OVEN)
+    assert not report.problems
+    assert report.settled
+    plain = run(f"loops:\n{RELAY}", f"duration: 60\nplants:\n{OVEN}")
+    pv, start = report.signals["OO.PV"], plain.signals["OO.PV"]
+    assert start.low == 20
+    assert 44 < pv.low < 48
+    assert 52 < pv.high < 57
+    assert start.high == pytest.approx(pv.high, abs=0.3), "the same cycle, reached from 20"
+
+
+def test_a_loop_that_a_relay_moves_may_swing_and_another_one_may_not():
+    moved = f"  - {{name: L, {GIVEN}, Kp: 0.3, Ti_Ki: 4}}\n"
+    hunting = moved.replace("Kp: 0.3, Ti_Ki: 4", "Kp: 9, Ti_Ki: 1")
+    follows = OTHER.replace("gain: 1", "input: L.MV + OO.MV * 5, gain: 1")
+    assert not steady(RELAY + moved, OVEN + OTHER).problems
+    assert not steady(RELAY + moved, OVEN + follows).problems
+    problems = steady(RELAY + hunting, OVEN + OTHER).problems
+    assert [(p.kind, p.loop) for p in problems] == [("no_steady_state", "L")]
+
+
+def test_a_relay_that_never_comes_to_its_cycle_is_an_error():
+    drifting = "  OO: {model: integrator, gain: 0.01, load: 0.2, initial: 5}\n"
+    assert [p.kind for p in steady(RELAY, drifting).problems] == ["no_steady_state"]
+
+
+def test_pulses_begin_in_their_cycle():
+    blocks = "blocks:\n  - {name: PWM, type: ControlPWM, MV: L.MV, MinMV: 0, MaxMV: 100, Period: 20}\n"
+    loop = f"  - {{name: L, {GIVEN}, Kp: 0.5, Ti_Ki: 6}}\n"
+    plants = "  L: {model: first_order, gain: 100, time_constant: 8, dead_time: 1, input: PWM.PWM}\n"
+    report = steady(loop, plants, blocks=blocks)
+    assert not report.problems
+    assert report.signals["L.PV"].low > 40
+
+
+@pytest.mark.parametrize(
+    ("before", "now", "comes"),
+    [
+        ((45.0, 55.0), (45.0, 55.0), True),
+        ((45.0, 55.0), (45.1, 55.1), True),
+        ((45.0, 55.0), (45.0, 55.3), False),
+        ((45.0, 55.0), (44.7, 55.0), False),
+        ((20.0, 55.0), (45.0, 55.0), False),
+    ],
+)
+def test_extremes_come_back_within_a_share_of_the_swing(before, now, comes):
+    assert swings_alike([before] * CYCLE_WINDOWS + [now] * CYCLE_WINDOWS, SCALE) == comes
+    assert not swings_alike([now] * (2 * CYCLE_WINDOWS - 1), SCALE), "too few windows"
+    half = (50.0, now[1])
+    longer = [half, (now[0], 50.0)] * CYCLE_WINDOWS
+    assert swings_alike(longer, SCALE), "a cycle over two windows"

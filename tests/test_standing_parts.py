@@ -1,17 +1,23 @@
-"""Standing expectations, each judgement by itself: what it makes of the facts at their limits."""
+"""What standing expectations measure: saturation, errors, swings."""
 
 from __future__ import annotations
 
+from math import exp
 from types import SimpleNamespace as Facts
 
 import pytest
 
 from pidcfg.schemas.scenario import Scenario
+from pidcfg.sim.controllers.plc import TICKS
+from pidcfg.sim.engine.kernel import Span
+from pidcfg.sim.engine.run import is_steady, refused_modes, swings_alike, window_of
 from pidcfg.sim.judgement import standing as saturation
 from pidcfg.sim.judgement import standing as signals
-from pidcfg.sim.judgement.evidence import SHARE, Evidence, Swings, limits_reached
-from pidcfg.sim.judgement.meters import calm_oscillation
+from pidcfg.sim.judgement.evidence import SHARE, Evidence, Look, Pace, Swings, limits_reached
+from pidcfg.sim.judgement.meters import Meter, begin_calm, calm_oscillation, oscillation, watch_swings
 from pidcfg.sim.judgement.standing import LONG_SHARE, expected_errors, judge_alarms
+
+# --- Standing expectations, each judgement by itself: what it makes of the facts at their limits ----------------------
 
 
 @pytest.mark.parametrize(
@@ -109,3 +115,335 @@ def test_an_error_that_lasts_is_judged_once_its_plant_had_time_to_move(half, jud
     assert found.judged == judged
     assert found.passed != judged
     assert found.text.startswith("ends with an error of 2.5, which was 3 from 0 s on")
+
+
+# --- The ladder of questions behind ``saturated`` and ``error-stands``: each at the limit at which its answer changes -
+
+DUE = 1 - exp(-1 / 4)
+"""Of an error: what it loses in a plant time when it goes in four of them."""
+CFG = [Facts(period=1, sig_out=0, sig_sp=1, sig_pv=2), Facts(period=1, sig_out=3, sig_sp=4, sig_pv=5)]
+
+
+@pytest.fixture(autouse=True)
+def alone(monkeypatch):
+    """No selector, and no other loop."""
+    monkeypatch.setattr(saturation, "is_deselected", lambda e, _: e.away)
+    monkeypatch.setattr(saturation, "_opponents", lambda e, _: e.against)
+
+
+def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates=False, **given):
+    """A loop with an error, which may be 1, for 100 s; a base step is a second."""
+    meter = Facts(control_since=given.pop("control_since", 0), since=0, broken=0, late_aux=0, aux_status=0, control=1)
+    plc = Facts(
+        cfg=CFG,
+        loops=["A", "B"],
+        inner_deviation=lambda _: given.get("inner"),
+        only_switches=lambda _: given.get("switches", False),
+        integrates=lambda *_: given.get("integral", True),
+        dead_band=lambda *_: given.get("dead_band", 0.0),
+        output_limits=lambda *_: (0.0, 100.0),
+        windup_input=lambda *_: given.get("windup", False),
+        profile_step=lambda _: given.get("profile", 0),
+        in_run=True,
+    )
+    return Facts(
+        plc=plc,
+        meters=[meter, Facts(control=1)],
+        errors=lambda _: (early, late),
+        least=lambda _: least,
+        span=lambda _: 100.0,
+        seconds=float,
+        set_point_moves=lambda _: given.get("moves", 0.0),
+        paces=[Pace(pace, turn, 0.0, integrates)] * 2,
+        step=1,
+        slaves=lambda i: given.get("slaves", []) if i == 0 else [],
+        sig=given.get("sig", [50.0, 0.0, 0.0, 50.0, 0.0, 0.0]),
+        away=given.get("away", False),
+        against=given.get("against", ()),
+    )
+
+
+def look(start=80, end=99, stage=0):
+    """Twenty base steps, ten in either half."""
+    return Look(start, (start + end + 1) // 2, end, stage, final=True, following=100.0)
+
+
+def of(judgement):
+    return "passed" if judgement.passed and judgement.judged else "unjudged" if judgement.passed else "failed"
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        ({}, "failed"),
+        ({"early": 1.0, "late": 1.0}, "passed"),
+        ({"early": 1.0, "late": 1.001}, "failed"),
+        ({"early": -1.0, "late": -1.001}, "failed"),
+        ({"early": 3.0, "late": 3.0 - 3.0 * DUE - 0.001}, "passed"),
+        ({"early": 3.0, "late": 3.0 - 3.0 * DUE + 0.001}, "failed"),
+        ({"integrates": True, "early": 30.0, "late": 29.9, "least": 0.1}, "passed"),
+        ({"integrates": True, "early": 30.0, "late": 29.901, "least": 0.1}, "failed"),
+        ({"moves": 0.1}, "unjudged"),
+        ({"moves": 0.099}, "failed"),
+        ({"profile": 1}, "unjudged"),
+        ({"away": True}, "unjudged"),
+        ({"control_since": 79}, "failed"),
+        ({"control_since": 80}, "unjudged"),
+        ({"control_since": 59, "late": 2.8}, "failed"),
+        ({"control_since": 60, "late": 2.8}, "unjudged"),
+        ({"least": 3.0 * DUE}, "failed"),
+        ({"least": 3.0 * DUE / 3 + 0.001, "control_since": 60}, "unjudged"),
+        ({"least": 3.0 * DUE / 3 - 0.001, "control_since": 60}, "failed"),
+    ],
+)
+def test_an_error_inside_the_limits_lasts(given, found):
+    """The allowed one is 1; it should lose e^(−1/4) of itself between the halves of its window."""
+    assert of(saturation._stands(evidence(**given), 0, look())) == found
+
+
+@pytest.mark.parametrize(("stage", "found"), [(80, "failed"), (81, "unjudged")])
+def test_an_event_within_the_window_leaves_the_error_open(stage, found):
+    assert of(saturation._stands(evidence(pace=5.0), 0, look(stage=stage))) == found
+
+
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        ({"early": 1.0, "late": 1.0}, "passed"),
+        ({"early": 1.001, "late": 1.001}, "failed"),
+        ({"early": -3.0, "late": -3.0}, "failed"),
+        ({"control_since": 89}, "failed"),
+        ({"control_since": 90}, "unjudged"),
+        ({"early": 2.9, "turn": 4.5, "control_since": 90}, "failed"),
+        ({"early": 2.9, "turn": 4.5, "control_since": 91}, "unjudged"),
+        ({"early": 3.1, "control_since": 69}, "failed"),
+        ({"early": 3.1, "control_since": 70}, "passed"),
+        ({"early": 3.0 / (1 - DUE) + 0.01, "control_since": 0}, "passed"),
+        ({"early": 3.0 / (1 - DUE) - 0.01, "control_since": 0}, "failed"),
+        ({"integrates": True, "early": 30.1, "late": 30.0}, "passed"),
+        ({"integrates": True, "early": 30.0, "late": 30.0, "least": 34.0, "control_since": 89}, "failed"),
+        ({"integrates": True, "early": 30.0, "late": 30.0, "least": 33.0, "control_since": 89}, "unjudged"),
+        ({"integrates": True, "early": 30.0, "late": 30.0, "least": 33.0, "control_since": 79}, "failed"),
+        ({"away": True}, "unjudged"),
+        ({"windup": True}, "unjudged"),
+    ],
+)
+def test_an_error_at_a_limit_lasts(given, found):
+    """It stands for a plant time, or grows for two; or it gets smaller too slowly for three of them."""
+    assert of(saturation._saturated(evidence(**given), 0, look(), "its upper output limit")) == found
+
+
+@pytest.mark.parametrize(
+    ("given", "allowed"),
+    [
+        ({}, 1.0),
+        ({"integral": False}, 5.0),
+        ({"integral": False, "integrates": True}, 20.0),
+        ({"switches": True}, 5.0),
+        ({"inner": 0.5}, 0.5),
+        ({"inner": 2.0}, 1.0),
+        ({"dead_band": 3.0}, 3.0),
+        ({"dead_band": 9.0}, 5.0),
+        ({"inner": 0.5, "dead_band": 0.6}, 0.6),
+    ],
+)
+def test_the_error_that_is_left_alone_is_a_share_of_the_span(given, allowed):
+    assert saturation.allowed_error(evidence(**given), 0) == allowed
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "pace", "found"),
+    [(80, 90, 1.0, "failed"), (80, 89, 1.0, "unjudged"), (80, 90, 274.9, "failed"), (80, 90, 275.1, "unjudged")],
+)
+def test_a_window_of_ten_samples_and_a_fiftieth_of_the_plant_time_tells(start, end, pace, found):
+    assert look(start, end).half == (end + 1 - start) / 2
+    assert of(saturation._failed(evidence(pace=pace), 0, look(start, end), "with")) == found
+
+
+@pytest.mark.parametrize(
+    ("sig", "limit"),
+    [
+        ([50.0, 0, 0, 50.0, 50.0, 0], ""),
+        ([99.95, 0, 0, 50.0, 99.95, 0], "its upper output limit"),
+        ([50.0, 0, 0, 0.05, 50.0, 0], "the lower output limit of B"),
+        ([50.0, 0, 0, 50.0, 50.09, 0], ""),
+        ([50.0, 0, 0, 50.0, 50.11, 0], "a set-point limit of B"),
+    ],
+)
+def test_a_limit_is_that_of_the_loop_or_of_a_slave_in_control(sig, limit):
+    e = evidence(slaves=[1], sig=sig)
+    assert saturation._limit(e, 0) == limit
+    e.meters[1].control = 0
+    assert saturation._limit(e, 0) == (limit if "its" in limit else "")
+
+
+@pytest.mark.parametrize(("out", "works"), [(5.0, False), (5.1, True)])
+def test_a_loop_works_with_more_than_a_twentieth_of_its_output(out, works):
+    assert saturation._works(evidence(sig=[out, 0, 0, 0, 0, 0]), 0) == works
+
+
+# --- A PV that swings, and one that is at rest: each limit of what counts as an oscillation and as a steady state -----
+
+
+def watched(pvs, *, least=1.0, late=0, **fields):
+    """A meter that has seen these PVs, one a base step."""
+    m = Meter(0, 1, 2, control=1, least=least, late=late, **fields)
+    for k, pv in enumerate(pvs):
+        watch_swings(k, m, pv)
+    return m
+
+
+def zigzag(*extremes):
+    """PVs that go from one extreme to the next by 1 a base step."""
+    pvs = [float(extremes[0])]
+    for end in extremes[1:]:
+        pvs += [pvs[-1] + (1.0 if end > pvs[-1] else -1.0) * (n + 1) for n in range(int(abs(end - pvs[-1])))]
+    return pvs
+
+
+def test_turning_points_are_where_the_pv_has_come_back_by_more_than_the_least_move():
+    pvs = zigzag(0, 5, 0, 5, 0, 5, 0, 5, 0, 5, 0)
+    m = watched(pvs)
+    assert (m.turns, m.last_turn, m.last_swing) == (9, 45, 5.0)
+    assert (m.shortest, m.longest) == (10, 10)
+    assert oscillation(m, 50) == (10.0, 2.5)
+    assert calm_oscillation(m, 50) == (10.0, 2.5)
+    assert watched(pvs, least=4.0).turns == 9
+    assert watched(pvs, least=5.0).turns == 0
+
+
+def test_the_first_swing_of_the_last_third_and_of_the_calm_is_left_out():
+    """Each began before it, so that it may have been cut."""
+    m = watched(zigzag(0, 9, 0, 5, 1, 5, 1, 5, 1, 5, 1, 5, 1, 5), late=20)
+    assert (m.first_turn, m.first_swing, m.swings) == (23, 4.0, 36.0)
+    assert (m.calm_first_turn, m.calm_first_swing) == (18, 5.0)
+
+
+def test_an_event_and_a_loop_out_of_control_begin_anew():
+    m = watched(zigzag(0, 5, 0, 5, 0, 5, 0))
+    assert (m.turns, m.calm_turns) == (5, 5)
+    begin_calm(m)
+    assert (m.turns, m.calm_turns) == (5, 0)
+    m.control = 0
+    watch_swings(99, m, 7.0)
+    assert (m.turns, m.calm_turns, m.extreme, m.extreme_at) == (0, 0, 7.0, 99)
+
+
+SWINGING = {
+    "turns": 8,
+    "first_swing": 5.0,
+    "last_swing": 4.0,
+    "shortest": 10,
+    "longest": 20,
+    "first_turn": 10,
+    "last_turn": 55,
+    "swings": 27.0,
+}
+CALM = {
+    "calm_turns": 8,
+    "calm_first_swing": 5.0,
+    "last_swing": 4.0,
+    "calm_shortest": 10,
+    "calm_longest": 20,
+    "calm_first_turn": 10,
+    "last_turn": 55,
+    "calm_swings": 27.0,
+    "widest": 99.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("changed", "last", "found"),
+    [
+        ({}, 70, True),
+        ({}, 71, False),
+        ({"turns": 7}, 70, False),
+        ({"last_swing": 3.999}, 70, False),
+        ({"longest": 21}, 70, False),
+    ],
+)
+def test_three_even_periods_of_swings_that_hardly_get_smaller_are_an_oscillation(changed, last, found):
+    """Six half periods of 45 base steps: 15 of a period, and swings of 4.5."""
+    assert oscillation(Meter(0, 1, 2, **{**SWINGING, **changed}), last) == ((15.0, 2.25) if found else None)
+
+
+@pytest.mark.parametrize(
+    ("changed", "k", "found"),
+    [
+        ({}, 70, True),
+        ({}, 71, False),
+        ({"calm_turns": 7, "grown": 2}, 70, False),
+        ({"last_swing": 3.999}, 70, False),
+        ({"calm_longest": 21}, 70, False),
+        ({"grown": 3}, 70, False),
+        ({"grown": 3, "widest": 5.0}, 70, True),
+        ({"grown": 2}, 70, True),
+    ],
+)
+def test_an_oscillation_since_the_last_event_is_held_against_its_widest_swing_where_it_grew(changed, k, found):
+    assert calm_oscillation(Meter(0, 1, 2, **{**CALM, **changed}), k) == ((15.0, 2.25) if found else None)
+
+
+@pytest.mark.parametrize(("turns", "grown", "found"), [(3, 3, True), (2, 3, False), (3, 2, False)])
+def test_one_that_grows_three_times_need_not_have_three_periods(turns, grown, found):
+    m = Meter(0, 1, 2, **{**CALM, "calm_turns": turns, "grown": grown, "widest": 4.0, "calm_first_turn": 50})
+    assert (calm_oscillation(m, 55) is not None) == found
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "mean", "steady"),
+    [
+        (50.0, 50.00009, 50.0, True),
+        (49.75, 50.25, 50.0, True),
+        (49.75, 50.26, 50.0, False),
+        (49.74, 50.25, 50.0, False),
+        (49.75, 50.25, 49.99, False),
+    ],
+)
+def test_a_pv_is_at_rest_within_two_counts_of_its_mean(low, high, mean, steady):
+    """Of 800 counts in 100; or when it moves by less than a millionth of the range."""
+    assert is_steady(Span(0, low, high, 8 * mean), (0.0, 100.0, 800), 8) == steady
+    assert is_steady(Span(0, low, high, 8 * mean), (100.0, 0.0, 800), 8) == steady
+    assert is_steady(Span(0, 50.0, 50.0001, 0.0), (0.0, 100.0, 10**9), 8) is False
+
+
+@pytest.mark.parametrize(
+    ("now", "same"),
+    [((10.0, 20.0), True), ((10.2, 20.2), True), ((9.79, 20.0), False), ((10.0, 20.21), False), ((10.21, 20.0), False)],
+)
+def test_a_pv_that_swings_comes_back_to_its_extremes_of_four_windows_before(now, same):
+    """Within a fiftieth of the swing, and two counts."""
+    before = [(12.0, 18.0), (10.0, 15.0), (12.0, 20.0), (13.0, 13.0)]
+    past = [(0.0, 99.0), *before, (13.0, 13.0), now, (13.0, 13.0), (13.0, 13.0)]
+    assert swings_alike(past, (0.0, 100.0, 1000)) == same
+    assert swings_alike(before + [now] * 3, (0.0, 100.0, 1000)) is False, "there are only seven windows"
+
+
+@pytest.mark.parametrize(
+    ("periods", "longest", "step", "window"),
+    [
+        ([1.0], 7.0, 0.5, 14),
+        ([1.0], 7.5, 0.5, 16),
+        ([1.0], 0.0, 0.5, 8),
+        ([2.0, 3.0], 5.0, 0.5, 24),
+        ([2.0, 3.0], 13.0, 0.5, 36),
+        ([0.7, 1.1], 0.77, 0.1, 77),
+        ([0.7, 1.1, 1.3], 1.0, 0.1, 52),
+        ([], 3.0, 0.5, 6),
+    ],
+)
+def test_a_window_is_the_longest_time_constant_in_whole_samples(periods, longest, step, window):
+    plc = Facts(cfg=[Facts(period=round(period * TICKS)) for period in periods], longest=0.0)
+    machine = Facts(plc=plc, net=Facts(longest=lambda: longest), step=round(step * TICKS))
+    assert window_of(machine) == window
+
+
+@pytest.mark.parametrize(
+    ("status", "goal", "told"), [(1, "auto", True), (1, "manual", False), (2, "auto", False), (2, "cascade", False)]
+)
+def test_a_loop_that_rests_in_manual_though_it_is_meant_for_more_is_told(status, goal, told):
+    plc = Facts(
+        loops=["A"], st=[Facts(status=status)], goals=[goal], modes={"manual": 1}, mode={1: "manual", 2: "auto"}.get
+    )
+    found = [(p.path, p.message, p.severity, p.loop) for p in refused_modes(Facts(plc=plc))]
+    assert found == ([(("initial",), f"A rests in manual, though {goal} is meant", "warning", "A")] if told else [])

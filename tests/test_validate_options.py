@@ -5,13 +5,18 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import sys
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from pidcfg.cli import console as module
+from pidcfg.cli.console import next_step
 from pidcfg.cli.formats import reports as markdown
 from pidcfg.cli.main import cli
+
+# --- --statistics, --verbose, --stdin-filename, and findings as Markdown ----------------------------------------------
 
 ROOT = Path(__file__).parents[1]
 MISTAKES = (ROOT / "examples/mistakes/oven.yaml").read_text("utf-8")
@@ -230,3 +235,32 @@ def test_a_table_ends_before_github_refuses_it(project, monkeypatch):
     lines = run("validate", "loops", "--format", "markdown").stdout.splitlines()
     assert len([line for line in lines if re.match(r"\| (error|warning|info) ", line)]) == 2
     assert lines[-1] == "… and 6 more"
+
+
+# --- The line that names what is usually done next: for a person at a terminal, and for nobody else -------------------
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    lines = []
+    monkeypatch.setattr(module, "remark", lines.append)
+    return lines
+
+
+def test_it_names_the_command(terminal):
+    next_step("validate", "my loops.yaml")
+    next_step("simulate", "a/b.yaml")
+    assert terminal == ['next: pidcfg validate "my loops.yaml"', "next: pidcfg simulate a/b.yaml"]
+
+
+def test_it_is_silent_for_programs_and_where_it_is_not_wanted(terminal, monkeypatch):
+    next_step("validate", "x", quiet=True)
+    next_step("validate", "x", fmt="json")
+    monkeypatch.setenv("CI", "1")
+    next_step("validate", "x")
+    monkeypatch.delenv("CI")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: False, raising=False)
+    next_step("validate", "x")
+    assert terminal == []

@@ -1,4 +1,4 @@
-"""What covers a finding covers it after every edit that does not touch its loop, and no other one instead."""
+"""Files written and edited: every other byte stays."""
 
 from __future__ import annotations
 
@@ -15,7 +15,12 @@ from hypothesis import strategies as st
 from edited_files import NAME, checked, inserted, moved, pool, renamed, reordered, spaced
 from pidcfg.cli.options import selected
 from pidcfg.text.source import read_document
+from pidcfg.text.writer import yaml_text
 from pidcfg.validate.baseline import compare, enters, entry, suppress
+from pidcfg.validate.fixes import with_values
+from pidcfg.validate.schema import _rename, of_key, of_value
+
+# --- What covers a finding covers it after every edit that does not touch its loop, and no other one instead ----------
 
 VENDORS = ("dl06", "click", "ezlogix", "nextopid", "dpide", "generic")
 
@@ -181,3 +186,128 @@ def test_the_same_faults_in_a_new_loop_are_new(vendor, data):
     after = findings(replace(parts, loops=(*parts.loops[:at], copy, *parts.loops[at:])).text)
     known = compare(after, lambda _: True, list(map(identity, before)), set(), str).known
     assert "COPIED" not in {d.loop for d in known}
+
+
+# --- A key with another name: where it may be renamed, and what an alias shares ---------------------------------------
+
+
+def test_a_mapping_that_an_alias_shares_is_renamed_by_either_path():
+    shared = {"gian": 1}
+    data = {"a": shared, "b": shared}
+    assert _rename(data, ("a", "gian"), "gain") is True
+    assert _rename(data, ("b", "gian"), "gain") is True
+    assert data == {"a": {"gain": 1}, "b": {"gain": 1}}
+
+
+@pytest.mark.parametrize("mapping", [{"gian": 1, "gain": 2}, {"gian": None}, {"other": 1}])
+def test_a_key_that_is_taken_or_has_no_value_or_is_not_there_is_not_renamed(mapping):
+    data = {"a": {**mapping}}
+    assert _rename(data, ("a", "gian"), "gain") is False
+    assert data == {"a": mapping}
+
+
+TEXT = """\
+plain: 1
+'quoted': &here [2, 3]
+? long
+: 4
+&mark named: 5
+text: "a
+  b"
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "key", "value"),
+    [
+        (("plain",), ("new", 1, 1), ("x", 1, 8)),
+        (("quoted",), ("'new'", 2, 1), None),
+        ((), None, None),
+        (("named",), None, ("x", 5, 14)),
+        (("text",), ("new", 6, 1), None),
+        (("missing",), None, None),
+    ],
+)
+def test_an_edit_is_for_one_line_without_an_anchor(path, key, value):
+    doc = read_document(TEXT.encode(), "a.yaml")
+
+    def shown(edits):
+        return next(((edit.text, edit.span.line, edit.span.column) for edit in edits), None)
+
+    assert (shown(of_key(doc, path, "new")), shown(of_value(doc, path, "x"))) == (key, value)
+
+
+# --- Values that are written into a file: in the place of others, or as new keys behind a neighbour -------------------
+
+BLOCK = "loops:\n  - name: A  # the first\n    tuning:\n      gain: 1  # as found\n    mode: auto\n"
+FLOW = "loops:\n  - {name: A, tuning: {gain: 1}, mode: auto}\n"
+GAIN, RATE, RESET = (("loops", 0, "tuning", key) for key in ("gain", "rate", "reset"))
+
+
+@pytest.mark.parametrize(
+    ("text", "values", "written"),
+    [
+        (BLOCK, {GAIN: "2.5"}, BLOCK.replace("gain: 1", "gain: 2.5")),
+        (FLOW, {GAIN: "2.5"}, FLOW.replace("gain: 1", "gain: 2.5")),
+        (BLOCK, {RATE: "3"}, BLOCK.replace("# as found\n", "# as found\n      rate: 3\n")),
+        (FLOW, {RATE: "3"}, FLOW.replace("gain: 1", "gain: 1, rate: 3")),
+        (BLOCK, {RESET: "2 min", RATE: "3"}, BLOCK.replace("found\n", "found\n      reset: 2 min\n      rate: 3\n")),
+        (FLOW, {GAIN: "2", RESET: "4", RATE: "3"}, FLOW.replace("gain: 1", "gain: 2, reset: 4, rate: 3")),
+        (BLOCK.replace("gain: 1", "gain: '1 s'"), {GAIN: "2 s"}, BLOCK.replace("gain: 1", "gain: '2 s'")),
+        (BLOCK.replace("gain: 1", "gain: '1'"), {GAIN: "2"}, BLOCK.replace("gain: 1", "gain: 2")),
+    ],
+)
+@pytest.mark.parametrize("mark", ["", "\N{ZERO WIDTH NO-BREAK SPACE}"])
+def test_a_key_that_is_not_there_goes_behind_its_neighbour(text, values, written, mark):
+    data = (mark + text).encode()
+    made = with_values(data, read_document(data, "a.yaml"), values, dict.fromkeys((RATE, RESET), GAIN))
+    assert made.decode() == mark + written
+
+
+# --- What the writer writes is read back as it was --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0?",
+        "a?b",
+        "?x",
+        "?",
+        "? x",
+        "it's?",
+        "a?\tb",
+        "0:",
+        ": x",
+        "0#",
+        "a #b",
+        "0,",
+        "a, b",
+        "{",
+        "]",
+        "&a",
+        "*a",
+        "!a",
+        "%a",
+        ":",
+        ":a",
+        "a:b",
+        "a::b",
+        "a :b",
+        "@a",
+        "`a",
+        "- a",
+        "|",
+        ">",
+        '"a',
+        "'a",
+        "a'?",
+        "\u00b0C?",
+    ],
+)
+def test_a_text_comes_back_in_short_mappings_and_in_long_ones(text):
+    data = {"name": text, "loops": [{"name": "A", "pv": {"unit": text}, "list": [text, text], "description": text}]}
+    document = read_document(yaml_text(data).encode(), "x.yaml")
+
+    assert document.problems == ()
+    assert document.data == data

@@ -1,4 +1,4 @@
-"""Listings as spreadsheets and people leave them: other letters, other separators, cells in quotes, lines cut."""
+"""Memory listings: spellings and Intel HEX."""
 
 from __future__ import annotations
 
@@ -8,12 +8,17 @@ import re
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pidcfg import api
 from pidcfg.encoders.decoding import read_listing
+from pidcfg.encoders.dl06.files import read, write
 from pidcfg.encoders.listing import ListingError
 from pidcfg.text.reader import DEFAULT
 from pidcfg.vendors import VENDORS
+
+# --- Listings as spreadsheets and people leave them: other letters, other separators, cells in quotes, lines cut ------
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 FILES = {
@@ -40,7 +45,7 @@ def written(vendor: str, kind: str) -> str:
     return text
 
 
-def read(vendor: str, text: str, kind: str | None = None):
+def read_spelling(vendor: str, text: str, kind: str | None = None):
     """What a listing holds, its kind found by its first line."""
     return read_listing(text.encode(), VENDORS[vendor], DEFAULT, kind)
 
@@ -107,7 +112,7 @@ CHANGES = (titled, upper, spaced, quoted, semicolons, tabs, empty_columns, cells
 @pytest.mark.parametrize(("vendor", "kind"), TABLES)
 def test_a_table_is_read_however_a_spreadsheet_saved_it(vendor, kind, change):
     text = written(vendor, kind)
-    wanted, found = read(vendor, text), read(vendor, change(text))
+    wanted, found = read_spelling(vendor, text), read_spelling(vendor, change(text))
     assert found.words == wanted.words != {}
     assert found.settings == wanted.settings != ()
     assert found.plc == wanted.plc
@@ -117,15 +122,15 @@ def test_a_table_is_read_however_a_spreadsheet_saved_it(vendor, kind, change):
 @pytest.mark.parametrize("kind", ["text", "csv", "json"])
 def test_addresses_in_small_letters_are_those_in_large_ones(vendor, kind):
     text = written(vendor, kind)
-    wanted = read(vendor, text)
+    wanted = read_spelling(vendor, text)
     names = "|".join(wanted.shown.values())
     small = re.sub(rf'(^|"address": ")({names})(?=[\s,"])', lambda m: m[1] + m[2].lower(), text, flags=re.MULTILINE)
     assert small != text
-    assert read(vendor, small).words == wanted.words
+    assert read_spelling(vendor, small).words == wanted.words
 
 
 def test_a_short_table_with_a_header_in_capitals():
-    assert read("dl06", "Address,Hex\nV2000,0000\nv2007,0020\n").words == {0o2000: 0, 0o2007: 0x20}
+    assert read_spelling("dl06", "Address,Hex\nV2000,0000\nv2007,0020\n").words == {0o2000: 0, 0o2007: 0x20}
 
 
 @pytest.mark.parametrize(
@@ -142,7 +147,7 @@ def test_a_short_table_with_a_header_in_capitals():
 )
 def test_what_stays_refused(text, message):
     with pytest.raises(ListingError, match=message.replace("(", r"\(")):
-        read("dl06", text)
+        read_spelling("dl06", text)
 
 
 @pytest.mark.parametrize("head", ["Element,Hex", "ELEMENT,Decimal", "Address,Hex,Dec", "element;hex;decimal"])
@@ -150,13 +155,13 @@ def test_columns_as_programming_software_names_them(head):
     between = ";" if ";" in head else ","
     rows = {"hex": "0100", "decimal": "256", "dec": "256"}
     cells = [rows.get(name.lower(), "V2000") for name in head.split(between)]
-    assert read("dl06", f"{head}\n{between.join(cells)}\n").words == {0o2000: 256}
+    assert read_spelling("dl06", f"{head}\n{between.join(cells)}\n").words == {0o2000: 256}
 
 
 @pytest.mark.parametrize("name", ["Decimal", "dec", "value"])
 def test_two_columns_that_differ_are_refused_whatever_they_are_called(name):
     with pytest.raises(ListingError, match="hex 0100 is 256, but the value says 255"):
-        read("dl06", f"Address,Hex,{name}\nV2000,0100,255\n")
+        read_spelling("dl06", f"Address,Hex,{name}\nV2000,0100,255\n")
 
 
 @pytest.mark.parametrize(
@@ -171,16 +176,80 @@ def test_two_columns_that_differ_are_refused_whatever_they_are_called(name):
 )
 def test_a_row_without_a_header_is_told_which_forms_are_read(vendor, row, name, sign):
     with pytest.raises(ListingError, match=f"write blanks in place of '{sign}' behind {name}, or begin a table with"):
-        read(vendor, row)
+        read_spelling(vendor, row)
 
 
 @pytest.mark.parametrize("row", ["Hello, world", "V2000", "C101,1", "V,1", ""])
 def test_a_text_without_an_address_of_the_vendor_is_told_no_form_of_rows(row):
     with pytest.raises(ListingError) as error:
-        read("dl06", row)
+        read_spelling("dl06", row)
     assert "write blanks" not in str(error.value)
 
 
 def test_the_forms_that_the_message_names_are_read():
     for text in ("V2000 0408", "address,hex\nV2000,0408", "address,value\nV2000,1032"):
-        assert [*read("dl06", text).words.values()] == [0x0408]
+        assert [*read_spelling("dl06", text).words.values()] == [0x0408]
+
+
+# --- Intel HEX: the bytes are those of intelhex, both ways, and whatever is not as it must be is refused at its line --
+
+PLACES = st.one_of(st.integers(0, 90), st.integers(0xFFF0, 0x10010), st.integers(0x2FFF8, 0x30008))
+MEMORIES = st.dictionaries(PLACES, st.integers(0, 255), max_size=90)
+END = ":00000001FF\n"
+DATA = ":021000000004EA\n"
+
+
+def other(memory):
+    """What intelhex writes."""
+    file = io.StringIO()
+    pytest.importorskip("intelhex").IntelHex(dict(memory)).write_hex_file(file, eolstyle="native")
+    return file.getvalue().replace("\r\n", "\n")
+
+
+@given(MEMORIES)
+def test_bytes_are_those_of_intelhex_both_ways(memory):
+    text = write(memory)
+    assert text == other(memory)
+    assert read(text) == memory
+    assert pytest.importorskip("intelhex").IntelHex(io.StringIO(text)).todict() == memory
+
+
+@given(MEMORIES.filter(bool), st.data())
+def test_a_digit_that_is_changed_is_refused(memory, data):
+    text = write(memory)
+    at = data.draw(st.sampled_from([i for i, c in enumerate(text) if c.isalnum()]))
+    digit = data.draw(st.sampled_from([c for c in "0123456789ABCDEF" if c != text[at]]))
+    with pytest.raises(ListingError):
+        read(text[:at] + digit + text[at + 1 :])
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("", 1, "without its end-of-file record"),
+        (DATA, 1, "without its end-of-file record"),
+        (END + DATA, 2, "behind the end-of-file record"),
+        (DATA + DATA + END, 2, "byte 0x1000 stands there twice"),
+        ("junk\n" + END, 1, "a record is a colon and pairs"),
+        (": 02 1000 00 0004 EA\n" + END, 1, "a record is a colon and pairs"),
+        (":0000\n" + END, 1, "five at least"),
+        (DATA.replace("EA", "EB") + END, 1, "the checksum is EB, not EA"),
+        (":0310000000040 EA\n" + END, 1, "a record is a colon and pairs"),
+        (":031000000004E9\n" + END, 1, "says 3 bytes of data and has 2"),
+        (":02FFFF000102FD\n" + END, 1, "byte 0x10000 is beyond the 64 KiB of its record"),
+        (":00000006FA\n" + END, 1, "no record of type 06 has 0 bytes"),
+        (":0100000400FB\n" + END, 1, "no record of type 04 has 1 bytes"),
+        (":020001040001F8\n" + END, 1, "no record of type 04 has 2 bytes of data at 0001"),
+    ],
+)
+def test_what_is_no_record_is_refused_at_its_line(text, line, message):
+    with pytest.raises(ListingError, match=message) as caught:
+        read(text)
+    assert caught.value.line == line
+
+
+def test_extended_and_start_addresses_are_those_of_the_specification():
+    text = ":020000021200EA\n:0100100001EE\n:020000040001F9\n:0100000002FD\n:0400000300003800C1\n" + END
+    assert read(text.replace("\n", "\r\n").lower()) == {0x12010: 1, 0x10000: 2}
+    found = pytest.importorskip("intelhex").IntelHex(io.StringIO(text)).todict()
+    assert found == {0x12010: 1, 0x10000: 2, "start_addr": {"CS": 0, "IP": 0x3800}}
