@@ -9,7 +9,7 @@ import tempfile
 from contextlib import chdir
 from pathlib import Path
 
-from pidcfg.cli.formats import formats_of, load
+from pidcfg.cli.formats import FORMATS, formats_of, load
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 LISTINGS = {"text": "txt", "csv": "csv", "json": "json", "modbus": "modbus.csv"}
@@ -128,8 +128,10 @@ REPORTS = Path(__file__).parent / "data" / "formats"
 
 
 def report_name(command: str, fmt: str) -> str:
-    """The name of a committed report of `validate` or `simulate`."""
-    return f"{'oven' if command == 'validate' else 'fails'}.{load(fmt).ending}"
+    """The name of a committed report of `validate` or `simulate`; of formats with one ending the first has it alone."""
+    stem, ending = "oven" if command == "validate" else "fails", load(fmt).ending
+    first = next(name for name in FORMATS if load(name).ending == ending)
+    return f"{stem}.{ending}" if fmt == first else f"{stem}.{fmt}.{ending}"
 
 
 def reports() -> dict[str, bytes]:

@@ -731,7 +731,13 @@ def test_every_module_with_a_format_is_in_the_table():
         name.lower() for name, value in {**vars(reports), **vars(runs)}.items() if isinstance(value, formats.Format)
     }
     assert found == set(formats.FORMATS)
-    assert len({formats.load(name).ending for name in formats.FORMATS}) == len(formats.FORMATS)
+
+
+def test_formats_may_share_an_ending_and_each_has_golden_files_of_its_own():
+    names = [golden.report_name("validate", name) for name in formats.formats_of("validate")]
+    assert len({*names}) == len(names)
+    assert formats.load("gitlab").ending == formats.load("json").ending
+    assert [golden.report_name("validate", name) for name in ("json", "gitlab")] == ["oven.json", "oven.gitlab.json"]
 
 
 @pytest.mark.parametrize("fmt", formats.FORMATS)

@@ -51,7 +51,7 @@ def findings_concise(findings: Findings) -> str:
     return "".join(printable(row).replace("\n", " ") + "\n" for row in rows)
 
 
-CONCISE = Format("people and editors: one line a finding", "concise", Kind.PLAIN, findings_concise)
+CONCISE = Format("people and editors: one line a finding", "txt", Kind.PLAIN, findings_concise)
 
 # --- Format ``json``: the public layout, for programs -----------------------------------------------------------------
 
@@ -167,7 +167,7 @@ def findings_gitlab(findings: Findings) -> str:
     return json_text(rows)
 
 
-GITLAB = Format("GitLab's Code Quality report", "gitlab.json", Kind.JSON, findings_gitlab)
+GITLAB = Format("GitLab's Code Quality report", "json", Kind.JSON, findings_gitlab)
 
 # --- Format ``sarif``: SARIF 2.1.0, which GitHub code scanning, Azure DevOps and editors read -------------------------
 
