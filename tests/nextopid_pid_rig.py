@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from pidcfg.sim.controllers.kernels import single
-from pidcfg.sim.controllers.nextopid.equation import pid
+from pidcfg.sim.controllers.nextopid.equation import call_pid
 from pidcfg.sim.controllers.nextopid.terms import KINDS, PLACES, Config, State
 from pidcfg.sim.controllers.plc import TICKS
 
@@ -41,7 +41,7 @@ class Block:
         """Its MV after some calls with the parameters."""
         self.set(**parameters)
         for _ in range(n):
-            pid(self.c, self.s, self.sig)
+            call_pid(self.c, self.s, self.sig)
         return self["MV"]
 
     def __getitem__(self, name):

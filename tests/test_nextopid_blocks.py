@@ -332,10 +332,10 @@ def test_a_time_constant_counts_from_the_call_that_changes_it(kind, key, first):
     block = Block(kind, **GOOD[kind] | {name: value for name, value in plain.items() if name in slots.PLACES[kind]})
     block()
     for tc in (10, 2, 2, 10, 0.5):
-        y = block.s.filtered
+        y = block.s.lag_output
         seen = block(InVar=8, **{key: tc})["OutVar"]
         moved = y - (8 - y) * math.expm1(-0.1 / tc)
-        assert block.s.filtered == pytest.approx(moved, abs=1e-6)
+        assert block.s.lag_output == pytest.approx(moved, abs=1e-6)
         assert seen == pytest.approx(y if first else moved, abs=1e-6)
 
 
@@ -670,7 +670,7 @@ def test_overflows_never_get_out(kind, given):
     block = Block(kind, **GOOD[kind] | given)
     for x in (0, MOST, -MOST, MOST, MOST, 0, -MOST, 5, 5):
         assert math.isfinite(block(InVar=x)["OutVar"])
-        assert math.isfinite(block.s.filtered)
+        assert math.isfinite(block.s.lag_output)
 
 
 # --- invariants, float32, compiled -----------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
 from pidcfg.schemas.nextopid import NextopidFile
 from pidcfg.sim.controllers.nextopid.memory import value_of
 from pidcfg.sim.controllers.nextopid.operate import REASONS
-from pidcfg.sim.controllers.nextopid.terms import FALL_LIMITED, MV_HIGH, MV_LOW, RISE_LIMITED, State, accepted_change
+from pidcfg.sim.controllers.nextopid.terms import FALL_LIMITED, MV_HIGH, MV_LOW, RISE_LIMITED, State, accepted_increment
 
 # --- Conditions in wires, signals of other types and wired AutoTuneParam: from the file to the program and the engine -
 
@@ -402,7 +402,7 @@ def test_a_condition_that_no_value_changes_is_a_warning(text, value):
 )
 def test_an_increment_counts_up_to_the_limit_and_wholly_away_from_it(bits, change, out, accepted):
     """Without it MV would be 40."""
-    assert accepted_change(State(out=out), bits, 40.0, change) == accepted
+    assert accepted_increment(State(out=out), bits, 40.0, change) == accepted
 
 
 # --- Names that the programming language or CODESYS has for itself ----------------------------------------------------

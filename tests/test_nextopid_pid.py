@@ -670,7 +670,10 @@ def test_mv_is_within_its_limits_and_everything_is_a_number(calls, kind, limits)
     for parameters in calls:
         block.call(**parameters)
         assert low <= block["MV"] <= high
-        assert all(math.isfinite(x) for x in (block.s.integral, block.s.derivative, block.s.pv, block.s.error))
+        assert all(
+            math.isfinite(x)
+            for x in (block.s.integral, block.s.previous_derivative, block.s.pv, block.s.previous_error)
+        )
         assert 0 in block.windup
 
 

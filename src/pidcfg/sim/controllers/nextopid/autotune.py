@@ -20,7 +20,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
     TUNE_FLAGS,
     TUNE_PARAM,
     TUNE_RESULT,
-    whole,
+    round_mv,
 )
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning.rules import NEXTOPID_P, NEXTOPID_PART, NEXTOPID_TD, NEXTOPID_TI
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from pidcfg.sim.controllers.nextopid.terms import Config, State
 
-# --- How an auto-tuning ends: flags, results, and the reset of both. D numbers: see `decisions` -----------------------
+# --- How an auto-tuning ends: flags, results, and the reset of both. D numbers: see `nextopid.PID` --------------------
 
 IDLE, AVERAGING, RELAY, DONE, FAILED = 0, 1, 2, 3, 4
 """`State.tune_phase`; FAILED is an end with AutoTuneError."""
@@ -77,7 +77,7 @@ def end_tune(config: Config, state: State, signals: MutableSequence[float], flag
         signals[base + TUNE_FLAGS + i] = float((flags >> i) & 1)
 
 
-def doubtful(state: State, samples: int, a: float) -> int:
+def doubt_results(state: State, samples: int, a: float) -> int:
     """Flags of a measurement whose results cannot be trusted (kernel, D233)."""
     flags = 0
     if a < single(2.0 * state.tune_band):
@@ -89,7 +89,7 @@ def doubtful(state: State, samples: int, a: float) -> int:
     return flags
 
 
-def results(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def calculate_results(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Gain and times from amplitude and period of the measured cycles (kernel, D234)."""
     base = config.base
     samples = state.tune_count - state.tune_start
@@ -112,13 +112,13 @@ def results(config: Config, state: State, signals: MutableSequence[float]) -> No
     signals[base + TUNE_RESULT] = kp
     signals[base + TUNE_RESULT + 1] = ti
     signals[base + TUNE_RESULT + 2] = td
-    end_tune(config, state, signals, doubtful(state, samples, a))
+    end_tune(config, state, signals, doubt_results(state, samples, a))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Auto-tuning of PIDA_TUNE_REAL and PIDA_TUNE_INT, call by call: three seconds at rest, then a relay (D230 to D234).
 # Everything of the PV is counted from its rest, RefPV. `State.tune_side` is 1 while the relay drives the PV up, -1
-# while it drives it down, else 0; `State.tune_step` is M, negative for direct control. D numbers: see `decisions`.
+# while it drives it down, else 0; `State.tune_step` is M, negative for direct control. D numbers: see `nextopid.PID`.
 
 FREE, HOLDS, ABORTED, ENDED = 0, 1, 2, 3
 """What the auto-tuning is to MV: nothing, it holds it, or AutoTune has just been reset before or after the end."""
@@ -161,7 +161,7 @@ def begin(config: Config, state: State, signals: MutableSequence[float]) -> None
     base = config.base
     at = base + TUNE_PARAM
     flags = bad_parameters(signals, at)
-    step = whole(config, percent(signals[at + AMP], signals[base + MIN_MV], signals[base + MAX_MV]))
+    step = round_mv(config, percent(signals[at + AMP], signals[base + MIN_MV], signals[base + MAX_MV]))
     if config.is_integer and step == 0.0:
         flags |= BAD_AMP
     state.tune_out = state.out
@@ -230,7 +230,7 @@ def switch(config: Config, state: State, signals: MutableSequence[float], away: 
     if state.tune_turns == FIRST_RETURN:
         state.tune_start = state.tune_count
     elif state.tune_turns == FIRST_RETURN + 2 * state.tune_cycles:
-        results(config, state, signals)
+        calculate_results(config, state, signals)
 
 
 def relay(config: Config, state: State, signals: MutableSequence[float]) -> None:

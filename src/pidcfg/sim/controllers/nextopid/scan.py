@@ -9,7 +9,7 @@ from pidcfg.encoders.parameters import Parameter, raw_of
 from pidcfg.schemas.iec import Wire, time_text
 from pidcfg.sim.controllers.kernels import clamp, finite, nearest, single
 from pidcfg.sim.controllers.nextopid import terms as slots
-from pidcfg.sim.controllers.nextopid.equation import pid
+from pidcfg.sim.controllers.nextopid.equation import call_pid
 from pidcfg.sim.controllers.nextopid.memory import move, number_of, value_of, wire_in
 from pidcfg.sim.controllers.nextopid.operate import keep_results, operate
 from pidcfg.sim.controllers.nextopid.plc import Nextopid, load
@@ -23,7 +23,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
     PLACES,
     Config,
     State,
-    share,
+    lag_share,
 )
 from pidcfg.sim.controllers.plc import NoOptions as Options
 from pidcfg.sim.controllers.settings import (
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 # --- ControlLowFilter, ControlLag and ControlLeadLag: exact first-order steps, every result in single precision -------
 #
 # A first call has no time before it: it shows where the block starts (D237). At a limit a lag goes on from it (D238);
-# a result that is no number is not written (D247). D numbers: see `block_decisions`.
+# a result that is no number is not written (D247). D numbers: see `nextopid.BLOCKS`.
 
 _FILTER = PLACES["ControlLowFilter"]
 _LAG = PLACES["ControlLag"]
@@ -64,35 +64,37 @@ _LL_LOW, _LL_HIGH, _LL_DISABLE = _LEAD_LAG["Min_OutVar"], _LEAD_LAG["Max_OutVar"
 _LL_OUT, _LL_ERROR, _LL_TS = _LEAD_LAG["OutVar"], _LEAD_LAG["Error"], _LEAD_LAG["SampleTime"]
 
 
-def portion(config: Config, state: State, time_constant: float) -> float:
+def sample_share(config: Config, state: State, time_constant: float) -> float:
     """The share of the way of one sample, worked out again when the time constant has changed (kernel, D236)."""
     quotient = single(config.sample_time / time_constant)
-    if quotient != state.share_quotient:
-        state.share_quotient = quotient
-        state.share = single(share(quotient))
-    return state.share
+    if quotient != state.lag_quotient:
+        state.lag_quotient = quotient
+        state.lag_share = single(lag_share(quotient))
+    return state.lag_share
 
 
-def toward(y: float, x: float, part: float) -> float:
-    """From ``y`` a part of the way to ``x`` (kernel)."""
-    return single(y + single(single(x - y) * part))
+def toward(start: float, target: float, share: float) -> float:
+    """From ``start`` a share of the way to ``target`` (kernel)."""
+    return single(start + single(single(target - start) * share))
 
 
 def low_filter(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """One call of ControlLowFilter (kernel)."""
     base = config.base
-    tc = signals[base + _F_TC]
+    time_constant = signals[base + _F_TC]
     signals[base + _F_TS] = config.sample_time
-    if not tc > 0.0:
+    if not time_constant > 0.0:
         signals[base + _F_ERROR] = 1.0
         return
     signals[base + _F_ERROR] = 0.0
-    x = signals[base + _F_IN]
+    in_var = signals[base + _F_IN]
     if state.started == 0:
         state.started = 1
-        state.filtered = x
-    state.filtered = finite(toward(state.filtered, x, portion(config, state, tc)), state.filtered)
-    signals[base + _F_OUT] = state.filtered
+        state.lag_output = in_var
+    state.lag_output = finite(
+        toward(state.lag_output, in_var, sample_share(config, state, time_constant)), state.lag_output
+    )
+    signals[base + _F_OUT] = state.lag_output
 
 
 def lag_fault(at: int, signals: Sequence[float]) -> bool:
@@ -105,16 +107,16 @@ def lag_fault(at: int, signals: Sequence[float]) -> bool:
     )
 
 
-def step_lag(config: Config, state: State, x: float, at: int, signals: MutableSequence[float]) -> None:
-    """The output of a lag with the input ``x`` (kernel)."""
+def step_lag(config: Config, state: State, in_var: float, at: int, signals: MutableSequence[float]) -> None:
+    """The output of a lag with the input ``in_var`` (kernel)."""
     if state.started == 0:
         state.started = 1
-        state.filtered = signals[at + _LAG_INIT]
+        state.lag_output = signals[at + _LAG_INIT]
     else:
-        target = single(single(signals[at + _GS] * x) + signals[at + _OFFSET])
-        y = toward(state.filtered, target, portion(config, state, signals[at + _TC]))
-        state.filtered = finite(clamp(y, signals[at + _LAG_LOW], signals[at + _LAG_HIGH]), state.filtered)
-    signals[at + _LAG_OUT] = state.filtered
+        target = single(single(signals[at + _GS] * in_var) + signals[at + _OFFSET])
+        lagged = toward(state.lag_output, target, sample_share(config, state, signals[at + _TC]))
+        state.lag_output = finite(clamp(lagged, signals[at + _LAG_LOW], signals[at + _LAG_HIGH]), state.lag_output)
+    signals[at + _LAG_OUT] = state.lag_output
 
 
 def lag(config: Config, state: State, signals: MutableSequence[float]) -> None:
@@ -138,25 +140,24 @@ def lead_lag(config: Config, state: State, signals: MutableSequence[float]) -> N
         signals[base + _LL_ERROR] = 1.0
         return
     signals[base + _LL_ERROR] = 0.0
-    x = signals[base + _LL_IN]
+    in_var = signals[base + _LL_IN]
     if state.started == 0:
         state.started = 1
-        state.filtered = x
+        state.lag_output = in_var
     if signals[base + _LL_DISABLE] != 0.0:
         signals[base + _LL_OUT] = 0.0
     else:
-        led = single(state.filtered + single(single(lead / lag_time) * single(x - state.filtered)))
-        out = clamp(single(signals[base + _LL_G] * led), signals[base + _LL_LOW], signals[base + _LL_HIGH])
+        led_input = single(state.lag_output + single(single(lead / lag_time) * single(in_var - state.lag_output)))
+        out = clamp(single(signals[base + _LL_G] * led_input), signals[base + _LL_LOW], signals[base + _LL_HIGH])
         signals[base + _LL_OUT] = finite(out, signals[base + _LL_OUT])
-    state.filtered = finite(toward(state.filtered, x, portion(config, state, lag_time)), state.filtered)
+    state.lag_output = finite(toward(state.lag_output, in_var, sample_share(config, state, lag_time)), state.lag_output)
 
 
 # --- ControlDelay and ControlDelayLag: the input of so many samples ago -----------------------------------------------
 #
-# The line lies in the shared vector from ``c.buffer`` on and is as long as the delay; the oldest value is at
-# ``s.head``. It starts full of InitDelayedVar, and a delay of another length starts full of what the last one gave,
-# so that the output stands for the new delay (D240). A delay is rounded to samples (D239). D numbers: see
-# `block_decisions`.
+# The line lies in the shared vector from ``config.buffer`` on and is as long as the delay; the oldest value is at
+# ``state.position``. It starts full of InitDelayedVar, and a delay of another length starts full of what the last one
+# gave, so that the output stands for the new delay (D240). A delay is rounded to samples (D239).
 
 _DELAY = PLACES["ControlDelay"]
 _DELAY_LAG = PLACES["ControlDelayLag"]
@@ -185,21 +186,21 @@ def begin_line(config: Config, state: State, aux: MutableSequence[float], sample
         aux[config.buffer + i] = value
 
 
-def delayed(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> float:
+def delay_input(config: Config, state: State, aux: MutableSequence[float], signals: MutableSequence[float]) -> float:
     """What InVar was a DelayTime ago (kernel)."""
     base = config.base
-    x = signals[base + _DELAY_IN]
+    in_var = signals[base + _DELAY_IN]
     samples = int(nearest(single(signals[base + _TIME] / config.sample_time)))
     if state.started == 0:
         begin_line(config, state, aux, samples, signals[base + _DELAY_INIT])
     elif samples != state.samples:
         begin_line(config, state, aux, samples, state.delayed)
     if samples == 0:
-        state.delayed = x
-        return x
-    at = config.buffer + state.position
-    state.delayed = aux[at]
-    aux[at] = x
+        state.delayed = in_var
+        return in_var
+    oldest = config.buffer + state.position
+    state.delayed = aux[oldest]
+    aux[oldest] = in_var
     state.position += 1
     if state.position == samples:
         state.position = 0
@@ -214,7 +215,7 @@ def delay(config: Config, state: State, aux: MutableSequence[float], signals: Mu
         signals[base + _DELAY_ERROR] = 1.0
         return
     signals[base + _DELAY_ERROR] = 0.0
-    signals[base + _DELAY_OUT] = delayed(config, state, aux, signals)
+    signals[base + _DELAY_OUT] = delay_input(config, state, aux, signals)
     state.started = 1
 
 
@@ -226,14 +227,13 @@ def delay_lag(config: Config, state: State, aux: MutableSequence[float], signals
         signals[base + _LAG_ERROR] = 1.0
         return
     signals[base + _LAG_ERROR] = 0.0
-    step_lag(config, state, delayed(config, state, aux, signals), base + LAG_AT, signals)
+    step_lag(config, state, delay_input(config, state, aux, signals), base + LAG_AT, signals)
 
 
 # --- ControlON_OFF: the output switches where the error leaves the dead band (D244) -----------------------------------
 #
 # With an error bit the block is not executed, and its other outputs stay (D235). `State.status` has its two error
-# bits where it has those of the PID blocks, so that each is reported under its own name. D numbers: see
-# `block_decisions`.
+# bits where it has those of the PID blocks, so that each is reported under its own name.
 
 _ON_OFF = PLACES["ControlON_OFF"]
 _SP, _PV, _BAND, _ON_OFF_HIGH, _ON_OFF_LOW = (_ON_OFF[name] for name in ("SP", "PV", "DeadBand", "MaxPV", "MinPV"))
@@ -293,19 +293,18 @@ def on_off(config: Config, state: State, signals: MutableSequence[float]) -> Non
         return
     limit_inputs(config, state, signals)
     state.status = MANUAL_MODE if signals[base + _MANUAL] != 0.0 else AUTO_MODE
-    state.error = single(state.sp - state.pv)
+    state.previous_error = single(state.sp - state.pv)
     if state.status == MANUAL_MODE:
         signals[base + _ON_OFF_MV] = 1.0 if signals[base + _MANUAL_MV] != 0.0 else 0.0
-    elif state.error > band or state.error < -band:
-        above = state.error > 0.0
+    elif state.previous_error > band or state.previous_error < -band:
+        above = state.previous_error > 0.0
         signals[base + _ON_OFF_MV] = 1.0 if above == (signals[base + _DIRECT] == 0.0) else 0.0
     state.out = signals[base + _ON_OFF_MV]
 
 
 # --- ControlPWM: the share of a period's cycles in which the output is on ---------------------------------------------
 #
-# The on-cycles come first in a period, as many as MV is where the period begins, rounded (D241, D242). D numbers: see
-# `block_decisions`.
+# The on-cycles come first in a period, as many as MV is where the period begins, rounded (D241, D242).
 
 _PWM = PLACES["ControlPWM"]
 _PWM_MV, _PWM_HIGH, _PWM_LOW, _PERIOD = _PWM["MV"], _PWM["MaxMV"], _PWM["MinMV"], _PWM["Period"]
@@ -337,7 +336,7 @@ def pwm(config: Config, state: State, signals: MutableSequence[float]) -> None:
 
 # --- ControlSelectMax, ControlSelectMin and ControlSplitRange: functions, which keep nothing from call to call --------
 #
-# Of two equal outputs MV2 is selected (D245); a range is split at SPLIT (D246). D numbers: see `block_decisions`.
+# Of two equal outputs MV2 is selected (D245); a range is split at SPLIT (D246). D numbers: see `nextopid.BLOCKS`.
 
 _SELECT = PLACES["ControlSelectMax"]
 """ControlSelectMin has the same places."""
@@ -395,9 +394,9 @@ def split_range(config: Config, signals: MutableSequence[float]) -> None:
 # --- The virtual NextoPID: one cycle of the task ----------------------------------------------------------------------
 #
 # Design. `scan` is called at every base step; it calls the blocks that are due, in the order of execution, each after
-# its wires have been renewed; what the program around assigns is new in every cycle (D694). What a block is stands in
-# one module a family: `equation` (with `autotune`), `on_off`, `pwm`, `filters`, `delay`, `selectors`. Nothing here
-# knows files or names: see `memory` for how a program becomes `Config` and `State`.
+# its wires have been renewed; what the program around assigns is new in every cycle (D694). The PID blocks stand
+# in `equation` and `autotune`. Nothing here knows files or names: see `memory` for how a program becomes `Config` and
+# `State`.
 
 __all__ = ["COST", "INLINED", "Config", "Nextopid", "Options", "State", "call", "load", "scan"]
 
@@ -406,7 +405,7 @@ def call(config: Config, state: State, aux: list[float], signals: list[float]) -
     """One call of a block (kernel)."""
     kind = config.kind
     if kind <= slots.PIDA_TUNE_INT:
-        pid(config, state, signals)
+        call_pid(config, state, signals)
         signals[config.sig_sp] = state.sp
         if kind >= slots.PIDA_TUNE_REAL:
             keep_results(config, state, signals)

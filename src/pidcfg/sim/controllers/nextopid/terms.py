@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 # --- Where a block's parameters stand among the signals, counted from the block's first: the order of its table -------
 #
-# Kernels read and write ``sig[c.base + SP]``; a BOOL is 0 or 1 there, AUTOTUNE_MODE the number of its word.
+# Kernels read and write ``signals[config.base + SP]``; a BOOL is 0 or 1 there, AUTOTUNE_MODE the number of its word.
 
 PLACES = {name: {row.name: i for i, row in enumerate(kind.table.rows)} for name, kind in BLOCK_TYPES.items()}
 """Offsets by block type and parameter."""
@@ -64,7 +64,7 @@ FLAGS = len(_PIDA) - TUNE_FLAGS
 # --- What a block knows: `Config` (fixed during a run) and `State` (what it keeps from one call to the next) ----------
 #
 # Loops come first, in the order of the file, then the other blocks; all have the same record. Parameters are not
-# here: they stand among the signals, from ``base`` on (`slots`), where wires, events and other blocks find them.
+# here: they stand among the signals, from ``base`` on, where wires, events and other blocks find them.
 # Everything is an int or a float: the same fields become a NumPy record for numba.
 
 # `State.status`: the mode reached
@@ -79,7 +79,7 @@ class Config(LoopConfig):
     """One block of the program."""
 
     kind: int = 0
-    """Number of its type: `slots.KINDS`."""
+    """Number of its type: `KINDS`."""
     base: int = 0
     """Slot of its first parameter."""
     error: int = -1
@@ -106,12 +106,12 @@ class Config(LoopConfig):
 
 @dataclass(slots=True)
 class State(RelayState):
-    """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call."""
+    """What a block keeps. `LoopState`: ``pv`` and ``out`` are PV and MV of the last call, whose error and D follow."""
 
     command: int = 0
-    """Commands of the operator, as bits, for the next call (`modes`)."""
+    """Commands of the operator, as bits, for the next call (`operate`)."""
     tune_end: int = 0
-    """State of the last auto-tuning, and its results (`modes`)."""
+    """State of the last auto-tuning, and its results (`operate`)."""
     result_kp: float = 0.0
     result_ti: float = 0.0
     result_td: float = 0.0
@@ -126,14 +126,15 @@ class State(RelayState):
     started: int = 0
     """Whether it has been called."""
     integral: float = 0.0
-    error: float = 0.0
-    derivative: float = 0.0
-    """Filtered."""
-    share_quotient: float = -1.0
-    """The quotient Ts/T that ``share`` was worked out for."""
-    share: float = 1.0
-    filtered: float = 0.0
-    """State of a lag or filter."""
+    previous_error: float = 0.0
+    previous_derivative: float = 0.0
+    """The derivative action of the last call, filtered."""
+    lag_quotient: float = -1.0
+    """The quotient Ts/T that ``lag_share`` was worked out for."""
+    lag_share: float = 1.0
+    """How far a lag or filter goes in one sample."""
+    lag_output: float = 0.0
+    """Output of a lag or filter before its limits."""
     samples: int = 0
     """Length of a delay line, or of a period of pulses."""
     position: int = 0
@@ -166,27 +167,27 @@ ALL_THE_WAY = 50.0
 TERMS = 18
 
 
-def share(x: float) -> float:
-    """1 - e^(-x) for x >= 0 (kernel)."""
-    if x >= ALL_THE_WAY:
+def lag_share(ratio: float) -> float:
+    """1 - e^(-ratio) for a ratio Ts/T >= 0 (kernel)."""
+    if ratio >= ALL_THE_WAY:
         return 1.0
-    halved = 0
-    while x > 0.5:
-        x *= 0.5
-        halved += 1
-    term = x
-    total = x
+    halvings = 0
+    while ratio > 0.5:
+        ratio *= 0.5
+        halvings += 1
+    term = ratio
+    total = ratio
     for n in range(2, TERMS):
-        term *= -x / n
+        term *= -ratio / n
         total += term
-    for _ in range(halved):
+    for _ in range(halvings):
         total *= 2.0 - total
     return total
 
 
 # --- ErrBits and WarnBits of the PID blocks: what sets them, and how they are written ---------------------------------
 #
-# A NaN in a parameter is an error as well: every comparison asks for what is right. D numbers: see `decisions`.
+# A NaN in a parameter is an error as well: every comparison asks for what is right. D numbers: see `nextopid.PID`.
 
 # ErrBits, in the order of the table
 BAD_MV_LIMITS, BAD_PV_LIMITS, BAD_KP, BAD_TD_KD, BAD_TI_KI = 1, 2, 4, 8, 16
@@ -219,7 +220,7 @@ def bad_limits(config: Config, signals: Sequence[float]) -> int:
     return errors
 
 
-def negative(config: Config, signals: Sequence[float]) -> int:
+def negative_parameters(config: Config, signals: Sequence[float]) -> int:
     """Errors of the parameters that may not be negative (kernel)."""
     base = config.base
     errors = 0
@@ -252,19 +253,21 @@ def write_warnings(config: Config, state: State, signals: MutableSequence[float]
             signals[config.base + WARN_BITS + i] = float((warnings >> i) & 1)
 
 
-def limited_inputs(config: Config, signals: Sequence[float]) -> tuple[float, float, int]:
+def limit_inputs_to_range(config: Config, signals: Sequence[float]) -> tuple[float, float, int]:
     """PV and the set point in force within MinPV and MaxPV, with the bits that tell so (kernel, D224)."""
     base = config.base
     high = signals[base + MAX_PV]
     low = signals[base + MIN_PV]
     pv = signals[base + PV]
     warnings = 0
+    # MaxPV and MinPV - Maximum and Minimum Value of PV, which limit SP and SP_CASC too
     if pv > high:
         pv = high
         warnings = PV_HIGH
     elif pv < low:
         pv = low
         warnings = PV_LOW
+    # CASC - Cascade Mode: SP_CASC is the set point instead of SP
     cascade = signals[base + CASC] != 0.0
     sp = signals[base + SP_CASC] if cascade else signals[base + SP]
     if sp > high:
@@ -278,7 +281,8 @@ def limited_inputs(config: Config, signals: Sequence[float]) -> tuple[float, flo
 
 # --- Proportional, integral and derivative action of the PID blocks, every result in single precision (D220) ----------
 #
-# Direct control negates all three, and not BIAS. D numbers: see `decisions`.
+# The manual (chapter 2, PIDA_REAL, a section a parameter) prints no equation (D220: MV = P + I + D + BIAS). Direct
+# control negates P, I and D, and not BIAS (section Direct). D numbers: see `nextopid.PID`.
 
 LEAST_TI = single(float(SHORTEST_INTEGRAL))
 """An integral time below this switches the integral action off."""
@@ -286,6 +290,7 @@ LEAST_TI = single(float(SHORTEST_INTEGRAL))
 
 def integral_gain(config: Config, signals: Sequence[float]) -> float:
     """Ki; 0 without integral action (kernel)."""
+    # Ti_Ki - Integral Time or Integral Gain: Kp / Ti in the dependent form, Ki itself in the independent one
     ti_ki = signals[config.base + TI_KI]
     if signals[config.base + INDEP] != 0.0:
         return ti_ki
@@ -294,23 +299,26 @@ def integral_gain(config: Config, signals: Sequence[float]) -> float:
     return single(signals[config.base + KP] / ti_ki)
 
 
-def proportional(config: Config, signals: Sequence[float], error: float) -> float:
+def proportional_action(config: Config, signals: Sequence[float], error: float) -> float:
     """The proportional action; DisableP is of effect in the dependent form only (kernel)."""
     base = config.base
+    # DisableP - Disable Proportional Action; Kp - Proportional Gain: P = Kp e
     if signals[base + DISABLE_P] != 0.0 and signals[base + INDEP] == 0.0:
         return 0.0
     proportional_term = single(signals[base + KP] * error)
     return -proportional_term if signals[base + DIRECT] != 0.0 else proportional_term
 
 
-def increment(config: Config, signals: Sequence[float], ki: float, error: float) -> float:
+def integral_increment(config: Config, signals: Sequence[float], ki: float, error: float) -> float:
     """What this call adds to the integral action, unless a cascade slave cannot follow that way (kernel)."""
     base = config.base
     if ki == 0.0:
         return 0.0
+    # I += Ki e Ts
     change = single(single(ki * error) * config.sample_time)
     if signals[base + DIRECT] != 0.0:
         change = -change
+    # Windup_H_IN and Windup_L_IN - Integral High and Low Windup Indication from a Cascade Slave
     if change > 0.0 and signals[base + WINDUP_H_IN] != 0.0:
         return 0.0
     if change < 0.0 and signals[base + WINDUP_L_IN] != 0.0:
@@ -318,43 +326,48 @@ def increment(config: Config, signals: Sequence[float], ki: float, error: float)
     return change
 
 
-def derivative(config: Config, state: State, signals: Sequence[float], pv: float, error: float) -> float:
+def derivative_action(config: Config, state: State, signals: Sequence[float], pv: float, error: float) -> float:
     """The derivative action after its filter, from what PV and error were in the last call (kernel, D221)."""
     base = config.base
+    # Td_Kd - Derivative Time or Derivative Gain: Kp Td in the dependent form, Kd itself in the independent one
     kd = signals[base + TD_KD]
     if signals[base + INDEP] == 0.0:
         kd = single(signals[base + KP] * kd)
-    change = single(error - state.error) if signals[base + DERIV_ER] != 0.0 else single(state.pv - pv)
+    # DerivEr - Derivative Action Calculated on Error: D = Kd (e(n) - e(n-1)) / Ts; else Kd (PV(n-1) - PV(n)) / Ts
+    change = single(error - state.previous_error) if signals[base + DERIV_ER] != 0.0 else single(state.pv - pv)
     if signals[base + DIRECT] != 0.0:
         change = -change
     derivative_term = single(single(kd * change) / config.sample_time)
+    # Tfd - Filter Time for Derivative Action. D221: exact first-order lag
     tfd = signals[base + TFD]
     if tfd > 0.0:
         quotient = single(config.sample_time / tfd)
-        if quotient != state.share_quotient:
-            state.share_quotient = quotient
-            state.share = single(share(quotient))
-        derivative_term = single(state.derivative + single(single(derivative_term - state.derivative) * state.share))
-    return finite(derivative_term, state.derivative)
+        if quotient != state.lag_quotient:
+            state.lag_quotient = quotient
+            state.lag_share = single(lag_share(quotient))
+        derivative_term = single(
+            state.previous_derivative + single(single(derivative_term - state.previous_derivative) * state.lag_share)
+        )
+    return finite(derivative_term, state.previous_derivative)
 
 
-# --- MV within its limits, and the integral action that goes with it. D numbers: see `decisions` ----------------------
+# --- MV within its limits, and the integral action that goes with it. D numbers: see `nextopid.PID` -------------------
 
 UPWARD = MV_HIGH | RISE_LIMITED
 DOWNWARD = MV_LOW | FALL_LIMITED
 
 
-def total(proportional_term: float, integral_term: float, derivative_term: float, bias: float) -> float:
+def sum_actions(proportional_term: float, integral_term: float, derivative_term: float, bias: float) -> float:
     """P + I + D + BIAS (kernel)."""
     return single(single(single(proportional_term + integral_term) + derivative_term) + bias)
 
 
-def remainder(output: float, proportional_term: float, derivative_term: float, bias: float) -> float:
+def integral_for_mv(output: float, proportional_term: float, derivative_term: float, bias: float) -> float:
     """The integral action with which P + I + D + BIAS is ``output`` (kernel)."""
     return single(single(single(output - proportional_term) - derivative_term) - bias)
 
 
-def whole(config: Config, mv: float) -> float:
+def round_mv(config: Config, mv: float) -> float:
     """MV rounded where the block is an INT one (kernel, D228)."""
     return nearest(mv) if config.is_integer else mv
 
@@ -362,15 +375,16 @@ def whole(config: Config, mv: float) -> float:
 def copy_mv(config: Config, state: State, signals: Sequence[float], mv: float) -> int:
     """MV from elsewhere, within MinMV and MaxMV (kernel): the bits that tell whether they limit it."""
     base = config.base
-    state.out = whole(config, clamp(mv, signals[base + MIN_MV], signals[base + MAX_MV]))
+    state.out = round_mv(config, clamp(mv, signals[base + MIN_MV], signals[base + MAX_MV]))
     if mv > signals[base + MAX_MV]:
         return MV_HIGH
     return MV_LOW if mv < signals[base + MIN_MV] else 0
 
 
-def limited(config: Config, state: State, signals: Sequence[float], mv: float) -> int:
+def limit_mv(config: Config, state: State, signals: Sequence[float], mv: float) -> int:
     """MV as calculated, its variation limited first, then MV itself (kernel, D223, D691): the bits."""
     base = config.base
+    # MaxVarMV - Maximum Variation of MV per Cycle. D223: variation before limits
     variation = signals[base + MAX_VAR_MV]
     bits = 0
     if variation > 0.0:
@@ -382,23 +396,24 @@ def limited(config: Config, state: State, signals: Sequence[float], mv: float) -
         elif mv < lowest:
             mv = lowest
             bits = FALL_LIMITED
+    # MaxMV and MinMV - Maximum and Minimum Value of MV
     if mv > signals[base + MAX_MV]:
         mv = signals[base + MAX_MV]
         bits |= MV_HIGH
     elif mv < signals[base + MIN_MV]:
         mv = signals[base + MIN_MV]
         bits |= MV_LOW
-    state.out = whole(config, mv)
+    state.out = round_mv(config, mv)
     return bits
 
 
-def accepted_change(state: State, bits: int, without: float, change: float) -> float:
+def accepted_increment(state: State, bits: int, mv_before: float, change: float) -> float:
     """How much of an increment of the integral action does not push MV past the limit that it is at (kernel, D222).
 
-    ``without`` is P + I + D + BIAS before the increment.
+    ``mv_before`` is P + I + D + BIAS before the increment.
     """
     if change > 0.0 and bits & UPWARD:
-        return clamp(single(state.out - without), 0.0, change)
+        return clamp(single(state.out - mv_before), 0.0, change)
     if change < 0.0 and bits & DOWNWARD:
-        return clamp(single(state.out - without), change, 0.0)
+        return clamp(single(state.out - mv_before), change, 0.0)
     return change
