@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 
+from nested import merged
 from pidcfg.encoders.click.image import encode
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
@@ -23,15 +24,6 @@ PLAIN = {
     "tuning": {"proportional_gain": 1, "reset_time": 6000},
 }
 """A loop that hardly integrates."""
-
-
-def merged(base, given):
-    """A configuration with some keys replaced, at any depth."""
-    found = dict(base)
-    for key, value in given.items():
-        both = isinstance(value, dict) and isinstance(found.get(key), dict)
-        found[key] = merged(found[key], value) if both else value
-    return found
 
 
 def image_of(*loops):

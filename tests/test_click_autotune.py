@@ -11,7 +11,7 @@ from pidcfg.sim.controllers.autotune import cycle_gains
 from pidcfg.sim.controllers.click import autotune
 from pidcfg.sim.controllers.click import equation as bits
 from pidcfg.sim.controllers.click.equation import number_of
-from rig_plants import FirstOrder, Fixed, Moving
+from rig_plants import FirstOrder, Moving
 
 
 def settled(
@@ -111,14 +111,6 @@ def test_the_output_steps_where_there_is_room_and_returns(out, moved):
     assert rig.plc.tuned(0)["done"]
 
 
-def test_the_step_is_a_tenth_of_the_outputs_limits():
-    rig = settled(out=40.0, autotune={"method": "open"}, output={"limits": [20, 60]})
-    rig.plc.autotune(0, "start")
-    rig.step(20)
-
-    assert rig.out() == pytest.approx(44.0)
-
-
 def test_the_gain_does_not_depend_on_the_outputs_limits():
     found = [
         tuned(settled(autotune={"method": "open"}, output={"limits": limits}))["results"]["proportional_gain"]
@@ -153,29 +145,6 @@ def test_a_small_answer_makes_the_step_a_fifth():
         rig.step()
 
     assert seen == [40.0, 50.0, 60.0]
-
-
-@pytest.mark.parametrize("method", ["open", "closed"])
-def test_a_process_that_does_not_answer_is_given_up(method):
-    rig = Rig(
-        {
-            "sample_rate": "5 s",
-            "setpoint": {"value": 51},
-            "autotune": {"method": method},
-            "tuning": {"proportional_gain": 1.5},
-        },
-        plants=[Fixed(50.0)],
-        base=5.0,
-    )
-    rig.set("output", 30)
-    rig.auto().step(2)
-    bias = rig.st[0].bias
-    found = tuned(rig)
-
-    assert (found["done"], found["error"], found["status"], found["results"]) == (False, True, "error", {})
-    assert rig.log == [("L1", "autotune stopped: the PV does not answer")]
-    assert (rig.mode(), rig.st[0].gain, rig.st[0].sample_ms) == ("auto", 1.5, 5000)
-    assert rig.st[0].bias == pytest.approx(bias, abs=0.01)
 
 
 @pytest.mark.parametrize("action", ["direct", "reverse"])
@@ -259,23 +228,6 @@ def test_the_output_stands_still_while_the_pv_is_listened_to():
 # --- conditions and ends ---------------------------------------------------------------------------------------------
 
 
-def test_it_starts_in_auto_only():
-    rig = settled()
-    rig.plc.request(0, "manual")
-    rig.step()
-    rig.plc.autotune(0, "start")
-    rig.step()
-
-    assert rig.mode() == "manual"
-    assert rig.log == [("L1", "autotune refused: it starts in Auto only")]
-    assert rig.plc.tuned(0)["error"]
-    rig.plc.request(0, "auto")
-    rig.plc.autotune(0, "start")
-    rig.step()
-    assert rig.mode() == "autotune", "both requests at one sample, Auto's first"
-    assert not rig.plc.tuned(0)["error"]
-
-
 @pytest.mark.parametrize(
     "registers",
     [
@@ -295,76 +247,6 @@ def test_it_needs_ranges_of_pv_and_output(registers, method):
 
     assert rig.mode() == "auto"
     assert "autotune refused: the PV limits" in rig.log[0][1]
-
-
-@pytest.mark.parametrize("method", ["open", "closed"])
-def test_ranges_that_are_lost_on_the_way_end_it(method):
-    rig = settled(autotune={"method": method})
-    rig.plc.autotune(0, "start")
-    rig.step(20)
-    rig.set("pv.range", [50, 50])
-    rig.step()
-
-    assert rig.mode() == "auto"
-    assert "autotune stopped: the PV limits" in rig.log[0][1]
-
-
-def test_clearing_the_request_returns_to_auto_with_the_old_registers():
-    rig = settled(autotune={"method": "closed"})
-    out, bias = rig.st[0].out, rig.st[0].bias
-    rig.plc.autotune(0, "start")
-    rig.step(20)
-    assert rig.out() in {0.0, 100.0}
-    rig.plc.autotune(0, "cancel")
-    assert (rig.mode(), rig.st[0].out, rig.st[0].bias) == ("auto", out, bias)
-    rig.step()
-
-    assert rig.plc.tuned(0) == {"done": False, "error": False, "status": "cancelled", "results": {}}
-    assert rig.log == [("L1", "autotune cancelled: its request was cleared")]
-    assert rig.st[0].gain == 0.5
-    rig.plc.autotune(0, "cancel")
-    rig.step()
-    assert rig.log[1:] == [("L1", "no autotune to be cancelled")]
-
-
-def test_a_cancelled_request_never_starts():
-    rig = settled()
-    rig.plc.autotune(0, "start")
-    rig.plc.autotune(0, "cancel")
-
-    assert rig.step(2).mode() == "auto"
-    assert rig.plc.tuned(0) is None
-
-
-def test_auto_is_refused_in_autotune_and_manual_ends_it():
-    rig = settled(autotune={"method": "closed"})
-    rig.plc.request(0, "autotune")
-    rig.step(20)
-    rig.auto().step()
-    assert rig.mode() == "autotune"
-    rig.plc.request(0, "manual")
-    rig.step()
-
-    assert (rig.mode(), rig.out()) == ("manual", 40.0)
-    assert [text.split(":")[0] for _, text in rig.log] == ["refused", "autotune stopped"]
-    assert rig.plc.tuned(0)["status"] == "error"
-
-
-@pytest.mark.parametrize("how", ["error", "stop"])
-def test_a_pid_error_and_stop_end_it(how):
-    rig = settled(autotune={"method": "closed"})
-    rig.plc.autotune(0, "start")
-    rig.step(20)
-    if how == "error":
-        rig.set("autotune.hysteresis", 11)
-    else:
-        rig.plc.program(rig.sig)
-    rig.step()
-
-    assert rig.mode() == "manual"
-    assert rig.st[0].out == 40.0
-    assert "autotune stopped: the loop went to Manual" in rig.log[0][1]
-    assert {"error": "PID error 200", "stop": "STOP mode"}[how] in rig.log[0][1]
 
 
 def test_results_stand_in_the_registers_in_single_precision():
@@ -400,15 +282,6 @@ def test_results_stay_within_what_the_registers_hold():
     assert results["sample_rate"] == 0.1
     assert results["proportional_gain"] == 10000.0
     assert rig.plc.flags == {"DS1": 0}
-
-
-def test_the_mode_shows_while_it_runs():
-    rig = settled()
-    rig.plc.autotune(0, "start")
-    rig.step()
-
-    assert rig.st[0].status & bits.MODES == bits.TUNING
-    assert rig.plc.tuned(0) == {"done": False, "error": False, "status": "running", "results": {}}
 
 
 @pytest.mark.parametrize(("moves", "told"), [(0.0, False), (0.002, False), (0.05, True), (-0.05, True)])

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 import click_strategies
 import neutral_strategies
 from click_strategies import configurations
+from nested import merged
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg.conversion.from_click import NOTHING_LOST, to_neutral
 from pidcfg.conversion.ledger import ConvertError
@@ -65,12 +66,6 @@ def click(*loops: dict) -> ClickFile:
         for i, loop in enumerate(loops, start=1)
     ]
     return ClickFile.model_validate({"pidcfg": 1, "vendor": "click", "loops": entries})
-
-
-def merged(below: dict, above: dict) -> dict:
-    """A mapping with another one on top of it."""
-    both = {k: merged(below[k], v) for k, v in above.items() if isinstance(v, dict) and isinstance(below.get(k), dict)}
-    return {**below, **above, **both}
 
 
 def generic(*loops: dict) -> GenericFile:

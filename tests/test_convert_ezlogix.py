@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 import ezlogix_strategies
 import neutral_strategies
 from ezlogix_strategies import configurations
+from nested import merged
 from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg import api
 from pidcfg.conversion.from_ezlogix import NOTHING_LOST, to_neutral
@@ -57,12 +58,6 @@ NEUTRAL = {
     "output": {"range": [0, 50]},
 }
 EVERYTHING = PLAIN | ezlogix_strategies.EVERYTHING
-
-
-def merged(below: dict, above: dict) -> dict:
-    """A mapping with another one on top of it."""
-    both = {k: merged(below[k], v) for k, v in above.items() if isinstance(v, dict) and isinstance(below.get(k), dict)}
-    return {**below, **above, **both}
 
 
 def ezlogix(*loops: dict, **plc) -> EzlogixFile:

@@ -28,6 +28,7 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
+from nested import merged
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.engine.run import Settings, options, simulate
 from pidcfg.vendors import VENDORS
@@ -39,15 +40,6 @@ BASIS = re.compile(r"\(.+\)$")
 """The end of what a case shows."""
 AFTER = 100
 """Base steps that a run goes on, since a scenario has ten samples at least."""
-
-
-def merged(base, given):
-    """A copy of ``base`` with some keys replaced, at any depth."""
-    found = dict(base)
-    for key, value in given.items():
-        both = isinstance(value, dict) and isinstance(found.get(key), dict)
-        found[key] = merged(found[key], value) if both else value
-    return found
 
 
 def cases():
