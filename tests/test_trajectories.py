@@ -38,6 +38,8 @@ OWN = {"mode", "autotune", "plc", "ramp_soak", "disturb", "pv"}
 """Keys of an event that are no parameters; as a section of parameters some of them are."""
 BASIS = re.compile(r"\(.+\)$")
 """The end of what a case shows."""
+OF_LOOP = re.compile(r"(?:(L\d)\.)?(.+)")
+"""A name of a sample, with its loop or without."""
 AFTER = 100
 """Base steps that a run goes on, since a scenario has ten samples at least."""
 
@@ -119,8 +121,7 @@ class Run:
 
     def samples(self, name):
         """A signal, the mode, or an alarm or flag as 0 and 1."""
-        loop, _, what = name.rpartition(".")
-        loop = loop or "L1"
+        loop, what = split(name)
         if f"{loop}.{what}" in self.rows[0]:
             return [float(row[f"{loop}.{what}"]) for row in self.rows]
         found, times = self.report.loops[loop], [float(row["time"]) for row in self.rows]
@@ -136,6 +137,12 @@ class Run:
         said = [(note.at, note.text) for note in self.report.notes]
         said += [(m.at, m.reason) for loop in self.report.loops.values() for m in loop.modes if m.reason]
         return [text for at, text in sorted(said, key=lambda item: item[0]) if at <= float(self.rows[-1]["time"])]
+
+
+def split(name):
+    """The loop and the signal of a name; L1 where it has no loop."""
+    loop, what = OF_LOOP.fullmatch(name).groups()
+    return loop or "L1", what
 
 
 def expected(case):
