@@ -87,6 +87,8 @@ class Word:
     access: Access = "setting"
     instead: str | None = None
     """Another key of the file that says the same in other words."""
+    suffix: str = ""
+    """How its nickname ends, behind the loop's name, where the PLC's software has nicknames."""
 
 
 @frozen
