@@ -236,40 +236,8 @@ def width(out, base=0.1, cycle=10.0, **given):
     return sum(seen)
 
 
-@pytest.mark.parametrize(
-    ("out", "steps"),
-    [
-        (0.0, 0),
-        (1024.0, 25),
-        (2048.0, 50),
-        (3072.0, 75),
-        (4095.0, 100),
-        (20.0, 0),
-        (21.0, 1),
-        (61.0, 1),
-        (62.0, 2),
-    ],
-)
-def test_the_on_time_is_the_cv_by_4096_of_the_cycle_to_the_nearest_step(out, steps):
-    assert width(out) == steps
-
-
 def test_a_fine_step_shows_the_gap_of_full_scale():
     assert width(4095.0, base=0.001, cycle=4.096) == 4095
-
-
-@pytest.mark.parametrize(("out", "steps"), [(204.0, 0), (205.0, 5), (2048.0, 50)])
-def test_a_pulse_below_the_minimum_on_time_is_left_out(out, steps):
-    assert width(out, min_on=0.5) == steps
-
-
-@pytest.mark.parametrize(("out", "steps"), [(3891.0, 95), (3892.0, 100), (2048.0, 50), (0.0, 0)])
-def test_a_gap_below_the_minimum_off_time_is_left_out(out, steps):
-    assert width(out, min_off=0.5) == steps
-
-
-def test_a_cv_of_nothing_never_switches_on():
-    assert [width(out, min_off=11.0) for out in (0.0, 1.0)] == [0, 100]
 
 
 @pytest.mark.parametrize(
@@ -287,33 +255,6 @@ def test_a_time_that_equals_its_minimum_is_kept(given, out, steps):
 
 def test_a_pulse_that_ends_in_the_middle_of_a_step_lasts_to_its_end():
     assert [width(out, base=0.001, cycle=2.048) for out in (1.0, 2.0, 3.0)] == [1, 1, 2]
-
-
-def test_the_first_step_of_all_is_what_it_is_at_its_beginning():
-    assert [pulses([out], 1.0, 2.0)[0] for out in (0.0, 1.0)] == [0, 1]
-
-
-def test_with_both_times_too_long_there_is_no_pulse():
-    assert width(2048.0, min_on=6.0, min_off=6.0) == 0
-    assert width(2900.0, min_on=6.0, min_off=6.0) == 100
-
-
-def test_cycles_follow_each_other_and_take_the_cv_of_their_beginning():
-    assert pulses([1024.0, 3072.0, 0.0, 2048.0], 0.5, 4.0) == [
-        *(1, 1, 0, 0, 0, 0, 0, 0),
-        *(1, 1, 1, 1, 1, 1, 0, 0),
-        *(0,) * 8,
-        *(1, 1, 1, 1, 0, 0, 0, 0),
-    ]
-    rig = Rig(base=0.5)
-    _, s = rig.add(Fixed(), cycle=4_000_000, out=2048.0)
-    rig.step(2)
-    s.out = 0.0
-    assert [rig.step() or rig.sig[O] for _ in range(7)] == [1, 1, 0, 0, 0, 0, 0]
-
-
-def test_pulses_move_between_samples():
-    assert width(1024.0, period=5.0) == 25
 
 
 def test_a_cycle_that_the_base_step_misses_keeps_its_mean_length():

@@ -8,7 +8,7 @@ file     keys of the configuration beside its loops; ``places``: addresses of th
 pv       measurements of L1, one a base step of ``step`` s, or of each loop by its name; the last one stays
 plants   what answers instead, as in a scenario; ``scenario``: its other keys
 events   by the number of the sample that they come before: parameters that are set, or an event of a scenario
-samples  expected signals, modes, flags, alarms of L1, or as L2.PV: from sample 0 on, null for any, or by its number
+samples  expected signals, modes, flags, alarms of L1, or as L2.PV: from sample 0 on, null for any, or by number: 3, 3-9
 within   absolute tolerance, of all or by signal; ``share`` of the value; 0 unless given
 notes    everything that the report tells until then; ``tuned``: what it tells of the auto-tune of L1 at the end
 each     variants, each of which differs from the case by its keys
@@ -148,8 +148,9 @@ def split(name):
 def expected(case):
     """Expected values: name, number of the sample, value."""
     for name, told in case["samples"].items():
-        for k, value in told.items() if isinstance(told, dict) else enumerate(told):
-            if value is not None:
+        for numbers, value in told.items() if isinstance(told, dict) else enumerate(told):
+            first, _, last = str(numbers).partition("-")
+            for k in range(int(first), int(last or first) + 1) if value is not None else ():
                 yield name, k, value
 
 
