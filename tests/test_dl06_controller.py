@@ -15,11 +15,11 @@ from pidcfg.sim.controllers.dl06.equation import (
     PV_ALARMS,
     Config,
     State,
-    calculate,
+    calculate_error,
+    calculate_output,
+    calculate_position,
+    calculate_velocity,
     coefficients,
-    position,
-    shaped,
-    velocity,
 )
 from pidcfg.sim.controllers.dl06.operate import ALARM_BITS
 from pidcfg.sim.controllers.dl06.scan import scan
@@ -44,7 +44,7 @@ def test_p_only_on_a_first_order_plant_follows_the_closed_form():
     final = gain * 2.0 * target / (1 + gain * 2.0)
     y = y0
     for n in range(1, 200):
-        m = position(c, s, target - y, 0.0) / c.out_span
+        m = calculate_position(c, s, target - y, 0.0) / c.out_span
         y = a * y + (1 - a) * gain * m
         assert y == pytest.approx(final + (y0 - final) * q**n, abs=1e-12)
 
@@ -78,10 +78,10 @@ def test_velocity_form_is_the_difference_of_the_position_form(action):
     errors = [0.01 * math.sin(0.3 * n) + 0.002 * n for n in range(60)]
     for state in (s, v):
         state.previous_error = state.derivative_input_1 = state.derivative_input_2 = errors[0]
-    before = position(c, s, errors[0], errors[0])
+    before = calculate_position(c, s, errors[0], errors[0])
     v.unrounded_output = before
     for e in errors[1:]:
-        m, v.unrounded_output = position(c, s, e, e), velocity(v, e, e)
+        m, v.unrounded_output = calculate_position(c, s, e, e), calculate_velocity(v, e, e)
         assert v.unrounded_output == pytest.approx(m, abs=1e-8)
     assert c2.velocity == 1
 
@@ -90,17 +90,17 @@ def test_terms_are_added_up_in_the_order_in_which_they_are_printed():
     """0.2 + 0.3 + 0.1 is 0.6 (D678); 0.1 + 0.2 + 0.3 would be 0.6000000000000001."""
     c, s = one()
     s.kp, s.kd, s.bias = 2.0, 3.0, 0.1
-    assert position(c, s, 0.1, 0.1) == 0.6
+    assert calculate_position(c, s, 0.1, 0.1) == 0.6
     _, v = one()
     v.kp, v.ki, v.unrounded_output = 2.0, 3.0, 0.1
-    assert velocity(v, 0.1, 0.1) == 0.6
+    assert calculate_velocity(v, 0.1, 0.1) == 0.6
 
 
 def test_without_a_limit_the_derivative_remembers_its_signal_as_it_is():
     """-0.9 + (-0.3 + 0.9) would not be -0.3 (D678)."""
     c, s = one()
     s.kd, s.derivative_input_1 = 1.0, -0.9
-    position(c, s, -0.3, -0.3)
+    calculate_position(c, s, -0.3, -0.3)
     assert s.derivative_input_1 == -0.3
 
 
@@ -131,32 +131,32 @@ def test_reverse_action_mirrors_direct_action_on_a_mirrored_plant():
 def test_error_squared_keeps_the_sign():
     c = Config(squared=1)
 
-    assert shaped(c, 3000.0, 2000.0) == pytest.approx((1000 / 4095) ** 2)
-    assert shaped(c, 2000.0, 3000.0) == pytest.approx(-((1000 / 4095) ** 2))
+    assert calculate_error(c, 3000.0, 2000.0) == pytest.approx((1000 / 4095) ** 2)
+    assert calculate_error(c, 2000.0, 3000.0) == pytest.approx(-((1000 / 4095) ** 2))
 
 
 @pytest.mark.parametrize(("distance", "inside"), [(20.0, True), (-20.0, True), (21.0, False), (-21.0, False)])
 def test_inside_the_deadband_there_is_no_error_and_outside_it_is_whole(distance, inside):
     c = Config(deadband=20.0 / 4095.0)
 
-    assert shaped(c, 2000.0 + distance, 2000.0) == (0.0 if inside else pytest.approx(distance / 4095.0))
+    assert calculate_error(c, 2000.0 + distance, 2000.0) == (0.0 if inside else pytest.approx(distance / 4095.0))
 
 
 def test_the_square_comes_before_the_deadband():
     """0.1 squared is 0.01: inside a deadband of 0.02 although the error itself is outside."""
     c = Config(squared=1, deadband=0.02)
 
-    assert shaped(c, 2409.5, 2000.0) == 0.0
-    assert shaped(c, 3000.0, 2000.0) == pytest.approx((1000 / 4095) ** 2)
+    assert calculate_error(c, 2409.5, 2000.0) == 0.0
+    assert calculate_error(c, 3000.0, 2000.0) == pytest.approx((1000 / 4095) ** 2)
 
 
 def test_square_root_extract_compares_the_set_point_with_the_root_of_the_pv():
     """The manual: the loop drives the output so that the square root of the PV equals SP; full scale is sqrt(4095)."""
     c = Config(square_root=1, span=math.sqrt(4095.0))
 
-    assert shaped(c, 32.0, 1024.0) == 0.0
-    assert shaped(c, math.sqrt(4095.0), 0.0) == pytest.approx(1.0)
-    assert shaped(c, 1.0, -5.0) == shaped(c, 1.0, 0.0)
+    assert calculate_error(c, 32.0, 1024.0) == 0.0
+    assert calculate_error(c, math.sqrt(4095.0), 0.0) == pytest.approx(1.0)
+    assert calculate_error(c, 1.0, -5.0) == calculate_error(c, 1.0, 0.0)
 
 
 def test_a_root_loop_settles_where_the_root_of_the_pv_is_the_set_point_word():
@@ -267,7 +267,7 @@ def test_without_a_scan_time_every_loop_that_is_due_is_calculated():
 def test_the_equation_of_the_manual_by_hand():
     """Kc 2, Ti 10 s, Td 1 s, Ts 0.5 s: Ki = 0.1, Kr = 4; e = 0.10, 0.12, 0.11 of span from a bias of 0.2."""
     c, s = one(gain=2.0, reset=10.0, rate=1.0, period=500_000, bias=0.2 * 4095.0, busy=bits.FRESH)
-    results = [calculate(c, s, 4095.0 * e, 0.0) / 4095.0 for e in (0.10, 0.12, 0.11)]
+    results = [calculate_output(c, s, 4095.0 * e, 0.0) / 4095.0 for e in (0.10, 0.12, 0.11)]
 
     assert results == pytest.approx([0.2 + 0.01 + 0.2, 0.21 + 0.012 + 0.24 + 0.08, 0.222 + 0.011 + 0.22 - 0.04])
 

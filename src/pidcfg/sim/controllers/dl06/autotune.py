@@ -37,7 +37,7 @@ from pidcfg.sim.controllers.dl06.equation import (
     Config,
     State,
     coefficients,
-    process,
+    pv_on_sp_scale,
 )
 from pidcfg.sim.controllers.kernels import NEAREST, clamp, nearest, noticed, tell_request
 from pidcfg.sim.controllers.plc import TICKS
@@ -253,7 +253,7 @@ def observe(config: Config, state: State, p: float) -> None:
 
 def tune(config: Config, state: State, aux: list[float], sp: float) -> None:
     """One sample of the auto-tune; a change of mode stops it (D64)."""
-    p = process(config, state.pv)
+    p = pv_on_sp_scale(config, state.pv)
     if state.tune_phase == REQUESTED:
         check_start(config, state, p, sp)
     elif state.status & (MANUAL if config.tune_open else AUTO) == 0:

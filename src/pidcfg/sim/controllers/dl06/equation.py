@@ -117,7 +117,7 @@ class Config(LoopConfig):
     """Index of the loop whose output is the remote set point; -1: the pointer names no output of this table."""
     # equation
     is_special: int = 0
-    """Not simply the position form of a linear error: `equation.calculate` is needed."""
+    """Not simply the position form of a linear error: `equation.calculate_output` is needed."""
     velocity: int = register("algorithm", 0, equals="velocity")
     reverse: int = register("action", 0, equals="reverse")
     bumpless: int = 1
@@ -388,7 +388,7 @@ def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
 # --- The PID equation of the DL06 in both forms, line by line as the manual prints it ---------------------------------
 #
 # The engine works in fractions of the data range: the error is a fraction of the PV's span, the factors turn it into
-# output counts and carry the sign of the action (D30, D32). D numbers: see `decisions`.
+# output counts and carry the sign of the action (D30, D32). D numbers: see `dl06.ENGINE`.
 
 
 def coefficients(config: Config, state: State) -> None:
@@ -411,17 +411,17 @@ def coefficients(config: Config, state: State) -> None:
         state.filter_share = seconds / (seconds + state.rate / config.gain_limit) if config.gain_limit > 0.0 else 1.0
 
 
-def process(config: Config, pv: float) -> float:
+def pv_on_sp_scale(config: Config, pv: float) -> float:
     """The PV on the set point's scale: itself, or its root (D37)."""
     if config.square_root == 0:
         return pv
     return sqrt(pv) if pv > 0.0 else 0.0
 
 
-def shaped(config: Config, sp: float, pv: float) -> float:
+def calculate_error(config: Config, sp: float, pv: float) -> float:
     """The error as a fraction of the span: root extract, then the square, then the deadband (D31)."""
-    # Error Term Configuration: Error Squared keeps the sign, Error Deadband takes small errors for 0
-    error = (sp - process(config, pv)) / config.span
+    # Error Term Configuration: Error = SP - PV, or SP less the root of PV; Error Squared keeps the sign; Error Deadband
+    error = (sp - pv_on_sp_scale(config, pv)) / config.span
     if config.squared:
         error = error * abs(error)
     if -config.deadband <= error <= config.deadband:
@@ -429,7 +429,7 @@ def shaped(config: Config, sp: float, pv: float) -> float:
     return error
 
 
-def refresh(state: State, error: float, derivative_input: float, sp: float) -> None:
+def reset_past(state: State, error: float, derivative_input: float, sp: float) -> None:
     """Give the equation a past that equals the present: no kick after Manual (D42)."""
     state.previous_error = error
     state.derivative_input_1 = derivative_input
@@ -438,7 +438,7 @@ def refresh(state: State, error: float, derivative_input: float, sp: float) -> N
     state.busy &= ~FRESH
 
 
-def stepped_bias(config: Config, state: State, sp: float) -> None:
+def scale_bias(config: Config, state: State, sp: float) -> None:
     """Step bias: a change of the set point changes the bias in proportion, inversely for reverse action (D38).
 
     The words are signed counts (D647). The velocity form has no bias to change.
@@ -448,19 +448,21 @@ def stepped_bias(config: Config, state: State, sp: float) -> None:
     state.previous_sp = sp
 
 
-def filtered(state: State, derivative_input: float) -> float:
+def filter_derivative(state: State, derivative_input: float) -> float:
     """The signal that the derivative acts on, smoothed by the derivative gain limit; itself without one (D34)."""
+    # Derivative Gain Limiting
     if state.filter_share == 1.0:
         return derivative_input
     return state.derivative_input_1 + state.filter_share * (derivative_input - state.derivative_input_1)
 
 
-def velocity(state: State, error: float, derivative_input: float) -> float:
+def calculate_velocity(state: State, error: float, derivative_input: float) -> float:
     """Change of output: Kc (e(n) - e(n-1)) + Ki e(n) + Kr (e(n) - 2 e(n-1) + e(n-2)), on top of the last output.
 
     That is within its limits and has its fraction (D649). The change is added up before it is added (D678).
     """
-    filtered_input = filtered(state, derivative_input)
+    # Velocity Algorithm: dM(n) = M(n) - M(n-1)
+    filtered_input = filter_derivative(state, derivative_input)
     change = (
         state.kp * (error - state.previous_error)
         + state.ki * error
@@ -472,7 +474,7 @@ def velocity(state: State, error: float, derivative_input: float) -> float:
     return state.unrounded_output + change
 
 
-def position(config: Config, state: State, error: float, derivative_input: float) -> float:
+def calculate_position(config: Config, state: State, error: float, derivative_input: float) -> float:
     """Mx(n) = Mx(n-1) + Ki e(n), within the data range; M(n) = Kc e(n) + Kr (e(n) - e(n-1)) + Mx(n).
 
     What the derivative remembers is kept up without a derivative too: one that is switched on does not kick. The
@@ -482,13 +484,13 @@ def position(config: Config, state: State, error: float, derivative_input: float
     bias = state.bias
     change = state.ki * error
     if change != 0.0:
-        # Bias Freeze: not while the output is at an end of its range
+        # Bias Freeze. D39: looks at last output
         if config.bias_freeze and (
             (change > 0.0 and state.out >= config.out_max) or (change < 0.0 and state.out <= config.out_min)
         ):
             change = 0.0
         bias += change
-    # D30: the bias stays within the data range
+    # D30: bias stays in range
     if bias > config.out_max:
         bias = config.out_max
     elif bias < config.out_min:
@@ -498,24 +500,25 @@ def position(config: Config, state: State, error: float, derivative_input: float
     if state.kd == 0.0:
         state.derivative_input_1 = derivative_input
         return state.kp * error + bias
-    filtered_input = filtered(state, derivative_input)
+    filtered_input = filter_derivative(state, derivative_input)
     slope = filtered_input - state.derivative_input_1
     state.derivative_input_1 = filtered_input
     return state.kp * error + state.kd * slope + bias
 
 
-def calculate(config: Config, state: State, sp: float, pv: float) -> float:
+def calculate_output(config: Config, state: State, sp: float, pv: float) -> float:
     """The output in counts, with everything that the plain position form does without."""
-    error = shaped(config, sp, pv) if config.shapes_error else (sp - pv) / config.span
-    derivative_input = -process(config, pv) / config.span if config.derivative_on_pv else error
+    # Error Term Configuration; derivative on error or PV; bumpless start; Step Bias
+    error = calculate_error(config, sp, pv) if config.shapes_error else (sp - pv) / config.span
+    derivative_input = -pv_on_sp_scale(config, pv) / config.span if config.derivative_on_pv else error
     if state.busy & FRESH:
-        refresh(state, error, derivative_input, sp)
+        reset_past(state, error, derivative_input, sp)
     if config.step_bias and sp != state.previous_sp:
-        stepped_bias(config, state, sp)
+        scale_bias(config, state, sp)
     return (
-        velocity(state, error, derivative_input)
+        calculate_velocity(state, error, derivative_input)
         if config.velocity
-        else position(config, state, error, derivative_input)
+        else calculate_position(config, state, error, derivative_input)
     )
 
 
@@ -523,11 +526,11 @@ def calculate(config: Config, state: State, sp: float, pv: float) -> float:
 #
 # An alarm comes on as soon as the PV is beyond its threshold and goes off when the PV is back through it by the
 # hysteresis (D46); the rate of change has none. Groups that are switched off have thresholds that nothing reaches,
-# which clears their bits. While no alarm is on, `alarms` leaves behind the band of PVs in which none can come on, so
-# that the step looks at two numbers instead of six thresholds.
+# which clears their bits. While no alarm is on, `renew_alarms` leaves behind the band of PVs in which none can come on,
+# so that the step looks at two numbers instead of six thresholds.
 
 
-def absolute(config: Config, state: State, pv: float) -> None:
+def renew_pv_alarms(config: Config, state: State, pv: float) -> None:
     """Renew the four alarms of the PV itself."""
     status = latched(state.status, LOW_LOW, config.low_low - pv, config.hysteresis)
     status = latched(status, LOW, config.low - pv, config.hysteresis)
@@ -535,12 +538,12 @@ def absolute(config: Config, state: State, pv: float) -> None:
     state.status = latched(status, HIGH_HIGH, pv - config.high_high, config.hysteresis)
 
 
-def alarms(config: Config, state: State, pv: float, previous_pv: float, sp: float) -> None:
+def renew_alarms(config: Config, state: State, pv: float, previous_pv: float, sp: float) -> None:
     """Renew all alarms, and the band in which nothing will change.
 
     With square-root extract the set point is on the root's scale; the deviation alarms compare the PV with its square.
     """
-    absolute(config, state, pv)
+    renew_pv_alarms(config, state, pv)
     centre = sp * abs(sp) if config.square_root else sp
     deviation = abs(pv - centre)
     status = latched(state.status, YELLOW, deviation - config.yellow, config.hysteresis)
@@ -559,6 +562,6 @@ def alarms(config: Config, state: State, pv: float, previous_pv: float, sp: floa
         state.quiet_high = min(config.high, config.high_high, centre + band)
 
 
-def alarmed(state: State) -> int:
+def active_pv_alarms(state: State) -> int:
     """The absolute alarms that are on."""
     return state.status & PV_ALARMS

@@ -40,8 +40,8 @@ from pidcfg.sim.controllers.dl06.equation import (
     TRIP,
     Config,
     State,
-    absolute,
-    alarmed,
+    active_pv_alarms,
+    renew_pv_alarms,
 )
 from pidcfg.sim.controllers.kernels import GOAL_ENDS, NEAREST, step_to, tell_request
 from pidcfg.sim.controllers.plc import TICKS
@@ -147,7 +147,7 @@ def refusal(i: int, wanted: int, configs: list[Config], states: list[State]) -> 
         return 0
     if state.status & ALARM_ERROR:
         return REFUSED_ALARM_ERROR
-    if config.interlock and alarmed(state):
+    if config.interlock and active_pv_alarms(state):
         return REFUSED_PV_ALARM
     for j in range(len(configs)):
         if configs[j].major == i and states[j].status & CASCADE == 0:
@@ -226,7 +226,7 @@ def modes(i: int, configs: list[Config], states: list[State]) -> None:
     if state.busy & RESTORE:
         restore(i, configs, states)
     if state.busy & (REQUEST | GOAL):
-        absolute(configs[i], state, state.pv)
+        renew_pv_alarms(configs[i], state, state.pv)
     if state.busy & REQUEST:
         state.busy &= ~(REQUEST | GOAL)
         state.goal = 0

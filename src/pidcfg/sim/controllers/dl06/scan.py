@@ -26,10 +26,10 @@ from pidcfg.sim.controllers.dl06.equation import (
     TUNE,
     Config,
     State,
-    alarms,
-    calculate,
-    position,
+    calculate_output,
+    calculate_position,
     raw_scales,
+    renew_alarms,
 )
 from pidcfg.sim.controllers.dl06.operate import (
     COMMANDS,
@@ -124,7 +124,7 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     change = pv - previous_pv
     fast = config.rate_of_change
     if pv < state.quiet_low or pv > state.quiet_high or sp != state.quiet_sp or change > fast or -change > fast:
-        alarms(config, state, pv, previous_pv, sp)
+        renew_alarms(config, state, pv, previous_pv, sp)
         centre = sp * abs(sp) if config.square_root else sp
         signals[config.sig_sp] = low + (centre - least) * width / span
 
@@ -134,10 +134,10 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     # Control output: the equation, then its limits
     if status & MANUAL == 0 and busy & RELAY == 0:
         if config.is_special or busy & FRESH:
-            output = calculate(config, state, sp, pv)
+            output = calculate_output(config, state, sp, pv)
         else:
             error = (sp - pv) / config.span
-            output = position(config, state, error, error)
+            output = calculate_position(config, state, error, error)
         if output > LARGEST or output < -LARGEST:
             state.status |= OVERFLOW
             to_manual(i, configs, states, OVERRIDE_OVERFLOW)
@@ -189,7 +189,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
         sample(i, configs, states, aux, signals)
 
 
-INLINED = (scan, sample, position)
+INLINED = (scan, sample, calculate_position)
 """The hot path of compiled code."""
 COST = COSTS["dl06"]
 
