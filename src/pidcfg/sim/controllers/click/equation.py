@@ -310,7 +310,7 @@ def sample_ticks(milliseconds: float) -> int:
 # --- The position equation of the CLICK, every result rounded to single precision as it arises (D110) -----------------
 #
 # CO(n) = Bias(n) + Kp [e(n) + Td/Ts (e(n) - e(n-1))], Bias(n) = Bias(n-1) + Kp Ts/Ti e(n). The factors carry the sign
-# of the action, which changes no bit of a rounded product. D numbers: see `decisions`.
+# of the action, which changes no bit of a rounded product. D numbers: see `click.CONTROLLER`.
 
 
 def coefficients(config: Config, state: State) -> None:
@@ -332,13 +332,13 @@ def coefficients(config: Config, state: State) -> None:
             state.filter_share = single(seconds / single(seconds + single(state.rate / config.gain_limit)))
 
 
-def calculate(config: Config, state: State) -> float:
+def calculate_output(config: Config, state: State) -> float:
     """The output before its limits; no term acts while the error is inside the deadband (D113).
 
     The bias goes on, unless it is frozen (D112), and stays within the output's limits (D111); the derivative is that of
     the filtered error (D114).
     """
-    # The error, and the Error Squared Option
+    # Error = SP - PV; Error Squared Option (Cn+02)
     error = single(state.sp - state.pv)
     if config.squared:
         error = single(error * abs(error))
@@ -348,7 +348,8 @@ def calculate(config: Config, state: State) -> float:
         state.filtered_difference = 0.0
     change = single(error - state.previous_error)
     state.previous_error = error
-    # Bias with its limits; Freeze Bias (Anti-Windup, Cn+05) and the Error Deadband Option hold it
+    # Bias(n) = Bias(n-1) + Kp Ts/Ti e(n), held by Freeze Bias (Anti-Windup, Cn+05) and Error Deadband Option (Cn+03).
+    # D111: bias within output limits
     low = config.out_low
     high = config.out_high
     bias = state.bias
@@ -359,13 +360,13 @@ def calculate(config: Config, state: State) -> float:
     if in_deadband:
         state.filtered_difference = 0.0
         return state.bias
-    # Derivative of the filtered error
+    # Derivative Gain Limit (Cn+04). D114: filter of the difference of errors
     if state.filter_share < 1.0:
         change = single(
             state.filtered_difference + single(state.filter_share * single(change - state.filtered_difference))
         )
     state.filtered_difference = change
-    # The Control Output (DFn+08): Bias + Kp (e + Td/Ts (e - e(n-1)))
+    # Control Output (DFn+08): CO(n) = Bias(n) + Kp (e(n) + Td/Ts (e(n) - e(n-1)))
     if state.kd != 0.0:
         error = single(error + single(state.kd * change))
     return single(state.bias + single(state.kp * error))
@@ -375,11 +376,11 @@ def calculate(config: Config, state: State) -> float:
 #
 # An alarm comes on as soon as the PV is beyond its limit and goes off when the PV is back through it by the
 # hysteresis; the rate of change has none. Groups that are off have limits that nothing reaches. While no alarm is on,
-# `alarms` leaves behind the band of PVs in which none can come on, so that the step looks at two numbers instead of
-# six limits.
+# `renew_alarms` leaves behind the band of PVs in which none can come on, so that the step looks at two numbers instead
+# of six limits.
 
 
-def absolute(config: Config, status: int, pv: float) -> int:
+def renew_pv_alarms(config: Config, status: int, pv: float) -> int:
     """The four alarms of the PV itself."""
     status = latched(status, LOW_LOW, single(config.low_low - pv), config.hysteresis)
     status = latched(status, LOW, single(config.low - pv), config.hysteresis)
@@ -387,16 +388,16 @@ def absolute(config: Config, status: int, pv: float) -> int:
     return latched(status, HIGH_HIGH, single(pv - config.high_high), config.hysteresis)
 
 
-def deviation(config: Config, status: int, away: float) -> int:
+def renew_deviation_alarms(config: Config, status: int, away: float) -> int:
     """The two alarms of the distance from the set point."""
     status = latched(status, DEVIATION_HIGH, single(away - config.deviation_high), config.hysteresis)
     return latched(status, DEVIATION_HIGH_HIGH, single(away - config.deviation_high_high), config.hysteresis)
 
 
-def alarms(config: Config, state: State, previous_pv: float) -> None:
+def renew_alarms(config: Config, state: State, previous_pv: float) -> None:
     """Renew all alarms, and the band in which nothing will change; ``previous_pv`` is the PV of the sample before."""
-    status = absolute(config, state.status, state.pv)
-    status = deviation(config, status, abs(single(state.sp - state.pv)))
+    status = renew_pv_alarms(config, state.status, state.pv)
+    status = renew_deviation_alarms(config, status, abs(single(state.sp - state.pv)))
     if abs(single(state.pv - previous_pv)) > config.rate_of_change:
         status |= RATE_OF_CHANGE
     else:

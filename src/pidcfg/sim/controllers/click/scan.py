@@ -20,9 +20,9 @@ from pidcfg.sim.controllers.click.equation import (
     TUNING,
     Config,
     State,
-    alarms,
-    calculate,
+    calculate_output,
     pulse,
+    renew_alarms,
 )
 from pidcfg.sim.controllers.click.operate import ALARM_BITS, FIXED, OVERRIDE_ERROR, modes, to_manual
 from pidcfg.sim.controllers.click.plc import Click, load
@@ -49,9 +49,9 @@ if TYPE_CHECKING:
 __all__ = ["COST", "INLINED", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
 
-def control(config: Config, state: State, signals: list[float]) -> None:
+def control_output(config: Config, state: State, signals: list[float]) -> None:
     """The output in Auto, within its limits; what is no number is not written (D116)."""
-    output = calculate(config, state)
+    output = calculate_output(config, state)
     if not isnan(output):
         state.out = clamp(output, config.out_low, config.out_high)
     else:
@@ -85,15 +85,17 @@ def sample(config: Config, state: State, aux: list[float], signals: list[float])
         state.sp = config.sp_high
     if config.sp_low_on and state.sp < config.sp_low:
         state.sp = config.sp_low
+    # PV Alarm, PV Deviation Alarm, PV Rate of Change: where one may come on or go off
     change = pv - previous_pv
     fast = config.rate_of_change
     if pv < state.quiet_low or pv > state.quiet_high or state.sp != state.quiet_sp or change > fast or -change > fast:
-        alarms(config, state, previous_pv)
+        renew_alarms(config, state, previous_pv)
         signals[config.sig_sp] = finite(state.sp, 0.0)
     if state.status & TUNING:
         tune(config, state, aux)
+    # Control Output (DFn+08)
     if state.status & AUTO:
-        control(config, state, signals)
+        control_output(config, state, signals)
     # D116: what is no number is shown as 0
     signals[config.sig_pv] = pv
     signals[config.sig_out] = finite(state.out, 0.0)
@@ -114,7 +116,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             signals[config.sig_pwm] = pulse(config, state, tick)
 
 
-INLINED = (scan, sample, calculate)
+INLINED = (scan, sample, calculate_output)
 """The hot path of compiled code."""
 COST = COSTS["click"]
 
