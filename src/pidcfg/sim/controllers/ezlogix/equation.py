@@ -150,8 +150,8 @@ class State(CurveState):
 
 # --- The PID equation of the EZLogix: the position form, with the derivative of the error or of the PV ----------------
 #
-# The engine works in counts: an error in counts of the PV times the gain is the CV in counts. D numbers: see
-# `decisions`.
+# The engine works in counts: an error in counts of the PV times the gain is the CV in counts. The manual: 6.1, PID
+# Algorithms used in EZLogix, and 6.2, PID Setup.
 
 FULL = float(CV_FULL)
 """Counts of the CV at 100 %."""
@@ -164,6 +164,7 @@ def coefficients(state: State) -> None:
 
     A gain of 0 takes the proportional term out and leaves Ts/Ti and Td/Ts (D160).
     """
+    # PID Parameters: Proportional Gain Kp, Integral Time Ti, Derivative Time Td, Sample Rate Ts
     seconds = state.period / TICKS
     factor = state.gain if state.gain > 0.0 else 1.0
     state.kp = state.gain
@@ -171,7 +172,7 @@ def coefficients(state: State) -> None:
     state.kd = factor * state.rate / seconds
 
 
-def begin(config: Config, state: State, derivative_input: float) -> None:
+def begin_auto(config: Config, state: State, derivative_input: float) -> None:
     """Manual to Auto: the integral term becomes what the CV is without its offset, and nothing has a past (D165)."""
     state.integral = state.out - config.offset
     state.unlimited_cv = state.out
@@ -179,7 +180,7 @@ def begin(config: Config, state: State, derivative_input: float) -> None:
     state.busy &= ~FRESH
 
 
-def integrate(config: Config, state: State, error: float) -> None:
+def integrate_error(config: Config, state: State, error: float) -> None:
     """Kp Ts/Ti times one more error; with anti-windup not while the CV is saturated on the error's side (D167)."""
     # Anti-Windup: nothing is added that drives the CV further into saturation
     change = state.ki * error
@@ -195,21 +196,22 @@ def integrate(config: Config, state: State, error: float) -> None:
     state.integral = total
 
 
-def calculate(config: Config, state: State, error: float, derivative_input: float) -> None:
+def calculate_cv(config: Config, state: State, error: float, derivative_input: float) -> None:
     """CV(n) = Kp [E(n) + Ts/Ti sum E + Td/Ts (x(n) - x(n-1))] + CV0, then saturation, then the CV limits.
 
     x, ``derivative_input``, is the error, or the PV with the error's sign (D161).
     """
-    # Position Algorithm and Velocity Algorithm; CV0 is the CV Offset
+    # PID Loop Mode: from manual to auto
     if state.busy & FRESH:
-        begin(config, state, derivative_input)
+        begin_auto(config, state, derivative_input)
     if state.ki > 0.0:
-        integrate(config, state, error)
+        integrate_error(config, state, error)
     else:
         state.integral = 0.0
+    # Position Algorithm and Velocity Algorithm; CV0 is the CV Offset
     cv = state.kp * error + state.integral + state.kd * (derivative_input - state.derivative_input_1) + config.offset
     state.derivative_input_1 = derivative_input
-    # Saturation; D168: the CV is whole counts
+    # Saturation at 0 and 4095. D168: the CV is whole counts
     if cv >= FULL:
         cv = FULL
     elif cv > 0.0:
@@ -246,7 +248,7 @@ def show_output(config: Config, state: State, signals: MutableSequence[float]) -
         signals[config.sig_out] = config.out_low + state.out * config.out_width / FULL
 
 
-def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def show_signals(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Renew them (kernel); BIAS has no limits (D657)."""
     signals[config.sig_pv] = config.pv_low + (state.pv - config.pv_min) * config.pv_width / config.pv_span
     show_setpoint(config, state, signals)

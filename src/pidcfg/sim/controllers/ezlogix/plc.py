@@ -15,7 +15,7 @@ from pidcfg.sim.controllers.autotune import POINTS
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix import operate as report
-from pidcfg.sim.controllers.ezlogix.equation import Config, State, coefficients, show
+from pidcfg.sim.controllers.ezlogix.equation import Config, State, coefficients, show_signals
 from pidcfg.sim.controllers.ezlogix.operate import (
     CV,
     FLAG_BITS,
@@ -232,7 +232,7 @@ class Ezlogix(CountsPlc):
 
     def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once: SP is limited, its register later (D656)."""
-        show(self.cfg[i], self.st[i], signals)
+        show_signals(self.cfg[i], self.st[i], signals)
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:

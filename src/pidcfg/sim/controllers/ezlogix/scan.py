@@ -21,11 +21,11 @@ from pidcfg.sim.controllers.ezlogix.equation import (
     TUNING,
     Config,
     State,
-    calculate,
+    calculate_cv,
     pulse,
-    show,
     show_output,
     show_setpoint,
+    show_signals,
 )
 from pidcfg.sim.controllers.ezlogix.operate import MODE_BITS
 from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
@@ -57,7 +57,7 @@ ERROR_MOST = 32767.0
 """Base+11, the error, is a signed word that stays within this (D169)."""
 
 
-def converted(config: Config, value: float) -> float:
+def convert_pv(config: Config, value: float) -> float:
     """A measurement as whole counts; the converter saturates at the ends of its range (D670)."""
     pv = (value - config.pv_low) * config.pv_span / config.pv_width + config.pv_min
     if pv >= config.pv_max:
@@ -67,7 +67,7 @@ def converted(config: Config, value: float) -> float:
     return config.pv_min
 
 
-def switch(state: State) -> None:
+def switch_mode(state: State) -> None:
     """Discrete +0 as it was written; Manual keeps the CV, Auto begins with it."""
     state.busy &= ~REQUEST
     if state.wanted_mode & AUTO and state.status & AUTO == 0:
@@ -95,15 +95,17 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     state = states[i]
     busy = state.busy
     if busy & PV_STALE == 0:
-        state.pv = converted(config, signals[config.sig_in])
+        state.pv = convert_pv(config, signals[config.sig_in])
     limit_setpoint(i, configs, states, signals)
     # Use PV Square Root; D163: the root is that of the register
-    x = state.pv
+    pv = state.pv
     if config.square_root:
-        x = sqrt(x) if x > 0.0 else 0.0
-    difference = x - state.sp if config.direct else state.sp - x
-    x *= config.scale
+        pv = sqrt(pv) if pv > 0.0 else 0.0
+    # Controller Action: E = PV - SP for Direct Acting, SP - PV for Reverse Acting
+    difference = pv - state.sp if config.direct else state.sp - pv
+    pv *= config.scale
     error = difference * config.scale
+    # Error, Base+11. D169: signed word saturates
     shown_error = error + NEAREST - NEAREST
     if shown_error > ERROR_MOST:
         shown_error = ERROR_MOST
@@ -115,20 +117,21 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         error = 0.0
 
     if busy & REQUEST:
-        switch(state)
+        switch_mode(state)
     if busy & TUNE:
-        tune(config, state, aux, x)
-    # Velocity Algorithm; D161: the derivative acts on the PV, with the error's sign
+        tune(config, state, aux, pv)
+    # Position Algorithm: the derivative acts on E; Velocity Algorithm: on PV. D161: with E's sign
+    derivative_input = pv
     if config.velocity == 0:
-        x = error
+        derivative_input = error
     elif config.direct == 0:
-        x = -x
+        derivative_input = -pv
     if state.status & AUTO and state.busy & HELD == 0:
-        calculate(config, state, error, x)
+        calculate_cv(config, state, error, derivative_input)
     else:
         state.unlimited_cv = state.out
-        state.derivative_input_1 = x
-    # Saturation; D167: the bit tells of the CV as it is, anti-windup looks at the one without limits
+        state.derivative_input_1 = derivative_input
+    # Saturation. D167: the bit tells of the CV as it is, anti-windup looks at the one before its limits
     if 0.0 < state.out < FULL:
         state.status &= ~SATURATED
     else:
@@ -136,7 +139,7 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     if config.feeds >= 0:
         states[config.feeds].sp = state.out
         show_setpoint(configs[config.feeds], states[config.feeds], signals)
-    show(config, state, signals)
+    show_signals(config, state, signals)
 
 
 def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
@@ -152,7 +155,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             pulse(tick, configs[i], state, signals)
 
 
-INLINED = (scan, sample, limit_setpoint, calculate, converted, show, show_setpoint, show_output, pulse)
+INLINED = (scan, sample, limit_setpoint, calculate_cv, convert_pv, show_signals, show_setpoint, show_output, pulse)
 """The hot path of compiled code."""
 COST = COSTS["ezlogix"]
 
