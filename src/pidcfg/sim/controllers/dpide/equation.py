@@ -88,7 +88,7 @@ class State(RelayState):
     out: float = register("MV", 0.0)
     # factors
     sampling_time: float = 1.0
-    """Sampling time."""
+    """Ts in s."""
     filter_share: float = 1.0
     """Of the derivative's smoothing, Ts / (Tf + Ts)."""
     # past
@@ -99,7 +99,6 @@ class State(RelayState):
     previous_pv: float = 0.0
     """I_MV+6."""
     smoothed_derivative: float = 0.0
-    """The smoothed derivative."""
     error_sign: float = 0.0
     """Sign of the last error that was not 0; 0: there was none."""
     sv_crossed: int = 0
@@ -127,17 +126,17 @@ class State(RelayState):
 #
 # MV = P + I_MV + D + BIAS. Independent: P = Kp E, I_MV sums Ki E Ts, D = Kd x. Dependent: P = Kc E, I_MV sums Kc/Ti E
 # Ts, D = Kc Td x. x, ``slope``, is the derivative of the error, or that of PV with the sign that makes it act like one.
-# D numbers: see `decisions`.
+# The manual: The PID algorithm, and PID Block Diagram. D numbers: see `dpide.ENGINE`.
 
 NOTABLE = 0.01
 """Share of the way between the limits that MV moves by at most without a word when manual ends (D272)."""
 JUMPS_WITHOUT = 2
-"""Notice of `calculate`."""
+"""Notice of `calculate_mv`."""
 
 
 def coefficients(config: Config, state: State) -> None:
     """The factors of the equation; what is below 0 counts as 0."""
-    # Kc_Kp, Ti_Ki, Td_Kd by PID_EQ; what the next calculation is multiplied with
+    # The PID algorithm: dependent formula Kc, Kc Ts/Ti, Kc Td; independent formula Kp, Ki Ts, Kd
     seconds = single(state.period / TICKS)
     gain = max(0.0, state.gain)
     rate = max(0.0, state.rate)
@@ -155,8 +154,9 @@ def coefficients(config: Config, state: State) -> None:
     state.filter_share = single(seconds / single(state.filter_time + seconds)) if state.filter_time > 0.0 else 1.0
 
 
-def effective(config: Config, state: State, error: float) -> float:
+def apply_dead_band(config: Config, state: State, error: float) -> float:
     """The error as it counts: 0 inside the dead band once PV has crossed SV there (D268)."""
+    # Additional remarks, 6: the error counts until PV has gone beyond SV inside ERR_DBW
     if -config.dead_band < error < config.dead_band:
         if state.error_sign * error < 0.0:
             state.sv_crossed = 1
@@ -173,12 +173,14 @@ def effective(config: Config, state: State, error: float) -> float:
     return error
 
 
-def derivative(config: Config, state: State, error: float) -> float:
+def calculate_slope(config: Config, state: State, error: float) -> float:
     """What the derivative's gain is multiplied with; the first one is 0 (D267), the gain comes last (D686)."""
+    # D267: first derivative is 0
     if state.busy & FRESH:
         state.smoothed_derivative = 0.0
         state.previous_error = error
         state.previous_pv = state.pv
+    # PID_DE: dE; or dPV, minus with forward action (E = SV - PV), plus with reverse action (E = PV - SV)
     if config.derivative_of_pv == 0:
         change = single(error - state.previous_error)
     elif state.sv_crossed:
@@ -190,6 +192,7 @@ def derivative(config: Config, state: State, error: float) -> float:
     state.previous_error = error
     state.previous_pv = state.pv
     slope = single(change / state.sampling_time)
+    # Tf: derivative smoothing
     if state.filter_share < 1.0:
         slope = single(
             state.smoothed_derivative + single(state.filter_share * single(slope - state.smoothed_derivative))
@@ -198,24 +201,24 @@ def derivative(config: Config, state: State, error: float) -> float:
     return slope
 
 
-def put_back(state: State, output: float, proportional_term: float, derivative_term: float) -> None:
+def restore_integral(state: State, output: float, proportional_term: float, derivative_term: float) -> None:
     """I_MV as it is when MV is ``output`` (D270)."""
     integral = single(single(single(output - proportional_term) - derivative_term) - state.bias)
     if isfinite(integral):
         state.integral = integral
 
 
-def calculate(config: Config, state: State, error: float) -> None:
+def calculate_mv(config: Config, state: State, error: float) -> None:
     """MV of the algorithm, and I_MV with its anti-windup; what is no number is not written (D265, D689)."""
-    # P, D and the sum of I_MV
+    # PID Block Diagram: PID-P, PID-D, PID-I
     previous_output = state.out
-    slope = derivative(config, state, error)
+    slope = calculate_slope(config, state, error)
     proportional_term = single(state.kp * error)
     derivative_term = single(state.kd * slope) if state.kd > 0.0 else 0.0
     integral = 0.0
     if state.ki > 0.0:
         if state.busy & FROM_MANUAL:
-            put_back(state, previous_output, proportional_term, derivative_term)
+            restore_integral(state, previous_output, proportional_term, derivative_term)
         integral = single(state.integral + single(state.ki * error))
     else:
         # D271: without Ti_Ki I_MV is 0
@@ -226,7 +229,7 @@ def calculate(config: Config, state: State, error: float) -> None:
         state.out = clamp(previous_output, config.lowest_mv, config.highest_mv)
         state.busy |= FRESH
         return
-    # MV_MIN and MV_MAX
+    # MV_LIMIT: MV_MAX, MV_MIN
     if config.lowest_mv <= output <= config.highest_mv:
         state.status &= ~LIMITED
         state.out = output
@@ -236,7 +239,7 @@ def calculate(config: Config, state: State, error: float) -> None:
         state.out = config.highest_mv if output > config.highest_mv else config.lowest_mv
         # beyond them D269: PID_MODE 0 holds I_MV; D270: PID_MODE 2 works it out of MV
         if state.ki > 0.0 and state.mode == 2:
-            put_back(state, state.out, proportional_term, derivative_term)
+            restore_integral(state, state.out, proportional_term, derivative_term)
     if (
         state.busy & FROM_MANUAL
         and state.ki <= 0.0
@@ -249,7 +252,7 @@ def calculate(config: Config, state: State, error: float) -> None:
 # --- The signals of a DPIDE instruction: what its operands hold -------------------------------------------------------
 
 
-def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
+def show_signals(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Renew them; what is no number is shown as 0 (kernel)."""
     signals[config.sig_pv] = finite(state.pv, 0.0)
     signals[config.sig_sp] = state.sp

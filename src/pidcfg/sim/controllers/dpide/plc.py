@@ -12,7 +12,7 @@ from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.autotune import DONE, FAILED, TUNE_STATUS
 from pidcfg.sim.controllers.dpide import equation as bits
 from pidcfg.sim.controllers.dpide import operate as report
-from pidcfg.sim.controllers.dpide.equation import OFF, TUNING, Config, State, coefficients, show
+from pidcfg.sim.controllers.dpide.equation import OFF, TUNING, Config, State, coefficients, show_signals
 from pidcfg.sim.controllers.dpide.operate import (
     ABOUT_MODE,
     FLAG_BITS,
@@ -170,7 +170,7 @@ class Dpide(NamedPlc):
         if state.status & bits.OFF:
             state.out = 0.0
         self._join(loop)
-        show(config, state, self.sig)
+        show_signals(config, state, self.sig)
 
     def sample_ticks(self, value: Any) -> int:
         """CYCLE, unless an interrupt task has the sampling time."""
@@ -226,7 +226,7 @@ class Dpide(NamedPlc):
     def _show(self, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
         for c, s in zip(self.cfg, self.st, strict=True):
-            show(c, s, signals)
+            show_signals(c, s, signals)
 
     @property
     def rises(self) -> list[bool]:

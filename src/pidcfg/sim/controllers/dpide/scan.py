@@ -18,10 +18,10 @@ from pidcfg.sim.controllers.dpide.equation import (
     TUNING,
     Config,
     State,
-    calculate,
-    derivative,
-    effective,
-    show,
+    apply_dead_band,
+    calculate_mv,
+    calculate_slope,
+    show_signals,
 )
 from pidcfg.sim.controllers.dpide.operate import KEYS, PID_MODES, halt, switch
 from pidcfg.sim.controllers.dpide.plc import Dpide, load
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 __all__ = ["COST", "INLINED", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
 
 
-def by_hand(config: Config, state: State) -> None:
+def output_mout(config: Config, state: State) -> None:
     """MV is MOUT within its limits (D274)."""
     state.status |= LIMITED
     if state.mout > config.highest_mv:
@@ -58,7 +58,7 @@ def by_hand(config: Config, state: State) -> None:
         state.status &= ~LIMITED
 
 
-def fetch(config: Config, state: State, states: list[State]) -> None:
+def fetch_operands(config: Config, state: State, states: list[State]) -> None:
     """What other loops have written to the devices of this one's operands (D266)."""
     if config.sv_from >= 0:
         state.sp = states[config.sv_from].out
@@ -78,19 +78,21 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     if state.status & OFF:
         signals[config.sig_pv] = finite(state.pv, 0.0)
         return
-    fetch(config, state, states)
-    raw = single(state.sp - state.pv) if config.forward else single(state.pv - state.sp)
-    error = effective(config, state, raw)
+    fetch_operands(config, state, states)
+    # PID Block Diagram: SV, PV and REVERSE (PID_DIR), then DEAD BAND (ERR_DBW)
+    raw_error = single(state.sp - state.pv) if config.forward else single(state.pv - state.sp)
+    error = apply_dead_band(config, state, raw_error)
     state.error = error
+    # PID_MODE 1; the algorithm; PID_MAN; MOUT_AUTO
     if state.status & TUNING:
-        tune(config, state, raw)
+        tune(config, state, raw_error)
     if state.status & AUTO:
-        calculate(config, state, error)
+        calculate_mv(config, state, error)
     elif state.status & MANUAL:
-        by_hand(config, state)
+        output_mout(config, state)
     if config.mout_follows or config.mout_is_mv:
         state.mout = state.out
-    show(config, state, signals)
+    show_signals(config, state, signals)
 
 
 def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
@@ -108,7 +110,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             sample(i, configs, states, signals)
 
 
-INLINED = (scan, sample, calculate, derivative, effective, fetch, show)
+INLINED = (scan, sample, calculate_mv, calculate_slope, apply_dead_band, fetch_operands, show_signals)
 """The hot path of compiled code."""
 COST = COSTS["dpide"]
 
