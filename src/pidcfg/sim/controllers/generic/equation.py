@@ -112,7 +112,6 @@ class State(LoopState):
     """That of the sample before, likewise the PV."""
     previous_pv: float = 0.0
     filtered_difference: float = 0.0
-    """The filtered difference."""
     cycle_start: int = 0
     cycle_end: int = 0
     on_time: float = 0.0
@@ -129,10 +128,10 @@ class State(LoopState):
 NOTABLE = 0.01
 """Share of the way between the limits that OUT moves by at most without a word when manual ends."""
 JUMPS = 1
-"""Notice of `calculate`."""
+"""Notice of `calculate_output`."""
 
 
-def measure(config: Config, state: State, raw: float) -> None:
+def measure_pv(config: Config, state: State, raw: float) -> None:
     """The PV: root, then filter."""
     pv = raw
     if config.square_root:
@@ -146,7 +145,7 @@ def measure(config: Config, state: State, raw: float) -> None:
         state.pv = state.pv + (pv - state.pv) * state.pv_share if state.pv_share < 1.0 else pv
 
 
-def compare(config: Config, state: State) -> None:
+def calculate_error(config: Config, state: State) -> None:
     """The error as it counts, and that of the sample before."""
     error = state.sp - state.pv if config.raises else state.pv - state.sp
     if abs(error) < config.deadband:
@@ -158,8 +157,8 @@ def compare(config: Config, state: State) -> None:
     state.error = error
 
 
-def derivative(config: Config, state: State) -> float:
-    """The third action."""
+def calculate_derivative(config: Config, state: State) -> float:
+    """D, of the error or of the PV: Kd times its difference, after the derivative's filter."""
     if config.derivative_on_error:
         change = state.error - state.previous_error
     elif config.raises:
@@ -172,13 +171,13 @@ def derivative(config: Config, state: State) -> float:
     return state.kd * change
 
 
-def put_back(state: State, proportional_term: float, derivative_term: float) -> None:
+def restore_integral(state: State, proportional_term: float, derivative_term: float) -> None:
     """The integral with which the equation makes the present OUT."""
     integral = ((state.out - proportional_term) - derivative_term) - state.bias
     state.integral = integral if state.ki > 0.0 and isfinite(integral) else 0.0
 
 
-def move(config: Config, state: State, target: float) -> None:
+def move_output(config: Config, state: State, target: float) -> None:
     """OUT towards a value, as fast as it may, within the limits."""
     output = step_to(state.out, target, config.rate_limit)
     if output != target:
@@ -188,7 +187,7 @@ def move(config: Config, state: State, target: float) -> None:
     state.out = clamp(output, config.low, config.high)
 
 
-def limited(config: Config, state: State, output: float) -> float:
+def limit_output(config: Config, state: State, output: float) -> float:
     """A value within the limits of OUT."""
     if config.low <= output <= config.high:
         state.status &= ~LIMITED
@@ -197,29 +196,30 @@ def limited(config: Config, state: State, output: float) -> float:
     return clamp(output, config.low, config.high)
 
 
-def by_hand(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
+def output_manual(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
     """OUT is what the operator wants."""
-    move(config, state, limited(config, state, state.manual))
-    put_back(state, proportional_term, derivative_term)
+    move_output(config, state, limit_output(config, state, state.manual))
+    restore_integral(state, proportional_term, derivative_term)
 
 
-def calculate(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
-    """OUT of the equation."""
-    # The integral with its anti-windup (D300: what pushes the output beyond a limit is not taken)
+def calculate_output(config: Config, state: State, proportional_term: float, derivative_term: float) -> None:
+    """OUT = P + I + D + BIAS, where I sums Ki e (D299)."""
+    # I. D301: bumpless first calculation
     previous_output = state.out
     step = state.ki * state.error
     if state.busy & BUMPLESS:
-        put_back(state, proportional_term, derivative_term)
+        restore_integral(state, proportional_term, derivative_term)
         step = 0.0
     integral = state.integral + step if state.ki > 0.0 else 0.0
     output = ((proportional_term + integral) + derivative_term) + state.bias
     if not isfinite(output):
         return
+    # D300: anti-windup at limits
     if config.without_anti_windup or not (
         (output > config.high and step > 0.0) or (output < config.low and step < 0.0)
     ):
         state.integral = integral
-    move(config, state, limited(config, state, output))
+    move_output(config, state, limit_output(config, state, output))
     if (
         state.busy & BUMPLESS
         and state.ki <= 0.0
@@ -234,7 +234,7 @@ def calculate(config: Config, state: State, proportional_term: float, derivative
 FOREVER = float("inf")
 
 
-def watch(config: Config, state: State) -> None:
+def renew_alarms(config: Config, state: State) -> None:
     """Renew the alarms (kernel)."""
     status = latched(state.status, LOW_LOW, config.low_low_at - state.pv, config.hysteresis)
     status = latched(status, LOW, config.low_at - state.pv, config.hysteresis)

@@ -26,14 +26,14 @@ from pidcfg.sim.controllers.generic.equation import (
     TRACKING,
     Config,
     State,
-    by_hand,
-    calculate,
-    compare,
-    derivative,
-    measure,
+    calculate_derivative,
+    calculate_error,
+    calculate_output,
+    measure_pv,
+    output_manual,
     pulse,
-    put_back,
-    watch,
+    renew_alarms,
+    restore_integral,
 )
 from pidcfg.sim.controllers.generic.plc import Generic, load
 from pidcfg.sim.controllers.kernels import clamp
@@ -43,7 +43,7 @@ from pidcfg.sim.costs import COSTS
 __all__ = ["COST", "INLINED", "Config", "Generic", "Options", "State", "load", "sample", "scan"]
 
 
-def switch(config: Config, state: State) -> None:
+def switch_mode(config: Config, state: State) -> None:
     """The requested mode takes effect, without a bump (D301)."""
     if state.wanted_mode == MANUAL and not state.status & MANUAL:
         if state.busy & MANUAL_SET == 0:
@@ -56,7 +56,7 @@ def switch(config: Config, state: State) -> None:
     state.status = (state.status & ~MODES) | state.wanted_mode
 
 
-def follows(i: int, configs: list[Config], states: list[State]) -> bool:
+def tracks_slave(i: int, configs: list[Config], states: list[State]) -> bool:
     """Whether the loop has slaves, and none of them is in cascade."""
     if configs[i].slave < 0:
         return False
@@ -70,27 +70,27 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     """One calculation of a loop."""
     config = configs[i]
     state = states[i]
-    measure(config, state, signals[config.sig_in])
+    measure_pv(config, state, signals[config.sig_in])
     if state.busy & REQUEST:
-        switch(config, state)
+        switch_mode(config, state)
     if state.status & CASCADE and config.source >= 0:
         state.sp = states[config.source].out
     state.sp = clamp(state.sp, config.sp_low, config.sp_high)
-    compare(config, state)
+    calculate_error(config, state)
     proportional_term = state.kp * state.error if config.proportional else 0.0
-    derivative_term = derivative(config, state)
+    derivative_term = calculate_derivative(config, state)
     state.busy &= ~FRESH
     state.status &= ~TRACKING
     if state.status & MANUAL:
-        by_hand(config, state, proportional_term, derivative_term)
-    elif follows(i, configs, states):
+        output_manual(config, state, proportional_term, derivative_term)
+    elif tracks_slave(i, configs, states):
         state.status = (state.status & ~(LIMITED | SLOWED)) | TRACKING
         state.out = clamp(states[config.slave].sp, config.low, config.high)
-        put_back(state, proportional_term, derivative_term)
+        restore_integral(state, proportional_term, derivative_term)
         state.busy |= BUMPLESS
     else:
-        calculate(config, state, proportional_term, derivative_term)
-    watch(config, state)
+        calculate_output(config, state, proportional_term, derivative_term)
+    renew_alarms(config, state)
     signals[config.sig_pv] = state.pv
     signals[config.sig_sp] = state.sp
     signals[config.sig_out] = state.out
@@ -110,6 +110,6 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             pulse(tick, configs[i], state, signals)
 
 
-INLINED = (scan, sample, measure, compare, derivative, calculate, watch)
+INLINED = (scan, sample, measure_pv, calculate_error, calculate_derivative, calculate_output, renew_alarms)
 """The hot path of compiled code."""
 COST = COSTS["generic"]
