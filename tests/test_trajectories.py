@@ -34,17 +34,22 @@ from pidcfg.sim.engine.run import Settings, options, simulate
 from pidcfg.vendors import VENDORS
 
 FOLDER = Path(__file__).with_name("trajectories")
-OWN = {"mode", "autotune", "plc", "ramp_soak", "disturb", "pv"}
-"""Keys of an event that are no parameters; as a section of parameters some of them are."""
+KEYS = {
+    "shows", "loop", "loops", "file", "places", "pv", "step", "plants", "scenario", "events", "samples", "within",
+    "share", "notes", "tuned", "each",
+}  # fmt: skip
+"""What a case may have."""
+EVENT_KEYS = {"mode", "autotune", "plc", "ramp_soak", "disturb", "pv"}
+"""Keys of an event that are no parameters; with a mapping all but ``disturb`` are sections of parameters."""
 BASIS = re.compile(r"\(.+\)$")
 """The end of what a case shows."""
-OF_LOOP = re.compile(r"(?:(L\d)\.)?(.+)")
-"""A name of a sample, with its loop or without."""
-AFTER = 100
-"""Base steps that a run goes on, since a scenario has ten samples at least."""
+SAMPLE_NAME = re.compile(r"(?:(L\d)\.)?(.+)")
+"""A signal, mode, flag or alarm, with its loop or without."""
+EXTRA_STEPS = 100
+"""Base steps that a run goes on, since a scenario has ten samples of each loop at least."""
 
 
-def cases():
+def read_cases():
     """Every case with what its file says of all of them; the variants of ``each`` are cases of their own."""
     for path in sorted(FOLDER.glob("*/*.yaml")):
         common = YAML(typ="safe", pure=True).load(path.read_text("utf-8"))
@@ -55,42 +60,47 @@ def cases():
                 yield pytest.param(path.parent.name, whole, id=f"{path.parent.name}: {case['shows']}{end}")
 
 
-def configuration(vendor, case):
-    """The configuration: loops L1, L2 … that differ from the file's by what the case says."""
+def make_configuration(vendor, case):
+    """Loops L1, L2 … that differ from the file's by what the case says."""
     loops = [
-        merged(case["loop"] | {key: names[i] for key, names in case["places"].items()}, {"name": f"L{i + 1}"} | own)
-        for i, own in enumerate(case.get("loops", [{}]))
+        merged(case["loop"] | {key: names[i] for key, names in case["places"].items()}, {"name": f"L{i + 1}"} | given)
+        for i, given in enumerate(case.get("loops", [{}]))
     ]
     return {"pidcfg": 1, "vendor": vendor, **case.get("file", {}), "loops": loops}
 
 
-def measurements(case):
-    """Measurements by loop, one a base step; the last one stays."""
+def list_measurements(case):
+    """Measurements by loop, one a base step."""
     given = case.get("pv", [0])
     by_loop = given if isinstance(given, dict) else {"L1": given}
     return {loop: pvs if isinstance(pvs, list) else [pvs] for loop, pvs in by_loop.items()}
 
 
-def events(case, step):
-    """Events of a scenario; those of number k come before sample k, the first of which is 0."""
-    for loop, pvs in measurements(case).items():
+def make_event(given):
+    """An event of a scenario, but for its time."""
+    keys = {key for key in given.keys() & EVENT_KEYS if key == "disturb" or not isinstance(given[key], dict)}
+    parameters = {key: value for key, value in given.items() if key not in keys | {"loop", "plant"}}
+    target = {} if "plc" in given else {"plant": given["plant"]} if "plant" in given else {"loop": "L1"}
+    if "loop" in given:
+        target = {"loop": given["loop"]}
+    return target | {key: given[key] for key in keys} | ({"set": parameters} if parameters else {})
+
+
+def make_events(case, step):
+    """Changes of measurements, and the events of the case; those of number k come before sample k."""
+    for loop, pvs in list_measurements(case).items():
         for k, (before, pv) in enumerate(pairwise(pvs), 1):
             if pv != before:
                 yield {"at": k * step, "set": {f"pv_{loop}": pv}}
     for k, given in case.get("events", {}).items():
         for event in given if isinstance(given, list) else [given]:
-            own = {key for key in event.keys() & OWN if key == "disturb" or not isinstance(event[key], dict)}
-            what = {key: event[key] for key in own}
-            values = {key: value for key, value in event.items() if key not in own | {"loop", "plant"}}
-            what |= {"set": values} if values else {}
-            of = {key: event[key] for key in ("plant",) if key in event} or {"loop": event.get("loop", "L1")}
-            yield {"at": k * step, **({} if "plc" in event else of), **what}
+            yield {"at": k * step, **make_event(event)}
 
 
-def scenario(case, count):
-    """The scenario that runs so many base steps."""
+def make_scenario(case, count):
+    """The scenario that runs so many base steps, and some more."""
     step = Decimal(str(case.get("step", "0.1")))
-    pvs, plants = measurements(case), case.get("plants", {})
+    pvs, plants = list_measurements(case), case.get("plants", {})
     loops = [f"L{i + 1}" for i, _ in enumerate(case.get("loops", [{}])) if f"L{i + 1}" not in plants]
     return Scenario.model_validate(
         {
@@ -98,11 +108,11 @@ def scenario(case, count):
             "scenario": case["shows"],
             "config": "none.yaml",
             "step": step,
-            "duration": (count + AFTER) * step,
+            "duration": (count + EXTRA_STEPS) * step,
             "signals": {f"pv_{loop}": pvs.get(loop, [0])[0] for loop in loops},
             "connect": {f"{loop}.PV": f"pv_{loop}" for loop in loops},
             "plants": plants,
-            "events": [*events(case, step)],
+            "events": [*make_events(case, step)],
             **case.get("scenario", {}),
         }
     )
@@ -113,60 +123,59 @@ class Run:
 
     def __init__(self, vendor, case, count):
         vendor = VENDORS[vendor]
-        plan, controller, sink = scenario(case, count), vendor.module("controller"), io.StringIO()
-        image = vendor.encoder(vendor.model.model_validate(configuration(vendor.key, case))).image
+        plan, controller, sink = make_scenario(case, count), vendor.module("controller"), io.StringIO()
+        image = vendor.encoder(vendor.model.model_validate(make_configuration(vendor.key, case))).image
+        plcs = [controller.load(image, options(plan, controller)) for _ in range(2)]
+        self.alarms = plcs[1].alarm_bits
         settings = Settings("python", trend=sink, judged=False)
-        self.report = simulate(plan, lambda: controller.load(image, options(plan, controller)), controller, settings)
+        self.report = simulate(plan, lambda: plcs[0], controller, settings)
         self.rows = list(csv.DictReader(io.StringIO(sink.getvalue())))[:count]
+        self.times = [float(row["time"]) for row in self.rows]
 
     def samples(self, name):
         """A signal, the mode, or an alarm or flag as 0 and 1."""
-        loop, what = split(name)
-        if f"{loop}.{what}" in self.rows[0]:
-            return [float(row[f"{loop}.{what}"]) for row in self.rows]
-        found, times = self.report.loops[loop], [float(row["time"]) for row in self.rows]
-        if what == "mode":
-            return [[found.first_mode, *(m.mode for m in found.modes if m.at <= time)][-1] for time in times]
-        spans = [(a.at, a.cleared) for a in found.alarms if a.alarm == what]
-        spans += [(c.at, c.until) for c in found.conditions if c.name == what]
-        return [int(any(at <= time and (end is None or time < end) for at, end in spans)) for time in times]
+        loop, signal = SAMPLE_NAME.fullmatch(name).groups("L1")
+        if f"{loop}.{signal}" in self.rows[0]:
+            return [float(row[f"{loop}.{signal}"]) for row in self.rows]
+        report = self.report.loops[loop]
+        if signal == "mode":
+            return [[report.first_mode, *(m.mode for m in report.modes if m.at <= time)][-1] for time in self.times]
+        assert signal in {*self.alarms, *report.flags}, f"{name} is nothing that a run shows"
+        spans = [(a.at, a.cleared) for a in report.alarms if a.alarm == signal]
+        spans += [(c.at, c.until) for c in report.conditions if c.name == signal]
+        return [int(any(on <= time and (off is None or time < off) for on, off in spans)) for time in self.times]
 
     @property
     def notes(self):
         """What the report tells, in the order of time: notes, and reasons of modes."""
-        said = [(note.at, note.text) for note in self.report.notes]
-        said += [(m.at, m.reason) for loop in self.report.loops.values() for m in loop.modes if m.reason]
-        return [text for at, text in sorted(said, key=lambda item: item[0]) if at <= float(self.rows[-1]["time"])]
+        notes = [(note.at, note.text) for note in self.report.notes]
+        notes += [(m.at, m.reason) for loop in self.report.loops.values() for m in loop.modes if m.reason]
+        return [text for at, text in sorted(notes, key=lambda note: note[0]) if at <= self.times[-1]]
 
 
-def split(name):
-    """The loop and the signal of a name; L1 where it has no loop."""
-    loop, what = OF_LOOP.fullmatch(name).groups()
-    return loop or "L1", what
-
-
-def expected(case):
-    """Expected values: name, number of the sample, value."""
-    for name, told in case["samples"].items():
-        for numbers, value in told.items() if isinstance(told, dict) else enumerate(told):
+def list_samples(case):
+    """Expected samples: name, number, value."""
+    for name, values in case["samples"].items():
+        for numbers, value in values.items() if isinstance(values, dict) else enumerate(values):
             first, _, last = str(numbers).partition("-")
             for k in range(int(first), int(last or first) + 1) if value is not None else ():
                 yield name, k, value
 
 
-@pytest.mark.parametrize(("vendor", "case"), [*cases()])
-def test_a_run_shows_the_samples_that_are_told(vendor, case):
+@pytest.mark.parametrize(("vendor", "case"), [*read_cases()])
+def test_a_run_shows_the_expected_samples(vendor, case):
+    assert case.keys() <= KEYS, case.keys() - KEYS
     assert BASIS.search(case["shows"]), "the manual's place or the decision stands behind what a case shows"
-    count = 1 + max(k for _, k, _ in expected(case))
-    run, within = Run(vendor, case, max(count, *map(len, measurements(case).values()))), case.get("within", 0)
-    found = {name: run.samples(name) for name in case["samples"]}
+    counts = [1 + k for _, k, _ in list_samples(case)]
+    run = Run(vendor, case, max(*counts, *map(len, list_measurements(case).values())))
+    samples, within = {name: run.samples(name) for name in case["samples"]}, case.get("within", 0)
 
-    for name, k, value in expected(case):
-        near = within.get(name, 0) if isinstance(within, dict) else within
-        told = value if isinstance(value, str) else pytest.approx(value, rel=case.get("share", 0), abs=near)
-        assert found[name][k] == told, f"{name}, sample {k}"
+    for name, k, value in list_samples(case):
+        tolerance = within.get(name, 0) if isinstance(within, dict) else within
+        expected = value if isinstance(value, str) else pytest.approx(value, rel=case.get("share", 0), abs=tolerance)
+        assert samples[name][k] == expected, f"{name}, sample {k}"
     if "notes" in case:
         assert run.notes == case["notes"]
     if "tuned" in case:
-        tuned, told = run.report.loops["L1"].autotune, case["tuned"]
-        assert (tuned and {key: tuned[key] for key in told or tuned}) == told
+        tuned, expected = run.report.loops["L1"].autotune, case["tuned"]
+        assert (tuned and {key: tuned[key] for key in expected or tuned}) == expected
