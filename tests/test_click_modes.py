@@ -14,7 +14,7 @@ from pidcfg.encoders.maps.click import ERRORS
 from pidcfg.sim.controllers.click.equation import ALARMS
 from pidcfg.sim.controllers.click.operate import ALARM_BITS, FLAG_BITS
 from pidcfg.sim.controllers.click.plc import Click
-from pidcfg.sim.controllers.kernels import noticed
+from pidcfg.sim.controllers.kernels import add_notice
 from rig_plants import Fixed
 
 
@@ -160,7 +160,7 @@ def test_a_bias_that_is_no_number_comes_from_an_output_that_is_none():
 
 
 def test_a_notice_knows_what_was_requested():
-    number = noticed(noticed(0, 2, 100 + 12), 0, 4)
+    number = add_notice(add_notice(0, 2, 100 + 12), 0, 4)
 
     assert Click.requested(number) == "auto"
     assert Click.describe(number) == (

@@ -62,8 +62,8 @@ def test_the_ultimate_cycle_of_a_relay_with_hysteresis(band, swing):
     c = Config(lowest_mv=0.0, highest_mv=100.0, dependent=1)
     s = State(
         period=500_000,
-        tune_top=80.0,
-        tune_bottom=20.0,
+        tune_mv_high=80.0,
+        tune_mv_low=20.0,
         tune_swing=20.0,
         tune_band=band,
         tune_count=47,
@@ -104,7 +104,7 @@ def test_the_independent_form_gets_gains():
 def test_everything_that_is_written_is_single_precision(dependent):
     s = tuned(PID_EQ=dependent, BIAS=0.1).st[0]
 
-    for value in (s.gain, s.reset, s.rate, s.filter_time, s.integral, s.tune_bottom, s.tune_top):
+    for value in (s.gain, s.reset, s.rate, s.filter_time, s.integral, s.tune_mv_low, s.tune_mv_high):
         assert value == single(value)
 
 
@@ -159,7 +159,7 @@ def test_the_balanced_relay_moves_a_little_even_at_a_limit():
     c, s = Config(lowest_mv=1000.0, highest_mv=5000.0), State()
     balance(c, s, 5000.0)
 
-    assert (s.tune_bottom, s.tune_top, s.tune_rounds) == (4980.0, 5000.0, 1)
+    assert (s.tune_mv_low, s.tune_mv_high, s.tune_rounds) == (4980.0, 5000.0, 1)
 
 
 def test_every_autotune_is_balanced_anew():
@@ -311,7 +311,7 @@ def test_a_pv_that_answers_no_more():
 
 
 def test_a_swing_of_nothing_is_no_answer():
-    c, s = Config(highest_mv=100.0), State(tune_top=100.0, tune_count=40)
+    c, s = Config(highest_mv=100.0), State(tune_mv_high=100.0, tune_count=40)
     measure(c, s)
 
     assert (s.tune_done, REASONS[s.tune_reason]) == (2, "autotune stopped: PV does not answer")

@@ -93,7 +93,7 @@ def test_every_operand_reaches_the_controller():
     c, s = plc.cfg[0], plc.st[0]
 
     assert (c.period, s.period, s.sampling_time) == (1_000_000, 1_000_000, 1.0)
-    assert (c.manual, c.mout_follows, c.dependent, c.derivative_of_pv, c.forward) == (0, 1, 1, 1, 1)
+    assert (c.manual, c.mout_follows, c.dependent, c.derivative_on_pv, c.forward_action) == (0, 1, 1, 1, 1)
     assert (c.dead_band, s.bias, c.lowest_mv, c.highest_mv) == (0.5, 3.0, 10.0, 4000.0)
     assert (s.sp, s.reset, s.rate, s.filter_time, s.mout, s.mode) == (80.0, 180.0, 20.0, 2.0, 15.0, 0)
     assert s.gain == single(12.1) != 12.1, "the number in the PLC, not its shortest decimal"
@@ -107,7 +107,7 @@ def test_every_operand_reaches_the_controller():
 
 @pytest.mark.parametrize("name", ["PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR"])
 def test_each_choice_is_its_own(name):
-    fields = ("manual", "mout_follows", "dependent", "derivative_of_pv", "forward")
+    fields = ("manual", "mout_follows", "dependent", "derivative_on_pv", "forward_action")
     found = {field: [getattr(load(program_of({name: on})).cfg[0], field) for on in (False, True)] for field in fields}
     own = dict(zip(("PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR"), fields, strict=True))[name]
 
@@ -158,7 +158,7 @@ def test_an_operand_that_a_listing_lacks_is_false_or_0_but_for_pid_run():
     c, s = plc.cfg[0], plc.st[0]
 
     assert (plc.loops, plc.goals, plc.problems) == (["L1"], ["auto"], [])
-    assert (c.forward, c.lowest_mv, c.highest_mv, s.gain, s.period) == (0, 0.0, 0.0, 0.0, 1000)
+    assert (c.forward_action, c.lowest_mv, c.highest_mv, s.gain, s.period) == (0, 0.0, 0.0, 0.0, 1000)
 
 
 def test_a_loop_name_may_have_dots():
@@ -233,7 +233,14 @@ def test_every_operand_can_be_set():
             plc.set(0, (name,), plc.check_set(0, (name,), values[row.type.kind]), plc.sig)
     c, s = plc.cfg[0], plc.st[0]
 
-    assert (c.manual, c.mout_follows, c.dependent, c.derivative_of_pv, c.forward, s.wanted_mode) == (1, 1, 1, 1, 1, 1)
+    assert (c.manual, c.mout_follows, c.dependent, c.derivative_on_pv, c.forward_action, s.wanted_mode) == (
+        1,
+        1,
+        1,
+        1,
+        1,
+        1,
+    )
     assert (c.dead_band, s.bias, c.lowest_mv, c.highest_mv, s.mode, s.period) == (1.5, 1.5, 1.5, 1.5, 2, 2000)
     assert (s.sp, s.gain, s.reset, s.rate, s.filter_time, s.mout, s.integral) == (1.5,) * 7
 

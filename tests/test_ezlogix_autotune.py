@@ -267,7 +267,7 @@ def test_the_timeout_register_is_the_countdown():
     machine = plc({"autotune": {"timeout": 600}})
     machine.autotune(0, "start")
     play(machine, 5, [0.0])
-    assert machine.st[0].tune_left == 600_000_000 - 500_000
+    assert machine.st[0].tune_countdown == 600_000_000 - 500_000
     change(machine, "autotune.timeout", 0)
     said = play(machine, 1, [0.0], start=5)
 

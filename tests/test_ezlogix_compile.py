@@ -40,9 +40,9 @@ def random_config(rng, i, n):
     c.pv_min, c.pv_max, c.pv_span, c.pv_low, c.pv_width = low, high, high - low, -20.0, 140.0
     c.out_low, c.out_width = rng.choice([(0.0, 4095.0), (-10.0, 73.0)])
     c.runs_when_stopped, c.fetches_pv, c.carries_output = (int(rng.random() < 0.5) for _ in range(3))
-    c.feeds = rng.randrange(n) if n > 1 and rng.random() < 0.3 else -1
-    c.feeds = -1 if c.feeds == i else c.feeds
-    c.fed_by = rng.choice([-1, -1, (i + 1) % n]) if n > 1 else -1
+    c.inner_loop = rng.randrange(n) if n > 1 and rng.random() < 0.3 else -1
+    c.inner_loop = -1 if c.inner_loop == i else c.inner_loop
+    c.outer_loop = rng.choice([-1, -1, (i + 1) % n]) if n > 1 else -1
     c.direct, c.velocity, c.anti_windup, c.tune_pi = (int(rng.random() < 0.5) for _ in range(4))
     c.square_root = int(rng.random() < 0.25)
     c.scale = c.pv_span**0.5 if c.square_root else 1.0
@@ -65,7 +65,7 @@ def random_state(rng, c):
     s.rate = rng.choice([0.0, 0.0, 0.9])
     s.sp = nearest(c.pv_min + (c.pv_span**0.5 if c.square_root else c.pv_span) * rng.random())
     s.out = nearest(4095.0 * rng.random())
-    s.tune_left = c.timeout
+    s.tune_countdown = c.timeout
     coefficients(s)
     return s
 

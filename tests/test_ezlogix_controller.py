@@ -152,7 +152,7 @@ def test_from_then_on_it_keeps_its_rate():
 def test_a_cv_tag_that_is_a_set_point_register_makes_a_cascade():
     outer = {"output": {"tag": "R201"}, "tuning": {"proportional_gain": 1}, "setpoint": {"value": 2000}, "mode": "auto"}
     machine = plc(outer, {"setpoint": {"value": 700}, "mode": "auto"}, {"output": {"tag": "R102"}})
-    assert [c.feeds for c in machine.cfg] == [1, -1, -1]
+    assert [c.inner_loop for c in machine.cfg] == [1, -1, -1]
     assert machine.st[0].out == 700.0, "the register already holds the inner loop's set point"
     play(machine, 1, [1700.0, 0.0, 0.0])
 

@@ -178,7 +178,7 @@ def test_a_physical_cv_tag_is_no_register():
     made = image({"output": {"tag": "OR201"}}, {"setpoint": {"value": 700}})
     machine = load(made)
 
-    assert (machine.cfg[0].feeds, machine.st[0].out) == (-1, 0.0)
+    assert (machine.cfg[0].inner_loop, machine.st[0].out) == (-1, 0.0)
 
 
 def test_signals_before_the_first_sample():
@@ -191,7 +191,7 @@ def test_signals_before_the_first_sample():
     assert machine.sig[BIAS] == pytest.approx(10.0, abs=0.01)
     assert (machine.sig[PV], machine.sig[CV], machine.sig[STATUS]) == (0.0, 0.0, 0.0)
     elsewhere = plc({"pv": {"tag": "IR1", "range": [10, 110], "counts": [819, 4095]}})
-    assert (elsewhere.sig[PV], elsewhere.st[0].tune_left) == (10.0, 600_000_000)
+    assert (elsewhere.sig[PV], elsewhere.st[0].tune_countdown) == (10.0, 600_000_000)
 
 
 def test_any_memory_can_be_run():
@@ -246,7 +246,7 @@ def test_any_memory_can_be_run():
         ("integral_time", "off", "ki", 0.0),
         ("derivative_time", 2, "rate", 2.0),
         ("sample_rate", "500 ms", "period", 500_000),
-        ("autotune.timeout", 60, "tune_left", 60_000_000),
+        ("autotune.timeout", 60, "tune_countdown", 60_000_000),
     ],
 )
 def test_set_writes_registers(key, value, name, expected):

@@ -293,5 +293,5 @@ def test_a_mode_that_holds_already_is_no_request():
 
 def test_without_a_filter_the_derivative_is_exact_whatever_came_before():
     s = State(pv=3.0, previous_pv=1.0, kd=2.0, derivative_share=1.0, filtered_difference=1e17)
-    assert calculate_derivative(Config(derivative_on_error=0, raises=0), s) == 4.0
+    assert calculate_derivative(Config(derivative_on_error=0, output_raises_pv=0), s) == 4.0
     assert s.filtered_difference == 2.0

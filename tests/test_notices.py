@@ -47,7 +47,7 @@ from pidcfg.sim.controllers.ezlogix.equation import State as EzlogixState
 from pidcfg.sim.controllers.generic import equation as generic_state
 from pidcfg.sim.controllers.generic import operate as generic_operate
 from pidcfg.sim.controllers.generic import operate as generic_report
-from pidcfg.sim.controllers.kernels import noticed, notices
+from pidcfg.sim.controllers.kernels import add_notice, notices
 from pidcfg.sim.controllers.nextopid import operate as nextopid_operate
 from pidcfg.sim.controllers.nextopid import operate as nextopid_report
 from pidcfg.sim.controllers.nextopid import terms as nextopid_state
@@ -87,11 +87,11 @@ def test_notices_are_read_as_they_were_left(left):
     """Up to five of them, of any reason and request that have room."""
     number = 0
     for requested, reason in left:
-        number = noticed(number, requested, reason)
+        number = add_notice(number, requested, reason)
     assert notices(number) == left
     for _ in range(5 - len(left)):
-        number = noticed(number, 0, 3)
-    assert notices(noticed(number, 1, 2)) == [*left, *[(0, 3)] * (5 - len(left))], "there is no room for a sixth"
+        number = add_notice(number, 0, 3)
+    assert notices(add_notice(number, 1, 2)) == [*left, *[(0, 3)] * (5 - len(left))], "there is no room for a sixth"
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_notices_are_read_as_they_were_left(left):
     ],
 )
 def test_the_end_of_an_autotune_leaves_what_was_told_before_it(leave, state, reason):
-    s = state(notice=noticed(0, 1, 5), tune_drift=9.0)
+    s = state(notice=add_notice(0, 1, 5), tune_drift=9.0)
     leave(s)
     assert notices(s.notice) == [(1, 5), (0, reason)]
 

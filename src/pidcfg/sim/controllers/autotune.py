@@ -122,15 +122,15 @@ def judge_response(
     ``count`` is the resolution of the PV and ``rest`` what a PV at rest may still move; after the ``last_step`` every
     answer above the noise counts.
     """
-    n = state.tune_points
-    few = max(1, n // 12)
-    last = first + n
-    change = mean(aux, last - few, few)
+    points = state.tune_points
+    window = max(1, points // 12)
+    last = first + points
+    change = mean(aux, last - window, window)
     detectable = max(4.0 * count, 6.0 * state.tune_noise)
     if change >= ENOUGH * span and change >= detectable:
         return ANSWERED, change
-    if change > detectable and n >= 24:
-        moved = change - mean(aux, last - n // 3, few)
+    if change > detectable and points >= 24:
+        moved = change - mean(aux, last - points // 3, window)
         if moved <= max(SMALL * change, state.tune_noise, rest):
             if last_step or change >= SMALL * span:
                 return ANSWERED, change
@@ -179,17 +179,17 @@ def begin_noise(state: CurveState) -> None:
     state.tune_drift = 0.0
 
 
-def measure_noise(state: CurveState, p: float) -> bool:
+def measure_noise(state: CurveState, pv: float) -> bool:
     """One more sample at rest (kernel).
 
     After the last one the noise, from second differences, the mean and the slope of a regression line are known.
     """
     if state.tune_count >= 2:
-        state.tune_sum += abs(p - 2.0 * state.tune_a + state.tune_b)
-    state.tune_b = state.tune_a
-    state.tune_a = p
-    state.tune_base += p
-    state.tune_drift += (state.tune_count - (OBSERVED - 1) / 2.0) * p
+        state.tune_sum += abs(pv - 2.0 * state.tune_pv_1 + state.tune_pv_2)
+    state.tune_pv_2 = state.tune_pv_1
+    state.tune_pv_1 = pv
+    state.tune_base += pv
+    state.tune_drift += (state.tune_count - (OBSERVED - 1) / 2.0) * pv
     state.tune_count += 1
     if state.tune_count < OBSERVED:
         return False
@@ -208,18 +208,18 @@ def begin_cycle(state: RelayState) -> None:
     state.tune_swing = 0.0
 
 
-def relay_switch(state: RelayState, p: float, e: float, band: float) -> int:
+def relay_switch(state: RelayState, pv: float, error: float, band: float) -> int:
     """One sample under the relay: 0, or the sign of the error that switches it, once beyond the band (kernel)."""
     state.tune_count += 1
     if state.tune_turns:
-        state.tune_high = max(state.tune_high, p)
-        state.tune_low = min(state.tune_low, p)
+        state.tune_high = max(state.tune_high, pv)
+        state.tune_low = min(state.tune_low, pv)
     side = 0
     if state.tune_side == 0:
-        side = -1 if e < 0.0 else 1
-    elif state.tune_side > 0 and e < -band:
+        side = -1 if error < 0.0 else 1
+    elif state.tune_side > 0 and error < -band:
         side = -1
-    elif state.tune_side < 0 and e > band:
+    elif state.tune_side < 0 and error > band:
         side = 1
     if side == 0:
         return 0
@@ -252,8 +252,8 @@ def ultimate_gain(state: RelayState, step: float, band: float, least: float) -> 
 
     ``band`` is its hysteresis, ``least`` the least square that is taken for the swing's amplitude without it.
     """
-    half = state.tune_swing / 4.0
-    return 2.0 * step / (PI * sqrt(max(half * half - band * band, least)))
+    amplitude = state.tune_swing / 4.0
+    return 2.0 * step / (PI * sqrt(max(amplitude * amplitude - band * band, least)))
 
 
 def curve_gains(only_pi: int, gain: float, dead: float) -> Gains:

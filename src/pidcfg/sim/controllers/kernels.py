@@ -141,8 +141,9 @@ class CurveState(LoopState):
     """How far the PV moved each sample before the step."""
     tune_out: float = 0.0
     """Output before the autotune."""
-    tune_a: float = 0.0
-    tune_b: float = 0.0
+    tune_pv_1: float = 0.0
+    """PV at n-1 and n-2."""
+    tune_pv_2: float = 0.0
 
 
 @dataclass(slots=True)
@@ -191,42 +192,42 @@ SINGLE = array("f", [0.0])
 """A number that is stored here is rounded to single precision."""
 
 
-def clamp(x: float, low: float, high: float) -> float:
+def clamp(value: float, low: float, high: float) -> float:
     """The value within its limits; where they contradict each other, the low limit wins."""
-    if x > high:
-        x = high
-    if x < low:
-        x = low
-    return x
+    if value > high:
+        value = high
+    if value < low:
+        value = low
+    return value
 
 
-def nearest(x: float) -> float:
+def nearest(value: float) -> float:
     """The nearest whole number, half to even; exact below 2**51."""
-    return x + NEAREST - NEAREST
+    return value + NEAREST - NEAREST
 
 
-def finite(x: float, otherwise: float) -> float:
+def finite(value: float, otherwise: float) -> float:
     """The number itself if it is finite, else ``otherwise``."""
-    return x if isfinite(x) else otherwise
+    return value if isfinite(value) else otherwise
 
 
-def step_to(x: float, target: float, step: float) -> float:
-    """From ``x`` towards ``target`` by at most ``step``."""
-    if x < target:
-        return target if target - x <= step else x + step
-    return target if x - target <= step else x - step
+def step_to(value: float, target: float, step: float) -> float:
+    """From ``value`` towards ``target`` by at most ``step``."""
+    if value < target:
+        return target if target - value <= step else value + step
+    return target if value - target <= step else value - step
 
 
-def single(x: float) -> float:
+def single(value: float) -> float:
     """The nearest single-precision number, half to even; infinite beyond them.
 
     Compiled code has `pidcfg.sim.engine.compile.native_single` in its place.
     """
-    SINGLE[0] = x
+    SINGLE[0] = value
     return SINGLE[0]
 
 
-def latched(status: int, bit: int, excess: float, hysteresis: float) -> int:
+def renew_alarm(status: int, bit: int, excess: float, hysteresis: float) -> int:
     """The status with one alarm bit renewed; ``excess`` is how far the PV is beyond the limit.
 
     Hysteresis acts on the way back (D46, D122).
@@ -257,7 +258,7 @@ GOAL_ENDS = (
 """What a mode request of an event puts an end to (D643); the reason's number is the vendor's."""
 
 
-def noticed(notice: int, requested: int, reason: int) -> int:
+def add_notice(notice: int, requested: int, reason: int) -> int:
     """The notices with one more (kernel)."""
     if notice < NOTICE_LIMIT:
         return notice * NOTICES + (requested << REASON_BITS) + reason
@@ -266,12 +267,12 @@ def noticed(notice: int, requested: int, reason: int) -> int:
 
 def tell_request(state: RequestState, reason: int) -> None:
     """Leave a notice about the mode that was requested last (kernel)."""
-    state.notice = noticed(state.notice, state.requested, reason)
+    state.notice = add_notice(state.notice, state.requested, reason)
 
 
 def tell(state: LoopState, reason: int, requested: int = 0) -> None:
     """Leave a notice for the log, from outside the kernels."""
-    state.notice = noticed(state.notice, requested, reason)
+    state.notice = add_notice(state.notice, requested, reason)
 
 
 def notices(notice: int) -> list[tuple[int, int]]:

@@ -41,7 +41,7 @@ from pidcfg.sim.controllers.click.equation import (
     State,
     coefficients,
 )
-from pidcfg.sim.controllers.kernels import clamp, nearest, noticed, single
+from pidcfg.sim.controllers.kernels import add_notice, clamp, nearest, single
 from pidcfg.sim.controllers.plc import TICKS
 
 # --- How an autotune of the CLICK begins and ends: the output is restored, results go to their registers (D125) -------
@@ -114,7 +114,7 @@ def fail(state: State, reason: int) -> None:
     state.tune_done = FAILED
     state.status = (state.status & ~MODES) | AUTO | TUNE_ERROR
     state.requested = 0
-    state.notice = noticed(state.notice, 0, reason)
+    state.notice = add_notice(state.notice, 0, reason)
 
 
 def store(config: Config, state: State, gain: float, reset: float, rate: float, seconds: float) -> None:
@@ -170,7 +170,7 @@ def measure(config: Config, state: State, aux: list[float], change: float) -> No
         fail(state, TUNE_NO_RESPONSE)
         return
     if was_moving(state, slope, 0.0):
-        state.notice = noticed(state.notice, 0, TUNE_MOVING)
+        state.notice = add_notice(state.notice, 0, TUNE_MOVING)
     gain, reset, rate, sample = curve_gains(
         config.tune_pi, STEP * (config.out_high - config.out_low) / (dead * slope), dead
     )

@@ -16,10 +16,10 @@ from pidcfg.sim.controllers.kernels import (
     LoopConfig,
     RequestState,
     clamp,
-    latched,
     read_registers,
     register,
     register_values,
+    renew_alarm,
     single,
 )
 from pidcfg.sim.controllers.plc import TICKS
@@ -382,16 +382,16 @@ def calculate_output(config: Config, state: State) -> float:
 
 def renew_pv_alarms(config: Config, status: int, pv: float) -> int:
     """The four alarms of the PV itself."""
-    status = latched(status, LOW_LOW, single(config.low_low - pv), config.hysteresis)
-    status = latched(status, LOW, single(config.low - pv), config.hysteresis)
-    status = latched(status, HIGH, single(pv - config.high), config.hysteresis)
-    return latched(status, HIGH_HIGH, single(pv - config.high_high), config.hysteresis)
+    status = renew_alarm(status, LOW_LOW, single(config.low_low - pv), config.hysteresis)
+    status = renew_alarm(status, LOW, single(config.low - pv), config.hysteresis)
+    status = renew_alarm(status, HIGH, single(pv - config.high), config.hysteresis)
+    return renew_alarm(status, HIGH_HIGH, single(pv - config.high_high), config.hysteresis)
 
 
 def renew_deviation_alarms(config: Config, status: int, away: float) -> int:
     """The two alarms of the distance from the set point."""
-    status = latched(status, DEVIATION_HIGH, single(away - config.deviation_high), config.hysteresis)
-    return latched(status, DEVIATION_HIGH_HIGH, single(away - config.deviation_high_high), config.hysteresis)
+    status = renew_alarm(status, DEVIATION_HIGH, single(away - config.deviation_high), config.hysteresis)
+    return renew_alarm(status, DEVIATION_HIGH_HIGH, single(away - config.deviation_high_high), config.hysteresis)
 
 
 def renew_alarms(config: Config, state: State, previous_pv: float) -> None:

@@ -39,7 +39,7 @@ from pidcfg.sim.controllers.dl06.equation import (
     coefficients,
     pv_on_sp_scale,
 )
-from pidcfg.sim.controllers.kernels import NEAREST, clamp, nearest, noticed, tell_request
+from pidcfg.sim.controllers.kernels import NEAREST, add_notice, clamp, nearest, tell_request
 from pidcfg.sim.controllers.plc import TICKS
 
 # --- How an auto-tune of the DL06 ends: the output is restored, results go to their words, or a reason is logged ------
@@ -132,14 +132,14 @@ def measure(config: Config, state: State, aux: list[float], change: float) -> No
         end_tune(state, TUNE_NO_RESPONSE)
         return
     if was_moving(state, slope, config.span / config.pv_span):
-        state.notice = noticed(state.notice, 0, TUNE_MOVING)
+        state.notice = add_notice(state.notice, 0, TUNE_MOVING)
     gain, reset, derivative, sample = curve_gains(config.tune_pi, STEP / (dead * (slope / config.span)), dead)
     store(config, state, gain, reset, derivative, sample)
 
 
-def respond(config: Config, state: State, aux: list[float], p: float) -> None:
+def respond(config: Config, state: State, aux: list[float], pv: float) -> None:
     """One sample of the step response, until it is large enough or settled (D59), or fails to come (D63)."""
-    rise = state.tune_base - p if config.reverse else p - state.tune_base
+    rise = state.tune_base - pv if config.reverse else pv - state.tune_base
     if not record(state, config.tune_buffer, aux, rise):
         return
     second = int(state.tune_step > STEP)
@@ -185,10 +185,10 @@ def restore_bias(config: Config, state: State) -> None:
     state.busy |= FRESH
 
 
-def switching(config: Config, state: State, p: float, sp: float) -> None:
+def switching(config: Config, state: State, pv: float, sp: float) -> None:
     """One sample of the relay of three cycles (D60), and their gains (D61); noise widens the hysteresis."""
     band = 3.0 * state.tune_noise if state.tune_noise > 1.0 else 0.0
-    side = relay_switch(state, p, sp - p, band)
+    side = relay_switch(state, pv, sp - pv, band)
     if side != 0:
         up = side > 0 if config.reverse == 0 else side < 0
         state.out = config.output_high_limit if up else config.output_low_limit
@@ -220,11 +220,11 @@ DISTANCE = 205.0 / 4095.0
 greatest one on either side, as a share of the span."""
 
 
-def check_start(config: Config, state: State, p: float, sp: float) -> None:
+def check_start(config: Config, state: State, pv: float, sp: float) -> None:
     """The start bit: check mode and distance from the set point (D57), then measure the noise."""
     state.status &= ~TUNE_ERROR
     state.tune_done = 0
-    below = p - sp if config.reverse else sp - p
+    below = pv - sp if config.reverse else sp - pv
     if state.status & (MANUAL if config.tune_open else AUTO) == 0:
         end_tune(state, REFUSED_TUNE_MODE)
     elif config.tune_open and below < DISTANCE * config.span:
@@ -239,9 +239,9 @@ def check_start(config: Config, state: State, p: float, sp: float) -> None:
         begin_noise(state)
 
 
-def observe(config: Config, state: State, p: float) -> None:
+def observe(config: Config, state: State, pv: float) -> None:
     """Estimate the noise from second differences, and the PV at rest from the mean (D58)."""
-    if not measure_noise(state, p):
+    if not measure_noise(state, pv):
         return
     state.tune_out = state.out
     state.tune_step = 0.0
@@ -253,14 +253,14 @@ def observe(config: Config, state: State, p: float) -> None:
 
 def tune(config: Config, state: State, aux: list[float], sp: float) -> None:
     """One sample of the auto-tune; a change of mode stops it (D64)."""
-    p = pv_on_sp_scale(config, state.pv)
+    pv = pv_on_sp_scale(config, state.pv)
     if state.tune_phase == REQUESTED:
-        check_start(config, state, p, sp)
+        check_start(config, state, pv, sp)
     elif state.status & (MANUAL if config.tune_open else AUTO) == 0:
         end_tune(state, TUNE_ABORTED)
     elif state.tune_phase == OBSERVE:
-        observe(config, state, p)
+        observe(config, state, pv)
     elif state.tune_phase == RESPONSE:
-        respond(config, state, aux, p)
+        respond(config, state, aux, pv)
     else:
-        switching(config, state, p, sp)
+        switching(config, state, pv, sp)

@@ -13,7 +13,15 @@ from pidcfg.encoders.dl06.image import alarm_order_broken, check_ramp_soak
 from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_SIZE, RESET
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
 from pidcfg.schemas.base import Quantity
-from pidcfg.sim.controllers.kernels import LoopConfig, RequestState, clamp, latched, nearest, read_registers, register
+from pidcfg.sim.controllers.kernels import (
+    LoopConfig,
+    RequestState,
+    clamp,
+    nearest,
+    read_registers,
+    register,
+    renew_alarm,
+)
 from pidcfg.sim.controllers.plc import TICKS
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -532,10 +540,10 @@ def calculate_output(config: Config, state: State, sp: float, pv: float) -> floa
 
 def renew_pv_alarms(config: Config, state: State, pv: float) -> None:
     """Renew the four alarms of the PV itself."""
-    status = latched(state.status, LOW_LOW, config.low_low - pv, config.hysteresis)
-    status = latched(status, LOW, config.low - pv, config.hysteresis)
-    status = latched(status, HIGH, pv - config.high, config.hysteresis)
-    state.status = latched(status, HIGH_HIGH, pv - config.high_high, config.hysteresis)
+    status = renew_alarm(state.status, LOW_LOW, config.low_low - pv, config.hysteresis)
+    status = renew_alarm(status, LOW, config.low - pv, config.hysteresis)
+    status = renew_alarm(status, HIGH, pv - config.high, config.hysteresis)
+    state.status = renew_alarm(status, HIGH_HIGH, pv - config.high_high, config.hysteresis)
 
 
 def renew_alarms(config: Config, state: State, pv: float, previous_pv: float, sp: float) -> None:
@@ -546,8 +554,8 @@ def renew_alarms(config: Config, state: State, pv: float, previous_pv: float, sp
     renew_pv_alarms(config, state, pv)
     centre = sp * abs(sp) if config.square_root else sp
     deviation = abs(pv - centre)
-    status = latched(state.status, YELLOW, deviation - config.yellow, config.hysteresis)
-    status = latched(status, RED, deviation - config.red, config.hysteresis)
+    status = renew_alarm(state.status, YELLOW, deviation - config.yellow, config.hysteresis)
+    status = renew_alarm(status, RED, deviation - config.red, config.hysteresis)
     if abs(pv - previous_pv) > config.rate_of_change:
         status |= RATE_OF_CHANGE
     else:

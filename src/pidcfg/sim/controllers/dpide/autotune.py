@@ -26,7 +26,7 @@ from pidcfg.sim.controllers.autotune import (
     ultimate_gain,
 )
 from pidcfg.sim.controllers.dpide.equation import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR, coefficients
-from pidcfg.sim.controllers.kernels import clamp, noticed, single
+from pidcfg.sim.controllers.kernels import add_notice, clamp, single
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning.rules import TYREUS_LUYBEN
 
@@ -95,14 +95,14 @@ def fail(config: Config, state: State, reason: int) -> None:
     state.tune_done = FAILED
     state.tune_reason = reason
     state.status |= TUNE_ERROR
-    state.notice = noticed(state.notice, 0, reason)
-    leave(config, state, state.mode_before)
+    state.notice = add_notice(state.notice, 0, reason)
+    leave(config, state, state.previous_mode)
 
 
 def abandon(state: State) -> None:
     """The autotune is ended by the operator or the program."""
     state.tune_done = CANCELLED
-    state.notice = noticed(state.notice, 0, ABANDONED)
+    state.notice = add_notice(state.notice, 0, ABANDONED)
 
 
 def usable(value: float) -> bool:
@@ -143,28 +143,30 @@ def mean(state: State) -> float:
 
 def uneven(state: State) -> float:
     """How far the share of MV's higher value is from a half of the cycle."""
-    return abs((mean(state) - state.tune_bottom) / (state.tune_top - state.tune_bottom) - 0.5)
+    return abs((mean(state) - state.tune_mv_low) / (state.tune_mv_high - state.tune_mv_low) - 0.5)
 
 
 def measure(config: Config, state: State) -> None:
     """The ultimate cycle from the relay's, which has come to its end."""
     samples = cycle_length(state)
-    half = state.tune_swing / 4.0
-    if half <= 0.0:
+    amplitude = state.tune_swing / 4.0
+    if amplitude <= 0.0:
         fail(config, state, NO_RESPONSE)
     elif samples < LEAST_PERIOD:
         fail(config, state, TOO_FAST)
     elif uneven(state) > TOLERABLE:
         fail(config, state, UNEVEN)
     else:
-        ultimate = ultimate_gain(state, state.tune_top - state.tune_bottom, state.tune_band, half * half / 4.0)
+        ultimate = ultimate_gain(
+            state, state.tune_mv_high - state.tune_mv_low, state.tune_band, amplitude * amplitude / 4.0
+        )
         store(config, state, ultimate, samples * (state.period / TICKS), mean(state))
 
 
 def begin_relay(state: State, low: float, high: float) -> None:
     """It switches between these from the next sample on."""
-    state.tune_bottom = single(low)
-    state.tune_top = single(high)
+    state.tune_mv_low = single(low)
+    state.tune_mv_high = single(high)
     begin_cycle(state)
 
 
@@ -183,17 +185,17 @@ def relay(config: Config, state: State, error: float) -> None:
     if side:
         if state.tune_turns == BALANCE_TURN and state.tune_rounds < ROUNDS and uneven(state) > EVEN:
             balance(config, state, mean(state))
-        state.out = clamp(state.tune_top if side > 0 else state.tune_bottom, config.lowest_mv, config.highest_mv)
+        state.out = clamp(state.tune_mv_high if side > 0 else state.tune_mv_low, config.lowest_mv, config.highest_mv)
         state.tune_base = state.pv
-        state.tune_moved = 0.0
+        state.tune_pv_change = 0.0
     if state.tune_turns >= LAST_TURN:
         measure(config, state)
         return
     if state.tune_turns == FIRST_TURN and side:
         state.tune_sum = 0.0
     state.tune_sum += state.out
-    state.tune_moved = max(state.tune_moved, abs(state.pv - state.tune_base))
-    if state.tune_moved <= RESPONDS * state.tune_noise and stalled(state, PATIENT, PATIENCE):
+    state.tune_pv_change = max(state.tune_pv_change, abs(state.pv - state.tune_base))
+    if state.tune_pv_change <= RESPONDS * state.tune_noise and stalled(state, PATIENT, PATIENCE):
         fail(config, state, NO_RESPONSE)
     elif stalled(state, MOST, LONGEST):
         fail(config, state, NO_SWITCH)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import isfinite, isnan
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, clamp, finite, noticed, register, single
+from pidcfg.sim.controllers.kernels import LoopConfig, RelayState, add_notice, clamp, finite, register, single
 from pidcfg.sim.controllers.plc import TICKS
 
 if TYPE_CHECKING:
@@ -53,9 +53,9 @@ class Config(LoopConfig):
     mout_is_mv: int = 0
     """MOUT stands in the device of this loop's MV: both are one value (D266)."""
     dependent: int = register("PID_EQ", 0)
-    derivative_of_pv: int = register("PID_DE", 0)
+    derivative_on_pv: int = register("PID_DE", 0)
     """The derivative is that of PV."""
-    forward: int = register("PID_DIR", 0)
+    forward_action: int = register("PID_DIR", 0)
     """E = SV - PV."""
     sv_from: int = -1
     """The loop whose MV shares the device of SV, so that it writes SV (D266); -1: none; likewise the next two."""
@@ -73,7 +73,7 @@ class State(RelayState):
     """What an instruction writes."""
 
     mode: int = register("PID_MODE", 0)
-    mode_before: int = 0
+    previous_mode: int = 0
     """PID_MODE before it became 1."""
     wanted_mode: int = AUTO
     """The mode that PID_RUN, PID_MODE and PID_MAN make."""
@@ -108,12 +108,12 @@ class State(RelayState):
     """Why it ended without results."""
     tune_band: float = 0.0
     """The relay's hysteresis."""
-    tune_bottom: float = 0.0
+    tune_mv_low: float = 0.0
     """MV while the error is below 0; the next one while it is above."""
-    tune_top: float = 0.0
+    tune_mv_high: float = 0.0
     tune_rounds: int = 0
     """Times that the halves of the cycle were uneven."""
-    tune_moved: float = 0.0
+    tune_pv_change: float = 0.0
     """How far PV has come since the relay switched."""
     tune_gain: float = 0.0
     """Result of the last successful autotune, as in the operand; likewise the next three."""
@@ -181,11 +181,11 @@ def calculate_slope(config: Config, state: State, error: float) -> float:
         state.previous_error = error
         state.previous_pv = state.pv
     # PID_DE: dE; or dPV, minus with forward action (E = SV - PV), plus with reverse action (E = PV - SV)
-    if config.derivative_of_pv == 0:
+    if config.derivative_on_pv == 0:
         change = single(error - state.previous_error)
     elif state.sv_crossed:
         change = 0.0
-    elif config.forward:
+    elif config.forward_action:
         change = single(state.previous_pv - state.pv)
     else:
         change = single(state.pv - state.previous_pv)
@@ -245,7 +245,7 @@ def calculate_mv(config: Config, state: State, error: float) -> None:
         and state.ki <= 0.0
         and abs(state.out - previous_output) > NOTABLE * (config.highest_mv - config.lowest_mv)
     ):
-        state.notice = noticed(state.notice, 0, JUMPS_WITHOUT)
+        state.notice = add_notice(state.notice, 0, JUMPS_WITHOUT)
     state.busy &= ~(FRESH | FROM_MANUAL)
 
 

@@ -56,7 +56,7 @@ def halt(config: Config, state: State) -> None:
     """PID_RUN is FALSE: MV is 0, and nothing else is written (D273, D688; kernel)."""
     if state.status & TUNING:
         abandon(state)
-        state.mode = state.mode_before
+        state.mode = state.previous_mode
     state.busy &= ~(REQUEST | HALTING)
     state.status = (state.status & ~(MODES | LIMITED | IN_DEAD_BAND)) | OFF
     state.out = 0.0

@@ -216,7 +216,7 @@ class Dpide(NamedPlc):
         self._contents[i] |= values
         configure(config, state, self._contents[i], self._interval)
         if state.mode == 1 != before:
-            state.mode_before = before
+            state.previous_mode = before
         state.wanted_mode = self._mode(i)
         state.busy &= ~(bits.REQUEST | bits.HALTING)
         if state.wanted_mode != state.status & bits.MODES:
@@ -231,7 +231,7 @@ class Dpide(NamedPlc):
     @property
     def rises(self) -> list[bool]:
         """Forward action: PV rises with MV."""
-        return [bool(config.forward) for config in self.cfg]
+        return [bool(config.forward_action) for config in self.cfg]
 
     @property
     def masters(self) -> list[int]:
@@ -308,7 +308,7 @@ class Dpide(NamedPlc):
     def _automatic(self, loop: int) -> int:
         """PID_MODE without an autotune."""
         state = self.st[loop]
-        return state.mode_before if state.mode == 1 else state.mode
+        return state.previous_mode if state.mode == 1 else state.mode
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last autotune of a loop went; None when there was none."""

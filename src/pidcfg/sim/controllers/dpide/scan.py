@@ -80,7 +80,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
         return
     fetch_operands(config, state, states)
     # PID Block Diagram: SV, PV and REVERSE (PID_DIR), then DEAD BAND (ERR_DBW)
-    raw_error = single(state.sp - state.pv) if config.forward else single(state.pv - state.sp)
+    raw_error = single(state.sp - state.pv) if config.forward_action else single(state.pv - state.sp)
     error = apply_dead_band(config, state, raw_error)
     state.error = error
     # PID_MODE 1; the algorithm; PID_MAN; MOUT_AUTO

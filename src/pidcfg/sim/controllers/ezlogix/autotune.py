@@ -21,7 +21,7 @@ from pidcfg.sim.controllers.autotune import (
     was_moving,
 )
 from pidcfg.sim.controllers.ezlogix.equation import HELD, TUNE, TUNE_ERROR, TUNING, coefficients
-from pidcfg.sim.controllers.kernels import nearest, noticed
+from pidcfg.sim.controllers.kernels import add_notice, nearest
 
 if TYPE_CHECKING:
     from pidcfg.sim.controllers.ezlogix.equation import Config, State
@@ -67,11 +67,11 @@ def end_tune(config: Config, state: State, status: int) -> None:
     state.status &= ~TUNING
     state.tune_status = status
     state.tune_last = status
-    state.tune_left = config.timeout
+    state.tune_countdown = config.timeout
     if status > CANCELLED:
         state.status |= TUNE_ERROR
     if status != DONE:
-        state.notice = noticed(state.notice, 0, REASON + status)
+        state.notice = add_notice(state.notice, 0, REASON + status)
 
 
 def switch_tune(config: Config, state: State) -> None:
@@ -96,17 +96,17 @@ def switch_tune(config: Config, state: State) -> None:
     state.tune_out = state.out
     state.status |= TUNING
     state.tune_status = COLLECTING
-    state.tune_left = config.timeout
+    state.tune_countdown = config.timeout
     state.tune_phase = OBSERVING
     begin_noise(state)
     if abs(state.error) > NEAR * config.pv_span:
-        state.notice = noticed(state.notice, 0, FAR)
+        state.notice = add_notice(state.notice, 0, FAR)
 
 
 def tell_moving(state: State, slope: float) -> None:
     """Leave a notice when the PV was moving before the step."""
     if was_moving(state, slope, 1.0):
-        state.notice = noticed(state.notice, 0, MOVING)
+        state.notice = add_notice(state.notice, 0, MOVING)
 
 
 def fits(gain: float, reset: float, rate: float, only_pi: int) -> bool:
@@ -205,13 +205,13 @@ def tune(config: Config, state: State, aux: list[float], x: float) -> None:
     if state.tune_phase == COMPUTE:
         compute(config, state, aux)
         return
-    if state.tune_left <= 0:
+    if state.tune_countdown <= 0:
         detected = state.tune_phase == RESPOND and abs(state.tune_change) > max(DETECTABLE, 6.0 * state.tune_noise)
         if detected:
             tell_moving(state, 0.0)
         end_tune(config, state, NO_FIT if detected else NO_DEAD_TIME)
         return
-    state.tune_left -= state.period
+    state.tune_countdown -= state.period
     if state.tune_phase == RESPOND:
         respond(config, state, aux, x)
     elif measure_noise(state, x):

@@ -58,9 +58,9 @@ class Config(LoopConfig):
     """The PV's tag is an input register."""
     carries_output: int = 0
     """The CV's tag is an output register, or the control output is enabled."""
-    feeds: int = -1
+    inner_loop: int = -1
     """The loop whose set point register is this one's CV tag (D177); -1: none."""
-    fed_by: int = -1
+    outer_loop: int = -1
     """The loop whose CV tag is this one's set point register (D177); -1: none."""
     sig_error: int = 5
     sig_status: int = 6
@@ -138,7 +138,7 @@ class State(CurveState):
     """Base+12."""
     tune_last: int = 0
     """How the last autotune ended, as Base+12 tells it."""
-    tune_left: int = 0
+    tune_countdown: int = 0
     """Base+13: the countdown, in ticks."""
     tune_change: float = 0.0
     """How far the PV has come."""
@@ -256,7 +256,7 @@ def show_signals(config: Config, state: State, signals: MutableSequence[float]) 
     signals[config.sig_bias] = config.out_low + (state.integral + config.offset) * config.out_width / FULL
     signals[config.sig_error] = state.error
     signals[config.sig_status] = state.tune_status * 1.0
-    signals[config.sig_countdown] = state.tune_left // TICKS * 1.0
+    signals[config.sig_countdown] = state.tune_countdown // TICKS * 1.0
 
 
 # --- The control output of the EZLogix: pulses whose width is proportional to the CV, between samples as well ---------

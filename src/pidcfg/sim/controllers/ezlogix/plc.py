@@ -186,15 +186,15 @@ class Ezlogix(CountsPlc):
             self.signals[config.sig_pulse] = ""
         config.tune_buffer = i * POINTS
         number = tag_number(loop.dialog.output.tag)
-        config.feeds = self._setpoint_at(number, i)
-        if config.feeds >= 0:
-            self.cfg[config.feeds].fed_by = i
+        config.inner_loop = self._setpoint_at(number, i)
+        if config.inner_loop >= 0:
+            self.cfg[config.inner_loop].outer_loop = i
         state.out = state.unlimited_cv = (
             clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
         )
         state.sp = float(loop.word("setpoint"))
         self._apply(i)
-        state.pv, state.tune_left = config.pv_min, config.timeout
+        state.pv, state.tune_countdown = config.pv_min, config.timeout
         if self.goals[i] == "auto":
             self._request_mode(i, bits.AUTO)
         self._show(i, self.sig)
@@ -247,7 +247,7 @@ class Ezlogix(CountsPlc):
     @property
     def masters(self) -> list[int]:
         """The loop whose CV tag is a loop's set point register (D177)."""
-        feeds = [config.feeds for config in self.cfg]
+        feeds = [config.inner_loop for config in self.cfg]
         return [feeds.index(i) if i in feeds else -1 for i in range(len(feeds))]
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
@@ -361,7 +361,7 @@ class Ezlogix(CountsPlc):
         state.sp = float(registers.word("setpoint"))
         self._apply(loop)
         if row.name == "autotune_timeout":
-            state.tune_left = self.cfg[loop].timeout
+            state.tune_countdown = self.cfg[loop].timeout
         if row.name.startswith("setpoint"):
             self._show(loop, signals)
         if self.cfg[loop].halt:
@@ -375,7 +375,7 @@ class Ezlogix(CountsPlc):
 
     def _write_outer(self, loop: int, signals: MutableSequence[float]) -> str | None:
         """Writes the CV that stands in this loop's set point register (D177); returns what overwrites it."""
-        outer = self.cfg[loop].fed_by
+        outer = self.cfg[loop].outer_loop
         if outer < 0:
             return None
         if not self.st[outer].busy & bits.HELD:
@@ -401,7 +401,7 @@ class Ezlogix(CountsPlc):
         return why
 
     def _set_cv(self, loop: int, raw: int, signals: MutableSequence[float]) -> None:
-        state, inner = self.st[loop], self.cfg[loop].feeds
+        state, inner = self.st[loop], self.cfg[loop].inner_loop
         state.out = float(raw)
         self._show(loop, signals)
         if inner >= 0:

@@ -83,7 +83,7 @@ def limit_setpoint(i: int, configs: list[Config], states: list[State], signals: 
         state.sp = config.sp_high
     if state.sp < config.sp_low:
         state.sp = config.sp_low
-    outer = config.fed_by
+    outer = config.outer_loop
     if outer >= 0 and states[outer].out != state.sp:
         states[outer].out = state.sp
         show_output(configs[outer], states[outer], signals)
@@ -136,9 +136,9 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         state.status &= ~SATURATED
     else:
         state.status |= SATURATED
-    if config.feeds >= 0:
-        states[config.feeds].sp = state.out
-        show_setpoint(configs[config.feeds], states[config.feeds], signals)
+    if config.inner_loop >= 0:
+        states[config.inner_loop].sp = state.out
+        show_setpoint(configs[config.inner_loop], states[config.inner_loop], signals)
     show_signals(config, state, signals)
 
 
@@ -198,7 +198,7 @@ class EzlogixRegisters(Registers):
         held |= {
             "error": int(nearest(state.error)) & WORD,
             "autotune_status": state.tune_status,
-            "autotune_timeout": state.tune_left // TICKS,
+            "autotune_timeout": state.tune_countdown // TICKS,
             "mode": int(bool((state.wanted_mode if state.busy & REQUEST else state.status) & AUTO)),
             "saturation": int(bool(state.status & SATURATED)),
             "start_autotune": int(self._started[loop] or bool(state.status & TUNING)),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import isfinite, sqrt
 from typing import TYPE_CHECKING
 
-from pidcfg.sim.controllers.kernels import LoopConfig, LoopState, clamp, latched, noticed, register, step_to
+from pidcfg.sim.controllers.kernels import LoopConfig, LoopState, add_notice, clamp, register, renew_alarm, step_to
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence
@@ -51,15 +51,15 @@ class Config(LoopConfig):
     """What a loop only reads."""
 
     sig_pulse: int = 5
-    raises: int = register("output_raises_pv", 1)
-    proportional: int = register("tuning.proportional", 1)
+    output_raises_pv: int = register("output_raises_pv", 1)
+    proportional_on: int = register("tuning.proportional", 1)
     derivative_on_error: int = register("tuning.derivative_on", 0, equals="error")
     square_root: int = register("pv.square_root", 0)
     without_anti_windup: int = register("anti_windup", 0, equals=False)
     """There is no anti-windup."""
-    source: int = -1
+    master: int = -1
     """The master's number; -1: none."""
-    slave: int = -1
+    first_slave: int = -1
     """Number of the first loop whose master this one is; -1: none."""
     sp_follows_pv: int = 0
     """On the way from manual to auto the set point becomes the PV."""
@@ -147,7 +147,7 @@ def measure_pv(config: Config, state: State, raw: float) -> None:
 
 def calculate_error(config: Config, state: State) -> None:
     """The error as it counts, and that of the sample before."""
-    error = state.sp - state.pv if config.raises else state.pv - state.sp
+    error = state.sp - state.pv if config.output_raises_pv else state.pv - state.sp
     if abs(error) < config.deadband:
         error = 0.0
         state.status |= IN_DEAD_BAND
@@ -161,7 +161,7 @@ def calculate_derivative(config: Config, state: State) -> float:
     """D, of the error or of the PV: Kd times its difference, after the derivative's filter."""
     if config.derivative_on_error:
         change = state.error - state.previous_error
-    elif config.raises:
+    elif config.output_raises_pv:
         change = state.previous_pv - state.pv
     else:
         change = state.pv - state.previous_pv
@@ -225,7 +225,7 @@ def calculate_output(config: Config, state: State, proportional_term: float, der
         and state.ki <= 0.0
         and abs(state.out - previous_output) > NOTABLE * (config.high - config.low)
     ):
-        state.notice = noticed(state.notice, 0, JUMPS)
+        state.notice = add_notice(state.notice, 0, JUMPS)
     state.busy &= ~BUMPLESS
 
 
@@ -236,14 +236,14 @@ FOREVER = float("inf")
 
 def renew_alarms(config: Config, state: State) -> None:
     """Renew the alarms (kernel)."""
-    status = latched(state.status, LOW_LOW, config.low_low_at - state.pv, config.hysteresis)
-    status = latched(status, LOW, config.low_at - state.pv, config.hysteresis)
-    status = latched(status, HIGH, state.pv - config.high_at, config.hysteresis)
-    status = latched(status, HIGH_HIGH, state.pv - config.high_high_at, config.hysteresis)
+    status = renew_alarm(state.status, LOW_LOW, config.low_low_at - state.pv, config.hysteresis)
+    status = renew_alarm(status, LOW, config.low_at - state.pv, config.hysteresis)
+    status = renew_alarm(status, HIGH, state.pv - config.high_at, config.hysteresis)
+    status = renew_alarm(status, HIGH_HIGH, state.pv - config.high_high_at, config.hysteresis)
     away = abs(state.sp - state.pv)
-    status = latched(status, DEVIATION, away - config.deviation_at, config.hysteresis)
-    status = latched(status, DEVIATION_2, away - config.deviation_2_at, config.hysteresis)
-    state.status = latched(status, RATE, abs(state.pv - state.previous_pv) - config.rate_at, 0.0)
+    status = renew_alarm(status, DEVIATION, away - config.deviation_at, config.hysteresis)
+    status = renew_alarm(status, DEVIATION_2, away - config.deviation_2_at, config.hysteresis)
+    state.status = renew_alarm(status, RATE, abs(state.pv - state.previous_pv) - config.rate_at, 0.0)
 
 
 def begin_cycle(tick: int, config: Config, state: State) -> None:

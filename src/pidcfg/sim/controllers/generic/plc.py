@@ -23,7 +23,7 @@ from pidcfg.sim.controllers.generic.operate import (
     REASONS,
     SIGNALS,
 )
-from pidcfg.sim.controllers.kernels import clamp, noticed, read_registers
+from pidcfg.sim.controllers.kernels import add_notice, clamp, read_registers
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, NamedPlc
 
 if TYPE_CHECKING:
@@ -147,10 +147,10 @@ class Generic(NamedPlc):
         for c, entry in zip(self.cfg, self._settings, strict=True):
             setpoint = dict(entry.get("setpoint", {}))
             source = setpoint.get("source")
-            c.source = self.loops.index(source) if source in self.loops else -1
+            c.master = self.loops.index(source) if source in self.loops else -1
             c.sp_follows_pv = int(bool(setpoint.get("follows_pv")))
         for i, c in enumerate(self.cfg):
-            c.slave = next((j for j, other in enumerate(self.cfg) if other.source == i != j), -1)
+            c.first_slave = next((j for j, other in enumerate(self.cfg) if other.master == i != j), -1)
         self.scales = [(f["pv.range.0"], f["pv.range.1"], COUNTS) for f in self._contents]
 
     def begin(self, loop: int) -> None:
@@ -160,7 +160,7 @@ class Generic(NamedPlc):
         if not config.has_pulses:
             self.signals[config.sig_pulse] = ""
         mode = fields["mode"]
-        state.status = bits.AUTO if mode == "cascade" and config.source < 0 else MODE_BITS[mode]
+        state.status = bits.AUTO if mode == "cascade" and config.master < 0 else MODE_BITS[mode]
         state.wanted_mode, state.busy = state.status, bits.FRESH
         state.sp = clamp(fields.get("setpoint.value", config.pv_low), config.sp_low, config.sp_high)
         start = fields.get("output.manual", 0.0) if state.status & bits.MANUAL else 0.0
@@ -174,12 +174,12 @@ class Generic(NamedPlc):
     @property
     def rises(self) -> list[bool]:
         """Whether the PV rises with the output."""
-        return [bool(config.raises) for config in self.cfg]
+        return [bool(config.output_raises_pv) for config in self.cfg]
 
     @property
     def masters(self) -> list[int]:
         """The loops that ``setpoint.source`` names."""
-        return [config.source for config in self.cfg]
+        return [config.master for config in self.cfg]
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """``output.limits``, or the range."""
@@ -216,8 +216,8 @@ class Generic(NamedPlc):
     def request(self, loop: int, mode: str) -> None:
         """A mode for the next sample; cascade needs a source."""
         state = self.st[loop]
-        if mode == "cascade" and self.cfg[loop].source < 0:
-            state.notice = noticed(state.notice, MODE_BITS[mode], NO_SOURCE)
+        if mode == "cascade" and self.cfg[loop].master < 0:
+            state.notice = add_notice(state.notice, MODE_BITS[mode], NO_SOURCE)
             return
         state.wanted_mode = MODE_BITS[mode]
         state.busy &= ~(bits.MANUAL_SET | bits.SP_SET)

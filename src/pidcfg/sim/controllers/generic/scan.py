@@ -58,10 +58,10 @@ def switch_mode(config: Config, state: State) -> None:
 
 def tracks_slave(i: int, configs: list[Config], states: list[State]) -> bool:
     """Whether the loop has slaves, and none of them is in cascade."""
-    if configs[i].slave < 0:
+    if configs[i].first_slave < 0:
         return False
     for j in range(len(configs)):  # noqa: SIM110 - a generator cannot be compiled
-        if configs[j].source == i and states[j].status & CASCADE:
+        if configs[j].master == i and states[j].status & CASCADE:
             return False
     return True
 
@@ -73,11 +73,11 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     measure_pv(config, state, signals[config.sig_in])
     if state.busy & REQUEST:
         switch_mode(config, state)
-    if state.status & CASCADE and config.source >= 0:
-        state.sp = states[config.source].out
+    if state.status & CASCADE and config.master >= 0:
+        state.sp = states[config.master].out
     state.sp = clamp(state.sp, config.sp_low, config.sp_high)
     calculate_error(config, state)
-    proportional_term = state.kp * state.error if config.proportional else 0.0
+    proportional_term = state.kp * state.error if config.proportional_on else 0.0
     derivative_term = calculate_derivative(config, state)
     state.busy &= ~FRESH
     state.status &= ~TRACKING
@@ -85,7 +85,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
         output_manual(config, state, proportional_term, derivative_term)
     elif tracks_slave(i, configs, states):
         state.status = (state.status & ~(LIMITED | SLOWED)) | TRACKING
-        state.out = clamp(states[config.slave].sp, config.low, config.high)
+        state.out = clamp(states[config.first_slave].sp, config.low, config.high)
         restore_integral(state, proportional_term, derivative_term)
         state.busy |= BUMPLESS
     else:

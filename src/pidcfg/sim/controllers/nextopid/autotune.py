@@ -77,10 +77,10 @@ def end_tune(config: Config, state: State, signals: MutableSequence[float], flag
         signals[base + TUNE_FLAGS + i] = float((flags >> i) & 1)
 
 
-def doubt_results(state: State, samples: int, a: float) -> int:
+def doubt_results(state: State, samples: int, amplitude: float) -> int:
     """Flags of a measurement whose results cannot be trusted (kernel, D233)."""
     flags = 0
-    if a < single(2.0 * state.tune_band):
+    if amplitude < single(2.0 * state.tune_band):
         flags |= PEAK_TOO_LOW
     if samples < FAST * state.tune_cycles:
         flags |= CYCLE_TOO_FAST
@@ -93,12 +93,12 @@ def calculate_results(config: Config, state: State, signals: MutableSequence[flo
     """Gain and times from amplitude and period of the measured cycles (kernel, D234)."""
     base = config.base
     samples = state.tune_count - state.tune_start
-    a = single(state.tune_swing / (2 * state.tune_cycles))
+    amplitude = single(state.tune_swing / (2 * state.tune_cycles))
     period = single(single(samples * config.sample_time) / state.tune_cycles)
-    if a <= 0.0:
+    if amplitude <= 0.0:
         end_tune(config, state, signals, PEAK_TOO_LOW)
         return
-    ultimate = single(single(4.0 * abs(state.tune_step)) / single(PI * a))
+    ultimate = single(single(4.0 * abs(state.tune_step)) / single(PI * amplitude))
     kp = single(GAIN_P * ultimate) if state.tune_mode == P_ONLY else single(ultimate / GAIN_PI)
     ti = 0.0
     td = 0.0
@@ -112,7 +112,7 @@ def calculate_results(config: Config, state: State, signals: MutableSequence[flo
     signals[base + TUNE_RESULT] = kp
     signals[base + TUNE_RESULT + 1] = ti
     signals[base + TUNE_RESULT + 2] = td
-    end_tune(config, state, signals, doubt_results(state, samples, a))
+    end_tune(config, state, signals, doubt_results(state, samples, amplitude))
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -220,13 +220,13 @@ def average(config: Config, state: State, signals: MutableSequence[float]) -> No
 def switch(config: Config, state: State, signals: MutableSequence[float], away: float) -> None:
     """The relay switches: a half cycle ends, and another one begins (kernel, D232)."""
     if state.tune_turns >= FIRST_RETURN:
-        state.tune_swing = single(state.tune_swing + abs(state.tune_a))
+        state.tune_swing = single(state.tune_swing + abs(state.tune_extreme))
         state.tune_dead += state.tune_peak - state.tune_points
     state.tune_turns += 1
     state.tune_side = -state.tune_side
     state.tune_points = state.tune_count
     state.tune_peak = state.tune_count
-    state.tune_a = away
+    state.tune_extreme = away
     if state.tune_turns == FIRST_RETURN:
         state.tune_start = state.tune_count
     elif state.tune_turns == FIRST_RETURN + 2 * state.tune_cycles:
@@ -241,8 +241,8 @@ def relay(config: Config, state: State, signals: MutableSequence[float]) -> None
         end_tune(config, state, signals, PEAK_TOO_HIGH)
     elif state.tune_side * away >= state.tune_band:
         switch(config, state, signals, away)
-    elif state.tune_side * away <= state.tune_side * state.tune_a:
-        state.tune_a = away
+    elif state.tune_side * away <= state.tune_side * state.tune_extreme:
+        state.tune_extreme = away
         state.tune_peak = state.tune_count
 
 

@@ -151,6 +151,8 @@ class State(RelayState):
     """Cycles to be measured."""
     tune_mode: int = 0
     """Controller to be tuned: AUTOTUNE_MODE."""
+    tune_extreme: float = 0.0
+    """The PV's extreme since the last switch, counted from RefPV."""
     tune_peak: int = 0
     """Sample of the PV's extreme since the last switch."""
     tune_dead: int = 0
