@@ -127,7 +127,7 @@ def scan(
 
 
 def read_channels(
-    k: int,
+    step: int,
     channels: Sequence[Channel],
     signals: MutableSequence[float],
     code: Sequence[int],
@@ -136,38 +136,44 @@ def read_channels(
 ) -> None:
     """Connected expressions and broken sensors (kernel)."""
     for i in range(len(channels)):
-        c = channels[i]
-        if c.broken == 1:
-            value = c.value
-        elif c.source >= 0:
-            value = signals[c.source]
+        channel = channels[i]
+        if channel.broken == 1:
+            value = channel.value
+        elif channel.source >= 0:
+            value = signals[channel.source]
         else:
-            value = evaluate(code, constants, c.first, c.last, signals, stack)
+            value = evaluate(code, constants, channel.first, channel.last, signals, stack)
             if stack[0] == 0.0:
-                c.held = value
+                channel.held = value
             else:
-                value = c.held
-                if c.fault == 0:
-                    c.fault = int(stack[0])
-                    c.fault_at = k
-        signals[c.target] = value
+                value = channel.held
+                if channel.fault == 0:
+                    channel.fault = int(stack[0])
+                    channel.fault_at = step
+        signals[channel.target] = value
 
 
 def write_log(
-    k: int, i: int, s: Any, m: Meter, onsets: Sequence[Onset], rows: MutableSequence[int], counts: MutableSequence[int]
+    step: int,
+    i: int,
+    state: Any,
+    meter: Meter,
+    onsets: Sequence[Onset],
+    rows: MutableSequence[int],
+    counts: MutableSequence[int],
 ) -> None:
     """A row for loop ``i``, whose status has changed or that has a notice (kernel)."""
     at = counts[0] * LOG_COLUMNS
-    rows[at] = k
+    rows[at] = step
     rows[at + 1] = i
-    rows[at + 2] = s.status
-    rows[at + 3] = s.aux_status
-    rows[at + 4] = s.notice
+    rows[at + 2] = state.status
+    rows[at + 3] = state.aux_status
+    rows[at + 4] = state.notice
     counts[0] += 1
-    if s.status != m.status or s.aux_status != m.aux_status:
-        change_status(k, m, s.status, s.aux_status)
-        note_onsets(k, i, s.status, onsets)
-    s.notice = 0
+    if state.status != meter.status or state.aux_status != meter.aux_status:
+        change_status(step, meter, state.status, state.aux_status)
+        note_onsets(step, i, state.status, onsets)
+    state.notice = 0
 
 
 def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], meters: Meters, log: Log) -> int:
@@ -175,8 +181,8 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
 
     Time 0 is base step ``zero``; what lies before is the pre-roll.
     """
-    tick, plants, channels, delay, sig, code, constants, stack, noise, columns, noise_from, reached = world
-    cfg, st, aux = loops
+    tick, plants, channels, delay, signals, code, constants, stack, noise, columns, noise_from, reached = world
+    configs, states, aux = loops
     loop_meters, bands, gauges, onsets = meters
     rows, trend, counts, shown, every = log
     count = len(loop_meters)
@@ -185,27 +191,27 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
     gauged = len(gauges)
     while k < last and counts[0] <= room:
         if k > reached:
-            step_plants(k, plants, delay, sig, code, constants, stack)
+            step_plants(k, plants, delay, signals, code, constants, stack)
         if columns > 0:
-            add_noise(k - noise_from, columns, plants, noise, sig)
+            add_noise(k - noise_from, columns, plants, noise, signals)
         if wired > 0:
-            read_channels(k, channels, sig, code, constants, stack)
-        scan(k * tick, cfg, st, aux, sig)
+            read_channels(k, channels, signals, code, constants, stack)
+        scan(k * tick, configs, states, aux, signals)
         now = k - zero
         for i in range(count):
-            state = st[i]
-            m = loop_meters[i]
-            if state.status != m.status or state.notice != 0 or state.aux_status != m.aux_status:
-                write_log(now, i, state, m, onsets, rows, counts)
-            measure_loop(now, m, sig)
+            state = states[i]
+            meter = loop_meters[i]
+            if state.status != meter.status or state.notice != 0 or state.aux_status != meter.aux_status:
+                write_log(now, i, state, meter, onsets, rows, counts)
+            measure_loop(now, meter, signals)
         if counts[2] > 0:
-            watch_bands(now, bands, loop_meters, sig)
+            watch_bands(now, bands, loop_meters, signals)
         if gauged > 0:
-            read_gauges(now, gauges, sig)
+            read_gauges(now, gauges, signals)
         if every > 0 and now % every == 0:
             at = counts[1] * len(shown)
             for i in range(len(shown)):
-                trend[at + i] = sig[shown[i]]
+                trend[at + i] = signals[shown[i]]
             counts[1] += 1
         k += 1
     return k
@@ -213,28 +219,28 @@ def advance(k: int, last: int, zero: int, world: World, loops: Loops[Any, Any], 
 
 def settle(k: int, last: int, world: World, loops: Loops[Any, Any], spans: MutableSequence[Span]) -> int:
     """One window of the pre-roll: base steps ``k`` to ``last`` − 1 without noise, events, metrics and log (kernel)."""
-    tick, plants, channels, delay, sig, code, constants, stack, _, _, _, reached = world
-    cfg, st, aux = loops
+    tick, plants, channels, delay, signals, code, constants, stack, _, _, _, reached = world
+    configs, states, aux = loops
     first = k
     while k < last:
         if k > reached:
-            step_plants(k, plants, delay, sig, code, constants, stack)
+            step_plants(k, plants, delay, signals, code, constants, stack)
         for i in range(len(plants)):
-            sig[plants[i].measured] = sig[plants[i].slot]
+            signals[plants[i].measured] = signals[plants[i].slot]
         if len(channels) > 0:
-            read_channels(k, channels, sig, code, constants, stack)
-        scan(k * tick, cfg, st, aux, sig)
+            read_channels(k, channels, signals, code, constants, stack)
+        scan(k * tick, configs, states, aux, signals)
         for i in range(len(spans)):
-            s = spans[i]
-            value = sig[s.slot]
+            span = spans[i]
+            value = signals[span.slot]
             if k == first:
-                s.low = value
-                s.high = value
-                s.total = 0.0
-            elif value < s.low:
-                s.low = value
-            elif value > s.high:
-                s.high = value
-            s.total += value
+                span.low = value
+                span.high = value
+                span.total = 0.0
+            elif value < span.low:
+                span.low = value
+            elif value > span.high:
+                span.high = value
+            span.total += value
         k += 1
     return k
