@@ -19,10 +19,10 @@ from pidcfg.validate.baseline import (
     enters,
     entry,
     from_text,
+    remove_entries,
     stale_finding,
     suppress,
     to_text,
-    without,
 )
 from pidcfg.validate.catalog import rules
 from pidcfg.validate.engine import Quotes, check_document
@@ -236,7 +236,7 @@ ENTRIES = st.lists(
 @given(st.lists(FOUND, max_size=8), ENTRIES, st.sets(st.sampled_from(["a", "b"])), st.booleans())
 def test_a_baseline_only_shrinks_and_loses_no_finding(found, entries, checked, all_chosen):
     outcome = compare(found, lambda d: all_chosen or number_of(d.code) > "100", entries, checked, str)
-    left = without(entries, outcome.stale)
+    left = remove_entries(entries, outcome.stale)
 
     for one in set(left):
         assert left.count(one) <= entries.count(one)

@@ -309,13 +309,15 @@ def test_a_device_is_refused_in_words_of_the_command(reactor):
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere the working directory cannot be deleted")
 def test_what_the_system_refuses_has_a_name(reactor, tmp_path, monkeypatch):
     refused = PermissionError(13, "Permission denied", "loops/oven.yaml")
-    assert errors.refused(refused) == "cannot write or read loops/oven.yaml: Permission denied"
-    assert errors.refused(OSError(28, "No space left on device")) == "cannot write or read: No space left on device"
+    assert errors.system_refusal(refused) == "cannot write or read loops/oven.yaml: Permission denied"
+    assert (
+        errors.system_refusal(OSError(28, "No space left on device")) == "cannot write or read: No space left on device"
+    )
     gone = tmp_path / "gone"
     gone.mkdir()
     monkeypatch.chdir(gone)
     gone.rmdir()
-    assert errors.refused(FileNotFoundError(2, "No such file")).startswith("the working directory is gone")
+    assert errors.system_refusal(FileNotFoundError(2, "No such file")).startswith("the working directory is gone")
     monkeypatch.undo()
 
 

@@ -17,7 +17,7 @@ from neutral_strategies import leaves, neutral_files, unheard
 from pidcfg.conversion.from_click import NOTHING_LOST, to_neutral
 from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.pipeline import convert
-from pidcfg.conversion.settle import settled
+from pidcfg.conversion.settle import settle_values
 from pidcfg.conversion.to_click import from_neutral
 from pidcfg.encoders.click.image import encode
 from pidcfg.encoders.maps.click import TABLES
@@ -131,7 +131,7 @@ def test_only_the_longest_reset_time_is_no_integral(reset, integral):
 
 def stored(loop: dict) -> dict:
     """What the registers hold of each field of a converted loop."""
-    return settled(from_neutral(generic(loop), {}), CLICK)[0]
+    return settle_values(from_neutral(generic(loop), {}), CLICK)[0]
 
 
 def test_values_beyond_what_the_registers_take_are_clamped():
@@ -688,7 +688,7 @@ def test_a_whole_loop_comes_back_but_for_what_the_report_calls_lost():
 @given(neutral_files())
 def test_what_is_made_has_no_errors_of_its_own(file):
     made = from_neutral(file, {})
-    settled(made, CLICK)
+    settle_values(made, CLICK)
     text = yaml_text(made.data)
     found = check_document(read_document(text.encode(), "made.yaml")).findings
     errors = [f for f in found if f.severity is Severity.ERROR]

@@ -16,7 +16,7 @@ from neutral_strategies import neutral_files, unheard
 from pidcfg.conversion.from_dl06 import NOTHING_LOST, short, to_neutral
 from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.pipeline import convert
-from pidcfg.conversion.settle import settled
+from pidcfg.conversion.settle import settle_values
 from pidcfg.conversion.to_dl06 import from_neutral
 from pidcfg.encoders.dl06 import CONVERT_OPTIONS
 from pidcfg.encoders.dl06.image import encode, reset_value, scales_of
@@ -99,7 +99,7 @@ def clamped(loop: dict, **options) -> set[str]:
 def convert_neutral(loop: dict) -> dict:
     """The alarms of the file, with what the DL06 can hold."""
     made = from_neutral(generic(loop), {})
-    settled(made, DL06)
+    settle_values(made, DL06)
     return made.data["loops"][0]["alarms"]
 
 
@@ -670,7 +670,7 @@ def test_any_neutral_loop_makes_a_valid_file(file):
     data = file.model_dump()
     try:
         made = from_neutral(file, {})
-        stored = settled(made, DL06)
+        stored = settle_values(made, DL06)
     except ConvertError as error:
         assume("at least one count" not in str(error) and "switches it off" not in str(error))
         raise

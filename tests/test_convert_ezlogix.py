@@ -21,7 +21,7 @@ from pidcfg.conversion.from_ezlogix import NOTHING_LOST, to_neutral
 from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.operation import Stopped
 from pidcfg.conversion.pipeline import convert
-from pidcfg.conversion.settle import settled
+from pidcfg.conversion.settle import settle_values
 from pidcfg.conversion.to_ezlogix import from_neutral, stopped_section
 from pidcfg.encoders.ezlogix import CONVERT_OPTIONS
 from pidcfg.encoders.ezlogix.image import encode
@@ -100,7 +100,7 @@ def dropped(loop: dict, **options) -> dict[str, str]:
 
 def stored(loop: dict) -> dict:
     """What the registers hold of each field of a converted loop."""
-    return settled(from_neutral(generic(loop), {}), EZLOGIX)[0]
+    return settle_values(from_neutral(generic(loop), {}), EZLOGIX)[0]
 
 
 # --- action and gains ------------------------------------------------------------------------------------------------
@@ -539,7 +539,7 @@ def test_a_loop_with_everything_comes_back_whole():
 def test_what_is_made_has_no_errors_of_its_own(file):
     made = from_neutral(file, {})
     try:
-        settled(made, EZLOGIX)
+        settle_values(made, EZLOGIX)
     except ConvertError as error:
         assert "switches it off" in str(error)  # noqa: PT017 - only that may be refused
         return

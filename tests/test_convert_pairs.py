@@ -40,11 +40,11 @@ def checked(data):
 
 def of_vendor(loops, vendor):
     """Neutral loops as a vendor's configuration."""
-    from pidcfg.conversion.settle import settled
+    from pidcfg.conversion.settle import settle_values
 
     file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
     made = VENDORS[vendor].load("from_neutral")(file, {})
-    settled(made, VENDORS[vendor])
+    settle_values(made, VENDORS[vendor])
     return checked(made.data)
 
 

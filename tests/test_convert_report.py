@@ -23,9 +23,9 @@ from neutral_strategies import EVERYTHING
 from pidcfg import api
 from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
-from pidcfg.conversion.ledger import Change, MaxLoss, MaxLossError, judged, parse_max_loss, text_of
+from pidcfg.conversion.ledger import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
 from pidcfg.conversion.operation import Operation, Windup, differing_rules
-from pidcfg.conversion.pipeline import UNKNOWN, beside, convert, remaining
+from pidcfg.conversion.pipeline import UNKNOWN, convert, items_beside_loops, remaining
 from pidcfg.conversion.settle import held_lines
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text.paths import leaves, put, steps, value_at
@@ -285,7 +285,7 @@ def test_a_clamped_gain_says_how_far_it_is_off():
 )
 def test_each_kind_of_number_has_its_limit(neutral, error, loss):
     row = Change("x", "rounded", 1, 2, error, neutral=(neutral,))
-    assert judged(row, MaxLoss()).loss is loss
+    assert judge_change(row, MaxLoss()).loss is loss
 
 
 def test_limits_are_read_one_by_one():
@@ -786,9 +786,9 @@ def test_the_parameters_of_a_block_that_no_line_is_about_are_lost():
     block = {"name": "D", "type": "ControlDelay", "InVar": 3, "DelayTime": 1}
     file = {"plc": {"sample_time": 0.1}, "blocks": [block], "loops": [{**PIDA, "name": "A"}]}
     config = VENDORS["nextopid"].model.model_validate({"pidcfg": 1, "vendor": "nextopid", **file})
-    lost = {row.field: row.loss for row in beside(config, [], {})}
+    lost = {row.field: row.loss for row in items_beside_loops(config, [], {})}
     assert lost == dict.fromkeys((f"blocks.D.{key}" for key in block), True)
-    assert list(beside(config, [Change("blocks.D", "dropped", None, None)], {})) == []
+    assert list(items_beside_loops(config, [Change("blocks.D", "dropped", None, None)], {})) == []
 
 
 @pytest.mark.parametrize("state", [{}, {"limits_enabled": False}])

@@ -14,7 +14,7 @@ import pidcfg as pidcfg_package
 from command import run_text
 from pidcfg.api import check_file, check_text
 from pidcfg.cli.commands import diff
-from pidcfg.conversion.differences import RISKS, judged
+from pidcfg.conversion.differences import RISKS, judge_difference
 from pidcfg.conversion.ledger import ConvertError
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -299,5 +299,5 @@ def test_two_ways_to_say_an_integral_controller_are_the_same():
     [("2", "2.002", True), ("2", "1.998", True), ("2", "2.0021", False), ("2", "-2", False), ("-2", "-2.002", True)],
 )
 def test_a_thousandth_is_the_registers_rounding_on_either_side(before, after, cosmetic):
-    found = judged("tuning.gain", Decimal(before), Decimal(after))
+    found = judge_difference("tuning.gain", Decimal(before), Decimal(after))
     assert (found.risk == "cosmetic", found.note == "the registers' rounding") == (cosmetic, cosmetic)

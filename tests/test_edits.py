@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from edited_files import NAME, checked, inserted, moved, pool, renamed, reordered, spaced
-from pidcfg.cli.options import selected
+from pidcfg.cli.options import select_findings
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.baseline import compare, enters, entry, suppress
 from pidcfg.validate.fixes import with_values
-from pidcfg.validate.schema import _rename, of_key, of_value
+from pidcfg.validate.schema import _rename, key_edit, value_edit
 
 # --- What covers a finding covers it after every edit that does not touch its loop, and no other one instead ----------
 
@@ -90,8 +90,8 @@ def test_edits_elsewhere_never_change_what_is_covered(vendor, data):
     assert all(any(d is one for one in known) for d in theirs if enters(d)), "the baseline"
     assert all(identity(d) in set(map(identity, before)) for d in known)
 
-    covered = {identity(d) for d in before if not any(d is one for one in selected(before, [], [target.code]))}
-    assert covered >= {identity(d) for d in theirs if d not in selected(after, [], [target.code])}, "a setting"
+    covered = {identity(d) for d in before if not any(d is one for one in select_findings(before, [], [target.code]))}
+    assert covered >= {identity(d) for d in theirs if d not in select_findings(after, [], [target.code])}, "a setting"
 
     ignored = [one.finding for one in suppress(after, read_document(text.encode(), "plant.yaml")).ignored]
     first = suppress(findings(with_comment.text), read_document(with_comment.text.encode(), "plant.yaml")).ignored
@@ -234,7 +234,7 @@ def test_an_edit_is_for_one_line_without_an_anchor(path, key, value):
     def shown(edits):
         return next(((edit.text, edit.span.line, edit.span.column) for edit in edits), None)
 
-    assert (shown(of_key(doc, path, "new")), shown(of_value(doc, path, "x"))) == (key, value)
+    assert (shown(key_edit(doc, path, "new")), shown(value_edit(doc, path, "x"))) == (key, value)
 
 
 # --- Values that are written into a file: in the place of others, or as new keys behind a neighbour -------------------

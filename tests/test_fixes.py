@@ -21,7 +21,7 @@ from pidcfg.text.source import read_document
 from pidcfg.validate import engine, rule
 from pidcfg.validate.baseline import suppress
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.fixes import Fixer, apart, same_but_quotes, splice
+from pidcfg.validate.fixes import Fixer, same_but_quotes, separate_findings, splice
 from pidcfg.validate.rules.dl06 import RULES
 from pidcfg.validate.schema import all_keys, clear_match, is_slip, keys_of, models_below, slips
 from pidcfg.vendors import VENDORS
@@ -77,7 +77,7 @@ def test_findings_whose_edits_touch_those_of_one_before_wait(places):
         if not any((at, end) == (a, b) or max(at, a) < min(end, b) for a, b in taken):
             taken.append((at, end))
             wanted.append(finding)
-    assert list(apart(findings)) == wanted
+    assert list(separate_findings(findings)) == wanted
 
 
 def test_of_two_edits_that_overlap_one_is_made():

@@ -23,21 +23,21 @@ from pidcfg.validate.ideas import (
     View,
     alarm_beyond,
     alarm_within,
-    at_both,
     block_beyond_bank,
     blocks_overlap,
     complete,
     deadband_of_zero,
     hysteresis_spans_normal_zone,
-    in_words,
+    list_names,
     neighbours_out_of_order,
     number_text,
+    number_with_unit,
     outside_limits,
+    report_at_both,
     rings,
     sharing,
     too_many_loops,
     value_or_switch,
-    with_unit,
 )
 from pidcfg.validate.own_units import _unit_of
 from pidcfg.vendors import VENDORS
@@ -118,7 +118,7 @@ def test_what_several_loops_have_is_reported_at_each_of_them():
 
 def test_a_finding_of_two_loops_stands_at_both_and_names_the_other():
     a, b = views("A", "B")
-    found = list(at_both(a, a.at("mode"), b, b.at("pv", "range"), value=3))
+    found = list(report_at_both(a, a.at("mode"), b, b.at("pv", "range"), value=3))
     assert [(f.path, f.with_loops, f.values) for f in found] == [
         (("loops", 0, "mode"), ("B",), {"value": 3}),
         (("loops", 1, "pv", "range"), ("A",), {"value": 3}),
@@ -136,7 +136,7 @@ def test_a_finding_of_two_loops_stands_at_both_and_names_the_other():
     ],
 )
 def test_names_in_a_message(count, text):
-    assert in_words([f"L{i}" for i in range(count)]) == text
+    assert list_names([f"L{i}" for i in range(count)]) == text
 
 
 # --- blocks ----------------------------------------------------------------------------------------------------------
@@ -232,8 +232,8 @@ def test_a_hysteresis_spans_the_zone_up_to_where_another_rule_begins(hysteresis,
 def test_numbers_are_shortened_and_have_their_unit():
     assert number_text(Decimal("1.50")) == "1.5"
     assert number_text(Decimal("0.1234567890123")) == "0.123457"
-    assert with_unit(Decimal(3), "bar") == "3 bar"
-    assert with_unit(Decimal(3), None) == "3"
+    assert number_with_unit(Decimal(3), "bar") == "3 bar"
+    assert number_with_unit(Decimal(3), None) == "3"
 
 
 def test_a_feature_is_pointed_at_by_its_value_or_by_its_switch():

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 import certify_rig
 import pidcfg
 from jobs_rig import doubling, dying, waiting
-from pidcfg.cli.console import refused
+from pidcfg.cli.console import system_refusal
 from pidcfg.cli.main import cli
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.text import processes
@@ -62,8 +62,8 @@ def test_processes_are_started_only_where_they_pay():
 def test_a_process_that_is_gone_is_one_clear_error():
     with pytest.raises(ChildProcessError) as caught:
         list(Crew(2, dying).results(range(8)))
-    assert refused(caught.value) == "a process ended in the middle of its work; try --jobs 1"
-    assert "No child" in refused(ChildProcessError(10, "No child processes"))
+    assert system_refusal(caught.value) == "a process ended in the middle of its work; try --jobs 1"
+    assert "No child" in system_refusal(ChildProcessError(10, "No child processes"))
 
 
 def test_who_stops_looking_leaves_no_process():

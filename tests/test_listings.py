@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from pidcfg import api
 from pidcfg.encoders.decoding import read_listing
-from pidcfg.encoders.dl06.files import read, write
+from pidcfg.encoders.dl06.files import read_bytes, write
 from pidcfg.encoders.listing import ListingError
 from pidcfg.text.reader import DEFAULT
 from pidcfg.vendors import VENDORS
@@ -210,7 +210,7 @@ def other(memory):
 def test_bytes_are_those_of_intelhex_both_ways(memory):
     text = write(memory)
     assert text == other(memory)
-    assert read(text) == memory
+    assert read_bytes(text) == memory
     assert pytest.importorskip("intelhex").IntelHex(io.StringIO(text)).todict() == memory
 
 
@@ -220,7 +220,7 @@ def test_a_digit_that_is_changed_is_refused(memory, data):
     at = data.draw(st.sampled_from([i for i, c in enumerate(text) if c.isalnum()]))
     digit = data.draw(st.sampled_from([c for c in "0123456789ABCDEF" if c != text[at]]))
     with pytest.raises(ListingError):
-        read(text[:at] + digit + text[at + 1 :])
+        read_bytes(text[:at] + digit + text[at + 1 :])
 
 
 @pytest.mark.parametrize(
@@ -244,12 +244,12 @@ def test_a_digit_that_is_changed_is_refused(memory, data):
 )
 def test_what_is_no_record_is_refused_at_its_line(text, line, message):
     with pytest.raises(ListingError, match=message) as caught:
-        read(text)
+        read_bytes(text)
     assert caught.value.line == line
 
 
 def test_extended_and_start_addresses_are_those_of_the_specification():
     text = ":020000021200EA\n:0100100001EE\n:020000040001F9\n:0100000002FD\n:0400000300003800C1\n" + END
-    assert read(text.replace("\n", "\r\n").lower()) == {0x12010: 1, 0x10000: 2}
+    assert read_bytes(text.replace("\n", "\r\n").lower()) == {0x12010: 1, 0x10000: 2}
     found = pytest.importorskip("intelhex").IntelHex(io.StringIO(text)).todict()
     assert found == {0x12010: 1, 0x10000: 2, "start_addr": {"CS": 0, "IP": 0x3800}}

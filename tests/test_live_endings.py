@@ -187,7 +187,7 @@ def test_only_a_person_sees_it(monkeypatch):
     monkeypatch.setattr(live_chart.LINE, "silent", False)
     assert chart_for("run.csv", None) is None
     monkeypatch.setattr("sys.stderr", Terminal())
-    monkeypatch.setattr(live_chart, "watched", lambda: True)
+    monkeypatch.setattr(live_chart, "is_watched", lambda: True)
     monkeypatch.setattr(live_chart.LINE, "silent", False)
     assert chart_for("run.csv", None) is not None
     monkeypatch.setattr(live_chart.LINE, "silent", True)

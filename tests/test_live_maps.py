@@ -269,7 +269,7 @@ def test_maps_that_are_none(text, place, said):
 
 def test_an_example_of_a_map_has_room_for_a_float_in_two_registers():
     rows = ["A,holding,,float32", "B,holding,,uint16", "# C,holding,,int16", "M0,coil,,bool", "M1,coil,,bool"]
-    assert list(map_template.filled(rows)) == [
+    assert list(map_template.fill_rows(rows)) == [
         "A,holding,0,float32",
         "B,holding,2,uint16",
         "M0,coil,0,bool",

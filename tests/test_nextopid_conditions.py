@@ -12,7 +12,7 @@ from pidcfg.encoders.nextopid.files import FORMATS
 from pidcfg.encoders.nextopid.image import decode, encode
 from pidcfg.encoders.nextopid.st_read import read_st
 from pidcfg.encoders.nextopid.st_scope import Wiring
-from pidcfg.encoders.nextopid.st_write import PLAIN, printed, write_st
+from pidcfg.encoders.nextopid.st_write import PLAIN, print_expression, write_st
 from pidcfg.encoders.structured_text import tokens_of
 from pidcfg.schemas.expressions import ExpressionError, Typed, lengths_of
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME
@@ -190,7 +190,7 @@ def test_the_engine_finds_what_python_finds(condition, man, fault, level, count)
 def test_what_is_printed_reads_back_to_the_same_code(condition):
     code = parsed(condition[0])
     names = list(TYPES)
-    text = printed(code.code, code.constants, names.__getitem__, PLAIN)
+    text = print_expression(code.code, code.constants, names.__getitem__, PLAIN)
     again = parsed(text)
     assert (again.code, again.constants) == (code.code, code.constants)
 
@@ -237,7 +237,7 @@ def test_conditions_of_a_program_written_by_hand(program, wire):
             Wiring.read(tokens, BOOL, lambda parts: (parts[0].text, names[parts[0].text]))
         return
     found = Wiring.read(tokens, BOOL, lambda parts: (parts[0].text, names[parts[0].text]))
-    assert printed(found.code, found.constants, found.names.__getitem__, PLAIN) == wire
+    assert print_expression(found.code, found.constants, found.names.__getitem__, PLAIN) == wire
 
 
 # --- signals ---------------------------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from pidcfg.encoders.nextopid.files import checklist, looks_like_st
 from pidcfg.encoders.nextopid.image import decode, encode
 from pidcfg.encoders.nextopid.st_read import read_st, with_zeros
 from pidcfg.encoders.nextopid.st_scope import Scope, Wiring
-from pidcfg.encoders.nextopid.st_write import ST, cycles_of, depth, printed, wire_text, write_st
+from pidcfg.encoders.nextopid.st_write import ST, cycles_of, depth, print_expression, wire_text, write_st
 from pidcfg.encoders.structured_text import Token, number_of, st_real, tokens_of
 from pidcfg.schemas.expressions import MAX_LENGTH, parse
 from pidcfg.schemas.iec import REAL, Wire
@@ -68,7 +68,7 @@ def calculated(expression, signals: list[float]) -> float:
 
 
 def in_st(expression) -> str:
-    return printed(expression.code, expression.constants, list(NAMES).__getitem__, ST)
+    return print_expression(expression.code, expression.constants, list(NAMES).__getitem__, ST)
 
 
 def from_st(text: str):

@@ -380,9 +380,9 @@ def test_a_baseline_on_another_drive_keeps_its_path(tmp_path, monkeypatch):
     text_ = '[tool]\nbaseline = "known.json"\n'
     monkeypatch.chdir(tmp_path)
     table = {"baseline": "known.json"}
-    assert settings_file.checked(table, "f", text_, "", tmp_path) == {"baseline": "known.json"}
+    assert settings_file.check_table(table, "f", text_, "", tmp_path) == {"baseline": "known.json"}
     monkeypatch.setattr(os.path, "relpath", two_drives)
-    found = settings_file.checked(table, "f", text_, "", tmp_path)
+    found = settings_file.check_table(table, "f", text_, "", tmp_path)
     assert found == {"baseline": (tmp_path / "known.json").as_posix()}
 
 

@@ -101,7 +101,7 @@ def test_every_reader_takes_what_is_sound_and_refuses_what_is_not_as_it_says():
 @pytest.fixture
 def changed(monkeypatch):
     """Changed examples without compiled kernels, which take half a minute."""
-    monkeypatch.setattr(fuzz.engine, "installed", lambda: False)
+    monkeypatch.setattr(fuzz.engine, "is_installed", lambda: False)
     return fuzz.Fuzz(SEED)
 
 

@@ -15,9 +15,19 @@ from click.testing import CliRunner
 
 from browser import BEYOND, IN_CI, NARROW, WIDE, opened, width_of
 from pidcfg.cli.main import cli
-from pidcfg.output.report.content import Title, Units, contents_of, measured
-from pidcfg.output.report.page import VARIABLE, PdfError, browser, clause, compared, door_sheet, grouped, page, pdf
-from pidcfg.output.report.runs import found, metric_unit
+from pidcfg.output.report.content import Title, Units, contents_of, measurement_text
+from pidcfg.output.report.page import (
+    VARIABLE,
+    PdfError,
+    browser,
+    clause,
+    compared_words,
+    door_sheet,
+    group_findings,
+    page,
+    pdf,
+)
+from pidcfg.output.report.runs import found_text, metric_unit
 from pidcfg.output.report.sheets import compose, plc_sheet
 from pidcfg.sim.judgement.report import Verdict
 from pidcfg.text.source import read_document
@@ -135,7 +145,7 @@ def test_words_are_compared_as_the_plc_shows_them():
 
 
 def test_many_zeros_stand_as_one():
-    rows = dict(compared(content("dl06/extruder").loops[4][1].blocks))
+    rows = dict(compared_words(content("dl06/extruder").loops[4][1].blocks))
     assert rows["V17350 to V17377"] == "0000"
     assert "V17351" not in rows
     assert rows["V17610"] == "0250"
@@ -155,7 +165,7 @@ def test_cascade_from_has_its_register():
 
 def test_findings_that_are_explained_alike_are_explained_once():
     report = content("dl06/extruder")
-    groups = grouped(report.findings)
+    groups = group_findings(report.findings)
     assert sum(len(group.findings) for group in groups) == len(report.findings) == 19
     assert len(groups) < 10
     text = page(report)
@@ -201,7 +211,7 @@ def test_an_analog_output_has_no_pulses(name):
     ],
 )
 def test_a_measured_number_has_engineering_digits(value, text):
-    assert measured(value) == text
+    assert measurement_text(value) == text
 
 
 @pytest.mark.parametrize(
@@ -235,7 +245,7 @@ def test_a_metric_has_the_unit_of_its_loop(metric, unit):
 )
 def test_what_was_found_has_its_unit(text, value, shown):
     units = {"TIC-1": Units("degC", "%", {"TIC-1.PV": "degC", "TIC-1.OUT": "%"})}
-    assert found(Verdict(text, passed=True, value=value, loop="TIC-1"), units) == shown
+    assert found_text(Verdict(text, passed=True, value=value, loop="TIC-1"), units) == shown
 
 
 def test_the_metrics_of_a_run_have_units(tmp_path):

@@ -17,7 +17,7 @@ import pidcfg
 from pidcfg.cli.formats.tuning import as_text
 from pidcfg.output.process import Into, Robustness, Target
 from pidcfg.output.retune import loop_tuning
-from pidcfg.output.robust import confirmed, spreads_of
+from pidcfg.output.robust import confirm_gains, spreads_of
 from pidcfg.text.reader import DEFAULT, reader_of
 from pidcfg.tuning.robust import Search, Words
 from pidcfg.tuning.rules import Gains, Process, TuningError, plants_of, read_spreads
@@ -392,10 +392,10 @@ def test_the_virtual_plc_has_the_error_that_is_told(vendor):
 def test_gains_that_do_worse_are_not_confirmed(dl06):
     """The limit is that of the gains which were found; a quarter of the gain has four times the error."""
     found = dl06.robust.found
-    done = confirmed(found, PLANT, None, None, 2, DEFAULT)
+    done = confirm_gains(found, PLANT, None, None, 2, DEFAULT)
     assert done.passed
     weak = replace(found.result, gains=replace(found.result.gains, gain=found.result.gains.gain / 4))
-    lazy = confirmed(replace(found, result=weak), PLANT, None, None, 2, DEFAULT)
+    lazy = confirm_gains(replace(found, result=weak), PLANT, None, None, 2, DEFAULT)
     assert lazy.largest > done.limit
 
 

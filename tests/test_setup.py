@@ -20,7 +20,7 @@ from packaging.utils import canonicalize_name
 
 import pidcfg
 from conftest import Missing
-from pidcfg.cli.environment import need
+from pidcfg.cli.environment import require_extra
 from pidcfg.cli.main import COMMANDS
 
 ROOT = Path(__file__).parents[1]
@@ -36,7 +36,7 @@ def test_a_test_is_skipped_by_the_name_of_the_package_that_it_lacks(monkeypatch)
     monkeypatch.setattr(sys, "meta_path", [finder for finder in sys.meta_path if isinstance(finder, Missing)])
     monkeypatch.delitem(sys.modules, "jinja2", raising=False)
     with pytest.raises(pytest.skip.Exception, match="jinja2 is not installed"):
-        need("jinja2", "report")
+        require_extra("jinja2", "report")
 
 
 # --- the wheel --------------------------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ import pytest
 from command import run
 from pidcfg.sim.engine.run import Settings
 from pidcfg.study.outcome import simulate_document
-from pidcfg.text.reader import shortened
+from pidcfg.text.reader import shorten_path
 from pidcfg.text.source import read_document
 
 ROOT = Path(__file__).parents[1]
@@ -61,7 +61,7 @@ def test_paths_are_shortened_where_that_changes_nothing(tmp_path, monkeypatch, p
         (tmp_path / "link").symlink_to("a/scenarios")
     except OSError:
         (tmp_path / "link").unlink(missing_ok=True)  # Windows without the right to make links
-    assert shortened(Path(path)).as_posix() == short
+    assert shorten_path(Path(path)).as_posix() == short
 
 
 def test_reports_name_the_configuration_without_a_way_back(folder):

@@ -61,7 +61,7 @@ def test_who_decides_about_colour(environment, terminal, coloured, monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    assert colour.enabled(Stream(terminal=terminal)) is coloured
+    assert colour.is_coloured(Stream(terminal=terminal)) is coloured
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ oven.yaml:5:19: {severity} DL201: the table starts wrong
 @pytest.mark.parametrize(("severity", "code"), [("error", "311"), ("warning", "331"), ("info", "361")])
 def test_a_finding_wears_the_colour_of_its_severity(severity, code):
     text = FINDING.format(severity=severity)
-    found = drawn(colour.painted(text))
+    found = drawn(colour.paint_report(text))
     assert {found[piece] for piece in (severity, "DL201", "^^^^^")} == {code}
     assert found["oven.yaml:5:19:"] == "1"
     assert {"    5 |", "= cure:"} <= set(found)
@@ -121,7 +121,7 @@ def test_a_finding_wears_the_colour_of_its_severity(severity, code):
     ],
 )
 def test_what_stands_out(line, pieces):
-    assert set(drawn(colour.painted(line))) == pieces
+    assert set(drawn(colour.paint_report(line))) == pieces
 
 
 @pytest.mark.parametrize(
@@ -261,17 +261,17 @@ def test_nothing_is_shown_where_stderr_is_no_terminal(capsys, monkeypatch):
 
 
 def test_the_line_is_held_while_processes_are_forked(monkeypatch):
-    monkeypatch.setattr(progress, "watched", lambda: True)
+    monkeypatch.setattr(progress, "is_watched", lambda: True)
     monkeypatch.setattr(progress, "AFTER", 1e6)
     monkeypatch.setattr(progress, "LINE", line := progress.Line())
     before = threading.active_count()
     line.begin()
     assert threading.active_count() == before + 1
-    with progress.held():
+    with progress.hold_line():
         assert threading.active_count() == before
     assert threading.active_count() == before + 1
     assert line.end() is True
-    with progress.held():
+    with progress.hold_line():
         pass
     assert threading.active_count() == before, "what was not there is not begun"
 

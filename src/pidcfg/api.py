@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from pidcfg.output.arguments import ArgumentError, exact, refuse_below, refuse_unknown, vendor_named
+from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_below, refuse_unknown, vendor_named
 from pidcfg.text.reader import DEFAULT, Files, Limits, data_of, read_file, reader_of, source_data
 from pidcfg.vendors import VENDORS, format_names
 
@@ -59,7 +59,7 @@ def decode_words(vendor: str, words: Mapping[int, int], **options: Any) -> Decod
 # --- The public calls that need no configuration: what a rule gives, and what a word means ----------------------------
 
 
-@exact
+@check_arguments
 def tune(
     method: str,
     form: Form | None = None,
@@ -134,7 +134,7 @@ def tune(
     request = processes.request(columns, rest, start, until, given=record is not None)
     step = None if record is None else (*source_data(record, name, files, limits.file_bytes + 1), request)
     known = processes.known_process(values, model, transfer, given=record is not None)
-    return gains.tuned(method, form, replace(known, wish=wish), step, target, limits)
+    return gains.tune_gains(method, form, replace(known, wish=wish), step, target, limits)
 
 
 def _into(
@@ -151,7 +151,7 @@ def _into(
     return Into(*source_data(source, name, files, limits.file_bytes + 1), loop, reader_of(files))
 
 
-@exact
+@check_arguments
 def explain(
     *things: str,
     vendor: str | None = None,
@@ -168,12 +168,12 @@ def explain(
     ``config``: a configuration, for the loop and the line that set a register. Raises `ValueError` for an unknown
     thing.
     """
-    from pidcfg.output.explanation.lookup import explained
+    from pidcfg.output.explanation.lookup import explain_things
     from pidcfg.output.sources import checked_of
 
     family = None if vendor is None else vendor_named(vendor).key
     checked = None if config is None else checked_of(config, name, files, limits)
-    return explained(things, family, tuple(blocks), checked, loop=loop)
+    return explain_things(things, family, tuple(blocks), checked, loop=loop)
 
 
 # --- The public calls: what the commands do, from Python in one call each ---------------------------------------------
@@ -200,20 +200,20 @@ __all__ = [
 ]
 
 
-@exact
+@check_arguments
 def load(source: Source, *, name: str | None = None, files: Files = None, limits: Limits = DEFAULT) -> LoadResult:
     """A configuration or scenario as data, with what is wrong with its text and its keys; no rule looks at it.
 
     ``name``: what findings call a text. ``files``: other files by their names, and with them nothing is read from disk;
     a `Path` is then one of these names.
     """
-    from pidcfg.output.findings import loaded
+    from pidcfg.output.findings import load_document
     from pidcfg.output.sources import document_of
 
-    return loaded(document_of(source, name, files, limits))
+    return load_document(document_of(source, name, files, limits))
 
 
-@exact
+@check_arguments
 def check(
     source: Source,
     *,
@@ -227,13 +227,13 @@ def check(
     ``comments``: whether ``# pidcfg: ignore[CODE] reason`` in the file counts. Settings and baselines are the command
     line's.
     """
-    from pidcfg.output.findings import checked
+    from pidcfg.output.findings import check_loaded
     from pidcfg.output.sources import document_of
 
-    return checked(document_of(source, name, files, limits), reader_of(files), comments=comments)
+    return check_loaded(document_of(source, name, files, limits), reader_of(files), comments=comments)
 
 
-@exact
+@check_arguments
 def encode(
     source: Source,
     format: str = "text",
@@ -256,17 +256,17 @@ def encode(
     ``map``: a Modbus map, not that of ``plc.map``. Raises `UnwritableError` and `UnusableMapError`, both `ValueError`.
     """
     from pidcfg.output.sources import checked_of, stated_map
-    from pidcfg.output.words import MODBUS, EncodeOptions, encoded
+    from pidcfg.output.words import MODBUS, EncodeOptions, encode_checked
 
     refuse_unknown("format", format, format_names())
     checked, most = checked_of(source, name, files, limits), limits.file_bytes + 1
     added_to = None if into is None else source_data(into, into_name, files, most)
     old = None if changed_from is None else source_data(changed_from, changed_from_name, files, most)
     plc_map = stated_map(map, checked.document, files, limits) if map is not None or format == MODBUS else None
-    return encoded(checked, format, EncodeOptions(added_to, old, live, allow_errors, plc_map))
+    return encode_checked(checked, format, EncodeOptions(added_to, old, live, allow_errors, plc_map))
 
 
-@exact
+@check_arguments
 def decode(
     source: Path | str | bytes | Sequence[Path | str | bytes],
     vendor: str,
@@ -285,17 +285,17 @@ def decode(
     ``annotate``: the listing with a meaning beside every word instead. ``options``: the vendor's of ``pidcfg decode``.
     """
     from pidcfg.output.sources import checked_of, files_of
-    from pidcfg.output.words import DecodeOptions, decoded
+    from pidcfg.output.words import DecodeOptions, decode_files
 
     family = vendor_named(vendor)
     if format is not None:
         refuse_unknown("format", format, family.load("formats"))
     entries = files_of(source, name, files, limits)
     other = None if like is None else checked_of(like, None, files, limits)
-    return decoded(entries, family, DecodeOptions(format, other, annotate), options or {}, limits)
+    return decode_files(entries, family, DecodeOptions(format, other, annotate), options or {}, limits)
 
 
-@exact
+@check_arguments
 def convert(
     source: Source,
     to: str,
@@ -316,17 +316,17 @@ def convert(
     ``gain=2%,time=5%``. ``options``: where things go that the source does not say, as the target's options of
     ``pidcfg convert``, such as ``loop_table``.
     """
-    from pidcfg.output.conversion import both_sides, converted, max_loss_of
+    from pidcfg.output.conversion import both_sides, convert_checked, max_loss_of
     from pidcfg.output.sources import checked_of
 
     target = vendor_named(to, "to")
     refuse_below(1, jobs=jobs)
     checked = checked_of(source, name, files, limits)
     compare = (lambda one, two, report: both_sides(one, two, report, progress, jobs)) if verify else None
-    return converted(checked, target, options or {}, compare, max_loss_of(max_loss))
+    return convert_checked(checked, target, options or {}, compare, max_loss_of(max_loss))
 
 
-@exact
+@check_arguments
 def diff(
     before: Source,
     after: Source,
@@ -348,18 +348,18 @@ def diff(
     names, ranges and units; else it is the other side. ``live``: also words that the PLC or the process writes.
     ``verify``: run both sides through the same battery, in up to ``jobs`` processes; ``progress`` is told the share.
     """
-    from pidcfg.output.differences import DiffOptions, compared, with_verdict
+    from pidcfg.output.differences import DiffOptions, compare_sides, with_verdict
     from pidcfg.output.sources import checked_of, side_of
 
     refuse_below(1, jobs=jobs)
     family = None if vendor is None else vendor_named(vendor)
     other = None if like is None else checked_of(like, None, files, limits)
     one, two = (side_of(source, label, files, limits) for source, label in zip((before, after), names, strict=True))
-    result = compared((one[0], two[0]), (one[1], two[1]), DiffOptions(family, other, live), limits)
+    result = compare_sides((one[0], two[0]), (one[1], two[1]), DiffOptions(family, other, live), limits)
     return with_verdict(result, progress, jobs) if verify and result.ok else result
 
 
-@exact
+@check_arguments
 def simulate(
     source: Source,
     *,
@@ -400,7 +400,7 @@ def simulate(
     return SimulateResult(simulate_document(doc, settings, reader_of(files), record=record))
 
 
-@exact
+@check_arguments
 def certify(
     source: Source,
     *,

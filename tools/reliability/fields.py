@@ -141,7 +141,7 @@ def _parameter(kind: IecType, _: random.Random) -> Pair:
         return parameters.value_of(_double(raw) if kind.double else iec_registers.register_content(kind, raw))
 
     def encode(value: Any) -> int:
-        content = parameters.read(kind, value) if kind.kind == "time" else parameters.store(kind, value)
+        content = parameters.read_content(kind, value) if kind.kind == "time" else parameters.store(kind, value)
         assert content is not None
         return int.from_bytes(struct.pack(">d", content)) if kind.double else iec_registers.raw_of(kind, content)
 

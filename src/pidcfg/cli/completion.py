@@ -59,7 +59,7 @@ class Shell(ShellComplete):
 
     def get_completion_args(self) -> tuple[list[str], str]:
         """The words before the one that is typed, and that one."""
-        words = split(os.environ.get("COMP_WORDS", "") + END, self.escape)
+        words = split_line(os.environ.get("COMP_WORDS", "") + END, self.escape)
         while len(words) > 1 and ASSIGNMENT.match(words[0]):
             del words[0]
         typed = words[-1].removesuffix(END)
@@ -130,7 +130,7 @@ class PowerShell(Shell):
         return f"{item.type}\n{value}\n{encodable(one_line(item.help), 'ascii')}"
 
 
-def split(line: str, escape: str) -> list[str]:
+def split_line(line: str, escape: str) -> list[str]:
     """The words of a line in which a quote may still be open."""
     lexer = shlex.shlex(line, posix=True)
     lexer.whitespace_split, lexer.commenters, lexer.escape = True, "", escape
@@ -366,7 +366,7 @@ def source_of(command: str, param: click.Parameter) -> Source | None:
     return any_file if takes_file else None
 
 
-def completed(command: click.Command) -> click.Command:
+def with_candidates(command: click.Command) -> click.Command:
     """A copy of a command whose parameters know their candidates."""
     completing = copy(command)
     completing.params = [copy(param) for param in command.params]

@@ -19,7 +19,7 @@ import click
 from pidcfg import __version__
 from pidcfg.cli import environment
 from pidcfg.cli.environment import hint
-from pidcfg.cli.terminal import LINE, enabled, encodable, fits, painted
+from pidcfg.cli.terminal import LINE, encodable, fits, is_coloured, paint_report
 from pidcfg.text.signs import ORDER, first_order, one_line, printable, without_orders
 
 if TYPE_CHECKING:
@@ -74,8 +74,8 @@ def show_orders(text: str) -> None:
 
 def show(text: str) -> None:
     """A result for people: in colour where that is wanted."""
-    text, coloured = _for_people(text, sys.stdout), enabled(sys.stdout)
-    _put(painted(text) if coloured else text, color=coloured)
+    text, coloured = _for_people(text, sys.stdout), is_coloured(sys.stdout)
+    _put(paint_report(text) if coloured else text, color=coloured)
 
 
 def echo_json(text: str) -> None:
@@ -103,10 +103,10 @@ def _is_utf8(text: str) -> bool:
 def note(text: str) -> None:
     """A remark for people, on stderr."""
     LINE.end()
-    coloured = enabled(sys.stderr)
+    coloured = is_coloured(sys.stderr)
     text = _for_people(text, sys.stderr)
     try:
-        click.echo(painted(text) if coloured else text, err=True, color=coloured)
+        click.echo(paint_report(text) if coloured else text, err=True, color=coloured)
     except OSError:  # nobody reads it, or the disk is full: a remark that is lost changes no exit code
         drop(sys.stderr)
 
@@ -156,7 +156,7 @@ def drop(stream: TextIO) -> None:
 
 def markdown(text: str) -> None:
     """A page of documentation: formatted where colour is wanted, as it is elsewhere."""
-    if not enabled(sys.stdout):
+    if not is_coloured(sys.stdout):
         _put(without_orders(encodable(text, sys.stdout.encoding)), color=False)
         return
     import shutil
@@ -202,7 +202,7 @@ class Detail:
         self.wanted = wanted
         self._begin = self._last = time.perf_counter()
         self.say(f"pidcfg {__version__}, Python {platform.python_version()}, {platform.system()}")
-        self.say(*(f"environment: {setting}" for setting in environment.in_force(ctx.command)))
+        self.say(*(f"environment: {setting}" for setting in environment.variables_in_force(ctx.command)))
 
     def say(self, *lines: str) -> None:
         """Lines for whoever wants to know."""
@@ -254,7 +254,7 @@ def _also_missing(error: click.ClickException) -> Iterable[click.Parameter]:
     return [p for p in error.ctx.command.params if p.required and p.name not in known and p is not error.param]
 
 
-def refused(error: OSError) -> str:
+def system_refusal(error: OSError) -> str:
     """What the system refuses, by its name where there is one; a process that is gone says so itself."""
     if isinstance(error, ChildProcessError) and error.errno is None:
         return str(error)

@@ -15,12 +15,12 @@ from pidcfg.cli import settings
 from pidcfg.cli.console import hand_on, note, remark
 from pidcfg.cli.inputs import FILES, STDIN, UNNAMED, document
 from pidcfg.cli.main import Exit
-from pidcfg.cli.options import named
+from pidcfg.cli.options import selects_code
 from pidcfg.cli.outputs import difference, print_patch, replace_files
 from pidcfg.cli.policy import Rules, count, read_baseline
 from pidcfg.cli.terminal import progress
 from pidcfg.output.findings import check_any
-from pidcfg.text.diagnostics import number_of, ordered
+from pidcfg.text.diagnostics import number_of, sort_findings
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import unusable
 
@@ -108,12 +108,14 @@ def _corrected(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
     from pidcfg.validate.fixes import Fixed, Fixer
 
     def check(doc: Document) -> list[Diagnostic]:
-        return ordered(suppress(check_any(doc, FILES), doc).kept)
+        return sort_findings(suppress(check_any(doc, FILES), doc).kept)
 
     if entry.problem is not None:
         return Fixed(entry.data, (), tuple(check(document(entry))))
     ignore = [*rules.ignore, *settings.of(ctx).ignored_in(entry.name)]
     fixer = Fixer(
-        lambda data: read_document(data, entry.name, entry.limits), check, lambda d: named(d.code, rules.select, ignore)
+        lambda data: read_document(data, entry.name, entry.limits),
+        check,
+        lambda d: selects_code(d.code, rules.select, ignore),
     )
     return fixer.fix(entry.data)

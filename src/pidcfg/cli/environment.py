@@ -44,7 +44,7 @@ def spelling(option: click.Option) -> str:
     return next(opt for opt in option.opts if opt.startswith("--"))
 
 
-def in_force(command: click.Command) -> Iterator[str]:
+def variables_in_force(command: click.Command) -> Iterator[str]:
     """The variables of a command that the environment has, as a shell sets them."""
     names = (str(option.envvar) for option in options_of(command))
     return (f"{name}={os.environ[name]}" for name in names if os.environ.get(name))
@@ -74,7 +74,7 @@ def hint(param: click.Parameter, ctx: click.Context | None) -> str:
 # --- Packages that pidcfg runs without: one clear word where something needs them -------------------------------------
 
 
-def need(package: str, extra: str) -> None:
+def require_extra(package: str, extra: str) -> None:
     """Ends the command, before anything runs, where the package of an extra is not installed."""
     if find_spec(package) is None:
         raise click.ClickException(

@@ -13,7 +13,7 @@ import click
 
 from pidcfg.cli.console import remark
 from pidcfg.cli.inputs import FILES, document, read_inputs
-from pidcfg.cli.terminal import held
+from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Document, Node
 from pidcfg.text.store import Store, UnsafeFolderError, cache_folder
@@ -259,7 +259,7 @@ def _checked(inputs: Sequence[Input]) -> Iterator[tuple[Document, list[Diagnosti
 
     yield check_input(inputs[0])  # a process that is forked has what this one has loaded for it
     with ProcessPoolExecutor(processors) as pool:
-        with held():
+        with hold_line():
             checked = pool.map(check_input, inputs[1:], chunksize=CHUNK)
         yield from checked
 

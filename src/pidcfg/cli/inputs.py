@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import click
 
 from pidcfg.cli.console import remark
-from pidcfg.cli.terminal import held
+from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
@@ -618,7 +618,7 @@ def read_input(name: str, limits: Limits) -> Input:
         if name == STDIN:
             if sys.stdin is None:
                 return Input(name_of(name), problem="cannot read standard input: it is closed", piped=True)
-            with held():
+            with hold_line():
                 FILES.opened(sys.stdin.buffer)
                 return Input(name_of(name), sys.stdin.buffer.read(most), piped=True, limits=limits)
         return Input(name, FILES.read(name, most), limits=limits)

@@ -50,7 +50,7 @@ def begin() -> None:
 
 
 @contextmanager
-def kept() -> Iterator[None]:
+def keep_signal() -> Iterator[None]:
     """A signal that has ended the work stays one, although a library may make an error of its own of that."""
     try:
         yield

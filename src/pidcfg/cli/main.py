@@ -154,9 +154,9 @@ class LazyGroup(click.Group):
         LINE.label = cmd_name
         command = load(cmd_name)
         if COMPLETE in os.environ:
-            from pidcfg.cli.completion import completed
+            from pidcfg.cli.completion import with_candidates
 
-            return completed(command)
+            return with_candidates(command)
         for remark in environment.unknown(command, cmd_name):
             _remark(remark)
         return command
@@ -164,7 +164,7 @@ class LazyGroup(click.Group):
     def _name_variables(self, ctx: click.Context) -> None:
         """Says which variables may have had a part in an error that names no option."""
         name = ctx.invoked_subcommand
-        for setting in environment.in_force(load(name)) if name in COMMANDS else ():
+        for setting in environment.variables_in_force(load(name)) if name in COMMANDS else ():
             _remark(f"the environment sets {setting}")
 
     def resolve_command(
@@ -245,13 +245,13 @@ def _warn(message: Warning | str, *_: object, **__: object) -> None:
 def _refuse(error: click.ClickException | OSError) -> NoReturn:
     """Ends a command that cannot go on with the reason, plainly where no more files may be open to say it."""
     try:
-        from pidcfg.cli.console import refused, say
+        from pidcfg.cli.console import say, system_refusal
 
         if isinstance(error, click.ClickException):
             say(error)
         else:
             _drop_stdout()
-            _say(f"Error: {refused(error)}")
+            _say(f"Error: {system_refusal(error)}")
     except OSError:
         with suppress(OSError):
             sys.stderr.write(f"Error: {ascii(str(error))[1:-1]}\n")
@@ -272,7 +272,7 @@ def _run() -> object:
         from pidcfg.cli.completion import register
 
         register()
-    with interrupts.kept():
+    with interrupts.keep_signal():
         return cli(standalone_mode=False, prog_name="pidcfg", complete_var=COMPLETE)
 
 

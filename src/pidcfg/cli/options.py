@@ -13,7 +13,7 @@ import click
 from click.core import ParameterSource
 from click.types import IntParamType
 
-from pidcfg.cli.environment import need
+from pidcfg.cli.environment import require_extra
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.reader import DEFAULT, Limits
 from pidcfg.vendors import VENDORS
@@ -243,14 +243,14 @@ def processes(jobs: int | None) -> int:
     return jobs or cores()
 
 
-def selected(findings: list[Diagnostic], select: list[str], ignore: list[str]) -> list[Diagnostic]:
+def select_findings(findings: list[Diagnostic], select: list[str], ignore: list[str]) -> list[Diagnostic]:
     """The findings that the options leave; what keeps a file from being used cannot be ignored."""
     from pidcfg.validate.catalog import ignorable
 
-    return [d for d in findings if not ignorable(d) or named(d.code, select, ignore)]
+    return [d for d in findings if not ignorable(d) or selects_code(d.code, select, ignore)]
 
 
-def named(code: str, select: list[str], ignore: list[str]) -> bool:
+def selects_code(code: str, select: list[str], ignore: list[str]) -> bool:
     """Whether the options select a code."""
     from pidcfg.validate.catalog import matches
 
@@ -351,15 +351,15 @@ def map_file(name: str | None, limits: Limits) -> Path | None:
     return Path(name)
 
 
-def needed(url: str) -> None:
+def require_packages(url: str) -> None:
     """Ends the command where a package is missing that reaches this PLC."""
-    need("pymodbus", "live")
+    require_extra("pymodbus", "live")
     if url.startswith("modbus+rtu"):
-        need("serial", "live")
+        require_extra("serial", "live")
 
 
 @contextmanager
-def reached() -> Iterator[None]:
+def reach_plc() -> Iterator[None]:
     """Ends the command with one line where the PLC cannot be reached or an option makes no sense."""
     from pidcfg.encoders.modbus_map import UnusableMapError
     from pidcfg.live.link import PlcError

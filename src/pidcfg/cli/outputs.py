@@ -343,7 +343,7 @@ def _undo(done: Sequence[Staged], kept: Sequence[Staged]) -> list[str]:
 # --- The file of ``--resume``: read whole, replaced whole -------------------------------------------------------------
 
 
-def kept(name: str) -> bytes | None:
+def read_existing(name: str) -> bytes | None:
     """What the file holds; None: it is not there yet."""
     try:
         return read_file(place(name))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TextIO
 import click
 
 from pidcfg.cli.console import show as print_report
-from pidcfg.cli.environment import need
+from pidcfg.cli.environment import require_extra
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,7 +32,7 @@ PIPED = 80
 """Its width where the output is not a terminal."""
 
 
-def named(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
+def name_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) -> tuple[str, ...]:
     """File names whose suffixes give the format; the plotting library is checked before anything runs."""
     for name in names:
         if name != TERMINAL and Path(name).suffix.lower() not in SUFFIXES:
@@ -42,7 +42,7 @@ def named(ctx: click.Context, param: click.Parameter, names: tuple[str, ...]) ->
     if twice is not None:
         raise click.BadParameter(f"{twice!r} stands there twice", ctx, param)
     if any(Path(name).suffix.lower() in DRAWN for name in names):
-        need("matplotlib", "report")
+        require_extra("matplotlib", "report")
     return names
 
 
@@ -50,20 +50,20 @@ def only_files(ctx: click.Context, param: click.Parameter, names: tuple[str, ...
     """The same where the terminal shows the pictures anyway."""
     if TERMINAL in names:
         raise click.BadParameter("--verify draws in the terminal; name a file", ctx, param)
-    return named(ctx, param, names)
+    return name_files(ctx, param, names)
 
 
 _plot = partial(click.option, "--plot", multiple=True, metavar="FILE")
-PLOT = _plot(callback=named, help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.")
+PLOT = _plot(callback=name_files, help="Draw the loops: FILE.svg, .png or .html, or - in the terminal; repeatable.")
 MARGINS = _plot(
-    callback=named, help="Draw margins and answers of the loop: FILE.svg, .png or .html, or - in the terminal."
+    callback=name_files, help="Draw margins and answers of the loop: FILE.svg, .png or .html, or - in the terminal."
 )
 VERIFIED = _plot(
     callback=only_files,
     help="As --verify, and draw both sides over each other: FILE.svg, .png or .html; repeatable.",
 )
 OVERLAY = _plot(
-    callback=named,
+    callback=name_files,
     help="Draw both sides over each other on the same plants: FILE.svg, .png or .html, or - in the "
     "terminal; repeatable.",
 )
@@ -79,7 +79,7 @@ LOOPS = click.option(
 )
 
 
-def of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
+def charts_of_runs(outcomes: Sequence[Outcome], loops: Sequence[str]) -> list[Chart]:
     """The charts of all runs; where there are several, each says of which one it is."""
     from pidcfg.study.outcome import charts_of
 
@@ -107,7 +107,7 @@ def heading(outcomes: Sequence[Outcome]) -> tuple[str, list[str]]:
     ]
 
 
-def drawn(
+def draw_files(
     names: Sequence[str], charts: Sequence[Chart], title: str, intro: Sequence[str] = ()
 ) -> dict[str, str | bytes]:
     """The files of all names but the terminal's, by name."""
@@ -132,7 +132,7 @@ def drawn(
     return files
 
 
-def in_characters(chart: Chart, stream: TextIO) -> str:
+def chart_text(chart: Chart, stream: TextIO) -> str:
     """A chart as wide as the terminal, in the signs that its code page has."""
     from pidcfg.pictures.characters import fits, lines
 
@@ -143,4 +143,4 @@ def in_characters(chart: Chart, stream: TextIO) -> str:
 def show(charts: Sequence[Chart]) -> None:
     """The charts in the terminal, as a result."""
     for chart in charts:
-        print_report(f"\n{in_characters(chart, sys.stdout)}\n")
+        print_report(f"\n{chart_text(chart, sys.stdout)}\n")

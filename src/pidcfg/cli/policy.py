@@ -11,7 +11,7 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.inputs import UNNAMED
-from pidcfg.text.diagnostics import ordered
+from pidcfg.text.diagnostics import sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import read_file
 
@@ -89,7 +89,7 @@ def triage(findings: Sequence[Diagnostic], documents: dict[str, Document], setti
     left_out = {file: settings.ignored_in(file) for file in documents}
 
     def is_selected(d: Diagnostic) -> bool:
-        return bool(options.selected([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
+        return bool(options.select_findings([d], rules.select, [*rules.ignore, *left_out.get(d.file, ())]))
 
     result.ignored = [entry for entry in result.ignored if is_selected(entry.finding)]
     result.kept = [d for d in all_findings if is_selected(d)]
@@ -113,7 +113,7 @@ def _without_ignored(findings: Sequence[Diagnostic], documents: Mapping[str, Doc
         by_file.get(d.file, []).append(d)
     for file, of_file in by_file.items():
         outcome = suppress(of_file, documents[file])
-        result.kept += ordered(outcome.kept) if len(outcome.kept) != len(of_file) or outcome.ignored else of_file
+        result.kept += sort_findings(outcome.kept) if len(outcome.kept) != len(of_file) or outcome.ignored else of_file
         result.ignored += outcome.ignored
     return result
 
@@ -151,7 +151,7 @@ def _with_baseline(
     if rules.shrink and compared.stale:
         from pidcfg.cli.outputs import write_files
 
-        write_files({name: baseline.to_text(baseline.without(entries, compared.stale))}, force=True)
+        write_files({name: baseline.to_text(baseline.remove_entries(entries, compared.stale))}, force=True)
         result.remarks.append(f"{name}: {count(len(compared.stale), 'entry', 'entries')} removed")
         return
     ignored = {baseline.entry(one.finding, file_of) for one in result.ignored}

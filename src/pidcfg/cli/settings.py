@@ -121,7 +121,7 @@ class _File(NamedTuple):
         raise click.ClickException(f"{self.name}{place}: {message}" + (f"; {cure}" if cure else ""))
 
 
-def checked(table: Any, name: str, text: str, within: str, root: Path) -> dict[str, Any]:
+def check_table(table: Any, name: str, text: str, within: str, root: Path) -> dict[str, Any]:
     """The settings of a table, as option values."""
     file = _File(name, text, within, root)
     if not isinstance(table, dict):
@@ -466,7 +466,7 @@ def _loaded(path: Path, name: str, data: bytes) -> Settings:
         tool = table.get("tool")
         table = tool.get("pidcfg", {}) if isinstance(tool, dict) else {}
     root = Path(os.path.abspath(path)).parent
-    return Settings(name, root, checked(table, name, data.decode("utf-8-sig"), within, root))
+    return Settings(name, root, check_table(table, name, data.decode("utf-8-sig"), within, root))
 
 
 def report(ctx: click.Context) -> str:

@@ -163,7 +163,7 @@ def patterns() -> tuple[re.Pattern[str], ...]:
     )
 
 
-def enabled(stream: Any) -> bool:
+def is_coloured(stream: Any) -> bool:
     """Whether text on this stream is coloured."""
     context = click.get_current_context(silent=True)
     if context is not None and context.color is not None:
@@ -180,7 +180,7 @@ def terminal(stream: Any) -> bool:
     return stream is not None and bool(stream.isatty()) and os.environ.get("TERM") != "dumb"
 
 
-def painted(text: str) -> str:
+def paint_report(text: str) -> str:
     """A report with its severities, codes, places, carets and verdicts in colour."""
     lines, severity = [], "error"
     for line in text.split("\n"):
@@ -256,7 +256,7 @@ class Line:
 
     def begin(self) -> None:
         """From now on the second counts, if a person watches."""
-        if self.silent or self._timer is not None or not watched():
+        if self.silent or self._timer is not None or not is_watched():
             return
         from threading import Timer
 
@@ -304,7 +304,7 @@ class Line:
 LINE = Line()
 
 
-def watched() -> bool:
+def is_watched() -> bool:
     """Whether stderr is a terminal: progress is shown nowhere else."""
     return sys.stderr is not None and terminal(sys.stderr)
 
@@ -314,7 +314,7 @@ def _bar() -> Progress:
     from rich.console import Console
     from rich.progress import Progress
 
-    plain = not enabled(sys.stderr)
+    plain = not is_coloured(sys.stderr)
     console = Console(file=sys.stderr, no_color=plain)
     return Progress(console=console, transient=True, redirect_stdout=False, redirect_stderr=False)
 
@@ -328,7 +328,7 @@ def progress(items: Iterable[T], label: str, total: int) -> Iterator[T]:
 
 
 @contextmanager
-def held() -> Iterator[None]:
+def hold_line() -> Iterator[None]:
     """Without the line: while somebody types, or processes are forked, which no thread survives."""
     begun = LINE.end()
     try:

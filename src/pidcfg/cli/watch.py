@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import terminal as colour
-from pidcfg.cli.console import note, refused, remark, say
+from pidcfg.cli.console import note, remark, say, system_refusal
 from pidcfg.cli.inputs import NAMES, READ, STDIN, expand
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
@@ -74,10 +74,10 @@ class WatchCommand(click.Command):
         """Runs until somebody presses Ctrl-C; the exit code of the last run that came to its end."""
         code: int = Exit.INTERRUPTED
         try:
-            seen = states(watched(ctx))
+            seen = states(watched_files(ctx))
             while True:
                 code = self._once(ctx)
-                names = sorted(watched(ctx))
+                names = sorted(watched_files(ctx))
                 seen = {**states(names), **seen}
                 there = sum(seen.get(name) is not None for name in names)
                 if not ctx.params["quiet"]:
@@ -108,7 +108,7 @@ class WatchCommand(click.Command):
         except BrokenPipeError:
             raise
         except OSError as error:
-            remark(f"Error: {refused(error)}")
+            remark(f"Error: {system_refusal(error)}")
             return Exit.UNUSABLE
         finally:
             LINE.end()
@@ -129,7 +129,7 @@ def refuse(ctx: click.Context) -> None:
             raise click.UsageError(f"--watch and {option} exclude each other", ctx)
 
 
-def watched(ctx: click.Context) -> Iterator[str]:
+def watched_files(ctx: click.Context) -> Iterator[str]:
     """The files of a command: what its paths stand for, what it has read, and where settings may be."""
     from pidcfg.cli.settings import CONFIG_FILE, candidates
 
@@ -172,20 +172,20 @@ def next_change(ctx: click.Context, seen: Mapping[str, State]) -> tuple[dict[str
     """Waits until files have changed and the change is complete; how they are now, and which ones changed."""
     while True:
         begin = time.monotonic()
-        now = states(watched(ctx))
+        now = states(watched_files(ctx))
         if differing(seen, now):
-            now = settled(ctx, seen)
+            now = wait_until_settled(ctx, seen)
             if changed := differing(seen, now):
                 return now, changed
         time.sleep(max(INTERVAL, SHARE * (time.monotonic() - begin)))
 
 
-def settled(ctx: click.Context, seen: Mapping[str, State]) -> dict[str, State]:
+def wait_until_settled(ctx: click.Context, seen: Mapping[str, State]) -> dict[str, State]:
     """How the files are once nothing changes any more, and none is missing that an editor is about to put back."""
-    begin, now = time.monotonic(), states(watched(ctx))
+    begin, now = time.monotonic(), states(watched_files(ctx))
     while True:
         time.sleep(SETTLED)
-        before, now = now, states(watched(ctx))
+        before, now = now, states(watched_files(ctx))
         gone = any(seen[name] is not None and now.get(name) is None for name in seen)
         if not differing(before, now) and not (gone and time.monotonic() - begin < PATIENCE):
             return now

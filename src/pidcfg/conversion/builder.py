@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from pidcfg.conversion.ledger import ConvertError, Missing, NeutralLoop, SourceField, TargetField, TargetFile
 from pidcfg.encoders.image import present
 from pidcfg.schemas.base import Quantity
-from pidcfg.schemas.numbers import EXACT, plain_number
+from pidcfg.schemas.numbers import EXACT_CONTEXT, plain_number
 from pidcfg.text.paths import put, steps, value_at
 from pidcfg.text.references import Decision
 
@@ -30,14 +30,14 @@ DIGITS = 12
 Span = tuple[Decimal, Decimal]
 
 
-def rounded(value: Decimal) -> Decimal:
+def round_computed(value: Decimal) -> Decimal:
     """A computed number without the noise of its last digits."""
     return Decimal(f"{value:.{DIGITS}g}") if value else ZERO
 
 
 def number(value: Decimal) -> int | float:
     """A number as a file has it, its computed digits rounded."""
-    return plain_number(rounded(value))
+    return plain_number(round_computed(value))
 
 
 def width(span: Sequence[Decimal]) -> Decimal:
@@ -47,18 +47,18 @@ def width(span: Sequence[Decimal]) -> Decimal:
 
 def quotient(a: Decimal, b: Decimal) -> Decimal:
     """A / b."""
-    return EXACT.divide(a, b)
+    return EXACT_CONTEXT.divide(a, b)
 
 
 def product(*factors: Decimal) -> Decimal:
     """All factors multiplied."""
     result = ONE
     for factor in factors:
-        result = EXACT.multiply(result, factor)
+        result = EXACT_CONTEXT.multiply(result, factor)
     return result
 
 
-def rescaled(value: Decimal, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
+def rescale(value: Decimal, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
     """A value of one scale at the same place of another."""
     return target[0] + quotient(product(value - source[0], width(target)), width(source))
 
@@ -67,19 +67,19 @@ def filter_time(share: Decimal, sample_time: Decimal) -> Decimal:
     """The time constant of a filter that takes this share of a difference in each sample; 1: no filter."""
     if share >= ONE:
         return ZERO
-    return rounded(-quotient(sample_time, EXACT.ln(ONE - share)))
+    return round_computed(-quotient(sample_time, EXACT_CONTEXT.ln(ONE - share)))
 
 
 def filter_share(time: Decimal, sample_time: Decimal) -> Decimal:
     """The share of a difference that a filter with this time constant takes in each sample."""
     if time <= ZERO:
         return ONE
-    return rounded(ONE - EXACT.exp(-quotient(sample_time, time)))
+    return round_computed(ONE - EXACT_CONTEXT.exp(-quotient(sample_time, time)))
 
 
-def decayed(sample_time: Decimal, time: Decimal) -> Decimal:
+def filter_decay(sample_time: Decimal, time: Decimal) -> Decimal:
     """The share of a difference that a backward step of a filter with this time constant takes in each sample."""
-    return rounded(quotient(sample_time, sample_time + time))
+    return round_computed(quotient(sample_time, sample_time + time))
 
 
 def gain_limit(derivative: Decimal, constant: Decimal, highest: int) -> int:
@@ -95,13 +95,13 @@ def dependent(kp: Decimal, ki: Decimal, kd: Decimal) -> tuple[Decimal, Decimal, 
     Without one the gain is 1: the times then are 1/Ki and Kd. Without any of the three it is 0.
     """
     gain = kp or (ONE if ki or kd else ZERO)
-    integral = rounded(quotient(gain, ki)) if ki else ZERO
-    return gain, integral, rounded(quotient(kd, gain)) if kd else ZERO, bool(kp) or not (ki or kd)
+    integral = round_computed(quotient(gain, ki)) if ki else ZERO
+    return gain, integral, round_computed(quotient(kd, gain)) if kd else ZERO, bool(kp) or not (ki or kd)
 
 
 def independent(gain: Decimal, integral: Decimal, derivative: Decimal) -> tuple[Decimal, Decimal]:
     """Ki and Kd of gain, integral time (0: none) and derivative time."""
-    return rounded(quotient(gain, integral)) if integral else ZERO, rounded(product(gain, derivative))
+    return round_computed(quotient(gain, integral)) if integral else ZERO, round_computed(product(gain, derivative))
 
 
 # --- How a conversion fills a neutral loop and a target's file, recording what each field became ----------------------
@@ -270,7 +270,7 @@ def _rescale(outer: NeutralLoop, span: list[Decimal], inner: str) -> None:
     if present == span:
         return
     factor = quotient(width(span), width(present))
-    tuning["gain"] = rounded(product(Decimal(str(tuning["gain"])), factor))
+    tuning["gain"] = round_computed(product(Decimal(str(tuning["gain"])), factor))
     output["range"] = span
     for key in ("bias", "manual"):
         if key in output:
@@ -286,7 +286,7 @@ def _rescale(outer: NeutralLoop, span: list[Decimal], inner: str) -> None:
 
 
 def _moved(value: Any, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
-    return rounded(rescaled(Decimal(str(value)), source, target))
+    return round_computed(rescale(Decimal(str(value)), source, target))
 
 
 # --- Fields that go over as they are: rows of a vendor's table, which stand between the steps that calculate ----------
@@ -336,7 +336,7 @@ Table: TypeAlias = "tuple[Same | Callable[[B, C], None], ...]"
 """Rows, and steps that get the builder and what they work with."""
 
 
-def same(*paths: str, if_on: bool = False) -> tuple[Same, ...]:
+def same_fields(*paths: str, if_on: bool = False) -> tuple[Same, ...]:
     """Rows of fields that have one path on both sides."""
     return tuple(Same(path, if_on=if_on) for path in paths)
 
@@ -361,7 +361,7 @@ HARMLESS = {"setpoint.follows_pv": False}
 """Values that are no default and still ask nothing of a target that has no such field."""
 
 
-def unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+def drop_unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Those of these fields that a loop gives (with more than the default), with what to program instead."""
     for path, note in notes.items():
         *above, key = steps(path)
@@ -408,8 +408,8 @@ def normal(loop: Flat) -> Flat:
     gain = values["tuning.gain"]
     if not values["tuning.proportional"] and gain:
         values["tuning.gain"] = Decimal(1)
-        values["tuning.integral_time"] = rounded(quotient(values["tuning.integral_time"], gain))
-        values["tuning.derivative_time"] = rounded(product(values["tuning.derivative_time"], gain))
+        values["tuning.integral_time"] = round_computed(quotient(values["tuning.integral_time"], gain))
+        values["tuning.derivative_time"] = round_computed(product(values["tuning.derivative_time"], gain))
     if not values["tuning.derivative_time"]:
         for key in ("tuning.derivative_on", "tuning.derivative_filter"):
             values.pop(key, None)
@@ -423,13 +423,13 @@ def on_the_same_scale(one: Flat, two: Flat) -> Flat:
         return two
     values = dict(two)
     factor = quotient(width(first), width(second))
-    values["tuning.gain"] = rounded(product(values["tuning.gain"], factor))
+    values["tuning.gain"] = round_computed(product(values["tuning.gain"], factor))
     for key in ON_THE_SCALE:
         value = values.get(key)
         if value is not None and not isinstance(value, Quantity):
-            values[key] = rounded(rescaled(Decimal(value), second, first))
+            values[key] = round_computed(rescale(Decimal(value), second, first))
     if values.get("output.max_rate") is not None:
-        values["output.max_rate"] = rounded(product(values["output.max_rate"], factor))
+        values["output.max_rate"] = round_computed(product(values["output.max_rate"], factor))
     return values | dict(zip(ENDS, first, strict=True))
 
 

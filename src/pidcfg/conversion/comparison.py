@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.conversion.builder import flat, normal, on_the_same_scale
-from pidcfg.conversion.differences import Compared, Difference, by_risk, judged, judged_key, ranked
+from pidcfg.conversion.differences import Compared, Difference, judge_difference, judged_key, rank_by_risk, sort_by_risk
 from pidcfg.conversion.ledger import ConvertError, number_of, overlap
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.conversion.terms import SIGNALS, Item, Owner, Wired
@@ -40,17 +40,17 @@ EQUAL = Decimal("1e-6")
 def compare(before: NeutralSide, after: NeutralSide) -> list[Compared]:
     """Loop by loop: matched by name, then by their order."""
     rows = []
-    for i, j in matched(before.names, after.names):
+    for i, j in match_loops(before.names, after.names):
         if j is None and i is not None:
             rows.append(Compared(before.names[i], "removed"))
         elif i is None and j is not None:
             rows.append(Compared(after.names[j], "added"))
         elif i is not None and j is not None:
-            rows.append(ranked(after.names[j], _neutral(before, i, after, j)))
+            rows.append(rank_by_risk(after.names[j], _neutral(before, i, after, j)))
     return rows
 
 
-def matched(before: Sequence[str], after: Sequence[str]) -> list[tuple[int | None, int | None]]:
+def match_loops(before: Sequence[str], after: Sequence[str]) -> list[tuple[int | None, int | None]]:
     """Numbers of loops that belong together, by their names."""
     numbers = {_plain(name): j for j, name in enumerate(after)}
     partners: dict[int, int] = {}
@@ -85,7 +85,11 @@ def _neutral(before: NeutralSide, i: int, after: NeutralSide, j: int) -> list[Di
         return [Difference("type", "high", kinds[0], kinds[1], "the neutral form does not have both")]
     one = normal(flat(first))
     two = on_the_same_scale(one, normal(flat(second)))
-    return [judged(key, one.get(key), two.get(key)) for key in {**one, **two} if not _equal(one.get(key), two.get(key))]
+    return [
+        judge_difference(key, one.get(key), two.get(key))
+        for key in {**one, **two}
+        if not _equal(one.get(key), two.get(key))
+    ]
 
 
 def _equal(before: Any, after: Any) -> bool:
@@ -181,7 +185,7 @@ D346 = Decision(
     "A name is changed in an afternoon, and the gains with it; a loop of which most differs is another loop.",
 )
 
-ALIKE = 0.5
+ALIKE_SHARE = 0.5
 """The share of what is set that must be the same for a loop at the same place to be the same one."""
 
 Pair = tuple["Owner | None", "Owner | None"]
@@ -231,7 +235,7 @@ def _keys(owners: Sequence[Owner]) -> list[tuple[str, str, int]]:
 def _same_place(one: Owner, two: Owner, i: int, j: int) -> bool:
     """At the same address, or position, and much alike."""
     at_place = one.place == two.place if one.place or two.place else i == j
-    return at_place and likeness(one, two) >= ALIKE
+    return at_place and likeness(one, two) >= ALIKE_SHARE
 
 
 def _same_content(one: Owner, two: Owner, i: int, j: int) -> bool:
@@ -262,7 +266,7 @@ def is_place(value: object, owner: Owner) -> bool:
     return isinstance(value, str) and value in owner.place.split()
 
 
-def moved(pairs: Sequence[Pair]) -> Iterator[tuple[Owner, tuple[str, str]]]:
+def moved_loops(pairs: Sequence[Pair]) -> Iterator[tuple[Owner, tuple[str, str]]]:
     """Loops of the second side that have another place than on the first, with both places.
 
     That is where its registers begin; where a vendor gives loops no addresses, its number, if its order has changed.
@@ -324,7 +328,7 @@ class Comparison:
     def rows(self) -> list[Compared]:
         """Every loop; blocks, and at the end the rest of the file, only where there is something to tell of them."""
         pairs = pairs_of(self.before.owners, self.after.owners)
-        places = {id(two): place for two, place in moved(pairs)}
+        places = {id(two): place for two, place in moved_loops(pairs)}
         names = {one.name: two.name for one, two in pairs if one and two and one.name != two.name}
         rows: list[Compared] = []
         rest: list[Compared] = []
@@ -348,10 +352,10 @@ class Comparison:
         return Compared(
             two.name,
             status,
-            by_risk(_once(rows.differs)),
+            sort_by_risk(_once(rows.differs)),
             one.name if is_renamed else "",
             place,
-            by_risk(rows.operated),
+            sort_by_risk(rows.operated),
             tuple(rows.live),
             tuple(rows.missing),
         )
@@ -362,7 +366,7 @@ class Comparison:
         for key in _keys_of_both(one, two):
             a, b = one.items.get(key), two.items.get(key)
             shown = b or a
-            fate = self._fate((one, two), renamed(a, names), b)
+            fate = self._fate((one, two), rename_loops(a, names), b)
             if shown is not None and fate == "missing":
                 rows.missing.append(shown.key)
             elif shown is not None and fate == "live":
@@ -443,7 +447,7 @@ def _is_silent(row: Compared) -> bool:
     return row.same and not (row.operated or row.left_out or row.missing)
 
 
-def renamed(item: Item | None, names: Mapping[str, str]) -> Item | None:
+def rename_loops(item: Item | None, names: Mapping[str, str]) -> Item | None:
     """An item of the first side in which loops have the names of the second."""
     if item is None or not names:
         return item

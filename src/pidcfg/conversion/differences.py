@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
-from pidcfg.conversion.ledger import number_of, shown
+from pidcfg.conversion.ledger import json_value, number_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -71,13 +71,13 @@ class Compared:
         return self.status == "same"
 
 
-def ranked(loop: str, differences: Iterable[Difference]) -> Compared:
+def rank_by_risk(loop: str, differences: Iterable[Difference]) -> Compared:
     """A loop on both sides, what can go most wrong first."""
-    rows = by_risk(differences)
+    rows = sort_by_risk(differences)
     return Compared(loop, "changed" if rows else "same", rows)
 
 
-def by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
+def sort_by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
     """What can go most wrong first."""
     return tuple(sorted(differences, key=lambda difference: RISKS.index(difference.risk)))
 
@@ -179,7 +179,7 @@ def _of_key(key: str, before: Any, after: Any) -> tuple[Risk, str]:
     return ("high" if any(word in key for word in SIGNALS) else "medium"), ""
 
 
-def judged(field: str, before: Any, after: Any) -> Difference:
+def judge_difference(field: str, before: Any, after: Any) -> Difference:
     """The difference of a field, with its risk and what it means."""
     one, two = number_of(before), number_of(after)
     risk, note = _meaning(field, before, after, one, two)
@@ -187,7 +187,7 @@ def judged(field: str, before: Any, after: Any) -> Difference:
         risk, note = "cosmetic", "the registers' rounding"
     elif one and two is not None and not note:
         note = f"{(two / one - 1) * 100:+.3g} %"
-    return Difference(field, risk, shown(before), shown(after), note)
+    return Difference(field, risk, json_value(before), json_value(after), note)
 
 
 def _meaning(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:

@@ -13,8 +13,8 @@ from pidcfg.conversion.builder import (
     filter_time,
     product,
     quotient,
-    rounded,
-    same,
+    round_computed,
+    same_fields,
     take,
     width,
 )
@@ -151,7 +151,7 @@ def _derivative(b: NeutralBuilder, loop: Loop) -> None:
     if not time:
         b.drop("derivative_gain_limit", limit, "there is no derivative to be limited")
         return
-    constant = ZERO if limit >= NO_FILTER else rounded(quotient(time, limit))
+    constant = ZERO if limit >= NO_FILTER else round_computed(quotient(time, limit))
     b.put("derivative_gain_limit", limit, "tuning.derivative_filter", constant)
 
 
@@ -165,7 +165,7 @@ def _error(b: NeutralBuilder, loop: Loop) -> None:
     deadband = _active(b, loop.error, "error.deadband", ZERO)
     if deadband is not None and _squared(loop):
         note = "the root, since the error is no longer squared"
-        b.put("error.deadband", deadband, "deadband", rounded(deadband.sqrt()), note, assumed=True)
+        b.put("error.deadband", deadband, "deadband", round_computed(deadband.sqrt()), note, assumed=True)
     elif deadband is not None:
         b.put("error.deadband", deadband, "deadband", deadband)
 
@@ -273,7 +273,7 @@ def _rate_of_change(b: NeutralBuilder, loop: Loop) -> None:
     rate = loop.alarms.rate_of_change
     if switched_on(loop.alarms.rate_of_change_enabled, rate):
         change = ZERO if rate is None else rate.per_sample(loop.sample_rate).value
-        second = rounded(quotient(change, loop.sample_rate))
+        second = round_computed(quotient(change, loop.sample_rate))
         b.put("alarms.rate_of_change", ZERO if rate is None else str(rate), "alarms.rate_of_change", second)
     elif rate is not None:
         b.drop("alarms.rate_of_change", str(rate), SWITCHED_OFF)
@@ -287,7 +287,7 @@ def _autotune(b: NeutralBuilder, loop: Loop) -> None:
 
 
 FIELDS: Table[NeutralBuilder, Loop] = (
-    *same("name", "description", "mode"),
+    *same_fields("name", "description", "mode"),
     Same("action", "output_raises_pv", RAISES),
     _sample_rate,
     _tuning,

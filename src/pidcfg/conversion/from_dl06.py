@@ -16,8 +16,8 @@ from pidcfg.conversion.builder import (
     outputs_in_inner_units,
     product,
     quotient,
-    rounded,
-    same,
+    round_computed,
+    same_fields,
     take,
     width,
 )
@@ -37,7 +37,7 @@ from pidcfg.encoders.dl06.image import OUTPUT_OFFSET, deviation_alarms_on, loop_
 from pidcfg.encoders.image import switched_on
 from pidcfg.encoders.maps.dl06 import RESET
 from pidcfg.schemas.base import SECONDS, Quantity, v_name
-from pidcfg.schemas.numbers import EXACT, decimal_text
+from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -74,29 +74,29 @@ def position(scale: Scale, value: Quantity) -> Decimal:
     if not is_raw(value, scale) or scale.range is None:
         return value.value
     share = quotient(product(value.value - scale.zero, scale.width), scale.full)
-    return rounded(EXACT.add(scale.range[0], share))
+    return round_computed(EXACT_CONTEXT.add(scale.range[0], share))
 
 
 def distance(scale: Scale, value: Quantity) -> Decimal:
     """A difference on a scale that has a range."""
     if not is_raw(value, scale):
         return value.value
-    return rounded(quotient(product(value.value, scale.width), scale.full))
+    return round_computed(quotient(product(value.value, scale.width), scale.full))
 
 
 def flow(scale: Scale, value: Quantity) -> Decimal:
     """The root of a raw PV, in units of the flow (D284); a negative PV has none."""
     low = scale.range[0] if scale.range else ZERO
     share = quotient(max(scale.position(value), ZERO), Decimal(scale.format.span))
-    return rounded(EXACT.add(low, product(EXACT.sqrt(share), scale.width)))
+    return round_computed(EXACT_CONTEXT.add(low, product(EXACT_CONTEXT.sqrt(share), scale.width)))
 
 
-def squared(scale: Scale, value: Decimal) -> Decimal:
+def square_of_flow(scale: Scale, value: Decimal) -> Decimal:
     """The value on the raw scale whose root is a flow (D284)."""
     low, span = scale.range[0] if scale.range else ZERO, Decimal(scale.format.span)
     share = max(quotient(value - low, scale.width), ZERO)
     counts = product(share, share, span) - scale.format.minimum
-    return short(EXACT.add(low, quotient(product(counts, scale.width), span)))
+    return short(EXACT_CONTEXT.add(low, quotient(product(counts, scale.width), span)))
 
 
 # --- A DL06 loop with its scales, and its values as its file writes them ----------------------------------------------
@@ -119,7 +119,7 @@ def active(b: NeutralBuilder, path: str, value: Any, bit: bool | None) -> bool: 
     """Whether a value with an enable bit is switched on; a value that is not is dropped."""
     on = switched_on(bit, value)
     if not on and value is not None:
-        b.drop(path, shown(value), OFF)
+        b.drop(path, quantity_text(value), OFF)
     return on
 
 
@@ -127,16 +127,16 @@ def limits(b: NeutralBuilder, path: str, pair: tuple[Quantity, Quantity], scale:
     """A pair of limits of the set point or the output."""
     low, high = (position(scale, end) for end in pair)
     if low >= high:
-        b.need(path, f"correct {path}: {shown(pair[0])} is not below {shown(pair[1])}")
-    b.put(path, [shown(end) for end in pair], path, [low, high])
+        b.need(path, f"correct {path}: {quantity_text(pair[0])} is not below {quantity_text(pair[1])}")
+    b.put(path, [quantity_text(end) for end in pair], path, [low, high])
 
 
-def shown(value: Any) -> Any:
+def quantity_text(value: Any) -> Any:
     """A value as the file writes it."""
     if isinstance(value, Quantity):
         return f"{decimal_text(value.value)} counts" if value.counts else value.value
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
-        return [shown(part) for part in value]
+        return [quantity_text(part) for part in value]
     return str(value) if isinstance(value, tuple) else value
 
 
@@ -162,9 +162,9 @@ def error_fields(b: NeutralBuilder, s: Dl06Loop) -> None:
     size = distance(scale, error.deadband)
     note = ""
     if is_squared:  # D31: the deadband is applied to the square
-        size = rounded(EXACT.sqrt(max(product(size, scale.width), ZERO)))
+        size = round_computed(EXACT_CONTEXT.sqrt(max(product(size, scale.width), ZERO)))
         note = "compared with the squared error here: its root"
-    b.put("error.deadband", shown(error.deadband), "deadband", size, note=note)
+    b.put("error.deadband", quantity_text(error.deadband), "deadband", size, note=note)
 
 
 def alarm_fields(b: NeutralBuilder, s: Dl06Loop) -> None:
@@ -186,7 +186,7 @@ def _point(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity | None, t
     """A point of a group that one bit enables: one that is not given is compared all the same (D20)."""
     if not on:
         if value is not None:
-            b.drop(field, shown(value), OFF)
+            b.drop(field, quantity_text(value), OFF)
         return
     held, note = (NOTHING, ZERO_WORD) if value is None else (value, "")
     if to.startswith("alarms.deviation"):
@@ -194,15 +194,15 @@ def _point(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity | None, t
     else:
         change = flow if s.loop.pv.square_root else position
         point = change(s.scales["pv"], held)
-        b.put(field, shown(value), to, point, note=note, assumed=value is None)
+        b.put(field, quantity_text(value), to, point, note=note, assumed=value is None)
 
 
 def _span(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity, to: str, note: str = "") -> None:
     """A difference of PVs."""
     if s.loop.pv.square_root:
-        b.drop(field, shown(value), ROOT)
+        b.drop(field, quantity_text(value), ROOT)
     else:
-        b.put(field, shown(value), to, distance(s.scales["pv"], value), note=note, assumed=bool(note))
+        b.put(field, quantity_text(value), to, distance(s.scales["pv"], value), note=note, assumed=bool(note))
 
 
 def _rate_of_change(b: NeutralBuilder, s: Dl06Loop) -> None:
@@ -212,9 +212,9 @@ def _rate_of_change(b: NeutralBuilder, s: Dl06Loop) -> None:
         return
     change = NOTHING if rate is None else rate.per_sample(s.loop.sample_rate)
     if s.loop.pv.square_root:
-        b.drop(field, shown(rate), ROOT)
+        b.drop(field, quantity_text(rate), ROOT)
         return
-    value = rounded(quotient(distance(s.scales["pv"], change), s.loop.sample_rate))
+    value = round_computed(quotient(distance(s.scales["pv"], change), s.loop.sample_rate))
     if rate is None:
         b.put("alarms.rate_of_change_enabled", alarms.rate_of_change_enabled, field, value, note=ZERO_WORD)
     else:
@@ -319,7 +319,7 @@ def _anti_windup(b: NeutralBuilder, s: Dl06Loop) -> None:
 def _tuning(b: NeutralBuilder, s: Dl06Loop) -> None:
     tuning = s.loop.tuning
     spans = width(s.scales["output"].range or ()), width(s.scales["pv"].range or ())
-    gain = rounded(quotient(product(tuning.gain or ONE, spans[0]), spans[1]))
+    gain = round_computed(quotient(product(tuning.gain or ONE, spans[0]), spans[1]))
     if tuning.gain:
         b.put("tuning.gain", tuning.gain, "tuning.gain", gain)
     else:
@@ -358,7 +358,7 @@ def _derivative(b: NeutralBuilder, s: Dl06Loop) -> None:
         b.put("plc.derivative", acts, "tuning.derivative_on", acts)
     if limited and limit:
         if rate:
-            b.put("derivative_gain_limit", limit, "tuning.derivative_filter", rounded(quotient(rate, limit)))
+            b.put("derivative_gain_limit", limit, "tuning.derivative_filter", round_computed(quotient(rate, limit)))
         else:
             b.drop("derivative_gain_limit", limit, "without a rate it does nothing")
 
@@ -397,7 +397,7 @@ def _transfer(b: NeutralBuilder, path: str, transfer: Dl06Transfer | None, what:
 def _setpoint(b: NeutralBuilder, s: Dl06Loop) -> None:
     setpoint, scale = s.loop.setpoint, s.scales["sp"]
     if setpoint.value is not None:
-        b.put("setpoint.value", shown(setpoint.value), "setpoint.value", position(scale, setpoint.value))
+        b.put("setpoint.value", quantity_text(setpoint.value), "setpoint.value", position(scale, setpoint.value))
     if not active(b, "setpoint.limits", setpoint.limits, setpoint.limits_enabled):
         return
     if setpoint.limits is not None:
@@ -433,7 +433,7 @@ def _state(b: NeutralBuilder, s: Dl06Loop) -> None:
     state, scale = s.loop.state, s.scales["output"]
     if state.output is not None:
         value = _raw(s, state.output)
-        b.put("state.output", shown(value), "output.manual", position(scale, value))
+        b.put("state.output", quantity_text(value), "output.manual", position(scale, value))
     elif position(scale, NOTHING) > (scale.range or (ZERO,))[0]:
         note = "the output begins with 0 counts, in the middle of its range"
         b.put("state.output", None, "output.manual", position(scale, NOTHING), note=note, assumed=True)
@@ -443,9 +443,14 @@ def _state(b: NeutralBuilder, s: Dl06Loop) -> None:
     bias = position(scale, NOTHING if word is None else _raw(s, word))
     if state.bias is None and state.output is not None:
         b.set("output.bias", bias)
-        b.mark("state.output", shown(_raw(s, state.output)), "output.bias", note="a change to Auto makes it the bias")
+        b.mark(
+            "state.output",
+            quantity_text(_raw(s, state.output)),
+            "output.bias",
+            note="a change to Auto makes it the bias",
+        )
     elif state.bias is not None:
-        b.put("state.bias", shown(_raw(s, state.bias)), "output.bias", bias)
+        b.put("state.bias", quantity_text(_raw(s, state.bias)), "output.bias", bias)
     elif bias:
         note = "without an integral the output stands at 0 counts when there is no error"
         b.put("state.bias", None, "output.bias", bias, note=note, assumed=True)
@@ -465,15 +470,15 @@ def profile_text(profile: RampSoak) -> str:
     if profile.steps is None:
         return f"table at {v_name(profile.table)}, which the file does not hold{state}"
     steps = [
-        f"ramp to {shown(s.ramp_to)} at {shown(s.slope)} /s, soak {decimal_text(s.soak)} min"
-        + (f" within {shown(s.deviation)}" if s.deviation is not None else "")
+        f"ramp to {quantity_text(s.ramp_to)} at {quantity_text(s.slope)} /s, soak {decimal_text(s.soak)} min"
+        + (f" within {quantity_text(s.deviation)}" if s.deviation is not None else "")
         for s in profile.steps
     ]
     return ("; ".join(steps) or "no steps") + state
 
 
 FIELDS: Table[NeutralBuilder, Dl06Loop] = (
-    *same("name", "description", "mode"),
+    *same_fields("name", "description", "mode"),
     Same("cascade_from", "setpoint.source"),
     _remote_setpoint,
     Same("sample_rate", "sample_time"),
@@ -483,7 +488,7 @@ FIELDS: Table[NeutralBuilder, Dl06Loop] = (
     _anti_windup,
     _tuning,
     _derivative,
-    *same("pv.range", "pv.unit", "pv.square_root"),
+    *same_fields("pv.range", "pv.unit", "pv.square_root"),
     _pv_filter,
     _setpoint,
     _output,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.conversion.builder import ZERO, NeutralBuilder, Same, dependent, same, take
+from pidcfg.conversion.builder import ZERO, NeutralBuilder, Same, dependent, same_fields, take
 from pidcfg.conversion.operation import Deadband, Manual, Operation, Own, Windup
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.schemas.numbers import plain_number
@@ -163,13 +163,13 @@ def _call(b: NeutralBuilder, d: Instruction) -> None:
 
 
 FIELDS: Table[NeutralBuilder, Instruction] = (
-    *same("name", "description"),
+    *same_fields("name", "description"),
     Same("PID_DIR", "output_raises_pv"),
     Same("SV", "setpoint.value"),
     _mode,
     _anti_windup,
     _deadband,
-    *same("pv.range", "pv.unit", "output.range", "output.unit"),
+    *same_fields("pv.range", "pv.unit", "output.range", "output.unit"),
     _cycle,
     _equation,
     _output,

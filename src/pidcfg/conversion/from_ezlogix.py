@@ -16,8 +16,8 @@ from pidcfg.conversion.builder import (
     outputs_in_inner_units,
     product,
     quotient,
-    rounded,
-    same,
+    round_computed,
+    same_fields,
     take,
     width,
 )
@@ -26,7 +26,7 @@ from pidcfg.encoders.codecs import is_raw
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.maps.ezlogix import R_BLOCK
 from pidcfg.schemas.ezlogix import CV_FULL, REGISTERS
-from pidcfg.schemas.numbers import EXACT, plain_number
+from pidcfg.schemas.numbers import EXACT_CONTEXT, plain_number
 from pidcfg.text.paths import is_given
 from pidcfg.text.references import Decision
 
@@ -109,14 +109,14 @@ def position(value: Quantity, scale: Scale, span: Span) -> Decimal:
     if not is_raw(value, scale):
         return value.value
     share = quotient(product(value.value - scale.zero, width(span)), scale.full)
-    return rounded(EXACT.add(span[0], share))
+    return round_computed(EXACT_CONTEXT.add(span[0], share))
 
 
 def distance(value: Quantity, scale: Scale, span: Span) -> Decimal:
     """A difference on a scale, in engineering units of ``span``."""
     if not is_raw(value, scale):
         return value.value
-    return rounded(quotient(product(value.value, width(span)), scale.full))
+    return round_computed(quotient(product(value.value, width(span)), scale.full))
 
 
 def to_neutral(config: EzlogixFile) -> list[NeutralLoop]:
@@ -154,7 +154,7 @@ def _cascade(b: NeutralBuilder, loop: Loop, outer: Loop) -> None:
 
 def _gain(b: NeutralBuilder, s: ScaledLoop) -> None:
     tuning = s.loop.tuning
-    gain = rounded(product(tuning.proportional_gain or ONE, s.unit_gain))
+    gain = round_computed(product(tuning.proportional_gain or ONE, s.unit_gain))
     b.put("tuning.proportional_gain", tuning.proportional_gain, "tuning.gain", gain)
     if not tuning.proportional_gain:
         b.put(
@@ -215,21 +215,21 @@ def _shown(value: Quantity) -> int | float | str:
 
 
 HEAD = (
-    *same("name", "description", "mode"),
+    *same_fields("name", "description", "mode"),
     Same("action", "output_raises_pv", RAISES),
     Same("sample_rate", "sample_time"),
 )
 FIELDS: Table[NeutralBuilder, ScaledLoop] = (
     _gain,
-    *same("tuning.integral_time", "tuning.derivative_time"),
+    *same_fields("tuning.integral_time", "tuning.derivative_time"),
     Same("algorithm", "tuning.derivative_on", ACTS_ON),
-    *same("pv.range", "pv.unit"),
+    *same_fields("pv.range", "pv.unit"),
     Same("pv.square_root", if_on=True),
     _deadband,
     _setpoint,
     _output,
     Same("output.pulse.cycle_time", "output.pulse.period"),
-    *same("output.pulse.min_on", "output.pulse.min_off", "anti_windup"),
+    *same_fields("output.pulse.min_on", "output.pulse.min_off", "anti_windup"),
     _autotune,
 )
 """Every field in the order of the report."""

@@ -6,7 +6,17 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.builder import ZERO, NeutralBuilder, Same, dependent, product, quotient, rounded, same, take
+from pidcfg.conversion.builder import (
+    ZERO,
+    NeutralBuilder,
+    Same,
+    dependent,
+    product,
+    quotient,
+    round_computed,
+    same_fields,
+    take,
+)
 from pidcfg.conversion.nextopid_wires import Network
 from pidcfg.conversion.operation import Deadband, Filter, Manual, Master, Operation, Own, Rate, Smoothing, Windup
 from pidcfg.encoders.nextopid.image import bumpless_moves, encode
@@ -93,7 +103,7 @@ class ParameterBuilder(NeutralBuilder):
         if value.value is None:
             self.drop_parameter(key, instead)
         elif value.value or value.wire:
-            self.put_parameter(key, to, rounded(product(value.value, factor)), note)
+            self.put_parameter(key, to, round_computed(product(value.value, factor)), note)
 
     def mark_switch(self, key: str, to: str, note: str = "") -> None:
         """A BOOL; one that nobody knows is dropped."""
@@ -421,7 +431,7 @@ def _connections(b: ParameterBuilder, item: PidaReal) -> None:
 
 
 FIELDS: Table[ParameterBuilder, PidaReal] = (
-    *same("name", "description"),
+    *same_fields("name", "description"),
     _sample_time,
     _direction,
     _equation,

@@ -282,7 +282,7 @@ def parse_max_loss(text: str) -> MaxLoss:
     return replace(DEFAULT, **limits)
 
 
-def judged(change: Change, limits: MaxLoss) -> Change:
+def judge_change(change: Change, limits: MaxLoss) -> Change:
     """A line, a loss when it is one by its kind or its error."""
     beyond = change.error_percent > limits.of(change.neutral)
     return replace(change, loss=True) if beyond and change.kind not in LOSSES else change
@@ -309,20 +309,20 @@ def number_of(value: Any) -> Decimal | None:
     return None
 
 
-def shown(value: Any) -> Any:
+def json_value(value: Any) -> Any:
     """A value as JSON has it."""
     if isinstance(value, Decimal):
         return plain_number(value)
     if isinstance(value, Quantity | Duration):
         return str(value)
     if isinstance(value, dict):  # such as the devices of an instruction
-        return ", ".join(f"{key}: {shown(inner)}" for key, inner in value.items())
-    return [shown(v) for v in value] if isinstance(value, list | tuple) else value
+        return ", ".join(f"{key}: {json_value(inner)}" for key, inner in value.items())
+    return [json_value(v) for v in value] if isinstance(value, list | tuple) else value
 
 
 def text_of(value: Any) -> str:
     """A value as people read it."""
-    value = shown(value)
+    value = json_value(value)
     if value is None:
         return "-"
     if isinstance(value, bool):

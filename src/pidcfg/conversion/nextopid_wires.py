@@ -8,13 +8,13 @@ from decimal import Decimal
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.builder import Span, rounded
+from pidcfg.conversion.builder import Span, round_computed
 from pidcfg.encoders.nextopid.image import encode
 from pidcfg.schemas import expressions as ops
 from pidcfg.schemas.expressions import CONDITIONAL
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import LowFilter, OnOff, PidaReal, Pwm
-from pidcfg.schemas.numbers import EXACT
+from pidcfg.schemas.numbers import EXACT_CONTEXT
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -35,24 +35,24 @@ D292 = Decision(
 )
 OPERATIONS: dict[int, Callable[[Any, Any], Any]] = {
     **{op: ops.TWO_OPERANDS[op] for op in CONDITIONAL - {ops.NOT}},
-    ops.ADD: EXACT.add,
-    ops.SUBTRACT: EXACT.subtract,
-    ops.MULTIPLY: EXACT.multiply,
-    ops.DIVIDE: EXACT.divide,
+    ops.ADD: EXACT_CONTEXT.add,
+    ops.SUBTRACT: EXACT_CONTEXT.subtract,
+    ops.MULTIPLY: EXACT_CONTEXT.multiply,
+    ops.DIVIDE: EXACT_CONTEXT.divide,
     ops.MINIMUM: min,
     ops.MAXIMUM: max,
 }
 """Operators of two operands."""
 SIGNS: dict[int, Callable[[Decimal], Decimal | bool]] = {
-    ops.NEGATE: EXACT.minus,
+    ops.NEGATE: EXACT_CONTEXT.minus,
     ops.ABSOLUTE: abs,
-    ops.ROOT: EXACT.sqrt,
+    ops.ROOT: EXACT_CONTEXT.sqrt,
     ops.NOT: operator.not_,
 }
 """Operators of one operand."""
 
 
-def calculated(expression: Expression, of: Callable[[int], Decimal | bool | None]) -> Decimal | bool | None:
+def calculate_expression(expression: Expression, of: Callable[[int], Decimal | bool | None]) -> Decimal | bool | None:
     """The value of an expression; None where a name has none, or the calculation none."""
     stack: list[Any] = []
     for i in range(0, len(expression.code), 2):
@@ -155,8 +155,8 @@ class Network:
         below = seen | {(i, key)}
         if expression.signal is not None:
             return self._of(expression.signal, below)
-        value = calculated(expression, lambda number: self._of(number, below))
-        return value if value is None or isinstance(value, bool) else rounded(value)
+        value = calculate_expression(expression, lambda number: self._of(number, below))
+        return value if value is None or isinstance(value, bool) else round_computed(value)
 
     def _of(self, number: int, seen: frozenset[tuple[int, str]]) -> Any:
         owner = self.layout.owner(number)
@@ -234,8 +234,8 @@ class Network:
         """The loop that a block works for: that reads it, however indirectly, or whose MV it reads; else the first."""
         waits = self.layout.waits(self.wires)
         return next(
-            (i for i in self.loops if j in behind(i, waits, set(self.loops))),
-            next((i for i in self.loops if i in behind(j, waits, set(self.loops))), self.first_loop),
+            (i for i in self.loops if j in blocks_behind(i, waits, set(self.loops))),
+            next((i for i in self.loops if i in blocks_behind(j, waits, set(self.loops))), self.first_loop),
         )
 
     def expressions(self, j: int) -> Iterator[tuple[str, str]]:
@@ -254,7 +254,7 @@ class Network:
         return isinstance(self.items[i].item, OnOff)
 
 
-def behind(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
+def blocks_behind(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
     """Everything that a block reads, on ways that end at loops."""
     seen: set[int] = set()
     waiting = list(waits[start])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.builder import decayed, filter_share, filter_time, quotient, rounded
+from pidcfg.conversion.builder import filter_decay, filter_share, filter_time, quotient, round_computed
 from pidcfg.conversion.ledger import Change
 from pidcfg.text.references import Decision
 
@@ -179,11 +179,13 @@ class Smoothing(Answer):
 
     def share(self, time: Decimal, sample: Decimal) -> Decimal:
         """What a sample lets through with a time constant."""
-        return filter_share(time, sample) if self is Smoothing.EXACT else decayed(sample, time)
+        return filter_share(time, sample) if self is Smoothing.EXACT else filter_decay(sample, time)
 
     def time(self, share: Decimal, sample: Decimal) -> Decimal:
         """The time constant with which a sample lets a share through."""
-        return filter_time(share, sample) if self is Smoothing.EXACT else rounded(quotient(sample, share) - sample)
+        return (
+            filter_time(share, sample) if self is Smoothing.EXACT else round_computed(quotient(sample, share) - sample)
+        )
 
 
 class Interlock(Answer):

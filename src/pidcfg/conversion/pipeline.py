@@ -19,12 +19,12 @@ from pidcfg.conversion.ledger import (
     NeutralLoop,
     TargetFile,
     changes,
-    judged,
+    json_value,
+    judge_change,
     overlap,
-    shown,
 )
 from pidcfg.conversion.operation import differing_rules
-from pidcfg.conversion.settle import held_lines, place, settled, validated
+from pidcfg.conversion.settle import held_lines, place, settle_values, validate_data
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import Wire
@@ -88,7 +88,7 @@ def keep(data: dict[str, Any], lines: Mapping[int, Sequence[Change]]) -> None:
             put(data, place(j, row.field), row.target)
 
 
-def with_kept(rows: Sequence[Change], kept: Sequence[Change], of_file: Collection[str]) -> Iterator[Change]:
+def mark_kept(rows: Sequence[Change], kept: Sequence[Change], of_file: Collection[str]) -> Iterator[Change]:
     """The lines of a loop, in which what is kept is neither assumed nor dropped; ``of_file``: fields of the file."""
     own = {row.field: row for row in kept}
     for row in rows:
@@ -124,14 +124,14 @@ def remaining(
             yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
 
 
-def of_loop(config: Any, i: int, *, with_plc: bool) -> Iterator[tuple[Path, Any]]:
+def fields_of_loop(config: Any, i: int, *, with_plc: bool) -> Iterator[tuple[Path, Any]]:
     """The fields that a file gives of a loop, and of the PLC beside it."""
     yield from given_fields(config.loops[i])
     if with_plc and getattr(config, "plc", None) is not None:
         yield from given_fields(config.plc, ("plc",))
 
 
-def beside(config: Any, rows: Sequence[Change], reasons: Mapping[str, str]) -> Iterator[Change]:
+def items_beside_loops(config: Any, rows: Sequence[Change], reasons: Mapping[str, str]) -> Iterator[Change]:
     """Blocks, signals and moves that stand beside the loops and go with one of them; ``rows`` of all loops.
 
     ``reasons``: why nothing is lost of some of them.
@@ -155,7 +155,7 @@ def beside(config: Any, rows: Sequence[Change], reasons: Mapping[str, str]) -> I
 
 def _shown(value: Any) -> Any:
     """A value as JSON has it; what is neither number nor word as text."""
-    plain = value.text if isinstance(value, Wire) else shown(value)
+    plain = value.text if isinstance(value, Wire) else json_value(value)
     return plain if isinstance(plain, bool | int | float | str | list) else str(plain)
 
 
@@ -353,17 +353,17 @@ class _Conversion:
         scaled = own_scales(self.config, self.source, self.kept, options) if is_own else options
         file: TargetFile = self.target.load("from_neutral")(generic, scaled, before)
         keep(file.data, own)
-        stored = settled(file, self.target)
-        model = validated(self.target, file.data) if file.model is None else file.model
+        stored = settle_values(file, self.target)
+        model = validate_data(self.target, file.data) if file.model is None else file.model
         sides = Sides(
             generic.loops, before, self.target.load("to_neutral")(model), self.target.load("operation")(model)
         )
         reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.kept)}
         told = [row for rows in reports.values() for row in rows]
-        reports[self.kept[0]] += beside(self.config, told, self._reasons())
+        reports[self.kept[0]] += items_beside_loops(self.config, told, self._reasons())
         whys = {entry.path[1]: entry.message for entry in reversed(missing)}
         report = tuple(
-            LoopReport(loop.name, tuple(judged(row, max_loss) for row in reports[i]))
+            LoopReport(loop.name, tuple(judge_change(row, max_loss) for row in reports[i]))
             if i in reports
             else LoopReport(loop.name, (), "dropped", whys[i])
             for i, loop in enumerate(self.config.loops)
@@ -381,12 +381,12 @@ class _Conversion:
         loop = sides.before[j]
         rows = list(changes(self.loops[j].fields, file.fields[j], stored, partial(_is_default, loop)))
         own = kept.get(j, ())
-        rows = list(with_kept(rows, own, {row.field for row in kept.get(0, ()) if row.field.startswith("/")}))
+        rows = list(mark_kept(rows, own, {row.field for row in kept.get(0, ()) if row.field.startswith("/")}))
         rows = [*held_lines(rows, loop, after)] if (after := sides.held(j)) is not None else rows
         lines = list(differing_rules(sides.habits[j], sides.new_habits[j], loop, is_master=sides.is_master(j)))
         about = {name for line in lines if line.loss for name in line.neutral}
         rows = [_named(row) if about.intersection(row.neutral) else row for row in rows] + lines
-        given = of_loop(self.config, self.kept[j], with_plc=j == 0)
+        given = fields_of_loop(self.config, self.kept[j], with_plc=j == 0)
         told = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
         return [*rows, *remaining(given, told, self.source.load("nothing_lost"), file.data["loops"][j])]
 

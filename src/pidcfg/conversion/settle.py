@@ -40,7 +40,7 @@ ROUNDS = 3
 """A clamped value is encoded again, and may then be beyond what a register holds together with others."""
 
 
-def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
+def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     """Puts the values that the target can hold into a file; what became of each field, by loop.
 
     Raises `ConvertError` for a value that cannot be clamped, such as a name that is too long.
@@ -51,7 +51,7 @@ def settled(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     ]
     clamped: dict[Path, Stored] = {}
     for _ in range(ROUNDS):
-        model = validated(target, file.data)
+        model = validate_data(target, file.data)
         encoding = target.encoder(model)
         outside = _beyond_registers(file.data, encoding, target)
         outside |= _beyond_limits(file, model, outside)
@@ -92,7 +92,7 @@ def place(loop: int, path: str) -> Path:
     return steps(path[1:]) if path.startswith("/") else ("loops", loop, *steps(path))
 
 
-def validated(target: Vendor, data: dict[str, Any]) -> Any:
+def validate_data(target: Vendor, data: dict[str, Any]) -> Any:
     """Plain data as the target's model; raises `ConvertError` with the first key that it refuses."""
     try:
         return target.model.model_validate(data)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.ledger import shown
+from pidcfg.conversion.ledger import json_value
 from pidcfg.encoders.decoding import name_in
 from pidcfg.encoders.parameters import units_by_path
 from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Rate, Seconds
@@ -195,7 +195,7 @@ def move_content(value: Any) -> Any:
     return tuple(sorted(parts))
 
 
-def executed(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+def order_moves(entry: Mapping[str, Any]) -> Mapping[str, Any]:
     """What stands beside the parameters, with its moves as they are executed: those before all blocks come first."""
     moves = entry.get("moves")
     if not isinstance(moves, list | tuple):
@@ -311,7 +311,7 @@ class Subject(NamedTuple):
         return self.reading is None or self.reading.listing.described
 
 
-def said(leaf: Leaf, loop: Any, vendor: Vendor) -> tuple[Any, str]:
+def value_and_unit(leaf: Leaf, loop: Any, vendor: Vendor) -> tuple[Any, str]:
     """A value as JSON has it, and its unit."""
     value = leaf.value
     if isinstance(getattr(value, "duration", value), Duration):
@@ -319,7 +319,7 @@ def said(leaf: Leaf, loop: Any, vendor: Vendor) -> tuple[Any, str]:
     elif hasattr(value, "duration"):
         return str(value), ""
     unit = unit_of(leaf, loop, vendor, unit_names(loop))
-    return number(value), trimmed(unit)
+    return number(value), trim_unit(unit)
 
 
 def number(value: Any) -> Any:
@@ -332,7 +332,7 @@ def number(value: Any) -> Any:
         return plain_number(Decimal(repr(value)))
     if isinstance(value, list | tuple):
         return [number(part) for part in value]
-    return shown(value)
+    return json_value(value)
 
 
 def unit_names(loop: Any) -> dict[str, str]:
@@ -340,7 +340,7 @@ def unit_names(loop: Any) -> dict[str, str]:
     return {"pv": "", "output": "", **units_of(loop)}
 
 
-def trimmed(unit: str) -> str:
+def trim_unit(unit: str) -> str:
     """A unit without the quotient by a unit that is not known."""
     return unit.strip(" ").removesuffix("/").removesuffix(" per")
 
@@ -363,7 +363,7 @@ def flat(entry: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]
             yield f"{above}{key}", value
 
 
-def beside(
+def settings_beside(
     entry: Mapping[str, Any], loop: Any, writers: Mapping[str, Written], faults: Mapping[str, str]
 ) -> dict[str, Item]:
     """What stands beside the words of a loop, by its keys; ``faults``: what is refused of it, and why."""
@@ -388,7 +388,7 @@ def with_faults(items: Mapping[str, Item], faults: Mapping[str, str]) -> dict[st
     return marked
 
 
-def others(model: Any, subject: Subject, taken: Iterable[str], above: str = "") -> Iterator[tuple[str, Item]]:
+def other_keys(model: Any, subject: Subject, taken: Iterable[str], above: str = "") -> Iterator[tuple[str, Item]]:
     """The keys of a file's section that nothing else is made of: no register holds them, nor does any listing."""
     if subject.reading is not None:
         return
@@ -397,7 +397,7 @@ def others(model: Any, subject: Subject, taken: Iterable[str], above: str = "") 
         key = above + dotted(leaf.path)
         if key in TOP or any(overlap(key, other) for other in ids):
             continue
-        value, unit = said(leaf, model, subject.vendor)
+        value, unit = value_and_unit(leaf, model, subject.vendor)
         yield key, Item(key, value, unit, value, default=is_default(leaf), file_only=True)
 
 
@@ -425,9 +425,9 @@ def whole_file(subject: Subject, registers: Mapping[str, Item]) -> Owner:
         for leaf in leaves(plc):
             key = f"plc.{dotted(leaf.path)}"
             if not any(overlap(key, other) for other in registers):
-                value, unit = said(leaf, plc, subject.vendor)
+                value, unit = value_and_unit(leaf, plc, subject.vendor)
                 items[key] = Item(key, value, unit, value, default=is_default(leaf))
-    for name, value in flat(executed(entry)):
+    for name, value in flat(order_moves(entry)):
         key = name if name in TOP else f"plc.{name}"
         items.setdefault(key, Item(key, number(value), "", move_content(value) or number(value)))
     items = with_faults(items, subject.faults(""))

@@ -12,17 +12,17 @@ from pidcfg.conversion.builder import (
     ZERO,
     Same,
     TargetBuilder,
+    drop_unmatched,
     filter_share,
     gain_limit,
     names,
     product,
     quotient,
-    rescaled,
-    same,
+    rescale,
+    same_fields,
     starts,
     take,
     target_file,
-    unmatched,
     width,
 )
 from pidcfg.conversion.from_click import FOLLOWS, NO_FILTER, NO_INTEGRAL, OUTPUT, RAISES
@@ -274,7 +274,7 @@ def _output(b: TargetBuilder, c: ClickLoop) -> None:
     percent = span == OUTPUT
     shown = " to ".join(decimal_text(end) for end in span)
     note = f"0 to 100 % of the output are {shown} {output.unit or ''}".rstrip()
-    exact = [rescaled(end, span, OUTPUT) for end in output.limits or span]
+    exact = [rescale(end, span, OUTPUT) for end in output.limits or span]
     held = [min(max(end, ZERO), HUNDRED) for end in exact]
     b.put("output.limits", held, "output.range" if percent else None, "" if percent else note)
     if not percent:
@@ -287,8 +287,8 @@ def _output(b: TargetBuilder, c: ClickLoop) -> None:
     elif output.unit is not None:
         b.drop("output.unit", f"the output is in %: {note}")
     if output.manual is not None:
-        b.put("state.output", rescaled(output.manual, span, OUTPUT), "output.manual")
-    _bias(b, c.neutral, rescaled(output.bias, span, OUTPUT), held)
+        b.put("state.output", rescale(output.manual, span, OUTPUT), "output.manual")
+    _bias(b, c.neutral, rescale(output.bias, span, OUTPUT), held)
 
 
 def _bias(b: TargetBuilder, loop: Loop, bias: Decimal, limits: Sequence[Decimal]) -> None:
@@ -328,7 +328,7 @@ def _alarms(b: TargetBuilder, c: ClickLoop) -> None:
 
 def _without_place(b: TargetBuilder, c: ClickLoop) -> None:
     """What the program does in place of the loop."""
-    b.drop_all(unmatched(c.neutral, BY_PROGRAM))
+    b.drop_all(drop_unmatched(c.neutral, BY_PROGRAM))
     source = c.neutral.setpoint.source
     if source is not None:
         low, high = (decimal_text(end) for end in c.neutral.pv.range)
@@ -337,7 +337,7 @@ def _without_place(b: TargetBuilder, c: ClickLoop) -> None:
         b.drop("setpoint.source", note)
 
 
-HEAD = same("name", "description")
+HEAD = same_fields("name", "description")
 FIELDS = (
     _mode,
     Same("output_raises_pv", "action", ACTIONS),

@@ -15,12 +15,12 @@ from pidcfg.conversion.builder import (
     gain_limit,
     product,
     quotient,
-    same,
+    same_fields,
     take,
     target_file,
     width,
 )
-from pidcfg.conversion.from_dl06 import FOLLOWS, RAISES, distance, position, short, squared
+from pidcfg.conversion.from_dl06 import FOLLOWS, RAISES, distance, position, short, square_of_flow
 from pidcfg.conversion.ledger import ConvertError, Missing
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.dl06.image import scales
@@ -92,7 +92,7 @@ def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
     wanted = {key: value for key in POINTS if (value := getattr(points, key)) is not None}
     if not wanted:
         return False
-    values = {key: squared(scale, v) if t.neutral.pv.square_root else v for key, v in wanted.items()}
+    values = {key: square_of_flow(scale, v) if t.neutral.pv.square_root else v for key, v in wanted.items()}
     bottom, top = scale.format.minimum, scale.format.maximum
     counts = {key: min(max(nearest(scale.position(Quantity(v))), bottom), top) for key, v in values.items()}
     for key, end in (("low", bottom), ("high", top)):
@@ -405,7 +405,7 @@ def _without_place(b: TargetBuilder, t: Dl06Target) -> None:
 
 
 FIELDS: Table[TargetBuilder, Dl06Target] = (
-    *same("name", "description"),
+    *same_fields("name", "description"),
     _mode,
     _sample_rate,
     Same("output_raises_pv", "action", ACTIONS),
@@ -413,13 +413,13 @@ FIELDS: Table[TargetBuilder, Dl06Target] = (
     _anti_windup,
     _tuning,
     _derivative,
-    *same("pv.range", "pv.unit"),
+    *same_fields("pv.range", "pv.unit"),
     _format,
     Same("pv.square_root", if_on=True),
     _pv_filter,
     Same("setpoint.value"),
     Same("setpoint.limits", two=True),
-    *same("output.range", "output.unit"),
+    *same_fields("output.range", "output.unit"),
     Same("output.limits", two=True),
     Same("output.manual", "state.output"),
     _bias,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.builder import ALARMS, ZERO, Same, TargetBuilder, same, take, target_file, unmatched
+from pidcfg.conversion.builder import ALARMS, ZERO, Same, TargetBuilder, drop_unmatched, same_fields, take, target_file
 from pidcfg.conversion.from_dpide import BACK_CALCULATED, DEAD_BAND, HELD, MS
 from pidcfg.conversion.operation import Manual, Windup
 from pidcfg.encoders.codecs import nearest
@@ -142,7 +142,7 @@ def _deadband(b: TargetBuilder, loop: Loop) -> None:
 
 
 def _without_place(b: TargetBuilder, loop: Loop) -> None:
-    b.drop_all(unmatched(loop, BY_PROGRAM))
+    b.drop_all(drop_unmatched(loop, BY_PROGRAM))
 
 
 FIELDS: Table[TargetBuilder, Loop] = (
@@ -155,7 +155,7 @@ FIELDS: Table[TargetBuilder, Loop] = (
     Same("output.bias", "BIAS"),
     _modes,
     _manual,
-    *same("pv.unit", "output.unit"),
+    *same_fields("pv.unit", "output.unit"),
     _setpoint,
     _deadband,
     _without_place,

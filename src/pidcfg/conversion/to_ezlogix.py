@@ -10,15 +10,15 @@ from pidcfg.conversion.builder import (
     ZERO,
     Same,
     TargetBuilder,
+    drop_unmatched,
     names,
     product,
     quotient,
-    rescaled,
-    same,
+    rescale,
+    same_fields,
     starts,
     take,
     target_file,
-    unmatched,
     width,
 )
 from pidcfg.conversion.from_ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
@@ -210,7 +210,7 @@ def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
     elif not e.neutral.tuning.integral_time and output.bias != output.range[0]:
         b.put("output.offset", output.bias, "output.bias", NO_BIAS, assumed=True)
     if output.manual is not None:
-        counts = nearest(rescaled(output.manual, output.range, (ZERO, FULL)))
+        counts = nearest(rescale(output.manual, output.range, (ZERO, FULL)))
         if counts:
             b.drop("output.manual", f"write {counts} counts into {e.cv_tag} while the loop is in Manual")
         else:
@@ -248,7 +248,7 @@ def _alarms(b: TargetBuilder, e: EzlogixLoop) -> None:
             b.drop(f"alarms.deviation.{key}", f"compare the error in the program: beyond {decimal_text(point)}")
     if alarms.rate_of_change is not None:
         b.drop("alarms.rate_of_change", f"compare {e.pv_tag} with what it was a sample before in the program")
-    b.drop_all(unmatched(e.neutral, BY_PROGRAM))
+    b.drop_all(drop_unmatched(e.neutral, BY_PROGRAM))
 
 
 def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:
@@ -256,7 +256,7 @@ def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:
     share = quotient(point - loop.pv.range[0], width(loop.pv.range))
     if loop.pv.square_root:
         return nearest(product(share, share, Decimal(counts[1] - counts[0])))
-    return nearest(rescaled(point, loop.pv.range, (Decimal(counts[0]), Decimal(counts[1]))))
+    return nearest(rescale(point, loop.pv.range, (Decimal(counts[0]), Decimal(counts[1]))))
 
 
 def _anti_windup(b: TargetBuilder, loop: Loop, operation: Operation | None) -> None:
@@ -307,25 +307,25 @@ def _mode(b: TargetBuilder, loop: Loop, *, linked: bool) -> None:
     b.mark("mode", "mode", note, clamped=bool(note))
 
 
-HEAD = same("name", "description")
+HEAD = same_fields("name", "description")
 FIELDS: Table[TargetBuilder, EzlogixLoop] = (
     _algorithm,
     Same("output_raises_pv", "action", ACTIONS),
     Same("sample_time", "sample_rate"),
     _tuning,
     _pv_tag,
-    *same("pv.range", "pv.unit"),
+    *same_fields("pv.range", "pv.unit"),
     _pv_counts_of_loop,
     Same("pv.square_root", if_on=True),
     _pv_filter,
     _setpoint,
     Same("setpoint.limits", two=True),
     _cv_tag,
-    *same("output.range", "output.unit"),
+    *same_fields("output.range", "output.unit"),
     Same("output.limits", two=True),
     _output,
     Same("output.pulse.period", "output.pulse.cycle_time"),
-    *same("output.pulse.min_off", "deadband", if_on=True),
+    *same_fields("output.pulse.min_off", "deadband", if_on=True),
     _alarms,
 )
 """Every field in the order of the file."""

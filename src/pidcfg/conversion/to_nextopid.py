@@ -15,14 +15,14 @@ from pidcfg.conversion.builder import (
     ZERO,
     Same,
     TargetBuilder,
+    drop_unmatched,
     independent,
     number,
     product,
     quotient,
-    same,
+    same_fields,
     take,
     target_file,
-    unmatched,
 )
 from pidcfg.conversion.from_nextopid import HELD
 from pidcfg.conversion.operation import Manual
@@ -398,7 +398,7 @@ def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
 def _without_place(b: TargetBuilder, n: NextopidLoop) -> None:
     if not n.neutral.anti_windup:
         b.mark("anti_windup", "anti_windup", WINDUP, assumed=True)
-    b.drop_all(unmatched(n.neutral, BY_PROGRAM))
+    b.drop_all(drop_unmatched(n.neutral, BY_PROGRAM))
 
 
 FIELDS: Table[TargetBuilder, NextopidLoop] = (
@@ -413,7 +413,7 @@ FIELDS: Table[TargetBuilder, NextopidLoop] = (
     Same("pv.unit"),
     _pv_filter,
     _limits,
-    *same("output.range", "output.unit"),
+    *same_fields("output.range", "output.unit"),
     Same("output.bias", "BIAS", if_on=True),
     _manual,
     _max_rate,

@@ -17,21 +17,21 @@ from pidcfg.conversion.terms import (
     OwnerKind,
     Subject,
     Terms,
-    beside,
     content_of,
     flat,
     kind_by,
     number,
-    others,
-    said,
-    trimmed,
+    other_keys,
+    settings_beside,
+    trim_unit,
     unit_names,
+    value_and_unit,
     whole_file,
 )
 from pidcfg.encoders.codecs import Choice, DecodeError
 from pidcfg.encoders.decoding import Reading, name_in
 from pidcfg.encoders.listing import few
-from pidcfg.encoders.parameters import Entry, Program, read, shown
+from pidcfg.encoders.parameters import Entry, Program, content_text, read_content
 from pidcfg.encoders.regmap import D345, NoRegisterError, Written, decode_one, writer_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
@@ -70,11 +70,11 @@ def memory_terms(subject: Subject) -> Terms:
         table: tuple[Written, ...] = subject.vendor.load("written")
         items = {key: item for block in blocks for key, item in block.items(table, values)}
         names, entry = {row.name: row for row in table if row.when(values)}, settings[i]
-        items |= beside(entry, loop, names, subject.faults(loop.name))
+        items |= settings_beside(entry, loop, names, subject.faults(loop.name))
         items |= dict(_tables(blocks)) if subject.reading is None else {}
         if entry.get(SETPOINT) is False:
             items[SETPOINT_VALUE] = replace(items[SETPOINT_VALUE], kind="live")
-        items |= dict(others(loop, subject, [*items, *(key for block in blocks for key in block.instead())]))
+        items |= dict(other_keys(loop, subject, [*items, *(key for block in blocks for key in block.instead())]))
         items |= _calculated(registers, held, i)
         place = " ".join(_named(subject, b.block.start + shift) for b in blocks if not b.prefix)
         loops.append(Owner(loop.name, "loop", place, items, subject.is_described))
@@ -225,12 +225,12 @@ class _Block:
             return key, spelled(raw, self.subject.encoding.space.name) if raw else None, ""
         leaf = None if isinstance(word.codec, Choice) or not self.is_own else self.leaf(key)
         if leaf is not None:
-            return key, *said(leaf, self.model, self.subject.vendor)
+            return key, *value_and_unit(leaf, self.model, self.subject.vendor)
         value = self.value(word)
         is_given = bool(raw) or isinstance(word.codec, Choice)
         is_raw = isinstance(value, Quantity) and (value.counts or not self.block.scales[_scale(word)].range)
         unit = "counts" if is_raw else unit_text(word.unit, self.units)
-        return key, number(value) if is_given else None, trimmed(unit)
+        return key, number(value) if is_given else None, trim_unit(unit)
 
     def leaf(self, key: str) -> Leaf | None:
         """The value that the configuration gives for a key; None: it gives none."""
@@ -282,8 +282,8 @@ def parameter_terms(subject: Subject) -> Terms:
             items[key] = _item(subject, cell, key, model, writer)
         if model is not None:
             entry = settings[names.index(name)]
-            items |= beside(entry, model, {}, subject.faults(name))
-            items |= dict(others(model, subject, [*items, *image.settings[names.index(name)]]))
+            items |= settings_beside(entry, model, {}, subject.faults(name))
+            items |= dict(other_keys(model, subject, [*items, *image.settings[names.index(name)]]))
         kind: OwnerKind = "signals" if model is None else "loop" if name in loops else "block"
         owners.append(Owner(name, kind, place, items, subject.is_described, loops.get(name, 0)))
     return Terms(tuple(owners), is_listing=subject.reading is not None)
@@ -311,7 +311,7 @@ def _content(cell: Entry, reading: Reading | None) -> tuple[Any, str, bool]:
     raw = reading.listing.words.get(cell.address)
     if raw is None:
         return cell.raw, "", not (reading.partial or reading.fault)
-    held = None if isinstance(raw, Wire) else read(cell.type, raw)
+    held = None if isinstance(raw, Wire) else read_content(cell.type, raw)
     return raw if held is None else held, reading.unreadable.get(cell.address, ""), True
 
 
@@ -321,7 +321,7 @@ def _item(subject: Subject, cell: Entry, key: str, model: Any, writer: Written |
     unit = ""
     if model is not None and not isinstance(content, Wire):
         leaf = _leaf(model, key, content)
-        unit = "" if leaf is None else said(leaf, model, subject.vendor)[1]
+        unit = "" if leaf is None else value_and_unit(leaf, model, subject.vendor)[1]
     is_mine = isinstance(content, Wire) or writer is None or writer.kind == "compared"
     return Item(
         key,
@@ -341,7 +341,7 @@ def _word(cell: Entry, content: Any, fault: str) -> str:
     """A content as the PLC shows it."""
     if isinstance(content, Wire):
         return f":= {content.text}"
-    return str(content) if fault else shown(cell.type, content)
+    return str(content) if fault else content_text(cell.type, content)
 
 
 def _leaf(model: Any, key: str, content: Any) -> Leaf | None:
@@ -358,13 +358,13 @@ def _leaf(model: Any, key: str, content: Any) -> Leaf | None:
 
 def raw_terms(listing: Listing, vendor: Vendor) -> Terms:
     """Every word of a listing, and every setting beside them."""
-    items = dict(unplaced(listing, vendor, (), ()))
+    items = dict(unplaced_words(listing, vendor, (), ()))
     items |= {key: Item(key, number(value), "", number(value)) for key, value in flat({"plc": dict(listing.plc)})}
     owner = Owner("", "file", "", items, is_described=listing.described)
     return Terms((owner,), is_listing=True, holds=items.__contains__)
 
 
-def unplaced(
+def unplaced_words(
     listing: Listing, vendor: Vendor, words: Collection[Any], names: Collection[str]
 ) -> Iterator[tuple[str, Item]]:
     """What a listing holds besides certain ``words`` and the settings of loops of certain ``names``."""
@@ -393,7 +393,7 @@ def terms_of(subject: Subject) -> Terms:
     if reading is not None and reading.fault:
         held = reading.listing.words if is_named or reading.listing.mixed else image.words
         names = {name_in(entry) for entry in image.settings}
-        terms.owners[0].items.update(unplaced(reading.listing, subject.vendor, held, names))
+        terms.owners[0].items.update(unplaced_words(reading.listing, subject.vendor, held, names))
     return terms
 
 

@@ -9,7 +9,7 @@ from math import inf, isfinite, nextafter
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 
 from pidcfg.schemas.base import Quantity
-from pidcfg.schemas.numbers import EXACT
+from pidcfg.schemas.numbers import EXACT_CONTEXT
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ class Bcd:
 
     def encode(self, value: Decimal) -> int:
         """A value to its word; one that merely rounds onto an off code is refused."""
-        digits = nearest(value.scaleb(self.decimals, EXACT))
+        digits = nearest(value.scaleb(self.decimals, EXACT_CONTEXT))
         if not 0 <= digits <= 9999 or value < 0:
             raise EncodeError("range", "is outside the word's range", self.low, self.high)
         if digits in self.off and value != digits * self.step:
@@ -214,7 +214,7 @@ class Implied:
 
     def encode(self, value: Decimal) -> int:
         """A value to its word; one that merely rounds onto an off code is refused."""
-        number = nearest(Decimal(value).scaleb(self.decimals, EXACT))
+        number = nearest(Decimal(value).scaleb(self.decimals, EXACT_CONTEXT))
         low, high = self.least * self.step, self.most * self.step
         if not self.least <= number <= self.most or not low <= value <= high:
             raise EncodeError("range", "is outside the word's range", low, high)
@@ -322,7 +322,7 @@ class Single:
 MOST_DECIMALS = 12
 COARSE, SHARE = Decimal("0.01"), Decimal("0.0005")
 """Of a band's value, and of the span for a position: what is further off is not the same number."""
-SHOWN = Decimal("0.0001")
+EXAMPLE_SHARE = Decimal("0.0001")
 """Of a value: how close the number is that says what a word means."""
 
 
@@ -383,12 +383,12 @@ class Scale:
     def full(self) -> Decimal:
         """Counts from 0 % to 100 % on this scale."""
         span = Decimal(self.format.span)
-        return EXACT.sqrt(span) if self.root else span
+        return EXACT_CONTEXT.sqrt(span) if self.root else span
 
     @cached_property
     def width(self) -> Decimal:
         """Engineering units from 0 % to 100 %; 1 on a raw scale."""
-        return EXACT.subtract(self.range[1], self.range[0]) if self.range else Decimal(1)
+        return EXACT_CONTEXT.subtract(self.range[1], self.range[0]) if self.range else Decimal(1)
 
     @property
     def zero(self) -> int:
@@ -409,7 +409,9 @@ class Scale:
         """Counts of a value on the scale, not yet rounded."""
         if quantity.counts or self.range is None:
             return quantity.value
-        return EXACT.add(self._scaled(EXACT.subtract(quantity.value, self.range[0])), Decimal(self.zero))
+        return EXACT_CONTEXT.add(
+            self._scaled(EXACT_CONTEXT.subtract(quantity.value, self.range[0])), Decimal(self.zero)
+        )
 
     def distance(self, quantity: Quantity) -> Decimal:
         """Counts of a difference of two values, not yet rounded."""
@@ -417,7 +419,7 @@ class Scale:
 
     def _scaled(self, value: Decimal) -> Decimal:
         """Multiplied before it is divided, so that a tie comes out as one: a quotient ending in .5 is exact."""
-        return EXACT.divide(EXACT.multiply(value, self.full), self.width)
+        return EXACT_CONTEXT.divide(EXACT_CONTEXT.multiply(value, self.full), self.width)
 
     def value(self, counts: int) -> Quantity:
         """The shortest engineering value that encodes to these counts."""
@@ -425,7 +427,7 @@ class Scale:
             return Quantity(Decimal(counts))
         if counts > self.top:  # a word of a square-root loop may hold more than full scale
             return Quantity(Decimal(counts), counts=True)
-        exact = EXACT.add(self.range[0], self._units(Decimal(counts - self.zero)))
+        exact = EXACT_CONTEXT.add(self.range[0], self._units(Decimal(counts - self.zero)))
         return shortest(exact, lambda q: nearest(self.position(q)) == counts, counts)
 
     def span_value(self, counts: int | Decimal) -> Quantity:
@@ -444,11 +446,11 @@ class Scale:
         """What counts stand for, in few digits; of a scale with a range."""
         exact = self._units(Decimal(counts if distance else counts - self.zero))
         if not distance and self.range is not None:
-            exact = EXACT.add(self.range[0], exact)
-        return shortest(exact, lambda q: abs(q.value - exact) <= SHOWN * abs(exact), 0).value
+            exact = EXACT_CONTEXT.add(self.range[0], exact)
+        return shortest(exact, lambda q: abs(q.value - exact) <= EXAMPLE_SHARE * abs(exact), 0).value
 
     def _units(self, counts: Decimal) -> Decimal:
-        return EXACT.divide(EXACT.multiply(counts, self.width), self.full)
+        return EXACT_CONTEXT.divide(EXACT_CONTEXT.multiply(counts, self.width), self.full)
 
 
 def before_root(pv: Scale, root: Scale, counts: int) -> tuple[Decimal, Decimal | None]:
@@ -456,19 +458,21 @@ def before_root(pv: Scale, root: Scale, counts: int) -> tuple[Decimal, Decimal |
 
     ``pv`` is the scale of the signal, ``root`` that of the set point; there is no value without a range.
     """
-    share = EXACT.divide(Decimal(100 * (counts - pv.format.minimum)), Decimal(pv.format.span))
+    share = EXACT_CONTEXT.divide(Decimal(100 * (counts - pv.format.minimum)), Decimal(pv.format.span))
     if root.range is None:
         return share, None
-    taken = EXACT.divide(EXACT.sqrt(Decimal(max(counts, 0))), root.full)
-    return share, EXACT.add(root.range[0], EXACT.multiply(taken, root.width))
+    taken = EXACT_CONTEXT.divide(EXACT_CONTEXT.sqrt(Decimal(max(counts, 0))), root.full)
+    return share, EXACT_CONTEXT.add(root.range[0], EXACT_CONTEXT.multiply(taken, root.width))
 
 
 def shortest(exact: Decimal, same: Callable[[Quantity], bool], counts: int | Decimal) -> Quantity:
     """The decimal with fewest places that means the same; raw counts where no short one does."""
-    if exact.adjusted() >= EXACT.prec - MOST_DECIMALS:  # a range like [0, 1e300]: more digits than can be counted in
+    if (
+        exact.adjusted() >= EXACT_CONTEXT.prec - MOST_DECIMALS
+    ):  # a range like [0, 1e300]: more digits than can be counted in
         return Quantity(Decimal(counts), counts=True)
     for places in range(MOST_DECIMALS + 1):
-        candidate = Quantity(EXACT.quantize(exact, Decimal(1).scaleb(-places)) + 0)
+        candidate = Quantity(EXACT_CONTEXT.quantize(exact, Decimal(1).scaleb(-places)) + 0)
         if same(candidate):
             return candidate
     return Quantity(Decimal(counts), counts=True)

@@ -125,7 +125,7 @@ class Row(NamedTuple):
         return MapError(message, self.line, self.columns.get(cell, 1))
 
 
-def shown(place: Place) -> str:
+def place_text(place: Place) -> str:
     """A place as messages name it, with the reference that counts from 1: ``holding 99 (40100)``."""
     bit = "" if place.bit is None else f".{place.bit}"
     return f"{place.table} {place.register}{bit} ({reference(place.table, place.register)}{bit})"
@@ -343,9 +343,9 @@ class StatedNumbering:
     def _overlap(self, one: int, two: int, place: Place) -> MapError:
         rows = [row for found in map(self.row, (one, two)) if found is not None for row in (found[1],)]
         last = max(rows, key=lambda row: row.line)
-        names = f"{self.space.name(one)} and {self.space.name(two)}"
-        lines = f"lines {' and '.join(str(row.line) for row in sorted(rows, key=lambda row: row.line))}"
-        return last.wrong("register", f"{names} are both at {shown(place)} by {lines}; each needs a place of its own")
+        lines = " and ".join(str(row.line) for row in sorted(rows, key=lambda row: row.line))
+        both = f"{self.space.name(one)} and {self.space.name(two)} are both at {place_text(place)} by lines {lines}"
+        return last.wrong("register", f"{both}; each needs a place of its own")
 
 
 def places_of(place: Place) -> Iterable[tuple[str, int, int]]:
@@ -592,7 +592,7 @@ def _refuse_overlaps(symbols: Symbols, places: Mapping[str, Place], lines: Mappi
             one, two = symbols.points[other], symbols.points[name]
             if other != name and not (one.device and one.device == two.device):
                 rows = sorted((lines[other], lines[name]), key=lambda row: row.line)
-                message = f"{_named(one)} and {_named(two)} are both at {shown(place)}"
+                message = f"{_named(one)} and {_named(two)} are both at {place_text(place)}"
                 by = f"by lines {rows[0].line} and {rows[1].line}"
                 raise rows[1].wrong("register", f"{message} {by}; each needs a place of its own")
 
@@ -681,7 +681,7 @@ def _template_row(symbols: Symbols, point: Point, prefix: str) -> str:
     return row_text(point, symbol=f"{bank}0" if not bank.endswith(".") else f"{bank[:-1]}0.0")
 
 
-def filled(rows: Iterable[str]) -> Iterator[str]:
+def fill_rows(rows: Iterable[str]) -> Iterator[str]:
     """Rows as an example, with registers one after the other; a device is in one place by all its rows."""
     numbers: Mapping[str, Iterator[int]] = {table: count(0, 2 if table == "holding" else 1) for table in TABLES}
     places: dict[tuple[str, str], int] = {}
@@ -695,6 +695,6 @@ def filled(rows: Iterable[str]) -> Iterator[str]:
 
 def example(rows: Rows) -> str:
     """What a message shows of a map: some rows, and how many more there are."""
-    lines = list(filled(rows))
+    lines = list(fill_rows(rows))
     more = f" and {len(lines) - SHOWN} more" if len(lines) > SHOWN else ""
     return " ".join(f"'{line}'" for line in lines[:SHOWN]) + more

@@ -23,7 +23,7 @@ from pidcfg.encoders.listing import (
     settings_line,
     table_rows,
 )
-from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, read, shown
+from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, content_text, read_content
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
 from pidcfg.schemas.numbers import NUMBER
 from pidcfg.text.signs import to_left, width_of
@@ -59,7 +59,7 @@ def write_text(image: Program, checklist: tuple[str, ...] = ()) -> str:
     lines = [f"# {image.vendor} parameters: name, type, value", *comments(image, checklist)]
     wide = max((width_of(bare(c.address)) for c in image.cells), default=1)
     for cell in image.cells:
-        content = f"{WIRED} {cell.raw.text}" if isinstance(cell.raw, Wire) else shown(cell.type, cell.raw)
+        content = f"{WIRED} {cell.raw.text}" if isinstance(cell.raw, Wire) else content_text(cell.type, cell.raw)
         lines.append(f"{to_left(bare(cell.address), wide)}  {cell.type.name:<5} {content}")
     return "\n".join(lines) + "\n"
 
@@ -101,7 +101,7 @@ def content_of(text: str, kind: IecType, name: str, line: int) -> Content:
     if value is None and NUMBER.fullmatch(text):
         value = float(text)
         value = int(text) if kind.kind == "whole" and text.lstrip("+-").isdigit() else value
-    content = read(kind, value)
+    content = read_content(kind, value)
     if content is None:
         raise ListingError(f"{name}: {text!r} is not a value of {kind.name}", line)
     return content
@@ -119,7 +119,7 @@ def csv_row(cell: Entry) -> tuple[object, ...]:
 
 def _content_cells(cell: Entry) -> tuple[str, str]:
     """The value of a parameter and its expression, of which it has one."""
-    return ("", _harmless(cell.raw.text)) if isinstance(cell.raw, Wire) else (shown(cell.type, cell.raw), "")
+    return ("", _harmless(cell.raw.text)) if isinstance(cell.raw, Wire) else (content_text(cell.type, cell.raw), "")
 
 
 def _harmless(expression: str) -> str:
@@ -173,7 +173,7 @@ def _json_content(entry: Mapping[str, Any], place: str) -> Content | Wire:
         if not isinstance(entry["expression"], str) or "value" in entry:
             raise ListingError(f"{place}: an expression is a text, and stands in place of a value")
         return Wire(entry["expression"])
-    content = read(kind, entry.get("value"))
+    content = read_content(kind, entry.get("value"))
     if content is None:
         raise ListingError(f"{place}: the value {json.dumps(entry.get('value'))} is not one of {kind.name}")
     return content

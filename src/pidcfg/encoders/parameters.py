@@ -187,7 +187,7 @@ def _milliseconds(kind: IecType, seconds: Decimal) -> int:
     return int(number)
 
 
-def read(kind: IecType, value: object) -> Content | None:
+def read_content(kind: IecType, value: object) -> Content | None:
     """A content as JSON has it, if it is one of this type; None: it is not."""
     if kind.kind == "bool":
         return value if isinstance(value, bool) else None
@@ -205,7 +205,7 @@ def read(kind: IecType, value: object) -> Content | None:
         return None
 
 
-def stored(row: Parameter, value: Any) -> tuple[Content, Misfit | None]:
+def store_value(row: Parameter, value: Any) -> tuple[Content, Misfit | None]:
     """What a parameter holds of a value; for one that it cannot hold its default, and what is wrong."""
     try:
         return store(row.type, value), None
@@ -217,7 +217,7 @@ def content_of(name: str, row: Parameter, raw: Content | Wire, kind: str) -> Con
     """The content of a parameter in a listing; raises `DecodeError` where it is wired, or no value of its type."""
     if isinstance(raw, Wire):
         raise DecodeError(f"{name} is an expression; {kind} is a value", name)
-    content = read(row.type, raw)
+    content = read_content(row.type, raw)
     if content is None:
         raise DecodeError(f"{name}: {repr(raw)[:SHOWN]} is not a value of {row.type.name}", name)
     return content
@@ -247,7 +247,7 @@ def shortest(value: float) -> float:
     return single_value(SINGLE.encode(Decimal(value)))
 
 
-def shown(kind: IecType, content: Content) -> str:
+def content_text(kind: IecType, content: Content) -> str:
     """A content as the programming language writes it: TRUE, 5, 2.0, 1.0E-6."""
     if kind.kind == "bool":
         return "TRUE" if content else "FALSE"
@@ -458,7 +458,7 @@ class NamedLoops:
         for i, loop in enumerate(config.loops):
             devices = self.devices(loop)
             for row, value in self.values_of(loop):
-                content, misfit = stored(row, value)
+                content, misfit = store_value(row, value)
                 device = devices.get(row.name)
                 entries.append(Entry(f"{loop.name}.{row.name}", row.type, content, row.name, loop.name, device))
                 if misfit is not None:
@@ -519,10 +519,10 @@ class NamedLoops:
             if row.access == "input" and row.name not in self.first:
                 values[row.name] = value_of(content)
             elif content:
-                notes.append(f"{name} = {shown(row.type, content)} ({row.title}) is not carried over")
+                notes.append(f"{name} = {content_text(row.type, content)} ({row.title}) is not carried over")
         self._check_pairs(settings.loop, values)
         for key in sorted(self.always - values.keys()):
-            default = shown(self.rows[key].type, self.rows[key].type.default)
+            default = content_text(self.rows[key].type, self.rows[key].type.default)
             notes.append(f"{settings.loop}: the listing does not hold {key}, which then is {default}")
         data = file_data(self.loop, values, always=self.always)
         for path, value in behind.items():

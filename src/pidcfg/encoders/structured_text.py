@@ -8,7 +8,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.encoders.listing import Listing, ListingError, load_json
-from pidcfg.encoders.parameters import read, store
+from pidcfg.encoders.parameters import read_content, store
 from pidcfg.schemas.iec import TYPED, Timed, time_seconds
 from pidcfg.schemas.numbers import MAX_DIGITS
 from pidcfg.text.signs import CONTROL
@@ -429,7 +429,7 @@ def st_real(value: float) -> str:
     return f"{whole}E{int(exponent)}" if exponent else whole
 
 
-def wrapped(start: str, parts: list[str], end: str) -> list[str]:
+def wrap_call(start: str, parts: list[str], end: str) -> list[str]:
     """On one line, or a line for each part."""
     line = f"{start}{', '.join(parts)}{end}"
     if len(line) <= WIDTH:
@@ -500,9 +500,9 @@ def content_of(tokens: Sequence[Token], kind: IecType, name: str) -> Content | N
         raise token.error(f"{name}: {token.text} is not a value of {kind.name}; numbers are in s")
     if isinstance(value, bool) or kind.kind == "bool":
         plain = value if isinstance(value, bool) else {0: False, 1: True}.get(value if isinstance(value, int) else 2)
-        content = read(kind, plain) if not signs else None
+        content = read_content(kind, plain) if not signs else None
     else:
-        content = read(kind, float(-value if signs.count("-") % 2 else value))
+        content = read_content(kind, float(-value if signs.count("-") % 2 else value))
     if content is None:
         raise tokens[0].error(f"{name}: {''.join(part.text for part in tokens)} is not a value of {kind.name}")
     return content

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.live.link import RTU, Address, AddressError, Patience, parse_address, parse_listen
-from pidcfg.output.arguments import ArgumentError, exact, vendor_named
+from pidcfg.output.arguments import ArgumentError, check_arguments, vendor_named
 from pidcfg.output.sources import checked_of, document_of, stated_map
 from pidcfg.text.reader import DEFAULT, Limits, reader_of
 from pidcfg.validate.map_files import numbering_of
@@ -34,7 +34,7 @@ FASTEST = 1e6
 """Times real time."""
 
 
-@exact
+@check_arguments
 def pull(
     plc: str,
     *,
@@ -60,7 +60,7 @@ def pull(
     return pull_from(source, format, patience_of(timeout, retries), limits)
 
 
-@exact
+@check_arguments
 def compare(
     source: Source,
     plc: str,
@@ -139,7 +139,7 @@ def patience_of(timeout: float, retries: int) -> Patience:
     return Patience(timeout, retries)
 
 
-@exact
+@check_arguments
 def trend(
     plc: str,
     sink: Sink,
@@ -172,7 +172,7 @@ def trend(
     return record_trend(source, recording, patience_of(timeout, retries), limits)
 
 
-@exact
+@check_arguments
 def serve(
     source: Source,
     *,

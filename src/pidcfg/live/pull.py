@@ -13,15 +13,15 @@ from pidcfg.conversion.terms import CONFIGURATION
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Image, read_settings
 from pidcfg.encoders.listing import few
-from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, shown
+from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, place_text
 from pidcfg.encoders.parameters import Program
 from pidcfg.live.link import Link, run
 from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents, listing_of
 from pidcfg.output.arguments import ArgumentError, refuse_unknown, vendor_options
-from pidcfg.output.differences import DiffOptions, DiffResult, compared
+from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
 from pidcfg.output.findings import errors_in, findings_data
-from pidcfg.output.words import DecodeOptions, decoded
-from pidcfg.text.diagnostics import Diagnostic, Severity, ordered
+from pidcfg.output.words import DecodeOptions, decode_files
+from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.paths import steps
 from pidcfg.vendors import VENDORS, format_of
 
@@ -77,11 +77,11 @@ class Source:
         with suppress(LookupError):
             if isinstance(self.numbering, StatedNumbering):
                 number = self.numbering.space.parse(address)
-                return "" if number is None else shown(self.numbering.place(number))
+                return "" if number is None else place_text(self.numbering.place(number))
             if isinstance(self.numbering, NamedNumbering):
                 points = self.numbering.points.values()
                 name = next((point.name for point in points if address in {point.name, point.device}), "")
-                return shown(self.numbering.place(name))
+                return place_text(self.numbering.place(name))
         return ""
 
     @property
@@ -153,7 +153,7 @@ def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> 
         return replace(result, findings=tuple(errors_in(source.like.findings)))
     image = read_plc(source, patience)
     result = replace(result, image=image, notes=tuple(implausible_contents(image)))
-    configuration = decoded(
+    configuration = decode_files(
         [(listing_of(image), str(source.address))],
         source.vendor,
         DecodeOptions(like=source.like, write=name == YAML),
@@ -239,14 +239,14 @@ class CompareResult:
 def compare_with(checked: Checked, source: Source, image: Image | Program) -> CompareResult:
     """The comparison of a checked configuration with what was read of the PLC."""
     plc, document = str(source.address), checked.document
-    diff = compared(
+    diff = compare_sides(
         (checked, (listing_of(image), plc)), (document.file, plc), DiffOptions(source.vendor), document.limits
     )
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)
     findings = [finding for loop in diff.loops for finding in _findings(loop, document, source.register)]
     notes = (*source.left_out, *implausible_contents(image), *_notes(diff))
-    return CompareResult(plc, document, tuple(ordered(findings)), diff, notes, source.unread)
+    return CompareResult(plc, document, tuple(sort_findings(findings)), diff, notes, source.unread)
 
 
 def _findings(loop: Compared, document: Document, register: Callable[[str], str]) -> Iterator[Diagnostic]:

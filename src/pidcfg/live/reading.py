@@ -8,7 +8,7 @@ from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Image
 from pidcfg.encoders.listing import Listing
 from pidcfg.encoders.modbus_map import MapError, StatedNumbering, with_contents
-from pidcfg.encoders.modbus_map import shown as shown_place
+from pidcfg.encoders.modbus_map import place_text as shown_place
 from pidcfg.encoders.parameter_files import ParameterListing
 from pidcfg.encoders.parameters import Entry, Program, register_content
 from pidcfg.encoders.regmap import SINGLE, writer_of

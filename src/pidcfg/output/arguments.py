@@ -250,7 +250,7 @@ DECIMALS = Context()
 """How the calls calculate, whatever the caller has set: 28 digits, half to even."""
 
 
-def exact(call: Callable[P, R]) -> Callable[P, R]:
+def check_arguments(call: Callable[P, R]) -> Callable[P, R]:
     """Arguments are of their types; the rounding of decimals is not that of the caller's thread, nor left there."""
 
     @wraps(call)

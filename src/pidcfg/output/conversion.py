@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.ledger import DEFAULT, ConvertError, MaxLossError, parse_max_loss, shown
+from pidcfg.conversion.ledger import DEFAULT, ConvertError, MaxLossError, json_value, parse_max_loss
 from pidcfg.conversion.pipeline import comments, convert, with_comments
 from pidcfg.output.arguments import ArgumentError, vendor_options
 from pidcfg.output.findings import Data, errors_in, finding_data, findings_data
@@ -146,8 +146,8 @@ def _change(change: Change) -> Data:
         "field": change.field,
         "target_field": change.target_field or None,
         "kind": change.kind,
-        "from": shown(change.source),
-        "to": shown(change.target),
+        "from": json_value(change.source),
+        "to": json_value(change.target),
         "error_percent": round(change.error_percent, 6),
         "loss": change.loss,
         "neutral": None if change.terms is None else _terms(change.terms),
@@ -156,10 +156,10 @@ def _change(change: Change) -> Data:
 
 
 def _terms(terms: Terms) -> Data:
-    return {"field": terms.field, "from": shown(terms.wanted), "to": shown(terms.held), "unit": terms.unit}
+    return {"field": terms.field, "from": json_value(terms.wanted), "to": json_value(terms.held), "unit": terms.unit}
 
 
-def converted(
+def convert_checked(
     checked: Checked,
     target: Vendor,
     options: Mapping[str, object],

@@ -261,7 +261,7 @@ def is_listing(name: str) -> bool:
     return not name.startswith("<") and PurePath(name).suffix.lower() not in SUFFIXES
 
 
-def compared(
+def compare_sides(
     sides: tuple[Checked | Entry, Checked | Entry],
     names: tuple[str, str],
     options: DiffOptions,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any, Literal
 
-from pidcfg.text.diagnostics import Diagnostic, Severity, ordered
+from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DISK, Reader
 
@@ -126,7 +126,7 @@ class CheckResult:
         return findings_data(self.findings)
 
 
-def loaded(document: Document) -> LoadResult:
+def load_document(document: Document) -> LoadResult:
     """A document as typed content."""
     from pidcfg.validate.engine import is_scenario, vendor_of
 
@@ -139,15 +139,15 @@ def loaded(document: Document) -> LoadResult:
         return LoadResult(document, tuple(findings), "scenario", None, scenario)
     vendor, problem = vendor_of(document)
     if vendor is None:
-        return LoadResult(document, tuple(ordered([*document.problems, *problem])))
+        return LoadResult(document, tuple(sort_findings([*document.problems, *problem])))
     from pidcfg.validate.schema import read_model
 
     model, errors = read_model(vendor.model, document)
-    findings = ordered([*document.problems, *errors])
+    findings = sort_findings([*document.problems, *errors])
     return LoadResult(document, tuple(findings), "configuration", vendor.key, model)
 
 
-def checked(document: Document, reader: Reader, *, comments: bool) -> CheckResult:
+def check_loaded(document: Document, reader: Reader, *, comments: bool) -> CheckResult:
     """All findings of a document; ``comments``: without those that comments in it ignore."""
     findings = check_any(document, reader)
     if not comments or "ignore" not in document.text:
@@ -155,7 +155,7 @@ def checked(document: Document, reader: Reader, *, comments: bool) -> CheckResul
     from pidcfg.validate.baseline import suppress
 
     rest = suppress(findings, document)
-    return CheckResult(document, tuple(ordered(rest.kept)), tuple(rest.ignored))
+    return CheckResult(document, tuple(sort_findings(rest.kept)), tuple(rest.ignored))
 
 
 # --- The findings of a file, whether it is a configuration or a scenario ----------------------------------------------
@@ -176,7 +176,7 @@ def check_any(doc: Document, reader: Reader = DISK) -> list[Diagnostic]:
     from pidcfg.validate.map_files import check_map
 
     wrong = check_map(doc, checked.vendor, checked.encoding.image, reader)
-    return ordered([*checked.findings, *wrong])
+    return sort_findings([*checked.findings, *wrong])
 
 
 def has_map(doc: Document) -> bool:

@@ -7,7 +7,7 @@ from math import isinf
 from typing import TYPE_CHECKING
 
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.process import Known, held_by, model_of, process_of, reduced, refuse_missing
+from pidcfg.output.process import Known, held_by, model_of, process_of, reduce_transfer, refuse_missing
 from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors
 from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Model, Process, TuningError
 
@@ -146,7 +146,7 @@ def _identified(fit: Identified) -> Data:
     }
 
 
-def tuned(
+def tune_gains(
     method: str,
     form: Form | None,
     known: Known,
@@ -178,18 +178,18 @@ def tuned(
         known = replace(known, numbers=numbers, model="integrating" if fit.integrating else None)
     if known.wish is None:
         target.refuse_ranges()
-        result = replace(computed(method, form, known), identified=fit, record=record)
+        result = replace(compute_gains(method, form, known), identified=fit, record=record)
     else:
-        from pidcfg.output.robust import searched
+        from pidcfg.output.robust import search_gains
 
-        found = searched(METHODS[method], form, known, fit, target, limits)
+        found = search_gains(METHODS[method], form, known, fit, target, limits)
         target = found.target
         result = replace(_of_search(METHODS[method], known, found), identified=fit, record=record)
     if target.into is None:
         return replace(result, vendor=target.gains(result.gains, heating=result.heating))
-    from pidcfg.output.retune import retuned
+    from pidcfg.output.retune import retune_loop
 
-    written, values = retuned(result.gains, target, target.into, limits, heating=result.heating)
+    written, values = retune_loop(result.gains, target, target.into, limits, heating=result.heating)
     return replace(result, written=written, vendor=held_by(written.vendor, values, heating=result.heating))
 
 
@@ -201,12 +201,12 @@ def _of_search(method: Method, known: Known, found: Searched) -> TuneResult:
     return TuneResult(method, found.form, known.numbers, gains, found.model, judgement, notes, robust=found.robust)
 
 
-def computed(name: str, form: Form | None, known: Known) -> TuneResult:
+def compute_gains(name: str, form: Form | None, known: Known) -> TuneResult:
     """The result of a rule; raises `ArgumentError` where a number is missing, `TuningError` beyond the rule's range."""
     method = METHODS[name]
     if form is not None and form not in method.forms:
         raise ArgumentError(f"{name} has no rule for {form}; it has {' and '.join(method.forms)}")
-    known = reduced(method, form, known)
+    known = reduce_transfer(method, form, known)
     model = model_of(method, known)
     refuse_missing(method, known.numbers, model)
     numbers, process = known.numbers, process_of(known.numbers, model)

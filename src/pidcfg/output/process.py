@@ -129,7 +129,7 @@ def as_float(value: float) -> float:
         return inf
 
 
-def reduced(method: Method, form: Form | None, known: Known) -> Known:
+def reduce_transfer(method: Method, form: Form | None, known: Known) -> Known:
     """With the numbers of the process that a transfer function is reduced to by the half rule."""
     if known.transfer is None:
         return known

@@ -8,7 +8,7 @@ from math import isclose, isinf
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.findings import checked, errors_in, finding_data
+from pidcfg.output.findings import check_loaded, errors_in, finding_data
 from pidcfg.schemas.base import DURATION, SECONDS, UNIT_WORDS
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
@@ -88,7 +88,7 @@ class Written:
         }
 
 
-def retuned(
+def retune_loop(
     gains: Gains, target: Target, into: Into, limits: Limits, *, heating: bool | None
 ) -> tuple[Written, list[Fitted]]:
     """The file with the gains of a rule in a loop, and the three numbers as the loop holds them.
@@ -119,7 +119,7 @@ def retuned(
 
 
 def loop_tuning(target: Target, into: Into, limits: Limits) -> tuple[Vendor, LoopTuning]:
-    """The vendor of a file, and how its loop holds its gains; raises as `retuned` does."""
+    """The vendor of a file, and how its loop holds its gains; raises as `retune_loop` does."""
     checked_file = check_document(read_document(into.data, into.name, limits))
     vendor, index = _loop_of(checked_file, into)
     config: Any = checked_file.config
@@ -244,6 +244,6 @@ def _behind_present(doc: Document, after: Mapping[Path, Path]) -> dict[Path, Pat
 
 def _findings(before: Document, after: Document, loop: str, reader: Reader) -> tuple[Diagnostic, ...]:
     """What is found at the loop after the change, and what is new elsewhere."""
-    old = {(d.code, d.where, d.message) for d in checked(before, reader, comments=True).findings}
-    found = checked(after, reader, comments=True).findings
+    old = {(d.code, d.where, d.message) for d in check_loaded(before, reader, comments=True).findings}
+    found = check_loaded(after, reader, comments=True).findings
     return tuple(d for d in found if d.loop == loop or loop in d.with_loops or (d.code, d.where, d.message) not in old)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.conversion import converted
+from pidcfg.output.conversion import convert_checked
 from pidcfg.output.process import model_of, process_of, refuse_missing
 from pidcfg.study.certification.certify import Plan, certify_document
 from pidcfg.text.reader import reader_of
@@ -35,9 +35,9 @@ ROOM, COUNTS, FULL = 1.1, 2.0, 4095
 """Of the IAE: what the words of PV and output, and the time of the step, may add; and counts of the PV all the time."""
 STEP, REST, ENDS = 0.1, 0.5, 0.85
 """Of the output's range: the step of the load, where the output rests on the process itself, and on no plant beyond."""
-LONG = 15.0
+RUN_LENGTH = 15.0
 """Times all times of loop and process: how long a run lasts."""
-OWN = "generic"
+NEUTRAL_VENDOR = "generic"
 NEUTRAL = """pidcfg: 1
 vendor: generic
 loops:
@@ -98,7 +98,7 @@ class Confirmation:
         }
 
 
-def confirmed(
+def confirm_gains(
     found: Robust, process: Process, vendor: Vendor | None, loop: LoopTuning | None, samples: int, limits: Limits
 ) -> Confirmation | None:
     """What `certify` says of the gains; None: nothing varies, or the loop does not run in its virtual PLC."""
@@ -147,12 +147,12 @@ def _time(share: float, seconds: float) -> float:
 def _as_vendor(text: str, vendor: Vendor | None, limits: Limits) -> tuple[str, bytes]:
     """The loop as a file of a PLC, with its name; the neutral form where the PLC cannot have it alone."""
     neutral = text.encode()
-    if vendor is not None and vendor.key != OWN:
+    if vendor is not None and vendor.key != NEUTRAL_VENDOR:
         checked = check_document(read_document(neutral, NAMES[0], limits))
-        result = converted(checked, vendor, {}, None)
+        result = convert_checked(checked, vendor, {}, None)
         if result.text and result.ok:
             return vendor.key, result.text.encode()
-    return OWN, neutral
+    return NEUTRAL_VENDOR, neutral
 
 
 def _scenario(found: Robust, process: Process, pv: float, output: float) -> tuple[str, float]:
@@ -163,7 +163,7 @@ def _scenario(found: Robust, process: Process, pv: float, output: float) -> tupl
     gains, search = found.result.gains, found.search
     sampling, plants = search.sampling, search.plants
     slowest = gains.integral_time + process.time_constant + process.second_time_constant + process.dead_time
-    duration = ceil(LONG * slowest / sampling.sample_time) * sampling.sample_time
+    duration = ceil(RUN_LENGTH * slowest / sampling.sample_time) * sampling.sample_time
     errors = (
         absolute_error(gains, curve.plant, sampling) / plant.gain
         for curve, plant in zip(search.curves, plants, strict=True)
@@ -278,7 +278,7 @@ class Searched:
     target: Target
 
 
-def searched(
+def search_gains(
     method: Method,
     form: Form | None,
     known: Known,
@@ -307,7 +307,7 @@ def searched(
     found = robust(chosen, search, loop, None if vendor is None else vendor.model, spreads)
     confirmation = None
     if wish.samples:
-        confirmation = confirmed(found, process, vendor, loop, wish.samples, limits)
+        confirmation = confirm_gains(found, process, vendor, loop, wish.samples, limits)
     gains = RobustGains(found, sampling, (*assumed, *more), confirmation, negative)
     return Searched(chosen, model, replace(process, sample_time=sampling.sample_time), gains, loop, target)
 

@@ -102,7 +102,7 @@ class EncodeOptions:
     """A Modbus map that is stated, for the format ``modbus``."""
 
 
-def encoded(checked: Checked, name: str, options: EncodeOptions) -> EncodeResult:
+def encode_checked(checked: Checked, name: str, options: EncodeOptions) -> EncodeResult:
     """The memory of a checked configuration in a format."""
     vendor, encoding = checked.vendor, checked.encoding
     faulty = bool(errors_in(checked.findings))
@@ -220,7 +220,7 @@ class DecodeOptions:
     """Whether the configuration is wanted as text, too."""
 
 
-def decoded(
+def decode_files(
     files: Sequence[tuple[bytes | Listing, str]],
     vendor: Vendor,
     choices: DecodeOptions,

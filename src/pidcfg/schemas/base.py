@@ -10,7 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, Wit
 from pydantic_core.core_schema import no_info_plain_validator_function
 
 from pidcfg.schemas.numbers import (
-    EXACT,
+    EXACT_CONTEXT,
     NUMBER,
     SIGNED,
     help_of,
@@ -20,7 +20,7 @@ from pidcfg.schemas.numbers import (
     parse_integer,
     parse_number,
     refuse,
-    shown,
+    strange_value,
     text_schema,
 )
 
@@ -120,7 +120,7 @@ def parse_text(value: object) -> str:
     if not isinstance(value, str):
         refuse(
             "text_type",
-            f"{shown(value)} stands where text is wanted"
+            f"{strange_value(value)} stands where text is wanted"
             if value is None
             else f"a {kind_of(value)} stands where text is wanted",
         )
@@ -295,8 +295,10 @@ class Rate(NamedTuple):
         """The change in one sample of ``sample_rate`` seconds (manual: rate / 60 x counts per unit x sample rate)."""
         if self.per == "sample":
             return Quantity(self.value, self.counts)
-        change = EXACT.multiply(self.value, sample_rate)
-        return Quantity(EXACT.divide(change, Decimal(60)) if self.per == "min" else change, self.counts, derived=True)
+        change = EXACT_CONTEXT.multiply(self.value, sample_rate)
+        return Quantity(
+            EXACT_CONTEXT.divide(change, Decimal(60)) if self.per == "min" else change, self.counts, derived=True
+        )
 
     def __str__(self) -> str:
         return f"{Quantity(self.value, self.counts)} /{self.per}"

@@ -69,7 +69,7 @@ SHORTEST_INTEGRAL = Decimal("0.001")
 """Seconds: a shorter integral time of the dependent form means no integral."""
 
 
-def tuned(name: str) -> Limits:
+def tuning_parameter(name: str) -> Limits:
     """A parameter of the auto-tuning, with the result bit that tells when it is out of range."""
     low, high = TUNE_LIMITS[name]
     return Limits(low, high, "%" if name.startswith("Perc") else "", TUNE, effect=f"AutoTuneResult.Bad_{name}")
@@ -204,13 +204,13 @@ class PidaInt(PidaReal):
 class TuneParam(Model):
     """What the auto-tuning does."""
 
-    PercAmpMV: Annotated[RealIn, tuned("PercAmpMV")] = Decimal(0)
+    PercAmpMV: Annotated[RealIn, tuning_parameter("PercAmpMV")] = Decimal(0)
     """Step of MV to either side, in % of MaxMV - MinMV."""
-    PercHystPV: Annotated[RealIn, tuned("PercHystPV")] = Decimal(0)
+    PercHystPV: Annotated[RealIn, tuning_parameter("PercHystPV")] = Decimal(0)
     """Hysteresis of PV to either side, in % of MaxPV - MinPV; more than its noise."""
-    PercMaxPeakPV: Annotated[RealIn, tuned("PercMaxPeakPV")] = Decimal(0)
+    PercMaxPeakPV: Annotated[RealIn, tuning_parameter("PercMaxPeakPV")] = Decimal(0)
     """How far PV may go to either side before the auto-tuning is aborted, in % of MaxPV - MinPV."""
-    NumCycles: Annotated[UIntIn, tuned("NumCycles")] = 0
+    NumCycles: Annotated[UIntIn, tuning_parameter("NumCycles")] = 0
     """Cycles that are measured."""
     Mode: TuneMode = "P"
     """The controller that is tuned."""

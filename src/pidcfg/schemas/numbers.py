@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from pydantic_core import PydanticCustomError
 
-from pidcfg.text.signs import code, odd, plain, what
+from pidcfg.text.signs import code, describe_sign, find_lookalike, plain
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a text that is no number was meant as, in a cure: decimal commas, signs between thousands, units, dashes.
@@ -42,8 +42,8 @@ def cure(text: str) -> str | None:
     if decimal := _decimal(bare):
         return decimal
     if bare != text and WRITTEN_NUMBER.fullmatch(bare):
-        sign = odd(text)
-        return f"write {bare}" + (f": {code(sign)} is {what(sign)}" if sign else "")
+        sign = find_lookalike(text)
+        return f"write {bare}" + (f": {code(sign)} is {describe_sign(sign)}" if sign else "")
     if WRITTEN_NUMBER.fullmatch(bare.translate(LIKE_DIGITS)):
         return f"write {bare.translate(LIKE_DIGITS)}: a letter stands where a digit belongs"
     match = WITH_UNIT.fullmatch(bare)
@@ -100,7 +100,7 @@ UNSIGNED = r"(?:(?:0|[1-9][0-9]*)(?:\.[0-9]*)?|\.[0-9]+)"
 SIGNED = rf"[-+]?{UNSIGNED}(?:[eE][-+]?[0-9]+)?"
 """The same with what may stand before and behind it."""
 MAX_DIGITS = 32
-EXACT = Context(prec=100, rounding=ROUND_HALF_EVEN)
+EXACT_CONTEXT = Context(prec=100, rounding=ROUND_HALF_EVEN)
 """Three times the digits that a file may write: products are exact, and quotients round as if they were."""
 MAX_EXPONENT = 300
 """Of a number that a file may write; a computer can hold 308."""
@@ -145,7 +145,7 @@ def number_schema(*texts: dict[str, Any]) -> dict[str, Any]:
 def parse_number(value: object) -> Decimal:
     """A finite decimal number; text must be unquoted."""
     if isinstance(value, bool) or value is None:
-        refuse("number_type", f"{shown(value)} is not a number")
+        refuse("number_type", f"{strange_value(value)} is not a number")
     if isinstance(value, Decimal | int | float):
         return _finite(Decimal(str(value)), str(value))
     if not isinstance(value, str):
@@ -252,7 +252,7 @@ def kind_of(value: object) -> str:
     return "list" if isinstance(value, list | tuple) else type(value).__name__
 
 
-def shown(value: object) -> str:
+def strange_value(value: object) -> str:
     """A value that is none of the wanted kind, as a file has it."""
     return "nothing" if value is None else str(value).lower()
 

@@ -22,7 +22,7 @@ from pidcfg.sim.engine.expressions import Problem, unknown_name
 from pidcfg.sim.engine.influence import wrong_actions
 from pidcfg.sim.engine.network import initial_values, rest
 from pidcfg.sim.engine.run import options, prepare
-from pidcfg.text.diagnostics import Diagnostic, Severity, Span, ordered
+from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, leaves, steps, value_at
@@ -31,7 +31,7 @@ from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
 from pidcfg.validate.catalog import unusable
 from pidcfg.validate.engine import check_document, is_scenario
-from pidcfg.validate.own_units import stated, with_numbers
+from pidcfg.validate.own_units import stated_number, with_numbers
 from pidcfg.validate.rule import SCENARIO_KINDS, key_of, value_of
 from pidcfg.validate.schema import read_model
 from pidcfg.vendors import VENDORS
@@ -344,7 +344,7 @@ class Loaded:
     def add(self, problems: Iterable[Problem]) -> None:
         """Problems of the scenario as findings with places."""
         told = [replace(one, help=self.cures.get(one.path) or one.help) for one in problems]
-        self.findings = ordered([*self.findings, *(place_problem(problem, self.document) for problem in told)])
+        self.findings = sort_findings([*self.findings, *(place_problem(problem, self.document) for problem in told)])
 
 
 def load(doc: Document, reader: Reader = DISK) -> Loaded:
@@ -375,7 +375,7 @@ def _use_own_units(loaded: Loaded) -> None:
         for keys, value, below in leaves(event.get("set") or {}) if loop is not None else ():
             if isinstance(value, str) and " " in value and value.split()[-1] not in SECONDS:
                 path = steps(loaded.plc().setpoint) if dotted(keys) == "setpoint" else keys
-                said, place_of = stated(loaded.vendor, loop, path, value), ("events", i, "set", *below)
+                said, place_of = stated_number(loaded.vendor, loop, path, value), ("events", i, "set", *below)
                 if said is not None and said.unit == said.own:
                     numbers[place_of] = said.number
                 elif said is not None:
@@ -388,7 +388,7 @@ def _use_own_units(loaded: Loaded) -> None:
 def read_scenario(doc: Document) -> tuple[Scenario | None, list[Diagnostic]]:
     """The typed content of a scenario file, and what is wrong with its text and its keys."""
     scenario, errors = read_model(Scenario, replace(doc, data=cast("dict[str, Any]", whole(doc.data))))
-    return scenario, ordered([*doc.problems, *errors])
+    return scenario, sort_findings([*doc.problems, *errors])
 
 
 def unreadable(findings: Iterable[Diagnostic]) -> bool:

@@ -104,7 +104,7 @@ def path_text(path: Path) -> str:
     return text.removeprefix(".")
 
 
-def ordered(findings: list[Diagnostic]) -> list[Diagnostic]:
+def sort_findings(findings: list[Diagnostic]) -> list[Diagnostic]:
     """Sorted, and each finding of a loop once (a faulty anchor that it uses n times is written in one place)."""
     unique = {(d.file, d.span, d.code, d.message, d.loop): d for d in sorted(findings, key=lambda d: d.order)}
     return list(unique.values())

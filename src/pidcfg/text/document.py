@@ -123,7 +123,7 @@ def span_of(event: Any) -> Span:
 # comments are about that place, be it in the template or in the loop. Nothing behind the reader knows of templates.
 
 TEMPLATES, USE = "templates", "use"
-OWN = "name"
+OWN_KEY = "name"
 """What each loop has for itself."""
 NO_TEMPLATES = "there is none: add 'templates:' above the loops"
 MOST_NAMED = 50
@@ -134,7 +134,7 @@ MOST_LIKENED = 500
 """Pairs of an unknown name and a template that are likened to each other."""
 
 
-def resolved(doc: Document) -> Document:
+def resolve_templates(doc: Document) -> Document:
     """The document with every loop written out; one whose templates cannot be used has problems and no data."""
     data = doc.data
     if data is None or "vendor" not in data or not (TEMPLATES in data or any(_uses(data))):
@@ -230,12 +230,12 @@ class _Resolver:
                 self._refuse(
                     "PID016", (TEMPLATES, name), f"the template {name} is no loop", "write the keys of a loop below it"
                 )
-            elif OWN in loop:
+            elif OWN_KEY in loop:
                 self._refuse(
                     "PID016",
-                    (TEMPLATES, name, OWN),
-                    f"the template {name} has a {OWN}, which no two loops share",
-                    f"give each loop its {OWN}",
+                    (TEMPLATES, name, OWN_KEY),
+                    f"the template {name} has a {OWN_KEY}, which no two loops share",
+                    f"give each loop its {OWN_KEY}",
                 )
 
     def _loop(self, path: Path, loop: Any, node: Node) -> tuple[Any, Node]:

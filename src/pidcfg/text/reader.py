@@ -73,7 +73,7 @@ class Disk:
 
     def resolve(self, name: str, other: str) -> str:
         """The name from the folder of ``name``."""
-        return shortened(Path(name).parent / other).as_posix()
+        return shorten_path(Path(name).parent / other).as_posix()
 
 
 def is_stream(name: str) -> bool:
@@ -193,7 +193,7 @@ def refusal(name: str, error: OSError | ValueError) -> str:
     return f"cannot read {name!r}: {error}"
 
 
-def shortened(path: Path) -> Path:
+def shorten_path(path: Path) -> Path:
     """The path without ``folder/..``, where the folder is one and no link: behind a link ``..`` is somewhere else."""
     short = Path()
     for part in path.parts:

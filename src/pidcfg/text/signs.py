@@ -104,7 +104,7 @@ FULL_WIDTH = range(0xFF01, 0xFF5F)
 BLANK = re.compile("[" + "".join(BLANKS) + "]")
 
 
-def meant(sign: str) -> str:
+def meant_sign(sign: str) -> str:
     """The sign of ASCII that a sign is taken for; itself where there is none."""
     if sign in BLANKS:
         return " "
@@ -120,7 +120,7 @@ def meant(sign: str) -> str:
 
 def plain(text: str) -> str:
     """A text with the signs that its own are taken for, without blanks and quotes around it."""
-    return "".join(map(meant, text)).strip(' "')
+    return "".join(map(meant_sign, text)).strip(' "')
 
 
 def code(sign: str) -> str:
@@ -128,7 +128,7 @@ def code(sign: str) -> str:
     return f"U+{ord(sign):04X}"
 
 
-def what(sign: str) -> str:
+def describe_sign(sign: str) -> str:
     """What a sign is, and what it is not."""
     if sign in BLANKS:
         return f"{BLANKS[sign]}, not a space"
@@ -139,9 +139,9 @@ def what(sign: str) -> str:
     return unicodedata.name(sign, "a sign without a name")
 
 
-def odd(text: str) -> str | None:
+def find_lookalike(text: str) -> str | None:
     """The first sign of a text that looks like another one: not ASCII in a word that is, or taken for ASCII."""
-    taken = next((sign for sign in text if meant(sign) != sign), None)
+    taken = next((sign for sign in text if meant_sign(sign) != sign), None)
     if taken is not None:
         return taken
     latin = any(sign.isascii() and sign.isalpha() for sign in text)
@@ -155,8 +155,8 @@ def _is_foreign(sign: str) -> bool:
 
 def said_of(text: str) -> str:
     """What a message adds about the odd sign of a text; empty: there is none."""
-    sign = odd(text)
-    return f": {code(sign)} in it is {what(sign)}" if sign else ""
+    sign = find_lookalike(text)
+    return f": {code(sign)} in it is {describe_sign(sign)}" if sign else ""
 
 
 def in_curly_quotes(text: str) -> bool:
@@ -229,14 +229,14 @@ SPOKEN = (
 BETWEEN = str.maketrans("", "", "-_ ")
 
 
-def folded(word: str) -> str:
+def fold_word(word: str) -> str:
     """A word without capitals, hyphens, underscores and blanks."""
     return word.casefold().translate(BETWEEN)
 
 
 def spoken(key: str, known: Collection[str]) -> str | None:
     """The known key that a word of the field stands for; None where there is none."""
-    names = next((names for words, names in SPOKEN if folded(key) in words), ())
+    names = next((names for words, names in SPOKEN if fold_word(key) in words), ())
     return next((name for name in names if name in known), None)
 
 

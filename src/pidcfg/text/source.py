@@ -10,9 +10,9 @@ from threading import local
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
-from pidcfg.text.document import LINE_BREAK, Document, Node, Plain, resolved, span_of
+from pidcfg.text.document import LINE_BREAK, Document, Node, Plain, resolve_templates, span_of
 from pidcfg.text.reader import DEFAULT, Limits
-from pidcfg.text.signs import BLANK, BLANKS, SAVE_AS_UTF8, code, meant, other_file, plain
+from pidcfg.text.signs import BLANK, BLANKS, SAVE_AS_UTF8, code, meant_sign, other_file, plain
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -209,7 +209,7 @@ def read_document(data: bytes, file: str, limits: Limits = DEFAULT) -> Document:
     except _RefusedError as e:
         problem = Diagnostic(e.code, Severity.ERROR, e.message, file, e.span, help=e.cure)
         return Document(file, text, None, Node(None), (problem,), limits)
-    return resolved(Document(file, text, root, node, tuple(duplicates), limits))
+    return resolve_templates(Document(file, text, root, node, tuple(duplicates), limits))
 
 
 def _refuse_bytes(data: bytes, text: str, limits: Limits) -> None:
@@ -404,7 +404,7 @@ def _other_comma(line: str) -> int | None:
 
 
 def _is_wide(sign: str, ascii_sign: str) -> bool:
-    return sign != ascii_sign and meant(sign) == ascii_sign
+    return sign != ascii_sign and meant_sign(sign) == ascii_sign
 
 
 def _no_colon(lines: Sequence[str], problem: str, begin: Span | None) -> Fault | None:

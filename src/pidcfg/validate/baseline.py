@@ -109,7 +109,7 @@ def _take(left: Counter[Entry], key: Entry) -> bool:
     return present
 
 
-def without(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
+def remove_entries(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
     """What is left of a baseline: never more than there was."""
     left = Counter(stale)
     return [e for e in entries if not _take(left, e)]

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from pidcfg.text.diagnostics import Diagnostic, Severity, Span, ordered
+from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import QUOTES, code, in_curly_quotes, plain, same_word
 from pidcfg.validate.catalog import is_to_check, lines
-from pidcfg.validate.rule import D720, LOOPS, PLACEHOLDER, key_of, loop_name, shortened, value_of
-from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, of_quotes, of_value, read_model
+from pidcfg.validate.rule import D720, LOOPS, PLACEHOLDER, key_of, loop_name, shorten_value, value_of
+from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, quote_edit, read_model, value_edit
 from pidcfg.vendors import VENDORS, Vendor
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ class Quotes:
         fields = PLACEHOLDER.findall(rule.message)
         own = (" | ".join(str(one.values[name]) for name in fields) for one in findings if not one.with_loops)
         texts = dict.fromkeys(" ".join(self._numbers(text)) for text in own)
-        return shortened("; ".join(filter(None, texts))) or None
+        return shorten_value("; ".join(filter(None, texts))) or None
 
     def _numbers(self, text: str) -> list[str]:
         return QUOTED_NUMBER.findall(self._numbered.sub("", text) if self._numbered else text)
@@ -175,7 +175,7 @@ def _is_named(item: Any) -> bool:
 # keeps positions and addresses, and without these loops. What both readings find at a loop does not come from the
 # loops that are missing, and is told; what follows from several loops may do so, and waits until all can be read.
 
-SHOWN = 3
+MOST_LOOPS_NAMED = 3
 """Loops that the remark names."""
 
 
@@ -218,9 +218,9 @@ class Readable:
 
     def _remark(self) -> Diagnostic:
         names = [loop_name(self.doc, (LOOPS, i)) or f"loop {i + 1}" for i in self.broken]
-        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+        more = f" and {len(names) - MOST_LOOPS_NAMED} more" if len(names) > MOST_LOOPS_NAMED else ""
         message = (
-            f"{', '.join(names[:SHOWN])}{more} cannot be read: each other loop was checked by itself, "
+            f"{', '.join(names[:MOST_LOOPS_NAMED])}{more} cannot be read: each other loop was checked by itself, "
             "what concerns several loops was not"
         )
         cure = "correct the errors, and check again"
@@ -279,31 +279,31 @@ def check_document(doc: Document) -> Checked:
     """All findings of one configuration (a scenario is checked by the simulator)."""
     findings = list(doc.problems)
     if doc.data is None:
-        quoted = (replace(d, edits=of_quotes(doc, d.span)) if d.code == "PID001" else d for d in findings)
+        quoted = (replace(d, edits=quote_edit(doc, d.span)) if d.code == "PID001" else d for d in findings)
         return Checked(doc, tuple(quoted))
     vendor, problems = vendor_of(doc)
     if vendor is None:
-        return Checked(doc, tuple(ordered([*findings, *problems])))
+        return Checked(doc, tuple(sort_findings([*findings, *problems])))
     loops = doc.data.get("loops")
     if isinstance(loops, list) and len(loops) > doc.limits.loops:
         message = f"more than {doc.limits.loops} loops"
         findings.append(Diagnostic("PID013", Severity.ERROR, message, doc.file, doc.locate(("loops",), key=True)))
-        return Checked(doc, tuple(ordered(findings)), vendor)
+        return Checked(doc, tuple(sort_findings(findings)), vendor)
     config, errors = read_model(vendor.model, doc)
     if errors:
         doc, config, errors = _in_own_units(vendor, doc, errors)
     if other := of_another_vendor(vendor, doc, errors):
-        return Checked(doc, tuple(ordered([*findings, *other])), vendor)
+        return Checked(doc, tuple(sort_findings([*findings, *other])), vendor)
     findings += errors
     if config is None:
         findings += _of_readable_loops(vendor, doc, errors)
-        return Checked(doc, tuple(ordered(findings)), vendor)
+        return Checked(doc, tuple(sort_findings(findings)), vendor)
     encoding = vendor.encoder(config)
     of_rules = _of_rules(vendor, config, encoding, doc)
     findings += (d for d in of_rules if not is_to_check(d))
     findings += curly_quotes(doc)
-    to_check = tuple(ordered([d for d in of_rules if is_to_check(d)]))
-    return Checked(doc, tuple(ordered(findings)), vendor, config, encoding, to_check)
+    to_check = tuple(sort_findings([d for d in of_rules if is_to_check(d)]))
+    return Checked(doc, tuple(sort_findings(findings)), vendor, config, encoding, to_check)
 
 
 def _in_own_units(vendor: Vendor, doc: Document, errors: list[Diagnostic]) -> tuple[Document, Any, list[Diagnostic]]:
@@ -350,7 +350,7 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
     suggestion = f"{DID_YOU_MEAN}{meant}?" if meant else "any other controller is written as generic"
     path = ("vendor",)
     same = same_word(name, VENDORS)
-    edits = of_value(doc, path, same) if same else ()
+    edits = value_edit(doc, path, same) if same else ()
     span = doc.locate(path)
     return None, [Diagnostic("PID031", Severity.ERROR, message, doc.file, span, path, help=suggestion, edits=edits)]
 
@@ -386,7 +386,7 @@ def place(rule: Rule, findings: Sequence[Finding], doc: Document, quotes: Quotes
         plc_effect=finding.plc_effect,
         reference=str(finding.basis or rule.basis),
         help=finding.fix or rule.part("Fix"),
-        edits=of_value(doc, finding.path, finding.correction or "") if is_certain else (),
+        edits=value_edit(doc, finding.path, finding.correction or "") if is_certain else (),
         key=key_of(doc, finding.path),
         value=value_of(doc, finding.path),
         quotes=quotes.of(rule, findings),

@@ -122,7 +122,7 @@ class Fixer:
             return self._quoted(state)
         if any(map(unusable, state.findings)):
             return state, []
-        candidates = list(apart(d for d in state.findings if d.edits and self.wanted(d)))
+        candidates = list(separate_findings(d for d in state.findings if d.edits and self.wanted(d)))
         after = self._attempt(state, candidates) if candidates else None
         if after is not None:
             return after, candidates
@@ -164,7 +164,7 @@ class Fixer:
         return after if proven(state.doc, state.findings, fixed, after.doc, after.findings) else None
 
 
-def apart(findings: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
+def separate_findings(findings: Iterable[Diagnostic]) -> Iterator[Diagnostic]:
     """The findings whose edits do not touch those of one before."""
     taken = list[tuple[_Place, _Place]]()
     points = set[_Place]()
@@ -192,7 +192,7 @@ def proven(
 
     Where the error of a rule has gone, rules may warn of what the value now means, as of a cascade that is one again.
     """
-    if new.data is None or not same(new.data, expected(doc, fixed)):
+    if new.data is None or not same_data(new.data, expected_data(doc, fixed)):
         return False
     old, left = Counter(_key(d) for d in before), Counter(_key(d) for d in after)
     gone = Counter(_key(d) for d in fixed)
@@ -215,7 +215,7 @@ def _stage(code: str) -> int:
     return 0 if code in VENDORLESS else 1 if code in OF_THE_SCHEMA else LAST_STAGE
 
 
-def expected(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
+def expected_data(doc: Document, fixed: Iterable[Diagnostic]) -> Any:
     """The data of a file after its corrections, worked out without reading the new text."""
     data = deepcopy(doc.data)
     for d in fixed:
@@ -239,17 +239,17 @@ def same_but_quotes(quoted: Any, plain: Any) -> bool:
         )
     if isinstance(quoted, list) and isinstance(plain, list):
         return len(quoted) == len(plain) and all(map(same_but_quotes, quoted, plain))
-    return same(quoted, plain)
+    return same_data(quoted, plain)
 
 
-def same(one: Any, other: Any) -> bool:
+def same_data(one: Any, other: Any) -> bool:
     """Whether data are equal, where quoted and unquoted texts differ."""
     if type(one) is not type(other):
         return False
     if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(value, other[key]) for key, value in one.items())
+        return one.keys() == other.keys() and all(same_data(value, other[key]) for key, value in one.items())
     if isinstance(one, list):
-        return len(one) == len(other) and all(map(same, one, other))
+        return len(one) == len(other) and all(map(same_data, one, other))
     return bool(one == other)
 
 
@@ -296,7 +296,7 @@ def with_values(data: bytes, doc: Document, values: Mapping[Path, str], after: M
     mark = BOM if data.startswith(BOM) else b""
     made = mark + splice(doc.text, edits).encode()
     new = read_document(made, doc.file)
-    if mark + doc.text.encode() != data or new.data is None or not same(_apart(new.data), wanted):
+    if mark + doc.text.encode() != data or new.data is None or not same_data(_apart(new.data), wanted):
         line = doc.locate(next(iter(values))).line
         raise PlacingError("the file shares what stands there with other places, by a template or an anchor (&)", line)
     return made

@@ -126,7 +126,7 @@ def number_text(value: Decimal) -> str:
     return text if len(text) <= DIGITS else f"{float(value):.6g}"
 
 
-def with_unit(value: Decimal, unit: str | None) -> str:
+def number_with_unit(value: Decimal, unit: str | None) -> str:
     """A number as people write it, with its unit."""
     return f"{number_text(value)} {unit}" if unit else number_text(value)
 
@@ -321,13 +321,13 @@ def sharing(rows: Iterable[tuple[Key, ViewT]]) -> Iterator[tuple[Key, ViewT, tup
                 yield key, view, others
 
 
-def at_both(one: HasName, at_one: Finding, other: HasName, at_other: Finding, /, **values: object) -> Findings:
+def report_at_both(one: HasName, at_one: Finding, other: HasName, at_other: Finding, /, **values: object) -> Findings:
     """A finding at each of two loops, which names the other one; with the values of the message that both have."""
     yield at_one.quoting(**values).shared_with(other.name)
     yield at_other.quoting(**values).shared_with(one.name)
 
 
-def in_words(names: Sequence[str]) -> str:
+def list_names(names: Sequence[str]) -> str:
     """Names as a message lists them: ``A, B and C``; after eight of them only how many more there are."""
     if len(names) > MOST_NAMES:
         return f"{', '.join(names[:MOST_NAMES])} and {len(names) - MOST_NAMES} more"

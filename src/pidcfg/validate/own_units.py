@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 WRONG_TYPE = "PID022"
 RANGES = ("range", "input_range")
-SAME = {"°C": "degC", "℃": "degC", "°F": "degF", "℉": "degF", "degK": "K", "°": "deg"}
+SAME_UNITS = {"°C": "degC", "℃": "degC", "°F": "degF", "℉": "degF", "degK": "K", "°": "deg"}
 """Spellings of one unit."""
 OPEN = re.compile(" or |, ")
 """Stands in a unit that depends on another setting."""
@@ -73,7 +73,7 @@ class Stated(NamedTuple):
         return f"the key is in {self.own}, not in {self.unit}: write the number of {self.own} alone"
 
 
-def stated(vendor: Vendor, loop: Any, path: Path, text: str) -> Stated | None:
+def stated_number(vendor: Vendor, loop: Any, path: Path, text: str) -> Stated | None:
     """A number with a unit, for a key of a loop that has one, too; None for any other text."""
     match = WITH_UNIT.fullmatch(text)
     own = match and _unit_of(vendor, loop, path)
@@ -93,7 +93,7 @@ def _stated(vendor: Vendor, doc: Document, errors: Iterable[Diagnostic]) -> Iter
             if not isinstance(item, str) or range_of(item) is not None:
                 continue
             path = d.path if i is None else (*d.path, i)
-            said = stated(vendor, value_at(doc.data, path[:2]), path[2:], item)
+            said = stated_number(vendor, value_at(doc.data, path[:2]), path[2:], item)
             if said is not None:
                 yield path, said
 
@@ -115,7 +115,7 @@ def _unit_of(vendor: Vendor, loop: Any, path: Path) -> str | None:
 def _spelling(unit: str) -> str:
     """A unit in one spelling, without blanks around its signs."""
     unit = re.sub(r"\s*/\s*", "/", unit.strip())
-    return "/".join(SAME.get(part, part) for part in unit.split("/"))
+    return "/".join(SAME_UNITS.get(part, part) for part in unit.split("/"))
 
 
 def _with(data: Any, path: Path, value: object) -> Any:

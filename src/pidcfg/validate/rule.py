@@ -403,7 +403,7 @@ def value_of(doc: Document, path: Path) -> str | None:
         return None
     plain = _plain(data)
     text = _text(plain)
-    return _hash(text) if isinstance(plain, dict) else shortened(text)
+    return _hash(text) if isinstance(plain, dict) else shorten_value(text)
 
 
 def _at(doc: Document, path: Path) -> Any:
@@ -414,7 +414,7 @@ def _at(doc: Document, path: Path) -> Any:
     return data
 
 
-def shortened(text: str) -> str:
+def shorten_value(text: str) -> str:
     """A text, or its hash where it is a long one."""
     return _hash(text) if len(text) > LONGEST else text
 

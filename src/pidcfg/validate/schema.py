@@ -18,7 +18,7 @@ from pidcfg.schemas.document import field_texts
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import span_of
 from pidcfg.text.paths import Path, value_at
-from pidcfg.text.signs import folded, plain, said_of, same_word, spoken
+from pidcfg.text.signs import fold_word, plain, said_of, same_word, spoken
 from pidcfg.validate.rule import BY_KIND, OTHER_KIND, loop_name
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 """The words of a key: ``ControlON_OFF`` has three."""
 LETTERS = 5
 """A word has so many before and after its slip: in shorter ones (``MaxMV``, ``MinMV``) one letter is a meaning."""
-APART = 2
+LEAST_APART = 2
 """No other key of the place may be so near."""
 
 
@@ -43,14 +43,14 @@ def clear_match(key: str, known: Sequence[str]) -> str | None:
     It differs from what is written in capitals, hyphens and underscores alone, or by one slip inside a long word with
     every other key of the place clearly further. A valid key of any vendor is never replaced.
     """
-    same = [name for name in known if folded(name) == folded(key)]
+    same = [name for name in known if fold_word(name) == fold_word(key)]
     if same:
         return same[0] if len(same) == 1 and key not in all_keys() else None
     near = [name for name in known if is_slip(key, name)]
-    if len(near) != 1 or any(slips(key, name) <= APART for name in known if name != near[0]):
+    if len(near) != 1 or any(slips(key, name) <= LEAST_APART for name in known if name != near[0]):
         return None
     others = (name for name in all_keys() if name != near[0])
-    return None if any(folded(name) == folded(key) or is_slip(key, name) for name in others) else near[0]
+    return None if any(fold_word(name) == fold_word(key) or is_slip(key, name) for name in others) else near[0]
 
 
 INSIDE, SETTABLE = "set", ("setpoint", "output")
@@ -272,12 +272,12 @@ def _diagnostic(error: Any, model: type[BaseModel], doc: Document) -> Diagnostic
         kind = "model_type"
     elif kind in UNION_KINDS:
         place, kind = (*place, UNION_KEY), UNION_KINDS[kind]
-    path = written(place, doc.data)
+    path = file_place(place, doc.data)
     code = "PID030" if path == ("pidcfg",) else BY_KIND.get(kind, OTHER_KIND)
     message, cure = _wording({**error, "type": kind, "loc": place}, path, model)
     span = doc.locate(path, key=kind in {"missing", "extra_forbidden"} or OF_A_KEY in error["loc"])
     only = error.get("ctx", {}).get("only") or (_same_word(error) if kind in CHOICE_KINDS else None)
-    edits = of_value(doc, path, only) if only and doc.data else ()
+    edits = value_edit(doc, path, only) if only and doc.data else ()
     return Diagnostic(
         code, Severity.ERROR, message, doc.file, span, path, loop=loop_name(doc, path), help=cure, edits=edits
     )
@@ -290,7 +290,7 @@ def _same_word(error: Any) -> str | None:
     return same_word(value, _choices(context.get("expected_tags") or context.get("expected", "")))
 
 
-def written(place: Path, data: Any) -> Path:
+def file_place(place: Path, data: Any) -> Path:
     """A place of pydantic's as the file has it: without the word that chose one of several models."""
     path: list[str | int] = []
     for step in place:
@@ -311,7 +311,7 @@ def _wording(error: Any, path: Path, model: type[BaseModel]) -> tuple[str, str |
     kind, context, value = error["type"], error.get("ctx", {}), error["input"]
     key = str(path[-1]) if path else "the file"
     if path == ("pidcfg",):
-        problem = "is missing" if kind == "missing" else f"{shown(value)} is not one that this pidcfg reads"
+        problem = "is missing" if kind == "missing" else f"{quoted_value(value)} is not one that this pidcfg reads"
         return f"the format version {problem}", "write 'pidcfg: 1'"
     if kind == "extra_forbidden":
         return _unknown(key, model, model_at(model, error["loc"][:-1]))
@@ -362,7 +362,7 @@ def _shape(kind: str, key: str, value: object, inner: type[BaseModel] | None) ->
 def _plain_wording(kind: str, context: Any, key: str, value: object) -> str | None:
     """The message of the kinds that need nothing of the schema."""
     if kind in KINDS:
-        return f"{key} must be {KINDS[kind]}, not {shown(value)}"
+        return f"{key} must be {KINDS[kind]}, not {quoted_value(value)}"
     if kind in {"too_long", "too_short"}:
         bound = context.get("max_length", context.get("min_length"))
         return f"{key} has {context['actual_length']} items; the limit is {bound}"
@@ -400,11 +400,11 @@ def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str 
     ranked = sorted(((difflib.SequenceMatcher(None, c.lower(), word).ratio(), c) for c in choices), reverse=True)
     clear = ranked[0][0] >= LIKE and (len(ranked) == 1 or ranked[0][0] - ranked[1][0] > CLEARLY)
     odd = said_of(value) if isinstance(value, str) else ""
-    message = f"{key} is {shown(value)}, not one of {', '.join(choices)}{odd}"
+    message = f"{key} is {quoted_value(value)}, not one of {', '.join(choices)}{odd}"
     return message, f"{DID_YOU_MEAN}{ranked[0][1]}?" if clear else None
 
 
-def shown(value: object) -> str:
+def quoted_value(value: object) -> str:
     """A value as a message quotes it, shortened."""
     if isinstance(value, dict):
         return "a mapping"
@@ -464,7 +464,7 @@ UNQUOTED = re.compile(r"[%@`][\w%/.°²³-]*(?=[ \t]*(?:$|[,}\]]|[ \t]#))")
 """A word that begins with what no value may begin with, up to where any value ends."""
 
 
-def of_quotes(doc: Document, span: Span) -> tuple[Edit, ...]:
+def quote_edit(doc: Document, span: Span) -> tuple[Edit, ...]:
     """Quotes around a value such as ``%``, whose first character begins nothing in YAML."""
     row = doc.lines[span.line - 1]
     match = UNQUOTED.match(row, span.column - 1)
@@ -474,7 +474,7 @@ def of_quotes(doc: Document, span: Span) -> tuple[Edit, ...]:
     return (Edit(place, f'"{match.group()}"'),)
 
 
-def of_value(doc: Document, path: Path, text: str) -> tuple[Edit, ...]:
+def value_edit(doc: Document, path: Path, text: str) -> tuple[Edit, ...]:
     """Another text in the place of a value; none where an alias shares it, or where it takes several lines."""
     entry = _key_and_value(doc, path)
     if entry is None or not hasattr(entry[1].event, "value") or entry[1].event.anchor is not None:
@@ -483,7 +483,7 @@ def of_value(doc: Document, path: Path, text: str) -> tuple[Edit, ...]:
     return (Edit(span, text),) if span.line == span.end_line else ()
 
 
-def of_key(doc: Document, path: Path, key: str) -> tuple[Edit, ...]:
+def key_edit(doc: Document, path: Path, key: str) -> tuple[Edit, ...]:
     """Another key; quotes stay."""
     entry = _key_and_value(doc, path)
     if entry is None or entry[0] is None or entry[0].anchor is not None:
@@ -519,7 +519,7 @@ def key_edits(
         elif len(group) > 1:
             half = len(group) // 2
             waiting += [dict(islice(group.items(), half, None)), dict(islice(group.items(), half))]
-    return {path: edits for path, key in accepted.items() if (edits := of_key(doc, path, key))}
+    return {path: edits for path, key in accepted.items() if (edits := key_edit(doc, path, key))}
 
 
 def _fits(model: type[BaseModel], data: Any, new_keys: dict[Path, str], faults: list[Any]) -> bool:

@@ -10,12 +10,12 @@ import click
 
 from pidcfg.cli import console, options, plots
 from pidcfg.cli.commands.simulate import files_of, scenarios_of
-from pidcfg.cli.environment import need
+from pidcfg.cli.environment import require_extra
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.runs import render_batches
 from pidcfg.cli.inputs import FILES, read_inputs
 from pidcfg.cli.main import Exit
-from pidcfg.cli.terminal import LINE, held
+from pidcfg.cli.terminal import LINE, hold_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -96,7 +96,7 @@ def command(
     if cluster is not None:
         if jobs is not None:
             raise click.UsageError("--jobs and --cluster: the samples run here or there; give one of them")
-        need("distributed", "cluster")
+        require_extra("distributed", "cluster")
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
     if not scenarios:
         raise click.UsageError(f"{', '.join(paths)}: no scenario there; one begins with 'scenario: …'")
@@ -115,7 +115,7 @@ def command(
     files: dict[str, str | bytes] = {}
     written = {} if not keep_worst else worst_files(outcomes, files)
     charts = fan_charts(outcomes, plot_loops) if plot else []
-    files |= plots.drawn(plot, charts, *heading(outcomes))
+    files |= plots.draw_files(plot, charts, *heading(outcomes))
     report_options.deliver(fmt, reports, lambda name: render_batches(name, outcomes, written), files, force=force)
     if plots.TERMINAL in plot:
         plots.show(charts)
@@ -145,7 +145,7 @@ def run_all(
 ) -> Iterator[BatchOutcome]:
     """The batches one after the other; the line on the terminal shows how many samples are done."""
     from pidcfg.api import certify
-    from pidcfg.cli.outputs import keeper, kept
+    from pidcfg.cli.outputs import keeper, read_existing
     from pidcfg.output.arguments import ArgumentError
     from pidcfg.study.certification.samples import WorkersError
 
@@ -162,7 +162,7 @@ def run_all(
                 cluster=cluster,
                 keep_worst=listed,
                 record=record,
-                state=None if resume is None else kept(resume),
+                state=None if resume is None else read_existing(resume),
                 keep=None if resume is None else keeper(resume),
                 files=FILES,
                 limits=limits,
@@ -195,7 +195,7 @@ class Rate:
 
 def remark(text: str) -> None:
     """What is worth knowing on the way; the line goes on after it."""
-    with held():
+    with hold_line():
         console.remark(f"note: {text}")
 
 

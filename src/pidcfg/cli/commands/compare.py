@@ -67,7 +67,7 @@ def command(
     What runs is left out: PV, output, mode, status, requests, the bias of a loop with an integral. A set point that the
     operator has changed is told and is no difference. The PLC is only read.
     """
-    plc_options.needed(plc)
+    plc_options.require_packages(plc)
     from pidcfg.cli.findings import one_configuration
     from pidcfg.encoders.modbus_map import UnusableMapError
     from pidcfg.live.calls import compare

@@ -153,7 +153,7 @@ def command(
         report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result))
         refuse(result, lossy, unlike, max_deviation)
     charts = [loop.chart for loop in result.verified or ()]
-    pictures = plots.drawn(plot, charts, f"{Path(file).name} for {VENDORS[target].title}")
+    pictures = plots.draw_files(plot, charts, f"{Path(file).name} for {VENDORS[target].title}")
     files = {**({} if out is None else {out: result.text}), **pictures}
     report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result), files, force=force)
     put(result.text, out, () if quiet else files)

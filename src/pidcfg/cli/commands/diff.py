@@ -111,7 +111,7 @@ def command(
     for line in result.notes:
         remark(f"note: {line}")
     charts = [loop.chart for loop in result.verified or ()]
-    pictures = plots.drawn(plot, charts, f"{Path(before).name} and {Path(after).name}")
+    pictures = plots.draw_files(plot, charts, f"{Path(before).name} and {Path(after).name}")
     report_options.deliver(fmt, reports, lambda name: render_differences(name, result), pictures, force=force)
     if plots.TERMINAL in plot:
         plots.show(charts)

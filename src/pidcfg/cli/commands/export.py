@@ -9,7 +9,7 @@ import click
 
 from pidcfg.cli import options
 from pidcfg.cli.console import echo, remark
-from pidcfg.cli.environment import need
+from pidcfg.cli.environment import require_extra
 
 if TYPE_CHECKING:
     from pidcfg.text.document import Document
@@ -56,7 +56,7 @@ def command(
     if decimal_comma and kind != "csv":
         raise click.UsageError("--decimal-comma is for CSV")
     if kind == "xlsx":
-        need("xlsxwriter", "report")
+        require_extra("xlsxwriter", "report")
         if out is None:
             raise click.UsageError("a workbook is no text; name it with -o")
     vendor, _ = vendor_of(doc)

@@ -101,7 +101,7 @@ def _scenario(config: str, out: str | None, limits: Limits) -> str:
 
 def _from_sheet(sheet: str, vendor: str | None, limits: Limits, *, quiet: bool) -> str:
     """The configuration of a sheet."""
-    from pidcfg.cli.environment import need
+    from pidcfg.cli.environment import require_extra
     from pidcfg.cli.inputs import read_input
     from pidcfg.cli.options import refuse_all
     from pidcfg.output.sheet_reader import SheetFaultsError, from_sheet
@@ -110,7 +110,7 @@ def _from_sheet(sheet: str, vendor: str | None, limits: Limits, *, quiet: bool) 
     if entry.problem is not None:
         raise click.ClickException(entry.problem)
     if sheet.lower().endswith(".xlsx"):
-        need("openpyxl", "report")
+        require_extra("openpyxl", "report")
     try:
         made = from_sheet(entry.data, sheet, vendor, limits)
     except SheetFaultsError as error:

@@ -55,13 +55,13 @@ def command(
 
     A DL06 tells its own loop table by V7640 and V7641; of other PLCs --like FILE or options say where the loops are.
     """
-    plc_options.needed(plc)
+    plc_options.require_packages(plc)
     from pidcfg.cli.findings import one_configuration, show_errors
     from pidcfg.cli.outputs import write_files
     from pidcfg.live.calls import pull
 
     other = None if like is None else one_configuration(like, limits)
-    with plc_options.reached():
+    with plc_options.reach_plc():
         result = pull(
             plc,
             like=other,

@@ -16,7 +16,7 @@ import click
 from pidcfg import __version__
 from pidcfg.cli import options
 from pidcfg.cli.console import echo_xml, note, remark
-from pidcfg.cli.environment import need
+from pidcfg.cli.environment import require_extra
 from pidcfg.cli.inputs import FILES, document, note_read, read_entries, read_input
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
@@ -25,7 +25,7 @@ from pidcfg.encoders.image import read_settings
 from pidcfg.output.report.content import SourceFile, Units
 from pidcfg.output.report.runs import Run, run_sheet
 from pidcfg.output.report.sheets import plc_sheet
-from pidcfg.text.diagnostics import ordered
+from pidcfg.text.diagnostics import sort_findings
 from pidcfg.text.document import Document, Node
 from pidcfg.text.processes import Crew
 from pidcfg.validate.engine import Checked, check_document, is_scenario
@@ -152,7 +152,7 @@ class Taker:
 
 def configured(entry: Input, checked: Checked, kind: str = "configuration") -> Configured:
     """A checked configuration with its sheet."""
-    return Configured(source_file(entry, kind), plc_sheet(checked), ordered(list(checked.findings)))
+    return Configured(source_file(entry, kind), plc_sheet(checked), sort_findings(list(checked.findings)))
 
 
 def source_file(entry: Input, kind: str) -> SourceFile:
@@ -360,7 +360,7 @@ def command(
     Exit codes: 0 no error and no failed expectation, 1 some (they are in the report), 2 unusable input.
     """
     from pidcfg.output.report.content import Title
-    from pidcfg.output.report.sheets import compose, renamed
+    from pidcfg.output.report.sheets import compose, rename_files
 
     if out is None and csv is None and xlsx is None:
         out = PAGE
@@ -372,7 +372,7 @@ def command(
     inputs = gathered(paths, limits, _progress, pictures=pictures, jobs=options.processes(jobs))
     block = Title(title, project, customer, plant, document, revision, author, date, __version__)
     complete = compose(block, list(inputs.files.values()), list(inputs.sheets.values()), inputs.runs, inputs.findings)
-    content = renamed(complete, shortener([file.name for file in complete.files]))
+    content = rename_files(complete, shortener([file.name for file in complete.files]))
     page: str | bytes | None = None if out is None else _page(content, sheet=sheet, full=full)
     if printed is not None and isinstance(page, str):
         page = _printed(page, printed)
@@ -389,7 +389,7 @@ def _have(*wanted: str | None) -> None:
     """Ends the command, before anything runs, where a package is not installed."""
     for what in wanted:
         for package in NEEDS.get(what or "", ()):
-            need(package, "report")
+            require_extra(package, "report")
 
 
 def _progress(share: float) -> None:

@@ -60,7 +60,7 @@ def command(
     An HMI, a SCADA driver or a script reads it, writes set points, modes and outputs as an operator does, and sees the
     loops answer. The events of the scenario happen; its duration and its expectations do not count.
     """
-    plc_options.needed(listen)
+    plc_options.require_packages(listen)
     from pidcfg.cli.findings import show_errors
     from pidcfg.cli.formats.runs import simulations_text
     from pidcfg.cli.inputs import read_inputs
@@ -78,7 +78,7 @@ def command(
                 f"serving {scenario} at {place}, {_who(place)}, {speed:g} times real time; Ctrl-C ends with the report"
             )
 
-    with plc_options.reached():
+    with plc_options.reach_plc():
         result = serve(
             documents[0],
             listen=listen,

@@ -11,7 +11,7 @@ import click
 
 from pidcfg.cli import options, plots, watch
 from pidcfg.cli.console import Detail, remark
-from pidcfg.cli.environment import need
+from pidcfg.cli.environment import require_extra
 from pidcfg.cli.formats import report_options
 from pidcfg.cli.formats.runs import render_runs
 from pidcfg.cli.inputs import FILES, STDIN, document, name_of, note_read, read_input, read_inputs
@@ -108,7 +108,7 @@ def command(
 
     detail = Detail(click.get_current_context(), wanted=verbose, quiet=quiet)
     if engine == "numba":
-        need("numba", "fast")
+        require_extra("numba", "fast")
     scenarios = scenarios_of(list(read_inputs(paths, limits)), paths)
     if not scenarios:
         _nothing_to_run(paths, plot, quiet=quiet)
@@ -126,8 +126,8 @@ def command(
         limits = replace(limits, loop_steps=sys.maxsize) if no_limit else limits
         how = {"engine": engine, "runs": len(scenarios), "every": every, "record": bool(plot), "limits": limits}
         outcomes = [result.outcome for result in run_all(scenarios, how, trend, detail, options.processes(jobs))]
-        charts = plots.of_runs(outcomes, plot_loops) if plot else []
-        files |= plots.drawn(plot, charts, *plots.heading(outcomes))
+        charts = plots.charts_of_runs(outcomes, plot_loops) if plot else []
+        files |= plots.draw_files(plot, charts, *plots.heading(outcomes))
         # Told before trend and pictures are put in their places: a file there that differs costs no result.
         report_options.deliver(fmt, reports, lambda name: render_runs(name, outcomes, WORST[strict]))
         if plots.TERMINAL in plot:

@@ -16,7 +16,7 @@ from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.console import remark
 from pidcfg.cli.main import Exit
 from pidcfg.cli.outputs import place, refuse_read
-from pidcfg.cli.terminal import LINE, watched
+from pidcfg.cli.terminal import LINE, is_watched
 from pidcfg.pictures.characters import fits, lines
 from pidcfg.pictures.chart import Chart, Line, Panel
 
@@ -103,7 +103,7 @@ class LiveChart:
 
         if self._live is None:
             LINE.end()
-            console = Console(file=sys.stderr, no_color=not colour.enabled(sys.stderr), highlight=False)
+            console = Console(file=sys.stderr, no_color=not colour.is_coloured(sys.stderr), highlight=False)
             self._live = Live(console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
             self._live.start()
         size = self._live.console.size
@@ -114,7 +114,7 @@ class LiveChart:
 
 def chart_for(out: str | None, seconds: float | None) -> LiveChart | None:
     """A chart where a person watches and the rows go somewhere else."""
-    if not watched() or LINE.silent or (out is None and colour.terminal(sys.stdout)):
+    if not is_watched() or LINE.silent or (out is None and colour.terminal(sys.stdout)):
         return None
     return LiveChart(seconds)
 
@@ -208,7 +208,7 @@ def command(
 
     Ctrl-C ends it; every row that was taken stays. In a terminal the loops are drawn meanwhile. The PLC is only read.
     """
-    plc_options.needed(plc)
+    plc_options.require_packages(plc)
     from pidcfg.cli.findings import one_configuration, show_errors
     from pidcfg.live.calls import trend
 
@@ -219,7 +219,7 @@ def command(
 
     chart = chart_for(out, seconds)
     try:
-        with plc_options.reached():
+        with plc_options.reach_plc():
             result = trend(
                 plc,
                 file,

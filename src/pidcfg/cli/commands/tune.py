@@ -153,7 +153,7 @@ def command(
         if value.problem is not None:
             remark(f"{value.key}: {value.problem}")
     charts = [margin_chart(result)] if plot else []
-    pictures = plots.drawn(plot, charts, f"{result.method.name}, {result.form}")
+    pictures = plots.draw_files(plot, charts, f"{result.method.name}, {result.form}")
     changed = result.written is not None and save(result.written, diff=diff)
     if diff:
         ctx.exit(Exit.FINDINGS if changed else Exit.OK)

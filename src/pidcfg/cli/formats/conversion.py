@@ -10,7 +10,7 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.formats.reports import cell
-from pidcfg.cli.plots import in_characters
+from pidcfg.cli.plots import chart_text
 from pidcfg.conversion.ledger import LOSSES, WORST, text_of
 from pidcfg.output.conversion import SEVERAL
 from pidcfg.text.signs import one_line
@@ -38,11 +38,11 @@ def verdict_text(loops: Sequence[Verified], *, pictures: bool = True) -> str:
     lines = ["both sides in the same battery of stages, on the same plants"]
     for loop in loops:
         lines += ["", f"{loop.loop}: {headline(loop)}"]
-        lines += [f"  differs: {in_words(one.difference)}{_because(one.key)}" for one in loop.failures]
+        lines += [f"  differs: {difference_text(one.difference)}{_because(one.key)}" for one in loop.failures]
         lines += [f"  named: {text}" for text in _named(loop.named)]
         lines += [f"  not tried: {text}" for text in _untried(loop.untried)]
         if pictures:
-            lines.append(in_characters(replace(loop.chart, title=""), sys.stderr))
+            lines.append(chart_text(replace(loop.chart, title=""), sys.stderr))
     return "\n".join(lines if loops else [*lines, NOTHING]) + "\n"
 
 
@@ -55,7 +55,7 @@ def headline(loop: Verified) -> str:
     return f"{verdict} in {stages}; {apart}{ratio}"
 
 
-def in_words(one: SignalDifference) -> str:
+def difference_text(one: SignalDifference) -> str:
     """A difference: stage, signal, time, and what both sides show."""
     signal = UNITS.get(one.signal, f"alarm {one.signal}")
     if one.signal == "run":
@@ -98,7 +98,7 @@ def verdict_markdown(loops: Sequence[Verified]) -> list[str]:
     lines = ["", "### Verified", ""]
     for loop in loops:
         lines.append(f"- **{cell(loop.loop)}**: {cell(headline(loop))}")
-        lines += [f"  - differs: {cell(in_words(one.difference) + _because(one.key))}" for one in loop.failures]
+        lines += [f"  - differs: {cell(difference_text(one.difference) + _because(one.key))}" for one in loop.failures]
         lines += [f"  - named: {cell(text)}" for text in _named(loop.named)]
         lines += [f"  - not tried: {cell(text)}" for text in _untried(loop.untried)]
     return lines

@@ -126,9 +126,9 @@ def _command(d: Diagnostic) -> str:
     loop = f" [{d.loop}]" if d.loop else ""
     values = {} if d.file == STDIN else _place(d)
     values["title"] = f"pidcfg {d.code}{loop}"
-    properties = ",".join(f"{key}={escaped(value, PROPERTY)}" for key, value in values.items())
+    properties = ",".join(f"{key}={escape_data(value, PROPERTY)}" for key, value in values.items())
     place = f"{d.file}:{d.span.line}:{d.span.column}: " if d.file == STDIN else ""
-    return f"::{COMMANDS[d.severity]} {properties}::{escaped(place + chr(10).join(details(d)), DATA)}"
+    return f"::{COMMANDS[d.severity]} {properties}::{escape_data(place + chr(10).join(details(d)), DATA)}"
 
 
 def _place(d: Diagnostic) -> dict[str, str]:
@@ -137,7 +137,7 @@ def _place(d: Diagnostic) -> dict[str, str]:
     return values | ({"col": str(d.span.column)} if d.span.line == d.span.end_line else {})
 
 
-def escaped(text: str, table: dict[str, str]) -> str:
+def escape_data(text: str, table: dict[str, str]) -> str:
     """Text whose special characters are written as GitHub's runner reads them back; other control characters go."""
     return printable("".join(table.get(c, c) for c in text))
 

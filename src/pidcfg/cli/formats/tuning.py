@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pidcfg.cli.formats.runs import figure
-from pidcfg.cli.plots import in_characters
+from pidcfg.cli.plots import chart_text
 from pidcfg.pictures.chart import Chart, Line, Locus, Panel
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ def as_text(tuned: TuneResult) -> str:
     result, lines = tuned.to_json(), []
     if tuned.identified is not None and tuned.record is not None:
         chart = chart_of(tuned.identified, tuned.record)
-        lines += [_identified(tuned.identified), "", in_characters(chart, sys.stdout), ""]
+        lines += [_identified(tuned.identified), "", chart_text(chart, sys.stdout), ""]
     units = {**UNITS, **PER_S} if tuned.model == "integrating" else UNITS
     process = ", ".join(f"{k.replace('_', ' ')} {v:.6g}{units.get(k, ' s')}" for k, v in tuned.numbers.items())
     kind = "" if tuned.model in {None, "first-order"} else f"{tuned.model}: "

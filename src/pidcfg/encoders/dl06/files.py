@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # --- Intel HEX: bytes by address (Intel, Hexadecimal Object File Format Specification, revision A, 1988) --------------
 #
 # Read is all that the specification has and nothing else; start addresses say nothing of the memory. See `write`,
-# `read`.
+# `read_bytes`.
 
 DATA, END, SEGMENT, START_SEGMENT, LINEAR, START_LINEAR = range(6)
 LENGTHS = {END: 0, SEGMENT: 2, START_SEGMENT: 4, LINEAR: 2, START_LINEAR: 4}
@@ -53,7 +53,7 @@ def _record(kind: int, address: int, data: bytes) -> str:
     return f":{body.hex()}{-sum(body) & 0xFF:02x}".upper()
 
 
-def read(text: str) -> dict[int, int]:
+def read_bytes(text: str) -> dict[int, int]:
     """The bytes of a file by their addresses; raises `ListingError`."""
     memory: dict[int, int] = {}
     base, ended, number = 0, False, 0
@@ -106,7 +106,7 @@ def _bytes(word: int) -> bytes:
 def read_ihex(text: str) -> Listing:
     """All words; half a word is refused."""
     try:
-        memory = read(text)
+        memory = read_bytes(text)
     except ListingError as error:
         raise ListingError(f"not Intel HEX: {error}", error.line) from None
     listing = Listing()

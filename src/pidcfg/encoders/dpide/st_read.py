@@ -14,7 +14,7 @@ from pidcfg.encoders.dpide.st_scope import (
     device_in,
     initial_value,
     is_constant,
-    joined,
+    join_tokens,
     units_of,
     value_in,
 )
@@ -69,7 +69,7 @@ def notes_of(step: Step, operands: Mapping[str, str]) -> Iterator[str]:
         yield f"{jump.text} in line {jump.line} is not carried over: what stands behind is not always executed"
     sign = next((i for i, token in enumerate(tokens) if token.text == ":="), 0)
     if sign and not step.is_compound:
-        full = operands.get(joined(tokens[:sign]).upper())
+        full = operands.get(join_tokens(tokens[:sign]).upper())
         if full is not None:
             yield f"{full} is assigned in line {tokens[0].line}, which is not carried over"
             return
@@ -189,7 +189,7 @@ def _by_name(
     known = {name.upper(): name for name in (EN, *names, "ENO")}
     for name, sign, value in listed:
         if name is None:
-            raise value[0].error(f"{joined(value)[:40]} has no name; operands of {what} are all named, or none is")
+            raise value[0].error(f"{join_tokens(value)[:40]} has no name; operands of {what} are all named, or none is")
         if name.upper not in known:
             near = nearest(name.upper, known)
             hint = f"; did you mean {known[near]}?" if near else f"; it has {', '.join(names)}"
@@ -198,7 +198,7 @@ def _by_name(
         if sign != wanted:
             kind = "an output" if wanted == "=>" else "an input"
             raise name.error(
-                f"{name.text} is {kind} of {what}; write {known[name.upper]} {wanted} {joined(value)[:40]}"
+                f"{name.text} is {kind} of {what}; write {known[name.upper]} {wanted} {join_tokens(value)[:40]}"
             )
         if name.upper in found:
             raise name.error(f"{name.text} stands here again")
@@ -271,7 +271,7 @@ class Calls:
                 self.timers.append((step, _values(step)))
             elif word == PULSES and is_call:
                 self.pulses.append((step, _values(step)))
-            elif joined(step.tokens[:-1]).upper() != f"{ENABLE_INTERRUPTS}()":
+            elif join_tokens(step.tokens[:-1]).upper() != f"{ENABLE_INTERRUPTS}()":
                 self._refuse_inside(step)
                 self.others.append((scope, step))
 
@@ -299,7 +299,7 @@ class Calls:
         at: Token,
     ) -> Binding:
         """What stands at an operand of a function block's instruction, seen from the call of the block."""
-        upper = joined(value).upper()
+        upper = join_tokens(value).upper()
         section = template.sections.get(upper, "VAR")
         if section not in SECTIONS:
             return template.scope.bind(ROWS[operand], value)
@@ -307,7 +307,9 @@ class Calls:
             return scope.bind(ROWS[operand], given[upper][1])
         if section == "VAR_INPUT" and template.scope.symbols[upper].declaration.initial:
             return template.scope.bind(ROWS[operand], value)
-        raise at.error(f"the call of {template.name.text} has no {joined(value)}, which is {operand} of {INSTRUCTION}")
+        raise at.error(
+            f"the call of {template.name.text} has no {join_tokens(value)}, which is {operand} of {INSTRUCTION}"
+        )
 
     def _operands(self, step: Step, given: Arguments) -> dict[str, tuple[Token, ...]]:
         """All operands in the manual's order; raises `ListingError` naming those that are missing."""
@@ -435,7 +437,7 @@ class _Reader:
             raise ListingError(f"the program has no call of {INSTRUCTION}, and none of a function block with it inside")
         self.changes = self._changes()
         self.timers = {
-            joined(values[1]).upper(): one for one in reversed(self.calls.timers) if len(values := one[1]) == 3
+            join_tokens(values[1]).upper(): one for one in reversed(self.calls.timers) if len(values := one[1]) == 3
         }
         self.pulses = self._by_output()
         self.listing.settings = tuple(self._loop(i, found) for i, found in enumerate(self.calls.found))
@@ -523,7 +525,7 @@ class _Reader:
         for _, step in self.calls.others:
             sign = next((i for i, token in enumerate(step.tokens) if token.text == ":="), 0)
             if sign and not step.is_compound:
-                found.setdefault(joined(step.tokens[:sign]).upper(), []).append(step)
+                found.setdefault(join_tokens(step.tokens[:sign]).upper(), []).append(step)
         return found
 
     # --- what stands around ------------------------------------------------------------------------------------------
@@ -533,7 +535,7 @@ class _Reader:
         conditions = [(found.enable, True), *((guard.tokens, guard.plain) for guard in found.guards)]
         enable = timer = None
         for tokens, plain in conditions:
-            text = joined(tokens).upper()
+            text = join_tokens(tokens).upper()
             if not tokens or (plain and text in {ALWAYS, "TRUE"}):
                 continue
             flag = found.scope.flag(tokens) if plain else None
@@ -561,7 +563,7 @@ class _Reader:
         if text not in self.timers:
             return False
         step, values = self.timers[text]
-        cycle, time = found.operands["CYCLE"], joined(values[2])
+        cycle, time = found.operands["CYCLE"], join_tokens(values[2])
         held = self.listing.words.get(f"{name}.CYCLE")
         if time.upper() != cycle.text.upper() and self._whole(values[2], found.scope) != held:
             where = f"{time[:40]} in line {step.first.line}"
@@ -573,9 +575,9 @@ class _Reader:
         """The calls of GPWM whose width is one variable, by what that is made of, with the statement that makes it."""
         found: dict[str, list[tuple[Step, Step, tuple[tuple[Token, ...], ...]]]] = {}
         for step, values in self.calls.pulses:
-            widths = self.changes.get(joined(values[1]).upper(), []) if len(values) == 4 else []
+            widths = self.changes.get(join_tokens(values[1]).upper(), []) if len(values) == 4 else []
             if len(widths) == 1 and not widths[0].guards and not step.guards:
-                made = joined(widths[0].tokens[:-1]).upper().removeprefix(f"{joined(values[1])}:=".upper())
+                made = join_tokens(widths[0].tokens[:-1]).upper().removeprefix(f"{join_tokens(values[1])}:=".upper())
                 found.setdefault(made, []).append((step, widths[0], values))
         return found
 
@@ -584,7 +586,7 @@ class _Reader:
         output = found.operands["MV"].text.upper()
         for step, width, values in self.pulses.get(f"REAL_TO_INT({output})", ()):
             flag = found.scope.flag(values[3])
-            if flag is None or joined(values[0]).upper() not in {ALWAYS, "TRUE"}:
+            if flag is None or join_tokens(values[0]).upper() not in {ALWAYS, "TRUE"}:
                 continue
             cycle = self._whole(values[2], found.scope)
             if cycle is not None:
@@ -597,7 +599,7 @@ class _Reader:
         row = ROWS["CYCLE"]
         if is_constant(tokens):
             return constant(row, tokens)
-        return initial_value(row, scope.symbols.get(joined(tokens).upper()))
+        return initial_value(row, scope.symbols.get(join_tokens(tokens).upper()))
 
     # --- notes -------------------------------------------------------------------------------------------------------
 
@@ -613,9 +615,11 @@ class _Reader:
             left += [] if told else [step.first.line]
         for template in self.calls.templates.values():
             wrong = [
-                joined(value)
+                join_tokens(value)
                 for name, value in template.operands.items()
-                if name in IN_OUT and name != "MOUT" and template.sections.get(joined(value).upper()) == "VAR_INPUT"
+                if name in IN_OUT
+                and name != "MOUT"
+                and template.sections.get(join_tokens(value).upper()) == "VAR_INPUT"
             ]
             if wrong:
                 self.notes.append(f"{template.name.text}: {', '.join(wrong)} should be VAR_IN_OUT, as the manual says")

@@ -11,7 +11,7 @@ from pidcfg.encoders.dpide.symbols import SUFFIXES, Row, Table, parse, registers
 from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, ROWS
 from pidcfg.encoders.parameter_files import ParameterListing
-from pidcfg.encoders.parameters import Elsewhere, read
+from pidcfg.encoders.parameters import Elsewhere, read_content
 from pidcfg.encoders.structured_text import (
     END,
     ENDS,
@@ -192,7 +192,7 @@ class Binding(NamedTuple):
     @property
     def text(self) -> str:
         """As it is written."""
-        return joined(self.tokens)
+        return join_tokens(self.tokens)
 
     @property
     def names(self) -> set[str]:
@@ -200,7 +200,7 @@ class Binding(NamedTuple):
         return {name.upper() for name in (self.text, self.device, self.declared.name if self.declared else "") if name}
 
 
-def joined(tokens: Iterable[Token]) -> str:
+def join_tokens(tokens: Iterable[Token]) -> str:
     """Tokens without what stood between them."""
     return "".join(token.text for token in tokens)
 
@@ -219,9 +219,9 @@ class Scope:
             upper = declaration.name.upper
             if upper in self.symbols:
                 raise declaration.name.error(f"{declaration.name.text} is declared again")
-            device = joined(declaration.address).upper()
+            device = join_tokens(declaration.address).upper()
             if device and not DEVICE.fullmatch(device):
-                text = joined(declaration.address)
+                text = join_tokens(declaration.address)
                 raise declaration.address[0].error(f"{text[:40]} is no device of the PLC; write it like D100 or M10")
             self.symbols[upper] = Symbol(declaration, device)
             if device:
@@ -231,7 +231,7 @@ class Scope:
 
     def bind(self, row: Parameter, tokens: tuple[Token, ...]) -> Binding:
         """What stands at an operand; raises `ListingError` for what it does not take."""
-        text, first = joined(tokens), tokens[0]
+        text, first = join_tokens(tokens), tokens[0]
         symbol = self.symbols.get(text.upper())
         if symbol is not None:
             self._check_type(row, symbol, first)
@@ -269,7 +269,7 @@ class Scope:
 
     def flag(self, tokens: Sequence[Token]) -> str | None:
         """The bit of the PLC that a condition is; None: it is none, or more than one."""
-        text = joined(tokens).upper()
+        text = join_tokens(tokens).upper()
         symbol = self.symbols.get(text)
         device = symbol.device if symbol is not None else text
         try:
@@ -294,7 +294,7 @@ def device_of(row: Parameter, device: str, at: Token) -> str:
 def is_constant(tokens: Sequence[Token]) -> bool:
     """Whether a number or a truth stands here, perhaps with a sign."""
     rest = [token for token in tokens if token.text not in {"+", "-"}]
-    if CONSTANT.fullmatch(joined(tokens)):
+    if CONSTANT.fullmatch(join_tokens(tokens)):
         return True
     return len(rest) == 1 and (
         rest[0].kind in {NUMBER, TYPED_LITERAL} or (rest[0].kind == NAME and rest[0].upper in TRUTHS)
@@ -303,7 +303,7 @@ def is_constant(tokens: Sequence[Token]) -> bool:
 
 def constant(row: Parameter, tokens: Sequence[Token], *, initial: bool = False) -> Content:
     """The number at an operand, of exactly its type (D607); ``initial``: as an initial value of one."""
-    text = joined(tokens)
+    text = join_tokens(tokens)
     if text.count("+") + text.count("-") > 1 + ("E" in text.upper()):
         raise tokens[0].error(f"{row.name}: {text[:40]} has several signs")
     value, form = _value(tokens)
@@ -314,7 +314,7 @@ def constant(row: Parameter, tokens: Sequence[Token], *, initial: bool = False) 
         elif row.type is BOOL and value in {0, 1}:
             value, form = bool(value), "bool"
     if _fits(row.type, form):
-        content = read(row.type, value)
+        content = read_content(row.type, value)
     if content is None:
         raise tokens[0].error(f"{row.name} is {row.type.name}, not {text[:40]}; {_cure(row.type, value, form)}")
     return content
@@ -323,15 +323,15 @@ def constant(row: Parameter, tokens: Sequence[Token], *, initial: bool = False) 
 def _value(tokens: Sequence[Token]) -> tuple[bool | int | float, str]:
     """The value of a literal and what it is: bool, whole, real or time."""
     signed = tokens[0].text in {"+", "-"}
-    match = CONSTANT.fullmatch(joined(tokens))
+    match = CONSTANT.fullmatch(join_tokens(tokens))
     if match is not None:
         text = match.group(2)
         if match.group(1).upper() == "K" and not WHOLE.fullmatch(text):
-            raise tokens[0].error(f"{joined(tokens)[:40]}: K stands before whole numbers")
+            raise tokens[0].error(f"{join_tokens(tokens)[:40]}: K stands before whole numbers")
         try:
             return (int(text), "whole") if match.group(1).upper() == "K" else (float(text), "real")
         except ValueError:
-            raise tokens[0].error(f"{joined(tokens)[:40]} is no number") from None
+            raise tokens[0].error(f"{join_tokens(tokens)[:40]} is no number") from None
     token = tokens[-1]
     if token.kind == NAME:
         return TRUTHS[token.upper], "other" if signed else "bool"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.dpide.symbols import Symbol, identifier, symbols
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, OUTSIDE, WRITTEN_BY_AUTOTUNE
-from pidcfg.encoders.structured_text import comment_text, literal, settings_text, wrapped
+from pidcfg.encoders.structured_text import comment_text, literal, settings_text, wrap_call
 from pidcfg.schemas.dpide import Call
 from pidcfg.text.references import Decision
 
@@ -172,10 +172,10 @@ class Instruction:
         """The call, and what stands around it; ``sharing``: all loops with its timer, which runs once for them."""
         call, block = self.call, self.call.function_block
         if block is None:
-            lines = called(INSTRUCTION, {EN: call.EN or ALWAYS}, {row.name: self.argument(row) for row in ROWS})
+            lines = call_text(INSTRUCTION, {EN: call.EN or ALWAYS}, {row.name: self.argument(row) for row in ROWS})
         else:
             enable = {} if call.EN is None else {EN: call.EN}
-            lines = called(identifier(self.name, INSTANCE), enable, {row.name: self.argument(row) for row in ROWS})
+            lines = call_text(identifier(self.name, INSTANCE), enable, {row.name: self.argument(row) for row in ROWS})
         yield f"(* {comment_text(self.name)} *)"
         if call.timer is None:
             yield from lines
@@ -196,12 +196,12 @@ class Instruction:
 ROWS = DPIDE_TABLE.rows
 
 
-def called(name: str, enable: Mapping[str, str], arguments: Mapping[str, str]) -> list[str]:
+def call_text(name: str, enable: Mapping[str, str], arguments: Mapping[str, str]) -> list[str]:
     """A call with its operands by name; outputs have another sign."""
     outputs = {row.name for row in ROWS if row.access == "output"}
     listed = [f"{key} := {value}" for key, value in enable.items()]
     listed += [f"{key} {'=>' if key in outputs else ':='} {value}" for key, value in arguments.items()]
-    return wrapped(f"{name}(", listed, ");")
+    return wrap_call(f"{name}(", listed, ");")
 
 
 def write_st(image: Program, checklist: tuple[str, ...] = ()) -> str:
@@ -289,5 +289,5 @@ def function_block(name: str) -> Iterator[str]:
         yield section
         yield from (f"    {row.name} : {row.type.name}; (* {comment_text(row.title)} *)" for row in rows)
         yield "END_VAR"
-    yield from called(INSTRUCTION, {EN: ALWAYS}, {row.name: row.name for row in ROWS})
+    yield from call_text(INSTRUCTION, {EN: ALWAYS}, {row.name: row.name for row in ROWS})
     yield "END_FUNCTION_BLOCK"

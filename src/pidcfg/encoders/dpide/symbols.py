@@ -18,7 +18,7 @@ from pidcfg.encoders.listing import (
 )
 from pidcfg.encoders.maps.dpide import DPIDE_TABLE, LOOPS, OUTSIDE, ROWS
 from pidcfg.encoders.parameter_files import RISKY, content_of, read_csv, read_json
-from pidcfg.encoders.parameters import shown
+from pidcfg.encoders.parameters import content_text
 from pidcfg.schemas.base import parse_name
 from pidcfg.schemas.dpide import parse_flag_device, parse_register, place_of
 from pidcfg.schemas.iec import BOOL
@@ -52,7 +52,7 @@ def write_operands(image: Program, checklist: tuple[str, ...] = ()) -> str:
 
 def _row(row: Parameter, entries: Mapping[str, Entry], settings: Mapping[str, Any]) -> tuple[str, ...]:
     entry = entries.get(row.name)
-    value = "" if entry is None or row.name == "I_MV" else shown(row.type, entry.raw)  # type: ignore[arg-type]
+    value = "" if entry is None or row.name == "I_MV" else content_text(row.type, entry.raw)  # type: ignore[arg-type]
     device = device_of(settings, row.name) or ""
     unit = unit_of(row, settings, dependent=bool(entries["PID_EQ"].raw))
     return row.name, row.type.name, device, value, unit, row.title, settings["loop"]
@@ -246,7 +246,7 @@ def symbols(image: Program) -> Iterator[Symbol]:
             other = taken.setdefault(name.casefold(), str(settings["loop"]))
             if other != settings["loop"]:
                 raise UnwritableError(f"loops {other} and {settings['loop']} would share the symbol {name}")
-            content = "" if row.name in OUTSIDE else shown(row.type, contents[row.name].raw)  # type: ignore[arg-type]
+            content = "" if row.name in OUTSIDE else content_text(row.type, contents[row.name].raw)  # type: ignore[arg-type]
             content = ZERO if content == "0.0" else content
             comment = _plain(", ".join(_comment(row, settings, dependent=dependent)))
             device = device_of(settings, row.name) or ""

@@ -25,7 +25,7 @@ from pidcfg.encoders.image import (
 from pidcfg.encoders.maps.ezlogix import BANKS, BLOCKS, CV, MAP_SPACE, SPACE, TABLES, TUNED, counts_format
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, Loop, LoopSettings, Plc, PlcSettings
-from pidcfg.schemas.numbers import EXACT
+from pidcfg.schemas.numbers import EXACT_CONTEXT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -192,7 +192,7 @@ def tuning_of(_: EzlogixFile, loop: Loop) -> LoopTuning:
     return LoopTuning(
         TUNED,
         raises_pv=loop.action == TUNED.heating,
-        pv_span=None if pv is None else EXACT.divide((pv[1] - pv[0]) * CV_FULL, counts),
+        pv_span=None if pv is None else EXACT_CONTEXT.divide((pv[1] - pv[0]) * CV_FULL, counts),
         output_span=None if output is None else output[1] - output[0],
         now=(tuning.proportional_gain, tuning.integral_time, tuning.derivative_time),
         off=("off", "off"),

@@ -157,8 +157,8 @@ TUNED = TunedWords(
 """A reset time cannot be switched off; the longest one is as good."""
 TABLES = (C_BLOCK, DS_BLOCK, DF_BLOCK)
 """The three blocks of a loop, in the order of their banks."""
-SUFFIXES = {word.name: word.suffix for table in TABLES for word in table.words if word.suffix}
-SUFFIXES["reserved_10"] = "_C_Reserved_01"
+SUFFIXES = {"reserved_10": "_C_Reserved_01"}
+SUFFIXES |= {word.name: word.suffix for table in TABLES for word in table.words if word.suffix}
 """How the nickname of each register ends; the help has one for a reserved bit, too (D103)."""
 BLOCKS = {"bits": ("C", C_BLOCK), "integers": ("DS", DS_BLOCK), "floats": ("DF", DF_BLOCK)}
 """Bank and map of each block, by the key that gives its address."""
@@ -238,7 +238,7 @@ WORDS_BY_NAME = {word.name: word for table in TABLES for word in table.words}
 LABELS = {word.name: table.at(word.offset) for table in TABLES for word in table.words}
 
 
-def in_words(error: PidError) -> str:
+def error_text(error: PidError) -> str:
     """An error with its register and what that may hold."""
     return f"PID error {error.number}: {condition(error)}"
 

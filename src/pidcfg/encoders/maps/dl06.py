@@ -415,7 +415,9 @@ RAMP_ERRORS = DL06.at("Ramp/Soak Table Programming Error Flags (Addr + 35)")
 
 NO_LOOP = "The loop task does not run: no loop is calculated, in any mode."
 STOPS = "This stops the machine: in Program mode the outputs are off and the loops that follow the CPU are in Manual."
-AGAIN = f"Then change the CPU from Program to Run: it looks at V7640 and V7641 only at that moment. {STOPS}"
+HOW_TO_CHECK_AGAIN = (
+    f"Then change the CPU from Program to Run: it looks at V7640 and V7641 only at that moment. {STOPS}"
+)
 NEW_TABLE = "Put an address of 32 free words of user memory into +34, then change the CPU from Program to Run. " + STOPS
 LOWER, UPPER = (f"{v_name(first)} to {v_name(last)}" for first, last in (CPU.lower, CPU.upper))
 SEGMENT_KEY = "Look at +35 when the profile does not start."
@@ -429,17 +431,17 @@ WAIT = "Set it for one moment and let go; the CPU clears it when it has read it.
 BIT_MEANINGS = {
     ("error_flags", 0): Meaning(
         f"{NO_LOOP} V7640 holds an address below {v_name(CPU.upper[0])} that is not within {LOWER}.",
-        f"Put the start of the loop table into V7640: {LOWER}, or {UPPER}. {AGAIN}", ("DL201",), ERROR_FLAGS_BASIS),
+        f"Put the start of the loop table into V7640: {LOWER}, or {UPPER}. {HOW_TO_CHECK_AGAIN}", ("DL201",), ERROR_FLAGS_BASIS),
     ("error_flags", 1): Meaning(
         f"{NO_LOOP} V7640 holds an address above {v_name(CPU.upper[1])}.",
-        f"Put the start of the loop table into V7640: {UPPER}, or {LOWER}. {AGAIN}", ("DL202",), ERROR_FLAGS_BASIS),
+        f"Put the start of the loop table into V7640: {UPPER}, or {LOWER}. {HOW_TO_CHECK_AGAIN}", ("DL202",), ERROR_FLAGS_BASIS),
     ("error_flags", 2): Meaning(
         f"{NO_LOOP} V7641 asks for more than {CPU.loops} loops, or is no BCD number.",
-        f"Put the number of loops into V7641, 0 to {CPU.loops} in BCD. {AGAIN}", ("DL203",), ERROR_FLAGS_BASIS),
+        f"Put the number of loops into V7641, 0 to {CPU.loops} in BCD. {HOW_TO_CHECK_AGAIN}", ("DL203",), ERROR_FLAGS_BASIS),
     ("error_flags", 3): Meaning(
         f"{NO_LOOP} The table begins below {v_name(CPU.lower_end)} and would run past it into the system's words.",
         f"Start the table closer to {v_name(CPU.lower[0])} (V7640; each loop takes 40 octal words), or calculate fewer "
-        f"loops (V7641). {AGAIN}", ("DL204",), ERROR_FLAGS_BASIS),
+        f"loops (V7641). {HOW_TO_CHECK_AGAIN}", ("DL204",), ERROR_FLAGS_BASIS),
 
     ("mode_setting_1", 0): Meaning("Asks for Manual: the output then stays where it is put.", WAIT, (), D04),
     ("mode_setting_1", 1): Meaning("Asks for Automatic. Refused while a PV alarm or the alarm programming error is on, "

@@ -232,7 +232,7 @@ STOPPED = "The block is not executed: MV and all other outputs stay as they are 
 UNCONTROLLED = "MV stands at RefMV, where the auto-tuning found it, and nothing controls until AutoTune is FALSE."
 UNTRUSTED = f"The gains that it shows are not to be trusted. {UNCONTROLLED}"
 ENDED = f"The auto-tuning has ended. {UNCONTROLLED}"
-AGAIN = "Switch AutoTune off, so that the block controls again, before the next try."
+HOW_TO_TUNE_AGAIN = "Switch AutoTune off, so that the block controls again, before the next try."
 STEP = "Never change Direct before a small step of MV in manual has shown which way PV goes."
 LIMITED = "The block goes on."
 
@@ -266,19 +266,19 @@ BITS = {
     "WarnBits.MV_P_MaxVarMV": Meaning(f"MV rises as fast as MaxVarMV lets it. {LIMITED}", "Normal after a change; if it is on most of the time, MaxVarMV makes the loop slow.", ("NX633",), WARNINGS),
     "WarnBits.MV_N_MaxVarMV": Meaning(f"MV falls as fast as MaxVarMV lets it. {LIMITED}", "Normal after a change; if it is on most of the time, MaxVarMV makes the loop slow.", ("NX633",), WARNINGS),
 
-    "AutoTuneResult.Bad_PercAmpMV":     Meaning(ENDED, f"Set AutoTuneParam.PercAmpMV to 0.1 to 50 %. {AGAIN}", ("PID101",), RESULTS),
-    "AutoTuneResult.Bad_PercHystPV":    Meaning(ENDED, f"Set AutoTuneParam.PercHystPV to 0.01 to 1 %. {AGAIN}", ("PID101",), RESULTS),
-    "AutoTuneResult.Bad_PercMaxPeakPV": Meaning(ENDED, f"Set AutoTuneParam.PercMaxPeakPV to 0.1 to 50 %. {AGAIN}", ("PID101",), RESULTS),
-    "AutoTuneResult.Bad_NumCycles":     Meaning(ENDED, f"Set AutoTuneParam.NumCycles to 1 to 10. {AGAIN}", ("PID101",), RESULTS),
-    "AutoTuneResult.Bad_Mode":          Meaning(ENDED, f"Set AutoTuneParam.Mode to P, PI or PID. {AGAIN}", ("PID101",), RESULTS),
-    "AutoTuneResult.MV_TOO_HIGH":       Meaning(ENDED, f"Start from a lower MV, or make PercAmpMV smaller. {AGAIN}", ("NX658",), RESULTS),
-    "AutoTuneResult.MV_TOO_LOW":        Meaning(ENDED, f"Start from a higher MV, or make PercAmpMV smaller. {AGAIN}", ("NX658",), RESULTS),
-    "AutoTuneResult.PV_TOO_HIGH":       Meaning(ENDED, f"Start from a lower PV, or make PercHystPV smaller. {AGAIN}", (), RESULTS),
-    "AutoTuneResult.PV_TOO_LOW":        Meaning(ENDED, f"Start from a higher PV, or make PercHystPV smaller. {AGAIN}", (), RESULTS),
-    "AutoTuneResult.PEAK_TOO_HIGH":     Meaning(f"Aborted for safety. {UNCONTROLLED}", f"Make PercAmpMV smaller, or allow a higher peak (PercMaxPeakPV) if the plant does. {AGAIN}", ("NX659",), RESULTS),
-    "AutoTuneResult.PEAK_TOO_LOW":      Meaning(UNTRUSTED, f"Make PercAmpMV larger or PercHystPV smaller; a process with almost no dead time does this too. {AGAIN}", ("NX659",), RESULTS),
-    "AutoTuneResult.PV_NOT_STEADY":     Meaning(f"Ended in the first 3 s. {UNCONTROLLED}", f"Let PV come to rest, or make PercHystPV larger than its noise. {AGAIN}", (), RESULTS),
-    "AutoTuneResult.CYCLE_TOO_FAST":    Meaning(UNTRUSTED, f"Call the block more often; a process with almost no dead time does this too. {AGAIN}", (), RESULTS),
+    "AutoTuneResult.Bad_PercAmpMV":     Meaning(ENDED, f"Set AutoTuneParam.PercAmpMV to 0.1 to 50 %. {HOW_TO_TUNE_AGAIN}", ("PID101",), RESULTS),
+    "AutoTuneResult.Bad_PercHystPV":    Meaning(ENDED, f"Set AutoTuneParam.PercHystPV to 0.01 to 1 %. {HOW_TO_TUNE_AGAIN}", ("PID101",), RESULTS),
+    "AutoTuneResult.Bad_PercMaxPeakPV": Meaning(ENDED, f"Set AutoTuneParam.PercMaxPeakPV to 0.1 to 50 %. {HOW_TO_TUNE_AGAIN}", ("PID101",), RESULTS),
+    "AutoTuneResult.Bad_NumCycles":     Meaning(ENDED, f"Set AutoTuneParam.NumCycles to 1 to 10. {HOW_TO_TUNE_AGAIN}", ("PID101",), RESULTS),
+    "AutoTuneResult.Bad_Mode":          Meaning(ENDED, f"Set AutoTuneParam.Mode to P, PI or PID. {HOW_TO_TUNE_AGAIN}", ("PID101",), RESULTS),
+    "AutoTuneResult.MV_TOO_HIGH":       Meaning(ENDED, f"Start from a lower MV, or make PercAmpMV smaller. {HOW_TO_TUNE_AGAIN}", ("NX658",), RESULTS),
+    "AutoTuneResult.MV_TOO_LOW":        Meaning(ENDED, f"Start from a higher MV, or make PercAmpMV smaller. {HOW_TO_TUNE_AGAIN}", ("NX658",), RESULTS),
+    "AutoTuneResult.PV_TOO_HIGH":       Meaning(ENDED, f"Start from a lower PV, or make PercHystPV smaller. {HOW_TO_TUNE_AGAIN}", (), RESULTS),
+    "AutoTuneResult.PV_TOO_LOW":        Meaning(ENDED, f"Start from a higher PV, or make PercHystPV smaller. {HOW_TO_TUNE_AGAIN}", (), RESULTS),
+    "AutoTuneResult.PEAK_TOO_HIGH":     Meaning(f"Aborted for safety. {UNCONTROLLED}", f"Make PercAmpMV smaller, or allow a higher peak (PercMaxPeakPV) if the plant does. {HOW_TO_TUNE_AGAIN}", ("NX659",), RESULTS),
+    "AutoTuneResult.PEAK_TOO_LOW":      Meaning(UNTRUSTED, f"Make PercAmpMV larger or PercHystPV smaller; a process with almost no dead time does this too. {HOW_TO_TUNE_AGAIN}", ("NX659",), RESULTS),
+    "AutoTuneResult.PV_NOT_STEADY":     Meaning(f"Ended in the first 3 s. {UNCONTROLLED}", f"Let PV come to rest, or make PercHystPV larger than its noise. {HOW_TO_TUNE_AGAIN}", (), RESULTS),
+    "AutoTuneResult.CYCLE_TOO_FAST":    Meaning(UNTRUSTED, f"Call the block more often; a process with almost no dead time does this too. {HOW_TO_TUNE_AGAIN}", (), RESULTS),
     "AutoTuneResult.HIGH_DEAD_TIME":    Meaning(UNTRUSTED, "Switch AutoTune off, then tune by hand: the dead time is long against the time constant.", (), RESULTS),
 }
 # fmt: on

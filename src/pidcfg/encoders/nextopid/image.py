@@ -13,7 +13,7 @@ from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.image import Data, Decoded, RefusedError, file_data, plain, present, read_settings
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, TUNED
 from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
-from pidcfg.encoders.parameters import Entry, Parameter, Program, read, store, stored
+from pidcfg.encoders.parameters import Entry, Parameter, Program, read_content, store, store_value
 from pidcfg.encoders.regmap import LoopTuning, Misfit
 from pidcfg.encoders.structured_text import st_real
 from pidcfg.schemas.base import Integer, MapFile, Model, Seconds, SectionSettings, Text
@@ -204,7 +204,7 @@ class Placed:
                 yield row, f"AUTOTUNE_{value}" if row.type.kind == "word" else value
 
 
-def placed(config: NextopidFile) -> list[Placed]:
+def place_blocks(config: NextopidFile) -> list[Placed]:
     """All blocks in the order of the file, blocks before loops."""
     blocks = [(("blocks", i), item) for i, item in enumerate(config.blocks)]
     both = [*blocks, *((("loops", i), item) for i, item in enumerate(config.loops))]
@@ -247,14 +247,14 @@ class NextopidEncoding:
 
 def encode(config: NextopidFile) -> NextopidEncoding:
     """Every signal and parameter; what cannot be stored or wired is a misfit at its place."""
-    items = placed(config)
+    items = place_blocks(config)
     types = {name: signal_type(value) for name, value in config.signals.items()}
     layout = Layout.of(types, [(block.item.name, block.kind) for block in items])
     misfits: list[tuple[Path, Misfit]] = []
     wires: Wires = {}
     entries = []
     for name, value in config.signals.items():
-        content, misfit = stored(Parameter(name, types[name]), value)
+        content, misfit = store_value(Parameter(name, types[name]), value)
         misfits += [] if misfit is None else [(("signals", name), misfit)]
         entries.append(Entry(name, types[name], content, name))
     for i, block in enumerate(items):
@@ -264,7 +264,7 @@ def encode(config: NextopidFile) -> NextopidEncoding:
             if isinstance(value, Wire):
                 misfit = _wire(layout, wires, (i, row), value)
             else:
-                raw, misfit = stored(row, value)
+                raw, misfit = store_value(row, value)
             misfits += [] if misfit is None else [(place, misfit)]
             entries.append(
                 Entry(
@@ -455,7 +455,7 @@ def _item(item: ItemSettings, words: Mapping[str, Content | Wire], task: Decimal
         content = words.get(f"{item.name}.{row.name}")
         if content is None and _kept(kind, row.name) == REQUIRED:
             raise DecodeError(f"the listing does not hold {item.name}.{row.name}")
-        if content is not None and not isinstance(content, Wire) and read(row.type, content) is None:
+        if content is not None and not isinstance(content, Wire) and read_content(row.type, content) is None:
             raise DecodeError(f"{item.name}.{row.name}: {content!r} is not a value of {row.type.name}")
         if content is not None and (_kept(kind, row.name) or content != row.type.default):
             text = str(content).removeprefix("AUTOTUNE_") if row.type.kind == "word" else _plain(content)

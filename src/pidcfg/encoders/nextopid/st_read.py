@@ -22,9 +22,9 @@ from pidcfg.encoders.nextopid.st_scope import (
     Wiring,
     can_wire,
     check_name,
+    drop_list_names,
     parse_body,
     parse_st,
-    unqualified,
 )
 from pidcfg.encoders.nextopid.st_write import wire_text
 from pidcfg.encoders.nextopid.wiring import Layout
@@ -397,7 +397,7 @@ def read_plcopen(text: str) -> Listing:
             parse_body(inner.words, inner.text_line or inner.line, source)
         elif body.name not in {"addData", "documentation"}:
             left.append(body)
-    source.statements = [unqualified(statement, owners) for statement in source.statements]
+    source.statements = [drop_list_names(statement, owners) for statement in source.statements]
     listing = read_source(source, _interval(resources, source.program))
     notes = (f"the {node.name} of line {node.line} is left out: only Structured Text is read" for node in left)
     listing.notes = (*listing.notes, *notes)

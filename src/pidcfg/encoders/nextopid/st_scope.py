@@ -113,7 +113,7 @@ def parse_st(text: str) -> Source:
         else:
             source.statements += statement(cursor)
     owners = _owners(source)
-    source.statements = [unqualified(whole, owners) for whole in source.statements]
+    source.statements = [drop_list_names(whole, owners) for whole in source.statements]
     return source
 
 
@@ -163,7 +163,7 @@ def parse_body(text: str, line: int, source: Source) -> None:
         source.statements += statement(cursor)
 
 
-def unqualified(whole: Statement, owners: Mapping[str, set[str]]) -> Statement:
+def drop_list_names(whole: Statement, owners: Mapping[str, set[str]]) -> Statement:
     """A statement without the names of lists before their variables, ``GVL.TIC_1``."""
     tokens, kept, at = whole.tokens, [], 0
     while at < len(tokens):

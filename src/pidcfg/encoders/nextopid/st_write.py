@@ -13,7 +13,7 @@ from pidcfg.encoders.listing import UnwritableError
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.encoders.nextopid.image import MoveError, read_moves
 from pidcfg.encoders.nextopid.wiring import Layout, Wires
-from pidcfg.encoders.structured_text import comment_text, literal, settings_text, st_real, wrapped
+from pidcfg.encoders.structured_text import comment_text, literal, settings_text, st_real, wrap_call
 from pidcfg.schemas.base import LOOKS_BOOLEAN
 from pidcfg.schemas.expressions import (
     ABSOLUTE,
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 # --- Expressions in Structured Text and in configuration files: the same code, printed in two dialects ----------------
 #
-# What is printed here reads back to the same code, so that no sum is taken in another order: `printed` sets
+# What is printed here reads back to the same code, so that no sum is taken in another order: `print_expression` sets
 # parentheses wherever the order of evaluation is not the one that the language has by itself.
 
 EQUALITY, COMPARISON, SUM, PRODUCT, SIGN, ATOM = range(len(JOINTS), len(JOINTS) + 6)
@@ -101,7 +101,9 @@ COMPACT = Dialect(PLAIN.number, PLAIN.functions, PLAIN.most_arguments, "")
 """As configuration files have it, for an expression that would be too long with blanks."""
 
 
-def printed(code: Sequence[int], constants: Sequence[float], name: Callable[[int], str], dialect: Dialect) -> str:
+def print_expression(
+    code: Sequence[int], constants: Sequence[float], name: Callable[[int], str], dialect: Dialect
+) -> str:
     """The text of an expression's code; ``name`` gives the name of a signal's number.
 
     A number and nothing else stands in parentheses: it is wired, and not the value of a parameter.
@@ -152,8 +154,8 @@ def _call(op: int, arguments: tuple[str, ...], dialect: Dialect) -> Piece:
 
 def wire_text(code: Sequence[int], constants: Sequence[float], name: Callable[[int], str], longest: int) -> str:
     """An expression as a configuration has it; a name that would be read as a number or a truth gets parentheses."""
-    text = printed(code, constants, name, PLAIN)
-    text = printed(code, constants, name, COMPACT) if len(text) > longest else text
+    text = print_expression(code, constants, name, PLAIN)
+    text = print_expression(code, constants, name, COMPACT) if len(text) > longest else text
     return f"({text})" if is_numeric(text) or text.lower() in {*LOOKS_BOOLEAN, "null"} else text
 
 
@@ -446,7 +448,7 @@ def declaration(variable: Variable) -> list[str]:
         return [f"{head};{note}"]
     if isinstance(variable.initial, tuple):
         return [f"{head} := {literal(*variable.initial)};{note}"]
-    return wrapped(f"{head} := (", members(variable.initial), ");")
+    return wrap_call(f"{head} := (", members(variable.initial), ");")
 
 
 def members(initial: Mapping[str, tuple[IecType, Content]]) -> list[str]:
@@ -480,7 +482,7 @@ def copies(unit: Unit, listed: list[Copy]) -> Iterator[str]:
             continue
         while end < len(listed) and _goes_on(listed[end], when, listed[end - 1].target):
             end += 1
-        yield f"IF {wired(unit, BOOL, when, 'moves')} THEN"
+        yield f"IF {wire_content(unit, BOOL, when, 'moves')} THEN"
         yield from (f"    {_assignment(unit, copy)}" for copy in listed[at:end])
         yield "END_IF;"
         at = end
@@ -495,7 +497,7 @@ def _goes_on(copy: Copy, when: Expression, written: int) -> bool:
 def _assignment(unit: Unit, copy: Copy) -> str:
     name = unit.names[copy.target]
     value = copy.literal
-    text = wired(unit, copy.type, copy.value, name) if value is None else literal(copy.type, value)
+    text = wire_content(unit, copy.type, copy.value, name) if value is None else literal(copy.type, value)
     return f"{name} := {text};"
 
 
@@ -534,25 +536,25 @@ def call(unit: Unit, i: int) -> Iterator[str]:
             text = name
         arguments += [] if text is None else [f"{row.name} := {text}"]
     name = block.kind.name if block.kind.function else block.name
-    yield from wrapped(f"{name}(", arguments, ");")
+    yield from wrap_call(f"{name}(", arguments, ");")
 
 
 def argument(unit: Unit, i: int, block: Instance, row: Parameter) -> str | None:
     """What stands behind ``:=`` in a call, if anything."""
     wire = unit.wires.get((i, row.name))
     if wire is not None:
-        return wired(unit, row.type, wire, f"{block.name}.{row.name}")
+        return wire_content(unit, row.type, wire, f"{block.name}.{row.name}")
     cell = unit.cells.get(f"{block.name}.{row.name}")
     if not block.kind.function or cell is None or isinstance(cell.raw, Wire):
         return None
     return literal(row.type, cell.raw)
 
 
-def wired(unit: Unit, kind: IecType, wire: Expression, place: str) -> str:
+def wire_content(unit: Unit, kind: IecType, wire: Expression, place: str) -> str:
     """A wire as a text of its type."""
     if wire.signal is not None and unit.type_of(wire.signal) == kind:
         return unit.names[wire.signal]
-    text = printed(wire.code, wire.constants, lambda number: _operand(unit, number), ST)
+    text = print_expression(wire.code, wire.constants, lambda number: _operand(unit, number), ST)
     if depth(text) > DEEPEST:
         raise UnwritableError(f"{place}: the expression is nested too deeply for Structured Text; split it")
     if kind.kind != "whole":

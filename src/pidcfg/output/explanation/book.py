@@ -83,7 +83,7 @@ def block_claims(
             yield from ((start + word.offset, Placement(table, word, loop, scaling)) for word in table.words)
 
 
-def unclaimed(prefix: str, missing: Sequence[Start]) -> str:
+def unclaimed_word(prefix: str, missing: Sequence[Start]) -> str:
     """A word that no loop has, or of which that cannot be known."""
     if all(start.prefix != prefix for start in missing):
         return "belongs to no loop"

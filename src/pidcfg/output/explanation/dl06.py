@@ -92,7 +92,7 @@ def remark(word: Word, raw: int, scaling: Scaling) -> str:
     return ""
 
 
-def unscaled(word: Word, raw: int) -> str:
+def unscaled_counts(word: Word, raw: int) -> str:
     """Counts without a data format: what they are in each format that can hold them."""
     if not isinstance(word.codec, Position):
         if not isinstance(word.codec, SpanBcd):
@@ -221,7 +221,7 @@ EXPLAINER = RegisterBook(
     starts=(Start("loop_table", "V", "V2000", TABLE_POINTER), Start("number_of_loops", "V", "1", LOOP_COUNT)),
     claims=claims,
     special=special,
-    unscaled=unscaled,
+    unscaled=unscaled_counts,
     remark=remark,
     root=D16,
     writers=WRITERS,

@@ -491,7 +491,7 @@ class ExplainResult:
         return explanation_data(self.pages, self.examples) if self.ok else findings_data(errors_in(self.findings))
 
 
-def explained(
+def explain_things(
     things: Sequence[str], vendor: str | None, blocks: tuple[str, ...], checked: Checked | None, *, loop: bool
 ) -> ExplainResult:
     """Every reading of every thing; with a configuration, in its vendor's terms."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.codecs import Choice, DecodeError, Position, before_root
 from pidcfg.encoders.image import Block, Encoding, no_registers
-from pidcfg.encoders.parameters import read
+from pidcfg.encoders.parameters import read_content
 from pidcfg.encoders.regmap import decode_one, scale_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.document import field_texts, models_in, models_of
@@ -415,7 +415,7 @@ def content_of(row: Parameter, text: str) -> Content:
         value = int(text) if signed else whole(text, row.type.high)
     elif NUMBER.fullmatch(text):
         value = float(text)
-    content = read(row.type, value)
+    content = read_content(row.type, value)
     if content is None:
         raise QuestionError(f"{row.name}={text}: the value is not one of {contents_text(row.type)}")
     return content

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from pidcfg.encoders.parameters import read, shown
+from pidcfg.encoders.parameters import content_text, read_content
 from pidcfg.encoders.regmap import Bits
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record
 from pidcfg.output.explanation.page import (
@@ -145,7 +145,7 @@ class Parameters(Book):
         """What the states of a switch, or the numbers of a mode, mean."""
         for (name, state), text in self.states.items():
             if name == row.name:
-                yield Part(shown(row.type, state), text)
+                yield Part(content_text(row.type, state), text)
         yield from (Part(str(code.number), code.title, code.meaning) for code in self.codes(row.name))
 
     def block(self, key: str) -> Record:
@@ -174,7 +174,7 @@ class Parameters(Book):
         """A content as the programming language writes it, and what it says."""
         if isinstance(raw, Wire):
             return Value(raw.text, f":= {raw.text}", "wired: it follows this expression")
-        return Value(raw, shown(row.type, raw), self.saying(row, raw, units, table))
+        return Value(raw, content_text(row.type, raw), self.saying(row, raw, units, table))
 
     def saying(self, row: Parameter, raw: Content, units: Mapping[str, str], table: str) -> str:
         """What a content says in a table: a state, a mode, or a number with its unit."""
@@ -225,10 +225,10 @@ class Parameters(Book):
             title = title_of(row, self.text(kind, row))
             if isinstance(raw, Wire):
                 text = f"{title}; wired"
-            elif read(row.type, raw) is None:
+            elif read_content(row.type, raw) is None:
                 text = f"{title}: no value of {row.type.name}"
             else:
-                content = shown(row.type, raw)
+                content = content_text(row.type, raw)
                 text = self.choice(row, raw) or f"{title}: {self.saying(row, raw, units.get(loop, {}), kind)}"
             yield Line(name, "", content, "", row.type.name, text)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.regmap import SINGLE, Bits, NoRegisterError, RegisterMap, Word, decode_one, scale_of
-from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, unclaimed
+from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, unclaimed_word
 from pidcfg.output.explanation.page import (
     ADDRESS,
     OFFSET,
@@ -278,7 +278,7 @@ class Registers(Book):
                 text = self._line_text(self.record(claim.table, claim.word), raw, claim.scaling or UNKNOWN)
                 yield Line(*content, claim.loop or "-", claim.prefix + claim.word.name, text)
             else:
-                yield Line(*content, "-", "-", unclaimed(self.space.place(number)[0].prefix, missing))
+                yield Line(*content, "-", "-", unclaimed_word(self.space.place(number)[0].prefix, missing))
 
     def _line_text(self, record: RegisterRecord, raw: int, scaling: Scaling) -> str:
         """What a word says; a word that is no value says why."""

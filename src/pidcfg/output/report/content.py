@@ -393,7 +393,7 @@ def number(value: float) -> str:
     return decimal_text(Decimal(repr(value)))
 
 
-def measured(value: float) -> str:
+def measurement_text(value: float) -> str:
     """A number that was measured, in engineering digits: five of them, or all before the point up to a million.
 
     Beyond, and below a thousandth, with a power of ten whose exponent is a multiple of three: 4.1471×10⁹.

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from pidcfg.output.report.content import contents_of, measured, text
+from pidcfg.output.report.content import contents_of, measurement_text, text
 from pidcfg.output.report.runs import metric_unit
 from pidcfg.output.report.sheets import FIRST
 from pidcfg.text.diagnostics import Severity
@@ -56,7 +56,7 @@ def page(content: Content, *, full: bool = False) -> str:
         policy=POLICY,
         figure_style=STYLE,
         script=SCRIPT,
-        groups=grouped(content.findings),
+        groups=group_findings(content.findings),
         marks={d: f"finding-{i}" for i, d in enumerate(content.findings, start=1)},
         rows=title_rows(content.title, content),
         sign_off=SIGN_OFF,
@@ -112,7 +112,7 @@ def _environment() -> Environment:
         "fact_pair": fact_pair,
         "rising": rising,
     }
-    env.globals |= {"metric_unit": metric_unit, "main_settings": main_settings, "compared": compared}
+    env.globals |= {"metric_unit": metric_unit, "main_settings": main_settings, "compared": compared_words}
     return env
 
 
@@ -127,7 +127,7 @@ class FindingGroup:
     findings: tuple[Diagnostic, ...]
 
 
-def grouped(findings: Iterable[Diagnostic]) -> list[FindingGroup]:
+def group_findings(findings: Iterable[Diagnostic]) -> list[FindingGroup]:
     """The findings of one rule with the same words of explanation together, in the order of the first."""
     groups: dict[tuple[object, ...], list[Diagnostic]] = {}
     for d in findings:
@@ -141,7 +141,7 @@ def main_settings(sheet: Sheet) -> list[Setting]:
     return [row for row in rows if row.path.rpartition(".")[2] != "unit"]
 
 
-def compared(blocks: Iterable[RegisterBlock]) -> list[tuple[str, str]]:
+def compared_words(blocks: Iterable[RegisterBlock]) -> list[tuple[str, str]]:
     """What is compared with the PLC, by address; many zeros in a row stand as one."""
     rows: list[tuple[str, str]] = []
     for content, run in groupby(contents_of(tuple(blocks)).items(), key=itemgetter(1)):
@@ -204,7 +204,7 @@ def soft(name: str) -> Markup:
 
 def number(value: float | None) -> str:
     """A measured number; a dash where there is none."""
-    return "–" if value is None else measured(value)
+    return "–" if value is None else measurement_text(value)
 
 
 def counts(content: Content) -> dict[str, int]:

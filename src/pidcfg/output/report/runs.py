@@ -12,7 +12,7 @@ from pidcfg.output.report.content import (
     RunSheet,
     StandingRow,
     Units,
-    measured,
+    measurement_text,
     number,
     text,
 )
@@ -92,7 +92,7 @@ def run_sheet(run: Run) -> RunSheet:
         signals=tuple((name, seen.low, seen.high, seen.final) for name, seen in report.signals.items()),
         flags=tuple((name, on) for name, loop in report.loops.items() if (on := flags_on(loop))),
         autotunes=tuple(autotunes(report)),
-        expectations=tuple(Expectation(v.text, v.passed, found(v, run.units)) for v in report.expectations),
+        expectations=tuple(Expectation(v.text, v.passed, found_text(v, run.units)) for v in report.expectations),
         standing=tuple(StandingRow(v.loop, v.kind, v.word, v.at, v.why) for v in report.standing),
         in_control={name: loop.time_in_control for name, loop in report.loops.items()},
         duration=report.duration,
@@ -171,7 +171,7 @@ def autotunes(report: Report) -> Iterator[tuple[str, str, tuple[tuple[str, float
             yield name, str(loop.autotune["status"]), tuple(loop.autotune["results"].items())
 
 
-def found(verdict: Verdict, units: Mapping[str, Units]) -> str:
+def found_text(verdict: Verdict, units: Mapping[str, Units]) -> str:
     """What was measured for an expectation, with the unit of the metric or of the signal that it is about."""
     of_loop = units.get(verdict.loop or "")
     about = verdict.text.removeprefix(f"{verdict.loop} ").partition(" ")[0]
@@ -194,5 +194,5 @@ def measured_text(value: Any) -> str:
     if isinstance(value, list | tuple):
         return " to ".join(measured_text(part) for part in value)
     if isinstance(value, float):
-        return measured(value)
+        return measurement_text(value)
     return "none" if value is None else text(value)

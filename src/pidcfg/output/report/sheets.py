@@ -12,7 +12,7 @@ from pidcfg.conversion.differences import PLACES
 from pidcfg.conversion.terms import Leaf, leaves, unit_of
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.parameters import Program, units_by_path
-from pidcfg.encoders.parameters import shown as shown_content
+from pidcfg.encoders.parameters import content_text as shown_content
 from pidcfg.encoders.regmap import Bits, NoRegisterError
 from pidcfg.output.explanation.lookup import PV_RISES
 from pidcfg.output.explanation.page import texts_of
@@ -37,7 +37,7 @@ from pidcfg.output.report.content import cell as cell_of
 from pidcfg.schemas.base import Quantity, Rate
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.limits import unit_text, units_of
-from pidcfg.text.diagnostics import ordered, path_text
+from pidcfg.text.diagnostics import path_text, sort_findings
 from pidcfg.text.paths import steps, value_at
 from pidcfg.text.signs import one_line
 
@@ -197,7 +197,7 @@ def setting(leaf: Leaf, loop: Any, vendor: Vendor, written: Any, place: str) -> 
     """A value with everything that a reader wants to know; an address stands as the file writes it."""
     spelled = isinstance(leaf.value, int) and not isinstance(leaf.value, bool) and isinstance(written, str)
     address = spelled and not _is_number(written.strip("-"))
-    value = str(written) if address else shown(leaf)
+    value = str(written) if address else cell_value(leaf)
     unit = "" if address else unit_of(leaf, loop, vendor, sides(loop))
     return Setting(leaf.text, value, unit, texts_of(type(leaf.model)).get(leaf.key, ""), leaf.given, place)
 
@@ -206,7 +206,7 @@ def _is_number(text: str) -> bool:
     return text[:1].isdigit()
 
 
-def shown(leaf: Leaf) -> Any:
+def cell_value(leaf: Leaf) -> Any:
     """The value as a cell."""
     duration = getattr(leaf.value, "duration", leaf.value)
     if duration is None:
@@ -435,7 +435,7 @@ def plc_sheet(checked: Checked) -> PlcSheet:
 
 def gravest_first(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Findings as a report lists them."""
-    return sorted(ordered(list(findings)), key=lambda d: -d.severity)
+    return sorted(sort_findings(list(findings)), key=lambda d: -d.severity)
 
 
 def book_of(vendor: Vendor) -> Any:
@@ -519,20 +519,20 @@ def compose(
     content = Content(
         title=title,
         files=tuple(files),
-        plcs=tuple(numbered(sheet, f"plc-{i}") for i, sheet in enumerate(configurations, start=1)),
+        plcs=tuple(number_anchors(sheet, f"plc-{i}") for i, sheet in enumerate(configurations, start=1)),
         runs=tuple(replace(run, anchor=f"run-{i}") for i, run in enumerate(runs, start=1)),
         findings=tuple(gravest_first(findings)),
     )
-    return renamed(content, one_line)
+    return rename_files(content, one_line)
 
 
-def numbered(sheet: PlcSheet, anchor: str) -> PlcSheet:
+def number_anchors(sheet: PlcSheet, anchor: str) -> PlcSheet:
     """A configuration whose anchors, its loops' too, are those of its place in the report."""
     loops = (replace(loop, anchor=f"{anchor}-loop-{i}") for i, loop in enumerate(sheet.loops, start=1))
     return replace(sheet, anchor=anchor, loops=tuple(loops))
 
 
-def renamed(content: Content, name: Callable[[str], str]) -> Content:
+def rename_files(content: Content, name: Callable[[str], str]) -> Content:
     """The same report with other names of its files."""
 
     def finding(d: Diagnostic) -> Diagnostic:

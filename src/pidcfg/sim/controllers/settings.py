@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from pydantic_core import PydanticCustomError
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
-from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, register_content, shown, store
+from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, content_text, register_content, store
 from pidcfg.encoders.regmap import Bits, RegisterMap, Word, encode_one
 from pidcfg.schemas.base import Quantity, parse_flag, parse_seconds
 from pidcfg.schemas.limits import SIDES
@@ -304,4 +304,4 @@ def checked_row(keys: NamedKeys, name: str, row: str) -> Parameter:
 
 def done(name: str, row: Parameter, content: Any, late: str | None, mode: str | None) -> Done:
     """What a write has done, in words."""
-    return Done(f"set {name} to {shown(row.type, content)}" + (f"; {late}" if late else ""), mode)
+    return Done(f"set {name} to {content_text(row.type, content)}" + (f"; {late}" if late else ""), mode)

@@ -512,9 +512,9 @@ def verified_sides(
 
 def _comparable(before: NeutralSide, after: NeutralSide, note: Callable[[str], None]) -> Iterator[tuple[int, int]]:
     """The places of loops with a neutral form on both sides, whose PVs have the same unit."""
-    from pidcfg.conversion.comparison import matched
+    from pidcfg.conversion.comparison import match_loops
 
-    for i, j in matched(before.names, after.names):
+    for i, j in match_loops(before.names, after.names):
         if i is None or j is None:
             name = before.names[i] if i is not None else after.names[j] if j is not None else ""
             note(f"not compared: {name} is on one side only")

@@ -13,7 +13,7 @@ from pidcfg.schemas.limits import SIDES, Limits, unit_text, units_of
 from pidcfg.schemas.numbers import MAX_DIGITS, decimal_text
 from pidcfg.text.paths import value_at
 from pidcfg.text.references import Decision
-from pidcfg.validate.ideas import in_words
+from pidcfg.validate.ideas import list_names
 from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning
 
 if TYPE_CHECKING:
@@ -254,7 +254,7 @@ def same_name_but_for_capitals(context: AnyContext) -> Findings:
         for i, name in loops:
             others = tuple(dict.fromkeys(other for _, other in loops if other != name))
             if others and ("loops", i, "name") not in context.explained:
-                yield finding("loops", i, "name", name=name, other=in_words(others)).shared_with(*others)
+                yield finding("loops", i, "name", name=name, other=list_names(others)).shared_with(*others)
 
 
 def _text(value: Any) -> str:

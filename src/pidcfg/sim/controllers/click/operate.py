@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, cast
 
-from pidcfg.encoders.maps.click import ERRORS, TABLES, in_words
+from pidcfg.encoders.maps.click import ERRORS, TABLES, error_text
 from pidcfg.schemas.base import Quantity, Rate, parse_seconds
 from pidcfg.schemas.click import parse_sample_rate, parse_unit_rate
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
@@ -204,7 +204,7 @@ FLAG_BITS = {"pid_error": bits.PID_ERROR, "autotune_error": bits.TUNE_ERROR}
 REASONS = MODE_REASONS | click_tune_results.REASONS
 ABOUT_MODE = set(MODE_NOTICES)
 for _row, _error in enumerate(ERRORS, start=1):
-    _text = in_words(_error)
+    _text = error_text(_error)
     REASONS[REFUSED_ERROR + _row] = f"refused: {_text}"
     REASONS[OVERRIDE_ERROR + _row] = f"to Manual: {_text}"
     REASONS[NOTED_ERROR + _row] = _text

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.maps.dpide import LOOPS, ROWS
-from pidcfg.encoders.parameters import shown
+from pidcfg.encoders.parameters import content_text
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, PlcSettings, Scale
 from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.autotune import DONE, FAILED, TUNE_STATUS
@@ -53,7 +53,7 @@ def operands_of(words: Mapping[str, Any], loop: str) -> tuple[Operands, list[str
         content = words.get(f"{loop}.{name}", default)
         wrong = not isinstance(content, bool | int | float)
         if wrong or (name == "PID_MODE" and content not in PID_MODES):
-            problems.append(f"{name}: {content} means nothing there, {shown(row.type, default)} is taken")
+            problems.append(f"{name}: {content} means nothing there, {content_text(row.type, default)} is taken")
             content = default
         operands[name] = content
     return operands, problems

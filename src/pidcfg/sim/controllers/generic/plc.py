@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.image import default_of
 from pidcfg.encoders.maps.generic import LOOPS, NEEDED, ROWS
-from pidcfg.encoders.parameters import read, store
+from pidcfg.encoders.parameters import read_content, store
 from pidcfg.schemas.generic import Loop
 from pidcfg.sim.controllers.generic import equation as bits
 from pidcfg.sim.controllers.generic.equation import UNREACHED, Config, State
@@ -57,7 +57,7 @@ def fields_of(words: Mapping[str, Any], loop: str) -> tuple[Fields, list[str]]:
     problems: list[str] = []
     for path, row in ROWS.items():
         raw = words.get(f"{loop}.{path}")
-        content = None if raw is None else read(row.type, raw)
+        content = None if raw is None else read_content(row.type, raw)
         if content is not None:
             fields[path] = content
         elif raw is not None or path in NEEDED:

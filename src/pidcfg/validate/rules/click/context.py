@@ -16,7 +16,7 @@ from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.click import ClickFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Context, Extent, Pair, View, complete, extents_of, with_unit
+from pidcfg.validate.ideas import Context, Extent, Pair, View, complete, extents_of, number_with_unit
 
 PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""
@@ -78,7 +78,7 @@ class LoopView(View[Loop]):
 
     def eu(self, value: Decimal) -> str:
         """A number in the PV's unit."""
-        return with_unit(value, self.loop.pv.unit)
+        return number_with_unit(value, self.loop.pv.unit)
 
     def distance(self, value: Decimal) -> str:
         """A difference in the PV's unit."""
@@ -86,7 +86,7 @@ class LoopView(View[Loop]):
 
     def co(self, value: Decimal) -> str:
         """A number in the output's unit."""
-        return with_unit(value, self.loop.output.unit or "%")
+        return number_with_unit(value, self.loop.output.unit or "%")
 
     @property
     def extents(self) -> tuple[Extent, ...]:

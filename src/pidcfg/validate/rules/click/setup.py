@@ -11,7 +11,7 @@ from pidcfg.schemas.click import D100, EFFECT
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import CLICK, Decision
 from pidcfg.validate import ideas as blocks
-from pidcfg.validate.ideas import in_words, sharing
+from pidcfg.validate.ideas import list_names, sharing
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def pwm_output_shared(context: ClickContext) -> Findings:
     """
     pulsed = ((view.loop.output.pwm.bit, view) for view in context.loops if view.loop.output.pwm is not None)
     for bit, view, others in sharing(pulsed):
-        yield view.at("output", "pwm", "bit", bit=bit, others=in_words(others)).shared_with(*others)
+        yield view.at("output", "pwm", "bit", bit=bit, others=list_names(others)).shared_with(*others)
 
 
 # --- Names of loops as the beginning of nicknames ---------------------------------------------------------------------

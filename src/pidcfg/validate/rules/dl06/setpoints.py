@@ -12,7 +12,7 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
 from pidcfg.text.signs import same_word
-from pidcfg.validate.ideas import alarm_beyond, at_both, in_words, rings, sharing
+from pidcfg.validate.ideas import alarm_beyond, list_names, report_at_both, rings, sharing
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ def cascade_format_mismatch(context: Dl06Context) -> Findings:
             key = ("pv", "format") if "format" in minor.loop.pv.model_fields_set else (link_key(minor),)
             word = major.v("output")
             values = {"minor": minor.name, "format": read, "major": major.name, "other": written, "word": word}
-            yield from at_both(minor, minor.at(*key), major, major.at("output", "format"), **values)
+            yield from report_at_both(minor, minor.at(*key), major, major.at("output", "format"), **values)
 
 
 @error("DL260", D24, "{minor} reads the output of {major} as {read}, but {major} writes it as {written}")
@@ -131,7 +131,7 @@ def cascade_range_mismatch(context: Dl06Context) -> Findings:
         elif written is not None and read is not None and (written != read or not same_unit):
             key = "range" if written != read else "unit"
             values = _scales(major, minor)
-            yield from at_both(major, major.at("output", key), minor, minor.at("pv", key), **values)
+            yield from report_at_both(major, major.at("output", key), minor, minor.at("pv", key), **values)
 
 
 def _one_range(major: LoopView, minor: LoopView) -> Findings:
@@ -140,7 +140,7 @@ def _one_range(major: LoopView, minor: LoopView) -> Findings:
     at_major, at_minor = (
         view.at(part, "range", severity=Severity.WARNING) for view, part in ((major, "output"), (minor, "pv"))
     )
-    yield from at_both(major, at_major, minor, at_minor, **values)
+    yield from report_at_both(major, at_major, minor, at_minor, **values)
 
 
 def _scales(major: LoopView, minor: LoopView) -> dict[str, str]:
@@ -176,7 +176,7 @@ def cascade_into_square_root(context: Dl06Context) -> Findings:
             most_text = major.shown("output_high")
             values = {"minor": minor.name, "top": round(top), "major": major.name, "most": most_text}
             at_minor, at_major = minor.at("pv", "square_root"), major.at("output", "limits")
-            yield from at_both(minor, at_minor, major, at_major, **values)
+            yield from report_at_both(minor, at_minor, major, at_major, **values)
 
 
 @warning("DL262", SOURCES, "{major} is also the major loop of {others}; {name} takes the same output as its set point")
@@ -190,7 +190,7 @@ def shared_major_loop(context: Dl06Context) -> Findings:
     """
     for index, minor, others in sharing((major.index, minor) for major, minor in context.cascades):
         major = context.loops[index].name
-        finding = minor.at(link_key(minor), major=major, others=in_words(others), name=minor.name)
+        finding = minor.at(link_key(minor), major=major, others=list_names(others), name=minor.name)
         yield finding.shared_with(*others)
 
 
@@ -267,7 +267,7 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Findings:
             effect = f"bit 0 of {major.v('mode_and_alarm_status')} ({major.name} in Manual) stays on"
             values = {"mode": minor.loop.mode, "name": minor.name, "major": major.name, "goal": major.loop.mode}
             at_minor, at_major = (view.at("mode", plc_effect=effect) for view in (minor, major))
-            yield from at_both(minor, at_minor, major, at_major, **values)
+            yield from report_at_both(minor, at_minor, major, at_major, **values)
 
 
 @per_loop
@@ -304,7 +304,7 @@ def major_loop_left_in_manual(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         if major.loop.mode == "manual" and minor.loop.mode == "cascade":
             values = {"major": major.name, "minor": minor.name}
-            yield from at_both(major, major.at("mode"), minor, minor.at("mode"), **values)
+            yield from report_at_both(major, major.at("mode"), minor, minor.at("mode"), **values)
 
 
 @info(
@@ -323,7 +323,7 @@ def idle_cascade(context: Dl06Context) -> Findings:
     for major, minor in context.cascades:
         if minor.loop.mode != "cascade" and major.loop.mode == "manual":
             values = {"mode": minor.loop.mode, "name": minor.name, "major": major.name}
-            yield from at_both(minor, minor.at("mode"), major, major.at("mode"), **values)
+            yield from report_at_both(minor, minor.at("mode"), major, major.at("mode"), **values)
 
 
 @warning("DL269", INTRODUCTION, "{major} samples every {fast} s, faster than its minor loop {minor} with {slow} s")
@@ -364,7 +364,7 @@ def cascade_rates_close(context: Dl06Context) -> Findings:
 def _at_rates(major: LoopView, minor: LoopView, slow: Decimal, fast: Decimal, **values: object) -> Findings:
     """A finding at the sample rates of both loops."""
     values |= {"major": major.name, "minor": minor.name, "slow": decimal_text(slow), "fast": decimal_text(fast)}
-    yield from at_both(major, major.at("sample_rate"), minor, minor.at("sample_rate"), **values)
+    yield from report_at_both(major, major.at("sample_rate"), minor, minor.at("sample_rate"), **values)
 
 
 @warning(
@@ -395,7 +395,7 @@ def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Findings:
                 "most": minor.eu(setpoint[1], "sp"),
             }
             at_major, at_minor = major.at("output", "limits"), minor.at("setpoint", "limits")
-            yield from at_both(major, at_major, minor, at_minor, **values)
+            yield from report_at_both(major, at_major, minor, at_minor, **values)
 
 
 @warning(
@@ -417,7 +417,7 @@ def cascade_output_also_transferred(context: Dl06Context) -> Findings:
             where = {"slot": transfer.slot, "channel": transfer.channel}
             values = {"major": major.name, "minor": minor.name, **where}
             at_major, at_minor = major.at_key("output", "transfer"), minor.at(link_key(minor))
-            yield from at_both(major, at_major, minor, at_minor, **values)
+            yield from report_at_both(major, at_major, minor, at_minor, **values)
 
 
 # --- The steps of a ramp/soak profile: targets, slopes and soak times -------------------------------------------------

@@ -23,7 +23,7 @@ from pidcfg.schemas.base import v_name
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
-from pidcfg.validate.ideas import at_both, in_words, sharing
+from pidcfg.validate.ideas import list_names, report_at_both, sharing
 from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -543,7 +543,7 @@ def output_channel_written_twice(context: Dl06Context) -> Findings:
     """
     rows = ((channel_of(view.loop.output.transfer), view) for view in context.loops)
     for (slot, channel), view, others in sharing((place, view) for place, view in rows if place is not None):
-        finding = view.at_key("output", "transfer", slot=slot, channel=channel, others=in_words(others))
+        finding = view.at_key("output", "transfer", slot=slot, channel=channel, others=list_names(others))
         yield finding.shared_with(*others)
 
 
@@ -559,7 +559,7 @@ def channel_read_twice(context: Dl06Context) -> Findings:
     rows = ((source_of(view.loop.pv.transfer), view) for view in context.loops)
     keyed = (((place, view.loop.action), view) for place, view in rows if place is not None)
     for (place, action), view, others in sharing(keyed):
-        finding = view.at_key("pv", "transfer", place=place, action=action, others=in_words(others))
+        finding = view.at_key("pv", "transfer", place=place, action=action, others=list_names(others))
         yield finding.shared_with(*others)
 
 
@@ -586,7 +586,7 @@ def channel_read_and_written(context: Dl06Context) -> Findings:
         if reader is writer:
             yield at_writer.quoting(**values)
         else:
-            yield from at_both(writer, at_writer, reader, at_reader, **values)
+            yield from report_at_both(writer, at_writer, reader, at_reader, **values)
 
 
 @warning("DL294", SOURCES, "the PV's source {address} is {what}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.maps.dl06 import D16
-from pidcfg.schemas.numbers import EXACT, decimal_text
+from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.references import DL06, Decision
 from pidcfg.validate import ideas as alarms
 from pidcfg.validate.ideas import PV_POINTS, value_or_switch
@@ -248,7 +248,7 @@ def setpoint_above_every_root(view: LoopView) -> Findings:
 
 def largest_root(view: LoopView) -> Decimal:
     """The root of the largest PV, in counts."""
-    return EXACT.sqrt(Decimal(view.scales["pv"].format.maximum))
+    return EXACT_CONTEXT.sqrt(Decimal(view.scales["pv"].format.maximum))
 
 
 # --- The set point: its limits and what becomes of it, and the deadband of the error ----------------------------------

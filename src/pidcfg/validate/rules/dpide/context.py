@@ -10,7 +10,7 @@ from pidcfg.encoders.maps.dpide import LOOPS
 from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Context, View, with_unit
+from pidcfg.validate.ideas import Context, View, number_with_unit
 
 
 @frozen
@@ -80,11 +80,11 @@ class LoopView(View[Loop]):
 
     def pv(self, value: Decimal) -> str:
         """A number of the PV with its unit."""
-        return with_unit(value, self.loop.pv.unit)
+        return number_with_unit(value, self.loop.pv.unit)
 
     def mv(self, value: Decimal) -> str:
         """A number of the output with its unit."""
-        return with_unit(value, self.loop.output.unit)
+        return number_with_unit(value, self.loop.output.unit)
 
 
 @frozen

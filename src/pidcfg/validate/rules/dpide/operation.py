@@ -10,7 +10,7 @@ from pidcfg.encoders.maps.dpide import REMARKS, ROWS, TABLE, WRITTEN_BY_AUTOTUNE
 from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE, Place, place_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DPIDE, Decision
-from pidcfg.validate.ideas import at_both, in_words, number_text, outside_limits, sharing, with_unit
+from pidcfg.validate.ideas import list_names, number_text, number_with_unit, outside_limits, report_at_both, sharing
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def pulses_beyond_cycle(view: LoopView) -> Findings:
     gpwm, limits = view.loop.call.GPWM, view.limits
     if gpwm is None or limits is None or (limits[0] >= 0 and limits[1] == gpwm.cycle):
         return
-    low, high, effect = with_unit(limits[0], None), view.mv(limits[1]), _effect(limits, gpwm.cycle)
+    low, high, effect = number_with_unit(limits[0], None), view.mv(limits[1]), _effect(limits, gpwm.cycle)
     yield view.at("call", "GPWM", "cycle", low=low, high=high, cycle=gpwm.cycle, effect=effect)
 
 
@@ -74,7 +74,9 @@ def pulses_collide(context: DpideContext) -> Findings:
                 elif name == "GPWM":  # the other loop says the same of this one
                     yield finding.shared_with(other.name)
                 else:
-                    yield from at_both(view, finding, other, other.at("name", bit=bit, other=f"{other.name}.{name}"))
+                    yield from report_at_both(
+                        view, finding, other, other.at("name", bit=bit, other=f"{other.name}.{name}")
+                    )
 
 
 @error("DP793", TIMER, "{timer} also calls {other} every {other_cycle} ms, and CYCLE is {cycle} ms here")
@@ -278,7 +280,7 @@ def symbols_collide(context: DpideContext) -> Findings:
     for _, view, names in sharing((identifier(view.name, "SV").casefold(), view) for view in usable):
         others = [name for name in names if name != view.name]
         if others:
-            finding = view.at("name", others=in_words(others), symbol=identifier(view.name, "SV"))
+            finding = view.at("name", others=list_names(others), symbol=identifier(view.name, "SV"))
             yield finding.shared_with(*others)
 
 

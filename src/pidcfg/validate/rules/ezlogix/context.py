@@ -16,7 +16,7 @@ from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
 from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.ezlogix import REGISTERS, EzlogixFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Context, Extent, View, complete, extents_of, with_unit
+from pidcfg.validate.ideas import Context, Extent, View, complete, extents_of, number_with_unit
 
 if TYPE_CHECKING:
     from pidcfg.encoders.codecs import Scale
@@ -117,7 +117,7 @@ class LoopView(View[Loop]):
 
 def shown(value: Quantity, unit: str | None) -> str:
     """A quantity with its unit; raw counts say so themselves."""
-    return with_unit(value.value, "counts" if value.counts else unit)
+    return number_with_unit(value.value, "counts" if value.counts else unit)
 
 
 def register_number(tag: str) -> int | None:

@@ -11,7 +11,7 @@ from pidcfg.schemas.ezlogix import D152, tag_name
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import EZLOGIX, Decision
 from pidcfg.validate import ideas as blocks
-from pidcfg.validate.ideas import at_both, spoken_of
+from pidcfg.validate.ideas import report_at_both, spoken_of
 from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
 from pidcfg.validate.rules.ezlogix.context import PLACES, EzlogixContext, LoopView, register_number
 
@@ -162,7 +162,7 @@ def tag_in_register_block(context: EzlogixContext) -> Findings:
                 yield view.at(place, "tag").quoting(**values)
             else:
                 at_owner = owner[0].at(owner[0].extents[0].key)
-                yield from at_both(view, view.at(place, "tag"), owner[0], at_owner, **values)
+                yield from report_at_both(view, view.at(place, "tag"), owner[0], at_owner, **values)
 
 
 @checklist(
@@ -192,7 +192,7 @@ def cv_writes_set_point(context: EzlogixContext) -> Findings:
             names = {"loop": view.name, "tag": view.loop.output.tag, "inner": inner.name}
             limits = {"low": cv[0], "high": cv[1], "inner_low": sp[0], "inner_high": sp[1]}
             at_outer, at_inner = view.at("output", "tag", severity=severity), inner.at("setpoint", severity=severity)
-            yield from at_both(view, at_outer, inner, at_inner, **names, **limits)
+            yield from report_at_both(view, at_outer, inner, at_inner, **names, **limits)
 
 
 @error("EZ406", CV_TAG, "{tag} is also the {what} of {other}: two loops would write it")

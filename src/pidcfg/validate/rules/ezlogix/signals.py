@@ -12,7 +12,7 @@ from pidcfg.schemas.ezlogix import CV_FULL, D150
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import EZLOGIX, Decision
-from pidcfg.validate.ideas import NUMBERS, at_both, number_text, outside_limits, with_unit
+from pidcfg.validate.ideas import NUMBERS, number_text, number_with_unit, outside_limits, report_at_both
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ def pv_tag_shared(context: EzlogixContext) -> Findings:
         if first.loop.action == second.loop.action:
             at_first, at_second = first.at("pv", "tag", other=second.name), second.at("pv", "tag", other=first.name)
             values = {"tag": second.loop.pv.tag, "action": second.loop.action}
-            yield from at_both(first, at_first, second, at_second, **values)
+            yield from report_at_both(first, at_first, second, at_second, **values)
 
 
 @warning(
@@ -175,7 +175,7 @@ def set_points_crossed(context: EzlogixContext) -> Findings:
             if high > low:
                 names = {"tag": second.loop.pv.tag, "heating": heating.name, "cooling": cooling.name}
                 at_first, at_second = (view.at("setpoint", "value", high=high, low=low) for view in (first, second))
-                yield from at_both(first, at_first, second, at_second, **names)
+                yield from report_at_both(first, at_first, second, at_second, **names)
 
 
 @warning(
@@ -197,7 +197,7 @@ def pv_tag_with_two_scales(context: EzlogixContext) -> Findings:
         if one.square_root == other.square_root and scales_differ(one, other):
             at_first = first.at("pv", "tag", scale=scale_text(one), other_scale=scale_text(other), other=second.name)
             at_second = second.at("pv", "tag", scale=scale_text(other), other_scale=scale_text(one), other=first.name)
-            yield from at_both(first, at_first, second, at_second, tag=one.tag)
+            yield from report_at_both(first, at_first, second, at_second, tag=one.tag)
 
 
 def scales_differ(one: Pv, other: Pv) -> bool:
@@ -219,7 +219,7 @@ def value_at(pv: Pv, counts: int) -> Fraction:
 def scale_text(pv: Pv) -> str:
     """A scale as a message quotes it."""
     first, last = pv.counts or ENDS
-    values = f"{decimal_text(pv.range[0])} to {with_unit(pv.range[1], pv.unit)} at " if pv.range else ""
+    values = f"{decimal_text(pv.range[0])} to {number_with_unit(pv.range[1], pv.unit)} at " if pv.range else ""
     return f"{values}{first} to {last} counts"
 
 
@@ -242,7 +242,7 @@ def cv_tag_is_another_pv(context: EzlogixContext) -> Findings:
     for writer, reader in permutations(context.loops, 2):
         if writer.loop.output.tag == reader.loop.pv.tag:
             names = {"tag": reader.loop.pv.tag, "writer": writer.name, "reader": reader.name}
-            yield from at_both(writer, writer.at("output", "tag"), reader, reader.at("pv", "tag"), **names)
+            yield from report_at_both(writer, writer.at("output", "tag"), reader, reader.at("pv", "tag"), **names)
 
 
 # --- The set point, its limits and the deadband -----------------------------------------------------------------------

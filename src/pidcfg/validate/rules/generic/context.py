@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.parameters import ProgramEncoding
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Context, Pair, View, with_unit
+from pidcfg.validate.ideas import Context, Pair, View, number_with_unit
 
 if TYPE_CHECKING:
     from decimal import Decimal
@@ -25,11 +25,11 @@ class LoopView(View[Loop]):
 
     def pv(self, value: Decimal) -> str:
         """A number of the PV with its unit."""
-        return with_unit(value, self.loop.pv.unit)
+        return number_with_unit(value, self.loop.pv.unit)
 
     def out(self, value: Decimal) -> str:
         """A number of the output with its unit."""
-        return with_unit(value, self.loop.output.unit)
+        return number_with_unit(value, self.loop.output.unit)
 
 
 @frozen

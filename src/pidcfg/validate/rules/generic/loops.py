@@ -10,7 +10,7 @@ from pidcfg.encoders.generic.image import D299, D302, D303
 from pidcfg.schemas.generic import D280
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.signs import nearest, same_word
-from pidcfg.validate.ideas import PV_POINTS, at_both, number_text, outside_limits, rings
+from pidcfg.validate.ideas import PV_POINTS, number_text, outside_limits, report_at_both, rings
 from pidcfg.validate.rule import Findings, error, per_loop, warning
 
 if TYPE_CHECKING:
@@ -442,4 +442,4 @@ def cascade_scales_differ(context: GenericContext) -> Findings:
                 "own_high": view.pv(pv[1]),
             }
             at_slave, at_master = view.at("setpoint", "source"), master.at("output", "range")
-            yield from at_both(view, at_slave, master, at_master, **values)
+            yield from report_at_both(view, at_slave, master, at_master, **values)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
-from pidcfg.validate.ideas import at_both, in_words, number_text, rings
+from pidcfg.validate.ideas import list_names, number_text, report_at_both, rings
 from pidcfg.validate.rule import Findings, checklist, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import D218, SELECTORS, Link, fault_of
 
@@ -59,7 +59,7 @@ def two_masters(context: NextopidContext) -> Findings:
         masters, view = [link.master for link in links], links[0].slave
         if len(masters) > 1:
             names = [master.name for master in masters]
-            values = {"slave": view.name, "masters": in_words(names)}
+            values = {"slave": view.name, "masters": list_names(names)}
             yield view.at("SP_CASC").quoting(**values).shared_with(*names)
             for master in masters:
                 yield master.at("name").quoting(**values).shared_with(view.name)
@@ -81,7 +81,7 @@ def several_slaves(context: NextopidContext) -> Findings:
     for master, links in context.network.masters():
         if len(links) > 1:
             names = [link.slave.name for link in links]
-            values = {"master": master.name, "slaves": in_words(names)}
+            values = {"master": master.name, "slaves": list_names(names)}
             yield master.at("name").quoting(**values).shared_with(*names)
             for link in links:
                 yield link.slave.at("SP_CASC").quoting(**values).shared_with(master.name)
@@ -150,7 +150,7 @@ def master_range_beyond_slave(context: NextopidContext) -> Findings:
                 shown = {"mine": link.master.shown(key), "limit": limit, "theirs": link.slave.shown(limit)}
                 names = {"parameter": key, "master": link.master.name, "slave": link.slave.name}
                 at_master, at_slave = link.master.at(key, effect), link.slave.at(limit, effect)
-                yield from at_both(link.master, at_master, link.slave, at_slave, **shown, **names)
+                yield from report_at_both(link.master, at_master, link.slave, at_slave, **shown, **names)
 
 
 @warning("NX674", HINTS, "the slave {slave} is calculated every {time} s, its master {master} every {other} s")
@@ -167,7 +167,7 @@ def slave_slower_than_master(context: NextopidContext) -> Findings:
             times = {"time": number_text(link.slave.sample_time), "other": number_text(link.master.sample_time)}
             values = {"slave": link.slave.name, "master": link.master.name, **times}
             at_slave, at_master = link.slave.at("sample_time"), link.master.at("sample_time")
-            yield from at_both(link.slave, at_slave, link.master, at_master, **values)
+            yield from report_at_both(link.slave, at_slave, link.master, at_master, **values)
 
 
 # --- The special connections of a cascade, by the part that a loop has in it ------------------------------------------
@@ -516,7 +516,7 @@ def selector_of_opposite_loops(context: NextopidContext) -> Findings:
             values = {"selector": selector.name, "first": first.loop.name, "second": second.loop.name}
             values |= {"side": sides[0], "other_side": sides[1]}
             at_first, at_second = first.loop.at("Direct"), second.loop.at("Direct")
-            yield from at_both(first.loop, at_first, second.loop, at_second, **values)
+            yield from report_at_both(first.loop, at_first, second.loop, at_second, **values)
 
 
 @warning("NX679", OVERRIDE, "{selector} compares MV of {first} ({limits}) with MV of {second} ({others})")
@@ -534,7 +534,7 @@ def override_limits_differ(context: NextopidContext) -> Findings:
             key = "MinMV" if one[0] != other[0] else "MaxMV"
             ranges = {"limits": _range(first.loop), "others": _range(second.loop)}
             values = {"selector": selector.name, "first": first.loop.name, "second": second.loop.name, **ranges}
-            yield from at_both(first.loop, first.loop.at(key), second.loop, second.loop.at(key), **values)
+            yield from report_at_both(first.loop, first.loop.at(key), second.loop, second.loop.at(key), **values)
 
 
 def _range(loop: BlockView) -> str:

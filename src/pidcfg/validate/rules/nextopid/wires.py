@@ -16,7 +16,7 @@ from pidcfg.schemas.nextopid import D202
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.text.signs import nearest
-from pidcfg.validate.ideas import in_words, number_text
+from pidcfg.validate.ideas import list_names, number_text
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ def name_used_twice(context: NextopidContext) -> Findings:
             if others:
                 same = all(row[1] == name for row in others)
                 letters = "" if same else ": capital and small letters are the same"
-                values = {"name": name, "others": in_words([" ".join(row[:2]) for row in others]), "letters": letters}
+                values = {"name": name, "others": list_names([" ".join(row[:2]) for row in others]), "letters": letters}
                 loops = (row[1] for row in others if row[0] == LOOP)
                 yield Finding(path, values, key=path[0] == "signals").shared_with(*loops)
 
