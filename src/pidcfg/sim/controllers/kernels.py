@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #
 # Ints and floats only: the same fields become a NumPy record for numba. A field that is nothing but what a register
 # (or a parameter) holds names it by `register`, and `read_registers` fills it; what is calculated stands in a
-# vendor's ``words``.
+# vendor's ``configure``.
 
 NEVER = 1 << 60
 """A tick that does not come."""

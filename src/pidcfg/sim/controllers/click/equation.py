@@ -107,7 +107,7 @@ class Config(LoopConfig):
     tune_pi: int = register("autotune_type", 0)
     tune_hysteresis: float = register("autotune_hysteresis", 1.0)
     tune_buffer: int = -1
-    """Offset in `aux` of `reaction_curve.POINTS` floats."""
+    """Offset in `aux` of `autotune.POINTS` floats."""
     pv_low: float = register("pv_lower", 0.0)
     """PV lower and upper limit, the process's range for the whole range of the output."""
     pv_high: float = register("pv_upper", 100.0)

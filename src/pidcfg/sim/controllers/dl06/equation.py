@@ -159,7 +159,7 @@ class Config(LoopConfig):
     tune_open: int = register("autotune.method", 0, equals="open")
     tune_pi: int = register("autotune.type", 0, equals="PI")
     tune_buffer: int = -1
-    """Offset in `aux` of `tune_open.POINTS` floats."""
+    """Offset in `aux` of `autotune.POINTS` floats."""
     reset_unit: float = 1.0
     """Seconds of one unit of the reset word: 1 or 60."""
     reset_step: float = 0.1

@@ -31,7 +31,7 @@ TUNE_ERROR = 64
 FRESH = 1
 """The next calculation of the algorithm has no past."""
 REQUEST = 2
-"""`State.wanted` is another mode."""
+"""`State.wanted_mode` is another mode."""
 HALTING = 4
 """PID_RUN has become FALSE, which acts at once."""
 FROM_MANUAL = 8

@@ -41,7 +41,7 @@ OUTPUT_CUT = 4
 FRESH = 8
 """First calculation in Auto: the integral term follows the CV, and nothing has a past."""
 REQUEST = 16
-"""Discrete +0 has been written: `State.wanted`."""
+"""Discrete +0 has been written: `State.wanted_mode`."""
 TUNE = 32
 """An autotune is started, cancelled, or runs."""
 HELD = 64

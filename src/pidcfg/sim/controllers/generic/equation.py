@@ -34,7 +34,7 @@ DEVIATION, DEVIATION_2, RATE = 2048, 4096, 8192
 FRESH = 1
 """There was no sample yet."""
 REQUEST = 2
-"""`State.wanted` is another mode."""
+"""`State.wanted_mode` is another mode."""
 BUMPLESS = 4
 """The next calculation goes on from OUT (D301)."""
 MANUAL_SET = 8

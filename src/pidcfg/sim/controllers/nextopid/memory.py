@@ -39,7 +39,7 @@ from pidcfg.schemas.expressions import (
 )
 from pidcfg.schemas.iec import INT, IecType, Wire, time_seconds
 from pidcfg.sim.controllers.kernels import clamp, nearest, single
-from pidcfg.sim.controllers.nextopid import terms as slots
+from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.terms import Config, State
 from pidcfg.sim.controllers.plc import TICKS, Plc
 from pidcfg.text.references import Decision
@@ -284,7 +284,7 @@ class Memory(Plc):
         rows: list[WireRow] = []
         for place, i in enumerate(self.listed):
             config, state, instance = self.cfg[place], self.st[place], self.layout.instances[i]
-            config.kind, config.base = slots.KINDS[instance.kind.name], instance.base
+            config.kind, config.base = terms.KINDS[instance.kind.name], instance.base
             self._time(config, state, self.items[i])
             config.is_integer = int(instance.kind.name.endswith("INT"))
             wires = sorted(self._wires_of(i), key=lambda row: not row.early)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.schemas.base import parse_duration, parse_seconds
 from pidcfg.schemas.numbers import refuse
-from pidcfg.sim.controllers.nextopid import terms as bits
-from pidcfg.sim.controllers.nextopid import terms as slots
+from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.terms import (
     AUTO_TUNE,
     CASC,
@@ -38,7 +37,7 @@ MANUAL_ON, MANUAL_OFF, CASC_ON, CASC_OFF, TUNE_ON, TUNE_OFF, ACCEPT = 1, 2, 4, 8
 MANUAL, CASCADE, TUNE = (MANUAL_ON, MANUAL_OFF), (CASC_ON, CASC_OFF), (TUNE_ON, TUNE_OFF)
 NO_RUN, RUNNING, DONE, FAILED, CANCELLED = range(5)
 """State of the last auto-tuning (`State.tune_end`)."""
-ON_OFF_MANUAL = slots.PLACES["ControlON_OFF"]["Manual"]
+ON_OFF_MANUAL = terms.PLACES["ControlON_OFF"]["Manual"]
 
 
 def command(state: State, pair: tuple[int, int], *, on: bool) -> None:
@@ -48,7 +47,7 @@ def command(state: State, pair: tuple[int, int], *, on: bool) -> None:
 
 def operate(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Writes the parameters that the operator's commands change."""
-    manual = config.base + (ON_OFF_MANUAL if config.kind == slots.ON_OFF else PIDA_MANUAL)
+    manual = config.base + (ON_OFF_MANUAL if config.kind == terms.ON_OFF else PIDA_MANUAL)
     if state.command & (MANUAL_ON | MANUAL_OFF):
         signals[manual] = 1.0 if state.command & MANUAL_ON else 0.0
     if state.command & (CASC_ON | CASC_OFF):
@@ -84,17 +83,17 @@ def keep_results(config: Config, state: State, signals: MutableSequence[float]) 
 # --- How a NextoPID loop is reported: names of modes, bits and signals, and notices in words --------------------------
 
 MODE_BITS = {
-    "manual": bits.MANUAL_MODE,
-    "auto": bits.AUTO_MODE,
-    "cascade": bits.CASCADE_MODE,
-    "tracking": bits.TRACKING_MODE,
-    "autotune": bits.TUNING_MODE,
+    "manual": terms.MANUAL_MODE,
+    "auto": terms.AUTO_MODE,
+    "cascade": terms.CASCADE_MODE,
+    "tracking": terms.TRACKING_MODE,
+    "autotune": terms.TUNING_MODE,
 }
 """The first three can be requested; the others follow from inputs of the block."""
 ROWS = [row.name for row in BLOCK_TYPES["PIDA_TUNE_REAL"].table.rows]
 ERRORS = [name for name in ROWS if name.startswith("ErrBits.")]
 WARNINGS = [name for name in ROWS if name.startswith("WarnBits.")]
-FLAG_BITS = {name: bits.ERROR_BASE << i for i, name in enumerate(ERRORS)} | {"overridden": bits.OVERRIDDEN}
+FLAG_BITS = {name: terms.ERROR_BASE << i for i, name in enumerate(ERRORS)} | {"overridden": terms.OVERRIDDEN}
 AUX_BITS = {name: 1 << i for i, name in enumerate(WARNINGS)}
 RESULT_FLAGS = [name.removeprefix("AutoTuneResult.") for name in ROWS[ROWS.index("AutoTuneResult.Bad_PercAmpMV") :]]
 

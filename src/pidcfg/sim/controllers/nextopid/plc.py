@@ -15,8 +15,7 @@ from pidcfg.sim.controllers.kernels import tell
 from pidcfg.sim.controllers.nextopid import autotune as tune_results
 from pidcfg.sim.controllers.nextopid import operate as modes
 from pidcfg.sim.controllers.nextopid import operate as report
-from pidcfg.sim.controllers.nextopid import terms as bits
-from pidcfg.sim.controllers.nextopid import terms as slots
+from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.memory import ROW, ROWS, SHOWN, Memory, number_of, value_of
 from pidcfg.sim.controllers.nextopid.operate import (
     AUX_BITS,
@@ -45,10 +44,10 @@ if TYPE_CHECKING:
 
 MODE_KEYS = ("Manual", "CASC", "TRK_IN", "AutoTune")
 """The inputs that choose the mode of a loop."""
-SELECTORS = (slots.SELECT_MAX, slots.SELECT_MIN)
-SELECTED = [(slots.PLACES["ControlSelectMax"][f"MV{i}"], slots.PLACES["ControlSelectMax"][f"OVERR{i}"]) for i in (1, 2)]
+SELECTORS = (terms.SELECT_MAX, terms.SELECT_MIN)
+SELECTED = [(terms.PLACES["ControlSelectMax"][f"MV{i}"], terms.PLACES["ControlSelectMax"][f"OVERR{i}"]) for i in (1, 2)]
 """The inputs of a selector, and what tells the controller behind each that it is left out."""
-PWM = slots.PLACES["ControlPWM"]
+PWM = terms.PLACES["ControlPWM"]
 
 
 class Facts(Memory):
@@ -113,7 +112,7 @@ class Facts(Memory):
             sources[target].append(source)
         found = []
         for i, c in enumerate(self.cfg[: len(self.loops)]):
-            waiting, seen, master = [c.base + slots.SP_CASC] if c.kind != slots.ON_OFF else [], set(), -1
+            waiting, seen, master = [c.base + terms.SP_CASC] if c.kind != terms.ON_OFF else [], set(), -1
             while waiting and master < 0:
                 slot = waiting.pop(0)
                 master = outs.get(slot, -1) if outs.get(slot, i) != i else -1
@@ -159,29 +158,29 @@ class Facts(Memory):
         if self.only_switches(loop):
             return 0.0, 1.0
         base = self.cfg[loop].base
-        return signals[base + slots.MIN_MV], signals[base + slots.MAX_MV]
+        return signals[base + terms.MIN_MV], signals[base + terms.MAX_MV]
 
     def only_switches(self, loop: int) -> bool:
         """Whether the loop is a ControlON_OFF."""
-        return bool(self.cfg[loop].kind == slots.ON_OFF)
+        return bool(self.cfg[loop].kind == terms.ON_OFF)
 
     def integrates(self, loop: int, signals: Sequence[float]) -> bool:
         """Whether Ti_Ki is given; a time below 0.001 s is none."""
         if self.only_switches(loop):
             return False
         base = self.cfg[loop].base
-        ti_ki = signals[base + slots.TI_KI]
-        return bool(ti_ki > 0.0 if signals[base + slots.INDEP] else ti_ki >= LEAST_TI)
+        ti_ki = signals[base + terms.TI_KI]
+        return bool(ti_ki > 0.0 if signals[base + terms.INDEP] else ti_ki >= LEAST_TI)
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """DeadBand."""
-        return 0.0 if self.only_switches(loop) else signals[self.cfg[loop].base + slots.DEAD_BAND]
+        return 0.0 if self.only_switches(loop) else signals[self.cfg[loop].base + terms.DEAD_BAND]
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of a ControlPWM that reads the loop's MV."""
         for place, c in enumerate(self.cfg):
             reads = any(self.cfg[loop].sig_out in sources for _, sources in self.wires_of(place))
-            if c.kind == slots.PWM and reads:
+            if c.kind == terms.PWM and reads:
                 return float(self.sig[c.base + PWM["Period"]] * c.period / TICKS)
         return 0.0
 
@@ -196,7 +195,7 @@ class Facts(Memory):
         """Windup_H_IN or Windup_L_IN."""
         base = self.cfg[loop].base
         return not self.only_switches(loop) and bool(
-            signals[base + slots.WINDUP_H_IN] or signals[base + slots.WINDUP_L_IN]
+            signals[base + terms.WINDUP_H_IN] or signals[base + terms.WINDUP_L_IN]
         )
 
     def left_out(self, loop: int, signals: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
@@ -209,7 +208,7 @@ class Facts(Memory):
                 behind = behind or bool(lost & set(own))
                 if signals[c.base + out] and lost & set(own) and taken & set(rivals):
                     return True
-        return not behind and bool(self.st[loop].status & bits.OVERRIDDEN)
+        return not behind and bool(self.st[loop].status & terms.OVERRIDDEN)
 
 
 # --- The virtual NextoPID program: built from its parameters, operated as by its operator -----------------------------

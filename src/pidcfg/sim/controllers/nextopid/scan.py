@@ -8,7 +8,7 @@ from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
 from pidcfg.encoders.parameters import Parameter, raw_of
 from pidcfg.schemas.iec import Wire, time_text
 from pidcfg.sim.controllers.kernels import clamp, finite, nearest, single
-from pidcfg.sim.controllers.nextopid import terms as slots
+from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.equation import call_pid
 from pidcfg.sim.controllers.nextopid.memory import move, number_of, value_of, wire_in
 from pidcfg.sim.controllers.nextopid.operate import keep_results, operate
@@ -404,20 +404,20 @@ __all__ = ["COST", "INLINED", "Config", "Nextopid", "Options", "State", "call", 
 def call(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
     """One call of a block (kernel)."""
     kind = config.kind
-    if kind <= slots.PIDA_TUNE_INT:
+    if kind <= terms.PIDA_TUNE_INT:
         call_pid(config, state, signals)
         signals[config.sig_sp] = state.sp
-        if kind >= slots.PIDA_TUNE_REAL:
+        if kind >= terms.PIDA_TUNE_REAL:
             keep_results(config, state, signals)
-    elif kind == slots.LEAD_LAG:
+    elif kind == terms.LEAD_LAG:
         lead_lag(config, state, signals)
-    elif kind == slots.DELAY:
+    elif kind == terms.DELAY:
         delay(config, state, aux, signals)
-    elif kind == slots.DELAY_LAG:
+    elif kind == terms.DELAY_LAG:
         delay_lag(config, state, aux, signals)
-    elif kind == slots.LAG:
+    elif kind == terms.LAG:
         lag(config, state, signals)
-    elif kind == slots.LOW_FILTER:
+    elif kind == terms.LOW_FILTER:
         low_filter(config, state, signals)
     else:
         call_switch(config, state, signals)
@@ -426,14 +426,14 @@ def call(config: Config, state: State, aux: list[float], signals: list[float]) -
 def call_switch(config: Config, state: State, signals: list[float]) -> None:
     """One call of a block that switches or selects (kernel)."""
     kind = config.kind
-    if kind == slots.ON_OFF:
+    if kind == terms.ON_OFF:
         on_off(config, state, signals)
         signals[config.sig_sp] = state.sp
-    elif kind == slots.PWM:
+    elif kind == terms.PWM:
         pwm(config, state, signals)
-    elif kind == slots.SELECT_MIN:
+    elif kind == terms.SELECT_MIN:
         select_min(config, signals)
-    elif kind == slots.SELECT_MAX:
+    elif kind == terms.SELECT_MAX:
         select_max(config, signals)
     else:
         split_range(config, signals)
