@@ -79,7 +79,7 @@ def pages() -> dict[str, str]:
     found["schemas/settings.schema.json"] = schema_text("settings")
     found["scenario-keys.md"] = keys("scenario", "Keys of a scenario")
     found["schemas/scenario.schema.json"] = schema_text("scenario")
-    found["../src/pidcfg/completions/codes.txt"] = codes()
+    found["../src/pidcfg/cli/completions/codes.txt"] = codes()
     found |= {f"schemas/{name}.schema.json": schema_text(name) for name in OUTPUTS}
     found["images/reactor.svg"] = reactor()
     found["output-formats.md"] = output_formats()

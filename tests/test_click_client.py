@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[1]
 FILES = sorted(
     path for path in (ROOT / "examples" / "click").glob("*.yaml") if not path.name.endswith(".scenario.yaml")
 )
-STARTER = ROOT / "src" / "pidcfg" / "starters" / "click.yaml"
+STARTER = ROOT / "src" / "pidcfg" / "cli" / "starters" / "click.yaml"
 HOST = "127.0.0.1"
 FEW = settings(
     max_examples=6,

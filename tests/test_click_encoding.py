@@ -272,7 +272,7 @@ def test_the_numbering_finds_what_it_places():
 
 @pytest.mark.parametrize("name", ["click"])
 def test_the_starter_comes_back(name):
-    path = Path(__file__).parents[1] / "src" / "pidcfg" / "starters" / f"{name}.yaml"
+    path = Path(__file__).parents[1] / "src" / "pidcfg" / "cli" / "starters" / f"{name}.yaml"
     config = ClickFile.model_validate(read_document(path.read_bytes(), path.name).data)
     image = encode(config).image
     assert encode(ClickFile.model_validate(decode(image.words, image.settings, image.plc).data)).image == image

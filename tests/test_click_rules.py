@@ -242,7 +242,7 @@ def test_a_sound_file_has_no_warning(file):
 
 
 def test_the_starter_is_warned_of_its_action_alone_until_somebody_has_compared_it():
-    text = (ROOT / "src/pidcfg/starters/click.yaml").read_text("utf-8")
+    text = (ROOT / "src/pidcfg/cli/starters/click.yaml").read_text("utf-8")
     compared = text.replace("action_verified: false", "action_verified: true")
     found = [check_document(read_document(t.encode(), "click.yaml")).findings for t in (text, compared)]
 

@@ -70,7 +70,7 @@ def ran(code_page, *arguments):
 def plant(request, tmp_path, monkeypatch):
     """A folder with a starter file of one family in many alphabets; its vendor."""
     vendor = request.param
-    text = (ROOT / f"src/pidcfg/starters/{vendor}.yaml").read_text("utf-8")
+    text = (ROOT / f"src/pidcfg/cli/starters/{vendor}.yaml").read_text("utf-8")
     name = NAMES.get(vendor, "")
     if name and vendor in FORMER:
         text = text.replace(FORMER[vendor], name)
@@ -242,7 +242,7 @@ def places(lines, sign):
 
 def test_tables_and_carets_stand_below_each_other(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    text = (ROOT / "src/pidcfg/starters/dl06.yaml").read_text("utf-8")
+    text = (ROOT / "src/pidcfg/cli/starters/dl06.yaml").read_text("utf-8")
     loop = text[text.index("  - name: TIC-101") :]
     Path("a.yaml").write_text(text + loop.replace("TIC-101", "加熱炉").replace("slot: 1", "slot: 3"), "utf-8")
     listing = ran("utf-8", "encode", "a.yaml", "--allow-errors")[1].decode().splitlines()

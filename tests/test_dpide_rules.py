@@ -63,7 +63,7 @@ def test_a_plain_loop_has_no_finding():
 @pytest.mark.parametrize(
     "name",
     [
-        "src/pidcfg/starters/dpide",
+        "src/pidcfg/cli/starters/dpide",
         "examples/dpide/oven",
         "examples/dpide/chiller",
         "examples/dpide/dryer",

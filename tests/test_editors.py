@@ -203,7 +203,7 @@ def test_an_editor_marks_what_is_not_read_and_nothing_else(where):
 
 # --- whole files ------------------------------------------------------------------------------------------------------
 
-SHIPPED = sorted([*(ROOT / "examples").glob("**/*.yaml"), *(ROOT / "src/pidcfg/starters").glob("*.yaml")])
+SHIPPED = sorted([*(ROOT / "examples").glob("**/*.yaml"), *(ROOT / "src/pidcfg/cli/starters").glob("*.yaml")])
 SPOILED = {
     # an example: a text of it, what stands in its place
     "dl06/reactor.yaml": (

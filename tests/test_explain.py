@@ -35,7 +35,7 @@ from pidcfg.validate.catalog import rules
 from pidcfg.vendors import VENDORS
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
-STARTERS = Path(__file__).parents[1] / "src/pidcfg/starters"
+STARTERS = Path(__file__).parents[1] / "src/pidcfg/cli/starters"
 ALL = list(VENDORS)
 
 

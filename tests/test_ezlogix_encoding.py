@@ -279,7 +279,7 @@ def test_what_holds_for_the_plc_comes_back():
 
 
 def test_the_starter_comes_back():
-    path = Path(__file__).parents[1] / "src" / "pidcfg" / "starters" / "ezlogix.yaml"
+    path = Path(__file__).parents[1] / "src" / "pidcfg" / "cli" / "starters" / "ezlogix.yaml"
     config = EzlogixFile.model_validate(read_document(path.read_bytes(), path.name).data)
     image = encode(config).image
     assert encode(EzlogixFile.model_validate(decode(image.words, image.settings, image.plc).data)).image == image

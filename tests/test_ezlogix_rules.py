@@ -511,7 +511,7 @@ def test_limits_in_counts_or_with_a_range_are_no_percentages():
 @pytest.mark.parametrize(
     "name",
     [
-        "src/pidcfg/starters/ezlogix",
+        "src/pidcfg/cli/starters/ezlogix",
         "examples/ezlogix/oven",
         "examples/ezlogix/coldstore",
         "examples/ezlogix/dosing",
@@ -525,7 +525,9 @@ def test_starter_and_examples_have_neither_errors_nor_warnings(name):
 
 
 def test_an_oven_with_its_action_swapped_is_a_warning():
-    text = (ROOT / "src/pidcfg/starters/ezlogix.yaml").read_text("utf-8").replace("action: reverse", "action: direct")
+    text = (
+        (ROOT / "src/pidcfg/cli/starters/ezlogix.yaml").read_text("utf-8").replace("action: reverse", "action: direct")
+    )
 
     assert [d.code for d in check_document(read_document(text.encode(), "oven.yaml")).findings] == ["EZ415"]
 

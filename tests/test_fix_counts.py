@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from pidcfg.vendors import VENDORS
 from shell import captured, pidcfg
 
-STARTERS = Path(__file__).parents[1] / "src/pidcfg/starters"
+STARTERS = Path(__file__).parents[1] / "src/pidcfg/cli/starters"
 MENDED = {
     "dl06": [
         ("V2000 ", "v2000 "),

@@ -485,7 +485,7 @@ def test_unused_ignores_are_deleted_and_used_ones_stay():
     assert fix(used).data.decode() == used.replace("DL242, PID101, DL254", "DL242, DL254")
 
 
-@pytest.mark.parametrize("folder", ["examples/*/*.yaml", "tests/cases/*.yaml", "src/pidcfg/starters/*.yaml"])
+@pytest.mark.parametrize("folder", ["examples/*/*.yaml", "tests/cases/*.yaml", "src/pidcfg/cli/starters/*.yaml"])
 def test_no_file_that_can_be_used_is_ever_changed(folder):
     """Warnings are decisions, and so are most errors of rules: nothing that a plant does is changed unasked."""
     files = [path for path in ROOT.glob(folder) if "scenario" not in path.name]

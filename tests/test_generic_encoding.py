@@ -21,7 +21,7 @@ from pidcfg.encoders.parameters import TYPES, store
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import LREAL, Wire
 
-STARTER = Path(__file__).parents[1] / "src/pidcfg/starters/generic.yaml"
+STARTER = Path(__file__).parents[1] / "src/pidcfg/cli/starters/generic.yaml"
 BESIDE = {"name", "description", "pv.unit", "output.unit", "setpoint.source", "setpoint.follows_pv"}
 """Fields that no parameter holds."""
 

@@ -125,9 +125,10 @@ LOADS = {
     "diff examples/ezlogix/oven.yaml examples/ezlogix/oven.yaml --plot -": "pydantic ruamel ezlogix generic",
     "simulate examples/nextopid/cascade.scenario.yaml --engine python": "pydantic ruamel nextopid",
     "simulate examples/dpide/oven.scenario.yaml":     "pydantic ruamel dpide",
-    "validate src/pidcfg/starters/click.yaml":        "pydantic ruamel click",
-    "encode src/pidcfg/starters/click.yaml":          "pydantic ruamel click",
-    "encode src/pidcfg/starters/click.yaml --format nickname-csv":  "pydantic ruamel pyclickplc pymodbus serial click",
+    "validate src/pidcfg/cli/starters/click.yaml":        "pydantic ruamel click",
+    "encode src/pidcfg/cli/starters/click.yaml":          "pydantic ruamel click",
+    "encode src/pidcfg/cli/starters/click.yaml --format nickname-csv":
+                                                      "pydantic ruamel pyclickplc pymodbus serial click",
     "rule DL222":                                     "pydantic dl06",
     "explain DS101 --loop":                           "pydantic click",
     "explain R102 --loop":                            "pydantic ezlogix",

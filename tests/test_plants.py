@@ -424,7 +424,7 @@ def test_nothing_is_known_of_a_loop_before_its_first_base_step():
 
 # --- The axis of an output has its whole range and its unit, also where the configuration writes neither --------------
 
-STARTERS = Path(__file__).parents[1] / "src/pidcfg/starters"
+STARTERS = Path(__file__).parents[1] / "src/pidcfg/cli/starters"
 SCENARIO = """\
 pidcfg: 1
 scenario: Axes

@@ -478,7 +478,7 @@ def test_an_event_that_writes_what_is_there_changes_nothing(events):
 
 # --- Listings of PLCs into which nothing was written: they are read, their faults are told, and their runs show them --
 
-STARTERS = Path(__file__).parents[1] / "src/pidcfg/starters"
+STARTERS = Path(__file__).parents[1] / "src/pidcfg/cli/starters"
 SCENARIO = """\
 pidcfg: 1
 scenario: Nothing was written

@@ -52,7 +52,7 @@ class Vendor:
     @property
     def starter(self) -> str:
         """The file that `pidcfg init` writes, within the package."""
-        return f"starters/{self.key}.yaml"
+        return f"cli/starters/{self.key}.yaml"
 
     @property
     def model(self) -> type[BaseModel]:

@@ -257,7 +257,7 @@ def codes(ctx: click.Context, typed: str) -> Items:
 
 def titles() -> Iterator[tuple[str, str]]:
     """Code and title of every rule, from a list made by docs/generate.py: loading the rules takes a second."""
-    for line in files("pidcfg").joinpath("completions/codes.txt").read_text(encoding="utf-8").splitlines():
+    for line in files("pidcfg").joinpath("cli/completions/codes.txt").read_text(encoding="utf-8").splitlines():
         code, _, title = line.partition("\t")
         yield code, title
 

@@ -39,4 +39,4 @@ def command(shell: str) -> None:
 
 def script(shell: str) -> str:
     """The script of a shell."""
-    return files("pidcfg").joinpath("completions", SCRIPTS[shell]).read_text(encoding="utf-8")
+    return files("pidcfg").joinpath("cli", "completions", SCRIPTS[shell]).read_text(encoding="utf-8")
