@@ -1,7 +1,8 @@
 """Set up, show and test pidcfg with nothing but Python: `python tasks.py demo`, `python tasks.py test`.
 
 demo      install pidcfg into .venv, validate and simulate the example reactor
-test      install everything and run all tests; further arguments go to pytest
+test      install everything and run all tests; further arguments go to pytest; --fast: a minute of them, without those
+          that tests/slow.txt names
 docs      build the documentation site into build/site
 generate  renew everything that is generated: pages, schemas, messages, golden files; --check only says what differs
 check     ruff, mypy --strict, the import rules, and whether what is generated is up to date
@@ -207,7 +208,8 @@ def test(*arguments: str) -> None:
     """
     prepare("test")
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-    must(PYTHON, "-m", "pytest", *(arguments or ("--numprocesses", "auto", "--dist", "worksteal")))
+    shared_out = ("--numprocesses", "auto", "--dist", "worksteal")
+    must(PYTHON, "-m", "pytest", *(arguments if arguments and arguments != ("--fast",) else (*shared_out, *arguments)))
 
 
 CHECKS: tuple[tuple[str, ...], ...] = (

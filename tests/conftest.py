@@ -15,6 +15,8 @@ from pidcfg.__main__ import FEW_COLLECTIONS
 from pidcfg.cli import findings as collect
 from pidcfg.text import processes
 
+pytest_plugins = ("fast",)
+
 SCRUBBED = (
     "NO_COLOR",
     "FORCE_COLOR",

@@ -16,7 +16,7 @@ from pidcfg.validate.engine import check_document
 
 CASES = Path(__file__).parent / "cases"
 FIRST = re.compile(r"^loops:[^\n]*\n", re.MULTILINE)
-NAME = re.compile(r"^(\s*- (?:\{)?name: )([^\s,}#]+|\"[^\"]*\")", re.MULTILINE)
+NAME = re.compile(r"^(\s*- (?:\{)?name: )([^\s,}#][^\s,}]*|\"[^\"]*\")", re.MULTILINE)
 ADDRESSES = re.compile(r"remote_setpoint|number_of_loops|ramp_soak|address:|\{loop\}|&|\*\w")
 """What refers to places of other loops by number, or shares text: an edit elsewhere does touch it."""
 MOST = 6
