@@ -8,6 +8,7 @@ words, the trend or the message were when somebody looked.
 from __future__ import annotations
 
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ import mistakes
 import test_pictures
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
 ROOT = Path(__file__).parents[1]
 sys.path.append(str(ROOT / "docs"))
@@ -48,6 +49,20 @@ WHOLE = {"examples", "reports"}
 """Parts whose folders hold nothing else, but for the configurations that they are made of."""
 
 
+def make(part: str) -> Mapping[Path, bytes]:
+    """The files of a part, as they ought to be."""
+    return PARTS[part]()
+
+
+def make_all(parts: Sequence[str]) -> Iterator[Mapping[Path, bytes]]:
+    """The files of each part; several are made beside each other, since none is made of what another one writes."""
+    if len(parts) == 1:
+        yield make(parts[0])
+        return
+    with ProcessPoolExecutor() as pool:
+        yield from pool.map(make, parts)
+
+
 def renew(files: Mapping[Path, bytes], *, check: bool = False, whole: bool = False) -> list[str]:
     """Writes the files that differ and removes those that are no longer made; the names of all of them."""
     folders = {path.parent for path in files} if whole else set()
@@ -71,9 +86,9 @@ def main(arguments: Sequence[str]) -> None:
     named = [name for name in arguments if name != "--check"]
     if not {*named} <= {*PARTS}:
         sys.exit(f"the parts are {', '.join(PARTS)}")
-    differing = []
-    for part in named or PARTS:
-        names = renew(PARTS[part](), check=check, whole=part in WHOLE)
+    parts, differing = named or list(PARTS), []
+    for part, files in zip(parts, make_all(parts), strict=True):
+        names = renew(files, check=check, whole=part in WHOLE)
         print(f"{part}: {', '.join(names) if names else 'up to date'}", flush=True)  # noqa: T201 - a script
         differing += names
     if check and differing:
