@@ -295,6 +295,14 @@ def test_times_too_far_apart_have_no_forecast():
     assert forecast(Gains(5, 4e2, 0), Transfer(1, (), (10,), 0, 1)) is not None
 
 
+@pytest.mark.parametrize("constant", [1e6, 1e9, 1e12])
+def test_the_forecast_of_a_slow_lag_is_that_of_the_integrator(constant):
+    """Of a step's small share no digit is lost: SIMC with a wish far below the dead time overshoots by 93 %."""
+    process = Process(1, constant, 0.01, closed_loop=1e-4)
+    gains = METHODS["simc"].gains("PI", process, Cycle(1, 1))
+    assert forecast(gains, transfer_of(process)).overshoot == pytest.approx(93.02, abs=0.02)
+
+
 @settings(max_examples=30)
 @given(st.tuples(*[st.floats(-6, 12)] * 4))
 def test_no_process_of_usable_numbers_takes_long_or_fails(sizes):

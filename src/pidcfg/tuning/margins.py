@@ -6,8 +6,7 @@ from bisect import bisect_left
 from cmath import exp, phase
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import atan, degrees, inf, isinf, log10, pi, sqrt
-from math import exp as real_exp
+from math import atan, degrees, expm1, inf, isinf, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
 from pidcfg.text.references import Decision
@@ -252,7 +251,7 @@ class _Plant:
     def __init__(self, transfer: Transfer, dt: float) -> None:
         self.dt, self.gain = dt, abs(transfer.gain)
         leads = [*transfer.zeros, *[0.0] * len(transfer.poles)]
-        self.lags = [(1 - real_exp(-dt / lag), lead / lag) for lag, lead in zip(transfer.poles, leads, strict=False)]
+        self.lags = [(-expm1(-dt / lag), lead / lag) for lag, lead in zip(transfer.poles, leads, strict=False)]
         self.leads = transfer.zeros[len(transfer.poles) :]
         self.states = [0.0] * len(self.lags)
         self.integral, self.integrates = 0.0, bool(transfer.integrators)
