@@ -136,7 +136,7 @@ def test_every_setting_of_the_memory_is_shown_where_its_key_is(key):
     tables = VENDORS[key].load("registers")
     keys = [name for row in rows(key) for name in row.keys]
     for table in tables:
-        for word in (*table.words, *table.bits):
+        for word in table.points:
             if word.path is not None and not word.path.startswith("state."):
                 assert any(pages.holds(word.path, name) for name in keys), word.path
     assert all(

@@ -861,7 +861,7 @@ ELSEWHERE = ("pidcfg", "vendor", "plc.map", "cascade_from", "ramp_soak.")
 @pytest.mark.parametrize("vendor", [key for key in ALL if hasattr(VENDORS[key].load("explainer"), "unstored")])
 def test_every_key_is_in_a_register_or_told(vendor):
     book = VENDORS[vendor].load("explainer")
-    held = {row.path for block in book.blocks for row in (*block.table.words, *block.table.bits) if row.path}
+    held = {row.path for block in book.blocks for row in block.table.points if row.path}
     for path in {leaf.removeprefix("loops.") for leaf in leaves(VENDORS[vendor].model)}:
         in_register = any(f"{p}.".startswith(f"{path}.") or path.startswith(f"{p}.") for p in held)
         assert in_register != (path in book.unstored) or path.startswith(ELSEWHERE), path

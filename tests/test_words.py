@@ -24,7 +24,7 @@ from pidcfg.encoders.codecs import (
 )
 from pidcfg.encoders.listing import ListingError, read_csv
 from pidcfg.encoders.maps.dl06 import FORMATS, LOOP_TABLE, SPACE, Source
-from pidcfg.encoders.regmap import BIT, INT16, SINGLE, WORD, Written, scale_of, writer_of
+from pidcfg.encoders.regmap import BIT, INT16, SINGLE, WORD, Written, writer_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.text.references import DL06
 
@@ -174,7 +174,7 @@ def test_square_root_scale_runs_to_the_root_of_the_span():
 
 
 def test_every_scaled_word_has_a_codec_that_names_a_scale():
-    assert {scale_of(w.codec) for w in LOOP_TABLE.words} - {None} == {"pv", "sp", "output"}
+    assert {w.scale for w in LOOP_TABLE.words} - {None} == {"pv", "sp", "output"}
 
 
 @pytest.mark.parametrize("codec", [Implied(), Implied(1), Implied(2), Implied(3, least=-0x8000, most=0x7FFF)])

@@ -14,7 +14,7 @@ from pidcfg.encoders import parameters as iec_registers
 from pidcfg.encoders.codecs import SINGLE_MINUS_ZERO, WORD_MAX, DecodeError, EncodeError, Scale, Single
 from pidcfg.encoders.dl06.image import scales as dl06_scales
 from pidcfg.encoders.maps import click, dl06, dpide, ezlogix, generic, nextopid
-from pidcfg.encoders.regmap import BANK, Bits, RegisterMap, Word, decode_one, encode_one, scale_of
+from pidcfg.encoders.regmap import BANK, Bits, RegisterMap, Word
 from pidcfg.encoders.structured_text import content_of, literal, tokens_of
 from reliability import rounding
 
@@ -65,7 +65,7 @@ def _registers() -> Iterator[Field]:
             for row in table.words:
                 bits = {"C": 1, "S": 1}.get(_bank(vendor, table), 32 if isinstance(row.codec, Single) else 16)
                 name = f"{vendor} {table.title} {row.name}"
-                yield Field(name, bits, partial(_row, vendor, row), drawn=bits > 16 or scale_of(row.codec) is not None)
+                yield Field(name, bits, partial(_row, vendor, row), drawn=bits > 16 or row.scale is not None)
             for row in table.bits:
                 yield Field(f"{vendor} {table.title} {row.title}", 16, partial(_bits, row))
 
@@ -80,10 +80,10 @@ def _row(vendor: str, row: Word, rng: random.Random) -> Pair:
     same = _same_single if isinstance(row.codec, Single) else _same
 
     def encode(value: Any) -> int:
-        return 0 if value is None else encode_one(row.codec, value, scales)
+        return 0 if value is None else row.encode(value, scales)
 
-    scale = scales.get(scale_of(row.codec) or "")
-    return Pair(lambda word: decode_one(row.codec, word, scales), encode, same, rounding.of(row.codec, scale))
+    scale = scales.get(row.scale or "")
+    return Pair(lambda word: row.decode(word, scales), encode, same, rounding.of(row.codec, scale))
 
 
 def _same(word: int) -> int:

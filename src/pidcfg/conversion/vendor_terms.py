@@ -32,7 +32,7 @@ from pidcfg.encoders.codecs import Choice, DecodeError
 from pidcfg.encoders.decoding import Reading, name_in
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.parameters import Entry, Program, content_text, read_content
-from pidcfg.encoders.regmap import D345, NoRegisterError, Written, decode_one, writer_of
+from pidcfg.encoders.regmap import D345, NoRegisterError, Written, writer_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
 from pidcfg.schemas.limits import unit_text
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Block
     from pidcfg.encoders.listing import Listing
-    from pidcfg.encoders.regmap import Bits, Word
+    from pidcfg.encoders.regmap import Bits, Point, Word
     from pidcfg.vendors import Vendor
 
 # --- Terms of a vendor with registers: every row of its map that a loop has, with the register's content --------------
@@ -143,18 +143,17 @@ class _Block:
 
     def values(self) -> Iterator[tuple[str, Any]]:
         """What the registers and choices mean, by their paths; None: nothing."""
-        rows: tuple[Word | Bits, ...] = (*self.block.table.words, *self.block.table.bits)
-        for row in rows:
+        for row in self.block.table.points:
             if row.path is not None:
                 yield row.path, self.value(row)
 
-    def value(self, row: Word | Bits) -> Any:
+    def value(self, row: Point) -> Any:
         """What a row means."""
         raw = self.raw(row.offset)
         try:
             if raw is None or self.fault(row.offset):
                 return None
-            return row.decode(raw) if not hasattr(row, "codec") else decode_one(row.codec, raw, self.block.scales)
+            return row.decode(raw, self.block.scales)
         except (DecodeError, ArithmeticError):
             return None
 
@@ -228,7 +227,7 @@ class _Block:
             return key, *value_and_unit(leaf, self.model, self.subject.vendor)
         value = self.value(word)
         is_given = bool(raw) or isinstance(word.codec, Choice)
-        is_raw = isinstance(value, Quantity) and (value.counts or not self.block.scales[_scale(word)].range)
+        is_raw = isinstance(value, Quantity) and (value.counts or not self.block.scales[str(word.scale)].range)
         unit = "counts" if is_raw else unit_text(word.unit, self.units)
         return key, number(value) if is_given else None, trim_unit(unit)
 
@@ -245,10 +244,6 @@ class _Block:
         space, number_ = self.subject.encoding.space, self.block.start + offset
         raw = self.raw(offset)
         return space.name(number_), "" if raw is None else space.shown(number_, raw)
-
-
-def _scale(word: Word) -> str:
-    return str(getattr(word.codec, "scale", ""))
 
 
 # --- Terms of a vendor whose parameters have names: every parameter of a loop, of a block, and the signals ------------

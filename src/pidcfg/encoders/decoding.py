@@ -426,7 +426,7 @@ class _Reader:
         for block in self.like[1].blocks:
             if block.loop == name:
                 inner = dotted(block.place[2:])
-                for row in (*block.table.words, *block.table.bits):
+                for row in block.table.points:
                     own = ".".join(part for part in (inner, row.path) if part)
                     if row.path is not None and (own == key or own.startswith(f"{key}.")):
                         yield block.start + row.offset

@@ -6,7 +6,8 @@ import re
 from dataclasses import field, replace
 from decimal import Decimal
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol, cast, get_args
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol, cast, get_args
 
 from pidcfg.encoders.codecs import (
     WORD_MAX,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 # A `RegisterMap` is rows only: a `Word` per register and a `Bits` row per choice inside a bit word. Encoding,
 # decoding, the register documentation and the word tests all walk the same rows; nothing else knows an offset.
 
+NO_SCALES: Mapping[str, Scale] = MappingProxyType({})
 Access = Literal["setting", "request", "status", "reserved"]
 """Who owns a word or bit: the engineer, a momentary request, the controller, nobody."""
 
@@ -89,6 +91,32 @@ class Word:
     """Another key of the file that says the same in other words."""
     suffix: str = ""
     """How its nickname ends, behind the loop's name, where the PLC's software has nicknames."""
+    bits: ClassVar[tuple[int, ...]] = ()
+    """It has no bits of its own in another word."""
+    mask: ClassVar[int] = ~0
+    """It owns every bit of its register."""
+
+    @property
+    def choices(self) -> Mapping[int, Any] | None:
+        """The value of each raw content; None: the register holds a number."""
+        return getattr(self.codec, "choices", None)
+
+    @property
+    def scale(self) -> str | None:
+        """The scale that its values are on; None: it needs none."""
+        return getattr(self.codec, "scale", None)
+
+    def encode(self, value: Any, scales: Mapping[str, Scale] = NO_SCALES) -> int:
+        """A value to raw content; raises `EncodeError`."""
+        if self.scale is None:
+            return cast("Codec", self.codec).encode(value)
+        return cast("ScaledCodec", self.codec).encode(value, scales[self.scale])
+
+    def decode(self, raw: int, scales: Mapping[str, Scale] = NO_SCALES) -> Any:
+        """Raw content to a value; raises `DecodeError`."""
+        if self.scale is None:
+            return cast("Codec", self.codec).decode(raw)
+        return cast("ScaledCodec", self.codec).decode(raw, scales[self.scale])
 
 
 @frozen
@@ -101,6 +129,12 @@ class Bits:
     choices: Mapping[int, Any]
     title: str
     access: Access = "setting"
+    unit: ClassVar[str] = ""
+    """A choice has none."""
+    read: ClassVar[str] = ""
+    """When the controller reads it: with the register that it is a part of."""
+    instead: ClassVar[str | None] = None
+    """No other key says the same."""
     in_place: dict[Any, int] = field(init=False, compare=False, default_factory=dict)
     """Each value's bits where they stand in the word; of several codes of one value the first."""
 
@@ -113,16 +147,20 @@ class Bits:
         """The bits this row owns."""
         return sum(1 << b for b in self.bits)
 
-    def encode(self, value: Any) -> int:
+    def encode(self, value: Any, _: Mapping[str, Scale] = NO_SCALES) -> int:
         """The bits of a value, in place."""
         return self.in_place[value]
 
-    def decode(self, word: int) -> Any:
-        """The value that a word's bits choose."""
-        code = sum((word >> b & 1) << i for i, b in enumerate(self.bits))
+    def decode(self, raw: int, _: Mapping[str, Scale] = NO_SCALES) -> Any:
+        """The value that a word's bits choose; raises `DecodeError`."""
+        code = sum((raw >> b & 1) << i for i, b in enumerate(self.bits))
         if code not in self.choices:
-            raise DecodeError(f"0x{word:04X} has a combination of bits {self.bits} that means nothing")
+            raise DecodeError(f"0x{raw:04X} has a combination of bits {self.bits} that means nothing")
         return self.choices[code]
+
+
+Point = Word | Bits
+"""What holds one value of a file: a register, or some bits of one."""
 
 
 class Named(Protocol):
@@ -177,6 +215,11 @@ class RegisterMap:
     label: str = "+{:02d}"
     """How the manual writes an offset."""
 
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """Every register, then every choice."""
+        return (*self.words, *self.bits)
+
     def at(self, offset: int) -> str:
         """An offset as the manual writes it."""
         return self.label.format(offset)
@@ -212,8 +255,7 @@ class RegisterMap:
 
     def paths(self) -> list[str]:
         """Where each setting of the block stands in a configuration."""
-        rows: Iterable[Word | Bits] = (*self.words, *self.bits)
-        return [r.path for r in rows if r.path is not None]
+        return [point.path for point in self.points if point.path is not None]
 
     def encode(self, values: Mapping[str, Any], scales: Mapping[str, Scale]) -> Encoded:
         """Values by path to the words of the block. A path that is missing, or None, leaves its word 0."""
@@ -234,7 +276,7 @@ class RegisterMap:
     def _encode_word(word: Word, value: Any, scales: Mapping[str, Scale], image: Encoded) -> None:
         path = str(word.path)
         try:
-            image.words[word.offset] = encode_one(word.codec, value, scales)
+            image.words[word.offset] = word.encode(value, scales)
         except EncodeError as error:
             image.misfits.append(Misfit(path, word, value, error))
             image.words[word.offset] = error.stored or 0
@@ -270,33 +312,12 @@ class RegisterMap:
     def decode_word(self, word: Word, raw: int, scales: Mapping[str, Scale]) -> Any:
         """One register's value."""
         try:
-            return decode_one(word.codec, raw, scales)
+            return word.decode(raw, scales)
         except DecodeError as error:
             raise DecodeError(f"{word.name} ({self.at(word.offset)}): {error}", word.offset) from None
 
 
 RESERVED = Binary()
-
-
-def scale_of(codec: Codec | ScaledCodec) -> str | None:
-    """The scale that a codec's values are on; None: it needs none."""
-    return getattr(codec, "scale", None)
-
-
-def encode_one(codec: Codec | ScaledCodec, value: Any, scales: Mapping[str, Scale]) -> int:
-    """A value to its register by whatever codec the row has."""
-    scale = scale_of(codec)
-    return (
-        cast("Codec", codec).encode(value) if scale is None else cast("ScaledCodec", codec).encode(value, scales[scale])
-    )
-
-
-def decode_one(codec: Codec | ScaledCodec, raw: int, scales: Mapping[str, Scale]) -> Any:
-    """A register to its value by whatever codec the row has."""
-    scale = scale_of(codec)
-    if scale is None:
-        return cast("Codec", codec).decode(raw)
-    return cast("ScaledCodec", codec).decode(raw, scales[scale])
 
 
 # --- A vendor's address space: its banks of registers, how an address is written, and what one cell holds -------------

@@ -7,6 +7,7 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.codecs import DecodeError
@@ -14,7 +15,6 @@ from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.listing import csv_lines
 from pidcfg.encoders.modbus_map import NamedNumbering
 from pidcfg.encoders.parameters import register_content
-from pidcfg.encoders.regmap import decode_one
 from pidcfg.live.link import Link, run
 from pidcfg.live.reading import listing_of
 from pidcfg.output.findings import errors_in, findings_data
@@ -25,7 +25,6 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.codecs import Scale
     from pidcfg.encoders.image import Encoding
     from pidcfg.live.link import Patience
     from pidcfg.live.pull import Source
@@ -163,7 +162,7 @@ def _registers(encoding: Encoding, source: Source) -> Iterator[Channel]:
                 show = _mode(source.vendor.load("mode_of"), number)
                 yield Channel(f"{block.loop}.{MODE}", (number,), show, block.start)
             elif signal is not None:
-                show = _value(word.codec, block.scales, number)
+                show = _value(partial(word.decode, scales=block.scales), number)
                 yield Channel(f"{block.loop}.{signal}", (number,), show, block.start)
 
 
@@ -173,10 +172,11 @@ def _tags(encoding: Encoding, source: Source) -> Iterator[Channel]:
         tags = source.vendor.load("tags")
         scales = {block.loop: block.scales for block in encoding.blocks}
         for entry in encoding.settings:
-            for signal, number, codec in tags(entry):
+            for signal, number, position in tags(entry):
                 if source.numbering is not None and has_place(source.numbering, number):
                     loop = str(entry["loop"])
-                    yield Channel(f"{loop}.{signal}", (number,), _value(codec, scales[loop], number))
+                    decode = partial(position.decode, scale=scales[loop][position.scale])
+                    yield Channel(f"{loop}.{signal}", (number,), _value(decode, number))
 
 
 def has_place(numbering: Any, number: Any) -> bool:
@@ -192,12 +192,12 @@ def _mode(mode_of: Callable[[int], str], number: int) -> Callable[[Mapping[Any, 
     return lambda words: mode_of(words[number])
 
 
-def _value(codec: Any, scales: Mapping[str, Scale], number: int) -> Callable[[Mapping[Any, int]], str]:
+def _value(decode: Callable[[int], Any], number: int) -> Callable[[Mapping[Any, int]], str]:
     """How a register is shown; empty: its content is no value."""
 
     def show(words: Mapping[Any, int]) -> str:
         try:
-            value = decode_one(codec, words[number], scales)
+            value = decode(words[number])
         except DecodeError:
             return ""
         return decimal_text(getattr(value, "value", value))

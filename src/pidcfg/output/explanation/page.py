@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pidcfg.encoders.codecs import Choice, DecodeError, Position, before_root
 from pidcfg.encoders.image import Block, Encoding, no_registers
 from pidcfg.encoders.parameters import read_content
-from pidcfg.encoders.regmap import decode_one, scale_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.schemas.limits import Limits, limits_at, unit_text, units_of
@@ -189,7 +188,7 @@ class Placement(NamedTuple):
 def is_before_root(word: Word, scales: Mapping[str, Scale]) -> bool:
     """Whether a word is compared with the PV of which the loop takes the root."""
     root = scales.get("sp")
-    return scale_of(word.codec) == "pv" and root is not None and root.root
+    return word.scale == "pv" and root is not None and root.root
 
 
 def share_before_root(word: Word, raw: int, scales: Mapping[str, Scale]) -> tuple[Decimal, Decimal | None]:
@@ -210,10 +209,10 @@ def unit_of(word: Word, units: Mapping[str, str]) -> str:
 
 def text_of(word: Word, raw: int, scaling: Scaling) -> str:
     """A content in words, empty where the scale is not known; raises `DecodeError` where it is no value."""
-    scale = scale_of(word.codec)
+    scale = word.scale
     if scale is not None and scale not in scaling.scales:
         return ""
-    value = decode_one(word.codec, raw, scaling.scales)
+    value = word.decode(raw, scaling.scales)
     if scale is not None:
         return _quantity(word, value, raw, scaling)
     if isinstance(word.codec, Choice):
@@ -231,7 +230,7 @@ def special_code(codec: Any, raw: int) -> str:
 
 
 def _quantity(word: Word, value: Any, raw: int, scaling: Scaling) -> str:
-    scale = scaling.scales[str(scale_of(word.codec))]
+    scale = scaling.scales[str(word.scale)]
     if is_before_root(word, scaling.scales):
         return _before_root(word, raw, scaling)
     bcd = getattr(word.codec, "bcd", None)

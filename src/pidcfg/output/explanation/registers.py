@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.regmap import SINGLE, Bits, NoRegisterError, RegisterMap, Word, decode_one, scale_of
+from pidcfg.encoders.regmap import SINGLE, NoRegisterError, RegisterMap, Word
 from pidcfg.output.explanation.book import WRITERS, Book, Line, Part, Record, unclaimed_word
 from pidcfg.output.explanation.page import (
     ADDRESS,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from pidcfg.encoders.listing import Listing
-    from pidcfg.encoders.regmap import Bank, Kind, Meaning, Space
+    from pidcfg.encoders.regmap import Bank, Kind, Meaning, Point, Space
     from pidcfg.output.explanation.book import Series, Start
     from pidcfg.output.explanation.page import Configured
     from pidcfg.text.references import Basis
@@ -144,7 +144,7 @@ class Registers(Book):
         """A register, or one of its bits."""
         rows = [row for row in table.bits if row.offset == word.offset and (bit is None or bit in row.bits)]
         row = rows[0] if bit is not None and rows else None
-        owner: Word | Bits = row or word
+        owner: Point = row or word
         title = "Bit without a meaning" if bit is not None and row is None else owner.title
         return RegisterRecord(
             kind="register" if bit is None else "bit",
@@ -212,7 +212,7 @@ class Registers(Book):
 
     def is_binary(self, word: Word) -> bool:
         """Whether a register that is shown in hexadecimal holds counts in binary, not in BCD."""
-        return self.hexadecimal and scale_of(word.codec) is not None and "BCD" not in word.codec.notation
+        return self.hexadecimal and word.scale is not None and "BCD" not in word.codec.notation
 
     def kind(self, table: RegisterMap) -> Kind:
         """What the registers of a block hold."""
@@ -251,9 +251,9 @@ class Registers(Book):
 
     def _outside(self, word: Word, raw: int) -> str:
         """What the manual allows, where a number is none of it, nor a code."""
-        number = word.path and scale_of(word.codec) is None and not special_code(word.codec, raw)
+        number = word.path and word.scale is None and not special_code(word.codec, raw)
         limits = key_limits(self.schema, word.path) if number and word.path else None
-        value = decode_one(word.codec, raw, {}) if limits is not None else None
+        value = word.decode(raw) if limits is not None else None
         return limits_text(limits) if limits and isinstance(value, Decimal) and not limits.holds(value) else ""
 
     def lines(self, listing: Listing, options: Mapping[str, Any]) -> Iterator[Line]:
@@ -362,7 +362,7 @@ class RegisterBook(Registers):
 
     def _notes(self, placement: Placement, name: str, content: int | None) -> Iterator[str]:
         """What would make the answer better, and what the file and the given content have to do with each other."""
-        if placement.scaling is None and content is not None and scale_of(placement.word.codec):
+        if placement.scaling is None and content is not None and placement.word.scale:
             yield "with --in FILE the value is shown in engineering units"
         if self.root is not None and is_before_root(placement.word, (placement.scaling or UNKNOWN).scales):
             before = "this word and its number in the file are about the PV before"

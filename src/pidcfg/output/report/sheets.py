@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Block, Cell, Encoding
     from pidcfg.encoders.parameters import Entry
-    from pidcfg.encoders.regmap import Word
+    from pidcfg.encoders.regmap import Point, Word
     from pidcfg.output.explanation.parameters import ParameterBook
     from pidcfg.output.report.content import RunSheet, SourceFile, Title
     from pidcfg.text.diagnostics import Diagnostic
@@ -255,14 +255,13 @@ def places_of(encoding: Encoding, loop: int) -> dict[str, str]:
     """
     places: dict[str, list[str]] = {}
     for block in encoding.blocks:
-        rows: tuple[Word | Bits, ...] = (*block.table.words, *block.table.bits)
-        for row in rows if _belongs(block, loop) else ():
+        for row in block.table.points if _belongs(block, loop) else ():
             if row.path is not None:
                 path = path_text((*block.place[2:], row.path)).removesuffix(".0").removesuffix(".1")
                 name = encoding.space.name(block.start + row.offset)
-                plural = "s" if isinstance(row, Bits) and len(row.bits) > 1 else ""
-                numbers = f" bit{plural} {bit_numbers(row)}" if isinstance(row, Bits) else ""
-                for key in filter(None, (path, None if isinstance(row, Bits) else row.instead)):
+                plural = "s" if len(row.bits) > 1 else ""
+                numbers = f" bit{plural} {bit_numbers(row)}" if row.bits else ""
+                for key in filter(None, (path, row.instead)):
                     places.setdefault(key, []).append(name + numbers)
     return {path: ", ".join(names) for path, names in places.items()}
 
@@ -379,7 +378,7 @@ def _bits(row: Bits, raw: int) -> content.Bit:
     return content.Bit(bit_numbers(row), state, spelled or "", row.title, row.access)
 
 
-def bit_numbers(row: Bits) -> str:
+def bit_numbers(row: Point) -> str:
     """The bits of a choice, the most significant first, as its state is written."""
     return ", ".join(map(str, reversed(row.bits))) if len(row.bits) < 5 else f"{row.bits[-1]} to {row.bits[0]}"
 

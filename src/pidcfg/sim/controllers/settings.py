@@ -6,14 +6,12 @@ import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from pydantic_core import PydanticCustomError
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, content_text, register_content, store
-from pidcfg.encoders.regmap import Bits, RegisterMap, Word, encode_one
 from pidcfg.schemas.base import Quantity, parse_flag, parse_seconds
 from pidcfg.schemas.limits import SIDES
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
@@ -25,7 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import MutableSequence, Sequence
     from decimal import Decimal
 
-    from pidcfg.encoders.codecs import Scale
+    from pidcfg.encoders.regmap import Point, RegisterMap, Word
+
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a scenario's ``set`` may write: a key of the configuration to its register, by the register map's own codecs.
@@ -33,23 +32,20 @@ if TYPE_CHECKING:
 # and the last part of a key where only one register has it (``gain``). A vendor makes a `Keys` of its register map.
 
 FITS = "write a value inside the limits"
-Row = Word | Bits
 Parser = Callable[[object], object]
 
 
-def rows_of(tables: Iterable[RegisterMap], left_out: Iterable[str] = ()) -> dict[str, Row]:
+def rows_of(tables: Iterable[RegisterMap], left_out: Iterable[str] = ()) -> dict[str, Point]:
     """Every register and choice with a path that is not ``left_out``, by its path."""
-    rows: list[Row] = []
-    for table in tables:
-        rows += [*table.words, *table.bits]
-    return {row.path: row for row in rows if row.path is not None and row.path not in set(left_out)}
+    points = (point for table in tables for point in table.points)
+    return {point.path: point for point in points if point.path is not None and point.path not in set(left_out)}
 
 
 @dataclass(frozen=True, slots=True)
 class Keys:
     """The keys that can be set in a running loop."""
 
-    rows: Mapping[str, Row]
+    rows: Mapping[str, Point]
     """The registers and choices behind them, by path; the two ends of a pair end in ``.0`` and ``.1``."""
     short: Mapping[str, str]
     """Short forms; every vendor has ``setpoint`` and ``output``."""
@@ -60,7 +56,7 @@ class Keys:
     parser: Callable[[Word], Parser] = lambda _word: parse_number
     """How the value of any other register is written."""
 
-    def find(self, path: tuple[str, ...]) -> list[Row]:
+    def find(self, path: tuple[str, ...]) -> list[Point]:
         """The registers behind a key: one, or both ends of a pair of limits; refuses what cannot be set."""
         key = self.short.get(dotted(path), dotted(path))
         if key in self.events:
@@ -78,14 +74,14 @@ class Keys:
         cure = f"did you mean {near}?" if near else "write a key of the loop's configuration"
         return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=cure)
 
-    def check(self, path: tuple[str, ...], value: object, encode: Callable[[Row, Any], int]) -> object:
+    def check(self, path: tuple[str, ...], value: object, encode: Callable[[Point, Any], int]) -> object:
         """The parsed value of a key; a ``PydanticCustomError`` says why its registers cannot hold it."""
         rows = self.find(path)
         parsed = self.parse(rows, value)
         check_fit(rows, parsed, encode)
         return parsed
 
-    def parse(self, rows: list[Row], value: object) -> object:
+    def parse(self, rows: list[Point], value: object) -> object:
         """The value of a key as its registers take it; of a pair both."""
         if len(rows) == 1:
             return self.parse_row(rows[0], value)
@@ -93,7 +89,7 @@ class Keys:
             refuse("pair_type", "both limits are wanted", help="write [low, high]")
         return tuple(self.parse_row(row, item) for row, item in zip(rows, value, strict=True))
 
-    def parse_row(self, row: Row, value: object) -> object:
+    def parse_row(self, row: Point, value: object) -> object:
         """One register's value, as strictly as in the configuration file."""
         choices = choices_of(row)
         if choices is None:
@@ -108,23 +104,17 @@ class Keys:
         return known[str(value)]
 
 
-def choices_of(row: Row) -> list[Any] | None:
+def choices_of(row: Point) -> list[Any] | None:
     """What a switch can be; None for a register that holds a number."""
-    choices = row.choices if isinstance(row, Bits) else getattr(row.codec, "choices", None)
-    return None if choices is None else list(choices.values())
+    return None if row.choices is None else list(row.choices.values())
 
 
-def encode_row(row: Row, value: Any, scales: Mapping[str, Scale] = MappingProxyType({})) -> int:
-    """A parsed value to its word, or to its bits in place; `EncodeError` when the register cannot hold it."""
-    return row.encode(value) if isinstance(row, Bits) else encode_one(row.codec, value, scales)
-
-
-def items_of(rows: list[Row], value: Any) -> Iterator[tuple[Row, Any]]:
+def items_of(rows: list[Point], value: Any) -> Iterator[tuple[Point, Any]]:
     """Each register behind a key with its part of the value: a pair of limits has two."""
     return zip(rows, value if len(rows) > 1 else [value], strict=True)
 
 
-def check_fit(rows: list[Row], value: Any, encode: Callable[[Row, Any], int]) -> None:
+def check_fit(rows: list[Point], value: Any, encode: Callable[[Point, Any], int]) -> None:
     """Refuses a parsed value that its registers cannot hold."""
     for row, item in items_of(rows, value):
         try:
@@ -136,10 +126,10 @@ def check_fit(rows: list[Row], value: Any, encode: Callable[[Row, Any], int]) ->
             refuse("set_value", message, help=FITS)
 
 
-def _unit(row: Row, item: object) -> str:
+def _unit(row: Point, item: object) -> str:
     """The unit of a register with a blank before it; empty where it is the loop's own, or the value says it."""
-    unit = row.unit if isinstance(row, Word) else ""
-    return f" {unit}" if unit and "counts" not in str(item) and not any(side in unit for side in SIDES) else ""
+    is_own = any(side in row.unit for side in SIDES)
+    return "" if not row.unit or is_own or "counts" in str(item) else f" {row.unit}"
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -33,13 +33,13 @@ from pidcfg.sim.controllers.click.equation import (
     State,
 )
 from pidcfg.sim.controllers.kernels import GOAL_ENDS, tell_request
-from pidcfg.sim.controllers.settings import Keys, Row, encode_row, items_of, rows_of
+from pidcfg.sim.controllers.settings import Keys, items_of, rows_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from decimal import Decimal
 
-    from pidcfg.encoders.regmap import Word
+    from pidcfg.encoders.regmap import Point, Word
 
 # --- Mode requests of a CLICK loop: what is granted, refused or overridden, and the bumpless transfer (D119) ----------
 #
@@ -243,11 +243,11 @@ PARSERS: dict[str, Callable[[object], object]] = {
 KEYS = Keys(rows_of(TABLES, FIXED), SHORT, EVENTS, PARSERS, lambda _word: parse_plain)
 
 
-def encode_setting(row: Row, value: Any, sample_rate: Decimal) -> int:
+def encode_setting(row: Point, value: Any, sample_rate: Decimal) -> int:
     """A parsed value to the bits of its register; ``sample_rate`` is the present one in s."""
     if isinstance(value, Rate):
         value = value.per_sample(sample_rate).value
-    return encode_row(row, value)
+    return row.encode(value)
 
 
 def check_setting(path: tuple[str, ...], value: object, sample_rate: Decimal) -> object:

@@ -6,12 +6,11 @@ from collections.abc import Mapping, MutableSequence, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.codecs import DecodeError, Scale
 from pidcfg.encoders.dl06.image import alarm_order_broken, check_ramp_soak
 from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_SIZE, RESET
-from pidcfg.encoders.regmap import Bits, RegisterMap, Word, decode_one
 from pidcfg.schemas.base import Quantity
 from pidcfg.sim.controllers.kernels import (
     LoopConfig,
@@ -23,6 +22,9 @@ from pidcfg.sim.controllers.kernels import (
     renew_alarm,
 )
 from pidcfg.sim.controllers.plc import TICKS
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.regmap import Point, RegisterMap
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a DL06 loop knows: `Config` (decoded words, fixed during a run) and `State` (what the controller writes).
@@ -252,24 +254,19 @@ def decode_block(
     """Every value of a block by path, and its words that have no value; ``start`` is where the block begins."""
     values: dict[str, Any] = {}
     problems: list[NoWord] = []
-    rows: tuple[Word | Bits, ...] = (*table.bits, *table.words)
-    for row in rows:
+    points: tuple[Point, ...] = (*table.bits, *table.words)
+    for row in points:
         if row.path is None:
             continue
-        if isinstance(row, Word) and not scales:
+        if not (row.bits or scales):
             scales = raw_scales(values)
         try:
-            values[row.path] = decode_row(row, words[row.offset], scales)
+            values[row.path] = row.decode(words[row.offset], scales)
         except DecodeError as error:
-            setting = isinstance(row, Bits) or row.access != "status"
+            setting = bool(row.bits) or row.access != "status"
             problems.append(NoWord(f"+{start + row.offset:02o} {row.title}: {error}; taken as 0", setting))
-            values[row.path] = decode_row(row, 0, scales)
+            values[row.path] = row.decode(0, scales)
     return values, problems
-
-
-def decode_row(row: Word | Bits, word: int, scales: Mapping[str, Scale]) -> Any:
-    """One register's or choice's value."""
-    return row.decode(word) if isinstance(row, Bits) else decode_one(row.codec, word, scales)
 
 
 def decode_loop(words: Sequence[int], reset_decimals: int) -> tuple[Values, list[NoWord]]:

@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping
 from decimal import Decimal
 from functools import cache
 from math import sqrt
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.codecs import Bcd, Scale
 from pidcfg.encoders.maps.dl06 import LOOP_TABLES, RESET
-from pidcfg.encoders.regmap import Bits, Word, decode_one
 from pidcfg.schemas.base import Rate, parse_quantity, parse_rate, parse_seconds, parse_text, parse_v_address
 from pidcfg.schemas.dl06 import Reset, parse_reset
 from pidcfg.schemas.numbers import parse_number
@@ -45,7 +44,10 @@ from pidcfg.sim.controllers.dl06.equation import (
 )
 from pidcfg.sim.controllers.kernels import GOAL_ENDS, NEAREST, step_to, tell_request
 from pidcfg.sim.controllers.plc import TICKS
-from pidcfg.sim.controllers.settings import Keys, Row, check_fit, encode_row, rows_of
+from pidcfg.sim.controllers.settings import Keys, check_fit, rows_of
+
+if TYPE_CHECKING:
+    from pidcfg.encoders.regmap import Point, Word
 
 # --- Mode requests of a DL06 loop: what is granted, refused or overridden, and the bumpless transfers -----------------
 #
@@ -456,17 +458,17 @@ def parser_of(word: Word) -> Callable[[object], object]:
     return parse_number if isinstance(word.codec, Bcd) else parse_quantity
 
 
-def find_rows(path: tuple[str, ...], reset_decimals: int = 1) -> list[Row]:
+def find_rows(path: tuple[str, ...], reset_decimals: int = 1) -> list[Point]:
     """The registers behind a key: one, or both ends of a pair of limits."""
     return keys(reset_decimals).find(("remote_setpoint",) if path == (CASCADE_FROM,) else path)
 
 
-def parse_setting(path: tuple[str, ...], rows: list[Row], value: object) -> object:
+def parse_setting(path: tuple[str, ...], rows: list[Point], value: object) -> object:
     """The value of a key as its registers take it; every number of decimals is written alike."""
     return parse_text(value) if path == (CASCADE_FROM,) else keys(1).parse(rows, value)
 
 
-def encode_setting(row: Row, value: Any, values: Mapping[str, Any], scales: Scales) -> int:
+def encode_setting(row: Point, value: Any, values: Mapping[str, Any], scales: Scales) -> int:
     """A parsed value to its word, or to its bits in place; `EncodeError` when the word cannot hold it.
 
     Raw counts are the content of the word, of a root loop's set point too (D651).
@@ -477,7 +479,7 @@ def encode_setting(row: Row, value: Any, values: Mapping[str, Any], scales: Scal
         value = reset_digits(value, str(values["tuning.reset_unit"]))
     elif isinstance(value, Rate):
         value = value.per_sample(values["sample_rate"])
-    return encode_row(row, value, scales)
+    return row.encode(value, scales)
 
 
 def reset_digits(reset: Reset, unit: str) -> Decimal:
@@ -489,12 +491,12 @@ def reset_digits(reset: Reset, unit: str) -> Decimal:
     return reset.duration.seconds() / (60 if unit == "minutes" else 1)
 
 
-def stored_rate(row: Row, value: Any) -> Decimal:
+def stored_rate(row: Point, value: Any) -> Decimal:
     """A sample rate as its word holds it, in s."""
     word = encode_setting(row, value, {}, {})
-    return Decimal(row.decode(word) if isinstance(row, Bits) else decode_one(row.codec, word, {}))
+    return Decimal(row.decode(word))
 
 
-def fits(rows: list[Row], value: Any, values: Mapping[str, Any], scales: Scales) -> None:
+def fits(rows: list[Point], value: Any, values: Mapping[str, Any], scales: Scales) -> None:
     """Refuses a value that its word cannot hold."""
     check_fit(rows, value, lambda row, item: encode_setting(row, item, values, scales))

@@ -20,7 +20,6 @@ from pidcfg.encoders.maps.dl06 import (
     READ_LATE,
     TABLE_POINTER,
 )
-from pidcfg.encoders.regmap import Bits, Word, encode_one
 from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06 import operate as dl06_modes
@@ -71,8 +70,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, MutableSequence, Sequence
 
     from pidcfg.encoders.image import Image
+    from pidcfg.encoders.regmap import Point
     from pidcfg.schemas.base import Quantity
-    from pidcfg.sim.controllers.settings import Row
 
 # ----------------------------------------------------------------------------------------------------------------------
 # How much the loops lengthen the PLC's scan, by the formula of the manual ("PID Loop Effect on CPU Scan Time").
@@ -150,13 +149,12 @@ class Loop:
         """Renew the values from the words that have been read."""
         self.values, _ = decode_loop(self.read, self.decimals)
 
-    def store(self, row: Row, word: int) -> str | None:
+    def store(self, row: Point, word: int) -> str | None:
         """Write raw content, of a choice its bits in place; returns why the controller does not know it yet, if so."""
-        if isinstance(row, Bits):
-            word |= self.memory[row.offset] & ~row.mask
+        word |= self.memory[row.offset] & ~row.mask
         rose = word & ~self.memory[row.offset]
         self.memory[row.offset] = word
-        if isinstance(row, Word) and row.read in READ_LATE:
+        if row.read in READ_LATE:
             return f"+{row.offset:02o} {READ_LATE[row.read]}"
         self.read[row.offset] = word
         if rose:
@@ -179,7 +177,7 @@ class Loop:
         self.results = {name: float(value) for name, value in results.items()}
         for name, value in results.items():
             word = LOOP_TABLES[self.decimals].word(name)
-            self.memory[word.offset] = self.read[word.offset] = encode_one(word.codec, value, {})
+            self.memory[word.offset] = self.read[word.offset] = word.encode(value)
         self.decode()
 
 
@@ -587,7 +585,7 @@ class Dl06(Memory):
             signals,
         )
 
-    def write(self, loop: int, written: Sequence[tuple[Row, int]], signals: MutableSequence[float]) -> str | None:
+    def write(self, loop: int, written: Sequence[tuple[Point, int]], signals: MutableSequence[float]) -> str | None:
         """Write raw contents, of a choice its bits in place; as `set` otherwise."""
         words, late = self.memory(loop), []
         for row, raw in written:

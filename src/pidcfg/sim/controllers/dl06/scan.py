@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError, bcd_digits
 from pidcfg.encoders.maps.dl06 import ERROR_FLAGS, FORMATS, LOOP_COUNT, LOOP_TABLE, LOOP_TABLES, SPACE, TABLE_POINTER
-from pidcfg.encoders.regmap import Bits, Word, decode_one
 from pidcfg.sim.controllers.dl06.autotune import tune
 from pidcfg.sim.controllers.dl06.equation import (
     CASCADE,
@@ -47,6 +46,8 @@ from pidcfg.sim.costs import COSTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, MutableSequence, Sequence
+
+    from pidcfg.encoders.regmap import Bits, Word
 
 # --- The virtual DL06: one scan of its loop task ----------------------------------------------------------------------
 #
@@ -261,7 +262,7 @@ class Dl06Registers(Registers):
             return self._write_bits(loop, row, raw, signals)
         memory = self.plc.memory(loop)
         try:
-            decode_one(LOOP_TABLES[memory.decimals].words[row.offset].codec, raw, raw_scales(memory.values))
+            LOOP_TABLES[memory.decimals].words[row.offset].decode(raw, raw_scales(memory.values))
         except DecodeError as error:
             raise RegisterError(NO_VALUE, f"{name}: {error}") from None
         late = self.plc.write(loop, [(row, raw)], signals)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, cast
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.maps.ezlogix import BLOCKS, LEAST_SAMPLE_RATE, R_BLOCK, S_BLOCK, SPACE
-from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.ezlogix import CV_FULL, TAG, LoopSettings
 from pidcfg.sim.controllers.autotune import POINTS
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
@@ -29,7 +28,7 @@ from pidcfg.sim.controllers.ezlogix.operate import (
 )
 from pidcfg.sim.controllers.kernels import NEVER, clamp, read_registers, tell
 from pidcfg.sim.controllers.plc import SWITCH_AND_TUNE, TICKS, CountsPlc, NoOptions, low_and_width
-from pidcfg.sim.controllers.settings import encode_row, items_of
+from pidcfg.sim.controllers.settings import items_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -326,12 +325,12 @@ class Ezlogix(CountsPlc):
 
     def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The CV that a loop starts with."""
-        self._set_cv(loop, encode_row(CV, value, self._loops[loop].scales()), signals)
+        self._set_cv(loop, CV.encode(value, self._loops[loop].scales()), signals)
 
     def check_set(self, loop: int, path: tuple[str, ...], value: object) -> object:
         """The value of a ``set`` event as its registers take it; a ``PydanticCustomError`` says what is wrong."""
         scales = self._loops[loop].scales()
-        return KEYS.check(path, value, lambda row, item: encode_row(row, item, scales))
+        return KEYS.check(path, value, lambda row, item: row.encode(item, scales))
 
     def period_set(self, loop: int, path: tuple[str, ...], value: Any) -> int:
         """The sample rate that a value for this key makes, in ticks; 0: another key, or a rate that is none."""
@@ -339,18 +338,18 @@ class Ezlogix(CountsPlc):
         if str(rows[0].path) != "sample_rate":
             return 0
         row: Word = R_BLOCK.word("sample_rate")
-        raw = encode_row(row, value, self._loops[loop].scales())
-        return ticks(decode_one(row.codec, raw, {})) if raw >= LEAST_SAMPLE_RATE else 0
+        raw = row.encode(value, self._loops[loop].scales())
+        return ticks(row.decode(raw)) if raw >= LEAST_SAMPLE_RATE else 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect, if so."""
         rows: list[Any] = KEYS.find(path)
         scales = self._loops[loop].scales()
         if rows[0] is CV:
-            return self.write_output(loop, encode_row(CV, value, scales), signals)
+            return self.write_output(loop, CV.encode(value, scales), signals)
         late = None
         for row, item in items_of(rows, value):
-            late = self.write(loop, cast("Word", row), encode_row(row, item, scales), signals)  # the blocks are Words
+            late = self.write(loop, cast("Word", row), row.encode(item, scales), signals)  # the blocks are Words
         return late
 
     def write(self, loop: int, row: Word, raw: int, signals: MutableSequence[float]) -> str | None:

@@ -13,7 +13,6 @@ from typing import Any
 from pidcfg.encoders.click.image import deviation_alarms_on, pv_alarms_on, values_of
 from pidcfg.encoders.image import Block, Encoding, switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
-from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.click import ClickFile, Loop
 from pidcfg.text.frozen import frozen
 from pidcfg.validate.ideas import Context, Extent, Pair, View, complete, extents_of, number_with_unit
@@ -57,7 +56,7 @@ class LoopView(View[Loop]):
             return None
         if name not in self._held:
             block, word = PLACES[name]
-            self._held[name] = Decimal(decode_one(word.codec, self.blocks[block].encoded.words[word.offset], {}))
+            self._held[name] = Decimal(word.decode(self.blocks[block].encoded.words[word.offset]))
         return self._held[name]
 
     def holds(self, *names: str) -> list[Decimal]:

@@ -26,7 +26,6 @@ from pidcfg.encoders.dl06.image import (
 )
 from pidcfg.encoders.image import Block, Encoding, switched_on
 from pidcfg.encoders.maps.dl06 import CPU, LOOP_TABLE, RESET
-from pidcfg.encoders.regmap import scale_of
 from pidcfg.schemas.base import v_name
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
 from pidcfg.schemas.numbers import decimal_text
@@ -128,7 +127,7 @@ class LoopView(View[Loop]):
         value = self.value(name)
         if value is None:
             return "0 counts (not given)"
-        scale = scale_of(WORDS[name].codec)
+        scale = WORDS[name].scale
         return str(value) if scale is None else self.text(value, scale, self.counts(name))
 
     def text(self, value: Quantity, scale: str, counts: int | None) -> str:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
-from pidcfg.encoders.regmap import decode_one
 from pidcfg.schemas.ezlogix import REGISTERS, EzlogixFile, Loop
 from pidcfg.text.frozen import frozen
 from pidcfg.validate.ideas import Context, Extent, View, complete, extents_of, number_with_unit
@@ -56,7 +55,7 @@ class LoopView(View[Loop]):
     def held(self, name: str) -> Decimal | None:
         """The number that an unscaled register stands for: seconds, or the gain; None when the value does not fit."""
         raw = self.counts(name)
-        return None if raw is None else Decimal(decode_one(R_BLOCK.words[PLACES[name]].codec, raw, {}))
+        return None if raw is None else Decimal(R_BLOCK.words[PLACES[name]].decode(raw))
 
     def holds(self, *names: str) -> list[Decimal]:
         """The numbers of several registers; empty as soon as one does not fit."""
