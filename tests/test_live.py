@@ -18,6 +18,8 @@ import pytest
 import pidcfg
 from apart import apart
 from live_rig import ASKED, CLICK, DL06, READS, ROOT, Registers, run, words_of
+from pidcfg.encoders.codecs import single_bits
+from pidcfg.encoders.image import Cell, Image
 from pidcfg.encoders.maps.dl06 import LOOP_TABLE
 from pidcfg.encoders.regmap import SINGLE, WORD
 from pidcfg.live import link as link_module
@@ -473,9 +475,9 @@ def test_what_came_instead_of_an_answer(came, serial, said):
     ],
 )
 def test_numbers_whose_registers_stand_in_the_other_order(values, said):
-    cells = [SimpleNamespace(address=f"X{i}", kind=SINGLE, value=value) for i, value in enumerate(values)]
-    cells += [SimpleNamespace(address="W", kind=WORD, value=1e-40)] * 5
-    found = list(implausible_contents(SimpleNamespace(cells=cells)))
+    cells = [Cell(f"X{i}", i, single_bits(value), "", kind=SINGLE) for i, value in enumerate(values)]
+    cells += [Cell("W", 0, 1, "", kind=WORD)] * 5
+    found = list(implausible_contents(Image("click", tuple(cells))))
     assert [text.startswith(said) for text in found] == ([True] if said else [])
 
 
@@ -685,6 +687,8 @@ def test_no_module_that_reads_has_a_call_that_writes():
     assert clients == ["link.py"]
 
 
-def test_no_server_was_asked_to_write():
+def test_no_server_was_asked_to_write(desk, memory):
+    with desk.plc(Registers(memory[DL06])) as url:
+        pidcfg.pull(url, vendor="dl06")
     assert ASKED
     assert ASKED <= READS

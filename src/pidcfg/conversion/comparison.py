@@ -13,7 +13,6 @@ from pidcfg.conversion.ledger import ConvertError, number_of, overlap
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.conversion.terms import SIGNALS, Item, Owner, Wired
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.parameters import Program
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -118,11 +117,12 @@ def neutral_side(config: Any, vendor: Vendor, *, partial: bool = False) -> Neutr
     Raises `ConvertError` where it does not say what its values mean, unless it may be ``partial``: loops without a
     neutral form are then none. A vendor that names its parameters may have such loops in any case.
     """
-    image = vendor.encoder(config).image
+    encoding = vendor.encoder(config)
+    image = encoding.image
     held: Any = vendor.model.model_validate(vendor.load("decode")(image.words, image.settings, image.plc).data)
     neutral: list[NeutralLoop] = vendor.load("to_neutral")(held)
     missing = [entry for loop in neutral for entry in loop.missing]
-    if missing and not partial and not isinstance(image, Program):
+    if missing and not partial and encoding.space is not None:
         raise ConvertError(missing)
     whole = [loop for loop in neutral if not loop.missing]
     models = iter(generic_file(held, whole).loops if whole else ())
@@ -160,9 +160,7 @@ def neutral_fields(fields: Mapping[str, list[tuple[str, tuple[str, ...]]]], owne
 
 def with_ranges(config: Any, encoding: Any) -> Any:
     """A configuration in which a scale without a range counts from end to end, so that it has a neutral form."""
-    scales = {
-        block.place[1]: block.scales for block in getattr(encoding, "blocks", ()) if block.place[:1] == ("loops",)
-    }
+    scales = {block.place[1]: block.scales for block in encoding.blocks if block.place[:1] == ("loops",)}
     loops = []
     for i, loop in enumerate(config.loops):
         given: dict[str, BaseModel] = {}

@@ -139,7 +139,7 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
 
 def _widths(encoding: Encoding) -> Iterator[tuple[Path, Decimal]]:
     """The positions of a file by place, each with the width of its scale."""
-    for block in getattr(encoding, "blocks", ()):  # a program has none: its parameters are numbers
+    for block in encoding.blocks:
         for word in block.table.words:
             if isinstance(word.codec, Position) and word.path is not None:
                 scale = block.scales[word.codec.scale]

@@ -256,6 +256,8 @@ class Item:
     """Whether no listing says it."""
     optional: bool = False
     """Whether a file may leave its register alone."""
+    number: Any = None
+    """What tells its register or parameter from the others of an image; None: it has none."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ from pidcfg.conversion.terms import (
 from pidcfg.encoders.codecs import Choice, DecodeError
 from pidcfg.encoders.decoding import Reading, name_in
 from pidcfg.encoders.listing import few
-from pidcfg.encoders.parameters import Entry, Program, content_text, read_content
+from pidcfg.encoders.parameters import Entry, content_text, read_content
 from pidcfg.encoders.regmap import D345, NoRegisterError, Written, writer_of
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.iec import BOOL, DINT, LOOP_MODE, LREAL, Wire
@@ -191,14 +191,16 @@ class _Block:
         if len(row.bits) == 1:
             address, text = f"{address}.{row.bits[0]}", str(raw >> row.bits[0] & 1)
         access = row.access if row.access != "setting" else word.access
-        kind, value = kind_by(access, None), self.value(row)
-        return Item(key, number(value), "", raw & row.mask, address, text, kind, fault=self.fault(row.offset))
+        kind, value, fault = kind_by(access, None), self.value(row), self.fault(row.offset)
+        at = self.block.start + row.offset
+        return Item(key, number(value), "", raw & row.mask, address, text, kind, fault=fault, number=at)
 
     def bits(self, word: Word, name: str, mask: int, kind: Kind) -> Item:
         """The bits of a word that the PLC sets, or that ask it for something; or those that are nobody's."""
         raw, (address, text) = self.raw(word.offset), self.place(word.offset)
         content = None if raw is None else raw & mask
-        return Item(self.prefix + name, None, "", content, address, text, kind, known=raw is not None)
+        key, at = self.prefix + name, self.block.start + word.offset
+        return Item(key, None, "", content, address, text, kind, known=raw is not None, number=at)
 
     def register(self, word: Word, writer: Written | None) -> Item:
         """A register of its own."""
@@ -210,7 +212,8 @@ class _Block:
         kind, by = kind_by(word.access, writer), "" if writer is None else writer.by
         if outer := self.outputs.get(address):
             kind, by = "live", f"{outer}, whose output it is"
-        return Item(key, value, unit, raw, address, text, kind, by, self.fault(word.offset))
+        at = self.block.start + word.offset
+        return Item(key, value, unit, raw, address, text, kind, by, self.fault(word.offset), number=at)
 
     def shown(self, word: Word, raw: int, key: str) -> tuple[str, Any, str]:
         """The key of a register, what the file says of it, and its unit; else what its content means."""
@@ -241,9 +244,9 @@ class _Block:
 
     def place(self, offset: int) -> tuple[str, str]:
         """The address of a register, and its content as the PLC shows it."""
-        space, number_ = self.subject.encoding.space, self.block.start + offset
+        space, address = self.subject.encoding.space, self.block.start + offset
         raw = self.raw(offset)
-        return space.name(number_), "" if raw is None else space.shown(number_, raw)
+        return space.name(address), "" if raw is None else space.shown(address, raw)
 
 
 # --- Terms of a vendor whose parameters have names: every parameter of a loop, of a block, and the signals ------------
@@ -329,6 +332,7 @@ def _item(subject: Subject, cell: Entry, key: str, model: Any, writer: Written |
         "" if writer is None or isinstance(content, Wire) else writer.by,
         fault,
         known,
+        number=cell.number,
     )
 
 
@@ -382,12 +386,11 @@ def unplaced_words(
 
 def terms_of(subject: Subject) -> Terms:
     """A side by its registers, or by its named parameters; of a listing without a configuration also all else of it."""
-    image, reading = subject.encoding.image, subject.reading
-    is_named = isinstance(image, Program)
-    terms = (parameter_terms if is_named else memory_terms)(subject)
+    encoding, reading = subject.encoding, subject.reading
+    terms = parameter_terms(subject) if encoding.space is None else memory_terms(subject)
     if reading is not None and reading.fault:
-        held = reading.listing.words if is_named or reading.listing.mixed else image.words
-        names = {name_in(entry) for entry in image.settings}
+        held = reading.listing.words if encoding.space is None or reading.listing.mixed else encoding.image.words
+        names = {name_in(entry) for entry in encoding.image.settings}
         terms.owners[0].items.update(unplaced_words(reading.listing, subject.vendor, held, names))
     return terms
 
@@ -435,17 +438,9 @@ def changes_from(subject: Subject, listing: Listing, *, live: bool) -> Changes:
 
 def _differing(subject: Subject, listing: Listing) -> Iterator[tuple[str, Item, Any]]:
     """Every register or parameter whose content differs: its owner, what it is, and its number."""
-    owners = terms_of(subject).owners
-    if isinstance(subject.encoding.image, Program):
-        items = {owner.name: owner.items for owner in owners}
-        for cell in subject.encoding.image.cells:
-            if cell.address not in listing.words or content_of(listing.words[cell.address]) != content_of(cell.raw):
-                owner = owner_of(cell.address, items)
-                yield owner, items[owner][cell.field], cell.number
-        return
-    held = Subject(*subject[:3], Reading(listing, subject.config, subject.encoding, {}))
-    for new, old in zip(owners, terms_of(held).owners, strict=True):
+    held = Subject(*subject[:3], Reading(listing, subject.config, subject.encoding, {}, partial=True))
+    for new, old in zip(terms_of(subject).owners, terms_of(held).owners, strict=False):
         for key, item in new.items.items():
             other = old.items.get(key)
-            if item.address and (other is None or not other.known or other.content != item.content):
-                yield new.name, item, subject.encoding.space.parse(item.address.partition(".")[0])
+            if item.number is not None and (other is None or not other.known or other.content != item.content):
+                yield new.name, item, item.number

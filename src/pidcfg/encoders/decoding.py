@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Decoded, NoValueError, RefusedError, read_settings
 from pidcfg.encoders.listing import Listing, ListingError, columns, few, first_line, kind_of
-from pidcfg.encoders.parameters import Elsewhere, Program
+from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.regmap import NoRegisterError
 from pidcfg.text.paths import dotted, has_key, put, steps, value_at
 from pidcfg.text.reader import DEFAULT
@@ -388,7 +388,9 @@ class _Reader:
         if not path:
             return False
         held = self.listing.words.keys() - self.unreadable.keys()
-        places = [place for place in dict.fromkeys(self._places(name, path)) if place in held]
+        places = [
+            place for place in dict.fromkeys(self.like[1].places_under(name, dotted(path), self.words)) if place in held
+        ]
         for place in places:
             self.unreadable[place] = str(error)
             if place in self.given:
@@ -415,21 +417,6 @@ class _Reader:
                 inner.append(step)
                 item = value_at(item, (step,))
         return str(value_at(self.data, (top, rest[0], "name"))), _named(inner)
-
-    def _places(self, name: str, path: Path) -> Iterator[Any]:
-        """The words of the listing that hold a section of a loop."""
-        key = dotted(path)
-        if isinstance(self.image, Program):
-            whole = f"{name}.{key}" if name else key
-            yield from (word for word in self.words if word == whole or word.startswith(f"{whole}."))
-            return
-        for block in self.like[1].blocks:
-            if block.loop == name:
-                inner = dotted(block.place[2:])
-                for row in block.table.points:
-                    own = ".".join(part for part in (inner, row.path) if part)
-                    if row.path is not None and (own == key or own.startswith(f"{key}.")):
-                        yield block.start + row.offset
 
 
 def _named(path: Sequence[str | int]) -> Path:

@@ -6,13 +6,14 @@ from copy import deepcopy
 from dataclasses import field
 from decimal import Decimal
 from functools import cache, cached_property
+from math import isfinite
 from types import MappingProxyType, UnionType
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.regmap import WORD, Kind, NoRegisterError
+from pidcfg.encoders.regmap import SINGLE, WORD, Kind, NoRegisterError
 from pidcfg.schemas.base import Model, Quantity
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
@@ -54,6 +55,20 @@ class Cell:
     def text(self) -> str:
         """The content as a listing writes it."""
         return self.kind.text(self.raw)
+
+    @property
+    def single(self) -> float | None:
+        """The number, where it is one in single precision."""
+        return self.value if self.kind is SINGLE else None
+
+    @property
+    def no_number(self) -> str:
+        """The hexadecimal digits of an infinity or of what is no number, which JSON has no word for; empty: it has."""
+        return "" if isfinite(self.value) else self.hex
+
+    def data(self) -> dict[str, Any]:
+        """The register as JSON has it, exactly."""
+        return {"address": self.address, "hex": self.hex, "loop": self.loop, "field": self.field}
 
 
 @frozen
@@ -116,6 +131,8 @@ class Encoding:
     space: Space
     settings: tuple[Mapping[str, Any], ...] = ()
     plc: Mapping[str, Any] = field(default_factory=dict)
+    entries: ClassVar[tuple[()]] = ()
+    """It has no parameters with names."""
 
     @cached_property
     def image(self) -> Image:
@@ -144,6 +161,16 @@ class Encoding:
     def rounded(self) -> tuple[tuple[Path, Rounded], ...]:
         """Values that their registers hold only rounded, each with its place."""
         return tuple(((*b.place, *steps(r.path)), r) for b in self.blocks for r in b.encoded.rounded)
+
+    def places_under(self, loop: str, key: str, _: Iterable[Any]) -> Iterator[int]:
+        """The registers that hold a section of a loop."""
+        for block in self.blocks:
+            if block.loop == loop:
+                inner = dotted(block.place[2:])
+                for point in block.table.points:
+                    own = ".".join(part for part in (inner, point.path) if part)
+                    if point.path is not None and (own == key or own.startswith(f"{key}.")):
+                        yield block.start + point.offset
 
 
 @frozen

@@ -372,11 +372,9 @@ def _content(row: Mapping[str, str], kind: Kind, number: int) -> int:
 
 def write_json(image: Image, checklist: tuple[str, ...] = ()) -> str:
     """The layout of the public interface, spelled out key by key."""
-    return json_listing(image, checklist, [_json_cell(cell) for cell in image.cells])
-
-
-def _json_cell(cell: Cell) -> dict[str, Any]:
-    return {"address": cell.address, "value": cell.value, "hex": cell.hex, "loop": cell.loop, "field": cell.field}
+    return json_listing(
+        image, checklist, [{"address": cell.address, "value": cell.value} | cell.data() for cell in image.cells]
+    )
 
 
 def read_json(text: str, space: Space) -> Listing:

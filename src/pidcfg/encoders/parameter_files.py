@@ -142,20 +142,7 @@ def read_csv(text: str) -> Listing:
 
 def write_json(image: Program, checklist: tuple[str, ...] = ()) -> str:
     """The layout of the public interface; a wired parameter has its expression in place of a value."""
-    return json_listing(image, checklist, [_json_entry(cell) for cell in image.cells])
-
-
-def _json_entry(cell: Entry) -> dict[str, Any]:
-    content = {"expression": cell.raw.text} if isinstance(cell.raw, Wire) else {"value": cell.raw}
-    device = {} if cell.device is None else {"device": cell.device}
-    return {
-        "address": cell.address,
-        "type": cell.type.name,
-        **content,
-        **device,
-        "loop": cell.loop,
-        "field": cell.field,
-    }
+    return json_listing(image, checklist, [cell.data() for cell in image.cells])
 
 
 def read_json(text: str) -> Listing:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cache, cached_property
 from math import isfinite
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol
 
 from pidcfg.encoders.codecs import WORD_MAX, DecodeError, EncodeError, Single, single_bits, single_value
 from pidcfg.encoders.image import (
@@ -123,6 +123,23 @@ class Entry(NamedTuple):
         """What tells it from the other entries of an image: its name."""
         return self.address
 
+    @property
+    def single(self) -> float | None:
+        """The number, where it is one in single precision."""
+        return self.raw if isinstance(self.raw, float) and not self.type.double else None
+
+    @property
+    def no_number(self) -> str:
+        """Empty: JSON has a word for every content."""
+        return ""
+
+    def data(self) -> dict[str, Any]:
+        """The parameter as JSON has it; a wired one has its expression in place of a value."""
+        content = {"expression": self.raw.text} if isinstance(self.raw, Wire) else {"value": self.raw}
+        device = {} if self.device is None else {"device": self.device}
+        name = {"address": self.address, "type": self.type.name}
+        return {**name, **content, **device, "loop": self.loop, "field": self.field}
+
 
 @frozen
 class Program:
@@ -139,18 +156,38 @@ class Program:
         return {cell.address: cell.raw for cell in self.cells}
 
 
-@frozen
-class ProgramEncoding:
-    """A configuration's program, and the values that did not go in as written, each with its place."""
+class NamedEncoding:
+    """What every encoding of named parameters has: entries in place of blocks, and no addresses."""
 
+    __slots__ = ()
     image: Program
-    misfits: tuple[tuple[Path, Misfit], ...] = ()
-    rounded: tuple[tuple[Path, Rounded], ...] = ()
+    misfits: tuple[tuple[Path, Misfit], ...]
+    blocks: ClassVar[tuple[()]] = ()
+    space: ClassVar[None] = None
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """The parameters."""
+        return self.image.cells
 
     @property
     def whole(self) -> bool:
         """Whether every value has a parameter that can hold it."""
         return not self.misfits
+
+    def places_under(self, loop: str, key: str, words: Iterable[str]) -> Iterator[str]:
+        """The names of ``words`` that hold a section of a loop."""
+        section = f"{loop}.{key}" if loop else key
+        return (word for word in words if word == section or word.startswith(f"{section}."))
+
+
+@frozen
+class ProgramEncoding(NamedEncoding):
+    """A configuration's program, and the values that did not go in as written, each with its place."""
+
+    image: Program
+    misfits: tuple[tuple[Path, Misfit], ...] = ()
+    rounded: tuple[tuple[Path, Rounded], ...] = ()
 
 
 def store(kind: IecType, value: Decimal | Content) -> Content:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.ledger import text_of
@@ -14,22 +12,22 @@ from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Image, read_settings
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, place_text
-from pidcfg.encoders.parameters import Program
 from pidcfg.live.link import Link, run
-from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents, listing_of
+from pidcfg.live.reading import NamedRegisters, Registers, implausible_contents
 from pidcfg.output.arguments import ArgumentError, refuse_unknown, vendor_options
 from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
 from pidcfg.output.findings import errors_in, findings_data
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
 from pidcfg.text.paths import steps
-from pidcfg.vendors import VENDORS, format_of
+from pidcfg.vendors import format_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from pidcfg.conversion.differences import Compared, Difference
     from pidcfg.encoders.listing import Numbering
+    from pidcfg.encoders.parameters import Program
     from pidcfg.live.link import Address, Patience
     from pidcfg.output.findings import Data
     from pidcfg.text.document import Document
@@ -130,17 +128,8 @@ class PullResult:
             return findings_data(errors_in(self.findings))
         if self.data is not None:
             return dict(self.data)
-        if isinstance(self.image, Program):
-            return {"version": 1, "plc": self.plc, **_program_words(self.image)}
-        cells = self.image.cells if self.image is not None else ()
-        words = [{"address": c.address, "hex": c.hex, "loop": c.loop, "field": c.field} for c in cells]
+        words = [] if self.image is None else [cell.data() for cell in self.image.cells]
         return {"version": 1, "vendor": self.vendor, "plc": self.plc, "words": words}
-
-
-def _program_words(program: Program) -> Data:
-    """The parameters of a program as its JSON listing has them."""
-    listed: Data = json.loads(format_of(VENDORS[program.vendor], "json").write(program, ()))
-    return {"vendor": program.vendor, "words": listed["words"]}
 
 
 def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> PullResult:
@@ -154,7 +143,7 @@ def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> 
     image = read_plc(source, patience)
     result = replace(result, image=image, notes=tuple(implausible_contents(image)))
     configuration = decode_files(
-        [(listing_of(image), str(source.address))],
+        [(source.registers.listing(image), str(source.address))],
         source.vendor,
         DecodeOptions(like=source.like, write=name == YAML),
         source.texts,
@@ -188,11 +177,11 @@ def _listed(result: PullResult, image: Image | Program, source: Source, name: st
         if data is not None:
             beside = source.vendor.encoder(read_settings(source.vendor.model, data, "")).image
     known = image if beside is None else replace(image, settings=beside.settings, plc=beside.plc)
-    odd = None
-    if isinstance(known, Image):
-        odd = next((cell for cell in known.cells if not isfinite(cell.value)), None)
+    odd = next((cell for cell in known.cells if cell.no_number), None)
     if name == "json" and odd is not None:
-        raise ArgumentError(f"`format` json has no word for what {odd.address} holds, {odd.hex}; csv has", "format")
+        raise ArgumentError(
+            f"`format` json has no word for what {odd.address} holds, {odd.no_number}; csv has", "format"
+        )
     return replace(result, image=known, text=format_of(source.vendor, name).write(known, ()))
 
 
@@ -240,7 +229,10 @@ def compare_with(checked: Checked, source: Source, image: Image | Program) -> Co
     """The comparison of a checked configuration with what was read of the PLC."""
     plc, document = str(source.address), checked.document
     diff = compare_sides(
-        (checked, (listing_of(image), plc)), (document.file, plc), DiffOptions(source.vendor), document.limits
+        (checked, (source.registers.listing(image), plc)),
+        (document.file, plc),
+        DiffOptions(source.vendor),
+        document.limits,
     )
     if not diff.ok:
         return CompareResult(plc, document, diff.findings, diff)

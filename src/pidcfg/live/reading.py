@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.image import Image
@@ -10,8 +10,8 @@ from pidcfg.encoders.listing import Listing
 from pidcfg.encoders.modbus_map import MapError, StatedNumbering, with_contents
 from pidcfg.encoders.modbus_map import place_text as shown_place
 from pidcfg.encoders.parameter_files import ParameterListing
-from pidcfg.encoders.parameters import Entry, Program, register_content
-from pidcfg.encoders.regmap import SINGLE, writer_of
+from pidcfg.encoders.parameters import Program, register_content
+from pidcfg.encoders.regmap import writer_of
 from pidcfg.live.link import MOST, NoRegistersError, PlcError, Request
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.references import Decision
@@ -42,7 +42,7 @@ LISTED = 3
 
 def implausible_contents(image: Image | Program) -> Iterator[str]:
     """Remarks on what was read."""
-    numbers = dict(_singles(image))
+    numbers = {cell.address: cell.single for cell in image.cells if cell.single}
     odd = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NEXT_TO_ZERO]
     if len(odd) > len(numbers) / 2 and len(odd) > 1:
         more = f" and {len(odd) - LISTED} more" if len(odd) > LISTED else ""
@@ -50,16 +50,6 @@ def implausible_contents(image: Image | Program) -> Iterator[str]:
             f"{', '.join(odd[:LISTED])}{more} are next to 0: the two registers of a number seem to stand in the other "
             "order; look at the set-up of the gateway, or state the order by --map"
         )
-
-
-def _singles(image: Image | Program) -> Iterator[tuple[str, float]]:
-    """The numbers in single precision that are not 0."""
-    for cell in image.cells:
-        if isinstance(cell, Entry):
-            if isinstance(cell.raw, float) and cell.raw and not cell.type.double:
-                yield cell.address, cell.raw
-        elif cell.kind is SINGLE and cell.value:
-            yield cell.address, cell.value
 
 
 # --- The registers of a PLC's loops, read until two readings say the same ---------------------------------------------
@@ -82,6 +72,9 @@ class Registers:
     of the vendor's decoder.
     """
 
+    kind: ClassVar[type[Listing]] = Listing
+    """What the words of a reading are put into."""
+
     def __init__(self, vendor: Vendor, numbering: Numbering, like: Image | None, options: Mapping[str, Any]) -> None:
         self.vendor, self.numbering, self.like, self.options = vendor, numbering, like, options
         self.areas: list[Area] = []
@@ -100,6 +93,10 @@ class Registers:
             except MapError as error:
                 raise PlcError(f"{link.address}: line {error.line} of the map: {error}") from None
         return image
+
+    def listing(self, image: Image | Program) -> Listing:
+        """The words of an image, and nothing that stands beside them."""
+        return self.kind(dict(image.words), shown={cell.number: cell.address for cell in image.cells})
 
     async def read(self, link: Link) -> dict[int, int]:
         """Raw contents by plain number; raises `PlcError`."""
@@ -218,6 +215,8 @@ def join_contents(places: Mapping[int, Place], first: int, content: Sequence[int
 class NamedRegisters(Registers):
     """Where a program's parameters are in a PLC, by a map, and how they are read from there."""
 
+    kind: ClassVar[type[Listing]] = ParameterListing
+
     def __init__(self, vendor: Vendor, numbering: NamedNumbering, like: Any) -> None:
         self.vendor, self.named = vendor, numbering
         self.numbering: Any = numbering
@@ -259,9 +258,3 @@ class NamedRegisters(Registers):
 
 def _values(program: Program, loop: str | None) -> dict[str, Any]:
     return {cell.field: cell.raw for cell in program.cells if cell.loop == loop}
-
-
-def listing_of(image: Image | Program) -> Listing:
-    """The words of an image, and nothing that stands beside them."""
-    kind = ParameterListing if isinstance(image, Program) else Listing
-    return kind(dict(image.words), shown={cell.number: cell.address for cell in image.cells})

@@ -16,7 +16,6 @@ from pidcfg.encoders.listing import csv_lines
 from pidcfg.encoders.modbus_map import NamedNumbering
 from pidcfg.encoders.parameters import register_content
 from pidcfg.live.link import Link, run
-from pidcfg.live.reading import listing_of
 from pidcfg.output.findings import errors_in, findings_data
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.schemas.numbers import decimal_text
@@ -107,7 +106,7 @@ async def _record(source: Source, recording: Recording, patience: Patience, limi
         registers = source.registers
         image = await registers.image(link)
         options = DecodeOptions(like=source.like, write=False)
-        held = decode_files([(listing_of(image), result.plc)], source.vendor, options, source.texts, limits)
+        held = decode_files([(registers.listing(image), result.plc)], source.vendor, options, source.texts, limits)
         if held.data is None:
             return replace(result, findings=held.findings)
         if isinstance(source.numbering, NamedNumbering):

@@ -13,7 +13,7 @@ from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.image import Data, Decoded, RefusedError, file_data, plain, present, read_settings
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES, LOOP_TYPES, TUNED
 from pidcfg.encoders.nextopid.wiring import PASSES, Layout, Wires
-from pidcfg.encoders.parameters import Entry, Parameter, Program, read_content, store, store_value
+from pidcfg.encoders.parameters import Entry, NamedEncoding, Parameter, Program, read_content, store, store_value
 from pidcfg.encoders.regmap import LoopTuning, Misfit
 from pidcfg.encoders.structured_text import st_real
 from pidcfg.schemas.base import Integer, MapFile, Model, Seconds, SectionSettings, Text
@@ -212,7 +212,7 @@ def place_blocks(config: NextopidFile) -> list[Placed]:
 
 
 @frozen
-class NextopidEncoding:
+class NextopidEncoding(NamedEncoding):
     """The program of a configuration, how it is wired, and what did not go in as written."""
 
     image: Program
@@ -225,11 +225,6 @@ class NextopidEncoding:
     rounded: tuple[tuple[Path, Rounded], ...] = ()
     copies: tuple[Copy | None, ...] = ()
     """The moves in the order of the file; None: one that means nothing."""
-
-    @property
-    def whole(self) -> bool:
-        """Whether every value has a parameter that can hold it."""
-        return not self.misfits
 
     @property
     def rings(self) -> list[list[int]]:

@@ -9,7 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.codecs import Choice, DecodeError, Position, before_root
-from pidcfg.encoders.image import Block, Encoding, no_registers
+from pidcfg.encoders.image import Block, no_registers
 from pidcfg.encoders.parameters import read_content
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.document import field_texts, models_in, models_of
@@ -444,13 +444,15 @@ class Configured:
     def blocks(self) -> tuple[Block, ...]:
         """The blocks of an encoding with addresses."""
         encoding: Any = self.checked.encoding
-        return encoding.blocks if isinstance(encoding, Encoding) else ()
+        blocks: tuple[Block, ...] = encoding.blocks
+        return blocks
 
     @property
     def entries(self) -> tuple[Entry, ...]:
         """The parameters of an encoding with names."""
         encoding: Any = self.checked.encoding
-        return () if isinstance(encoding, Encoding) else encoding.image.cells
+        entries: tuple[Entry, ...] = encoding.entries
+        return entries
 
     @property
     def settings(self) -> Sequence[Mapping[str, Any]]:

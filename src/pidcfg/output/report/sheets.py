@@ -384,10 +384,10 @@ def bit_numbers(row: Point) -> str:
 
 
 def parameters_of(
-    program: Program, loop: str | None, book: ParameterBook, units: Mapping[str, str] | None = None
+    encoding: Any, loop: str | None, book: ParameterBook, units: Mapping[str, str] | None = None
 ) -> tuple[content.Parameter, ...]:
     """The named parameters of one loop (None: of what is no loop); ``units``: the loop's, else those of the table."""
-    return tuple(_parameter(entry, program, book, units) for entry in program.cells if entry.loop == loop)
+    return tuple(_parameter(entry, encoding.image, book, units) for entry in encoding.entries if entry.loop == loop)
 
 
 def _parameter(
@@ -416,7 +416,6 @@ def plc_sheet(checked: Checked) -> PlcSheet:
     if config is None or vendor is None or encoding is None or not has_image(encoding):
         return PlcSheet(file=doc.file, name="", description="", vendor=vendor.title if vendor else "")
     image: Any = encoding.image
-    named = isinstance(image, Program)
     loops, findings = neutral(checked), gravest_first(checked.findings)
     return PlcSheet(
         file=doc.file,
@@ -424,8 +423,8 @@ def plc_sheet(checked: Checked) -> PlcSheet:
         description=config.description or "",
         vendor=vendor.title,
         groups=groups_of(config, vendor, doc.data, {}),
-        blocks=() if named else Words(encoding).blocks(None),
-        parameters=parameters_of(image, None, book_of(vendor)) if named else (),
+        blocks=Words(encoding).blocks(None),
+        parameters=parameters_of(encoding, None, book_of(vendor)),
         outside=tuple(flat({key: value for key, value in image.plc.items() if key not in ELSEWHERE})),
         checklist=checked.checklist,
         loops=tuple(_loop_sheet(checked, i, findings, loops[i]) for i in range(len(config.loops))),
@@ -457,24 +456,23 @@ def _loop_sheet(checked: Checked, i: int, findings: Sequence[Diagnostic], neutra
     image, data = cast("Any", encoding.image), (checked.document.data or {}).get("loops")
     settings: Mapping[str, Any] = next((entry for entry in image.settings if entry.get("loop") == loop.name), {})
     outside = {key: value for key, value in settings.items() if key not in ELSEWHERE}
-    named = isinstance(image, Program)
     places = _places(encoding, i, loop.name)
-    if not named:
+    if encoding.blocks:
         places = {key: NOWHERE for key, _ in flat(outside) if key not in PLACES} | places
     groups = groups_of(loop, vendor, data[i] if isinstance(data, list) and i < len(data) else None, places)
     setting_units = {setting.path: setting.unit for group in groups for setting in group.settings}
     units = table_units(vendor, sides(loop)) | {path: unit for path, unit in setting_units.items() if unit}
     pv_unit = sides(loop)["pv"]
-    stored = {} if named else stored_setpoint(encoding, i, pv_unit)
-    shares = {} if named else settings_before_root(encoding, i)
-    blocks = () if named else Words(encoding, sides(loop), setting_units, book_of(vendor).writers).blocks(i)
+    stored = stored_setpoint(encoding, i, pv_unit)
+    shares = settings_before_root(encoding, i)
+    blocks = Words(encoding, sides(loop), setting_units, book_of(vendor).writers).blocks(i)
     return LoopSheet(
         name=loop.name,
         description=loop.description or "",
         facts=tuple(with_words(facts(vendor, loop, neutral_loop, groups, stored), blocks)),
         groups=with_shares(groups, shares, pv_unit),
         blocks=blocks,
-        parameters=parameters_of(image, loop.name, book_of(vendor), units) if named else (),
+        parameters=parameters_of(encoding, loop.name, book_of(vendor), units),
         outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
         findings=tuple(d for d in findings if loop.name == d.loop),
     )
@@ -482,9 +480,8 @@ def _loop_sheet(checked: Checked, i: int, findings: Sequence[Diagnostic], neutra
 
 def _places(encoding: Any, number: int, loop: str) -> dict[str, str]:
     """Where the PLC holds each setting of a loop: its registers, or the device of its parameter."""
-    if isinstance(encoding.image, Program):
-        return {entry.field: entry.device for entry in encoding.image.cells if entry.loop == loop and entry.device}
-    return places_of(encoding, number)
+    devices = {entry.field: entry.device for entry in encoding.entries if entry.loop == loop and entry.device}
+    return devices | places_of(encoding, number)
 
 
 def neutral(checked: Checked) -> list[Mapping[str, Any]]:
