@@ -367,7 +367,17 @@ def test_packages_from_outside_are_known_to_the_modules_that_need_them():
 
 CALLS = ("check", "encode", "decode", "convert", "diff", "simulate", "certify", "tune", "explain")
 TYPES_AND_TEXTS = (
-    *("cli", "api", "output", "text.reader", "text.diagnostics", "text.document", "text.processes", "vendors"),
+    *(
+        "cli",
+        "api",
+        "output",
+        "text.frozen",
+        "text.reader",
+        "text.diagnostics",
+        "text.document",
+        "text.processes",
+        "vendors",
+    ),
     *("encoders.listing", "encoders.modbus_map.UnusableMapError"),
     *("pictures.chart.Chart", "study.certification.certify.BatchOutcome", "study.certification.certify.charts_of"),
     *("study.certification.samples.WorkersError", "study.outcome.Outcome", "study.outcome.signals_before_root"),

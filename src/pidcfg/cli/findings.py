@@ -16,6 +16,7 @@ from pidcfg.cli.inputs import FILES, document, read_inputs
 from pidcfg.cli.terminal import hold_line
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import Document, Node
+from pidcfg.text.frozen import frozen
 from pidcfg.text.store import Store, UnsafeFolderError, cache_folder
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ LIBRARIES = ("pydantic", "pydantic_core", "ruamel")
 PACKAGE = Path(__file__).parents[2]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Cache:
     """Kept findings under given limits."""
 

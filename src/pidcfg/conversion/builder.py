@@ -13,6 +13,7 @@ from pidcfg.conversion.ledger import ConvertError, Missing, NeutralLoop, SourceF
 from pidcfg.encoders.image import present
 from pidcfg.schemas.base import Quantity
 from pidcfg.schemas.numbers import EXACT_CONTEXT, plain_number
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import put, steps, value_at
 from pidcfg.text.references import Decision
 
@@ -295,7 +296,7 @@ def _moved(value: Any, source: Sequence[Decimal], target: Sequence[Decimal]) -> 
 # what has to be worked out.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Same:
     """A field and the one that it becomes with the same value; one that is not given says nothing."""
 

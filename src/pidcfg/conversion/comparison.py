@@ -13,6 +13,7 @@ from pidcfg.conversion.ledger import ConvertError, number_of, overlap
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.conversion.terms import SIGNALS, Item, Owner, Wired
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def _equal(before: Any, after: Any) -> bool:
 # --- One side of a comparison in the neutral form: a configuration as its PLC holds it --------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class NeutralSide:
     """One configuration: its vendor and its loops, in their order."""
 

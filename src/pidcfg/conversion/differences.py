@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.conversion.ledger import json_value, number_of
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,7 +19,7 @@ RISKS: tuple[Risk, ...] = ("critical", "high", "medium", "low", "cosmetic")
 """From harmful to harmless."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Difference:
     """One key that differs; ``note`` says what it means.
 
@@ -46,7 +46,7 @@ class Difference:
         return self.before is not None and self.before == self.after and self.word_before != self.word_after
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Compared:
     """A loop on both sides, or on one side only."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +37,7 @@ from pidcfg.encoders.image import switched_on
 from pidcfg.encoders.maps.dl06 import RESET
 from pidcfg.schemas.base import SECONDS, Quantity, v_name
 from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ NOTHING = Quantity(Decimal(0), counts=True)
 OFF = "switched off here, so it is not carried over"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Dl06Loop:
     """A loop, its file, and the scales of its quantities."""
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.schemas.base import Duration, Quantity, Rate
 from pidcfg.schemas.numbers import NUMBER, decimal_text, plain_number
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ COMMON = ("name", "description")
 """Fields of every loop, which a vendor need not list."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SourceField:
     """A field of the source: its path below the loop, its value as people write it, and the neutral fields it became.
 
@@ -46,7 +47,7 @@ class SourceField:
     """It goes nowhere and nothing is lost with it: a place in the source's PLC, a choice that it has alone."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TargetField:
     """A field of the target: its path below the loop (after ``/``: of the file), and the neutral field it came from.
 
@@ -66,7 +67,7 @@ class TargetField:
     """What the file then means, in the unit of ``exact``, where its own number does not say it."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Missing:
     """What the source must say before it can be converted: where, and why."""
 
@@ -103,7 +104,7 @@ class TargetFile:
     """The data as the vendor's model, as long as it is up to date."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Change:
     """A line of the report."""
 
@@ -123,7 +124,7 @@ class Change:
     """Its key in the target; empty where it has none there."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Terms:
     """What a number was and what the target holds instead, both in the unit of one neutral field."""
 
@@ -133,7 +134,7 @@ class Terms:
     unit: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Stored:
     """What the target holds of a field: the value in the file, and how it came to differ from what was wanted."""
 
@@ -246,7 +247,7 @@ KINDS = {
 """The limit of each neutral number; positions are as near as their counts are, but for the few of a root."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class MaxLoss:
     """How far numbers may be rounded without being a loss, in % of the value (D340)."""
 

@@ -15,6 +15,7 @@ from pidcfg.schemas.expressions import CONDITIONAL
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import LowFilter, OnOff, PidaReal, Pwm
 from pidcfg.schemas.numbers import EXACT_CONTEXT
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ def calculate_expression(expression: Expression, of: Callable[[int], Decimal | b
     return result
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Value:
     """What a parameter is at the start: None where it is worked out by a block, or by the program around."""
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.builder import filter_decay, filter_share, filter_time, quotient, round_computed
 from pidcfg.conversion.ledger import Change
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -203,7 +204,7 @@ class Master(Answer):
     INTEGRATES = 2, "it goes on integrating", "switch it to Manual first, and bring its output to the inner set point"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Own:
     """What a conversion within a vendor keeps, which the neutral form does not know."""
 

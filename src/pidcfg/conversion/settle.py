@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,6 +14,7 @@ from pidcfg.conversion.ledger import KINDS, ConvertError, Missing, Stored, Terms
 from pidcfg.encoders.codecs import Distance, Position
 from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.numbers import plain_number
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, is_given, put, steps, value_at
 
 if TYPE_CHECKING:
@@ -233,7 +234,7 @@ RUNNING = ("output.bias",)
 """Numbers that are not told on the way back where the loop writes them itself."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sides:
     """A loop's neutral values on both sides, in the terms of the source."""
 

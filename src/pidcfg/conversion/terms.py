@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
@@ -28,6 +28,7 @@ from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.limits import Limits, unit_text, units_of
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.diagnostics import path_text
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ OF_GAINS = ("output/pv", "output/pv/s", "output per pv/s")
 TIMES = {get_args(Seconds)[1]: "s", get_args(Minutes)[1]: "min"}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Leaf:
     """A value of a model: its path, the model that has it, and whether the file says it."""
 
@@ -230,7 +231,7 @@ SETPOINT = "setpoint"
 """The switch beside the words that says that the set point is left to the operator."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Item:
     """A key of a loop: what the file says of it, and the register that holds it."""
 
@@ -260,7 +261,7 @@ class Item:
     """What tells its register or parameter from the others of an image; None: it has none."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Owner:
     """A loop, a block, the signals or the whole file, with its keys."""
 
@@ -276,7 +277,7 @@ class Owner:
     """Of a loop: its place in the order of the file, from 1."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Terms:
     """One side of a comparison."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +29,7 @@ from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.maps.click import BLOCKS
 from pidcfg.schemas.click import BITS, DERIVATIVE, FLOATS, GAIN, INTEGERS, RESET, SAMPLE_RATE
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import is_given
 from pidcfg.text.references import Decision
 
@@ -120,7 +120,7 @@ SETPOINT, OUTPUT_REGISTER = 0, 8
 """Where set point and output stand in the block of floats."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ClickLoop:
     """A neutral loop, and where it goes in the PLC."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import Decimal
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -28,6 +27,7 @@ from pidcfg.encoders.image import quantity
 from pidcfg.encoders.maps.dl06 import CPU, RESET
 from pidcfg.schemas.base import SECONDS, Quantity, v_name
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import is_given
 from pidcfg.text.references import Decision
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 # --- A neutral loop with the scales of the DL06 loop that it becomes --------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Dl06Target:
     """A neutral loop, its file, and what its DL06 gives."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from decimal import ROUND_FLOOR, Decimal
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +27,7 @@ from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL
 from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, parse_counts
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import is_given
 from pidcfg.text.references import Decision
 
@@ -93,7 +93,7 @@ NO_BIAS = "without an integral the output is gain x error + offset, and an offse
 ALGORITHMS = {what: algorithm for algorithm, what in ACTS_ON.items()}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class EzlogixLoop:
     """A neutral loop, and where it goes in the PLC."""
 

@@ -31,6 +31,7 @@ from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
 from pidcfg.schemas.iec import IDENTIFIER_LENGTH, KEYWORDS
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL, Controller, PidaReal, Plc
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ SHORTEST, LONGEST = Decimal("0.001"), LONGEST_SAMPLE
 """Sample times in s."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Task:
     """The interval in s."""
 
@@ -230,7 +231,7 @@ class Program:
         return f"/blocks.{len(self.blocks) - 1}"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class NextopidLoop:
     """A neutral loop, and the program that it goes into."""
 

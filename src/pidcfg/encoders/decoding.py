@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from copy import deepcopy
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.codecs import DecodeError
@@ -13,6 +13,7 @@ from pidcfg.encoders.image import Decoded, NoValueError, RefusedError, read_sett
 from pidcfg.encoders.listing import Listing, ListingError, columns, few, first_line, kind_of
 from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.regmap import NoRegisterError
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted, has_key, put, steps, value_at
 from pidcfg.text.reader import DEFAULT
 from pidcfg.text.signs import binary_file
@@ -257,7 +258,7 @@ OWNERS = ("loops", "blocks")
 SIGNALS = "signals"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Reading:
     """A listing that is read as far as it goes: a word that is no value does not hide the others."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import count
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
@@ -24,6 +24,7 @@ from pidcfg.encoders.listing import (
 from pidcfg.encoders.parameters import raw_of, types_of
 from pidcfg.encoders.regmap import BIT, SINGLE, WORD
 from pidcfg.schemas.iec import Wire
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import nearest
 
@@ -288,7 +289,7 @@ D894 = Decision(
 )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StatedNumbering:
     """The rows of a map by the plain numbers at which they begin; a `pidcfg.encoders.listing.Numbering`."""
 
@@ -424,7 +425,7 @@ Device = tuple[str, int]
 """A bank, and the number in it."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Symbols:
     """What the rows of a vendor's map may name."""
 
@@ -449,7 +450,7 @@ class Symbols:
         return any(".".join(parts[i:]) in self.parameters for i in range(1, len(parts)))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class NamedNumbering:
     """Where a client finds the parameters of one program, by their names."""
 

@@ -5,14 +5,15 @@ A vendor's own ones stand in its ``options``, which a command's help reads: they
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Option:
     """One option; ``read`` gives None for a text that makes no sense."""
 

@@ -9,12 +9,12 @@ import signal
 import socket
 import threading
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 from urllib.parse import parse_qsl, unquote, urlsplit
 
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ PARITIES = {"none": "N", "odd": "O", "even": "E"}
 HOW = f"write {TCP}://HOST[:{PORT}][?unit=1] or {RTU}:///DEVICE?baud=9600&parity=odd"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Address:
     """One PLC: ``device`` of a serial line, or ``host`` and ``port``; and its ``unit`` there.
 
@@ -237,7 +237,7 @@ NO_SERVER = "look whether a Modbus server is there"
 OTHER_DEVICE = "look at the name of the device, and who else has it open"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Patience:
     """How long an answer may take in s, and how often a request is sent again."""
 
@@ -245,7 +245,7 @@ class Patience:
     retries: int = 2
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Request:
     """Registers that are read at once; ``what`` says in the vendor's words what they are."""
 

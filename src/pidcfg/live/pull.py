@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.ledger import text_of
@@ -19,6 +19,7 @@ from pidcfg.output.differences import DiffOptions, DiffResult, compare_sides
 from pidcfg.output.findings import errors_in, findings_data
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.text.diagnostics import Diagnostic, Severity, sort_findings
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps
 from pidcfg.vendors import format_of
 
@@ -41,7 +42,7 @@ YAML = "yaml"
 """The format of a configuration; all others are listings."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Source:
     """A PLC, and everything that is needed to read it."""
 
@@ -100,7 +101,7 @@ class Source:
         return tuple(f"not read, since {why}: {few([*names])}" for why, names in reasons.items() if names)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PullResult:
     """What a PLC holds: its words, and the text of a configuration or a listing."""
 
@@ -194,7 +195,7 @@ UNREACHED = "PID066"
 CURE = "look who changed it: correct the file, or write its value into the PLC"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class CompareResult:
     """What differs between a configuration and the PLC."""
 

@@ -7,7 +7,7 @@ import logging
 import socket
 import time
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,6 +18,7 @@ from pidcfg.sim.engine.run import Settings, UnusableError, begin_run
 from pidcfg.sim.judgement.report import Note, ten_digits
 from pidcfg.study.outcome import Outcome
 from pidcfg.study.scenario import load
+from pidcfg.text.frozen import frozen
 from pidcfg.validate.map_files import named_map, numbering_of
 
 if TYPE_CHECKING:
@@ -317,7 +318,7 @@ async def _move(plc: VirtualPlc, speed: float, tell: Callable[[str], None]) -> N
 # --- The virtual PLC of a scenario for others to read and to operate: the result of `pidcfg.serve` --------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ServeResult:
     """What happened while the PLC was served."""
 
@@ -343,7 +344,7 @@ class ServeResult:
         return SimulateResult(self.outcome).to_json() if self.ok else findings_data(errors_in(self.findings))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Serving:
     """How a PLC is served: where, how fast, for how many seconds, and who is told what."""
 

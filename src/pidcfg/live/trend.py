@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import Decimal
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,6 +19,7 @@ from pidcfg.live.link import Link, run
 from pidcfg.output.findings import errors_in, findings_data
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class Channel(NamedTuple):
     """Where the block begins that they are in: its registers are read at once."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TrendResult:
     """What was recorded."""
 
@@ -82,7 +83,7 @@ class TrendResult:
         return {"version": 1, "plc": self.plc, "columns": list(self.columns), "rows": self.rows}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Recording:
     """How a trend is taken: s between two rows, s altogether (None: until it is interrupted), and who gets what."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ from pidcfg.conversion.pipeline import comments, convert, with_comments
 from pidcfg.output.arguments import ArgumentError, vendor_options
 from pidcfg.output.findings import Data, errors_in, finding_data, findings_data
 from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.frozen import frozen
 from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.engine import Checked, check_document
@@ -71,7 +72,7 @@ def _shown(value: State) -> State:
 # --- A configuration of another vendor: the result of `pidcfg.convert`, and its JSON ----------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ConvertResult:
     """A configuration for another vendor, what became of every field, and how both sides compare."""
 

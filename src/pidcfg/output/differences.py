@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -21,6 +21,7 @@ from pidcfg.output.findings import Data, errors_in, findings_data
 from pidcfg.output.words import unreadable
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
+from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import SUFFIXES
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ OPTION = "--"
 LIKE = "name a configuration to read it like (--like FILE)"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DiffOptions:
     """How two sides are compared: the family of listings, what they are read like, whether live words count."""
 
@@ -151,7 +152,7 @@ Configuration = tuple[Any, "Vendor"]
 """A typed configuration and its vendor."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DiffResult:
     """What differs between two configurations, loop by loop, ranked by what can go wrong."""
 

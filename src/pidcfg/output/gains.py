@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import isinf
 from typing import TYPE_CHECKING
 
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.process import Known, held_by, model_of, process_of, reduce_transfer, refuse_missing
+from pidcfg.text.frozen import frozen
 from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors
 from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Model, Process, TuningError
 
@@ -30,7 +31,7 @@ FORMS: tuple[Form, ...] = ("PID", "PI", "P")
 """The order in which they are tried where none is asked for."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TuneResult:
     """Gains in output units per PV unit and times in s, and the inputs that they follow from."""
 

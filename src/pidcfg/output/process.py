@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from math import inf
 from typing import TYPE_CHECKING, TypedDict
 
 from pidcfg.output.arguments import ArgumentError
+from pidcfg.text.frozen import frozen
 from pidcfg.tuning.response import Request
 from pidcfg.tuning.rules import LARGEST, LEAST, METHODS, Process, is_usable
 from pidcfg.tuning.transfer import reduce_by_half_rule as half_rule
@@ -43,7 +44,7 @@ class Numbers(TypedDict):
     ultimate_period: float | None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Known:
     """The process as the caller gives it: its numbers, its kind, or its transfer function."""
 
@@ -54,7 +55,7 @@ class Known:
     """Of the method robust alone."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Robustness:
     """What is asked of robust gains: what varies, as text, and the limit of Ms."""
 
@@ -181,7 +182,7 @@ def process_of(numbers: Mapping[str, float], model: Model) -> Process:
 # --- Where the gains of a rule go: the terms of a PLC, or a loop of a configuration -----------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class VendorGains:
     """The three numbers as the registers of a PLC hold them, and its word for the action."""
 
@@ -206,7 +207,7 @@ class VendorGains:
         return {"vendor": self.vendor, "action": self.action, "values": values}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Into:
     """The file that gains are put into: its bytes, its name, and which of its loops; None: the only one."""
 
@@ -216,7 +217,7 @@ class Into:
     reader: Reader
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Target:
     """The PLC that is to hold the gains, if any, and the engineering values of PV and output at 0 and 100 %."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import Decimal
 from math import isclose, isinf
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ from pidcfg.output.findings import check_loaded, errors_in, finding_data
 from pidcfg.schemas.base import DURATION, SECONDS, UNIT_WORDS
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps, value_at
 from pidcfg.text.signs import nearest
 from pidcfg.text.source import read_document
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 SAME_SPAN = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Value:
     """One of the three numbers in the file: its key, how it was written (None: not at all), and how it is now."""
 
@@ -53,7 +54,7 @@ class Value:
         return self.old != self.new
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Written:
     """A configuration with the gains in one of its loops."""
 

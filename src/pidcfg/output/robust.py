@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from decimal import Decimal
 from math import ceil, log
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.conversion import convert_checked
 from pidcfg.output.process import model_of, process_of, refuse_missing
 from pidcfg.study.certification.certify import Plan, certify_document
+from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import reader_of
 from pidcfg.text.source import read_document
 from pidcfg.tuning.margins import finite
@@ -69,7 +70,7 @@ expect:
 NAMES = ("loop.yaml", "loop.scenario.yaml")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Confirmation:
     """How many samples have an IAE below a limit; shares in %."""
 
@@ -209,7 +210,7 @@ WIDE = (0.0, 100.0)
 """The range of a PV in % of its span."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RobustGains:
     """What holds on which plants."""
 
@@ -265,7 +266,7 @@ def numbers_of(process: Process) -> dict[str, float]:
     return {names.get(key, key): getattr(process, key) for key in own}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Searched:
     """The gains that were found, and where they go."""
 

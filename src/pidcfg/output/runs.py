@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.output.findings import Data, finding_data, one_or_several
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # --- A run of a scenario: the result of `pidcfg.simulate`, and its JSON -----------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SimulateResult:
     """One scenario: its findings, and its report when it could run."""
 
@@ -119,7 +119,7 @@ def _loop(loop: LoopReport) -> Data:
 # --- A batch of samples: the result of `pidcfg.certify`, and its JSON -------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class CertifyResult:
     """One scenario: its findings, and what its samples show when they could run."""
 

@@ -6,7 +6,7 @@ import csv
 import io
 import re
 import zipfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date, time, timedelta
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.output.sheets import ENDS, TEXTS, UnknownColumnError, is_known, key_of, native, order_of, unit_of
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.document import Plain
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import put, steps, value_at
 from pidcfg.text.signs import FORMULA
 from pidcfg.text.source import read_document
@@ -51,7 +52,7 @@ class SheetError(ValueError):
     """A sheet that cannot be read: what is wrong, and where."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Cell:
     """A text and its place: line and column of the sheet, both from 1."""
 
@@ -71,7 +72,7 @@ class Cell:
         return f"{letters}{self.row}"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sheet:
     """The rows that hold anything, and whether numbers have a decimal comma, for certain or perhaps."""
 
@@ -259,7 +260,7 @@ LEAST_KNOWN = 2
 """Known columns by which a row is the header."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FromSheet:
     """A configuration's text, and what there is to say about it."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from copy import deepcopy
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.terms import Subject
@@ -14,6 +14,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.output.arguments import ArgumentError, vendor_options
 from pidcfg.output.findings import Data, errors_in, findings_data
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span
+from pidcfg.text.frozen import frozen
 from pidcfg.text.writer import yaml_text
 from pidcfg.vendors import VENDORS, format_of
 
@@ -33,7 +34,7 @@ File = tuple[bytes, str]
 """The bytes of a file, and its name."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class EncodeResult:
     """The memory of a configuration, and the files of one format."""
 
@@ -86,7 +87,7 @@ def _restored(document: Document, findings: tuple[Diagnostic, ...], vendor: str 
     return EncodeResult(document, findings, vendor, image, kind, *rest)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class EncodeOptions:
     """How a configuration is written."""
 
@@ -182,7 +183,7 @@ def unreadable(error: ListingError, name: str, cure: str | None = None) -> Diagn
     return Diagnostic("PID041", Severity.ERROR, str(error), name, span, help=cure)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DecodeResult:
     """The configuration of a memory listing, or the listing with a meaning beside every word."""
 
@@ -206,7 +207,7 @@ class DecodeResult:
         return {"version": 1, "text": self.text} if self.ok else findings_data(self.findings)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DecodeOptions:
     """How a listing is read."""
 

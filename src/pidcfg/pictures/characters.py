@@ -6,11 +6,12 @@ time and everything between, so that no spike is lost.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from pidcfg.pictures.layout import HELD_ROLES, drawable, explain_marks, number_marks, plain, unit_of_time, with_unit
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import to_right, width_of
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ OUTPUT_SHARE = 0.5
 """Height of the further panels as a share of the first one's."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Signs:
     """What is drawn with."""
 

@@ -6,8 +6,9 @@ strips: one row each for modes, alarms and ramp/soak steps, in which something l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
+
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,7 +21,7 @@ StripKind = Literal["mode", "alarm", "step", "condition"]
 MarkKind = Literal["event", "failure"]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Line:
     """One signal; ``side``: which of two runs it belongs to where a chart lays one over the other."""
 
@@ -33,7 +34,7 @@ class Line:
     side: Side | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Band:
     """A surface between two values at each time: how far a signal spreads."""
 
@@ -44,7 +45,7 @@ class Band:
     high: Sequence[float]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Panel:
     """Lines on one axis, whose title and unit label it."""
 
@@ -57,7 +58,7 @@ class Panel:
     """Behind the lines."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bar:
     """Something that lasted, in s: a mode, an alarm, a step."""
 
@@ -66,7 +67,7 @@ class Bar:
     end: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Strip:
     """A row of bars below the panels; bars of one row do not overlap."""
 
@@ -75,7 +76,7 @@ class Strip:
     kind: StripKind = "condition"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Mark:
     """Something that happened at one time: an event of the scenario, or an expectation that fails there."""
 
@@ -84,7 +85,7 @@ class Mark:
     kind: MarkKind = "event"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Locus:
     """The open loop as a curve in the complex plane (Nyquist), and the points at which its margins are measured."""
 
@@ -111,7 +112,7 @@ class Locus:
         return ", ".join(words)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Chart:
     """One loop's picture."""
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import textwrap
-from dataclasses import dataclass
 from math import ceil, floor, isfinite, log10
 from typing import TYPE_CHECKING, Any
+
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -28,7 +29,7 @@ WARNING = "#A84300"
 """Vermilion as small letters need it: dark enough on white."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pen:
     """A colour, a width in points and a pattern of dashes (empty: solid)."""
 
@@ -170,7 +171,7 @@ MOST_LINES = 3
 """Lines that one explanation may take."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Box:
     """A rectangle from the top left, in inches."""
 
@@ -180,7 +181,7 @@ class Box:
     height: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Place:
     """Where the parts of one chart stand."""
 
@@ -197,7 +198,7 @@ class Place:
     bottom: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sheet:
     """The whole picture."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.schemas.scenario import Scenario
@@ -14,6 +14,7 @@ from pidcfg.study.outcome import Outcome, simulate_loaded
 from pidcfg.study.scenario import Loaded, read_scenario
 from pidcfg.study.verification.comparison import loops_of
 from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import one_line
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
@@ -166,7 +167,7 @@ class NoDraftError(ValueError):
     """A configuration for which no scenario can be drafted, and why."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Draft:
     """A scenario as text, and what to know about it."""
 
@@ -225,7 +226,7 @@ def _has_profile(loop: Any) -> bool:
     return bool(getattr(getattr(loop, "ramp_soak", None), "steps", ()))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Trial:
     """A course that has run."""
 

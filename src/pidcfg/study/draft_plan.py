@@ -15,6 +15,7 @@ from pidcfg.sim.engine.influence import Influence
 from pidcfg.sim.engine.run import prepare
 from pidcfg.study.verification.stages import dynamics, middle_output, output_limits, quiet_range
 from pidcfg.study.verification.trial import is_whole, output_scale
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ LARGER = "Max"
 """In the type of a selector that takes the larger of its inputs."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Selector:
     """A signal of the program that is one of several outputs."""
 
@@ -77,7 +78,7 @@ class Selector:
     """The loop that shall have it."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Connections:
     """By the number of a loop."""
 
@@ -197,7 +198,7 @@ UNKNOWN_GAIN, SAMPLES_OF_UNKNOWN = 1.0, 50
 """The same for a loop whose gains no neutral form has."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LoopPlan:
     """One loop; shares of the ranges, s."""
 
@@ -379,7 +380,7 @@ NO_WORD = re.compile(r"[^\w.-]")
 Row = dict[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Line:
     """An entry of a list or a mapping of the scenario, with what stands behind it as a comment."""
 
@@ -419,7 +420,7 @@ class DraftParts:
         return data
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PlanUnits:
     """The plans in the units of the signals."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import isfinite, nan, sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ from pidcfg.pictures.chart import Bar, Chart, Line, Mark, Panel, Strip
 from pidcfg.sim.engine.recording import HIGH, LOW
 from pidcfg.sim.judgement.report import LIMITED_ABOVE, LIMITED_BELOW, Alarm, flag_words
 from pidcfg.text.diagnostics import Diagnostic, Severity
+from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DISK, Reader
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 PERCENT = (0, 100)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Root:
     """The PV's scale of a loop that takes the root of it: its signals are recorded as they are before."""
 
@@ -57,7 +58,7 @@ def root_of(plc: Plc, loop: int) -> Root | None:
     return None if zero is None else Root(low, high - low, zero)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Axes:
     """What a loop's signals are called and counted in."""
 
@@ -306,7 +307,7 @@ LOOP_STEP = 10.0
 """About what a loop-step takes in CPython with everything around it, in µs."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Outcome:
     """One scenario file: its findings, and its report when it could run."""
 

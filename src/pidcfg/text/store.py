@@ -15,10 +15,10 @@ import os
 import stat
 import sys
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import read_file
 
 PLACE = "PIDCFG_CACHE_DIR"
@@ -96,7 +96,7 @@ def _refuse_others(part: Path, facts: os.stat_result, user: int, *, last: bool) 
         raise UnsafeFolderError(errno.EPERM, f"others may write to {part}")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Store:
     """Entries in a folder, by keys of hexadecimal digits."""
 

@@ -8,12 +8,13 @@ is fitted by least squares.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from math import inf, sqrt
 from statistics import fmean, median
 from typing import TYPE_CHECKING
 
+from pidcfg.text.frozen import frozen
 from pidcfg.tuning import response
 from pidcfg.tuning.response import (
     Fit,
@@ -67,7 +68,7 @@ NO_DEAD_TIME = 1e-6
 """Samples: a shorter dead time is none, and what is left of it the arithmetic's."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Identified:
     """What was identified: the process, when the output first changed, the PV before it, and how well it fits.
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from cmath import exp, phase
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from math import atan, degrees, expm1, inf, isinf, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.tuning.rules import Process
 from pidcfg.tuning.transfer import transfer_of
@@ -48,7 +49,7 @@ SECTIONS = 60
 GOLDEN = (5**0.5 - 1) / 2
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Margins:
     """Maximum sensitivity (at least 1), gain margin (a factor), phase margin in degrees; infinite: no limit."""
 
@@ -57,7 +58,7 @@ class Margins:
     phase_margin: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Trace:
     """The open loop in the complex plane, from low frequencies to high ones, and where its margins are measured."""
 
@@ -70,7 +71,7 @@ class Trace:
     """On the unit circle, closest to -1; None: the loop is never as loud."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Loop:
     """A controller on a process."""
 
@@ -232,7 +233,7 @@ LONGEST_LOOK = 12
 """Times the slowest of integral time, lags and dead time: how long is looked at."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Answer:
     """Overshoot in % of a step of the set point, and integrals of |error| in units and s.
 
@@ -274,7 +275,7 @@ class _Plant:
         return value
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Curves:
     """The PV after a unit step of the set point, and after one that is added to the output; times in s."""
 
@@ -356,7 +357,7 @@ SAMPLE_SHARE = 10
 """A sample time should be below this part of the time constant."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Judgement:
     """Whether the rule was made for the process, with its range in words, and how the loop behaves."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from itertools import groupby, pairwise
 from math import isfinite
 from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
 
+from pidcfg.text.frozen import frozen
 from pidcfg.tuning.identify import Identified, identify
 from pidcfg.tuning.response import Record, RecordError, Request
 from pidcfg.tuning.rules import TuningError
@@ -68,7 +68,7 @@ HELD_SHARE = 0.5
 """Share of samples at which an output does not change."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Columns:
     """Where the three stand, from 0; the time may stand in two columns, date and clock."""
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from math import exp, hypot, inf, sqrt
 from operator import mul
 from statistics import fmean
 from typing import TYPE_CHECKING, NamedTuple
+
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -25,7 +27,7 @@ class RecordError(ValueError):
         """Index of the sample that shows it."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Record:
     """Samples of one test: times in s, and what output and PV were."""
 
@@ -34,7 +36,7 @@ class Record:
     pv: Sequence[float]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Request:
     """What the user says of a record: its columns, the output before it, and the part that counts."""
 
@@ -72,7 +74,7 @@ class Segment(NamedTuple):
     slope: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Samples:
     """Times in s and values of the PV."""
 
@@ -90,7 +92,7 @@ class Samples:
         return Samples([fmean(self.time[a:b]) for a, b in pairs], [fmean(self.value[a:b]) for a, b in pairs])
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Fit:
     """The best parameters; ``constant`` is infinite for an integrator, whose gain is per s."""
 
@@ -301,7 +303,7 @@ MOST_TURNS = 8
 """How often the output of a test turns round at most."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Path:
     """The output from its first change on."""
 

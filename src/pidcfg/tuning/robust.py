@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 from pidcfg.encoders.codecs import EncodeError
 from pidcfg.encoders.regmap import FULL_OUTPUT, LoopTuning
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.tuning.rules import Gains, TuningError, simc
 from pidcfg.tuning.sampled import Curve, SampledLoop, absolute_error, allowed_gains, hold_process, sampled_margins
@@ -31,7 +32,7 @@ DIGITS = 12
 """Significant digits of a computed number: more are noise of the arithmetic."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Fitted:
     """One number for a vendor: its key, what is wanted, what the register holds (None: it cannot), and why not."""
 
@@ -135,7 +136,7 @@ class Axis(Protocol):
         """Those above ``low`` and up to ``high``, the largest first."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Words:
     """Multiples of a step."""
 
@@ -158,7 +159,7 @@ class Words:
         return Words(self.step, max(self.first, first), min(self.last, last))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Ratios:
     """Numbers that grow by a ratio, from ``low`` to ``high``; the end of an interval is one of them."""
 
@@ -174,7 +175,7 @@ class Ratios:
             value /= self.ratio
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Result:
     """Gains, the largest error over all plants, and the largest Ms."""
 
@@ -186,7 +187,7 @@ class Result:
     worst_ms: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Candidate:
     """Gains, and their largest error over the plants that decide."""
 
@@ -345,7 +346,7 @@ WORDS_AROUND = ((1.08, 1.2, 12), (1.025, 1.05, inf))
 """Reach of integral and derivative times around the best so far, and about how many of each; infinite: all words."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Robust:
     """The gains that a loop gets, and the best real numbers beside them."""
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import random
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Literal, NoReturn
 
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import NEXTOPID, Decision
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def is_usable(number: float) -> bool:
     return LEAST <= abs(number) <= LARGEST
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Process:
     """A process: static gain in PV units per unit of the output, time constant, dead time, and the loop around it.
 
@@ -103,7 +104,7 @@ class Process:
         return "integrating" if self.integrating else "second-order" if self.second_time_constant else "first-order"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Cycle:
     """The ultimate cycle: the gain at which a P controller just keeps swinging, and its period in s."""
 
@@ -111,7 +112,7 @@ class Cycle:
     period: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Gains:
     """A controller in the dependent form: gain, integral and derivative time in s; infinite: no integral term."""
 
@@ -407,7 +408,7 @@ ENDS = re.compile(rf"(-?(?:{NUMBER})) ?\.\. ?(-?(?:{NUMBER}))")
 FORMS = "write ±30%, 80%..130% (of the process's number), or both ends as numbers: 6..10"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Spread:
     """A number of the process and its ends, which are amounts: a gain counts without its sign."""
 
@@ -502,7 +503,7 @@ FITTED = (0.1, 1.0)
 LAST_DIGITS = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Method:
     """A rule: its name and inputs, the controllers and processes that it is for, and its formulas."""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from cmath import exp as turn
-from dataclasses import dataclass
 from math import ceil, exp, expm1, floor, inf, isclose, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.tuning.margins import TURNS, Margins, gain_margin, peak, phase_margin
 
@@ -53,7 +53,7 @@ Mode = tuple[float, float, float]
 NO_MODE: Mode = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sampling:
     """How a loop samples and filters: s, and shares of what is new that a filter takes in each sample."""
 
@@ -70,7 +70,7 @@ class Sampling:
         return self.sample_time / (self.sample_time + derivative_time / self.derivative_limit)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class HeldProcess:
     """A process from sample to sample, as the sum of two first-order modes behind the same delay."""
 
@@ -126,7 +126,7 @@ def _mode(gain: float, lag: float, sample_time: float, late: float) -> Mode:
     return exp(-sample_time / lag), gain * fresh, gain * exp(-rest / lag) * -expm1(-late / lag)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SampledLoop:
     """The open loop of a controller on a process, at frequencies in rad/s up to half the sample frequency."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from dataclasses import dataclass
 from datetime import UTC, date, datetime
 from itertools import pairwise
 from math import isfinite
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.decoding import listing_text
 from pidcfg.encoders.listing import ListingError
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import binary_file
 from pidcfg.tuning.rules import TuningError
 
@@ -42,7 +42,7 @@ class StampError(ValueError):
         self.row = row
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Stamp:
     """A time as written: three numbers of a date (day and month not yet told apart), and seconds of the day."""
 
@@ -258,7 +258,7 @@ MISSING = frozenset(
 LEAST_COLUMNS = 2
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Row:
     """A row of values: its line, from 1, and its cells without blanks around."""
 
@@ -266,7 +266,7 @@ class Row:
     cells: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sheet:
     """The table of a file: names and units of its columns (empty where there are none), and its rows."""
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from math import isclose, sqrt
 from typing import NoReturn
 
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.tuning.rules import LARGEST, LEAST, Process, TuningError, is_usable
 
@@ -28,7 +29,7 @@ CLOSE = 1.6
 LAST_DIGITS = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Transfer:
     """Gain, the times T of factors (T s + 1) above and below the line, integrators, and dead time in s."""
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter, defaultdict
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span, number_of
+from pidcfg.text.frozen import frozen
 from pidcfg.text.source import Places, comments_in
 from pidcfg.text.writer import json_line
 from pidcfg.validate.catalog import LISTED, ignorable, rules, suggestion, unusable
@@ -50,7 +51,7 @@ class BaselineError(Exception):
     """A baseline that cannot be read."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Compared:
     """The findings that are new, those that are known, and the entries that no longer occur, in order."""
 
@@ -226,7 +227,7 @@ MOST_NEAR = 100
 """Comments of a file whose unknown codes are compared with all there are."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Ignored:
     """A finding that a comment ignores, and why."""
 
@@ -234,7 +235,7 @@ class Ignored:
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Suppressed:
     """What is left of a file's findings, with what is wrong with its comments, and what was ignored."""
 
@@ -242,7 +243,7 @@ class Suppressed:
     ignored: list[Ignored] = field(default_factory=list)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Ignore:
     """One comment: the line that it applies to (0: none), its codes and its reason."""
 

@@ -6,11 +6,11 @@ import re
 from bisect import bisect_left, insort
 from collections import Counter
 from copy import deepcopy
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.text.diagnostics import Edit, Severity, Span
 from pidcfg.text.document import LINE_BREAK, Plain, same_places, span_of
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import Path, has_key, put, value_at
 from pidcfg.text.references import Decision
 from pidcfg.text.source import read_document
@@ -58,7 +58,7 @@ _Place = tuple[int, int]
 """Line and column, from 1."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Fixed:
     """The bytes of a file after its corrections, the findings that were corrected, and those that are left."""
 
@@ -83,7 +83,7 @@ def _range(starts: Sequence[int], span: Span) -> tuple[int, int]:
     return starts[span.line - 1] + span.column - 1, starts[span.end_line - 1] + span.end_column - 1
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _State:
     """A file at some point: its bytes, the document in them, and its findings."""
 
@@ -92,7 +92,7 @@ class _State:
     findings: list[Diagnostic]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Fixer:
     """How files are read and checked, and which findings are to be corrected."""
 
@@ -309,7 +309,7 @@ def _apart(data: Any) -> Any:
     return [_apart(item) for item in data] if isinstance(data, list) else data
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Target:
     """Where a key and its value are written."""
 

@@ -27,6 +27,7 @@ from pidcfg.output.report.runs import Run, run_sheet
 from pidcfg.output.report.sheets import plc_sheet
 from pidcfg.text.diagnostics import sort_findings
 from pidcfg.text.document import Document, Node
+from pidcfg.text.frozen import frozen
 from pidcfg.text.processes import Crew
 from pidcfg.validate.engine import Checked, check_document, is_scenario
 
@@ -46,7 +47,7 @@ SCENARIO = re.compile(rb"^scenario[ \t]*:", re.MULTILINE)
 """What a scenario looks like to whoever only counts them."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Configured:
     """A configuration or a memory listing, and the sheet on it."""
 
@@ -55,7 +56,7 @@ class Configured:
     findings: Sequence[Diagnostic] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Ran:
     """A scenario and its run; it travels between processes."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from pidcfg.cli.inputs import FILES, STDIN, document, name_of, note_read, read_i
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
 from pidcfg.text.diagnostics import Severity
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -183,7 +184,7 @@ def run_all(
         yield result
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Runner:
     """Runs one scenario after the other, each a document or the name of a file."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass
 from math import floor
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
@@ -16,6 +15,7 @@ from pidcfg.output.runs import batches_data, runs_data
 from pidcfg.sim.judgement.meters import METRICS, OF_SWINGS
 from pidcfg.sim.judgement.report import Tally, in_brief
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import CONTROL, one_line, to_left, to_right, width_of
 from pidcfg.text.writer import json_text
 from pidcfg.validate.catalog import rule_of
@@ -419,7 +419,7 @@ NO_XML = re.compile(f"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]|[{C
 """Characters that XML 1.0 cannot hold, not even escaped, and those that it should not."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Case:
     """One test case: what failed it, what kept it from being judged, and what else there is to say."""
 

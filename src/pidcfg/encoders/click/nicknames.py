@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from pidcfg.encoders.codecs import FLAG, Choice
 from pidcfg.encoders.listing import CONFLICT, Listing, ListingError, UnwritableError, cells_stand, decimal_content
 from pidcfg.encoders.maps.click import BLOCKS, SPACE, SUFFIXES
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -222,7 +223,7 @@ SYSTEM = frozenset({"SC", "SD"})
 """Banks whose nicknames the PLC's software gives, some of them twice."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Row:
     """One address of a nickname CSV: its first line, its text with the line end, its cells without blanks around."""
 

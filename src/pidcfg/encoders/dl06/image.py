@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from decimal import Decimal
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -287,7 +287,7 @@ ALWAYS = frozenset({"mode", "tuning.reset", "tuning.rate", "pv.format"})
 MODE_TITLES = {"Manual mode", "Automatic mode", "Cascade mode"}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LoopReader:
     """One loop's words on their way to a mapping."""
 

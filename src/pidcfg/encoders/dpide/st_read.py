@@ -38,6 +38,7 @@ from pidcfg.encoders.parameter_files import ParameterListing
 from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.structured_text import END, NAME, Cursor, settings_of
 from pidcfg.schemas.dpide import parse_timer
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import nearest
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ SECTIONS = ("VAR_INPUT", "VAR_IN_OUT", "VAR_OUTPUT")
 COMMA = frozenset((",", ")"))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Instruction:
     """A call of the instruction: its place, its operands, and the conditions around."""
 

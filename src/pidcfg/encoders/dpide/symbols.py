@@ -23,6 +23,7 @@ from pidcfg.schemas.base import parse_name
 from pidcfg.schemas.dpide import parse_flag_device, parse_register, place_of
 from pidcfg.schemas.iec import BOOL
 from pidcfg.schemas.numbers import NUMBER
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import printable
 
@@ -324,7 +325,7 @@ ARRAY = re.compile(r"ARRAY\s*\[\s*(\d{1,6})\s*\.\.\s*(\d{1,6})\s*\]\s*OF\s+(\w+)
 REGISTER = re.compile(r"D(\d{1,6})")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Row:
     """A row of the table: its line, its text with the line end, and its cells."""
 

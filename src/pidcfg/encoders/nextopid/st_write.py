@@ -39,6 +39,7 @@ from pidcfg.schemas.expressions import (
 from pidcfg.schemas.iec import AUTOTUNE_MODE, BOOL, Wire, is_numeric
 from pidcfg.schemas.nextopid import Move, Plc
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -69,7 +70,7 @@ OPERATORS = {
 WORDS_OF_TRUTH = {value: word for word, value in TRUTHS.items()}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Dialect:
     """How a language writes numbers and functions."""
 

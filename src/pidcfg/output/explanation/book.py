@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.output.explanation.page import Page, Placement, Point, choice_text, choices_text, key_text, label
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import printable, to_left, to_right, width_of
 from pidcfg.vendors import VENDORS
 
@@ -121,7 +122,7 @@ WRITERS = {
 """Who writes a register, by its access, or a parameter, by its direction."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Direction:
     """A vendor's key for the direction of control, whose action its words name, and how each word is set."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from pidcfg.output.explanation.page import Scaling
 from pidcfg.output.explanation.registers import DIALOG, FILE, Block, RegisterBook
 from pidcfg.schemas.ezlogix import CV_FULL, OutputSettings, PvSettings
 from pidcfg.schemas.limits import units_of
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,7 +26,7 @@ ERROR = R_BLOCK.word("error")
 ROOT = S_BLOCK.offset("square_root")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Ends:
     """PV and output of a loop, as a listing says them."""
 

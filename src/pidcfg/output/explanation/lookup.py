@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import pkgutil
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import import_module
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.explanation.page import ADDRESS, Configured, Page, Question, QuestionError, Value
 from pidcfg.output.explanation.registers import Registers
 from pidcfg.output.findings import Data, errors_in, findings_data
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 from pidcfg.validate.catalog import CODE, as_data, page, rules, suggestion
 from pidcfg.vendors import VENDORS
@@ -470,7 +471,7 @@ Example = tuple[str, str, str]
 """A thing that can be asked for, what it is, and the vendor's title."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ExplainResult:
     """Explanations, one for each reading of each thing; or, where no thing was named, examples of what can be."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -16,6 +16,7 @@ from pidcfg.schemas.document import field_texts, models_in, models_of
 from pidcfg.schemas.limits import Limits, limits_at, unit_text, units_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import path_text
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import has_key, steps, value_at
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ class Origin(NamedTuple):
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Page:
     """One explanation; `pidcfg.output.explanation.lookup` prints it."""
 
@@ -321,7 +322,7 @@ class QuestionError(ValueError):
     """Something that cannot be explained: what is wrong with it, and what to write instead."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Question:
     """One thing to explain: its name, the content given to it, and what the options say of the loops."""
 

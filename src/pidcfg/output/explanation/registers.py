@@ -31,6 +31,7 @@ from pidcfg.output.explanation.page import (
     text_of,
     unit_of,
 )
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps
 from pidcfg.vendors import VENDORS
 
@@ -52,7 +53,7 @@ DIALOG = f"{NO_REGISTER}set it in the PID dialog"
 FILE = f"{NO_REGISTER}only the configuration file holds it"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Block:
     """A block of registers: its bank, its rows, and where it begins in the manual's or the starter file's example.
 

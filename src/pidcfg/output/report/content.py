@@ -11,6 +11,7 @@ from pidcfg.output.explanation.page import is_before_root, share_before_root
 from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.numbers import decimal_text
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -29,7 +30,7 @@ COMPARED = {"setting", "request"}
 """Whose contents are those of the configuration as long as nobody changes them."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Title:
     """The title block; nothing in it comes from the clock or the computer."""
 
@@ -45,7 +46,7 @@ class Title:
     """Of pidcfg."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SourceFile:
     """A file that the report was made from."""
 
@@ -56,7 +57,7 @@ class SourceFile:
     sha256: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Setting:
     """A value of a configuration in engineering units."""
 
@@ -70,7 +71,7 @@ class Setting:
     """Where the PLC holds it."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Group:
     """Settings of one section of a configuration."""
 
@@ -79,7 +80,7 @@ class Group:
     settings: tuple[Setting, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bit:
     """One choice inside a bit word."""
 
@@ -90,7 +91,7 @@ class Bit:
     owner: Owner
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Register:
     """A register with its content; a run of reserved ones stands as one."""
 
@@ -109,7 +110,7 @@ class Register:
     """Whether its decimal number says something: not of BCD digits, bits and addresses."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RegisterBlock:
     """Registers that stand together."""
 
@@ -124,7 +125,7 @@ def contents_of(blocks: Sequence[RegisterBlock]) -> dict[str, str]:
     return {row.address: row.hex if digits else f"{row.decimal:g}" for row in rows if row.owner in COMPARED}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Parameter:
     """A named parameter with its content, or the expression that it is wired to."""
 
@@ -151,7 +152,7 @@ class Sheet:
     """What no register holds."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Fact:
     """Something that a reader looks for first; ``place``: where the PLC holds it, with what stands there."""
 
@@ -179,7 +180,7 @@ class PlcSheet(Sheet):
     loops: tuple[LoopSheet, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Content:
     """The whole report."""
 
@@ -216,7 +217,7 @@ class Content:
 # --- What a commissioning report says about a run, as data ------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Happening:
     """Something of a run: an event, an alarm, a mode, a remark."""
 
@@ -228,7 +229,7 @@ class Happening:
     error: bool = False
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class OpenAlarm:
     """An alarm that is on at the end of a run."""
 
@@ -238,7 +239,7 @@ class OpenAlarm:
     """Since when, in s."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Units:
     """What the PV and the output of a loop are counted in; empty: nobody says."""
 
@@ -248,7 +249,7 @@ class Units:
     """Of the loop's signals, by their names."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Expectation:
     """What was expected of a run, and what came."""
 
@@ -257,7 +258,7 @@ class Expectation:
     value: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StandingRow:
     """A standing expectation of a run: what is expected of every loop, whether the scenario says so or not."""
 
@@ -271,7 +272,7 @@ class StandingRow:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RunSheet:
     """One scenario's run; without facts it could not run, and the findings say why."""
 
@@ -413,7 +414,7 @@ SIGNAL = "% of the signal before the root"
 LINEAR = "of a linear PV"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BeforeRoot:
     """What a word means there: a share of the signal, and the PV at which the signal has it (None: a difference)."""
 

@@ -7,7 +7,6 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
@@ -18,6 +17,7 @@ from pidcfg.output.report.content import contents_of, measurement_text, text
 from pidcfg.output.report.runs import metric_unit
 from pidcfg.output.report.sheets import FIRST
 from pidcfg.text.diagnostics import Severity
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import printable
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def _environment() -> Environment:
 # --- what is shown ---------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FindingGroup:
     """Findings that are explained alike: everything but message and place is said once."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.output.report.content import (
@@ -20,6 +20,7 @@ from pidcfg.pictures.page import figures
 from pidcfg.sim.judgement.expect import UNITS as METRICS
 from pidcfg.sim.judgement.meters import OF_SWINGS
 from pidcfg.sim.judgement.report import Tally, flag_words
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -52,7 +53,7 @@ METRIC_UNITS = {
 """Units of metrics whose title has none, by those of the loop."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Run:
     """What the command knows of one scenario; ``report`` None: it could not run."""
 

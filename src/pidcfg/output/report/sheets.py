@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from decimal import Decimal
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, cast
@@ -38,6 +38,7 @@ from pidcfg.schemas.base import Quantity, Rate
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.limits import unit_text, units_of
 from pidcfg.text.diagnostics import path_text, sort_findings
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps, value_at
 from pidcfg.text.signs import one_line
 
@@ -271,7 +272,7 @@ def _belongs(block: Block, loop: int | None) -> bool:
     return block.loop is None if loop is None else block.place[:2] == ("loops", loop)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Words:
     """The registers of a configuration, as one loop or the PLC sees them."""
 

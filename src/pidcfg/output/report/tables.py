@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 import datetime as dt
 import io
-from dataclasses import dataclass
 from decimal import Decimal
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.output.report.content import text
 from pidcfg.output.report.runs import METRIC_TITLES
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import FORMULA, printable
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Row = tuple["Value", ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Table:
     """A table; ``key`` is the name of its file, ``title`` that of its sheet."""
 

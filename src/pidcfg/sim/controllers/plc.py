@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterable, Mapping, MutableSequence, Sequence
-from dataclasses import dataclass
 from math import ceil, gcd
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from pidcfg.sim.controllers.kernels import REQUEST_BITS, notices
 from pidcfg.sim.engine.expressions import NoValue
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -399,7 +399,7 @@ SWITCH_AND_TUNE: Mapping[str, Sequence[str]] = {
 """`Plc.commands` of a PLC with a switch and an autotune."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ScanOptions:
     """What a scenario chooses about a PLC that calculates with its scans; no register holds it."""
 
@@ -407,7 +407,7 @@ class ScanOptions:
     """Length of a scan in ticks: the base step; samples come with the next scan (D641)."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class NoOptions:
     """A scenario chooses nothing about the PLC: its configuration says everything."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from pydantic_core import PydanticCustomError
@@ -15,6 +15,7 @@ from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, conte
 from pidcfg.schemas.base import Quantity, parse_flag, parse_seconds
 from pidcfg.schemas.limits import SIDES
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted
 from pidcfg.text.references import Decision
 from pidcfg.text.signs import nearest, spoken
@@ -41,7 +42,7 @@ def rows_of(tables: Iterable[RegisterMap], left_out: Iterable[str] = ()) -> dict
     return {point.path: point for point in points if point.path is not None and point.path not in set(left_out)}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Keys:
     """The keys that can be set in a running loop."""
 
@@ -176,7 +177,7 @@ BY_KIND: Mapping[str, Parser] = {
 """How a value of each kind of type is written."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class NamedKeys:
     """The parameters that can be set in a running loop."""
 

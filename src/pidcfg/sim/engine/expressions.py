@@ -20,6 +20,7 @@ from pidcfg.schemas.expressions import (
     SIGNAL,
     SUBTRACT,
 )
+from pidcfg.text.frozen import frozen
 from pidcfg.text.signs import nearest
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ KINDS = (
 """Kinds of problems; the last seven do not keep a scenario from running."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Problem:
     """One fault: where it stands, what it is, and the cure. ``offset`` is the character within an expression."""
 

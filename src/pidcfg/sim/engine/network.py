@@ -10,6 +10,7 @@ from pidcfg.sim.controllers.plc import TICKS, Plc
 from pidcfg.sim.engine.expressions import Pool, Problem, evaluate, unknown_name
 from pidcfg.sim.engine.kernel import Channel
 from pidcfg.sim.engine.plants import MODELS, Plant, numbers_of, set_parameters, settle_at
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, MutableSequence, Sequence
@@ -95,7 +96,7 @@ def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] =
     return net
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Later:
     """What events will need: loops whose sensor breaks, plants that become noisy."""
 

@@ -26,6 +26,7 @@ from pidcfg.sim.judgement.expect import Outcome, Watch, alarms_off, place_verdic
 from pidcfg.sim.judgement.meters import DEFAULT_BAND, Band, Gauge, Onset, begin, loop_metrics, time_in_control
 from pidcfg.sim.judgement.report import Note, Range, Report, ScanTime, ten_digits
 from pidcfg.sim.judgement.standing import LoopWatch, standing, unused_allowances
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import leaves
 
 if TYPE_CHECKING:
@@ -320,7 +321,7 @@ class UnusableError(Exception):
         self.problems = problems
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Settings:
     """How to run, as opposed to what."""
 

@@ -13,6 +13,7 @@ from pidcfg.sim.controllers.plc import IN_CONTROL, TICKS, steps_until
 from pidcfg.sim.engine.expressions import evaluate
 from pidcfg.sim.engine.influence import answer, read_signals
 from pidcfg.sim.judgement.meters import Meter
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -42,7 +43,7 @@ SMOOTHING = 3
 """Samples of a loop that count as a part of its plant: it answers that much later."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Look:
     """A window in which a loop's error is looked at; all in base steps."""
 
@@ -96,7 +97,7 @@ def event_steps(scenario: Scenario, step: int, last: int) -> Iterator[tuple[int,
                 yield k, event
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pace:
     """How fast a loop's PV can answer its output."""
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from pidcfg.text.frozen import frozen
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
@@ -84,7 +86,7 @@ class ScanTime(NamedTuple):
     maximum: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Alarm:
     """An alarm with its times in s; ``cleared`` None: still on at the end."""
 
@@ -93,7 +95,7 @@ class Alarm:
     cleared: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Period:
     """How long something lasted, in s: a step of a set-point profile, or a flag; ``until`` None: to the end."""
 
@@ -102,7 +104,7 @@ class Period:
     until: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ModeChange:
     """A mode reached, or a request refused (``mode`` is then the old one), with the reason."""
 
@@ -112,7 +114,7 @@ class ModeChange:
     reason: str | None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Range:
     """How far a signal went, and where it ended."""
 
@@ -121,7 +123,7 @@ class Range:
     final: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Verdict:
     """An expectation in words, whether it holds, and what was measured instead."""
 
@@ -134,7 +136,7 @@ class Verdict:
     """The time in s that it is about, if any."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Standing:
     """What a standing expectation says of a loop, in words.
 
@@ -170,7 +172,7 @@ class Standing:
         return self.text if self.allowed is None else f"{self.text} (allowed: {self.allowed})"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Note:
     """Something that happened and needs saying: a parameter that has no effect yet, an expression without a value."""
 
@@ -241,7 +243,7 @@ class Report:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Tally:
     """How many standing expectations hold, fail, are allowed to fail, and are not judged."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from math import ceil, exp, lgamma, log, log1p
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ from pidcfg.study.certification.tally import Progress, Tally, key_of, read_state
 from pidcfg.study.outcome import axes_of
 from pidcfg.study.scenario import load
 from pidcfg.text.diagnostics import Severity
+from pidcfg.text.frozen import frozen
 from pidcfg.text.reader import DISK, Reader
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ QUANTILES = {"p5": 0.05, "p25": 0.25, "p50": 0.5, "p75": 0.75, "p95": 0.95, "p99
 PERCENT = 100.0
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Share:
     """How many samples keep an expectation; shares are in %."""
 
@@ -117,7 +118,7 @@ class Share:
         return lower_bound(self.held, self.samples) >= self.wanted / PERCENT
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StandingShare(Share):
     """The same of a standing expectation."""
 
@@ -125,7 +126,7 @@ class StandingShare(Share):
     loop: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Effect:
     """What an uncertainty does: the share of samples that pass where it is low, and where it is high; in %."""
 
@@ -141,7 +142,7 @@ class Effect:
         return 0.0 if self.lowest is None or self.highest is None else abs(self.lowest - self.highest)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class WorstSample:
     """A sample near a limit, or beyond it."""
 
@@ -156,7 +157,7 @@ class WorstSample:
     """Its scenario, for `pidcfg simulate`."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Certification:
     """All that a batch of samples says."""
 
@@ -181,7 +182,7 @@ class Certification:
         return not self.failed_to_run and all(one.passed for one in (*self.expectations, *self.standing))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BatchOutcome:
     """One scenario file: its findings, and the certification when it could run."""
 
@@ -205,7 +206,7 @@ class BatchOutcome:
         return self.certification is not None and self.certification.passed and not self.unjudged
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Names:
     """What the counts of a batch are about."""
 
@@ -283,7 +284,7 @@ NOTHING_MEASURED = " (nothing was measured"
 """What follows an expectation in a run that measured nothing for it."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Plan:
     """How many samples, of which row, by whom."""
 

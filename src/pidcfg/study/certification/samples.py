@@ -24,6 +24,7 @@ from pidcfg.sim.judgement.report import ten_digits
 from pidcfg.study.outcome import axes_of, signals_of
 from pidcfg.study.scenario import Loaded, load, read_scenario
 from pidcfg.text.document import Plain
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import put, steps
 from pidcfg.text.processes import AHEAD, Crew
 from pidcfg.text.references import Decision
@@ -175,7 +176,7 @@ class UnusableSampleError(Exception):
     """A sample that cannot run, and why."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Batch:
     """A scenario and what varies in it: everything that a sample is made of."""
 
@@ -247,7 +248,7 @@ def _plants(plants: Any, texts: Mapping[Uncertainty, Plain]) -> Any:
 # --- One sample through the ordinary simulation, and what a batch keeps of it -----------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SampleResult:
     """What a batch keeps of a sample; it travels between processes."""
 
@@ -367,7 +368,7 @@ class Thinned(Recording):
         """The run is over."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Fan:
     """The spread of each signal."""
 
@@ -398,7 +399,7 @@ class WorkersError(RuntimeError):
     """Nobody is left who runs the samples, and why."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Job:
     """What a process needs to run samples: bytes, from which it reads everything itself."""
 

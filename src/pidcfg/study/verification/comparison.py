@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from decimal import Decimal
 from itertools import accumulate, groupby, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,6 +11,7 @@ from pidcfg.conversion.builder import flat, on_the_same_scale
 from pidcfg.conversion.ledger import number_of
 from pidcfg.conversion.operation import PREFIX, Smoothing
 from pidcfg.conversion.pipeline import generic_file
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -166,7 +167,7 @@ class CountSizes(NamedTuple):
     output: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Tolerance:
     """How far both sides of a loop may lie apart."""
 
@@ -191,7 +192,7 @@ class Tolerance:
     """Of the mean of an output where the PV goes its own way: a share of the range; 0: means are not compared."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SignalDifference:
     """A signal that differs in a stage."""
 
@@ -239,7 +240,7 @@ def _by_hand(stage: Stage, one: Trial, two: Trial) -> bool:
     return stage.output is None and "manual" in {one.modes[-1], two.modes[-1]}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Comparison:
     """Two trials of one stage."""
 

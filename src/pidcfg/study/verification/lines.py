@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.builder import flat
@@ -21,6 +20,7 @@ from pidcfg.study.verification.comparison import (
     neutral_values,
     same_value,
 )
+from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -237,7 +237,7 @@ VALUES = ("pv", "output")
 SETPOINT_MOVES = ("start", "auto", "step 5 %", "step 50 %", "dead band", "transfers", "set point limits")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Scene:
     """A stage as both sides went through it."""
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import ceil, expm1
 from typing import TYPE_CHECKING, Literal
 
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ MOST_SAMPLES = 800
 """Samples of a stage."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bench:
     """A plant, and how far and how long it is moved; PV units and s."""
 
@@ -188,7 +189,7 @@ Signal = Literal["pv", "output", "setpoint", "mode", "alarms"]
 ALL: frozenset[Signal] = frozenset(("pv", "output", "setpoint", "mode", "alarms"))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Act:
     """Something that happens ``at`` s; numbers of a plant, a key of the loop, a mode, or a broken sensor."""
 
@@ -206,7 +207,7 @@ class Act:
     """The sensor shows the lower end of its range, or the PV again."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Stage:
     """One stage; times in s."""
 

@@ -13,6 +13,7 @@ from pydantic_core import PydanticCustomError
 from pidcfg.sim.controllers.kernels import NEVER
 from pidcfg.sim.controllers.plc import COUNTS, TICKS, CountsPlc
 from pidcfg.sim.engine.recording import Recording
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 PERCENT = (0.0, 100.0)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SideNames:
     """What a loop's signals are called on one side."""
 
@@ -268,7 +269,7 @@ class Side:
         return self.vendor.module("controller").load(self.image).operated(self.image)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Trial:
     """What one side did in a stage, a value a sample."""
 

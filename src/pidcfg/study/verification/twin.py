@@ -27,6 +27,7 @@ from pidcfg.study.verification.comparison import (
     same_value,
 )
 from pidcfg.study.verification.trial import slaves_of
+from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps, value_at
 
 if TYPE_CHECKING:
@@ -261,7 +262,7 @@ RULES_OF_FIELDS = frozenset(("tuning.integral_time",))
 """Neutral fields that a target may have with another rule, although the value is the same."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ReportLine:
     """A line of the report, the loop that it is of, and the neutral field that it explains."""
 

@@ -31,6 +31,7 @@ from pidcfg.study.verification.lines import Scene, field_of, find_line, key_of, 
 from pidcfg.study.verification.stages import bench_of, nearest_step, round_setpoints, stages_of
 from pidcfg.study.verification.trial import Side, companions, finest_counts, new_plc, resolution, root_step, run_stage
 from pidcfg.study.verification.twin import ReportSource, reported_source
+from pidcfg.text.frozen import frozen
 from pidcfg.text.processes import Crew
 
 if TYPE_CHECKING:
@@ -235,7 +236,7 @@ def _value(trial: Trial, signal: str, k: int) -> float | str | bool:
 # --- What the battery found: of each loop the differences that nothing explains, and those that a line names ----------
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Named:
     """A difference, and the line of the report that says why; None: several do, and none of them alone."""
 
@@ -243,7 +244,7 @@ class Named:
     line: Change | None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Failure:
     """A difference that nothing explains, and the key of the target that does where one is found."""
 
@@ -251,7 +252,7 @@ class Failure:
     key: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Untried:
     """A stage that shows nothing, and the mode that it asks for and the source does not go to."""
 
@@ -259,7 +260,7 @@ class Untried:
     mode: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Verified:
     """One loop's two sides in the battery, and how far they lie apart in its step and its disturbance."""
 
@@ -330,7 +331,7 @@ MANY_LOOPS = 3
 """Loops that several processes judge sooner than one: each takes about as long as a process takes to start."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sides:
     """What is compared, and what of it a report explains."""
 

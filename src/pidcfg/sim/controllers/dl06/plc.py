@@ -64,6 +64,7 @@ from pidcfg.sim.controllers.plc import TICKS, CountsPlc, low_and_width
 from pidcfg.sim.controllers.settings import items_of
 from pidcfg.sim.engine.expressions import NoValue
 from pidcfg.sim.judgement.report import ScanTime
+from pidcfg.text.frozen import frozen
 from pidcfg.text.references import DL06
 
 if TYPE_CHECKING:
@@ -222,7 +223,7 @@ def ends(settings: Mapping[str, Any]) -> tuple[Decimal, Decimal] | None:
 # are read only when an alarm is enabled or the CPU changes its mode.
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Options:
     """What a scenario chooses about the PLC; no word holds it."""
 
