@@ -43,8 +43,7 @@ if TYPE_CHECKING:
 # R100,holding,99,uint16 S100,coil,99,bool M10,holding,40.3,bool DF1,holding,0,float32,high-first
 # PRG.TIC_1.Kp,holding,1000,float32 TIC_1.Direct,none
 #
-# Registers count from 0. Nothing here knows a vendor: what a symbol is, and which types fit it, is looked at by
-# `pidcfg.encoders.modbus_map` and `pidcfg.encoders.modbus_map`.
+# Registers count from 0. What a symbol is, and which types fit it, is looked at further down.
 
 D890 = Decision(
     890,
