@@ -11,6 +11,7 @@ import io
 import json
 import os
 import pkgutil
+import re
 import signal
 import subprocess
 import sys
@@ -53,7 +54,33 @@ STEP = "time,output,pv\n" + "".join(
 
 def test_every_exported_function_is_called_here():
     old = {"__version__", "check_file", "check_text", "decode_words"}
-    assert set(CALLS) == set(pidcfg.__all__) - old - set(pidcfg.LIVE)  # those: test_live.py
+    assert set(CALLS) == set(pidcfg.__all__) - old - set(pidcfg.LIVE) - TYPES  # those of a PLC: test_live.py
+
+
+TYPES = {name for names in pidcfg.TYPES.values() for name in names}
+
+
+def test_types_are_exported_from_where_they_stand():
+    for module, names in pidcfg.TYPES.items():
+        for name in names:
+            assert getattr(pidcfg, name) is vars(importlib.import_module(f"pidcfg.{module}"))[name]
+            assert isinstance(getattr(pidcfg, name), type), name
+    assert TYPES <= set(pidcfg.__all__) <= set(dir(pidcfg))
+    with pytest.raises(AttributeError, match="no attribute 'Nothing'"):
+        _ = pidcfg.Nothing
+
+
+def functions():
+    """Every public function."""
+    return [getattr(pidcfg, name) for name in sorted(set(pidcfg.__all__) - TYPES - {"__version__"})]
+
+
+@pytest.mark.parametrize("function", functions(), ids=lambda function: function.__name__)
+def test_what_a_call_returns_and_raises_is_exported(function):
+    result = function.__annotations__["return"]
+    assert result in TYPES
+    told = set(re.findall(r"`(?:pidcfg\.)?(\w+Error)`", function.__doc__ or ""))
+    assert {name for name in told if not hasattr(builtins, name)} <= TYPES
 
 
 def test_no_module_takes_the_name_of_a_function():
@@ -61,8 +88,8 @@ def test_no_module_takes_the_name_of_a_function():
     for module in pkgutil.walk_packages(pidcfg.__path__, "pidcfg."):
         if not module.name.endswith("__main__"):
             importlib.import_module(module.name)
-    for name in set(pidcfg.__all__) - {"__version__"}:
-        assert isinstance(getattr(pidcfg, name), types.FunctionType), name
+    for function in functions():
+        assert isinstance(function, types.FunctionType), function
     assert not {module.name for module in pkgutil.iter_modules(pidcfg.__path__)} & set(pidcfg.__all__)
 
 

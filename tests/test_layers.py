@@ -64,7 +64,7 @@ MAY_IMPORT = {
                         "conversion validate sim study.scenario study.outcome output",
     "api":              "text.reader vendors encoders tuning validate sim study output",
     "cli":              "*",
-    "__init__":         "api live",
+    "__init__":         "text.reader text.diagnostics text.document encoders tuning validate study output live api",
     "__main__":         "cli",
 }
 

@@ -49,8 +49,7 @@ def check_file(path: str | Path) -> Checked:
 def decode_words(vendor: str, words: Mapping[int, int], **options: Any) -> Decoded:
     """Words by address back to a configuration as plain data; options as in ``pidcfg decode``.
 
-    Raises `KeyError` for a vendor that is not known and `pidcfg.encoders.codecs.DecodeError` for words that are missing
-    or impossible.
+    Raises `KeyError` for a vendor that is not known and `DecodeError` for words that are missing or impossible.
     """
     decoded: Decoded = VENDORS[vendor].load("decode")(words, options=options)
     return decoded
@@ -105,7 +104,7 @@ def tune(
     and ranges; nothing is saved. ``vary`` and ``ms`` are for robust: what is uncertain (such as
     ``gain=±30%,dead-time=80%..130%``) and the limit of the maximum sensitivity (1.6 when not given), and so many
     ``samples`` of `certify` confirm the gains on the virtual PLC. Raises
-    `ValueError` for a record that no process fits, and beyond the range of a rule.
+    `TuningError`, a `ValueError`, for a record that no process fits, and beyond the range of a rule.
     """
     from pidcfg.output import gains
     from pidcfg.output import process as processes
@@ -165,8 +164,8 @@ def explain(
     """What words, contents, bits, error numbers, registers, rules and decisions mean; without one, what can be asked.
 
     ``loop``: addresses are of loops that begin where the manual's example does; ``blocks``: where loop registers begin.
-    ``config``: a configuration, for the loop and the line that set a register. Raises `ValueError` for an unknown
-    thing.
+    ``config``: a configuration, for the loop and the line that set a register. Raises `QuestionError`, a `ValueError`,
+    for an unknown thing.
     """
     from pidcfg.output.explanation.lookup import explain_things
     from pidcfg.output.sources import checked_of
@@ -423,7 +422,7 @@ def certify(
     ``seed``: of the row of samples; not given: the scenario's. ``jobs``: processes, with the same results however many
     (a script that starts some needs ``if __name__ == "__main__"``). ``cluster``: the address of a Dask scheduler, as in
     ``tcp://127.0.0.1:8786``, or ``local:2``; its workers take the place of the processes, and ``remark`` is called with
-    why one of them is left out; where nobody is left, a `RuntimeError` says why. ``keep_worst``: how many samples the
+    why one of them is left out; where nobody is left, a `WorkersError` says why. ``keep_worst``: how many samples the
     result has as scenarios. ``record``: how the signals spread, for a picture. ``keep`` is called with a state now and
     then, and ``state`` continues there; one of another batch is an `ArgumentError`. ``progress``: the share done.
     """
