@@ -27,6 +27,7 @@ from pidcfg.conversion.ledger import ConvertError, overlap
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.conversion.settle import held_lines
 from pidcfg.encoders.codecs import DecodeError, EncodeError
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.generic import Loop
 from pidcfg.text.paths import dotted, given_fields, leaves, put
 from pidcfg.text.source import read_document
@@ -68,7 +69,7 @@ def as_source(file, vendor):
 def held(data, vendor):
     """The neutral loops of what the vendor's registers hold of a file."""
     target = VENDORS[vendor]
-    image = target.encoder(target.model.model_validate(data)).image
+    image = encoder_of(target).encode(target.model.model_validate(data)).image
     decoded = target.model.model_validate(target.load("decode")(image.words, image.settings, image.plc).data)
     return neutral_loops(decoded, target)[0].loops
 

@@ -24,6 +24,7 @@ import ezlogix_strategies
 import neutral_strategies
 import nextopid_strategies
 import pidcfg
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.decoding import read_listing
 from pidcfg.encoders.listing import UnwritableError
 from pidcfg.text.paths import dotted, has_key, value_at
@@ -62,7 +63,7 @@ class Score:
 
 def plain(vendor, config):
     """A configuration as the data of its file."""
-    image = vendor.encoder(config).image
+    image = encoder_of(vendor).encode(config).image
     return vendor.load("decode")(image.words, image.settings, image.plc).data
 
 

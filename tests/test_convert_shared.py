@@ -13,9 +13,10 @@ from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, take
 from pidcfg.conversion.ledger import Change, ConvertError, SourceField, TargetField, changes
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import read_back
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text.writer import yaml_text
-from pidcfg.vendors import VENDORS, Vendor
+from pidcfg.vendors import VENDORS
 
 LOOP = {
     "name": "TIC1",
@@ -151,9 +152,9 @@ def counts(monkeypatch):
 
         return counted
 
-    encoder = Vendor.encoder.fget
-    monkeypatch.setattr(Vendor, "encoder", property(lambda self: counting("encoded", self.key, encoder(self))))
     for key, vendor in VENDORS.items():
+        image = encoder_of(vendor)
+        monkeypatch.setattr(image, "encode", counting("encoded", key, image.encode))
         monkeypatch.setattr(vendor.model, "model_validate", counting("validated", key, vendor.model.model_validate))
     return counts
 

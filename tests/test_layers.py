@@ -175,8 +175,8 @@ LINES = {
     "encode --help":     2_850,
     "decode --help":     4_350,
     "validate examples/dl06/reactor.yaml": 17_300,
-    "encode examples/dl06/reactor.yaml": 22_600,
-    "simulate examples/dl06/reactor.scenario.yaml": 32_200,
+    "encode examples/dl06/reactor.yaml": 22_650,
+    "simulate examples/dl06/reactor.scenario.yaml": 32_300,
 }
 SERVE_ALL = ("text.frozen", "text.paths")
 

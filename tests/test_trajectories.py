@@ -29,6 +29,7 @@ import pytest
 from ruamel.yaml import YAML
 
 from nested import merged
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.scenario import Scenario
 from pidcfg.sim.engine.run import Settings, options, simulate
 from pidcfg.vendors import VENDORS
@@ -124,7 +125,7 @@ class Run:
     def __init__(self, vendor, case, count):
         vendor = VENDORS[vendor]
         plan, controller, sink = make_scenario(case, count), vendor.module("controller"), io.StringIO()
-        image = vendor.encoder(vendor.model.model_validate(make_configuration(vendor.key, case))).image
+        image = encoder_of(vendor).encode(vendor.model.model_validate(make_configuration(vendor.key, case))).image
         plcs = [controller.load(image, options(plan, controller)) for _ in range(2)]
         self.alarms = plcs[1].alarm_bits
         settings = Settings("python", trend=sink, judged=False)

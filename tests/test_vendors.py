@@ -357,13 +357,13 @@ class Nested:
     """A vendor whose action and form stand in sections."""
 
     def load(self, what):
-        tables = {
-            "explainer": SimpleNamespace(direction=SimpleNamespace(key="control.action")),
-            "tuned": SimpleNamespace(
-                heating="control.action direct", dependent=("tuning.form", True), names=(), key=lambda name: name
-            ),
-        }
-        return tables[what]
+        return {"explainer": SimpleNamespace(direction=SimpleNamespace(key="control.action"))}[what]
+
+    def module(self, what):
+        tuned = SimpleNamespace(
+            heating="control.action direct", dependent=("tuning.form", True), names=(), key=lambda name: name
+        )
+        return {"registers": SimpleNamespace(TUNED=tuned)}[what]
 
 
 @pytest.mark.parametrize(

@@ -7,100 +7,59 @@ TYPE_CHECKING = False  # as typing has it, which takes longer to import than all
 if TYPE_CHECKING:
     from typing import Any
 
-    from pidcfg.api import (
-        certify,
-        check,
-        check_file,
-        check_text,
-        convert,
-        decode,
-        decode_words,
-        diff,
-        encode,
-        explain,
-        load,
-        simulate,
-        tune,
-    )
-    from pidcfg.encoders.codecs import DecodeError
-    from pidcfg.encoders.image import Decoded
-    from pidcfg.encoders.listing import UnwritableError
-    from pidcfg.encoders.modbus_map import UnusableMapError
-    from pidcfg.live.calls import compare, pull, serve, trend
-    from pidcfg.live.link import PlcError
-    from pidcfg.live.pull import CompareResult, PullResult
-    from pidcfg.live.serving import ServeResult
-    from pidcfg.live.trend import TrendResult
-    from pidcfg.output.arguments import ArgumentError
-    from pidcfg.output.conversion import ConvertResult
-    from pidcfg.output.differences import DiffResult
-    from pidcfg.output.explanation.lookup import ExplainResult
-    from pidcfg.output.explanation.page import QuestionError
-    from pidcfg.output.findings import CheckResult, LoadResult
-    from pidcfg.output.gains import TuneResult
-    from pidcfg.output.runs import CertifyResult, SimulateResult
-    from pidcfg.output.words import DecodeResult, EncodeResult
-    from pidcfg.study.certification.samples import WorkersError
-    from pidcfg.text.diagnostics import Diagnostic, Severity
-    from pidcfg.text.document import Document
-    from pidcfg.text.reader import Limits
-    from pidcfg.tuning.rules import TuningError
-    from pidcfg.validate.engine import Checked
+    from pidcfg.api import certify as certify
+    from pidcfg.api import check as check
+    from pidcfg.api import check_file as check_file
+    from pidcfg.api import check_text as check_text
+    from pidcfg.api import convert as convert
+    from pidcfg.api import decode as decode
+    from pidcfg.api import decode_words as decode_words
+    from pidcfg.api import diff as diff
+    from pidcfg.api import encode as encode
+    from pidcfg.api import explain as explain
+    from pidcfg.api import load as load
+    from pidcfg.api import simulate as simulate
+    from pidcfg.api import tune as tune
+    from pidcfg.encoders.codecs import DecodeError as DecodeError
+    from pidcfg.encoders.image import Decoded as Decoded
+    from pidcfg.encoders.listing import UnwritableError as UnwritableError
+    from pidcfg.encoders.modbus_map import UnusableMapError as UnusableMapError
+    from pidcfg.live.calls import compare as compare
+    from pidcfg.live.calls import pull as pull
+    from pidcfg.live.calls import serve as serve
+    from pidcfg.live.calls import trend as trend
+    from pidcfg.live.link import PlcError as PlcError
+    from pidcfg.live.pull import CompareResult as CompareResult
+    from pidcfg.live.pull import PullResult as PullResult
+    from pidcfg.live.serving import ServeResult as ServeResult
+    from pidcfg.live.trend import TrendResult as TrendResult
+    from pidcfg.output.arguments import ArgumentError as ArgumentError
+    from pidcfg.output.conversion import ConvertResult as ConvertResult
+    from pidcfg.output.differences import DiffResult as DiffResult
+    from pidcfg.output.explanation.lookup import ExplainResult as ExplainResult
+    from pidcfg.output.explanation.page import QuestionError as QuestionError
+    from pidcfg.output.findings import CheckResult as CheckResult
+    from pidcfg.output.findings import LoadResult as LoadResult
+    from pidcfg.output.gains import TuneResult as TuneResult
+    from pidcfg.output.runs import CertifyResult as CertifyResult
+    from pidcfg.output.runs import SimulateResult as SimulateResult
+    from pidcfg.output.words import DecodeResult as DecodeResult
+    from pidcfg.output.words import EncodeResult as EncodeResult
+    from pidcfg.study.certification.samples import WorkersError as WorkersError
+    from pidcfg.text.diagnostics import Diagnostic as Diagnostic
+    from pidcfg.text.diagnostics import Severity as Severity
+    from pidcfg.text.document import Document as Document
+    from pidcfg.text.reader import Limits as Limits
+    from pidcfg.tuning.rules import TuningError as TuningError
+    from pidcfg.validate.engine import Checked as Checked
 
 __version__ = "0.2.0"
-__all__ = [
-    "ArgumentError",
-    "CertifyResult",
-    "CheckResult",
-    "Checked",
-    "CompareResult",
-    "ConvertResult",
-    "DecodeError",
-    "DecodeResult",
-    "Decoded",
-    "Diagnostic",
-    "DiffResult",
-    "Document",
-    "EncodeResult",
-    "ExplainResult",
-    "Limits",
-    "LoadResult",
-    "PlcError",
-    "PullResult",
-    "QuestionError",
-    "ServeResult",
-    "Severity",
-    "SimulateResult",
-    "TrendResult",
-    "TuneResult",
-    "TuningError",
-    "UnusableMapError",
-    "UnwritableError",
-    "WorkersError",
-    "__version__",
-    "certify",
-    "check",
-    "check_file",
-    "check_text",
-    "compare",
-    "convert",
-    "decode",
-    "decode_words",
-    "diff",
-    "encode",
-    "explain",
-    "load",
-    "pull",
-    "serve",
-    "simulate",
-    "trend",
-    "tune",
-]
-
-
-LIVE = ("compare", "pull", "serve", "trend")
-"""The functions that speak to a PLC."""
-TYPES = {
+NAMES = {
+    "api": (
+        *("check", "check_text", "check_file", "load", "encode", "decode", "decode_words", "convert", "diff"),
+        *("simulate", "certify", "tune", "explain"),
+    ),
+    "live.calls": ("pull", "compare", "trend", "serve"),
     "encoders.codecs": ("DecodeError",),
     "encoders.image": ("Decoded",),
     "encoders.listing": ("UnwritableError",),
@@ -125,18 +84,18 @@ TYPES = {
     "tuning.rules": ("TuningError",),
     "validate.engine": ("Checked",),
 }
-"""Where the types are that a public call takes, returns or raises."""
+"""The public calls, and the types that they take, return or raise, by the modules that they stand in."""
+__all__ = ["__version__", *sorted(name for names in NAMES.values() for name in names)]  # noqa: PLE0604 - texts of the table
 
 
 def __getattr__(name: str) -> "Any":
     """A public name, from the module that has it."""
-    if name not in __all__:
-        raise AttributeError(f"module 'pidcfg' has no attribute {name!r}")
-    from importlib import import_module
+    for module, names in NAMES.items():
+        if name in names:
+            from importlib import import_module
 
-    functions = "live.calls" if name in LIVE else "api"
-    module = next((module for module, names in TYPES.items() if name in names), functions)
-    return getattr(import_module(f"pidcfg.{module}"), name)
+            return getattr(import_module(f"pidcfg.{module}"), name)
+    raise AttributeError(f"module 'pidcfg' has no attribute {name!r}")
 
 
 def __dir__() -> "list[str]":

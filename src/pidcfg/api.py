@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
+from pidcfg.encoders.contract import encoder_of, formats_of
 from pidcfg.output.arguments import ArgumentError, check_arguments, refuse_below, refuse_unknown, vendor_named
 from pidcfg.text.reader import DEFAULT, Files, Limits, data_of, read_file, reader_of, source_data
 from pidcfg.vendors import VENDORS, format_names
@@ -51,7 +52,7 @@ def decode_words(vendor: str, words: Mapping[int, int], **options: Any) -> Decod
 
     Raises `KeyError` for a vendor that is not known and `DecodeError` for words that are missing or impossible.
     """
-    decoded: Decoded = VENDORS[vendor].load("decode")(words, options=options)
+    decoded: Decoded = encoder_of(VENDORS[vendor]).decode(words, options=options)
     return decoded
 
 
@@ -288,7 +289,7 @@ def decode(
 
     family = vendor_named(vendor)
     if format is not None:
-        refuse_unknown("format", format, family.load("formats"))
+        refuse_unknown("format", format, formats_of(family).FORMATS)
     entries = files_of(source, name, files, limits)
     other = None if like is None else checked_of(like, None, files, limits)
     return decode_files(entries, family, DecodeOptions(format, other, annotate), options or {}, limits)

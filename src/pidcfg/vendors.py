@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.text.frozen import frozen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from pydantic import BaseModel
 
 
@@ -60,22 +58,14 @@ class Vendor:
         model: type[BaseModel] = self.load("schema")
         return model
 
-    @property
-    def encoder(self) -> Callable[[Any], Any]:
-        """Configuration to `pidcfg.encoders.image.Encoding`."""
-        encoder: Callable[[Any], Any] = self.load("encode")
-        return encoder
-
 
 PARTS = {
     "schema": "schemas.{key}:{Key}File",
     "encode": "encoders.{key}.image:encode",
     "decode": "encoders.{key}.image:decode",
-    "areas": "encoders.{key}.image:areas",
     "numbering": "encoders.{key}.files:NUMBERING",
     "points": "encoders.{key}.files:points",
     "tags": "encoders.{key}.image:tags",
-    "mode_register": "encoders.{key}.image:MODE_REGISTER",
     "mode_of": "encoders.{key}.image:mode_of",
     "context": "validate.rules.{key}.context:{Key}Context",
     "rules": "validate.rules.{key}:RULES",
@@ -87,13 +77,10 @@ PARTS = {
     "virtual": "sim.controllers.{key}.scan:{Key}Registers",
     "registers": "encoders.maps.{key}:TABLES",
     "tuned": "encoders.maps.{key}:TUNED",
-    "tuning_of": "encoders.{key}.image:tuning_of",
     "written": "encoders.maps.{key}:WRITTEN",
     "explainer": "output.explanation.{key}:EXPLAINER",
     "to_neutral": "conversion.from_{key}:to_neutral",
     "from_neutral": "conversion.to_{key}:from_neutral",
-    "own": "conversion.from_{key}:OWN",
-    "nothing_lost": "conversion.from_{key}:NOTHING_LOST",
     "operation": "conversion.from_{key}:operations",
     "convert_options": "encoders.{key}:CONVERT_OPTIONS",
 }

@@ -8,11 +8,13 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
 from pidcfg.conversion.builder import flat, normal, on_the_same_scale
+from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.differences import Compared, Difference, judge_difference, judged_key, rank_by_risk, sort_by_risk
 from pidcfg.conversion.ledger import ConvertError, number_of, overlap
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.conversion.terms import SIGNALS, Item, Owner, Wired
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
@@ -118,10 +120,10 @@ def neutral_side(config: Any, vendor: Vendor, *, partial: bool = False) -> Neutr
     Raises `ConvertError` where it does not say what its values mean, unless it may be ``partial``: loops without a
     neutral form are then none. A vendor that names its parameters may have such loops in any case.
     """
-    encoding = vendor.encoder(config)
+    encoding = encoder_of(vendor).encode(config)
     image = encoding.image
-    held: Any = vendor.model.model_validate(vendor.load("decode")(image.words, image.settings, image.plc).data)
-    neutral: list[NeutralLoop] = vendor.load("to_neutral")(held)
+    held: Any = vendor.model.model_validate(encoder_of(vendor).decode(image.words, image.settings, image.plc).data)
+    neutral: list[NeutralLoop] = source_of(vendor).to_neutral(held)
     missing = [entry for loop in neutral for entry in loop.missing]
     if missing and not partial and encoding.space is not None:
         raise ConvertError(missing)
@@ -139,7 +141,7 @@ SCALES = ("pv", "output")
 def fields_of(vendor: Vendor, config: Any, encoding: Any) -> dict[str, list[tuple[str, tuple[str, ...]]]]:
     """By loop, each key with the neutral fields that it becomes; a key of a block stands with the block's name."""
     try:
-        loops: list[NeutralLoop] = vendor.load("to_neutral")(with_ranges(config, encoding))
+        loops: list[NeutralLoop] = source_of(vendor).to_neutral(with_ranges(config, encoding))
     except (ConvertError, DecodeError, ArithmeticError):
         return {}
     fields: dict[str, list[tuple[str, tuple[str, ...]]]] = {}

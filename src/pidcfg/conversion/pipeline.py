@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from pydantic import BaseModel
 
 from pidcfg.conversion.builder import harmless
+from pidcfg.conversion.contract import source_of, target_of
 from pidcfg.conversion.ledger import (
     COMMON,
     DEFAULT,
@@ -26,6 +27,7 @@ from pidcfg.conversion.ledger import (
 from pidcfg.conversion.operation import differing_rules
 from pidcfg.conversion.settle import held_lines, place, settle_values, validate_data
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.paths import dotted, given_fields, is_given, put, steps, value_at
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.ledger import MaxLoss, Stored
     from pidcfg.conversion.operation import Operation
-    from pidcfg.encoders.image import Encoding
+    from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.vendors import Vendor
@@ -46,12 +48,12 @@ if TYPE_CHECKING:
 
 def own_scales(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[str, Any]:
     """Options with what the gains and times of a file depend on, unless they say it themselves."""
-    return {**vendor.load("own").scales(config, kept), **options}
+    return {**source_of(vendor).OWN.scales(config, kept), **options}
 
 
 def own_places(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[int, list[Change]]:
     """What the loops at some places of a file keep within their vendor, as lines by their number in the result."""
-    own = vendor.load("own")
+    own = source_of(vendor).OWN
     paths = [path for path, option in own.choices.items() if option not in options]
     paths += () if options else own.addresses
     held = _as_data(config, vendor) if paths else {}
@@ -73,9 +75,9 @@ def _default(config: Any, path: str) -> Any:
 
 def _as_data(config: Any, vendor: Vendor) -> dict[str, Any]:
     """A file as plain data; nothing where its words are no values."""
-    image = vendor.encoder(config).image
+    image = encoder_of(vendor).encode(config).image
     try:
-        data: dict[str, Any] = vendor.load("decode")(image.words, image.settings, image.plc).data
+        data: dict[str, Any] = encoder_of(vendor).decode(image.words, image.settings, image.plc).data
     except DecodeError:
         return {}
     return data
@@ -256,15 +258,14 @@ class Converted:
         return tuple(i for i, loop in enumerate(self.loops) if loop.status == "converted")
 
     @cached_property
-    def encoding(self) -> Encoding:
+    def encoding(self) -> AnyEncoding:
         """The registers or parameters that the model becomes."""
-        encoding: Encoding = self.vendor.encoder(self.config)
-        return encoding
+        return encoder_of(self.vendor).encode(self.config)
 
 
 def neutral_loops(config: Any, source: Vendor) -> tuple[GenericFile, list[NeutralLoop]]:
     """The neutral file of a configuration; raises `ConvertError` for what it must say before."""
-    loops: list[NeutralLoop] = source.load("to_neutral")(config)
+    loops: list[NeutralLoop] = source_of(source).to_neutral(config)
     missing = [entry for loop in loops for entry in loop.missing]
     if missing:
         raise ConvertError(missing)
@@ -293,7 +294,7 @@ def convert(
     ``left_out``: loops that are not converted, by their places, each with the reason. Raises `ConvertError` where no
     loop can be converted, and for what the target cannot hold at all.
     """
-    loops: list[NeutralLoop] = source.load("to_neutral")(config)
+    loops: list[NeutralLoop] = source_of(source).to_neutral(config)
     if not loops:
         raise ConvertError([Missing(("loops",), "there is no loop to convert: add one")])
     dropped = {i: [Missing(("loops", i), reason)] for i, reason in (left_out or {}).items()}
@@ -346,17 +347,17 @@ class _Conversion:
     def result(self, options: Mapping[str, Any], max_loss: MaxLoss, missing: tuple[Missing, ...]) -> Converted:
         """The target's file, and the report."""
         generic = generic_file(self.config, self.loops)
-        habits: list[Operation] = self.source.load("operation")(self.config)
+        habits: list[Operation] = source_of(self.source).operations(self.config)
         before = [habits[i] for i in self.kept]
         is_own = self.source is self.target
         own = own_places(self.config, self.source, self.kept, options) if is_own else {}
         scaled = own_scales(self.config, self.source, self.kept, options) if is_own else options
-        file: TargetFile = self.target.load("from_neutral")(generic, scaled, before)
+        file: TargetFile = target_of(self.target).from_neutral(generic, scaled, before)
         keep(file.data, own)
         stored = settle_values(file, self.target)
         model = validate_data(self.target, file.data) if file.model is None else file.model
         sides = Sides(
-            generic.loops, before, self.target.load("to_neutral")(model), self.target.load("operation")(model)
+            generic.loops, before, source_of(self.target).to_neutral(model), source_of(self.target).operations(model)
         )
         reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.kept)}
         told = [row for rows in reports.values() for row in rows]
@@ -388,7 +389,7 @@ class _Conversion:
         rows = [_named(row) if about.intersection(row.neutral) else row for row in rows] + lines
         given = fields_of_loop(self.config, self.kept[j], with_plc=j == 0)
         told = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
-        return [*rows, *remaining(given, told, self.source.load("nothing_lost"), file.data["loops"][j])]
+        return [*rows, *remaining(given, told, source_of(self.source).NOTHING_LOST, file.data["loops"][j])]
 
 
 def _named(row: Change) -> Change:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from pidcfg.conversion.builder import comparable, harmless, quotient
 from pidcfg.conversion.ledger import KINDS, ConvertError, Missing, Stored, Terms, number_of
 from pidcfg.encoders.codecs import Distance, Position
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.builder import Flat
     from pidcfg.conversion.ledger import Change, TargetFile
-    from pidcfg.encoders.image import Encoding
+    from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.schemas.generic import Loop
     from pidcfg.text.paths import Path
     from pidcfg.vendors import Vendor
@@ -53,7 +54,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     clamped: dict[Path, Stored] = {}
     for _ in range(ROUNDS):
         model = validate_data(target, file.data)
-        encoding = target.encoder(model)
+        encoding = encoder_of(target).encode(model)
         outside = _beyond_registers(file.data, encoding, target)
         outside |= _beyond_limits(file, model, outside)
         clamped |= outside
@@ -63,7 +64,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
             put(file.data, path, stored.value)
     image = encoding.image
     file.model = model
-    held = target.load("decode")(image.words, image.settings, image.plc).data
+    held = encoder_of(target).decode(image.words, image.settings, image.plc).data
     coarse = {path: rounded.stored for path, rounded in encoding.rounded if isinstance(rounded.word.codec, SCALED)}
     widths = {path: width for path, width in _widths(encoding) if path not in coarse}
     rows: list[dict[str, Stored]] = []
@@ -104,7 +105,7 @@ def validate_data(target: Vendor, data: dict[str, Any]) -> Any:
         raise ConvertError([Missing(path, f"{dotted(path)}: {text}")]) from None
 
 
-def _beyond_registers(data: Mapping[str, Any], encoding: Encoding, target: Vendor) -> dict[Path, Stored]:
+def _beyond_registers(data: Mapping[str, Any], encoding: AnyEncoding, target: Vendor) -> dict[Path, Stored]:
     """Numbers that registers cannot hold, brought to the end that they hold."""
     outside: dict[Path, Stored] = {}
     for path, misfit in encoding.misfits:
@@ -138,7 +139,7 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
     return outside
 
 
-def _widths(encoding: Encoding) -> Iterator[tuple[Path, Decimal]]:
+def _widths(encoding: AnyEncoding) -> Iterator[tuple[Path, Decimal]]:
     """The positions of a file by place, each with the width of its scale."""
     for block in encoding.blocks:
         for word in block.table.words:

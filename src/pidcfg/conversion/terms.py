@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 from pydantic import BaseModel
 
 from pidcfg.conversion.ledger import json_value
+from pidcfg.encoders.contract import tables_of, units_by_path
 from pidcfg.encoders.decoding import name_in
-from pidcfg.encoders.parameters import units_by_path
 from pidcfg.schemas.base import UNIT_WORDS, Duration, Minutes, Quantity, Rate, Seconds
 from pidcfg.schemas.expressions import (
     CONSTANT,
@@ -112,7 +112,7 @@ def unit_of(leaf: Leaf, loop: Any, vendor: Vendor, units: Mapping[str, str]) -> 
 
 def _term_unit(leaf: Leaf, vendor: Vendor) -> str:
     """The unit of one of the three terms, where the vendor's tables leave it open."""
-    tuned = vendor.load("tuned")
+    tuned = tables_of(vendor).TUNED
     keys = [tuned.key(name) for name in tuned.names]
     if leaf.text == keys[0]:
         return GAINS.get(tuned.gain_unit, "")

@@ -29,6 +29,7 @@ from pidcfg.conversion.terms import (
     whole_file,
 )
 from pidcfg.encoders.codecs import Choice, DecodeError
+from pidcfg.encoders.contract import tables_of
 from pidcfg.encoders.decoding import Reading, name_in
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.parameters import Entry, content_text, read_content
@@ -67,7 +68,7 @@ def memory_terms(subject: Subject) -> Terms:
         own = [block for block in subject.encoding.blocks if block.place[:2] == ("loops", i)]
         blocks = [_Block(subject, block, loop, outputs) for block in own]
         values = {path: value for block in blocks if not block.prefix for path, value in block.values()}
-        table: tuple[Written, ...] = subject.vendor.load("written")
+        table: tuple[Written, ...] = tables_of(subject.vendor).WRITTEN
         items = {key: item for block in blocks for key, item in block.items(table, values)}
         names, entry = {row.name: row for row in table if row.when(values)}, settings[i]
         items |= settings_beside(entry, loop, names, subject.faults(loop.name))
@@ -259,7 +260,7 @@ OUTPUT_DEVICE = ("devices", "MV")
 
 def parameter_terms(subject: Subject) -> Terms:
     """The loops, blocks and signals of a file or listing."""
-    image, table = subject.encoding.image, subject.vendor.load("written")
+    image, table = subject.encoding.image, tables_of(subject.vendor).WRITTEN
     names = [name_in(entry) for entry in image.settings]
     models = {item.name: item for item in (*getattr(subject.config, "blocks", ()), *subject.config.loops)}
     cells: dict[str, list[Entry]] = {name: [] for name in names}

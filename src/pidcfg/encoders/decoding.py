@@ -9,6 +9,7 @@ from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.contract import encoder_of, formats_of
 from pidcfg.encoders.image import Decoded, NoValueError, RefusedError, read_settings
 from pidcfg.encoders.listing import Listing, ListingError, columns, few, first_line, kind_of
 from pidcfg.encoders.parameters import Elsewhere
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.image import Image
     from pidcfg.encoders.listing import FileKind
+    from pidcfg.encoders.parameters import AnyImage
     from pidcfg.text.paths import Path
     from pidcfg.text.reader import Limits
     from pidcfg.vendors import Vendor
@@ -49,7 +51,7 @@ def read_listing(data: bytes | Listing, vendor: Vendor, limits: Limits, kind: st
     if isinstance(data, Listing):
         return data
     refuse_large(data, limits)
-    kinds = vendor.load("formats")
+    kinds = formats_of(vendor).FORMATS
     text = _text_of(data, [kinds[kind]] if kind else [*kinds.values()])
     chosen = kinds[kind] if kind else kind_of(text, kinds)
     if chosen is None:
@@ -179,7 +181,7 @@ def decode_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any],
     try:
         decoded, wrong = decode_words(listing, vendor, options)
         config = read_settings(vendor.model, decoded.data, "the listing gives no configuration")
-        again = vendor.encoder(config).image
+        again = encoder_of(vendor).encode(config).image
     except NoRegisterError as error:
         raise ListingError(str(error)) from None
     except DecodeError as error:
@@ -199,7 +201,7 @@ def decode_words(listing: Listing, vendor: Vendor, options: Mapping[str, Any]) -
     words, wrong = dict(listing.words), list[str]()
     while True:
         try:
-            return vendor.load("decode")(words, listing.settings, listing.plc, options), wrong
+            return encoder_of(vendor).decode(words, listing.settings, listing.plc, options), wrong
         except NoValueError as error:
             words[error.place] = nothing(words[error.place])
             wrong.append(str(error))
@@ -214,7 +216,7 @@ def annotate_listing(listing: Listing, vendor: Vendor, options: Mapping[str, Any
     return text, listing.notes
 
 
-def _differences(listing: Listing, again: Image, status: Collection[int]) -> Iterator[str]:
+def _differences(listing: Listing, again: AnyImage, status: Collection[int]) -> Iterator[str]:
     """Words that do not come back: encoded otherwise, or not at all."""
     said = {number: raw for number, raw in listing.words.items() if not isinstance(raw, Elsewhere)}
     differ = [c.address for c in again.cells if said.get(c.number, c.raw) != c.raw]
@@ -232,7 +234,7 @@ def check_settings(listing: Listing, vendor: Vendor) -> None:
     words, unreadable = dict(listing.words), set[Any]()
     while True:
         try:
-            vendor.load("decode")(words, listing.settings, listing.plc)
+            encoder_of(vendor).decode(words, listing.settings, listing.plc)
         except DecodeError as error:
             if error.place not in words or error.place in unreadable:
                 raise
@@ -306,10 +308,10 @@ class _Reader:
         """The configuration of what is not refused; where that is none, the other side's."""
         while True:
             try:
-                decoded = self.vendor.load("decode")(self.words, self.settings, self.plc, self.options)
+                decoded = encoder_of(self.vendor).decode(self.words, self.settings, self.plc, self.options)
                 self.data = decoded.data
                 config = read_settings(self.vendor.model, self.data, "the listing gives no configuration")
-                return self._reading(config, self.vendor.encoder(config))
+                return self._reading(config, encoder_of(self.vendor).encode(config))
             except DecodeError as error:
                 if isinstance(error, RefusedError) and self.like is not None:
                     is_cured = self._without_refused(error)

@@ -22,7 +22,7 @@ from pidcfg.text.writer import json_line, json_text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from pidcfg.encoders.parameters import Program
+    from pidcfg.encoders.parameters import AnyImage, Program
     from pidcfg.encoders.regmap import Kind, Space
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -93,7 +93,7 @@ class Listing:
         self.settings, self.plc = (*self.settings, *other.settings), {**self.plc, **other.plc}
 
 
-def comments(image: Image | Program, checklist: tuple[str, ...]) -> list[str]:
+def comments(image: AnyImage, checklist: tuple[str, ...]) -> list[str]:
     """The comment lines above the words: the checklist for people, the settings for the way back."""
     lines = [f"# check after the download: {item}" for item in checklist]
     lines.append(PLC + json_line(dict(image.plc)))
@@ -112,7 +112,7 @@ def csv_lines(rows: Iterable[Iterable[object]], end: str = "\n", delimiter: str 
     return out.getvalue()
 
 
-def json_listing(image: Image | Program, checklist: tuple[str, ...], words: list[dict[str, Any]]) -> str:
+def json_listing(image: AnyImage, checklist: tuple[str, ...], words: list[dict[str, Any]]) -> str:
     """A JSON listing of words that are ready to be written."""
     document = {
         "version": VERSION,
@@ -484,7 +484,7 @@ def write_modbus(image: Image, checklist: tuple[str, ...], numbering: Numbering)
     return modbus_csv(image, checklist, ((cell, numbering.place(cell.number)) for cell in image.cells))
 
 
-def modbus_csv(image: Image | Program, checklist: tuple[str, ...], cells: Iterable[tuple[Cell, Place]]) -> str:
+def modbus_csv(image: AnyImage, checklist: tuple[str, ...], cells: Iterable[tuple[Cell, Place]]) -> str:
     """Coils and registers, each with its value; of a switch in a register the bit stands behind a point."""
     table: list[tuple[object, ...]] = []
     for c, place in cells:
@@ -571,7 +571,7 @@ TABLES = ({"address"}, {"element"})
 """Columns of which the table of a memory listing has one and no other."""
 
 
-def kind_of(text: str, kinds: dict[str, FileKind]) -> FileKind | None:
+def kind_of(text: str, kinds: Mapping[str, FileKind]) -> FileKind | None:
     """The format that a text is in, by its first characters; None when it looks like none."""
     return next((kind for kind in kinds.values() if kind.looks_like(text)), None)
 

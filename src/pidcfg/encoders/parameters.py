@@ -5,14 +5,16 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass, field
 from decimal import Decimal
-from functools import cache, cached_property
+from functools import cached_property
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 from pidcfg.encoders.codecs import WORD_MAX, DecodeError, EncodeError, Single, single_bits, single_value
 from pidcfg.encoders.image import (
     NOTHING,
     Decoded,
+    Encoding,
+    Image,
     file_data,
     plain,
     present,
@@ -106,6 +108,10 @@ class ParameterTable(NamedTuple):
         """A parameter by its name."""
         return next(row for row in self.rows if row.name == name)
 
+    def units(self) -> Iterator[tuple[str, str]]:
+        """Where each value stands in a configuration, and its unit."""
+        return ((row.name, row.unit) for row in self.rows)
+
 
 class Entry(NamedTuple):
     """One parameter: its full name, its type, and its content, or the expression that it is wired to."""
@@ -162,6 +168,7 @@ class NamedEncoding:
     __slots__ = ()
     image: Program
     misfits: tuple[tuple[Path, Misfit], ...]
+    rounded: tuple[tuple[Path, Rounded], ...]
     blocks: ClassVar[tuple[()]] = ()
     space: ClassVar[None] = None
 
@@ -188,6 +195,11 @@ class ProgramEncoding(NamedEncoding):
     image: Program
     misfits: tuple[tuple[Path, Misfit], ...] = ()
     rounded: tuple[tuple[Path, Rounded], ...] = ()
+
+
+AnyEncoding = Encoding | NamedEncoding
+AnyImage = Image | Program
+"""Of a vendor with registers, or with named parameters: both say the same of their words."""
 
 
 def store(kind: IecType, value: Decimal | Content) -> Content:
@@ -333,31 +345,6 @@ class TunedParameters:
     def step(self, _: str) -> None:
         """Parameters are numbers in floating point."""
         return
-
-
-# --- The units of a vendor's registers and parameters, from the tables that hold them ---------------------------------
-
-
-class Parts(Protocol):
-    """What has tables: a vendor."""
-
-    def load(self, what: str) -> Any:
-        """One of its parts by name."""
-
-
-@cache
-def units_by_path(vendor: Parts) -> Mapping[str, str]:
-    """The units of the vendor's registers and parameters by the path of their value."""
-    units: dict[str, str] = {}
-    for table in vendor.load("registers"):
-        if isinstance(table, ParameterTable):
-            rows = [(row.name, row.unit) for row in table.rows]
-        else:
-            rows = [(word.path, word.unit) for word in table.words if word.path is not None]
-        for path, unit in rows:
-            if unit:
-                units.setdefault(path, unit)
-    return units
 
 
 # ----------------------------------------------------------------------------------------------------------------------

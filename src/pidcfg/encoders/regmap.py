@@ -24,7 +24,7 @@ from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from pydantic import BaseModel
 
@@ -256,6 +256,10 @@ class RegisterMap:
     def paths(self) -> list[str]:
         """Where each setting of the block stands in a configuration."""
         return [point.path for point in self.points if point.path is not None]
+
+    def units(self) -> Iterator[tuple[str, str]]:
+        """Where each value stands in a configuration, and its unit."""
+        return ((word.path, word.unit) for word in self.words if word.path is not None)
 
     def encode(self, values: Mapping[str, Any], scales: Mapping[str, Scale]) -> Encoded:
         """Values by path to the words of the block. A path that is missing, or None, leaves its word 0."""

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from pidcfg.conversion.ledger import text_of
 from pidcfg.conversion.terms import CONFIGURATION
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.image import Image, read_settings
+from pidcfg.encoders.contract import encoder_of, formats_of
+from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.listing import few
 from pidcfg.encoders.modbus_map import NamedNumbering, StatedNumbering, place_text
 from pidcfg.live.link import Link, run
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from pidcfg.conversion.differences import Compared, Difference
     from pidcfg.encoders.listing import Numbering
-    from pidcfg.encoders.parameters import Program
+    from pidcfg.encoders.parameters import AnyImage
     from pidcfg.live.link import Address, Patience
     from pidcfg.output.findings import Data
     from pidcfg.text.document import Document
@@ -56,7 +57,7 @@ class Source:
     """Options of the vendor's decoder as texts."""
 
     @property
-    def image(self) -> Image | None:
+    def image(self) -> AnyImage | None:
         """The memory of that configuration; None where there is none, or it cannot be encoded."""
         encoding = None if self.like is None else self.like.encoding
         return encoding.image if encoding is not None and encoding.whole else None
@@ -69,7 +70,8 @@ class Source:
         if isinstance(self.numbering, NamedNumbering):
             return NamedRegisters(self.vendor, self.numbering, self.image)
         options = vendor_options(self.vendor, "decode_options", self.texts)
-        return Registers(self.vendor, self.numbering, self.image, options)
+        like: Any = self.image
+        return Registers(self.vendor, self.numbering, like, options)
 
     def register(self, address: str) -> str:
         """Where a stated map has an address or a parameter; empty without such a map, or where it has none."""
@@ -110,7 +112,7 @@ class PullResult:
     vendor: str
     findings: tuple[Diagnostic, ...] = ()
     """What is wrong with the configuration that it was to be read like, or with the words; empty: there is a text."""
-    image: Image | Program | None = None
+    image: AnyImage | None = None
     """Every word that was read; None: nothing was."""
     data: Data | None = None
     """The configuration as plain data; None: a listing was asked for."""
@@ -136,7 +138,7 @@ class PullResult:
 def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> PullResult:
     """Reads a PLC and writes what it holds in a format; raises `PlcError` where it cannot be read."""
     if name != YAML:
-        kinds = [kind.name for kind in source.vendor.load("formats").values() if kind.whole]
+        kinds = [kind.name for kind in formats_of(source.vendor).FORMATS.values() if kind.whole]
         refuse_unknown("format", name, [YAML, *kinds])
     result = PullResult(str(source.address), source.vendor.key)
     if source.like is not None and source.image is None:
@@ -161,22 +163,22 @@ def pull_from(source: Source, name: str, patience: Patience, limits: Limits) -> 
     return _listed(result, image, source, name, configuration.data)
 
 
-def read_plc(source: Source, patience: Patience) -> Image | Program:
+def read_plc(source: Source, patience: Patience) -> AnyImage:
     """What a PLC holds; raises `PlcError`."""
 
-    async def reading() -> Image | Program:
+    async def reading() -> AnyImage:
         async with Link(source.address, patience) as link:
             return await source.registers.image(link)
 
     return run(reading())
 
 
-def _listed(result: PullResult, image: Image | Program, source: Source, name: str, data: Any) -> PullResult:
+def _listed(result: PullResult, image: AnyImage, source: Source, name: str, data: Any) -> PullResult:
     """A listing, with what no register holds beside it as far as that is known."""
     beside = source.image
     with suppress(DecodeError):  # words that give no configuration make a listing all the same
         if data is not None:
-            beside = source.vendor.encoder(read_settings(source.vendor.model, data, "")).image
+            beside = encoder_of(source.vendor).encode(read_settings(source.vendor.model, data, "")).image
     known = image if beside is None else replace(image, settings=beside.settings, plc=beside.plc)
     odd = next((cell for cell in known.cells if cell.no_number), None)
     if name == "json" and odd is not None:
@@ -226,7 +228,7 @@ class CompareResult:
         return findings_data(self.findings if self.ok else errors_in(self.findings))
 
 
-def compare_with(checked: Checked, source: Source, image: Image | Program) -> CompareResult:
+def compare_with(checked: Checked, source: Source, image: AnyImage) -> CompareResult:
     """The comparison of a checked configuration with what was read of the PLC."""
     plc, document = str(source.address), checked.document
     diff = compare_sides(

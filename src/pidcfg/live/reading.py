@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.contract import Encoder, tables_of
 from pidcfg.encoders.image import Image
 from pidcfg.encoders.listing import Listing
 from pidcfg.encoders.modbus_map import MapError, StatedNumbering, with_contents
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Area
     from pidcfg.encoders.listing import Numbering, Place
     from pidcfg.encoders.modbus_map import NamedNumbering
+    from pidcfg.encoders.parameters import AnyImage
     from pidcfg.live.link import Link
     from pidcfg.vendors import Vendor
 
@@ -40,7 +42,7 @@ NEXT_TO_ZERO = 1e-30
 LISTED = 3
 
 
-def implausible_contents(image: Image | Program) -> Iterator[str]:
+def implausible_contents(image: AnyImage) -> Iterator[str]:
     """Remarks on what was read."""
     numbers = {cell.address: cell.single for cell in image.cells if cell.single}
     odd = [f"{name} {value:.3g}" for name, value in numbers.items() if abs(value) < NEXT_TO_ZERO]
@@ -50,6 +52,26 @@ def implausible_contents(image: Image | Program) -> Iterator[str]:
             f"{', '.join(odd[:LISTED])}{more} are next to 0: the two registers of a number seem to stand in the other "
             "order; look at the set-up of the gateway, or state the order by --map"
         )
+
+
+# --- What a vendor gives whose registers are read ---------------------------------------------------------------------
+
+
+class RegisterEncoder(Encoder, Protocol):
+    """``encoders.<vendor>.image`` of a PLC whose registers are read over Modbus."""
+
+    @property
+    def MODE_REGISTER(self) -> str | None:  # noqa: N802 - a constant of the module
+        """The register that shows the mode."""
+
+    def areas(self, words: Mapping[int, int], like: Image | None, options: Mapping[str, Any], /) -> list[Area]:
+        """The blocks that are to be read, as far as ``words`` tell; raises `AreaError`."""
+
+
+def register_encoder_of(vendor: Vendor) -> RegisterEncoder:
+    """How a vendor's registers are read."""
+    encoder: RegisterEncoder = vendor.module("encode")
+    return encoder
 
 
 # --- The registers of a PLC's loops, read until two readings say the same ---------------------------------------------
@@ -79,7 +101,7 @@ class Registers:
         self.vendor, self.numbering, self.like, self.options = vendor, numbering, like, options
         self.areas: list[Area] = []
         self.most: Mapping[str, int] = MOST
-        self._find = vendor.load("areas")
+        self._find = register_encoder_of(vendor).areas
         self.space = space_of(vendor)
 
     async def image(self, link: Link) -> Image:
@@ -94,7 +116,7 @@ class Registers:
                 raise PlcError(f"{link.address}: line {error.line} of the map: {error}") from None
         return image
 
-    def listing(self, image: Image | Program) -> Listing:
+    def listing(self, image: AnyImage) -> Listing:
         """The words of an image, and nothing that stands beside them."""
         return self.kind(dict(image.words), shown={cell.number: cell.address for cell in image.cells})
 
@@ -140,7 +162,7 @@ class Registers:
                 if not all(area.prefix for area in missing):
                     raise
                 absent |= {area.start for area in missing if not await self._is_there(link, area)}
-        written = self.vendor.load("written")
+        written = tables_of(self.vendor).WRITTEN
         self._kept = {n: mask for area in self.areas for n, mask in area.kept(written).items()}
         return words
 
@@ -224,7 +246,7 @@ class NamedRegisters(Registers):
         self.program: Program = like
         cells = [cell for cell in self.program.cells if not isinstance(cell.raw, Wire)]
         self.names: list[Any] = [cell.address for cell in cells if cell.address in numbering.places]
-        table = vendor.load("written")
+        table = tables_of(vendor).WRITTEN
         self._kept: Any = {}
         for cell in cells:
             writer = writer_of(table, cell.field, _values(self.program, cell.loop))

@@ -11,11 +11,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.encoders.listing import csv_lines
 from pidcfg.encoders.modbus_map import NamedNumbering
 from pidcfg.encoders.parameters import register_content
 from pidcfg.live.link import Link, run
+from pidcfg.live.reading import register_encoder_of
 from pidcfg.output.findings import errors_in, findings_data
 from pidcfg.output.words import DecodeOptions, decode_files
 from pidcfg.schemas.numbers import decimal_text
@@ -25,7 +27,7 @@ from pidcfg.text.references import Decision
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from pidcfg.encoders.image import Encoding
+    from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.live.link import Patience
     from pidcfg.live.pull import Source
     from pidcfg.live.reading import Registers
@@ -113,7 +115,7 @@ async def _record(source: Source, recording: Recording, patience: Patience, limi
         if isinstance(source.numbering, NamedNumbering):
             channels = list(named_channels(source.vendor, source.numbering, image))
         else:
-            encoding = source.vendor.encoder(read_settings(source.vendor.model, held.data, "the PLC"))
+            encoding = encoder_of(source.vendor).encode(read_settings(source.vendor.model, held.data, "the PLC"))
             channels = [*_registers(encoding, source), *_tags(encoding, source)]
         columns = ("time", *(channel.title for channel in channels))
         result = replace(result, columns=columns)
@@ -149,9 +151,9 @@ async def _readings(link: Link, registers: Registers, channels: Sequence[Channel
         due += recording.interval * max(1, -(-late // recording.interval))
 
 
-def _registers(encoding: Encoding, source: Source) -> Iterator[Channel]:
+def _registers(encoding: AnyEncoding, source: Source) -> Iterator[Channel]:
     """The columns of all loops, as far as their blocks have them."""
-    register = source.vendor.load("mode_register")
+    register = register_encoder_of(source.vendor).MODE_REGISTER
     for block in encoding.blocks:
         if block.loop is None or block.prefix:
             continue
@@ -166,12 +168,12 @@ def _registers(encoding: Encoding, source: Source) -> Iterator[Channel]:
                 yield Channel(f"{block.loop}.{signal}", (number,), show, block.start)
 
 
-def _tags(encoding: Encoding, source: Source) -> Iterator[Channel]:
+def _tags(encoding: AnyEncoding, source: Source) -> Iterator[Channel]:
     """The columns of registers outside of the blocks, as far as the map has them."""
     with suppress(LookupError):
         tags = source.vendor.load("tags")
         scales = {block.loop: block.scales for block in encoding.blocks}
-        for entry in encoding.settings:
+        for entry in encoding.image.settings:
             for signal, number, position in tags(entry):
                 if source.numbering is not None and has_place(source.numbering, number):
                     loop = str(entry["loop"])

@@ -6,6 +6,7 @@ from dataclasses import fields
 from math import inf
 from typing import TYPE_CHECKING, TypedDict
 
+from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.text.frozen import frozen
 from pidcfg.tuning.response import Request
@@ -231,7 +232,7 @@ class Target:
     def refuse_ranges(self) -> None:
         """Raises `ArgumentError` where the PV's range is needed and nobody says it, or a range does not ascend."""
         vendor = self.vendor if self.into is None and self.pv_range is None else None
-        if vendor is not None and vendor.load("tuned").gain_unit == "span":
+        if vendor is not None and tables_of(vendor).TUNED.gain_unit == "span":
             raise ArgumentError(f"{vendor.title} has gains in shares of the span: add `pv_range` LOW HIGH", "pv_range")
         for name, span in (("pv_range", self.pv_range), ("output_range", self.output_range)):
             if span is not None and not 0 < as_float(span[1]) - as_float(span[0]) < inf:
@@ -251,6 +252,6 @@ class Target:
 
 def held_by(vendor: Vendor, values: Sequence[Fitted], *, heating: bool | None) -> VendorGains:
     """The three numbers of a PLC with its word for the action."""
-    words = vendor.load("tuned")
+    words = tables_of(vendor).TUNED
     action = None if heating is None else words.heating if heating else words.cooling
     return VendorGains(vendor.key, action, tuple(values))

@@ -7,6 +7,7 @@ from decimal import Decimal
 from math import isclose, isinf
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.findings import check_loaded, errors_in, finding_data
 from pidcfg.schemas.base import DURATION, SECONDS, UNIT_WORDS
@@ -103,7 +104,7 @@ def retune_loop(
     if target.vendor is not None and target.vendor is not vendor:
         raise ArgumentError(f"`vendor` is {target.vendor.key}, and {into.name} is for {vendor.key}", "vendor")
     config: Any = checked_file.config
-    name, tuning = config.loops[index].name, vendor.load("tuning_of")(config, config.loops[index])
+    name, tuning = config.loops[index].name, encoder_of(vendor).tuning_of(config, config.loops[index])
     where = f"{into.name}: {name}"
     _refuse(where, gains, tuning, heating=heating)
     tuning = _with_ranges(where, tuning, target)
@@ -125,7 +126,7 @@ def loop_tuning(target: Target, into: Into, limits: Limits) -> tuple[Vendor, Loo
     vendor, index = _loop_of(checked_file, into)
     config: Any = checked_file.config
     loop = config.loops[index]
-    return vendor, _with_ranges(f"{into.name}: {loop.name}", vendor.load("tuning_of")(config, loop), target)
+    return vendor, _with_ranges(f"{into.name}: {loop.name}", encoder_of(vendor).tuning_of(config, loop), target)
 
 
 def _loop_of(found: Checked, into: Into) -> tuple[Vendor, int]:

@@ -7,6 +7,7 @@ from decimal import Decimal
 from math import ceil, log
 from typing import TYPE_CHECKING
 
+from pidcfg.encoders.contract import tables_of
 from pidcfg.encoders.regmap import LoopTuning
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.conversion import convert_checked
@@ -360,7 +361,7 @@ def _loop(target: Target, limits: Limits) -> tuple[Vendor | None, LoopTuning | N
     if target.vendor is None:
         return None, None, target, assumed
     vendor = target.vendor
-    words = vendor.load("tuned")
+    words = tables_of(vendor).TUNED
     if target.pv_range is None and words.gain_unit == "span":
         assumed = ("the gain is in % of the PV's span per % of the output; --pv-range says another",)
         target = replace(target, pv_range=WIDE, output_range=target.output_range or WIDE)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.terms import Subject
 from pidcfg.conversion.vendor_terms import changes_from
+from pidcfg.encoders.contract import formats_of
 from pidcfg.encoders.decoding import annotate_listing, decode_listing, exact_text, read_listing, refuse_large, together
 from pidcfg.encoders.listing import ListingError
 from pidcfg.output.arguments import ArgumentError, vendor_options
@@ -83,7 +84,7 @@ class EncodeResult:
 def _restored(document: Document, findings: tuple[Diagnostic, ...], vendor: str | None, *others: Any) -> EncodeResult:
     """A result of `encode` from what `EncodeResult.__reduce__` made of it."""
     image, name, *rest = others
-    kind = None if vendor is None else VENDORS[vendor].load("formats").get(name)
+    kind = None if vendor is None else formats_of(VENDORS[vendor]).FORMATS.get(name)
     return EncodeResult(document, findings, vendor, image, kind, *rest)
 
 
@@ -131,7 +132,7 @@ def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
     from pidcfg.encoders.modbus_map import NamedNumbering
     from pidcfg.validate.map_files import numbering_of, space_of
 
-    if checked.vendor is not None and stated is None and MODBUS in (formats := checked.vendor.load("formats")):
+    if checked.vendor is not None and stated is None and MODBUS in (formats := formats_of(checked.vendor).FORMATS):
         own: FileKind = formats[MODBUS]
         return own
     if checked.vendor is None or checked.encoding is None:
@@ -145,7 +146,7 @@ def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
 def _in_part(result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions) -> EncodeResult:
     """The result with what differs from a listing."""
     if not kind.partial:
-        able = [other.name for other in subject.vendor.load("formats").values() if other.partial]
+        able = [other.name for other in formats_of(subject.vendor).FORMATS.values() if other.partial]
         reason = f"{kind.name} is not written in part (`changed_from`); {', '.join(able)} are"
         raise ArgumentError(reason, "changed_from")
     if options.into is not None:

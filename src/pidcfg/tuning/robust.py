@@ -8,6 +8,7 @@ from math import ceil, floor, inf, isinf, log
 from typing import TYPE_CHECKING, Protocol
 
 from pidcfg.encoders.codecs import EncodeError
+from pidcfg.encoders.contract import tables_of
 from pidcfg.encoders.regmap import FULL_OUTPUT, LoopTuning
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
@@ -52,7 +53,7 @@ class Fitted:
 
 def fit(gains: Gains, vendor: Vendor, pv_span: float, output_span: float) -> list[Fitted]:
     """Gain, integral and derivative time for a vendor; spans are engineering units from 0 % to 100 %."""
-    loop = LoopTuning(vendor.load("tuned"), pv_span=_decimal(pv_span), output_span=_decimal(output_span))
+    loop = LoopTuning(tables_of(vendor).TUNED, pv_span=_decimal(pv_span), output_span=_decimal(output_span))
     return fit_loop(gains, vendor.model, loop)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from pidcfg.encoders.contract import encoder_of, formats_of
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
@@ -22,7 +23,7 @@ from pidcfg.vendors import VENDORS, Vendor
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from pidcfg.encoders.image import Encoding
+    from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
     from pidcfg.validate.ideas import Context
@@ -257,7 +258,7 @@ class Checked:
     findings: tuple[Diagnostic, ...]
     vendor: Vendor | None = None
     config: Any = None
-    encoding: Encoding | None = None
+    encoding: AnyEncoding | None = None
     to_check: tuple[Diagnostic, ...] = ()
     """What is right and has to be looked at on the plant: no findings, but lines of the checklist."""
 
@@ -266,7 +267,7 @@ class Checked:
         """What no file can set or prove, where it could be read: the vendor's own lines, and those of its rules."""
         if self.vendor is None or self.config is None:
             return ()
-        of_vendor: tuple[str, ...] = self.vendor.load("checklist")(self.config)
+        of_vendor: tuple[str, ...] = formats_of(self.vendor).checklist(self.config)
         return (*of_vendor, *lines(self.to_check))
 
     @property
@@ -298,7 +299,7 @@ def check_document(doc: Document) -> Checked:
     if config is None:
         findings += _of_readable_loops(vendor, doc, errors)
         return Checked(doc, tuple(sort_findings(findings)), vendor)
-    encoding = vendor.encoder(config)
+    encoding = encoder_of(vendor).encode(config)
     of_rules = _of_rules(vendor, config, encoding, doc)
     findings += (d for d in of_rules if not is_to_check(d))
     findings += curly_quotes(doc)
@@ -316,7 +317,7 @@ def _in_own_units(vendor: Vendor, doc: Document, errors: list[Diagnostic]) -> tu
     return bare, config, in_key_units(vendor, bare, errors)
 
 
-def _of_rules(vendor: Vendor, config: Any, encoding: Encoding, doc: Document) -> list[Diagnostic]:
+def _of_rules(vendor: Vendor, config: Any, encoding: AnyEncoding, doc: Document) -> list[Diagnostic]:
     """What the vendor's rules find."""
     context = vendor.load("context")(config, encoding)
     return list(run_rules(vendor.load("rules").values(), context, doc))
@@ -327,7 +328,7 @@ def _of_readable_loops(vendor: Vendor, doc: Document, errors: Sequence[Diagnosti
 
     def judge(data: dict[str, Any]) -> list[Diagnostic] | None:
         config, _ = read_model(vendor.model, replace(doc, data=data))
-        return None if config is None else _of_rules(vendor, config, vendor.encoder(config), doc)
+        return None if config is None else _of_rules(vendor, config, encoder_of(vendor).encode(config), doc)
 
     loops = readable(doc, errors)
     return [d for d in loops.findings(judge) if not is_to_check(d)] if loops else []

@@ -20,9 +20,8 @@ from pidcfg.text.reader import may_be_quoted, read_other, refusal
 from pidcfg.vendors import format_of
 
 if TYPE_CHECKING:
-    from pidcfg.encoders.image import Image
     from pidcfg.encoders.listing import Numbering
-    from pidcfg.encoders.parameters import Program
+    from pidcfg.encoders.parameters import AnyImage
     from pidcfg.text.document import Document
     from pidcfg.text.reader import Limits, Reader
     from pidcfg.vendors import Vendor
@@ -70,7 +69,7 @@ def named_map(document: Document | None, reader: Reader) -> MapFile | None:
 
 
 def numbering_of(
-    vendor: Vendor, stated: MapFile | None, image: Image | Program | None, file: str = "FILE"
+    vendor: Vendor, stated: MapFile | None, image: AnyImage | None, file: str = "FILE"
 ) -> Numbering | NamedNumbering:
     """Where registers are: by a stated map, else as the vendor's manual says; raises `UnusableMapError`.
 
@@ -114,7 +113,7 @@ def _points(vendor: Vendor) -> Any:
         raise UnusableMapError(f"{vendor.title} is no PLC: it has no registers that a map could number") from None
 
 
-def _without(vendor: Vendor, image: Image | Program | None, file: str) -> str:
+def _without(vendor: Vendor, image: AnyImage | None, file: str) -> str:
     """That there is no map, with one that could be."""
     if space_of(vendor) is None:
         _points(vendor)

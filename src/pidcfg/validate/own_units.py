@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.encoders.parameters import units_by_path
+from pidcfg.encoders.contract import units_by_path
 from pidcfg.schemas.limits import unit_text, units_of
 from pidcfg.schemas.numbers import NUMBER, WITH_UNIT, range_of
 from pidcfg.text.document import Plain

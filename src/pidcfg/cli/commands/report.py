@@ -21,6 +21,7 @@ from pidcfg.cli.inputs import FILES, document, note_read, read_entries, read_inp
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.encoders.image import read_settings
 from pidcfg.output.report.content import SourceFile, Units
 from pidcfg.output.report.runs import Run, run_sheet
@@ -177,11 +178,11 @@ def decoded(name: str, loaded: Any) -> Checked:
     """A memory listing as a configuration, as far as it carries what one needs."""
     doc, vendor, image = Document(name, "", None, Node(None)), loaded.vendor, loaded.image
     try:
-        data = vendor.load("decode")(image.words, image.settings, image.plc).data
+        data = encoder_of(vendor).decode(image.words, image.settings, image.plc).data
         config = read_settings(vendor.model, data, name)
     except DecodeError:
         return Checked(doc, (), vendor)
-    return Checked(Document(name, "", data, Node(None)), (), vendor, config, vendor.encoder(config))
+    return Checked(Document(name, "", data, Node(None)), (), vendor, config, encoder_of(vendor).encode(config))
 
 
 @dataclass(slots=True)

@@ -264,3 +264,9 @@ class Book(ABC):
             key=record.key,
             reference=str((stated.basis if stated else None) or record.basis or ""),
         )
+
+
+def book_of(vendor: str) -> Book:
+    """What is known of a vendor's registers or parameters."""
+    book: Book = VENDORS[vendor].load("explainer")
+    return book

@@ -10,7 +10,9 @@ from importlib import import_module
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
+from pidcfg.encoders.contract import tables_of
 from pidcfg.output.arguments import ArgumentError
+from pidcfg.output.explanation.book import book_of
 from pidcfg.output.explanation.page import ADDRESS, Configured, Page, Question, QuestionError, Value
 from pidcfg.output.explanation.registers import Registers
 from pidcfg.output.findings import Data, errors_in, findings_data
@@ -293,7 +295,7 @@ RISES = {True: "the PV rises with the output (heating)", False: "the PV falls wh
 
 def find(vendor: str, question: Question) -> list[Page]:
     """What a question is about with a vendor; words for the direction lead to the key that sets it."""
-    book: Book = VENDORS[vendor].load("explainer")
+    book = book_of(vendor)
     head, dot, last = question.name.rpartition(".")
     word = _word(book.direction, last, question.value)
     if word is not None or (last.lower() == ACTION and question.value is None):
@@ -322,8 +324,7 @@ def _with_direction(page: Page, vendor: str, direction: Direction, word: str | N
 
 def heats(vendor: str) -> dict[str, bool]:
     """Whether the PV rises with the output, by the vendor's words."""
-    book: Book = VENDORS[vendor].load("explainer")
-    heating = VENDORS[vendor].load("tuned").heating
+    book, heating = book_of(vendor), tables_of(VENDORS[vendor]).TUNED.heating
     return {word: content == heating for word, content in book.direction.words.items()}
 
 
@@ -408,7 +409,7 @@ def _found(question: Question, vendors: Sequence[str]) -> tuple[list[Page], list
 
 
 def _books(vendors: Iterable[str]) -> list[Book]:
-    return [VENDORS[key].load("explainer") for key in vendors]
+    return [book_of(key) for key in vendors]
 
 
 def check_starts(starts: Iterable[str], vendors: Iterable[str]) -> None:

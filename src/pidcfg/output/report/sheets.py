@@ -8,10 +8,12 @@ from decimal import Decimal
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, cast
 
+from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.differences import PLACES
 from pidcfg.conversion.terms import Leaf, leaves, unit_of
 from pidcfg.encoders.codecs import DecodeError
-from pidcfg.encoders.parameters import Program, units_by_path
+from pidcfg.encoders.contract import tables_of, units_by_path
+from pidcfg.encoders.parameters import Program
 from pidcfg.encoders.parameters import content_text as shown_content
 from pidcfg.encoders.regmap import Bits, NoRegisterError
 from pidcfg.output.explanation.lookup import PV_RISES
@@ -100,7 +102,7 @@ def facts(
 
 def direction(vendor: Vendor, loop: Any) -> str:
     """Where the PV goes when the output rises, by the loop's own word for its action; empty where nobody knows."""
-    key, heating = vendor.load("explainer").direction.key, vendor.load("tuned").heating.rpartition(" ")[2]
+    key, heating = vendor.load("explainer").direction.key, tables_of(vendor).TUNED.heating.rpartition(" ")[2]
     value = value_at(loop, steps(key))
     if isinstance(value, Wire):
         return f"{WIRED}{key} := {value.text}"
@@ -111,7 +113,7 @@ def direction(vendor: Vendor, loop: Any) -> str:
 
 def tuning(vendor: Vendor, loop: Any, settings: Mapping[str, Setting]) -> Iterator[Fact]:
     """The form of the equation, where a vendor has two, and the three terms."""
-    tuned = vendor.load("tuned")
+    tuned = tables_of(vendor).TUNED
     form, dependent = getattr(tuned, "dependent", None), None
     value = None if form is None else value_at(loop, steps(form[0]))
     if form is not None and value is not None:
@@ -413,7 +415,8 @@ DEVICES = "devices."
 
 def plc_sheet(checked: Checked) -> PlcSheet:
     """The sheet of one configuration, without anchors; without a model, its name is all there is."""
-    config, vendor, doc, encoding = checked.config, checked.vendor, checked.document, checked.encoding
+    config, vendor, doc = checked.config, checked.vendor, checked.document
+    encoding: Any = checked.encoding
     if config is None or vendor is None or encoding is None or not has_image(encoding):
         return PlcSheet(file=doc.file, name="", description="", vendor=vendor.title if vendor else "")
     image: Any = encoding.image
@@ -451,7 +454,8 @@ def has_image(encoding: Any) -> bool:
 
 
 def _loop_sheet(checked: Checked, i: int, findings: Sequence[Diagnostic], neutral_loop: Mapping[str, Any]) -> LoopSheet:
-    vendor, encoding, loop = checked.vendor, checked.encoding, checked.config.loops[i]
+    vendor, loop = checked.vendor, checked.config.loops[i]
+    encoding: Any = checked.encoding
     if vendor is None or encoding is None:
         raise ValueError(f"{checked.document.file} has no image")
     image, data = cast("Any", encoding.image), (checked.document.data or {}).get("loops")
@@ -489,7 +493,7 @@ def neutral(checked: Checked) -> list[Mapping[str, Any]]:
     """The loops in the neutral form, as far as the configuration says it; empty where it has errors."""
     if checked.failed or checked.vendor is None:
         return [{}] * len(checked.config.loops)
-    return [loop.data for loop in checked.vendor.load("to_neutral")(checked.config)]
+    return [loop.data for loop in source_of(checked.vendor).to_neutral(checked.config)]
 
 
 def flat(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:

@@ -173,7 +173,7 @@ TICKS = 1_000_000
 COUNTS = 1 << 20
 """Counts of a PV's range where the PLC has floats: finer than any transmitter."""
 
-Scan = Callable[[int, Sequence[Any], Sequence[Any], MutableSequence[float], MutableSequence[float]], None]
+Scan = Callable[[int, list[Any], list[Any], list[float], list[float]], None]
 
 
 def steps_until(time: Decimal, step: int) -> int:
@@ -439,11 +439,22 @@ class Controller(Protocol):
     Config: type[Any]
     State: type[Any]
     """The records of a loop: flat slots dataclasses of ints and floats."""
-    load: Callable[..., Plc]
-    """A `Plc` of an image and options, as it stands at the program-to-run transition."""
-    scan: Scan
-    COST: Cost
-    INLINED: tuple[Callable[..., Any], ...]
+
+    @property
+    def load(self) -> Callable[..., Plc]:
+        """A `Plc` of an image and options, as it stands at the program-to-run transition."""
+
+    @property
+    def scan(self) -> Scan:
+        """One base step of every loop."""
+
+    @property
+    def COST(self) -> Cost:  # noqa: N802 - a constant of the module
+        """What a step takes."""
+
+    @property
+    def INLINED(self) -> tuple[Callable[..., Any], ...]:  # noqa: N802 - a constant of the module
+        """Functions that the scan calls."""
 
 
 # --- A PLC whose loops are rows of one table of named parameters: how it begins, and what ``set`` may write -----------

@@ -8,6 +8,7 @@ from itertools import accumulate, groupby, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pidcfg.conversion.builder import flat, on_the_same_scale
+from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import number_of
 from pidcfg.conversion.operation import PREFIX, Smoothing
 from pidcfg.conversion.pipeline import generic_file
@@ -37,7 +38,7 @@ FIRST = ("sample_time", "tuning.gain")
 
 def neutral_of(config: Any, vendor: Vendor) -> tuple[tuple[Loop | None, ...], list[NeutralLoop]]:
     """The loops of a file, None for one without a neutral form, and what became of their fields."""
-    neutral: list[NeutralLoop] = vendor.load("to_neutral")(config)
+    neutral: list[NeutralLoop] = source_of(vendor).to_neutral(config)
     whole = [loop for loop in neutral if not loop.missing]
     models = iter(generic_file(config, whole).loops if whole else ())
     return tuple(None if loop.missing else next(models) for loop in neutral), neutral

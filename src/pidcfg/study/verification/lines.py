@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from pidcfg.conversion.builder import flat
+from pidcfg.conversion.contract import source_of, target_of
 from pidcfg.conversion.ledger import ConvertError, number_of, overlap
 from pidcfg.conversion.operation import PREFIX
 from pidcfg.schemas.generic import GenericFile
@@ -96,7 +97,7 @@ def _unwritten(field: str, loop: Loop, vendor: Vendor) -> str:
     """The key where a vendor has a neutral field that its file does not give; empty where it has none."""
     alone = loop.model_copy(update={"setpoint": loop.setpoint.model_copy(update={"source": None})})
     try:
-        file = vendor.load("from_neutral")(GenericFile(pidcfg=1, vendor="generic", loops=[alone]), {})
+        file = target_of(vendor).from_neutral(GenericFile(pidcfg=1, vendor="generic", loops=[alone]), {})
     except ConvertError:
         return ""
     return next((entry.path for entry in file.fields[0] if entry.of and overlap(field, entry.of)), "")
@@ -199,7 +200,7 @@ def _scale(field: str, a: Decimal, b: Decimal, values: Mapping[str, Any]) -> Dec
 
 def true_lines(lines: Sequence[ReportLine], loop: Loop, side: Side, j: int) -> Iterator[ReportLine]:
     """The lines that fit the loop at ``j`` of a side; ``loop`` is the one that it is held against."""
-    operation: Operation = side.vendor.load("operation")(side.config)[j]
+    operation: Operation = source_of(side.vendor).operations(side.config)[j]
     _, values = neutral_values(loop, side.loop(j))
     for line in lines:
         if line.neutral.startswith(PREFIX):

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel
 
+from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import ConvertError, number_of, overlap
 from pidcfg.conversion.operation import PREFIX, differing_rules
 from pidcfg.encoders.codecs import DecodeError, EncodeError, nearest
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.base import Duration, Quantity
 from pidcfg.study.verification.comparison import (
     ACTION,
@@ -118,7 +120,7 @@ class Builder:
     def _runs(self, i: int) -> bool:
         """Whether the configuration is still one that can be encoded."""
         try:
-            return self.loop(i) is not None and self.vendor.encoder(self.config) is not None
+            return self.loop(i) is not None and encoder_of(self.vendor).encode(self.config) is not None
         except UNFIT_ERRORS:
             return False
 
@@ -301,7 +303,7 @@ def reported_source(
             twin.followed[i], twin.left[i] = _of_loop(builder, i, report[i].changes, other, partial(_places, fields[j]))
     for i, j in pairs:
         if i in twin.left:
-            twin.left[i] += _consequences(builder, i, target.load("operation")(result)[j], twin, after[j])
+            twin.left[i] += _consequences(builder, i, source_of(target).operations(result)[j], twin, after[j])
     twin.config = builder.config
     return twin
 
@@ -314,7 +316,7 @@ def _consequences(
     known = {line.neutral for line in (*twin.left[i], *twin.followed[i])}
     if not because or other is None:
         return []
-    before = builder.vendor.load("operation")(builder.config)[i]
+    before = source_of(builder.vendor).operations(builder.config)[i]
     slaves = slaves_of(neutral_of(builder.config, builder.vendor)[0], i)
     rules = differing_rules(before, after, other, is_master=bool(slaves))
     return [ReportLine(rule.field, because[0], rule.target) for rule in rules if rule.field not in known]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.ledger import overlap
+from pidcfg.encoders.contract import encoder_of
 from pidcfg.pictures.chart import Chart, Line, Mark, Panel
 from pidcfg.sim.engine.run import UnusableError
 from pidcfg.study.verification.comparison import (
@@ -61,7 +62,7 @@ def make_side(vendor: Vendor, config: Any, like: Sequence[Loop | None] = ()) -> 
     loops = loops_of(config, vendor)
     if like:
         loops = tuple(_scaled(loop, one) for loop, one in zip(loops, like, strict=True))
-    return Side(vendor, config, vendor.encoder(config).image, loops)
+    return Side(vendor, config, encoder_of(vendor).encode(config).image, loops)
 
 
 def _scaled(loop: Loop | None, like: Loop | None) -> Loop | None:
