@@ -7,7 +7,7 @@ from dataclasses import fields
 
 from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED
-from pidcfg.sim.controllers.dl06.equation import Config, State, coefficients
+from pidcfg.sim.controllers.dl06.equation import Config, State, calculate_gains
 from pidcfg.sim.controllers.dl06.plc import Dl06
 from pidcfg.sim.controllers.dl06.scan import scan
 from pidcfg.sim.controllers.plc import TICKS
@@ -46,7 +46,7 @@ class Rig:
         c.rs_table, c.tune_buffer = i * (TABLE + POINTS), i * (TABLE + POINTS) + TABLE
         self.aux += [0.0] * (TABLE + POINTS)
         self.sig += [plant.value if plant else 0.0, 0.0, 0.0, s.out, 0.0, 0.0]
-        coefficients(c, s)
+        calculate_gains(c, s)
         s.busy |= bits.FIRST
         self.cfg.append(c)
         self.st.append(s)

@@ -10,7 +10,7 @@ from pidcfg.schemas.ezlogix import EzlogixFile
 from pidcfg.sim.controllers.autotune import POINTS
 from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix.autotune import OFF, ON
-from pidcfg.sim.controllers.ezlogix.equation import Config, State, coefficients
+from pidcfg.sim.controllers.ezlogix.equation import Config, State, calculate_gains
 from pidcfg.sim.controllers.ezlogix.operate import MODE_BITS as MODES
 from pidcfg.sim.controllers.ezlogix.operate import SIGNALS
 from pidcfg.sim.controllers.ezlogix.plc import Ezlogix, load
@@ -58,7 +58,7 @@ class Rig:
         c.tune_buffer = i * POINTS
         self.aux += [0.0] * POINTS
         self.sig += [plant.value if plant else 0.0] + [0.0] * (COLUMNS - 1)
-        coefficients(s)
+        calculate_gains(s)
         self.cfg.append(c)
         self.st.append(s)
         self.plants.append(plant or Fixed())

@@ -22,7 +22,7 @@ from compile_rig import advance, vector
 from pidcfg.sim.controllers.dl06 import equation as bits
 from pidcfg.sim.controllers.dl06 import scan as dl06
 from pidcfg.sim.controllers.dl06.autotune import POINTS, REQUESTED
-from pidcfg.sim.controllers.dl06.equation import Config, State, coefficients
+from pidcfg.sim.controllers.dl06.equation import Config, State, calculate_gains
 from pidcfg.sim.controllers.dl06.scan import INLINED, scan
 from pidcfg.sim.controllers.kernels import clamp, nearest, single
 from pidcfg.sim.controllers.nextopid import scan as nextopid
@@ -115,7 +115,7 @@ def random_state(rng, c):
     s.sp = nearest(clamp(c.pv_min + c.span * rng.random(), c.pv_min, c.pv_max))
     s.out = nearest(c.out_min + c.out_span * rng.random())
     s.goal_sp, s.goal_writes = s.sp, 1
-    coefficients(c, s)
+    calculate_gains(c, s)
     return s
 
 

@@ -16,10 +16,10 @@ from pidcfg.sim.controllers.dl06.equation import (
     Config,
     State,
     calculate_error,
+    calculate_gains,
     calculate_output,
     calculate_position,
     calculate_velocity,
-    coefficients,
 )
 from pidcfg.sim.controllers.dl06.operate import ALARM_BITS
 from pidcfg.sim.controllers.dl06.scan import scan
@@ -32,7 +32,7 @@ def one(**fields):
     """The equation alone: a configuration, a state and its factors."""
     c = Config(**{k: v for k, v in fields.items() if k in Config.__dataclass_fields__})
     s = State(**{k: v for k, v in fields.items() if k in State.__dataclass_fields__})
-    coefficients(c, s)
+    calculate_gains(c, s)
     return c, s
 
 

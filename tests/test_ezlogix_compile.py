@@ -10,7 +10,7 @@ from compile_rig import advance, check_types
 from ezlogix_rig import COLUMNS, SIGNALS
 from pidcfg.sim.controllers.autotune import POINTS
 from pidcfg.sim.controllers.ezlogix import equation as bits
-from pidcfg.sim.controllers.ezlogix.equation import Config, State, coefficients
+from pidcfg.sim.controllers.ezlogix.equation import Config, State, calculate_gains
 from pidcfg.sim.controllers.ezlogix.scan import INLINED, scan
 from pidcfg.sim.controllers.kernels import nearest
 from pidcfg.sim.engine.compile import compile_functions
@@ -66,7 +66,7 @@ def random_state(rng, c):
     s.sp = nearest(c.pv_min + (c.pv_span**0.5 if c.square_root else c.pv_span) * rng.random())
     s.out = nearest(4095.0 * rng.random())
     s.tune_countdown = c.timeout
-    coefficients(s)
+    calculate_gains(s)
     return s
 
 

@@ -92,6 +92,26 @@ class LoopConfig:
 
 
 @dataclass(slots=True)
+class CountsConfig(LoopConfig):
+    """A loop whose registers hold PV and output in counts, for values in engineering units."""
+
+    fetches_pv: int = 0
+    """The PV comes from an input module, without the ladder program."""
+    carries_output: int = 0
+    """The output goes to an output module, without the ladder program."""
+    # ends of the ranges in engineering units, and the counts between
+    pv_low: float = 0.0
+    pv_width: float = 4095.0
+    pv_min: float = 0.0
+    pv_max: float = 4095.0
+    pv_span: float = 4095.0
+    out_low: float = 0.0
+    out_width: float = 4095.0
+    tune_buffer: int = 0
+    """Offset in `aux` of `autotune.POINTS` floats."""
+
+
+@dataclass(slots=True)
 class LoopState:
     """What the runner reads of a loop, its registers, and the factors calculated from them."""
 

@@ -75,9 +75,9 @@ class LoopFacts(ABC):
     @property
     def flow(self) -> Iterable[tuple[int, int]]:
         """Pairs of signals within the PLC, the first of which moves the second, besides the loops' own."""
-        for c, master in zip(self.cfg, self.masters, strict=False):
+        for config, master in zip(self.cfg, self.masters, strict=False):
             if master >= 0:
-                yield self.cfg[master].sig_out, c.sig_sp
+                yield self.cfg[master].sig_out, config.sig_sp
 
     def intended_mode(self, loop: int, signals: Sequence[float]) -> str:
         """The mode that a loop shall be in, as its configuration and its inputs say now."""
@@ -254,7 +254,7 @@ class Plc(LoopFacts):
     @property
     def periods(self) -> Sequence[int]:
         """The present sample rate of each loop, in ticks; 0: the loop is not calculated."""
-        return [0 if c.halt else s.period for c, s in zip(self.cfg, self.st, strict=True)]
+        return [0 if config.halt else state.period for config, state in zip(self.cfg, self.st, strict=True)]
 
     @property
     def running(self) -> bool:
@@ -283,9 +283,9 @@ class Plc(LoopFacts):
         self.aux = [0.0] * (len(self.loops) * aux)
         self.sig = [0.0] * (len(self.loops) * len(signals))
         self.signals = [f"{loop}.{name}" if name else "" for loop in self.loops for name in signals.values()]
-        for i, c in enumerate(self.cfg):
+        for i, record in enumerate(self.cfg):
             for slot, field in enumerate(signals, i * len(signals)):
-                setattr(c, field, slot)
+                setattr(record, field, slot)
 
     # --- what the log tells ------------------------------------------------------------------------------------------
 
@@ -363,8 +363,13 @@ class Plc(LoopFacts):
         """One of ``commands["autotune"]``."""
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
-        """``done``, ``error``, ``status`` and ``results`` of a loop's auto-tune; None when there was none."""
+        """What `tune_report` makes of a loop's auto-tune; None when there was none."""
         return None
+
+    def tune_report(self, status: str, results: Sequence[float], *, done: bool, error: bool) -> Mapping[str, Any]:
+        """How an auto-tune went; only one that is done shows its ``results``, in the order of ``tuned_names``."""
+        values = dict(zip(self.tuned_names, results, strict=True)) if done and results else {}
+        return {"done": done, "error": error, "status": status, "results": values}
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
@@ -487,9 +492,9 @@ class NamedPlc(Plc):
         self.place_loops(self.config, self.state, self.slots)
         self._file = program.plc
         self.prepare()
-        for i, c in enumerate(self.cfg):
+        for i, config in enumerate(self.cfg):
             self.begin(i)
-            c.period = self.st[i].period
+            config.period = self.st[i].period
         self.goals = [self.mode(state.status) for state in self.st]
 
     @abstractmethod

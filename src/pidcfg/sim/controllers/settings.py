@@ -6,12 +6,12 @@ import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 from pydantic_core import PydanticCustomError
 
 from pidcfg.encoders.codecs import DecodeError, EncodeError
-from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, content_text, register_content, store
+from pidcfg.encoders.parameters import Content, Parameter, ParameterTable, store
 from pidcfg.schemas.base import Quantity, parse_flag, parse_seconds
 from pidcfg.schemas.limits import SIDES
 from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 FITS = "write a value inside the limits"
 Parser = Callable[[object], object]
+Value = TypeVar("Value")
 
 
 def rows_of(tables: Iterable[RegisterMap], left_out: Iterable[str] = ()) -> dict[str, Point]:
@@ -257,42 +258,54 @@ class Done(NamedTuple):
     text: str
     mode: str | None = None
 
+    @classmethod
+    def setting(cls, key: object, value: object, late: str | None, mode: str | None = None) -> Done:
+        """A value that has been set; ``late`` says why it has no effect yet."""
+        return cls(f"set {key} to {value}" + (f"; {late}" if late else ""), mode)
+
+
+NO_LOOP = -1
+
 
 class Registers(ABC):
-    """The registers of a virtual PLC by plain number; loops are counted from 0, and −1 is what belongs to none."""
+    """The registers of a virtual PLC by plain number; loops are counted from 0, and `NO_LOOP` is what has none."""
 
-    @abstractmethod
-    def places(self) -> Mapping[int, int]:
+    _rows: Mapping[Any, tuple[int, Any]]
+    """The registers of loops, each with its loop and its row of the map."""
+
+    def places(self) -> dict[Any, int]:
         """Every register that there is, with its loop."""
+        return {number: loop for number, (loop, _) in self._rows.items()}
 
     @abstractmethod
-    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
-        """What the registers of a loop hold now, raw; ``sig``: the signals of the run."""
+    def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:
+        """What the registers of a loop hold now, raw; ``signals``: those of the run."""
+
+    def contents_by_number(self, loop: int, contents: Mapping[str, int]) -> dict[Any, int]:
+        """What a loop's registers hold, from what they hold by the name of their row."""
+        return {number: contents[row.name] for number, (i, row) in self._rows.items() if i == loop}
 
     @abstractmethod
-    def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
+    def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> Done:
         """Writes a register as an operator's panel does. Raises `RegisterError`."""
 
+    @staticmethod
+    def read_only(name: str, row: Word) -> RegisterError:
+        """The refusal of a write to a register that only the controller writes."""
+        return RegisterError(NO_REGISTER, f"{name} ({row.title}) is written by the PLC alone")
 
-# --- The parameters of a virtual PLC that has names for them, as registers by a map show them -------------------------
+    @staticmethod
+    def decode(name: str, decode: Callable[..., Value], *raw: object) -> Value:
+        """What ``decode`` makes of the raw content of a register; raises `RegisterError` for what is none."""
+        try:
+            return decode(*raw)
+        except DecodeError as error:
+            raise RegisterError(NO_VALUE, f"{name}: {error}") from None
 
-
-def content_written(name: str, row: Parameter, raw: int) -> Content:
-    """What registers hold, as a content of their parameter; raises `RegisterError` for what is none."""
-    try:
-        return register_content(row.type, raw)
-    except DecodeError as error:
-        raise RegisterError(NO_VALUE, f"{name}: {error}") from None
-
-
-def checked_row(keys: NamedKeys, name: str, row: str) -> Parameter:
-    """A parameter that can be written; raises `RegisterError` where the PLC, or its program, writes it."""
-    try:
-        return keys.find((row,))
-    except PydanticCustomError as error:
-        raise RegisterError(NO_REGISTER, f"{name}: {error.message()}") from None
-
-
-def done(name: str, row: Parameter, content: Any, late: str | None, mode: str | None) -> Done:
-    """What a write has done, in words."""
-    return Done(f"set {name} to {content_text(row.type, content)}" + (f"; {late}" if late else ""), mode)
+    @staticmethod
+    def find_parameter(keys: NamedKeys, name: str, row: str) -> Parameter:
+        """A parameter that can be written; raises `RegisterError` where the PLC, or its program, writes it."""
+        try:
+            return keys.find((row,))
+        except PydanticCustomError as error:
+            raise RegisterError(NO_REGISTER, f"{name}: {error.message()}") from None

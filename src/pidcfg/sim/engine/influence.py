@@ -56,16 +56,16 @@ class Influence:
             self._add([plant.slot], [plant.measured])
         for channel in net.channels:
             self._add(followed_signals(net, channel), [channel.target])
-        for i, c in enumerate(plc.cfg[: len(plc.loops)]):
-            self._add([c.sig_in], [c.sig_pv])
-            self._add([c.sig_pv, c.sig_sp], [c.sig_out])
-            self._add([c.sig_out], self.pulses(i))
+        for i, config in enumerate(plc.cfg[: len(plc.loops)]):
+            self._add([config.sig_in], [config.sig_pv])
+            self._add([config.sig_pv, config.sig_sp], [config.sig_out])
+            self._add([config.sig_out], self.pulses(i))
         for source, target in plc.flow:
             self.moves[source].add(target)
         self.played = {slot for event in scenario.events for slot in self.signals_set(event)}
-        for i, c in enumerate(plc.cfg[: len(plc.loops)]):
+        for i, config in enumerate(plc.cfg[: len(plc.loops)]):
             self.driven.append(self.drives(i) or self.is_played(i))
-            self.set_points.append(self._made_of(c.sig_sp))
+            self.set_points.append(self._made_of(config.sig_sp))
         return self
 
     def drives(self, loop: int, without: Collection[int] = ()) -> bool:

@@ -39,7 +39,7 @@ from pidcfg.sim.controllers.click.equation import (
     TUNING,
     Config,
     State,
-    coefficients,
+    calculate_gains,
 )
 from pidcfg.sim.controllers.kernels import add_notice, clamp, nearest, single
 from pidcfg.sim.controllers.plc import TICKS
@@ -124,7 +124,7 @@ def store(config: Config, state: State, gain: float, reset: float, rate: float, 
     state.rate = single(clamp(rate, LEAST_RATE, MOST_RATE))
     state.sample_ms = int(clamp(nearest(seconds * 1000.0), LEAST_MS, MOST_MS))
     state.period = state.sample_ms * 1000
-    coefficients(config, state)
+    calculate_gains(config, state)
     restore_output(state)
     state.tune_done = DONE
     state.status = (state.status & ~MODES) | AUTO

@@ -313,7 +313,7 @@ def sample_ticks(milliseconds: float) -> int:
 # of the action, which changes no bit of a rounded product. D numbers: see `click.CONTROLLER`.
 
 
-def coefficients(config: Config, state: State) -> None:
+def calculate_gains(config: Config, state: State) -> None:
     """Kp Ts/Ti and Td/Ts of the registers as they stand, and the lag of the derivative's filter (D110, D114).
 
     Only called with a reset time above 0: errors 26 to 28 keep a loop in Manual, where nothing is calculated.

@@ -19,7 +19,7 @@ from pidcfg.sim.controllers.click.equation import (
     Config,
     Loop,
     State,
-    coefficients,
+    calculate_gains,
     configure,
     float_of,
     loop_of,
@@ -77,7 +77,7 @@ class Click(Plc):
     outer_alarms = OUTER_ALARMS
     error_flags = ("pid_error",)
 
-    def __init__(self, image: Image) -> None:
+    def __init__(self, image: Image, options: ScanOptions | None = None) -> None:
         words = image.words
         self._loops = [loop_of(words, i, entry) for i, entry in enumerate(image.settings)]
         self.loops = [loop.name for loop in self._loops]
@@ -92,7 +92,8 @@ class Click(Plc):
     @property
     def flags(self) -> Mapping[str, int]:
         """The error register of each loop, DSn+00."""
-        return {f"DS{loop.starts['integers']}": int(s.number) for loop, s in zip(self._loops, self.st, strict=True)}
+        names = (f"DS{loop.starts['integers']}" for loop in self._loops)
+        return {name: int(state.number) for name, state in zip(names, self.st, strict=True)}
 
     @property
     def base(self) -> int:
@@ -126,7 +127,7 @@ class Click(Plc):
         write_state(state, n)
         self._note_error(state, lowest_error(n))
         if not state.error:
-            coefficients(config, state)
+            calculate_gains(config, state)
 
     @staticmethod
     def _note_error(state: State, error: int) -> None:
@@ -168,11 +169,11 @@ class Click(Plc):
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """RUN to STOP: loops are not executed, outputs are off."""
-        for i, s in enumerate(self.st):
-            click_modes.to_manual(s, click_modes.OVERRIDE_STOP)
-            s.busy = (s.busy & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
-            s.request = s.goal = 0
-            s.due = NEVER
+        for i, state in enumerate(self.st):
+            click_modes.to_manual(state, click_modes.OVERRIDE_STOP)
+            state.busy = (state.busy & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
+            state.request = state.goal = 0
+            state.due = NEVER
             self._show(i, signals)
 
     # --- the operator ------------------------------------------------------------------------------------------------
@@ -243,8 +244,8 @@ class Click(Plc):
         status = "running" if state.status & bits.TUNING else "error" if error else TUNE_STATUS[state.tune_done]
         registers.absorb(state)
         n = registers.numbers()
-        results = {name: n[name] / 1000 if name == "sample_rate" else n[name] for name in self.tuned_names}
-        return {"done": done, "error": error, "status": status, "results": results if done else {}}
+        results = [n[name] / 1000 if name == "sample_rate" else n[name] for name in self.tuned_names]
+        return self.tune_report(status, results, done=done, error=error)
 
     def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The output that a loop in Manual starts with."""
@@ -296,6 +297,4 @@ def scale_of(config: Config) -> tuple[float, float, int]:
     return config.pv_low, config.pv_high, COUNTS
 
 
-def load(image: Image, options: ScanOptions | None = None) -> Click:
-    """The virtual PLC of an image's registers, as it stands at its change from STOP to RUN."""
-    return Click(image)
+load = Click

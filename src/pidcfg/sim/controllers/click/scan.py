@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from math import isnan
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.maps.click import BLOCKS, SPACE
 from pidcfg.sim.controllers.click.autotune import tune
 from pidcfg.sim.controllers.click.equation import (
@@ -28,7 +28,7 @@ from pidcfg.sim.controllers.click.operate import ALARM_BITS, FIXED, OVERRIDE_ERR
 from pidcfg.sim.controllers.click.plc import Click, load
 from pidcfg.sim.controllers.kernels import clamp, finite, single
 from pidcfg.sim.controllers.plc import ScanOptions as Options
-from pidcfg.sim.controllers.settings import NO_REGISTER, NO_VALUE, NOT_NOW, Done, RegisterError, Registers
+from pidcfg.sim.controllers.settings import NOT_NOW, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
 
 if TYPE_CHECKING:
@@ -131,37 +131,28 @@ class ClickRegisters(Registers):
 
     def __init__(self, plc: Click) -> None:
         self.plc = plc
-        self._at: dict[int, tuple[int, Word]] = {}
+        self._rows: dict[int, tuple[int, Word]] = {}
         for i in range(len(plc.loops)):
             starts = plc.memory(i).starts
             for key, (prefix, table) in BLOCKS.items():
                 start = SPACE.number(prefix, starts[key])
-                self._at |= {start + row.offset: (i, row) for row in table.words}
-
-    def places(self) -> Mapping[int, int]:
-        """The three blocks of each loop."""
-        return {number: loop for number, (loop, _) in self._at.items()}
+                self._rows |= {start + row.offset: (i, row) for row in table.words}
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the registers are after the last scan."""
         words, status = self.plc.memory(loop).words, self.plc.st[loop].status
         alarms = {name: int(bool(status & bit)) for name, bit in ALARMS.items()}
-        idle = dict.fromkeys(REQUESTS, 0)
-        held = {**words, **alarms, **idle}
-        return {number: held.get(row.name, 0) for number, (i, row) in self._at.items() if i == loop}
+        return self.contents_by_number(loop, defaultdict(int, words | alarms | dict.fromkeys(REQUESTS, 0)))
 
     def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
         """A setting, the output in Manual, or a request."""
-        loop, row = self._at[number]
+        loop, row = self._rows[number]
         name = SPACE.name(number)
         if row.name in REQUESTS:
             return self._request(loop, row.name, raw)
         if row.path is None or row.path in FIXED:
-            raise RegisterError(NO_REGISTER, f"{name} ({row.title}) is written by the PLC alone")
-        try:
-            row.codec.decode(raw)  # type: ignore[call-arg]  # no register of a CLICK has a scale
-        except DecodeError as error:
-            raise RegisterError(NO_VALUE, f"{name}: {error}") from None
+            raise self.read_only(name, row)
+        self.decode(name, row.codec.decode, raw)
         if late := self.plc.write(loop, [(row, raw)], signals):
             raise RegisterError(NOT_NOW, f"{name} {late}")
         return Done(f"set {row.path} to {SPACE.shown(number, raw)}")

@@ -36,7 +36,7 @@ from pidcfg.sim.controllers.dl06.equation import (
     TUNING,
     Config,
     State,
-    coefficients,
+    calculate_gains,
     pv_on_sp_scale,
 )
 from pidcfg.sim.controllers.kernels import NEAREST, add_notice, clamp, nearest, tell_request
@@ -98,7 +98,7 @@ def store(config: Config, state: State, gain: float, reset: float, rate: float, 
     state.reset = steps * config.reset_step * config.reset_unit
     state.rate = clamp(digits(rate * 100.0), 0.0, 9999.0) / 100.0
     state.period = int(clamp(digits(seconds * 100.0) * 10000.0, config.least_period * 1.0, 99990000.0))
-    coefficients(config, state)
+    calculate_gains(config, state)
     end_tune(state, 0)
 
 

@@ -13,7 +13,7 @@ from pidcfg.encoders.dl06.image import alarm_order_broken, check_ramp_soak
 from pidcfg.encoders.maps.dl06 import CPU, FORMATS, LOOP_TABLE, LOOP_TABLES, RAMP_SOAK_PAIR, RAMP_SOAK_SIZE, RESET
 from pidcfg.schemas.base import Quantity
 from pidcfg.sim.controllers.kernels import (
-    LoopConfig,
+    CountsConfig,
     RequestState,
     clamp,
     nearest,
@@ -86,7 +86,7 @@ TRIP = 4096
 
 
 @dataclass(slots=True)
-class Config(LoopConfig):
+class Config(CountsConfig):
     """One loop's words, decoded."""
 
     sig_step: int = 5
@@ -95,18 +95,6 @@ class Config(LoopConfig):
     slow: int = 0
     """Sample rate above 2 s and scans have a length: at most one such loop a scan."""
     independent: int = register("independent_of_cpu_mode", 0)
-    fetches_pv: int = 0
-    """+36 fetches the PV from a module, without the ladder program."""
-    carries_output: int = 0
-    """+37 carries the output to a module, without the ladder program."""
-    # ends of the ranges in engineering units
-    pv_low: float = 0.0
-    pv_width: float = 4095.0
-    pv_min: float = 0.0
-    pv_max: float = 4095.0
-    pv_span: float = 4095.0
-    out_low: float = 0.0
-    out_width: float = 4095.0
     out_min: float = 0.0
     out_max: float = 4095.0
     out_span: float = 4095.0
@@ -160,8 +148,6 @@ class Config(LoopConfig):
     # auto-tune
     tune_open: int = register("autotune.method", 0, equals="open")
     tune_pi: int = register("autotune.type", 0, equals="PI")
-    tune_buffer: int = -1
-    """Offset in `aux` of `autotune.POINTS` floats."""
     reset_unit: float = 1.0
     """Seconds of one unit of the reset word: 1 or 60."""
     reset_step: float = 0.1
@@ -396,7 +382,7 @@ def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
 # output counts and carry the sign of the action (D30, D32). D numbers: see `dl06.ENGINE`.
 
 
-def coefficients(config: Config, state: State) -> None:
+def calculate_gains(config: Config, state: State) -> None:
     """The factors of the equation, from the gain words: Ki = Kc Ts/Ti and Kr = Kc Td/Ts, in output counts (D677).
 
     A gain of 0 takes the proportional term out and leaves Ki = Ts/Ti, Kr = Td/Ts (D33). The derivative gain limit is a

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from decimal import Decimal
 from math import sqrt
 from typing import TYPE_CHECKING, Any
@@ -31,7 +31,7 @@ from pidcfg.sim.controllers.dl06.equation import (
     State,
     Values,
     alarm_error,
-    coefficients,
+    calculate_gains,
     configure,
     decode_loop,
     decode_profile,
@@ -121,8 +121,8 @@ class Loop:
     """Decoded from the words that have been read; quantities in counts."""
     absorbed: bool = True
     """The results of the last auto-tune have been written to the words."""
-    results: Mapping[str, float] = field(default_factory=dict)
-    """Results of the last auto-tune, by register."""
+    results: Sequence[float] = ()
+    """Results of the last auto-tune, in the order of `tuned_words`."""
     has_setpoint: bool = True
     """Whether the configuration gives a set point; it may leave that to the operator."""
 
@@ -175,7 +175,7 @@ class Loop:
             return
         self.absorbed = True
         results = tuned_words(config, state)
-        self.results = {name: float(value) for name, value in results.items()}
+        self.results = [float(value) for value in results.values()]
         for name, value in results.items():
             word = LOOP_TABLES[self.decimals].word(name)
             self.memory[word.offset] = self.read[word.offset] = word.encode(value)
@@ -217,10 +217,7 @@ def ends(settings: Mapping[str, Any]) -> tuple[Decimal, Decimal] | None:
     return None if pair is None else (Decimal(str(pair[0])), Decimal(str(pair[1])))
 
 
-# --- V-memory of a virtual DL06: every loop's words, and the records that the controller calculates with --------------
-#
-# Each loop has its words twice: as they stand in memory, and as the controller has last read them, since some words
-# are read only when an alarm is enabled or the CPU changes its mode.
+# --- The virtual DL06: built from V-memory words, operated as by its operator, its ladder and the CPU switch ----------
 
 
 @frozen
@@ -237,17 +234,36 @@ class Options:
     """What V7641 gets instead of the image's count."""
 
 
-class Memory(CountsPlc):
-    """The words of an image, and what the kernels make of them."""
+class Dl06(CountsPlc):
+    """A DL06 as loaded from its words; what none holds (names, ranges, intended modes) the image's settings say."""
 
     cfg: list[Config]
     st: list[State]
+    out_name = "OUT"
+    word_of_flags = "0x{:04X}"
+    modes: Mapping[str, int] = MODE_BITS
+    options = tuple(f.name for f in fields(Options))
+    commands: Mapping[str, Sequence[str]] = {
+        "ramp_soak": tuple(COMMANDS),
+        "autotune": ("start",),
+        "plc": ("program", "run"),
+    }
+    tuned_names = ("gain", "reset", "rate", "sample_rate")
+    alarm_bits: Mapping[str, int] = ALARM_BITS
+    alarm_limits: Mapping[str, str] = ALARM_LIMITS
+    unreached = bits.UNBOUNDED
+    flag_bits: Mapping[str, int] = FLAG_BITS
+    aux_bits: Mapping[str, int] = AUX_BITS
+    reasons: Mapping[int, str] = REASONS
+    outer_alarms = OUTER_ALARMS
+    error_flags = ("alarm_programming_error",)
+    tuning_flags = ("autotune_running",)
 
-    def __init__(self, image: Image, options: Options) -> None:
-        self._words, self._options, self._plc = image.words, options, image.plc
+    def __init__(self, image: Image, options: Options | None = None) -> None:
+        self._words, self._options, self._plc = image.words, options or Options(), image.plc
         self.problems: list[NoValue] = []
-        if options.number_of_loops is not None:
-            self._words[LOOP_COUNT] = int(str(options.number_of_loops), 16)
+        if self._options.number_of_loops is not None:
+            self._words[LOOP_COUNT] = int(str(self._options.number_of_loops), 16)
         self._setup = self._check()
         count = len(image.settings) or min(self._setup.count, CPU.loops)
         self._loops = [self._loop(i, image) for i in range(count)]
@@ -256,6 +272,9 @@ class Memory(CountsPlc):
         self.place_loops(Config, State, SIGNALS, RAMP_SOAK_SIZE + POINTS)
         for i in range(count):
             self._begin(i)
+        self.in_run = False
+        self.run(0)
+        self.scale_loops()
 
     @property
     def words(self) -> Mapping[int, int]:
@@ -321,7 +340,7 @@ class Memory(CountsPlc):
         table = [self._words.get(v["ramp_soak.table"] + k, 0) for k in range(RAMP_SOAK_SIZE)]
         self.aux[config.rs_table : config.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
         tuning(config, state, v, words.decimals)
-        coefficients(config, state)
+        calculate_gains(config, state)
         state.quiet_low, state.quiet_high = bits.UNBOUNDED, -bits.UNBOUNDED
         state.status &= ~bits.ALARM_ERROR
         if alarm_error(v):
@@ -363,42 +382,6 @@ class Memory(CountsPlc):
     def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals of a loop as its words say."""
         show(self.cfg[i], self.st[i], signals)
-
-
-# --- The virtual DL06: built from V-memory words, operated as by its operator, its ladder and the CPU switch ----------
-#
-# `load` decodes nothing but words; what no word holds (names, ranges, intended modes) comes from the image's
-# settings.
-
-
-class Dl06(Memory):
-    """A DL06 as loaded from its words."""
-
-    out_name = "OUT"
-    word_of_flags = "0x{:04X}"
-    modes: Mapping[str, int] = MODE_BITS
-    options = tuple(f.name for f in fields(Options))
-    commands: Mapping[str, Sequence[str]] = {
-        "ramp_soak": tuple(COMMANDS),
-        "autotune": ("start",),
-        "plc": ("program", "run"),
-    }
-    tuned_names = ("gain", "reset", "rate", "sample_rate")
-    alarm_bits: Mapping[str, int] = ALARM_BITS
-    alarm_limits: Mapping[str, str] = ALARM_LIMITS
-    unreached = bits.UNBOUNDED
-    flag_bits: Mapping[str, int] = FLAG_BITS
-    aux_bits: Mapping[str, int] = AUX_BITS
-    reasons: Mapping[int, str] = REASONS
-    outer_alarms = OUTER_ALARMS
-    error_flags = ("alarm_programming_error",)
-    tuning_flags = ("autotune_running",)
-
-    def __init__(self, image: Image, options: Options) -> None:
-        super().__init__(image, options)
-        self.in_run = False
-        self.run(0)
-        self.scale_loops()
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:
@@ -442,11 +425,8 @@ class Dl06(Memory):
     def inner_deviation(self, loop: int) -> float | None:
         """The yellow deviation alarm; of a root it has another scale than the PV."""
         config = self.cfg[loop]
-        return (
-            None
-            if config.square_root or config.yellow >= bits.UNBOUNDED
-            else config.yellow * config.pv_width / config.pv_span
-        )
+        is_off = config.square_root or config.yellow >= bits.UNBOUNDED
+        return None if is_off else config.yellow * config.pv_width / config.pv_span
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """+23, which is compared with the squared error where that is on."""
@@ -492,28 +472,28 @@ class Dl06(Memory):
 
         Output modules turn off at once, but for those that an independent loop writes itself (D49).
         """
-        for i, (c, s) in enumerate(zip(self.cfg, self.st, strict=True)):
-            self._loops[i].absorb(c, s)
+        for i, (config, state) in enumerate(zip(self.cfg, self.st, strict=True)):
+            self._loops[i].absorb(config, state)
             self._loops[i].reread(alarms=False)
             self._apply(i)
-            if c.independent:
-                s.busy |= (
-                    bits.PROGRAM | (0 if c.fetches_pv else bits.PV_STALE) | (0 if c.carries_output else bits.OUTPUT_CUT)
-                )
+            if config.independent:
+                state.busy |= bits.PROGRAM
+                state.busy |= 0 if config.fetches_pv else bits.PV_STALE
+                state.busy |= 0 if config.carries_output else bits.OUTPUT_CUT
             else:
-                s.prior = s.status & bits.MODES
-                s.busy |= bits.STOPPED
-                if s.status & bits.TUNING:  # a change of mode, too (D64)
-                    end_tune(s, TUNE_ABORTED)
-        stopped = [(c, s) for c, s in zip(self.cfg, self.st, strict=True) if s.busy & bits.STOPPED]
-        for _, s in stopped:
-            if s.prior != bits.MANUAL:
-                s.requested = 0
-                s.status = (s.status & ~bits.MODES) | bits.MANUAL
-                tell_request(s, dl06_modes.OVERRIDE_PROGRAM)
-        for c, s in stopped:
-            if s.prior & bits.CASCADE:  # an independent major loop does not go on alone (D680)
-                dl06_modes.to_manual(c.major, self.cfg, self.st, dl06_modes.OVERRIDE_MINOR)
+                state.prior = state.status & bits.MODES
+                state.busy |= bits.STOPPED
+                if state.status & bits.TUNING:  # a change of mode, too (D64)
+                    end_tune(state, TUNE_ABORTED)
+        for state in self.st:
+            if state.busy & bits.STOPPED and state.prior != bits.MANUAL:
+                state.requested = 0
+                state.status = (state.status & ~bits.MODES) | bits.MANUAL
+                tell_request(state, dl06_modes.OVERRIDE_PROGRAM)
+        for config, state in zip(self.cfg, self.st, strict=True):
+            if state.busy & bits.STOPPED and state.prior & bits.CASCADE:
+                # an independent major loop does not go on alone (D680)
+                dl06_modes.to_manual(config.major, self.cfg, self.st, dl06_modes.OVERRIDE_MINOR)
         for i in range(len(self.st)):
             self._show(i, signals)
 
@@ -551,8 +531,7 @@ class Dl06(Memory):
         if not (state.tune_done or state.tune_phase or error):
             return None
         status = "running" if state.tune_phase else "done" if state.tune_done else "error"
-        results = words.results if state.tune_done else {}
-        return {"done": bool(state.tune_done), "error": error, "status": status, "results": results}
+        return self.tune_report(status, words.results, done=bool(state.tune_done), error=error)
 
     def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The output that a loop in Manual starts with; it has no limits (D645)."""
@@ -580,11 +559,8 @@ class Dl06(Memory):
         words = self.memory(loop)
         rows = find_rows(path, words.decimals)
         scales = words.scales()
-        return self.write(
-            loop,
-            [(row, encode_setting(row, item, words.values, scales)) for row, item in items_of(rows, value)],
-            signals,
-        )
+        written = [(row, encode_setting(row, item, words.values, scales)) for row, item in items_of(rows, value)]
+        return self.write(loop, written, signals)
 
     def write(self, loop: int, written: Sequence[tuple[Point, int]], signals: MutableSequence[float]) -> str | None:
         """Write raw contents, of a choice its bits in place; as `set` otherwise."""
@@ -622,6 +598,4 @@ def overruled(config: Config, state: State, path: str) -> str | None:
     return None
 
 
-def load(image: Image, options: Options | None = None) -> Dl06:
-    """The virtual PLC of an image's words, as it stands at its program-to-run transition."""
-    return Dl06(image, options or Options())
+load = Dl06

@@ -41,7 +41,7 @@ from pidcfg.sim.controllers.dl06.operate import (
 )
 from pidcfg.sim.controllers.dl06.plc import Dl06, Options, load
 from pidcfg.sim.controllers.kernels import NEAREST, nearest
-from pidcfg.sim.controllers.settings import NO_REGISTER, NO_VALUE, Done, RegisterError, Registers
+from pidcfg.sim.controllers.settings import NO_LOOP, NO_REGISTER, NO_VALUE, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
 
 if TYPE_CHECKING:
@@ -196,8 +196,6 @@ COST = COSTS["dl06"]
 
 # --- The V-memory of a virtual DL06: set-up words, loop table and ramp/soak tables ------------------------------------
 
-NO_LOOP = -1
-
 
 class Dl06Registers(Registers):
     """Words of V-memory; request bits are read as 0, since the PLC takes them at once."""
@@ -205,25 +203,25 @@ class Dl06Registers(Registers):
     def __init__(self, plc: Dl06) -> None:
         self.plc = plc
         start = plc.words.get(TABLE_POINTER, 0)
-        self._tables = {
+        self._rows = {
             start + i * LOOP_TABLE.size + row.offset: (i, row)
             for i in range(len(plc.loops))
             for row in LOOP_TABLE.words
         }
 
-    def places(self) -> Mapping[int, int]:
+    def places(self) -> dict[int, int]:
         """Loop tables; set-up words and ramp/soak tables belong to no loop here."""
-        others = {number for number in self.plc.words if number not in self._tables}
-        return dict.fromkeys([*others, ERROR_FLAGS], NO_LOOP) | {n: loop for n, (loop, _) in self._tables.items()}
+        others = {number for number in self.plc.words if number not in self._rows}
+        return dict.fromkeys([*others, ERROR_FLAGS], NO_LOOP) | super().places()
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the words are after the last scan."""
         if loop == NO_LOOP:
-            others = {n: raw for n, raw in self.plc.words.items() if n not in self._tables}
+            others = {n: raw for n, raw in self.plc.words.items() if n not in self._rows}
             return others | {ERROR_FLAGS: self.plc.flags["V7642"]}
         memory = self.plc.memory(loop).memory
-        held = dict(self._written(loop))
-        return {n: held.get(row.name, memory[row.offset]) for n, (i, row) in self._tables.items() if i == loop}
+        held = {row.name: memory[row.offset] for row in LOOP_TABLE.words}
+        return self.contents_by_number(loop, held | dict(self._written(loop)))
 
     def _written(self, loop: int) -> Iterator[tuple[str, int]]:
         """Words that the controller writes."""
@@ -251,42 +249,39 @@ class Dl06Registers(Registers):
     def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
         """A word; bits of it that are requests are carried out, and those that the PLC writes stay."""
         name = SPACE.name(number)
-        if number not in self._tables:
+        if number not in self._rows:
             return self._write_other(number, raw)
-        loop, row = self._tables[number]
+        loop, row = self._rows[number]
         if row.path is None and row.access == "status":
-            raise RegisterError(NO_REGISTER, f"{name} ({row.title}) is written by the PLC alone")
+            raise self.read_only(name, row)
         if row.path in FIXED:
             raise RegisterError(NO_REGISTER, f"{name} ({row.title}) is wired, or written by the analog input")
         if row.path is None:
             return self._write_bits(loop, row, raw, signals)
         memory = self.plc.memory(loop)
-        try:
-            LOOP_TABLES[memory.decimals].words[row.offset].decode(raw, raw_scales(memory.values))
-        except DecodeError as error:
-            raise RegisterError(NO_VALUE, f"{name}: {error}") from None
+        self.decode(name, LOOP_TABLES[memory.decimals].words[row.offset].decode, raw, raw_scales(memory.values))
         late = self.plc.write(loop, [(row, raw)], signals)
-        return Done(f"set {row.path} to {name} = {SPACE.shown(number, raw)}" + (f"; {late}" if late else ""))
+        return Done.setting(row.path, f"{name} = {SPACE.shown(number, raw)}", late)
 
     def _write_bits(self, loop: int, word: Word, raw: int, signals: MutableSequence[float]) -> Done:
         """The bits of a word, one choice after the other."""
-        done: list[Done] = []
+        changes: list[Done] = []
         memory = self.plc.memory(loop).memory
         for row in LOOP_TABLE.bits:
             bits = raw & row.mask
             if row.offset != word.offset:
                 continue
             if row.access == "request" and bits:
-                done.append(self._request(loop, row, bits))
+                changes.append(self._request(loop, row, bits))
             elif row.access == "setting" and bits != memory[row.offset] & row.mask:
                 try:
                     value = row.decode(raw)
                 except DecodeError as error:
                     raise RegisterError(NO_VALUE, str(error)) from None
                 late = self.plc.write(loop, [(row, bits)], signals)
-                done.append(Done(f"set {row.path} to {value}" + (f"; {late}" if late else "")))
-        mode = next((one.mode for one in done if one.mode), None)
-        return Done(", ".join(one.text for one in done) or f"wrote {word.name}, nothing new", mode)
+                changes.append(Done.setting(row.path, value, late))
+        mode = next((one.mode for one in changes if one.mode), None)
+        return Done(", ".join(one.text for one in changes) or f"wrote {word.name}, nothing new", mode)
 
     def _request(self, loop: int, row: Bits, bits: int) -> Done:
         """A mode, an auto-tune, or a command of the ramp/soak generator."""
@@ -307,10 +302,7 @@ class Dl06Registers(Registers):
         if number == ERROR_FLAGS:
             raise RegisterError(NO_REGISTER, f"{name} is written by the PLC alone")
         if number == LOOP_COUNT:
-            try:
-                bcd_digits(raw)
-            except DecodeError as error:
-                raise RegisterError(NO_VALUE, f"{name}: {error}") from None
+            self.decode(name, bcd_digits, raw)
         self.plc.write_other(number, raw)
         return Done(f"set {name} to {SPACE.shown(number, raw)}")
 

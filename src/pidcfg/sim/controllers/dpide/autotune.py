@@ -25,7 +25,7 @@ from pidcfg.sim.controllers.autotune import (
     stalled,
     ultimate_gain,
 )
-from pidcfg.sim.controllers.dpide.equation import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR, coefficients
+from pidcfg.sim.controllers.dpide.equation import AUTO, FRESH, MANUAL, MODES, TUNE_ERROR, calculate_gains
 from pidcfg.sim.controllers.kernels import add_notice, clamp, single
 from pidcfg.sim.controllers.plc import TICKS
 from pidcfg.tuning.rules import TYREUS_LUYBEN
@@ -130,7 +130,7 @@ def store(config: Config, state: State, ultimate: float, period: float, mean: fl
     state.tune_reset = reset
     state.tune_rate = rate
     state.tune_tf = tf
-    coefficients(config, state)
+    calculate_gains(config, state)
     state.integral = single(single(mean) - state.bias)
     state.tune_done = DONE
     leave(config, state, 0)

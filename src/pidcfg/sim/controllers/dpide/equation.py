@@ -134,7 +134,7 @@ JUMPS_WITHOUT = 2
 """Notice of `calculate_mv`."""
 
 
-def coefficients(config: Config, state: State) -> None:
+def calculate_gains(config: Config, state: State) -> None:
     """The factors of the equation; what is below 0 counts as 0."""
     # The PID algorithm: dependent formula Kc, Kc Ts/Ti, Kc Td; independent formula Kp, Ki Ts, Kd
     seconds = single(state.period / TICKS)

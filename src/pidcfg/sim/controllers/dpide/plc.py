@@ -12,7 +12,7 @@ from pidcfg.schemas.numbers import refuse
 from pidcfg.sim.controllers.autotune import DONE, FAILED, TUNE_STATUS
 from pidcfg.sim.controllers.dpide import equation as bits
 from pidcfg.sim.controllers.dpide import operate as report
-from pidcfg.sim.controllers.dpide.equation import OFF, TUNING, Config, State, coefficients, show_signals
+from pidcfg.sim.controllers.dpide.equation import OFF, TUNING, Config, State, calculate_gains, show_signals
 from pidcfg.sim.controllers.dpide.operate import (
     ABOUT_MODE,
     FLAG_BITS,
@@ -66,7 +66,7 @@ def configure(config: Config, state: State, operands: Operands, interval: int) -
     config.dead_band = abs(single(operands["ERR_DBW"]))
     config.lowest_mv, config.highest_mv = sorted(single(operands[name]) for name in ("MV_MIN", "MV_MAX"))
     state.period = interval or sampling_time(int(operands["CYCLE"]))
-    coefficients(config, state)
+    calculate_gains(config, state)
 
 
 def absorb(operands: Operands, state: State) -> None:
@@ -144,7 +144,7 @@ class Dpide(NamedPlc):
             read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(self._settings)
         ]
         self._ranged = [scale.range is not None for scale in scales]
-        self.scales = [scale_of(scale, s.sp) for scale, s in zip(scales, self.st, strict=True)]
+        self.scales = [scale_of(scale, state.sp) for scale, state in zip(scales, self.st, strict=True)]
 
     def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[Operands, list[str]]:
         """The operands of a loop, and which of them are no value."""
@@ -225,8 +225,8 @@ class Dpide(NamedPlc):
 
     def _show(self, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
-        for c, s in zip(self.cfg, self.st, strict=True):
-            show_signals(c, s, signals)
+        for config, state in zip(self.cfg, self.st, strict=True):
+            show_signals(config, state, signals)
 
     @property
     def rises(self) -> list[bool]:
@@ -258,11 +258,11 @@ class Dpide(NamedPlc):
 
     def start(self, tick: int) -> None:
         """The PLC runs: instructions begin without a past (D687), an autotune from its beginning (D278)."""
-        for c, s in zip(self.cfg, self.st, strict=True):
-            s.due = tick
-            s.busy &= ~bits.STOPPED
-            mode, s.status = s.status & bits.MODES, (s.status & ~bits.MODES) | bits.OFF
-            enter(c, s, mode)
+        for config, state in zip(self.cfg, self.st, strict=True):
+            state.due = tick
+            state.busy &= ~bits.STOPPED
+            mode, state.status = state.status & bits.MODES, (state.status & ~bits.MODES) | bits.OFF
+            enter(config, state, mode)
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """The PLC stops: no instruction is executed, and MV stays as it is (D278)."""
@@ -320,10 +320,8 @@ class Dpide(NamedPlc):
         status = "running" if running else TUNE_STATUS[state.tune_done]
         if error:
             status = f"{status}: {REASONS[state.tune_reason].partition(': ')[2]}"
-        results = dict(
-            zip(self.tuned_names, (state.tune_gain, state.tune_reset, state.tune_rate, state.tune_tf), strict=True)
-        )
-        return {"done": done, "error": error, "status": status, "results": results if done else {}}
+        results = state.tune_gain, state.tune_reset, state.tune_rate, state.tune_tf
+        return self.tune_report(status, results, done=done, error=error)
 
     def memory(self, loop: int) -> Operands:
         """A loop's operands as they are after the last calculation."""

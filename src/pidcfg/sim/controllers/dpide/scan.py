@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.dpide import ROWS
-from pidcfg.encoders.parameters import raw_of
+from pidcfg.encoders.parameters import content_text, raw_of, register_content
 from pidcfg.sim.controllers.dpide.autotune import tune
 from pidcfg.sim.controllers.dpide.equation import (
     AUTO,
@@ -27,7 +27,7 @@ from pidcfg.sim.controllers.dpide.operate import KEYS, PID_MODES, halt, switch
 from pidcfg.sim.controllers.dpide.plc import Dpide, load
 from pidcfg.sim.controllers.kernels import finite, single
 from pidcfg.sim.controllers.plc import ScanOptions as Options
-from pidcfg.sim.controllers.settings import NO_VALUE, Done, RegisterError, Registers, checked_row, content_written, done
+from pidcfg.sim.controllers.settings import NO_VALUE, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
 
 if TYPE_CHECKING:
@@ -122,31 +122,32 @@ class DpideRegisters(Registers):
 
     def __init__(self, plc: Dpide) -> None:
         self.plc = plc
-        self._at = {f"{loop}.{row}": (i, row) for i, loop in enumerate(plc.loops) for row in ROWS}
+        rows = ROWS.values()
+        self._rows = {f"{loop}.{row.name}": (i, row) for i, loop in enumerate(plc.loops) for row in rows}
 
-    def places(self) -> Mapping[Any, int]:
+    def places(self) -> dict[Any, int]:
         """Every operand with its loop; of those in one device the one first that says what it holds (D266)."""
-        return {name: self._at[name][0] for name in sorted(self._at, key=self._rank)}
+        return {name: self._rows[name][0] for name in sorted(self._rows, key=self._rank)}
 
     def _rank(self, name: str) -> int:
         """0 for MOUT in the device of MV, which an operator writes; 1 for MV, the PLC's; 2 for the others."""
-        loop, row = self._at[name]
-        return 0 if row == "MOUT" and self.plc.cfg[loop].mout_is_mv else 1 if row == "MV" else 2
+        loop, row = self._rows[name]
+        return 0 if row.name == "MOUT" and self.plc.cfg[loop].mout_is_mv else 1 if row.name == "MV" else 2
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:
         """As the operands are after the last calculation."""
         held = self.plc.memory(loop)
-        prefix = self.plc.loops[loop]
-        return {f"{prefix}.{name}": raw_of(row.type, held[name]) for name, row in ROWS.items()}
+        return self.contents_by_number(loop, {name: raw_of(row.type, held[name]) for name, row in ROWS.items()})
 
     def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> Done:
         """An operand that the program or an operator may write."""
-        loop, name = self._at[number]
-        row = checked_row(KEYS, number, name)
-        content = content_written(number, row, raw)
-        if name == "PID_MODE" and content not in PID_MODES:
+        loop, row = self._rows[number]
+        row = self.find_parameter(KEYS, number, row.name)
+        content = self.decode(number, register_content, row.type, raw)
+        if row.name == "PID_MODE" and content not in PID_MODES:
             raise RegisterError(NO_VALUE, f"{number}: {content} is none of {', '.join(map(str, PID_MODES))}")
         before = self.plc.intended_mode(loop, signals)
-        late = self.plc.set(loop, (name,), float(content) if row.type.kind == "real" else int(content), signals)
+        value = float(content) if row.type.kind == "real" else int(content)
+        late = self.plc.set(loop, (row.name,), value, signals)
         mode = self.plc.intended_mode(loop, signals)
-        return done(number, row, content, late, mode if mode != before else None)
+        return Done.setting(number, content_text(row.type, content), late, mode if mode != before else None)

@@ -20,7 +20,7 @@ from pidcfg.sim.controllers.autotune import (
     steepest_line,
     was_moving,
 )
-from pidcfg.sim.controllers.ezlogix.equation import HELD, TUNE, TUNE_ERROR, TUNING, coefficients
+from pidcfg.sim.controllers.ezlogix.equation import HELD, TUNE, TUNE_ERROR, TUNING, calculate_gains
 from pidcfg.sim.controllers.kernels import add_notice, nearest
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def compute(config: Config, state: State, aux: list[float]) -> None:
     state.tune_gain = state.gain
     state.tune_reset = state.reset
     state.tune_rate = state.rate
-    coefficients(state)
+    calculate_gains(state)
     end_tune(config, state, DONE)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.schemas.ezlogix import CV_FULL
-from pidcfg.sim.controllers.kernels import NEAREST, CurveState, LoopConfig, register
+from pidcfg.sim.controllers.kernels import NEAREST, CountsConfig, CurveState, register
 from pidcfg.sim.controllers.plc import TICKS
 
 if TYPE_CHECKING:
@@ -49,15 +49,11 @@ HELD = 64
 
 
 @dataclass(slots=True)
-class Config(LoopConfig):
+class Config(CountsConfig):
     """One loop's registers and dialog."""
 
     runs_when_stopped: int = 0
     """The dialog's "Process PID when PLC is Stopped"."""
-    fetches_pv: int = 0
-    """The PV's tag is an input register."""
-    carries_output: int = 0
-    """The CV's tag is an output register, or the control output is enabled."""
     inner_loop: int = -1
     """The loop whose set point register is this one's CV tag (D177); -1: none."""
     outer_loop: int = -1
@@ -66,14 +62,6 @@ class Config(LoopConfig):
     sig_status: int = 6
     sig_pulse: int = 7
     sig_countdown: int = 8
-    # ends of the ranges in engineering units
-    pv_low: float = 0.0
-    pv_width: float = 4095.0
-    pv_min: float = 0.0
-    pv_max: float = 4095.0
-    pv_span: float = 4095.0
-    out_low: float = 0.0
-    out_width: float = 4095.0
     # set point and error
     direct: int = register("action", 0, equals="direct")
     """The controller's action: direct is E = PV - SP, reverse E = SP - PV."""
@@ -102,8 +90,6 @@ class Config(LoopConfig):
     tune_pi: int = register("tuning_type", 0)
     timeout: int = 600_000_000
     """In ticks."""
-    tune_buffer: int = 0
-    """Where its points begin in the shared vector."""
 
 
 @dataclass(slots=True)
@@ -159,7 +145,7 @@ LARGEST = 2147483647.0
 """The integral term stays within a signed 32-bit number (D166)."""
 
 
-def coefficients(state: State) -> None:
+def calculate_gains(state: State) -> None:
     """The factors of the equation: Kp, Kp Ts/Ti and Kp Td/Ts.
 
     A gain of 0 takes the proportional term out and leaves Ts/Ti and Td/Ts (D160).

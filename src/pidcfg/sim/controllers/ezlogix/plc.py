@@ -14,7 +14,7 @@ from pidcfg.sim.controllers.autotune import POINTS
 from pidcfg.sim.controllers.ezlogix import autotune as ezlogix_autotune
 from pidcfg.sim.controllers.ezlogix import equation as bits
 from pidcfg.sim.controllers.ezlogix import operate as report
-from pidcfg.sim.controllers.ezlogix.equation import Config, State, coefficients, show_signals
+from pidcfg.sim.controllers.ezlogix.equation import Config, State, calculate_gains, show_signals
 from pidcfg.sim.controllers.ezlogix.operate import (
     CV,
     FLAG_BITS,
@@ -166,7 +166,7 @@ class Ezlogix(CountsPlc):
     reasons: Mapping[int, str] = REASONS
     tuning_flags = ("autotune_running",)
 
-    def __init__(self, image: Image) -> None:
+    def __init__(self, image: Image, options: NoOptions | None = None) -> None:
         words = image.words
         self._goes_on = bool(image.plc.get("process_when_stopped", True))
         dialogs = [read_settings(LoopSettings, entry, f"settings[{i}]") for i, entry in enumerate(image.settings)]
@@ -209,7 +209,7 @@ class Ezlogix(CountsPlc):
         halted = config.halt
         configure(config, loop, goes_on=self._goes_on)
         tuning(config, state, loop)
-        coefficients(state)
+        calculate_gains(state)
         if config.halt:
             state.due = NEVER
         elif halted and not state.busy & bits.STOPPED:
@@ -270,27 +270,27 @@ class Ezlogix(CountsPlc):
 
     def start(self, tick: int) -> None:
         """The PLC runs: loops that stood still begin as at the start (D173)."""
-        for c, s in zip(self.cfg, self.st, strict=True):
-            if s.busy & bits.STOPPED:
-                s.due = NEVER if c.halt else tick
-                s.last_tick = s.cycle_end = tick
-                s.busy |= bits.FRESH if s.status & bits.AUTO else 0
-            s.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
+        for config, state in zip(self.cfg, self.st, strict=True):
+            if state.busy & bits.STOPPED:
+                state.due = NEVER if config.halt else tick
+                state.last_tick = state.cycle_end = tick
+                state.busy |= bits.FRESH if state.status & bits.AUTO else 0
+            state.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
-        for c, s in zip(self.cfg, self.st, strict=True):
-            if not c.runs_when_stopped:
-                s.busy |= bits.STOPPED
-                s.due = NEVER
-                tell(s, report.IS_STOPPED)
+        for config, state in zip(self.cfg, self.st, strict=True):
+            if not config.runs_when_stopped:
+                state.busy |= bits.STOPPED
+                state.due = NEVER
+                tell(state, report.IS_STOPPED)
                 continue
-            if not c.fetches_pv:
-                s.busy |= bits.PV_STALE
-                tell(s, report.PV_IS_STALE)
-            if not c.carries_output:
-                s.busy |= bits.OUTPUT_CUT
-                tell(s, report.OUTPUT_IS_CUT)
+            if not config.fetches_pv:
+                state.busy |= bits.PV_STALE
+                tell(state, report.PV_IS_STALE)
+            if not config.carries_output:
+                state.busy |= bits.OUTPUT_CUT
+                tell(state, report.OUTPUT_IS_CUT)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
@@ -314,14 +314,9 @@ class Ezlogix(CountsPlc):
         status = state.tune_status if state.status & bits.TUNING else state.tune_last
         if not status:
             return None
-        done = status == ezlogix_autotune.DONE
-        results = dict(zip(self.tuned_names, (state.tune_gain, state.tune_reset, state.tune_rate), strict=True))
-        return {
-            "done": done,
-            "error": status > ezlogix_autotune.CANCELLED,
-            "status": f"{status}: {TUNE_STATUS[status]}",
-            "results": results if done else {},
-        }
+        done, error = status == ezlogix_autotune.DONE, status > ezlogix_autotune.CANCELLED
+        results = state.tune_gain, state.tune_reset, state.tune_rate
+        return self.tune_report(f"{status}: {TUNE_STATUS[status]}", results, done=done, error=error)
 
     def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The CV that a loop starts with."""
@@ -408,6 +403,4 @@ class Ezlogix(CountsPlc):
             self._show(inner, signals)
 
 
-def load(image: Image, options: NoOptions | None = None) -> Ezlogix:
-    """The virtual PLC of an image's registers, as it stands when it begins to run."""
-    return Ezlogix(image)
+load = Ezlogix

@@ -170,7 +170,7 @@ class EzlogixRegisters(Registers):
 
     def __init__(self, plc: Ezlogix) -> None:
         self.plc = plc
-        self._at: dict[int, tuple[int, Word]] = {}
+        self._rows: dict[int, tuple[int, Word]] = {}
         self._tags: dict[int, tuple[int, str]] = {}
         self._started = [False] * len(plc.loops)
         """Discrete +4 as it was written."""
@@ -178,17 +178,17 @@ class EzlogixRegisters(Registers):
             dialog = plc.memory(i).dialog
             for key, (prefix, table) in BLOCKS.items():
                 start = MAP_SPACE.number(prefix, getattr(dialog, key))
-                self._at |= {start + row.offset: (i, row) for row in table.words}
+                self._rows |= {start + row.offset: (i, row) for row in table.words}
         for i in range(len(plc.loops)):
             dialog = plc.memory(i).dialog
             for tag, what in ((dialog.pv.tag, "pv"), (dialog.output.tag, "cv")):
                 number = MAP_SPACE.parse(tag)
-                if number is not None and number not in self._at:
+                if number is not None and number not in self._rows:
                     self._tags.setdefault(number, (i, what))
 
-    def places(self) -> Mapping[int, int]:
+    def places(self) -> dict[int, int]:
         """The two blocks of each loop, and its tags."""
-        return {number: loop for number, (loop, _) in (self._at | self._tags).items()}
+        return super().places() | {number: loop for number, (loop, _) in self._tags.items()}
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the registers are after the last calculation."""
@@ -204,7 +204,7 @@ class EzlogixRegisters(Registers):
             "start_autotune": int(self._started[loop] or bool(state.status & TUNING)),
         }
         tags = {"pv": int(nearest(state.pv)) & WORD, "cv": int(nearest(state.out)) & WORD}
-        contents = {number: held[row.name] for number, (i, row) in self._at.items() if i == loop}
+        contents = self.contents_by_number(loop, held)
         return contents | {number: tags[what] for number, (i, what) in self._tags.items() if i == loop}
 
     def write(self, number: int, raw: int, signals: MutableSequence[float]) -> Done:
@@ -212,9 +212,9 @@ class EzlogixRegisters(Registers):
         name = MAP_SPACE.name(number)
         if number in self._tags:
             return self._write_tag(number, raw, signals)
-        loop, row = self._at[number]
+        loop, row = self._rows[number]
         if row.access in {"status", "reserved"}:
-            raise RegisterError(NO_REGISTER, f"{name} ({row.title}) is written by the PLC alone")
+            raise self.read_only(name, row)
         if row.name == "mode":
             mode = MODE_OF[bool(raw)]
             self.plc.request(loop, mode)
@@ -222,7 +222,7 @@ class EzlogixRegisters(Registers):
         if row.name == "start_autotune":
             return self._start(loop, is_on=bool(raw))
         late = self.plc.write(loop, row, raw, signals)
-        return Done(f"set {row.path} to {MAP_SPACE.shown(number, raw)}" + (f"; {late}" if late else ""))
+        return Done.setting(row.path, MAP_SPACE.shown(number, raw), late)
 
     def _start(self, loop: int, *, is_on: bool) -> Done:
         """Discrete +4, of which only the changes count."""

@@ -144,13 +144,13 @@ class Generic(NamedPlc):
 
     def prepare(self) -> None:
         """Who is whose master, whose set point follows its PV, and the scales."""
-        for c, entry in zip(self.cfg, self._settings, strict=True):
+        for config, entry in zip(self.cfg, self._settings, strict=True):
             setpoint = dict(entry.get("setpoint", {}))
             source = setpoint.get("source")
-            c.master = self.loops.index(source) if source in self.loops else -1
-            c.sp_follows_pv = int(bool(setpoint.get("follows_pv")))
-        for i, c in enumerate(self.cfg):
-            c.first_slave = next((j for j, other in enumerate(self.cfg) if other.master == i != j), -1)
+            config.master = self.loops.index(source) if source in self.loops else -1
+            config.sp_follows_pv = int(bool(setpoint.get("follows_pv")))
+        for i, config in enumerate(self.cfg):
+            config.first_slave = next((j for j, other in enumerate(self.cfg) if other.master == i != j), -1)
         self.scales = [(f["pv.range.0"], f["pv.range.1"], COUNTS) for f in self._contents]
 
     def begin(self, loop: int) -> None:

@@ -295,8 +295,8 @@ class Memory(Plc):
             if self.items[i].loop is not None:
                 self._loop_slots(config, instance.name)
         place_of = {i: place for place, i in enumerate(self.listed)}
-        for turn, i in enumerate(self.layout.order(self.wires)):
-            self.cfg[turn].turn = place_of[i]
+        for position, i in enumerate(self.layout.order(self.wires)):
+            self.cfg[position].call_order = place_of[i]
         if self.copies and self.cfg:
             first = self.cfg[0]
             first.moves, first.moves_first = len(rows), len(rows) + 2 * sum(copy.at_start for copy in self.copies)

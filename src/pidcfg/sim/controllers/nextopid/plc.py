@@ -106,13 +106,13 @@ class Facts(Memory):
     @property
     def masters(self) -> list[int]:
         """The loop whose MV comes in at SP_CASC, by whatever blocks."""
-        outs = {c.sig_out: i for i, c in enumerate(self.cfg[: len(self.loops)])}
+        outs = {config.sig_out: i for i, config in enumerate(self.cfg[: len(self.loops)])}
         sources = defaultdict(list)
         for source, target in self.flow:
             sources[target].append(source)
         found = []
-        for i, c in enumerate(self.cfg[: len(self.loops)]):
-            waiting, seen, master = [c.base + terms.SP_CASC] if c.kind != terms.ON_OFF else [], set(), -1
+        for i, config in enumerate(self.cfg[: len(self.loops)]):
+            waiting, seen, master = [config.base + terms.SP_CASC] if config.kind != terms.ON_OFF else [], set(), -1
             while waiting and master < 0:
                 slot = waiting.pop(0)
                 master = outs.get(slot, -1) if outs.get(slot, i) != i else -1
@@ -178,10 +178,10 @@ class Facts(Memory):
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of a ControlPWM that reads the loop's MV."""
-        for place, c in enumerate(self.cfg):
+        for place, config in enumerate(self.cfg):
             reads = any(self.cfg[loop].sig_out in sources for _, sources in self.wires_of(place))
-            if c.kind == terms.PWM and reads:
-                return float(self.sig[c.base + PWM["Period"]] * c.period / TICKS)
+            if config.kind == terms.PWM and reads:
+                return float(self.sig[config.base + PWM["Period"]] * config.period / TICKS)
         return 0.0
 
     def program_errors(self, signals: Sequence[float]) -> Iterator[str]:
@@ -201,12 +201,12 @@ class Facts(Memory):
     def left_out(self, loop: int, signals: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
         """Whether a selector behind its MV takes a rival; where there is no selector, whether OVERR is on."""
         behind = False
-        for place, c in enumerate(self.cfg):
-            wired = dict(self.wires_of(place)) if c.kind in SELECTORS else {}
-            inputs = [set(wired.get(c.base + value, ())) for value, _ in SELECTED]
+        for place, config in enumerate(self.cfg):
+            wired = dict(self.wires_of(place)) if config.kind in SELECTORS else {}
+            inputs = [set(wired.get(config.base + value, ())) for value, _ in SELECTED]
             for (_, out), lost, taken in zip(SELECTED, inputs, reversed(inputs), strict=True):
                 behind = behind or bool(lost & set(own))
-                if signals[c.base + out] and lost & set(own) and taken & set(rivals):
+                if signals[config.base + out] and lost & set(own) and taken & set(rivals):
                     return True
         return not behind and bool(self.st[loop].status & terms.OVERRIDDEN)
 
@@ -231,7 +231,7 @@ class Nextopid(Facts):
     aux_bits: Mapping[str, int] = AUX_BITS
     reasons: Mapping[int, str] = REASONS
 
-    def __init__(self, image: Program) -> None:
+    def __init__(self, image: Program, options: NoOptions | None = None) -> None:
         super().__init__(image)
         self.keys = {item.name: self._keys(item.name, item.type) for item in self.items}
         self.goals = [self._goal(loop) for loop in self.loops]
@@ -437,17 +437,11 @@ class Nextopid(Facts):
             return None
         ended = state.tune_end in {modes.DONE, modes.FAILED}
         flags = [name for i, name in enumerate(RESULT_FLAGS) if state.result_flags >> i & 1 and ended]
-        results = dict(
-            zip(self.tuned_names, map(shortest, (state.result_kp, state.result_ti, state.result_td)), strict=True)
+        status = ", ".join(flags) or TUNE_STATUS[state.tune_end]
+        results = [shortest(result) for result in (state.result_kp, state.result_ti, state.result_td)]
+        return self.tune_report(
+            status, results if any(results) else [], done=ended, error=state.tune_end == modes.FAILED
         )
-        return {
-            "done": ended,
-            "error": state.tune_end == modes.FAILED,
-            "status": ", ".join(flags) or TUNE_STATUS[state.tune_end],
-            "results": results if ended and any(results.values()) else {},
-        }
 
 
-def load(image: Program, options: NoOptions | None = None) -> Nextopid:
-    """The virtual PLC of a program, before its first cycle."""
-    return Nextopid(image)
+load = Nextopid

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from pidcfg.encoders.maps.nextopid import MOST_SAMPLES
-from pidcfg.encoders.parameters import Parameter, raw_of
+from pidcfg.encoders.parameters import Parameter, content_text, raw_of, register_content
 from pidcfg.schemas.iec import Wire, time_text
 from pidcfg.sim.controllers.kernels import clamp, finite, nearest, single
 from pidcfg.sim.controllers.nextopid import terms
@@ -26,15 +26,7 @@ from pidcfg.sim.controllers.nextopid.terms import (
     lag_share,
 )
 from pidcfg.sim.controllers.plc import NoOptions as Options
-from pidcfg.sim.controllers.settings import (
-    NO_REGISTER,
-    Done,
-    RegisterError,
-    Registers,
-    checked_row,
-    content_written,
-    done,
-)
+from pidcfg.sim.controllers.settings import NO_LOOP, NO_REGISTER, Done, RegisterError, Registers
 from pidcfg.sim.costs import COSTS
 
 if TYPE_CHECKING:
@@ -449,8 +441,8 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             wire_in(configs[i], states[i], aux, signals, configs[i].wires + configs[i].early)
     if count > 0 and configs[0].moves < configs[0].moves_first:
         move(states[0], tick, aux, signals, configs[0].moves, configs[0].moves_first)
-    for turn in range(count):
-        called = configs[turn].turn
+    for position in range(count):
+        called = configs[position].call_order
         config = configs[called]
         state = states[called]
         if tick >= state.due:
@@ -472,58 +464,50 @@ COST = COSTS["nextopid"]
 
 # --- The parameters and signals of a virtual NextoPID program by name, as a map puts them into registers --------------
 
-NO_LOOP = -1
-
 
 class NextopidRegisters(Registers):
     """Signals, and every parameter of every instance; a function has none."""
 
     def __init__(self, plc: Nextopid) -> None:
         self.plc = plc
-        self._loops = {loop: i for i, loop in enumerate(plc.loops)}
-        self._rows: dict[str, Parameter] = {name: Parameter(name, kind) for name, kind in plc.layout.signals.items()}
+        rows = {name: Parameter(name, kind) for name, kind in plc.layout.signals.items()}
         for instance in plc.layout.instances:
             if not instance.kind.function:
-                self._rows |= {f"{instance.name}.{row.name}": row for row in instance.kind.table.rows}
+                rows |= {f"{instance.name}.{row.name}": row for row in instance.kind.table.rows}
+        loops = {loop: i for i, loop in enumerate(plc.loops)}
+        self._rows = {name: (loops.get(name.partition(".")[0], NO_LOOP), row) for name, row in rows.items()}
         copied = {copy.target for copy in plc.copies if copy.when is None}
         numbers = plc.layout.numbers
-        self._written = {
-            name for name in self._rows if isinstance(plc.words.get(name), Wire) or numbers[name] in copied
-        }
+        self._written = {name for name in rows if isinstance(plc.words.get(name), Wire) or numbers[name] in copied}
         """What the program writes in every cycle."""
-
-    def places(self) -> Mapping[Any, int]:
-        """Every signal and parameter, with its loop."""
-        return {name: self._loops.get(name.partition(".")[0], NO_LOOP) for name in self._rows}
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:
         """As they are after the last cycle."""
         numbers = self.plc.layout.numbers
         return {
-            name: raw_of(self._rows[name].type, content_of_number(self._rows[name].type, signals[numbers[name]]))
-            for name, owner in self.places().items()
+            name: raw_of(row.type, content_of_number(row.type, signals[numbers[name]]))
+            for name, (owner, row) in self._rows.items()
             if owner == loop
         }
 
     def write(self, number: Any, raw: int, signals: MutableSequence[float]) -> Done:
         """A signal from outside, or an input that the program does not write."""
-        row = self._rows[number]
+        loop, row = self._rows[number]
         owner, _, name = number.partition(".")
         if row.access == "output":
             raise RegisterError(NO_REGISTER, f"{number} is an output, which the block writes")
         if number in self._written:
             raise RegisterError(NO_REGISTER, f"{number} is written by the program")
         if name:
-            row = checked_row(self.plc.keys[owner], number, name)
-        content = content_written(number, row, raw)
-        loop = self._loops.get(owner, NO_LOOP)
+            row = self.find_parameter(self.plc.keys[owner], number, name)
+        content = self.decode(number, register_content, row.type, raw)
         if loop == NO_LOOP or not name:
             signals[self.plc.inputs.get(number, self.plc.layout.numbers[number])] = number_of(row.type, content)
-            return done(number, row, content, None, None)
+            return Done.setting(number, content_text(row.type, content), None)
         before = self.plc.intended_mode(loop, signals)
-        late = self.plc.set(loop, (name,), content, signals)
+        late = self.plc.set(loop, (row.name,), content, signals)
         mode = self.plc.intended_mode(loop, signals)
-        return done(number, row, content, late, mode if mode != before else None)
+        return Done.setting(number, content_text(row.type, content), late, mode if mode != before else None)
 
 
 def content_of_number(kind: IecType, value: float) -> Content:

@@ -84,8 +84,8 @@ class Config(LoopConfig):
     """Slot of its first parameter."""
     error: int = -1
     """Slot of its output Error; −1: it has none."""
-    turn: int = 0
-    """Of the record at this place of the list: which block is executed in this turn."""
+    call_order: int = 0
+    """Of the record at this place of the list: which block is called at this place of a cycle."""
     sample_time: float = 0.1
     """The period in s, single precision: what the block measures as SampleTime."""
     is_integer: int = 0
