@@ -263,7 +263,7 @@ def turns(text):
     """Names in the order of execution."""
     plc = plc_of(text)
     names = [plc.items[i].name for i in plc.listed]
-    return [names[c.turn] for c in plc.cfg]
+    return [names[c.call_order] for c in plc.cfg]
 
 
 def test_blocks_come_after_those_they_read_and_rings_begin_with_a_loop():
