@@ -66,6 +66,7 @@ def test_types_are_exported_from_where_they_stand():
     for module, names in pidcfg.NAMES.items():
         for name in names:
             assert getattr(pidcfg, name) is vars(importlib.import_module(f"pidcfg.{module}"))[name]
+            assert isinstance(getattr(pidcfg, name), type) == (name in TYPES), name
     assert TYPES <= set(pidcfg.__all__) <= set(dir(pidcfg))
     with pytest.raises(AttributeError, match="no attribute 'Nothing'"):
         _ = pidcfg.Nothing
