@@ -395,6 +395,13 @@ def test_a_block_that_three_workers_end_with_is_named(fake):
         fake.fleet.lose("c")
 
 
+def test_a_block_that_three_workers_do_not_hand_over_is_named(fake):
+    for worker in ("a", "b"):
+        assert fake.brings(worker, 96, error=TimeoutError()) == []
+    with pytest.raises(WorkersError, match="3 workers ended with samples 96 to 99; see their logs"):
+        fake.brings("c", 96, error=TimeoutError())
+
+
 def test_newcomers_have_their_trial_and_the_lost_are_missed(fake):
     fleet = fake.fleet
     fleet.look()

@@ -426,6 +426,13 @@ def test_a_loop_without_addresses_moves_in_the_order_of_the_file():
     assert moved == {"TIC-2": ("loop 3", "loop 1")}
 
 
+def test_a_removed_loop_stands_where_it_was():
+    text = FILES["generic"]
+    first, second = (text.index(f"  - name: {name}\n") for name in ("TIC-1", "FIC-1"))
+    order = [(loop.loop, loop.status) for loop in pidcfg.diff(text, text[:first] + text[second:]).loops]
+    assert order == [("TIC-1", "removed"), ("FIC-1", "same"), ("TIC-2", "same")]
+
+
 def test_loops_of_one_name_are_matched_in_their_order():
     text = edited(REACTOR, ("LIC-103", "FIC-102"))
     assert pidcfg.diff(text, text).same

@@ -522,6 +522,8 @@ def test_a_name_that_several_vendors_have_is_explained_for_each():
         ("I_MV+15", "+0 to +14"),
         ("PID999", "no rule PID999; did you mean"),
         ("ErrBts", "did you mean ErrBits?"),
+        ("ControlLag.ErrBits", "nothing is known of 'ControlLag.ErrBits'"),
+        ("ControlLag.ErrBits=3", "nothing is known of 'ControlLag.ErrBits'"),
         ("=3", "is not a name"),
         ("x" * 300, "is not a name"),
         ("\x1b[31m", "is not a name"),

@@ -179,7 +179,7 @@ def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
 
 def _path(key: str, value: Any, file: _File) -> str:
     """A path that stays below the folder of the settings file, links included."""
-    if not isinstance(value, str) or not value or len(value) > LARGEST:
+    if not isinstance(value, str) or not value:
         file.refuse(key, f"{key} must be the path of a file, not {_quoted(value)}")
     try:
         target, root = (file.root / value).resolve(), file.root.resolve()
@@ -232,8 +232,13 @@ CHECKS: dict[str, Callable[[str, Any, _File], Any]] = {
 }
 
 
+COMMENT = re.compile(r"""(\"(?:\\.|[^"\\\n])*"|'[^'\n]*')|#[^\n]*""")
+"""A quoted text on one line, in which # begins nothing, or a comment."""
+
+
 def locate(text: str, table: str, key: str, value: str | None = None) -> tuple[int, int]:
     """Line and column (1-based) of a key of a table, or of a text behind it; 0 where it does not occur."""
+    text = COMMENT.sub(lambda found: found[1] or " " * len(found[0]), text)
     begin = re.search(rf"^[ \t]*\[[ \t]*{re.escape(table)}\b", text, re.MULTILINE) if table else None
     start = begin.start() if begin else 0
     quoted = rf"(?:\"{re.escape(key)}\"|'{re.escape(key)}'|(?<![\w-]){re.escape(key)})"

@@ -202,7 +202,7 @@ def pairs_of(before: Sequence[Owner], after: Sequence[Owner]) -> list[Pair]:
     found = {id(one) for one in partners.values()}
     for i, one in enumerate(before):
         if id(one) not in found:
-            at = next((k for k, pair in enumerate(pairs) if i and pair[0] is before[i - 1]), len(pairs) - 1)
+            at = next((k for k, pair in enumerate(pairs) if i and pair[0] is before[i - 1]), -1)
             pairs.insert(at + 1, (one, None))
     return pairs
 

@@ -346,7 +346,7 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
     vendor = VENDORS.get(name) if isinstance(name, str) else None
     if vendor is not None:
         return vendor, []
-    message, suggestion = not_a_choice("vendor", name, list(VENDORS))
+    message, _ = not_a_choice("vendor", name, list(VENDORS))
     meant = vendor_meant(name) if isinstance(name, str) else None
     suggestion = f"{DID_YOU_MEAN}{meant}?" if meant else "any other controller is written as generic"
     path = ("vendor",)

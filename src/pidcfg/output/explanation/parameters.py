@@ -365,9 +365,9 @@ class ParameterBook(Parameters):
             rows = members(group, table)
             if rows:
                 blocks.setdefault(tuple(row.name for row in rows), []).append(key)
-        most = max(map(len, blocks))
+        most = max(map(len, blocks), default=0)
         raw = None if question.value is None else whole(question.value, (1 << most) - 1)
-        if question.value is not None and raw is None:
+        if blocks and question.value is not None and raw is None:
             raise QuestionError(f"{question.text}: the value is a whole number of {most} bits, like 5 or 0x0005")
         return [
             self._group_page(group, keys, raw) for names, keys in blocks.items() if raw is None or raw < 1 << len(names)

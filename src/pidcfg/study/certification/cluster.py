@@ -221,13 +221,17 @@ class Fleet:
 
     def lose(self, worker: str) -> None:
         """A worker went away, with what it had."""
-        first = self.put_down(worker)
-        if first is not None:
-            self.again.append(first)
-            self.ends[first] = self.ends.get(first, 0) + 1
-            if self.ends[first] >= MOST_ENDS:
-                last = self.end_of(first) - 1
-                raise WorkersError(f"{MOST_ENDS} workers ended with samples {first} to {last}; see their logs")
+        self.take_back(self.put_down(worker))
+
+    def take_back(self, first: int | None) -> None:
+        """A block that a worker did not end; raises `WorkersError` where it has ended too many of them."""
+        if first is None:
+            return
+        self.again.append(first)
+        self.ends[first] = self.ends.get(first, 0) + 1
+        if self.ends[first] >= MOST_ENDS:
+            last = self.end_of(first) - 1
+            raise WorkersError(f"{MOST_ENDS} workers ended with samples {first} to {last}; see their logs")
 
     def hand_out(self, due: int, ready: dict[int, Tally]) -> None:
         """A block for each worker that has none: one that nobody has, else the first that one other has."""
@@ -280,7 +284,7 @@ class Fleet:
             if future.status == "error" and first is not None:
                 raise WorkersError(f"worker {worker}: {type(error).__name__}: {error}") from None
             self.looked = 0.0  # it went away with what was ready
-            self.again += [] if first is None else [first]
+            self.take_back(first)
         except Exception as error:  # noqa: BLE001 - whatever goes wrong on another machine
             problem = f"{type(error).__name__}: {error}"
             if first is not None:

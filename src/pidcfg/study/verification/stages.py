@@ -20,8 +20,8 @@ D304 = Decision(
     304,
     "both sides are tested on a plant that the loop's own gains fit",
     "First order with a dead time of one sample, and a gain and a time constant with which the loop crosses over at "
-    "the lowest of 4/Ti, 0.4/Td and an eighth of the rate that sampling, dead time and filters allow; its gain is at "
-    "most 3 spans of the PV for the whole output. At rest the output is in the middle of its limits.",
+    "the lowest of 4/Ti, 0.4/Td and 0.25/(sample + dead time + filters); its gain is at most "
+    "3 spans of the PV for the whole output. At rest the output is in the middle of its limits.",
     "A loop that is tuned at all is stable on it, and it shows gain, times, action and scales of both sides; with a "
     "larger gain one count of the output would move the PV by many.",
 )

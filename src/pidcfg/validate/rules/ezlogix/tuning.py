@@ -229,13 +229,14 @@ def derivative_amplifies_counts(view: LoopView) -> Findings:
     terms = view.holds("proportional_gain", "derivative_time", "sample_rate")
     if not terms or not terms[2]:
         return
-    counts = (terms[0] or Decimal(1)) * terms[1] / terms[2]
+    gain = terms[0] or Decimal(1)  # D160
+    counts = gain * terms[1] / terms[2]
     if counts > TENTH:
         yield view.at(
             "tuning",
             "derivative_time",
             counts=f"{counts:.0f}",
-            gain=decimal_text(terms[0]),
+            gain=decimal_text(gain),
             derivative=decimal_text(terms[1]),
             sample=decimal_text(terms[2]),
         )
