@@ -23,7 +23,7 @@ from pidcfg.validate.engine import check_document
 from pidcfg.validate.rules.nextopid import RULES
 from pidcfg.validate.rules.nextopid import blocks as plant_rules
 from pidcfg.validate.rules.nextopid import cascade as override_rules
-from pidcfg.validate.rules.nextopid.context import answer
+from pidcfg.validate.rules.nextopid.context import Signs, response_of_expression
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted(p for p in (ROOT / "examples/nextopid").glob("*.yaml") if ".scenario" not in p.name)
@@ -915,9 +915,9 @@ def test_a_filter_is_compared_with_a_derivative_time_and_with_nothing_else(deriv
     ],
 )
 def test_the_answer_of_an_expression_has_the_sign_that_its_parts_give_it(text, sign):
-    items = [(None, 0), (None, 1)]
+    signs = [Signs(None, 0), Signs(None, 1)]
 
-    assert answer(parse(text, {"X": 0, "UP": 1}), lambda number: items[number]) == sign
+    assert response_of_expression(parse(text, {"X": 0, "UP": 1}), signs.__getitem__) == sign
 
 
 def test_limits_that_are_wired_in_a_circle_have_no_known_value():

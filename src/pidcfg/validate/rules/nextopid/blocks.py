@@ -11,7 +11,7 @@ from pidcfg.schemas.nextopid import LONGEST_SAMPLE, SHORTEST_INTEGRAL
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.ideas import number_text
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
-from pidcfg.validate.rules.nextopid.context import TIME_CONSTANTS, BlockView, Ring, value_text
+from pidcfg.validate.rules.nextopid.context import TIME_CONSTANTS, BlockView, FeedbackPath, value_text
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.nextopid.context import NextopidContext
@@ -47,7 +47,7 @@ def delay_too_long(context: NextopidContext) -> Findings:
 
     Fix: lengthen the task's interval, or put several delays behind each other.
     """
-    for view in context.of(*DELAYS):
+    for view in context.blocks_of_type(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
         if time is not None and sample > 0 and time > MOST_SAMPLES * sample:
             yield view.at(
@@ -68,9 +68,9 @@ def delay_between_samples(context: NextopidContext) -> Findings:
 
     Fix: give a whole multiple of the sample time, if the difference matters.
     """
-    for view in context.of(*DELAYS):
+    for view in context.blocks_of_type(*DELAYS):
         time, sample = view.number_of("DelayTime"), view.sample_time
-        if time is not None and time > 0 and sample > 0 and _is_between(time / sample):
+        if time is not None and time > 0 and sample > 0 and _is_between_samples(time / sample):
             yield view.at(
                 "DelayTime",
                 time=view.shown("DelayTime"),
@@ -80,7 +80,7 @@ def delay_between_samples(context: NextopidContext) -> Findings:
             )
 
 
-def _is_between(samples: Decimal) -> bool:
+def _is_between_samples(samples: Decimal) -> bool:
     """Whether a number of samples is not whole, apart from what single precision makes of it."""
     return abs(samples - round(samples)) > samples * ROUNDING
 
@@ -93,7 +93,7 @@ def time_constant_not_positive(context: NextopidContext) -> Findings:
 
     Fix: give a time above 0, or leave the block out.
     """
-    for view in context.of(*TIME_CONSTANTS):
+    for view in context.blocks_of_type(*TIME_CONSTANTS):
         key = TIME_CONSTANTS[view.type]
         time = view.number_of(key)
         if time is not None and time <= 0:
@@ -108,7 +108,7 @@ def output_limits_crossed(context: NextopidContext) -> Findings:
 
     Fix: exchange them.
     """
-    for view in context.of(*LIMITED):
+    for view in context.blocks_of_type(*LIMITED):
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and high is not None and low > high:
             yield view.at(
@@ -128,7 +128,7 @@ def output_pinned(context: NextopidContext) -> Findings:
 
     Fix: give Min_OutVar and Max_OutVar.
     """
-    for view in context.of(*LIMITED):
+    for view in context.blocks_of_type(*LIMITED):
         low, high = view.number_of("Min_OutVar"), view.number_of("Max_OutVar")
         if low is not None and low == high:
             how = "" if view.is_given("Min_OutVar") or view.is_given("Max_OutVar") else ", as they are when not given"
@@ -143,7 +143,7 @@ def initial_output_outside_limits(context: NextopidContext) -> Findings:
 
     Fix: give an Init_OutVar inside the limits.
     """
-    for view in context.of(*LAGS):
+    for view in context.blocks_of_type(*LAGS):
         value, low, high = (view.number_of(key) for key in ("Init_OutVar", "Min_OutVar", "Max_OutVar"))
         if value is None or low is None or high is None or low >= high or low <= value <= high:
             continue
@@ -161,7 +161,7 @@ def gain_of_zero(context: NextopidContext) -> Findings:
 
     Fix: give the gain.
     """
-    for view in context.of(*LIMITED):
+    for view in context.blocks_of_type(*LIMITED):
         key = "Gs" if view.type in LAGS else "G"
         if view.number_of(key) == 0:
             known = view.known(key)
@@ -272,7 +272,7 @@ def lag_below_sample_time(context: NextopidContext) -> Findings:
 
     Fix: give several sample times, or leave the block out.
     """
-    for view in context.of(*TIME_CONSTANTS):
+    for view in context.blocks_of_type(*TIME_CONSTANTS):
         key = TIME_CONSTANTS[view.type]
         time = view.number_of(key)
         if time is not None and 0 < time < view.sample_time:
@@ -407,13 +407,13 @@ def wrong_direction_of_control(context: NextopidContext) -> Findings:
 
     Fix: change Direct; or correct the sign of Gs, if the process is the one that is written wrong.
     """
-    rings = {view.number: Ring(context, view) for view in context.pids}
-    wrong = {number: ring for number, ring in rings.items() if _is_wrong(ring)}
-    for number, ring in wrong.items():
-        if any(other in wrong and number not in wrong[other].passed for other in ring.passed):
+    paths = {view.number: FeedbackPath(context, view) for view in context.pids}
+    wrong = {number: path for number, path in paths.items() if _drives_pv_away(path)}
+    for number, path in wrong.items():
+        if any(other in wrong and number not in wrong[other].other_controllers for other in path.other_controllers):
             continue  # the loop inside is wrong; what that makes of this one is its echo
-        view, direct = ring.loop, ring.loop.is_on("Direct")
-        process = next((block for block in ring.processes if (block.number_of("Gs") or 0) < 0), ring.processes[0])
+        view, direct = path.loop, path.loop.is_on("Direct")
+        process = next((block for block in path.processes if (block.number_of("Gs") or 0) < 0), path.processes[0])
         yield view.at(
             "Direct",
             direct=view.shown("Direct"),
@@ -424,10 +424,10 @@ def wrong_direction_of_control(context: NextopidContext) -> Findings:
         )
 
 
-def _is_wrong(ring: Ring) -> bool:
+def _drives_pv_away(path: FeedbackPath) -> bool:
     """Whether the loop drives its PV away: it falls with MV and Direct is FALSE, or rises and Direct is TRUE."""
-    sign, direct = ring.sign(), ring.loop.is_on("Direct")
-    return bool(ring.processes) and sign in {1, -1} and direct is not None and direct == (sign == 1)
+    sign, direct = path.sign(), path.loop.is_on("Direct")
+    return bool(path.processes) and sign in {1, -1} and direct is not None and direct == (sign == 1)
 
 
 @warning(
@@ -444,9 +444,9 @@ def sample_time_long_for_the_process(context: NextopidContext) -> Findings:
     Fix: shorten `sample_time`.
     """
     for view in context.pids:
-        ring = Ring(context, view)
-        ring.sign()
-        slowest = max(ring.processes, key=lambda block: block.number_of("Tc") or 0, default=None)
+        path = FeedbackPath(context, view)
+        path.sign()
+        slowest = max(path.processes, key=lambda block: block.number_of("Tc") or 0, default=None)
         constant = None if slowest is None else slowest.number_of("Tc")
         if slowest is not None and constant is not None and 0 < constant <= 10 * view.sample_time:
             yield view.at(

@@ -9,7 +9,7 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.validate.ideas import list_names, number_text, report_at_both, rings
 from pidcfg.validate.rule import Findings, checklist, error, info, per_pid, warning
-from pidcfg.validate.rules.nextopid.context import D218, SELECTORS, Link, fault_of
+from pidcfg.validate.rules.nextopid.context import D218, SELECTORS, Link, connection_fault
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,7 +33,7 @@ def cascade_in_a_circle(context: NextopidContext) -> Findings:
 
     Fix: wire SP_CASC of the outermost loop to something else, or leave it out.
     """
-    masters = {link.slave.number: link.master.number for link in context.network.links}
+    masters = {link.slave.number: link.master.number for link in context.connections.links}
     for ring in rings([masters.get(view.number) for view in context.views]):
         names = [context.views[i].name for i in ring]
         circle = [*names, names[0]]
@@ -55,7 +55,7 @@ def two_masters(context: NextopidContext) -> Findings:
 
     Fix: choose one, or put a selector between them and wire it as an override.
     """
-    for links in context.network.links_of_slave.values():
+    for links in context.connections.links_by_slave.values():
         masters, view = [link.master for link in links], links[0].slave
         if len(masters) > 1:
             names = [master.name for master in masters]
@@ -78,7 +78,7 @@ def several_slaves(context: NextopidContext) -> Findings:
 
     Fix: let the special connections come from the slave that matters, and switch the slaves together.
     """
-    for master, links in context.network.masters():
+    for master, links in context.connections.masters():
         if len(links) > 1:
             names = [link.slave.name for link in links]
             values = {"master": master.name, "slaves": list_names(names)}
@@ -99,7 +99,7 @@ def never_in_cascade_mode(context: NextopidContext) -> Findings:
     for view in context.pids:
         expression = view.wire("SP_CASC")
         if expression is not None and view.is_on("CASC") is False and not view.is_wired("CASC"):
-            role = context.network.role(view)
+            role = context.connections.role(view)
             yield view.at("CASC", loop=view.name, role=f" ({role})" if "slave" in role else "", source=expression.text)
 
 
@@ -125,8 +125,9 @@ def master_in_cascade_mode(context: NextopidContext) -> Findings:
 
     Fix: remove CASC. If SP_CASC is a ratio on purpose, leave it.
     """
-    for master, links in context.network.masters():
-        if master.may_be_on("CASC") and master.is_given("SP_CASC") and context.network.role(master) == "only master":
+    for master, links in context.connections.masters():
+        in_cascade = master.may_be_on("CASC") and master.is_given("SP_CASC")
+        if in_cascade and context.connections.role(master) == "only master":
             value = "wired" if master.is_wired("CASC") else "TRUE"
             yield master.at("CASC", loop=master.name, slave=links[0].slave.name, value=value)
 
@@ -140,7 +141,7 @@ def master_range_beyond_slave(context: NextopidContext) -> Findings:
 
     Fix: give the master the slave's MinPV and MaxPV, or less, as MinMV and MaxMV.
     """
-    for link in context.network.links:
+    for link in context.connections.links:
         for key, limit, way in (("MinMV", "MinPV", -1), ("MaxMV", "MaxPV", 1)):
             mv, pv = link.master.number_of(key), link.slave.number_of(limit)
             if mv is None or pv is None or link.master.mv_limits is None or link.slave.pv_limits is None:
@@ -162,7 +163,7 @@ def slave_slower_than_master(context: NextopidContext) -> Findings:
 
     Fix: give the slave the shorter sample time.
     """
-    for link in context.network.links:
+    for link in context.connections.links:
         if link.slave.sample_time > link.master.sample_time:
             times = {"time": number_text(link.slave.sample_time), "other": number_text(link.master.sample_time)}
             values = {"slave": link.slave.name, "master": link.master.name, **times}
@@ -185,15 +186,15 @@ def tracking_not_connected(context: NextopidContext) -> Findings:
 
     Fix: wire TRK_IN to TRK_OUT of the slave.
     """
-    for master, links in context.network.masters():
-        fault = fault_of(master, "TRK_IN", {f"{link.slave.name}.TRK_OUT" for link in links})
+    for master, links in context.connections.masters():
+        fault = connection_fault(master, "TRK_IN", {f"{link.slave.name}.TRK_OUT" for link in links})
         if fault is not None:
             yield master.at(
                 "TRK_IN",
                 None,
                 fault.severity,
                 loop=master.name,
-                role=context.network.role(master),
+                role=context.connections.role(master),
                 slave=links[0].slave.name,
                 found=fault.text,
             )
@@ -208,24 +209,24 @@ def tracking_value_not_slave_pv(context: NextopidContext) -> Findings:
 
     Fix: wire TRK_VAL to what the slave's PV is wired to, or to the slave's PV itself.
     """
-    for master, links in context.network.masters():
-        if any(_tracks(master, link) for link in links):
+    for master, links in context.connections.masters():
+        if any(_tracks_slave_pv(master, link) for link in links):
             continue
-        fault = fault_of(master, "TRK_VAL", set())
+        fault = connection_fault(master, "TRK_VAL", set())
         if fault is not None:
             yield master.at(
                 "TRK_VAL",
                 None,
                 fault.severity,
                 loop=master.name,
-                role=context.network.role(master),
+                role=context.connections.role(master),
                 slave=links[0].slave.name,
                 scaled="" if links[0].exact else ", scaled back",
                 found=fault.text,
             )
 
 
-def _tracks(master: BlockView, link: Link) -> bool:
+def _tracks_slave_pv(master: BlockView, link: Link) -> bool:
     """Whether TRK_VAL is the slave's PV; behind a scaled set point, whether it is made of it."""
     tracked, pv = master.wire("TRK_VAL"), link.slave.wire("PV")
     if tracked is None:
@@ -246,10 +247,10 @@ def windup_not_connected(context: NextopidContext) -> Findings:
 
     Fix: wire H to H and L to L.
     """
-    for master, links in context.network.masters():
+    for master, links in context.connections.masters():
         for side, other in (("H", "L"), ("L", "H")):
             key = f"Windup_{side}_IN"
-            fault = fault_of(master, key, {f"{link.slave.name}.Windup_{side}_OUT" for link in links})
+            fault = connection_fault(master, key, {f"{link.slave.name}.Windup_{side}_OUT" for link in links})
             if fault is not None:
                 crossed = master.source(key) in {f"{link.slave.name}.Windup_{other}_OUT" for link in links}
                 yield master.at(
@@ -257,7 +258,7 @@ def windup_not_connected(context: NextopidContext) -> Findings:
                     None,
                     fault.severity,
                     loop=master.name,
-                    role=context.network.role(master),
+                    role=context.connections.role(master),
                     slave=links[0].slave.name,
                     side=side,
                     found=f"{fault.text}: crossed" if crossed else fault.text,
@@ -273,8 +274,8 @@ def slave_with_connections_of_a_master(context: NextopidContext) -> Findings:
 
     Fix: take the wire away.
     """
-    for link in context.network.links:
-        if context.network.role(link.slave) != "only slave":
+    for link in context.connections.links:
+        if context.connections.role(link.slave) != "only slave":
             continue
         for key in MASTER_INPUTS:
             if link.slave.may_be_on(key):
@@ -295,13 +296,13 @@ def outputs_of_a_master_connected(context: NextopidContext) -> Findings:
 
     Fix: take the wire away.
     """
-    for master, links in context.network.masters():
-        if context.network.role(master) != "only master":
+    for master, links in context.connections.masters():
+        if context.connections.role(master) != "only master":
             continue
         for output in SLAVE_OUTPUTS:
             number = context.number(master, output)
             for (i, key), wire in context.encoding.wires.items():
-                if number in wire.signals and not (key in MASTER_INPUTS and context.network.role(context.views[i])):
+                if number in wire.signals and not (key in MASTER_INPUTS and context.connections.role(context.views[i])):
                     yield context.views[i].at(
                         key,
                         master=master.name,
@@ -318,7 +319,7 @@ ERRORS = NEXTOPID.at("chapter 2: ErrBits")
 NOT_NEGATIVE = ("Td_Kd", "Ti_Ki", "Tfd", "MaxVarMV", "DeadBand")
 
 
-def far_masters(context: NextopidContext, slave: BlockView) -> Iterator[tuple[BlockView, str]]:
+def indirect_masters(context: NextopidContext, slave: BlockView) -> Iterator[tuple[BlockView, str]]:
     """The loops whose MV reaches a set point through blocks, each with the block that the slave reads."""
     first = slave.wire("SP_CASC")
     direct = frozenset() if first is None else first.signals
@@ -332,12 +333,12 @@ def far_masters(context: NextopidContext, slave: BlockView) -> Iterator[tuple[Bl
             master = context.pid_output(number)
             if master is not None and number not in direct and master.number != slave.number:
                 yield master, block[0].name
-            fresh = sources(context, number) - seen
+            fresh = dependencies_of(context, number) - seen
             seen |= fresh
             waiting += sorted(fresh)
 
 
-def sources(context: NextopidContext, number: int) -> set[int]:
+def dependencies_of(context: NextopidContext, number: int) -> set[int]:
     """What a value depends on: the wire of an input; for an output all wires of its block, unless that is a loop."""
     parameter = context.owner(number)
     if parameter is None:
@@ -365,7 +366,7 @@ def master_behind_a_block_not_connected(context: NextopidContext) -> Findings:
     """
     reported: set[tuple[int, int]] = set()
     for slave in context.pids:
-        for master, block in far_masters(context, slave):
+        for master, block in indirect_masters(context, slave):
             missing = [key for key in MASTER_INPUTS if not master.is_wired(key)]
             if missing and (master.number, slave.number) not in reported:
                 reported.add((master.number, slave.number))
@@ -379,7 +380,7 @@ def master_behind_a_block_not_connected(context: NextopidContext) -> Findings:
                 )
 
 
-def error_bit(view: BlockView) -> str | None:
+def first_error_bit(view: BlockView) -> str | None:
     """The first error bit that a controller sets in its first call, as far as its values are known."""
     for bit, low, high in (("MaxMinMV", "MinMV", "MaxMV"), ("MaxMinPV", "MinPV", "MaxPV")):
         ends = view.number_of(low), view.number_of(high)
@@ -408,8 +409,8 @@ def slave_in_error(context: NextopidContext) -> Findings:
 
     Fix: correct the parameter of the slave; in the program, let its ErrBits reach the operator.
     """
-    for link in context.network.links:
-        bit = error_bit(link.slave)
+    for link in context.connections.links:
+        bit = first_error_bit(link.slave)
         if bit is not None and link.master.number != link.slave.number:
             yield link.slave.at(
                 "SP_CASC", f"{link.slave.name}.ErrBits.{bit}", slave=link.slave.name, master=link.master.name
@@ -446,7 +447,7 @@ def selector_of_one_loop(context: NextopidContext) -> Findings:
 
     Fix: wire MV2 to the second loop.
     """
-    for selector, first, second in context.network.pairs():
+    for selector, first, second in context.connections.overrides():
         if first.loop is second.loop:
             yield selector.at("MV2", selector=selector.name, loop=first.loop.name)
 
@@ -460,19 +461,21 @@ def override_not_connected(context: NextopidContext) -> Findings:
 
     Fix: wire OVERR of the loop at MV1 to OVERR1, and of the one at MV2 to OVERR2.
     """
-    for legs in context.network.legs_of_loop.values():
-        leg = legs[0]
-        fault = fault_of(leg.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in legs})
+    for inputs in context.connections.inputs_by_loop.values():
+        connection = inputs[0]
+        fault = connection_fault(
+            connection.loop, "OVERR", {f"{other.selector.name}.OVERR{other.number}" for other in inputs}
+        )
         if fault is not None:
-            crossed = leg.loop.source("OVERR") == f"{leg.selector.name}.OVERR{3 - leg.number}"
-            yield leg.loop.at(
+            crossed = connection.loop.source("OVERR") == f"{connection.selector.name}.OVERR{3 - connection.number}"
+            yield connection.loop.at(
                 "OVERR",
                 None,
                 fault.severity,
-                loop=leg.loop.name,
-                input=f"MV{leg.number}",
-                selector=leg.selector.name,
-                output=f"OVERR{leg.number}",
+                loop=connection.loop.name,
+                input=f"MV{connection.number}",
+                selector=connection.selector.name,
+                output=f"OVERR{connection.number}",
                 found=f"{fault.text}: crossed" if crossed else fault.text,
             )
 
@@ -486,15 +489,20 @@ def override_value_not_selected_mv(context: NextopidContext) -> Findings:
 
     Fix: wire TRK_VAL to MV of the selector; not to MV of the other loop, which may be overridden itself.
     """
-    for legs in context.network.legs_of_loop.values():
-        leg = legs[0]
-        wanted = set().union(*(context.network.behind(other.selector) for other in legs))
-        fault = fault_of(leg.loop, "TRK_VAL", wanted)
-        wire = leg.loop.wire("TRK_VAL")
+    for inputs in context.connections.inputs_by_loop.values():
+        connection = inputs[0]
+        wanted = set().union(*(context.connections.downstream_outputs(other.selector) for other in inputs))
+        fault = connection_fault(connection.loop, "TRK_VAL", wanted)
+        wire = connection.loop.wire("TRK_VAL")
         reads = wire is not None and {context.names[number] for number in wire.signals} & wanted
-        if fault is not None and not (reads and not leg.exact):
-            yield leg.loop.at(
-                "TRK_VAL", None, fault.severity, loop=leg.loop.name, selector=leg.selector.name, found=fault.text
+        if fault is not None and not (reads and not connection.exact):
+            yield connection.loop.at(
+                "TRK_VAL",
+                None,
+                fault.severity,
+                loop=connection.loop.name,
+                selector=connection.selector.name,
+                found=fault.text,
             )
 
 
@@ -508,7 +516,7 @@ def selector_of_opposite_loops(context: NextopidContext) -> Findings:
 
     Fix: check that opening the valve moves the two PVs in opposite directions.
     """
-    for selector, first, second in context.network.pairs():
+    for selector, first, second in context.connections.overrides():
         modes = first.loop.is_on("Direct"), second.loop.is_on("Direct")
         if None not in modes and modes[0] != modes[1]:
             smaller = selector.type == "ControlSelectMin"
@@ -528,16 +536,16 @@ def override_limits_differ(context: NextopidContext) -> Findings:
 
     Fix: give both loops the same MinMV and MaxMV.
     """
-    for selector, first, second in context.network.pairs():
+    for selector, first, second in context.connections.overrides():
         one, other = first.loop.mv_limits, second.loop.mv_limits
         if one and other and one != other and first.exact and second.exact:
             key = "MinMV" if one[0] != other[0] else "MaxMV"
-            ranges = {"limits": _range(first.loop), "others": _range(second.loop)}
+            ranges = {"limits": _mv_range_text(first.loop), "others": _mv_range_text(second.loop)}
             values = {"selector": selector.name, "first": first.loop.name, "second": second.loop.name, **ranges}
             yield from report_at_both(first.loop, first.loop.at(key), second.loop, second.loop.at(key), **values)
 
 
-def _range(loop: BlockView) -> str:
+def _mv_range_text(loop: BlockView) -> str:
     return f"{loop.shown('MinMV')} to {loop.shown('MaxMV')}"
 
 
@@ -551,7 +559,7 @@ def override_without_selector(context: NextopidContext) -> Findings:
     Fix: wire MV of the loop to the selector, or take OVERR away; with a selector of your own give TRK_VAL its MV.
     """
     for view in context.pids:
-        if view.number in context.network.legs_of_loop or not view.may_be_on("OVERR"):
+        if view.number in context.connections.inputs_by_loop or not view.may_be_on("OVERR"):
             continue
         wire = view.wire("OVERR")
         owner = None if wire is None or wire.signal is None else context.owner(wire.signal)
@@ -572,8 +580,8 @@ def override_without_integral(context: NextopidContext) -> Findings:
 
     Fix: see that a loop without an integral is meant; otherwise give Ti_Ki.
     """
-    for legs in context.network.legs_of_loop.values():
-        loop = legs[0].loop
+    for inputs in context.connections.inputs_by_loop.values():
+        loop = inputs[0].loop
         if loop.integral == 0:
             yield loop.at("Ti_Ki", loop=loop.name)
 
@@ -618,5 +626,5 @@ def feed_forward_beyond_mv(context: NextopidContext) -> Findings:
                 source=f"{owner[0].name}.OutVar",
                 low=number_text(low),
                 high=number_text(high),
-                limits=_range(view),
+                limits=_mv_range_text(view),
             )

@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 # --- What is known of a parameter of a NextoPID block, and how people write that --------------------------------------
 
 
-class Known(NamedTuple):
+class KnownValue(NamedTuple):
     """The value of a parameter, and in words where it is from, if not from the parameter itself."""
 
     value: Any
     source: str = ""
 
 
-def held(kind: IecType, value: Any) -> Any:
+def value_in_plc(kind: IecType, value: Any) -> Any:
     """A value as the PLC holds it: a Decimal or a switch; None for one that it cannot hold, or for none at all."""
     if value is None:
         return None
@@ -74,7 +74,7 @@ def value_text(value: object) -> str:
 
 PV_KEYS = frozenset(("SP", "SP_CASC", "PV", "MaxPV", "MinPV", "DeadBand"))
 MV_KEYS = frozenset(("MV", "MaxMV", "MinMV", "ManualMV", "BIAS", "TRK_VAL", "MaxVarMV"))
-TIMES = frozenset(("Tfd", "Tc", "Tlead", "Tlag", "DelayTime"))
+TIME_KEYS = frozenset(("Tfd", "Tc", "Tlead", "Tlag", "DelayTime"))
 ON_OFF = "ControlON_OFF"
 TIME_CONSTANTS = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag": "Tc", "ControlLeadLag": "Tlag"}
 """The parameter of filters and lags that is their time constant."""
@@ -84,7 +84,7 @@ TIME_CONSTANTS = {"ControlLowFilter": "Tc", "ControlLag": "Tc", "ControlDelayLag
 class BlockView:
     """A block or loop, its place in the file, and what is known of its parameters."""
 
-    context: Program
+    context: ProgramContext
     number: int
     placed: Placed
 
@@ -112,7 +112,7 @@ class BlockView:
         """Whether the file gives a parameter."""
         return key in self.item.model_fields_set
 
-    def known(self, key: str) -> Known | None:
+    def known(self, key: str) -> KnownValue | None:
         """The value of a parameter as the PLC holds it; None where it is unknown, or wrong by another rule."""
         return self.context.known(self.context.number(self, key))
 
@@ -152,14 +152,14 @@ class BlockView:
     @cached_property
     def mv_limits(self) -> tuple[Decimal, Decimal] | None:
         """The limits of MV; None where one is not known, or where they leave no room."""
-        return self._pair("MinMV", "MaxMV")
+        return self._ascending_limits("MinMV", "MaxMV")
 
     @cached_property
     def pv_limits(self) -> tuple[Decimal, Decimal] | None:
         """The limits of PV; None where one is not known, or where they leave no room."""
-        return self._pair("MinPV", "MaxPV")
+        return self._ascending_limits("MinPV", "MaxPV")
 
-    def _pair(self, low: str, high: str) -> tuple[Decimal, Decimal] | None:
+    def _ascending_limits(self, low: str, high: str) -> tuple[Decimal, Decimal] | None:
         ends = self.number_of(low), self.number_of(high)
         return (ends[0], ends[1]) if all_known(ends) and ends[0] < ends[1] else None
 
@@ -197,7 +197,7 @@ class BlockView:
 
     def unit(self, key: str) -> str:
         """The unit of a parameter with a blank before it; empty where it has none."""
-        if key in TIMES or (key in {"Ti_Ki", "Td_Kd"} and self.is_on("Indep") is False):
+        if key in TIME_KEYS or (key in {"Ti_Ki", "Td_Kd"} and self.is_on("Indep") is False):
             return " s"
         part = "pv" if key in PV_KEYS else "output" if key in MV_KEYS else ""
         unit = getattr(getattr(self.item, part, None), "unit", None) if part else None
@@ -216,7 +216,7 @@ class BlockView:
 
 
 @frozen
-class Program(Context[NextopidFile, NextopidEncoding]):
+class ProgramContext(Context[NextopidFile, NextopidEncoding]):
     """A configuration with its encoding, and its blocks one by one."""
 
     @cached_property
@@ -234,7 +234,7 @@ class Program(Context[NextopidFile, NextopidEncoding]):
         """All controllers, with those that switch."""
         return tuple(view for view in self.views if view.type in LOOP_TYPES)
 
-    def of(self, *types: str) -> list[BlockView]:
+    def blocks_of_type(self, *types: str) -> list[BlockView]:
         """The blocks of some types."""
         return [view for view in self.views if view.type in types]
 
@@ -246,26 +246,26 @@ class Program(Context[NextopidFile, NextopidEncoding]):
         return (*layout.signals, *inner)
 
     @cached_property
-    def _bases(self) -> list[int]:
+    def _first_numbers(self) -> list[int]:
         """The number of each block's first parameter."""
         return [instance.base for instance in self.encoding.layout.instances]
 
     @cached_property
-    def _rows(self) -> dict[str, dict[str, int]]:
+    def _row_numbers(self) -> dict[str, dict[str, int]]:
         """Where the parameters of each type stand among its rows."""
         kinds = {placed.kind.name: placed.kind for placed in self.encoding.items}
         return {name: {row.name: i for i, row in enumerate(kind.table.rows)} for name, kind in kinds.items()}
 
     def number(self, view: BlockView, key: str) -> int:
         """The number of a parameter."""
-        return self._bases[view.number] + self._rows[view.type][key]
+        return self._first_numbers[view.number] + self._row_numbers[view.type][key]
 
     def owner(self, number: int) -> tuple[BlockView, Parameter] | None:
         """The block and the parameter that a number stands for; None: a signal."""
-        i = bisect_right(self._bases, number) - 1
+        i = bisect_right(self._first_numbers, number) - 1
         if i < 0:
             return None
-        return self.views[i], self.views[i].placed.kind.table.rows[number - self._bases[i]]
+        return self.views[i], self.views[i].placed.kind.table.rows[number - self._first_numbers[i]]
 
     def pid_output(self, number: int) -> BlockView | None:
         """The PID controller whose MV a number is."""
@@ -273,17 +273,17 @@ class Program(Context[NextopidFile, NextopidEncoding]):
         return owner[0] if owner is not None and owner[0].is_pid and owner[1].name == "MV" else None
 
     @cached_property
-    def _values(self) -> dict[int, Known | None]:
+    def _values(self) -> dict[int, KnownValue | None]:
         """Values that have been looked up, by number."""
         return {}
 
-    def known(self, number: int) -> Known | None:
+    def known(self, number: int) -> KnownValue | None:
         """The value of a signal or parameter, as far as it is in the file."""
         if number not in self._values:
             self._values[number] = self._look_up(number)
         return self._values[number]
 
-    def _look_up(self, number: int) -> Known | None:
+    def _look_up(self, number: int) -> KnownValue | None:
         source = ""
         seen: set[int] = set()
         while number not in seen:
@@ -294,8 +294,8 @@ class Program(Context[NextopidFile, NextopidEncoding]):
             view, row = owner
             value = value_at(view.item, steps(row.name)) if row.access == "input" else None
             if not isinstance(value, Wire):
-                content = held(row.type, value)
-                return None if content is None else Known(content, source)
+                content = value_in_plc(row.type, value)
+                return None if content is None else KnownValue(content, source)
             expression = view.wire(row.name)
             if expression is None or expression.signal is None:
                 return None
@@ -303,9 +303,9 @@ class Program(Context[NextopidFile, NextopidEncoding]):
             source = f" (of {self.names[number]})"
         return None
 
-    def _first_value(self, name: str) -> Known | None:
-        content = held(self.encoding.layout.signals[name], self.config.signals[name])
-        return None if content is None else Known(content, f" (first value of {name})")
+    def _first_value(self, name: str) -> KnownValue | None:
+        content = value_in_plc(self.encoding.layout.signals[name], self.config.signals[name])
+        return None if content is None else KnownValue(content, f" (first value of {name})")
 
 
 # --- Which way a change of a loop's MV goes: through the wires and blocks of the file back to its PV ------------------
@@ -315,29 +315,35 @@ class Program(Context[NextopidFile, NextopidEncoding]):
 # Another PID controller on the way turns a rise of its set point into one of its MV, or with Direct into a fall.
 
 Sign = int | None
-Item = tuple[Sign, Sign]
-"""The sign of a value, and that of its answer."""
 
-DEEPEST = 40
+
+class Signs(NamedTuple):
+    """The sign of a value, and that of its answer to a rise of MV."""
+
+    value: Sign
+    response: Sign
+
+
+MAX_DEPTH = 40
 """Blocks behind each other that are followed; beyond that the sign is unknown."""
-PROCESSES = frozenset(("ControlLag", "ControlDelayLag"))
-PLAIN = frozenset(("ControlLowFilter", "ControlDelay"))
+PROCESS_BLOCKS = frozenset(("ControlLag", "ControlDelayLag"))
+UNITY_GAIN_BLOCKS = frozenset(("ControlLowFilter", "ControlDelay"))
 SELECTORS = frozenset(("ControlSelectMax", "ControlSelectMin"))
-FALLING = {("MV1", 4), ("MV2", 1), ("MV2", 3)}
+FALLING_OUTPUTS = {("MV1", 4), ("MV2", 1), ("MV2", 3)}
 """Outputs of ControlSplitRange, with the modes in which they fall when MV rises."""
 
 
-def times(a: Sign, b: Sign) -> Sign:
+def product_sign(a: Sign, b: Sign) -> Sign:
     """The sign of a product."""
     return 0 if 0 in (a, b) else None if a is None or b is None else a * b
 
 
-def plus(a: Sign, b: Sign) -> Sign:
+def sum_sign(a: Sign, b: Sign) -> Sign:
     """The sign of a sum."""
     return b if a == 0 else a if b in {0, a} else None
 
 
-def minus(a: Sign) -> Sign:
+def opposite_sign(a: Sign) -> Sign:
     """The other sign."""
     return None if a is None else -a
 
@@ -347,65 +353,66 @@ def sign_of(value: Decimal | float | None) -> Sign:
     return None if value is None else (value > 0) - (value < 0)
 
 
-def answer(expression: Expression, item: Callable[[int], Item]) -> Sign:
+def response_of_expression(expression: Expression, signs_of: Callable[[int], Signs]) -> Sign:
     """The sign with which an expression answers, from those of what it reads."""
-    stack: list[Item] = []
+    stack: list[Signs] = []
     for op, operand in zip(expression.code[::2], expression.code[1::2], strict=True):
         if op == grammar.CONSTANT:
-            stack.append((sign_of(expression.constants[operand]), 0))
+            stack.append(Signs(sign_of(expression.constants[operand]), 0))
         elif op == grammar.SIGNAL:
-            stack.append(item(operand))
+            stack.append(signs_of(operand))
         elif op in {grammar.NEGATE, grammar.ABSOLUTE, grammar.ROOT}:
-            stack.append(_single(op, stack.pop()))
+            stack.append(_unary_signs(op, stack.pop()))
         else:
             second = stack.pop()
-            stack.append(_pair(op, stack.pop(), second))
-    return stack[-1][1]
+            stack.append(_binary_signs(op, stack.pop(), second))
+    return stack[-1].response
 
 
-def _single(op: int, a: Item) -> Item:
+def _unary_signs(op: int, a: Signs) -> Signs:
     if op == grammar.NEGATE:
-        return minus(a[0]), minus(a[1])
-    return (1, times(a[0], a[1])) if op == grammar.ABSOLUTE else (1, a[1])
+        return Signs(opposite_sign(a.value), opposite_sign(a.response))
+    return Signs(1, product_sign(a.value, a.response) if op == grammar.ABSOLUTE else a.response)
 
 
-def _pair(op: int, a: Item, b: Item) -> Item:
+def _binary_signs(op: int, a: Signs, b: Signs) -> Signs:
     if op == grammar.ADD:
-        return plus(a[0], b[0]), plus(a[1], b[1])
+        return Signs(sum_sign(a.value, b.value), sum_sign(a.response, b.response))
     if op == grammar.SUBTRACT:
-        return plus(a[0], minus(b[0])), plus(a[1], minus(b[1]))
+        return Signs(sum_sign(a.value, opposite_sign(b.value)), sum_sign(a.response, opposite_sign(b.response)))
     if op in {grammar.MINIMUM, grammar.MAXIMUM}:
         strong = -1 if op == grammar.MINIMUM else 1
-        value = strong if {strong, 0} & {a[0], b[0]} else a[0] if a[0] == b[0] else None
-        return value, plus(a[1], b[1])
-    left, right = times(a[1], b[0]), times(a[0], b[1])
-    return times(a[0], b[0]), plus(left, right if op == grammar.MULTIPLY else minus(right))
+        value = strong if {strong, 0} & {a.value, b.value} else a.value if a.value == b.value else None
+        return Signs(value, sum_sign(a.response, b.response))
+    left, right = product_sign(a.response, b.value), product_sign(a.value, b.response)
+    right = right if op == grammar.MULTIPLY else opposite_sign(right)
+    return Signs(product_sign(a.value, b.value), sum_sign(left, right))
 
 
 @dataclass
-class Ring:
+class FeedbackPath:
     """The way from a loop's MV to its PV."""
 
-    context: Program
+    context: ProgramContext
     loop: BlockView
     processes: list[BlockView] = field(default_factory=list)
-    passed: set[int] = field(default_factory=set)
+    other_controllers: set[int] = field(default_factory=set)
     """The numbers of other controllers on the way."""
-    _answers: dict[int, Sign] = field(default_factory=dict)
-    _waiting: set[int] = field(default_factory=set)
+    _responses: dict[int, Sign] = field(default_factory=dict)
+    _in_progress: set[int] = field(default_factory=set)
 
     def sign(self) -> Sign:
         """The sign with which PV answers to MV; 0 where they are not wired together, None where it is unknown."""
-        return self._wired(self.loop, "PV")
+        return self._input_response(self.loop, "PV")
 
-    def _wired(self, view: BlockView, key: str) -> Sign:
+    def _input_response(self, view: BlockView, key: str) -> Sign:
         expression = view.wire(key)
-        return 0 if expression is None else answer(expression, self._item)
+        return 0 if expression is None else response_of_expression(expression, self._signs)
 
-    def _item(self, number: int) -> Item:
-        return self._value(number), self._answer(number)
+    def _signs(self, number: int) -> Signs:
+        return Signs(self._value_sign(number), self._response(number))
 
-    def _value(self, number: int) -> Sign:
+    def _value_sign(self, number: int) -> Sign:
         """The sign of what a name holds: of a value, or of the limits of an output. The 0 of a signal tells nothing."""
         owner = self.context.owner(number)
         known = self.context.known(number)
@@ -424,58 +431,58 @@ class Ring:
         ends = view.number_of(low), view.number_of(high)
         return 1 if ends[0] is not None and ends[0] >= 0 else -1 if ends[1] is not None and ends[1] <= 0 else None
 
-    def _answer(self, number: int) -> Sign:
-        if number in self._answers:
-            return self._answers[number]
+    def _response(self, number: int) -> Sign:
+        if number in self._responses:
+            return self._responses[number]
         owner = self.context.owner(number)
         if owner is None:
             return 0
         view, row = owner
         if view is self.loop and row.name == "MV":
             return 1
-        if number in self._waiting or len(self._waiting) > DEEPEST:
+        if number in self._in_progress or len(self._in_progress) > MAX_DEPTH:
             return None
-        self._waiting.add(number)
-        result = self._through(view, row.name)
-        self._waiting.remove(number)
-        self._answers[number] = result
+        self._in_progress.add(number)
+        result = self._parameter_response(view, row.name)
+        self._in_progress.remove(number)
+        self._responses[number] = result
         return result
 
-    def _through(self, view: BlockView, key: str) -> Sign:
+    def _parameter_response(self, view: BlockView, key: str) -> Sign:
         """The answer of a parameter: of an input that of its wire, of an output that of the block."""
         if key in view.placed.kind.model.model_fields:
-            return self._wired(view, key)
+            return self._input_response(view, key)
         if view.is_pid:
-            return self._other_loop(view, key)
-        if view.type in SELECTORS:
-            return plus(self._wired(view, "MV1"), self._wired(view, "MV2")) if key == "MV" else None
-        if view.type == "ControlSplitRange":
-            mode = view.item.Mode
-            return times(-1 if (key, mode) in FALLING else 1, self._wired(view, "MV")) if key != "Error" else None
-        return self._filtered(view) if key == "OutVar" else None
+            return self._controller_response(view, key)
+        if view.type in SELECTORS and key == "MV":
+            return sum_sign(self._input_response(view, "MV1"), self._input_response(view, "MV2"))
+        if view.type == "ControlSplitRange" and key != "Error":
+            direction = -1 if (key, view.item.Mode) in FALLING_OUTPUTS else 1
+            return product_sign(direction, self._input_response(view, "MV"))
+        return self._filter_response(view) if key == "OutVar" else None
 
-    def _filtered(self, view: BlockView) -> Sign:
-        inner = self._wired(view, "InVar")
-        if view.type in PLAIN:
+    def _filter_response(self, view: BlockView) -> Sign:
+        inner = self._input_response(view, "InVar")
+        if view.type in UNITY_GAIN_BLOCKS:
             return inner
-        if view.type in PROCESSES:
+        if view.type in PROCESS_BLOCKS:
             if inner != 0 and view not in self.processes:
                 self.processes.append(view)
-            return times(inner, sign_of(view.number_of("Gs")))
-        return times(inner, sign_of(view.number_of("G"))) if view.type == "ControlLeadLag" else None
+            return product_sign(inner, sign_of(view.number_of("Gs")))
+        return product_sign(inner, sign_of(view.number_of("G"))) if view.type == "ControlLeadLag" else None
 
-    def _other_loop(self, view: BlockView, key: str) -> Sign:
+    def _controller_response(self, view: BlockView, key: str) -> Sign:
         """Another controller moves its MV so that its PV follows its set point."""
         if key != "MV":
             return None
-        point = self._wired(view, "SP_CASC") if view.may_be_on("CASC") else 0
+        point = self._input_response(view, "SP_CASC") if view.may_be_on("CASC") else 0
         if view.is_wired("CASC") or not view.is_on("CASC"):
-            point = plus(point, self._wired(view, "SP"))
+            point = sum_sign(point, self._input_response(view, "SP"))
         if point != 0:
-            self.passed.add(view.number)
+            self.other_controllers.add(view.number)
         direct = view.is_on("Direct")
         action = None if direct is None else -1 if direct else 1
-        return plus(times(action, point), self._wired(view, "BIAS"))
+        return sum_sign(product_sign(action, point), self._input_response(view, "BIAS"))
 
 
 # --- How controllers hang together: masters and slaves of cascades, and the selectors of overrides --------------------
@@ -501,7 +508,7 @@ class Link(NamedTuple):
     exact: bool
 
 
-class Leg(NamedTuple):
+class SelectorInput(NamedTuple):
     """A loop at a selector: which of its inputs, and whether MV goes there as it is."""
 
     selector: BlockView
@@ -510,26 +517,26 @@ class Leg(NamedTuple):
     exact: bool
 
 
-class Fault(NamedTuple):
+class ConnectionFault(NamedTuple):
     """A special connection that is not as it must be: what it is instead, and how bad that is."""
 
     text: str
     severity: Severity
 
 
-class Network:
+class LoopConnections:
     """All cascades and overrides of a configuration."""
 
-    def __init__(self, context: Program) -> None:
+    def __init__(self, context: ProgramContext) -> None:
         self.context = context
-        self.links = list(self._links())
-        self.legs = list(self._legs())
-        self.links_of_master = _grouped(self.links, lambda link: link.master.number)
-        self.links_of_slave = _grouped(self.links, lambda link: link.slave.number)
-        self.legs_of_loop = _grouped(self.legs, lambda leg: leg.loop.number)
-        self.legs_of_selector = _grouped(self.legs, lambda leg: leg.selector.number)
+        self.links = list(self._find_links())
+        self.selector_inputs = list(self._find_selector_inputs())
+        self.links_by_master = _grouped(self.links, lambda link: link.master.number)
+        self.links_by_slave = _grouped(self.links, lambda link: link.slave.number)
+        self.inputs_by_loop = _grouped(self.selector_inputs, lambda entry: entry.loop.number)
+        self.inputs_by_selector = _grouped(self.selector_inputs, lambda entry: entry.selector.number)
 
-    def _links(self) -> Iterator[Link]:
+    def _find_links(self) -> Iterator[Link]:
         for slave in self.context.pids:
             expression = slave.wire("SP_CASC")
             for number in sorted(expression.signals) if expression is not None else ():
@@ -537,46 +544,46 @@ class Network:
                 if expression is not None and master is not None:
                     yield Link(slave, master, expression.signal is not None)
 
-    def _legs(self) -> Iterator[Leg]:
-        for selector in self.context.of(*SELECTORS):
+    def _find_selector_inputs(self) -> Iterator[SelectorInput]:
+        for selector in self.context.blocks_of_type(*SELECTORS):
             for n in (1, 2):
                 expression = selector.wire(f"MV{n}")
                 for number in sorted(expression.signals) if expression is not None else ():
                     loop = self.context.pid_output(number)
                     if expression is not None and loop is not None:
-                        yield Leg(selector, n, loop, expression.signal is not None)
+                        yield SelectorInput(selector, n, loop, expression.signal is not None)
 
     def masters(self) -> Iterator[tuple[BlockView, list[Link]]]:
         """The masters, each with its slaves; what is its own master is none."""
-        for number, links in self.links_of_master.items():
+        for number, links in self.links_by_master.items():
             slaves = [link for link in links if link.slave.number != number]
             if slaves:
                 yield slaves[0].master, slaves
 
     def role(self, view: BlockView) -> str:
         """A loop's part in cascades: ``only master``, ``slave and master``, ``only slave``; or empty."""
-        is_slave = view.number in self.links_of_slave
-        if view.number in self.links_of_master:
+        is_slave = view.number in self.links_by_slave
+        if view.number in self.links_by_master:
             return "slave and master" if is_slave else "only master"
         return "only slave" if is_slave else ""
 
-    def pairs(self) -> Iterator[tuple[BlockView, Leg, Leg]]:
+    def overrides(self) -> Iterator[tuple[BlockView, SelectorInput, SelectorInput]]:
         """The selectors that have one loop at each input."""
-        for legs in self.legs_of_selector.values():
-            if [leg.number for leg in legs] == [1, 2]:
-                yield legs[0].selector, legs[0], legs[1]
+        for inputs in self.inputs_by_selector.values():
+            if [entry.number for entry in inputs] == [1, 2]:
+                yield inputs[0].selector, inputs[0], inputs[1]
 
     @cached_property
-    def _next(self) -> dict[str, list[str]]:
+    def _selector_outputs(self) -> dict[str, list[str]]:
         """The MV of the selectors that read a name."""
         readers: dict[str, list[str]] = defaultdict(list)
-        for selector in self.context.of(*SELECTORS):
+        for selector in self.context.blocks_of_type(*SELECTORS):
             for source in (selector.source("MV1"), selector.source("MV2")):
                 if source is not None:
                     readers[source].append(f"{selector.name}.MV")
         return readers
 
-    def behind(self, selector: BlockView) -> set[str]:
+    def downstream_outputs(self, selector: BlockView) -> set[str]:
         """The names of the MV that a selector, or one behind it, selects."""
         names: set[str] = set()
         waiting = [f"{selector.name}.MV"]
@@ -584,7 +591,7 @@ class Network:
             name = waiting.pop()
             if name not in names:
                 names.add(name)
-                waiting += self._next.get(name, [])
+                waiting += self._selector_outputs.get(name, [])
         return names
 
 
@@ -595,17 +602,17 @@ def _grouped(rows: list[Row], key: Callable[[Row], int]) -> dict[int, list[Row]]
     return groups
 
 
-def fault_of(view: BlockView, key: str, wanted: set[str]) -> Fault | None:
+def connection_fault(view: BlockView, key: str, wanted: set[str]) -> ConnectionFault | None:
     """What is wrong with a connection that must come from one of some names; not of a meaningless wire."""
     if not view.is_wired(key):
         value = view.known(key)
         text = f"{view.shown(key)}, not wired" if view.is_given(key) and value is not None else "not wired"
-        return Fault(text, Severity.ERROR)
+        return ConnectionFault(text, Severity.ERROR)
     expression = view.wire(key)
     if expression is None or view.source(key) in wanted:
         return None
     is_signal = expression.signal is not None and view.context.owner(expression.signal) is None
-    return Fault(f"wired to {expression.text}", Severity.WARNING if is_signal else Severity.ERROR)
+    return ConnectionFault(f"wired to {expression.text}", Severity.WARNING if is_signal else Severity.ERROR)
 
 
 # --- What the NextoPID rules look at: the program, and how its controllers hang together ------------------------------
@@ -620,13 +627,13 @@ D208 = Decision(
 
 
 @frozen
-class NextopidContext(Program):
+class NextopidContext(ProgramContext):
     """A program with its cascades and overrides."""
 
     @cached_property
-    def network(self) -> Network:
+    def connections(self) -> LoopConnections:
         """Its cascades and overrides."""
-        return Network(self)
+        return LoopConnections(self)
 
     @cached_property
     def explained(self) -> frozenset[Path]:

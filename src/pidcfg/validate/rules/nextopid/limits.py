@@ -34,7 +34,7 @@ def mv_limits_crossed(view: BlockView) -> Findings:
 
     Fix: give MaxMV the larger of the two values.
     """
-    return crossed(view, "MinMV", "MaxMV", "ErrBits.MaxMinMV")
+    return crossed_limits(view, "MinMV", "MaxMV", "ErrBits.MaxMinMV")
 
 
 @error("NX611", ERRORS, "MaxPV {high} is not above MinPV {low}")
@@ -46,7 +46,7 @@ def pv_limits_crossed(context: NextopidContext) -> Findings:
     Fix: give MaxPV the larger of the two values.
     """
     for view in context.controllers:
-        yield from crossed(view, "MinPV", "MaxPV", "ErrBits.MaxMinPV")
+        yield from crossed_limits(view, "MinPV", "MaxPV", "ErrBits.MaxMinPV")
 
 
 @per_pid
@@ -66,14 +66,14 @@ def gain_not_positive(view: BlockView) -> Findings:
         yield view.at("Kp", "ErrBits.Kp", gain=view.shown("Kp"), form=form, wanted=wanted)
 
 
-def crossed(view: BlockView, low: str, high: str, effect: str) -> Findings:
+def crossed_limits(view: BlockView, low: str, high: str, effect: str) -> Findings:
     """A finding at the higher one of two limits that leave no room between them."""
     ends = view.number_of(low), view.number_of(high)
     if all_known(ends) and ends[1] <= ends[0]:
         yield view.at(high, effect, high=view.shown(high), low=view.shown(low))
 
 
-def outside(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] | None:
+def limit_exceeded(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] | None:
     """The limit that a parameter lies beyond, and the word for it."""
     value, ends = view.number_of(key), (view.pv_limits if low == "MinPV" else view.mv_limits)
     if value is None or ends is None or ends[0] <= value <= ends[1]:
@@ -81,7 +81,7 @@ def outside(view: BlockView, key: str, low: str, high: str) -> tuple[str, str] |
     return (low, "below") if value < ends[0] else (high, "above")
 
 
-def beyond(
+def beyond_limit(
     view: BlockView,
     key: str,
     end: tuple[str, str],
@@ -103,10 +103,10 @@ def set_point_outside_pv_limits(context: NextopidContext) -> Findings:
     Fix: correct the set point, or widen the limits.
     """
     for view in context.controllers:
-        end = outside(view, "SP", "MinPV", "MaxPV")
+        end = limit_exceeded(view, "SP", "MinPV", "MaxPV")
         if end is not None:
             in_use = not view.is_pid or view.is_wired("CASC") or not view.is_on("CASC")
-            yield beyond(view, "SP", end, f"WarnBits.SP_{end[0]}" if in_use else None)
+            yield beyond_limit(view, "SP", end, f"WarnBits.SP_{end[0]}" if in_use else None)
 
 
 @per_pid
@@ -118,10 +118,10 @@ def cascade_set_point_outside_pv_limits(view: BlockView) -> Findings:
 
     Fix: correct the value, or widen the limits.
     """
-    end = outside(view, "SP_CASC", "MinPV", "MaxPV")
+    end = limit_exceeded(view, "SP_CASC", "MinPV", "MaxPV")
     if end is not None and view.is_given("SP_CASC"):
         effect = f"WarnBits.SP_CASC_{end[0]}" if view.may_be_on("CASC") else None
-        yield beyond(view, "SP_CASC", end, effect)
+        yield beyond_limit(view, "SP_CASC", end, effect)
 
 
 @per_pid
@@ -133,10 +133,10 @@ def manual_mv_outside_limits(view: BlockView) -> Findings:
 
     Fix: give a ManualMV inside the limits.
     """
-    end = outside(view, "ManualMV", "MinMV", "MaxMV")
+    end = limit_exceeded(view, "ManualMV", "MinMV", "MaxMV")
     if end is not None and (view.is_given("ManualMV") or view.may_be_on("Manual")):
         effect = f"WarnBits.MV_{end[0]}" if view.may_be_on("Manual") else None
-        yield beyond(view, "ManualMV", end, effect)
+        yield beyond_limit(view, "ManualMV", end, effect)
 
 
 @per_pid
@@ -149,13 +149,13 @@ def bias_outside_limits(view: BlockView) -> Findings:
 
     Fix: give the output that holds the set point.
     """
-    end = outside(view, "BIAS", "MinMV", "MaxMV")
+    end = limit_exceeded(view, "BIAS", "MinMV", "MaxMV")
     integral = view.integral
     if end is None or not view.is_given("BIAS") or integral is None:
         return
     effect = "only the integral brings MV back" if integral else "without an error MV stays at its limit"
     severity = Severity.INFO if integral else None
-    yield beyond(view, "BIAS", end, f"WarnBits.MV_{end[0]}", severity, effect=effect)
+    yield beyond_limit(view, "BIAS", end, f"WarnBits.MV_{end[0]}", severity, effect=effect)
 
 
 @per_pid
@@ -167,9 +167,9 @@ def tracking_value_outside_limits(view: BlockView) -> Findings:
 
     Fix: give a TRK_VAL inside the limits, or widen them.
     """
-    end = outside(view, "TRK_VAL", "MinMV", "MaxMV")
+    end = limit_exceeded(view, "TRK_VAL", "MinMV", "MaxMV")
     if end is not None and view.is_given("TRK_VAL") and view.may_be_on("TRK_IN"):
-        yield beyond(view, "TRK_VAL", end, f"WarnBits.MV_{end[0]}")
+        yield beyond_limit(view, "TRK_VAL", end, f"WarnBits.MV_{end[0]}")
 
 
 @per_pid
@@ -281,10 +281,10 @@ D216 = Decision(
     "The manual's own example has 10 cycles.",
 )
 FEWEST_CYCLES = 10
-FULL = Decimal(100)
-PULSE = "ControlPWM"
-SPLITTER = "ControlSplitRange"
-ZEROES = ": both outputs are 0"
+FULL_PERCENT = Decimal(100)
+PWM_BLOCK = "ControlPWM"
+SPLIT_RANGE_BLOCK = "ControlSplitRange"
+BOTH_OUTPUTS_ZERO = ": both outputs are 0"
 
 
 @error("NX649", D215, "DeadBand is {band}; it must be above 0{silent}")
@@ -296,7 +296,7 @@ def on_off_dead_band_not_positive(context: NextopidContext) -> Findings:
 
     Fix: give the error that can be tolerated, in units of PV.
     """
-    for view in context.of(ON_OFF):
+    for view in context.blocks_of_type(ON_OFF):
         band = view.number_of("DeadBand")
         if band is not None and band <= 0:
             silent = "" if band < 0 else ", though the block reports only values below 0"
@@ -319,7 +319,7 @@ def switch_point_out_of_reach(context: NextopidContext) -> Findings:
 
     Fix: lower DeadBand, move SP away from the limit, or widen the limits of PV.
     """
-    for view in context.of(ON_OFF):
+    for view in context.blocks_of_type(ON_OFF):
         sp, band, pv, direct = (
             view.known("SP"),
             view.number_of("DeadBand"),
@@ -355,8 +355,8 @@ def pulse_limits_crossed(context: NextopidContext) -> Findings:
 
     Fix: give MaxMV the larger of the two values.
     """
-    for view in context.of(PULSE):
-        yield from crossed(view, "MinMV", "MaxMV", "Error")
+    for view in context.blocks_of_type(PWM_BLOCK):
+        yield from crossed_limits(view, "MinMV", "MaxMV", "Error")
 
 
 @warning("NX652", D216, "Period {period} cycles: the output has steps of {percent} %")
@@ -368,13 +368,13 @@ def coarse_pulses(context: NextopidContext) -> Findings:
 
     Fix: lengthen Period, or call the task more often.
     """
-    for view in context.of(PULSE):
+    for view in context.blocks_of_type(PWM_BLOCK):
         period = view.item.Period
         if 0 < period < FEWEST_CYCLES:
             yield view.at("Period", period=period, percent=f"{100 / period:.3g}")
 
 
-def driver(view: BlockView, key: str) -> BlockView | None:
+def pid_wired_to(view: BlockView, key: str) -> BlockView | None:
     """The PID controller whose MV a parameter is wired to, with nothing in between."""
     expression = view.wire(key)
     return None if expression is None or expression.signal is None else view.context.pid_output(expression.signal)
@@ -389,8 +389,8 @@ def pulse_range_differs_from_loop(context: NextopidContext) -> Findings:
 
     Fix: give both the same limits, unless the loop is limited on purpose.
     """
-    for view in context.of(PULSE):
-        loop = driver(view, "MV") if view.mv_limits else None
+    for view in context.blocks_of_type(PWM_BLOCK):
+        loop = pid_wired_to(view, "MV") if view.mv_limits else None
         for key, way in (("MinMV", -1), ("MaxMV", 1)):
             block_limit = view.number_of(key)
             loop_limit = None if loop is None else loop.number_of(key)
@@ -416,9 +416,9 @@ def split_point_out_of_range(context: NextopidContext) -> Findings:
 
     Fix: give the percentage of MV at which one valve hands over to the other.
     """
-    for view in context.of(SPLITTER):
+    for view in context.blocks_of_type(SPLIT_RANGE_BLOCK):
         point = view.number_of("SPLIT")
-        if point is not None and not 0 < point < FULL:
+        if point is not None and not 0 < point < FULL_PERCENT:
             yield view.at("SPLIT", "Error", point=view.shown("SPLIT"))
 
 
@@ -431,13 +431,13 @@ def split_range_not_in_percent(context: NextopidContext) -> Findings:
 
     Fix: give the loop MinMV 0 and MaxMV 100, or scale its MV in the wire: `TIC.MV / 300`.
     """
-    for view in context.of(SPLITTER):
-        loop, value = driver(view, "MV"), view.number_of("MV")
+    for view in context.blocks_of_type(SPLIT_RANGE_BLOCK):
+        loop, value = pid_wired_to(view, "MV"), view.number_of("MV")
         limits = None if loop is None else loop.mv_limits
-        if value is not None and not 0 <= value <= FULL:
-            yield view.at("MV", "Error", what=f"it is {view.shown('MV')}", effect=ZEROES)
-        elif loop is not None and limits is not None and limits != (Decimal(0), FULL):
-            beyond = limits[0] < 0 or limits[1] > FULL
+        if value is not None and not 0 <= value <= FULL_PERCENT:
+            yield view.at("MV", "Error", what=f"it is {view.shown('MV')}", effect=BOTH_OUTPUTS_ZERO)
+        elif loop is not None and limits is not None and limits != (Decimal(0), FULL_PERCENT):
+            beyond = limits[0] < 0 or limits[1] > FULL_PERCENT
             what = f"{loop.name} goes from {loop.shown('MinMV')} to {loop.shown('MaxMV')}"
             yield view.at(
                 "MV",
@@ -467,7 +467,7 @@ D553 = Decision(
     "An info, unless both go to a selector or a split range: one of them heats and the other cools there.",
     "Both may be meant so, with a gap between their set points; that no file shows.",
 )
-JOINING = ("ControlSelectMax", "ControlSelectMin", "ControlSplitRange")
+JOINING_BLOCKS = ("ControlSelectMax", "ControlSelectMin", "ControlSplitRange")
 
 
 @per_pid
@@ -520,16 +520,16 @@ def times_out_of_proportion(view: BlockView) -> Findings:
     ):
         if value is not None and limit is not None and value > limit:
             yield view.at(key, long=key, value=view.shown(key), short=short, other=view.shown(short))
-    for name, time in _filters(view):
+    for name, time in _pv_filters(view):
         if time > integral:
             text = f"{number_text(time)} s ({name}.Tc)"
             yield view.at("Ti_Ki", long="the filter of PV", value=text, short="Ti_Ki", other=view.shown("Ti_Ki"))
 
 
-def _filters(view: BlockView) -> Iterator[tuple[str, Decimal]]:
+def _pv_filters(view: BlockView) -> Iterator[tuple[str, Decimal]]:
     """The low-pass filter that PV comes from, with its time constant."""
     source = view.source("PV") or ""
-    for block in view.context.of("ControlLowFilter"):
+    for block in view.context.blocks_of_type("ControlLowFilter"):
         time = block.number_of("Tc")
         if source == f"{block.name}.OutVar" and time is not None:
             yield block.name, time
@@ -545,7 +545,7 @@ def opposite_loops_of_one_pv(context: NextopidContext) -> Findings:
     """
     joined = {
         number
-        for block in context.of(*JOINING)
+        for block in context.blocks_of_type(*JOINING_BLOCKS)
         for key in ("MV", "MV1", "MV2")
         if key in type(block.item).model_fields and (wire := block.wire(key)) is not None
         for number in wire.signals

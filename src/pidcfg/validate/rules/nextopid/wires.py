@@ -81,11 +81,11 @@ def wire_without_meaning(context: NextopidContext) -> Findings:
     for path, misfit in context.encoding.misfits:
         error = misfit.error
         if isinstance(error, WireError):
-            cure = _cure(context, str(misfit.value), error)
+            cure = _cure_of_wire(context, str(misfit.value), error)
             yield Finding(path, {"key": misfit.word.name, "problem": str(error)}, fix=cure, offset=error.offset)
 
 
-def _cure(context: NextopidContext, text: str, error: WireError) -> str:
+def _cure_of_wire(context: NextopidContext, text: str, error: WireError) -> str:
     """The cure; for ``NAME.Parameter`` the nearest parameter of the block, if there is such a block."""
     word = re.match(r"(\w+)\.(\w[\w.]*)", text[error.offset :])
     kinds = {placed.item.name: placed.kind for placed in context.encoding.items}
@@ -121,7 +121,7 @@ def name_of_a_library_block(context: NextopidContext) -> Findings:
 
     Fix: name it after what it does, such as TIC101 or VALVE_PWM.
     """
-    for _, name, path in named(context):
+    for _, name, path in named_items(context):
         if name.casefold() in LIBRARY:
             yield Finding(path, {"name": name, "taken": LIBRARY[name.casefold()]}, key=path[0] == "signals")
 
@@ -136,7 +136,7 @@ def name_used_twice(context: NextopidContext) -> Findings:
     Fix: rename one of them.
     """
     groups: dict[str, list[tuple[str, str, Path]]] = {}
-    for row in named(context):
+    for row in named_items(context):
         groups.setdefault(row[1].casefold(), []).append(row)
     for rows in groups.values():
         for what, name, path in rows if len(rows) > 1 else ():
@@ -158,7 +158,7 @@ def unused_signal(context: NextopidContext) -> Findings:
 
     Fix: wire it, or remove it.
     """
-    used = _read(context) | {move.to for move in context.config.moves}
+    used = _names_read(context) | {move.to for move in context.config.moves}
     for name in context.config.signals:
         if name not in used:
             yield Finding(("signals", name), {"name": name}, key=True)
@@ -173,7 +173,7 @@ def name_of_a_standard_function(context: NextopidContext) -> Findings:
 
     Fix: choose another name.
     """
-    for _, name, path in named(context):
+    for _, name, path in named_items(context):
         refused = name.upper() in REFUSED or CONVERSION.fullmatch(name.upper())
         if refused or name.upper() in STANDARD:
             severity = Severity.ERROR if refused else None
@@ -189,13 +189,13 @@ def unused_output(context: NextopidContext) -> Findings:
 
     Fix: wire the output to the parameter that it was made for, or remove the block.
     """
-    read = _read(context)
-    for view in context.of(*PASSIVE):
+    read = _names_read(context)
+    for view in context.blocks_of_type(*PASSIVE):
         if f"{view.name}.OutVar" not in read:
             yield view.at("name", name=view.name)
 
 
-def named(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
+def named_items(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
     """Everything of the program that has a name: what it is, its name, and where that stands."""
     yield "the program", context.config.plc.program, ("plc", "program")
     for name in context.config.signals:
@@ -204,7 +204,7 @@ def named(context: NextopidContext) -> Iterator[tuple[str, str, Path]]:
         yield LOOP if placed.is_loop else "the block", placed.item.name, (*placed.place, "name")
 
 
-def _read(context: NextopidContext) -> set[str]:
+def _names_read(context: NextopidContext) -> set[str]:
     """The names that wires and moves read, also those that mean nothing."""
     wires = context.encoding.wires.values()
     copies = (copy for copy in context.encoding.copies if copy is not None)
@@ -227,9 +227,9 @@ D550 = Decision(
     "Comparisons of anything but a name with a number are taken to come out either way.",
     "PV < 4.0 OR PV > 3.0 looks like two limits and is TRUE; a switch that is meant to be constant is written as one.",
 )
-COMPARED = frozenset((*COMPARISONS.values(), *EQUALITIES.values()))
-IN_WORDS = {True: "TRUE", False: "FALSE"}
-LEAVES = frozenset((SIGNAL, CONSTANT, TRUTH))
+COMPARISON_OPS = frozenset((*COMPARISONS.values(), *EQUALITIES.values()))
+TRUTH_TEXT = {True: "TRUE", False: "FALSE"}
+LEAF_OPS = frozenset((SIGNAL, CONSTANT, TRUTH))
 MOST_CASES = 4096
 """Combinations that are tried; a condition of more is not judged."""
 
@@ -249,11 +249,11 @@ def constant_condition(context: NextopidContext) -> Findings:
         if view.placed.kind.table.row(name).type.kind == "bool":
             value = constant_value(expression, kinds)
             if value is not None:
-                yield view.at(name, key=name, value=IN_WORDS[value], text=expression.text)
+                yield view.at(name, key=name, value=TRUTH_TEXT[value], text=expression.text)
     for i, copy in enumerate(context.encoding.copies):
         value = None if copy is None or copy.when is None else constant_value(copy.when, kinds)
         if copy is not None and copy.when is not None and value is not None:
-            values = {"key": "when", "value": IN_WORDS[value], "text": copy.when.text}
+            values = {"key": "when", "value": TRUTH_TEXT[value], "text": copy.when.text}
             yield Finding(("moves", i, "when"), values)
 
 
@@ -262,15 +262,15 @@ def constant_value(expression: Expression, kinds: Mapping[int, IecType]) -> bool
     tree = _tree(expression)
     comparisons = [*_comparisons(tree, kinds)]
     points: dict[Node, set[Decimal]] = {}
-    for node in filter(_is_plain, comparisons):
+    for node in filter(_compares_name_with_number, comparisons):
         name, point = sorted(node[1:], key=lambda side: side[0] == CONSTANT)
         points.setdefault(name, set()).add(point[1])
     cases: dict[Node, list[Any]] = {(SIGNAL, n): [False, True] for n in expression.signals if kinds[n].kind == "bool"}
-    cases |= {name: _values(found, kinds[name[1]]) for name, found in points.items()}
-    cases |= {node: [False, True] for node in comparisons if not _is_plain(node)}
+    cases |= {name: _test_values(found, kinds[name[1]]) for name, found in points.items()}
+    cases |= {node: [False, True] for node in comparisons if not _compares_name_with_number(node)}
     if prod(len(values) for values in cases.values()) > MOST_CASES:
         return None
-    found = {_value(tree, dict(zip(cases, chosen, strict=True))) for chosen in product(*cases.values())}
+    found = {_evaluate(tree, dict(zip(cases, chosen, strict=True))) for chosen in product(*cases.values())}
     return bool(found.pop()) if len(found) == 1 else None
 
 
@@ -295,9 +295,9 @@ def _tree(expression: Expression) -> Node:
 
 def _comparisons(node: Node, kinds: Mapping[int, IecType]) -> Iterator[Node]:
     """The comparisons of numbers in a condition."""
-    if node[0] in LEAVES:
+    if node[0] in LEAF_OPS:
         return
-    if node[0] in COMPARED and not any(_is_bool(side, kinds) for side in node[1:]):
+    if node[0] in COMPARISON_OPS and not any(_is_bool(side, kinds) for side in node[1:]):
         yield node
         return
     for side in node[1:]:
@@ -308,12 +308,12 @@ def _is_bool(node: Node, kinds: Mapping[int, IecType]) -> bool:
     return node[0] in CONDITIONAL | {TRUTH} or (node[0] == SIGNAL and kinds[node[1]].kind == "bool")
 
 
-def _is_plain(node: Node) -> bool:
+def _compares_name_with_number(node: Node) -> bool:
     """Whether a comparison is one of a name and a number."""
     return {side[0] for side in node[1:]} == {SIGNAL, CONSTANT}
 
 
-def _values(points: set[Decimal], kind: IecType) -> list[Decimal]:
+def _test_values(points: set[Decimal], kind: IecType) -> list[Decimal]:
     """Values that make all the difference there is."""
     if kind.kind == "whole":
         near = {point.to_integral_value() + step for point in points for step in (-1, 0, 1)}
@@ -324,13 +324,13 @@ def _values(points: set[Decimal], kind: IecType) -> list[Decimal]:
     return sorted({max(value, Decimal(0)) for value in values} if kind.kind == "time" else values)
 
 
-def _value(node: Node, case: Mapping[Node, Any]) -> Any:
+def _evaluate(node: Node, case: Mapping[Node, Any]) -> Any:
     """The value of a condition in a case."""
     if node in case:
         return case[node]
-    if node[0] in LEAVES:
+    if node[0] in LEAF_OPS:
         return node[1]
-    sides = [_value(side, case) for side in node[1:]]
+    sides = [_evaluate(side, case) for side in node[1:]]
     return TWO_OPERANDS[node[0]](*sides) if len(sides) > 1 else not sides[0]
 
 
@@ -458,7 +458,7 @@ START = NEXTOPID.at("chapter 4: AutoTune")
 PARAMETERS = NEXTOPID.at("chapter 4: AutoTuneParam")
 RESULT = NEXTOPID.at("chapter 4: MV_TOO_HIGH, MV_TOO_LOW")
 MODE = NEXTOPID.at("chapter 4: Mode")
-WHOLE = "PIDA_TUNE_INT"
+INT_TUNE_BLOCK = "PIDA_TUNE_INT"
 
 D217 = Decision(
     217,
@@ -468,21 +468,21 @@ D217 = Decision(
 )
 
 
-def tuning(context: NextopidContext) -> list[BlockView]:
+def auto_tuned_loops(context: NextopidContext) -> list[BlockView]:
     """The loops with auto-tuning."""
-    return context.of("PIDA_TUNE_REAL", WHOLE)
+    return context.blocks_of_type("PIDA_TUNE_REAL", INT_TUNE_BLOCK)
 
 
-def wanted_step(view: BlockView) -> Decimal | None:
+def exact_tune_step(view: BlockView) -> Decimal | None:
     """The step of MV to either side, as PercAmpMV gives it."""
     percent, mv = view.number_of("AutoTuneParam.PercAmpMV"), view.mv_limits
     return None if percent is None or mv is None else percent * (mv[1] - mv[0]) / 100
 
 
-def step_of(view: BlockView) -> Decimal | None:
+def tune_step(view: BlockView) -> Decimal | None:
     """The step of MV to either side: an INT controller rounds it, half to even."""
-    step = wanted_step(view)
-    return step if step is None or view.type != WHOLE else step.to_integral_value(ROUND_HALF_EVEN)
+    step = exact_tune_step(view)
+    return step if step is None or view.type != INT_TUNE_BLOCK else step.to_integral_value(ROUND_HALF_EVEN)
 
 
 @error("NX656", PARAMETERS, "AutoTune is {how}, but AutoTuneParam is not given: all of it is 0")
@@ -494,7 +494,7 @@ def auto_tuning_without_parameters(context: NextopidContext) -> Findings:
 
     Fix: give AutoTuneParam, for a start PercAmpMV 5, PercHystPV 0.1, PercMaxPeakPV 10, NumCycles 3.
     """
-    for view in tuning(context):
+    for view in auto_tuned_loops(context):
         if view.item.AutoTuneParam is None and view.may_be_on("AutoTune"):
             how = "wired" if view.is_wired("AutoTune") else "TRUE"
             yield view.at("AutoTune", "AutoTuneResult.Bad_PercAmpMV", how=how)
@@ -509,7 +509,7 @@ def auto_tuning_at_start(context: NextopidContext) -> Findings:
 
     Fix: write `false`, or wire a command of the operator.
     """
-    for view in tuning(context):
+    for view in auto_tuned_loops(context):
         if view.is_on("AutoTune") and view.item.AutoTuneParam is not None:
             yield view.at("AutoTune", value=view.shown("AutoTune"))
 
@@ -523,8 +523,8 @@ def auto_tuning_step_beyond_limits(context: NextopidContext) -> Findings:
 
     Fix: lower PercAmpMV, or bring ManualMV nearer to the middle.
     """
-    for view in tuning(context):
-        step, start, mv = step_of(view), view.number_of("ManualMV"), view.mv_limits
+    for view in auto_tuned_loops(context):
+        step, start, mv = tune_step(view), view.number_of("ManualMV"), view.mv_limits
         if step is None or start is None or mv is None or view.is_on("Manual") is not True:
             continue
         start = min(max(start, mv[0]), mv[1])
@@ -553,7 +553,7 @@ def auto_tuning_peaks_without_room(context: NextopidContext) -> Findings:
 
     Fix: raise PercMaxPeakPV as far as the process allows, or lower PercHystPV to the noise of PV.
     """
-    for view in tuning(context):
+    for view in auto_tuned_loops(context):
         most, least = (view.number_of(f"AutoTuneParam.{key}") for key in ("PercMaxPeakPV", "PercHystPV"))
         if most is not None and least is not None and 0 < most <= 2 * least:
             peak, hysteresis = number_text(most), number_text(least)
@@ -571,8 +571,8 @@ def auto_tuning_step_not_whole(context: NextopidContext) -> Findings:
 
     Fix: raise PercAmpMV, or give MV a larger scale such as 0 to 30000.
     """
-    for view in context.of(WHOLE):
-        step, rounded = wanted_step(view), step_of(view)
+    for view in context.blocks_of_type(INT_TUNE_BLOCK):
+        step, rounded = exact_tune_step(view), tune_step(view)
         if step is not None and rounded is not None and step != rounded:
             effect = f"the step is {number_text(rounded)}" if rounded else "the auto-tuning ends with an error"
             yield view.at(
@@ -593,7 +593,7 @@ def auto_tuning_of_other_terms(context: NextopidContext) -> Findings:
 
     Fix: give the Mode of the loop, or clear the terms that are not tuned.
     """
-    for view in tuning(context):
+    for view in auto_tuned_loops(context):
         param = view.item.AutoTuneParam
         if param is not None and view.integral and "I" not in param.Mode:
             terms = "an integral and a derivative" if view.derivative else "an integral"
