@@ -25,7 +25,7 @@ from pidcfg.validate.baseline import (
     to_text,
 )
 from pidcfg.validate.catalog import rules
-from pidcfg.validate.engine import Quotes, check_document
+from pidcfg.validate.engine import QuotedNumbers, check_document
 from pidcfg.validate.rule import SUPPRESSION, value_of
 
 # --- Baselines: known findings are not reported, new ones never enter, and what is gone leaves ------------------------
@@ -293,7 +293,8 @@ def test_a_row_that_is_gone_is_marked_from_its_first_to_its_last_character():
 def test_a_number_in_the_name_of_a_loop_is_not_quoted_and_one_beside_it_is():
     doc = document('loops: [{name: Oven 2}, {name: "7"}, {name: B}]')
 
-    numbers = Quotes(doc)._numbers("Oven 2 at 15 is above 2.5, Oven 22 at 3; 7 at 7.5 is above 0.7 and -7, not 7.")
+    text = "Oven 2 at 15 is above 2.5, Oven 22 at 3; 7 at 7.5 is above 0.7 and -7, not 7."
+    numbers = QuotedNumbers(doc)._numbers(text)
     assert numbers == ["15", "2.5", "22", "3", "7.5", "0.7", "-7"]
 
 

@@ -497,7 +497,7 @@ def test_anti_windup_and_limits(low, high, anti_windup, integral):
 
 
 def test_the_step_of_the_autotune_is_that_of_the_virtual_controller():
-    assert autotune.TENTH == STEP
+    assert autotune.TENTH_OF_CV == STEP
 
 
 def test_limits_in_counts_or_with_a_range_are_no_percentages():

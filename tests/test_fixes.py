@@ -528,7 +528,7 @@ def test_a_warning_is_never_corrected():
     found = rule.finding("loops", 1, "cascade_from", name="TIC-11").correct_to("TIC-101")
 
     def edits(label, *findings):
-        return engine.place(label, findings, doc, engine.Quotes(doc)).edits
+        return engine.make_diagnostic(label, findings, doc, engine.QuotedNumbers(doc)).edits
 
     assert [edit.text for edit in edits(RULES["DL256"], found)] == ["TIC-101"]
     assert not edits(replace(RULES["DL256"], severity=Severity.WARNING), found)

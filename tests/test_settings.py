@@ -147,7 +147,11 @@ def test_every_example_of_a_key_is_accepted_and_has_an_effect_on_show_settings(p
         ("exclude = ['a\\b']\n", "1:13", "forward slashes"),
         ('exclude = ["# old"]\n', "1:13", "'# old' is no pattern of paths"),
         (f"exclude = {['a'] * 201}\n", "1:1", "exclude has more than 200 patterns"),
-        ('# the format = of a "strict" run\nstrict = true  # format = text\nformat = "xml"\n', "3:1", "not one of text"),
+        (
+            '# the format = of a "strict" run\nstrict = true  # format = text\nformat = "xml"\n',
+            "3:1",
+            "not one of text",
+        ),
         ('exclude = ["a#b/"]  # format = "text"\nformat = "xml"\n', "2:1", "not one of text"),
         ("strict = tru\n", "1:10", "not TOML"),
         ("strict = true\nstrict = true\n", "2:", "not TOML"),

@@ -26,21 +26,21 @@ if TYPE_CHECKING:
     from pidcfg.encoders.parameters import AnyEncoding
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
-    from pidcfg.validate.ideas import Context
     from pidcfg.validate.rule import Finding, Rule
+    from pidcfg.validate.shared_checks import Context
 
     Judge = Callable[[dict[str, Any]], Iterable[Diagnostic] | None]
     """The findings of the rules over data; None where they cannot be read."""
 
 # --- A file whose keys are those of another vendor than the one that it names -----------------------------------------
 
-OF_KEYS = frozenset(("PID020", "PID021"))
+KEY_CODES = frozenset(("PID020", "PID021"))
 """Findings of keys that are unknown or missing."""
-FEWEST = 3
+MIN_KEY_ERRORS = 3
 """So many of them before the vendor itself is doubted."""
 
 
-MADE = (
+NAME_BEGINNINGS = (
     ("directlogic", "dl06"),
     ("koyo", "dl06"),
     ("d0-06", "dl06"),
@@ -65,12 +65,12 @@ def vendor_meant(name: str) -> str | None:
     """The family that a name seems to mean; None where nothing tells."""
     word = plain(name).casefold().replace(" ", "").replace("_", "-")
     near = next(iter(get_close_matches(word.replace("-", ""), VENDORS, 1, 0.7)), None)
-    return near or next((vendor for begins, vendor in MADE if word.startswith(begins)), None)
+    return near or next((vendor for begins, vendor in NAME_BEGINNINGS if word.startswith(begins)), None)
 
 
-def of_another_vendor(vendor: Vendor, doc: Document, errors: Sequence[Diagnostic]) -> list[Diagnostic]:
+def find_other_vendor(vendor: Vendor, doc: Document, errors: Sequence[Diagnostic]) -> list[Diagnostic]:
     """The finding that names the vendor whose keys these are; none where the keys fit no other one better."""
-    if sum(d.code in OF_KEYS for d in errors) < FEWEST:
+    if sum(d.code in KEY_CODES for d in errors) < MIN_KEY_ERRORS:
         return []
     others = [other.key for other in VENDORS.values() if other.key != vendor.key and _has_keys_of(other, doc)]
     if len(others) != 1:
@@ -97,7 +97,7 @@ def curly_quotes(doc: Document) -> list[Diagnostic]:
     """A warning for each plain text of a file that begins and ends so."""
     if not any(quote in doc.text for quote in QUOTES):
         return []
-    return [_warning(doc, path, text) for path, text in _plain_texts(doc.data, ()) if in_curly_quotes(text)]
+    return [_quotes_warning(doc, path, text) for path, text in _plain_texts(doc.data, ()) if in_curly_quotes(text)]
 
 
 def _plain_texts(data: object, path: Path) -> Iterator[tuple[Path, str]]:
@@ -110,7 +110,7 @@ def _plain_texts(data: object, path: Path) -> Iterator[tuple[Path, str]]:
             yield from _plain_texts(value, (*path, step))
 
 
-def _warning(doc: Document, path: Path, text: str) -> Diagnostic:
+def _quotes_warning(doc: Document, path: Path, text: str) -> Diagnostic:
     message = f"{path[-1]}: the quotes of {text[:60]} are a part of the text: {code(text[0])} is a letter to YAML"
     cure = f'write "{text[1:-1]}" with straight quotes'
     return Diagnostic(
@@ -138,13 +138,13 @@ QUOTED_NUMBER = re.compile(r"(?<![\w.\-/#])-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\
 """A number that stands for itself: no part of a name (``TIC-101``), an address (``V2005.3``) or a version."""
 
 
-class Quotes:
+class QuotedNumbers:
     """What the findings of one file quote."""
 
     def __init__(self, doc: Document) -> None:
         self._doc = doc
 
-    def of(self, rule: Rule, findings: Sequence[Finding]) -> str | None:
+    def numbers_of(self, rule: Rule, findings: Sequence[Finding]) -> str | None:
         """The numbers of a rule's findings at one key; None where there are none, or no loop that they are of."""
         path = findings[0].path
         if not loop_name(self._doc, path):
@@ -155,10 +155,10 @@ class Quotes:
         return shorten_value("; ".join(filter(None, texts))) or None
 
     def _numbers(self, text: str) -> list[str]:
-        return QUOTED_NUMBER.findall(self._numbered.sub("", text) if self._numbered else text)
+        return QUOTED_NUMBER.findall(self._names_with_numbers.sub("", text) if self._names_with_numbers else text)
 
     @cached_property
-    def _numbered(self) -> re.Pattern[str] | None:
+    def _names_with_numbers(self) -> re.Pattern[str] | None:
         """The names of loops, blocks and signals that hold a number of their own, ``Oven 2``; 2.5 holds no name."""
         lists = [items for items in (self._doc.data or {}).values() if isinstance(items, list)]
         names = {str(item["name"]) for items in lists for item in items if _is_named(item)}
@@ -181,36 +181,36 @@ MOST_LOOPS_NAMED = 3
 
 
 @frozen
-class Readable:
+class ReadableLoops:
     """The loops of a file that can be read, by their places, and those that cannot."""
 
     doc: Document
-    sound: Sequence[int]
-    broken: Sequence[int]
+    readable: Sequence[int]
+    unreadable: Sequence[int]
 
     def findings(self, judge: Judge) -> list[Diagnostic]:
         """What both readings find at the sound loops, and the remark that something waits."""
-        full, short = judge(self._filled()), judge(self._without())
+        full, short = judge(self._with_copies()), judge(self._without_unreadable())
         if full is None or short is None:
             return []
-        places = {(d.code, self.sound[i], d.path[2:]) for d in short if (i := place_of(d.path)) is not None}
-        kept = [d for d in full if (d.code, place_of(d.path), d.path[2:]) in places]
+        places = {(d.code, self.readable[i], d.path[2:]) for d in short if (i := loop_index(d.path)) is not None}
+        kept = [d for d in full if (d.code, loop_index(d.path), d.path[2:]) in places]
         return [*(d for d in kept if not self._names.intersection(d.with_loops)), self._remark()]
 
     @property
     def _names(self) -> set[str]:
         """The names of the loops that cannot be read, as far as they can."""
-        return {loop_name(self.doc, (LOOPS, i)) for i in self.broken}
+        return {loop_name(self.doc, (LOOPS, i)) for i in self.unreadable}
 
-    def _filled(self) -> dict[str, Any]:
+    def _with_copies(self) -> dict[str, Any]:
         loops = list(self._loops)
-        for i in self.broken:
+        for i in self.unreadable:
             name = loop_name(self.doc, (LOOPS, i))
-            loops[i] = {**loops[self.sound[0]], **({"name": name} if name else {})}
+            loops[i] = {**loops[self.readable[0]], **({"name": name} if name else {})}
         return {**(self.doc.data or {}), LOOPS: loops}
 
-    def _without(self) -> dict[str, Any]:
-        return {**(self.doc.data or {}), LOOPS: [self._loops[i] for i in self.sound]}
+    def _without_unreadable(self) -> dict[str, Any]:
+        return {**(self.doc.data or {}), LOOPS: [self._loops[i] for i in self.readable]}
 
     @property
     def _loops(self) -> list[Any]:
@@ -218,7 +218,7 @@ class Readable:
         return loops
 
     def _remark(self) -> Diagnostic:
-        names = [loop_name(self.doc, (LOOPS, i)) or f"loop {i + 1}" for i in self.broken]
+        names = [loop_name(self.doc, (LOOPS, i)) or f"loop {i + 1}" for i in self.unreadable]
         more = f" and {len(names) - MOST_LOOPS_NAMED} more" if len(names) > MOST_LOOPS_NAMED else ""
         message = (
             f"{', '.join(names[:MOST_LOOPS_NAMED])}{more} cannot be read: each other loop was checked by itself, "
@@ -229,17 +229,21 @@ class Readable:
         return Diagnostic("PID038", Severity.INFO, message, self.doc.file, place, (LOOPS,), help=cure)
 
 
-def readable(doc: Document, errors: Iterable[Diagnostic]) -> Readable | None:
+def readable_loops(doc: Document, errors: Iterable[Diagnostic]) -> ReadableLoops | None:
     """The loops without errors, where every error is in a loop, and some loop has none."""
     loops = (doc.data or {}).get(LOOPS)
-    broken = {place_of(d.path) for d in errors if d.severity is Severity.ERROR}
-    if not isinstance(loops, list) or None in broken:
+    unreadable = {loop_index(d.path) for d in errors if d.severity is Severity.ERROR}
+    if not isinstance(loops, list) or None in unreadable:
         return None
-    sound = [i for i in range(len(loops)) if i not in broken]
-    return Readable(doc, sound, [i for i in range(len(loops)) if i in broken]) if sound and broken else None
+    readable = [i for i in range(len(loops)) if i not in unreadable]
+    return (
+        ReadableLoops(doc, readable, [i for i in range(len(loops)) if i in unreadable])
+        if readable and unreadable
+        else None
+    )
 
 
-def place_of(path: Path) -> int | None:
+def loop_index(path: Path) -> int | None:
     """The number of the loop that a path is in; None: it is in none."""
     return path[1] if len(path) > 1 and path[0] == LOOPS and isinstance(path[1], int) else None
 
@@ -293,14 +297,14 @@ def check_document(doc: Document) -> Checked:
     config, errors = read_model(vendor.model, doc)
     if errors:
         doc, config, errors = _in_own_units(vendor, doc, errors)
-    if other := of_another_vendor(vendor, doc, errors):
+    if other := find_other_vendor(vendor, doc, errors):
         return Checked(doc, tuple(sort_findings([*findings, *other])), vendor)
     findings += errors
     if config is None:
-        findings += _of_readable_loops(vendor, doc, errors)
+        findings += _findings_of_readable_loops(vendor, doc, errors)
         return Checked(doc, tuple(sort_findings(findings)), vendor)
     encoding = encoder_of(vendor).encode(config)
-    of_rules = _of_rules(vendor, config, encoding, doc)
+    of_rules = _findings_of_rules(vendor, config, encoding, doc)
     findings += (d for d in of_rules if not is_to_check(d))
     findings += curly_quotes(doc)
     to_check = tuple(sort_findings([d for d in of_rules if is_to_check(d)]))
@@ -317,20 +321,20 @@ def _in_own_units(vendor: Vendor, doc: Document, errors: list[Diagnostic]) -> tu
     return bare, config, in_key_units(vendor, bare, errors)
 
 
-def _of_rules(vendor: Vendor, config: Any, encoding: AnyEncoding, doc: Document) -> list[Diagnostic]:
+def _findings_of_rules(vendor: Vendor, config: Any, encoding: AnyEncoding, doc: Document) -> list[Diagnostic]:
     """What the vendor's rules find."""
     context = vendor.load("context")(config, encoding)
     return list(run_rules(vendor.load("rules").values(), context, doc))
 
 
-def _of_readable_loops(vendor: Vendor, doc: Document, errors: Sequence[Diagnostic]) -> list[Diagnostic]:
+def _findings_of_readable_loops(vendor: Vendor, doc: Document, errors: Sequence[Diagnostic]) -> list[Diagnostic]:
     """What the rules find at loops that can be read, beside some that cannot."""
 
     def judge(data: dict[str, Any]) -> list[Diagnostic] | None:
         config, _ = read_model(vendor.model, replace(doc, data=data))
-        return None if config is None else _of_rules(vendor, config, encoder_of(vendor).encode(config), doc)
+        return None if config is None else _findings_of_rules(vendor, config, encoder_of(vendor).encode(config), doc)
 
-    loops = readable(doc, errors)
+    loops = readable_loops(doc, errors)
     return [d for d in loops.findings(judge) if not is_to_check(d)] if loops else []
 
 
@@ -358,17 +362,17 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
 
 def run_rules(rules: Iterable[Rule], context: Context[Any, Any], doc: Document) -> Iterator[Diagnostic]:
     """The findings of rules, with positions."""
-    quotes = Quotes(doc)
+    quotes = QuotedNumbers(doc)
     for rule in rules:
         if rule.check is not None:
             places: dict[Path, list[Finding]] = {}
             for finding in rule.check(context):
                 places.setdefault(finding.path, []).append(finding)
             for findings in places.values():
-                yield place(rule, findings, doc, quotes)
+                yield make_diagnostic(rule, findings, doc, quotes)
 
 
-def place(rule: Rule, findings: Sequence[Finding], doc: Document, quotes: Quotes) -> Diagnostic:
+def make_diagnostic(rule: Rule, findings: Sequence[Finding], doc: Document, quotes: QuotedNumbers) -> Diagnostic:
     """What a rule finds at one key, with its message and the place where it is written: one finding, the worst."""
     finding = max(findings, key=lambda one: one.severity or rule.severity)
     severity = finding.severity or rule.severity
@@ -390,7 +394,7 @@ def place(rule: Rule, findings: Sequence[Finding], doc: Document, quotes: Quotes
         edits=value_edit(doc, finding.path, finding.correction or "") if is_certain else (),
         key=key_of(doc, finding.path),
         value=value_of(doc, finding.path),
-        quotes=quotes.of(rule, findings),
+        quotes=quotes.numbers_of(rule, findings),
     )
 
 

@@ -13,8 +13,8 @@ from pidcfg.schemas.limits import SIDES, Limits, unit_text, units_of
 from pidcfg.schemas.numbers import MAX_DIGITS, decimal_text
 from pidcfg.text.paths import value_at
 from pidcfg.text.references import Decision
-from pidcfg.validate.ideas import list_names
 from pidcfg.validate.rule import Finding, Findings, always, error, finding, warning
+from pidcfg.validate.shared_checks import list_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pidcfg.encoders.image import Encoding
     from pidcfg.encoders.regmap import Misfit, Rounded
     from pidcfg.text.paths import Path
-    from pidcfg.validate.ideas import Context
+    from pidcfg.validate.shared_checks import Context
 
 D06 = Decision(
     6,

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import CLICK, Decision
-from pidcfg.validate import ideas as alarms
-from pidcfg.validate.ideas import PV_POINTS, alarm_beyond, neighbours_out_of_order, number_text, value_or_switch
+from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
-from pidcfg.validate.rules.click.signals import effective, written
+from pidcfg.validate.rules.click.signals import limited_setpoint, setpoint_in_file
+from pidcfg.validate.shared_checks import PV_POINTS, alarm_beyond, neighbours_out_of_order, number_text, value_or_switch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,7 +36,7 @@ D143 = Decision(
     "The range is that of the process, not of the sensor: alarms for a failed sensor stand outside it on purpose.",
 )
 DEVIATIONS = ("high", "high_high")
-EVERYWHERE = (Decimal("-Infinity"), Decimal("Infinity"))
+ANY_VALUE = (Decimal("-Infinity"), Decimal("Infinity"))
 """What a PV may be whose range is not known."""
 
 
@@ -48,11 +48,11 @@ def has_pv_point(view: LoopView, point: str) -> bool:
 def wrong_pairs(view: LoopView) -> Iterator[tuple[str, str]]:
     """Neighbours of the PV alarms in the wrong order; low and high may not even be equal."""
     for below, above, equal in neighbours_out_of_order(view, "pv"):
-        if always(below) or not equal:
+        if leaves_no_normal_zone(below) or not equal:
             yield below, above
 
 
-def always(below: str) -> bool:
+def leaves_no_normal_zone(below: str) -> bool:
     """Whether a wrong pair leaves no PV without an alarm."""
     return below == "low"
 
@@ -67,16 +67,18 @@ def pv_alarms_out_of_order(view: LoopView) -> Findings:
 
     Fix: put the points in order.
     """
-    if not view.pv_alarms:
+    if not view.pv_alarms_on:
         return
     for below, above in wrong_pairs(view):
         if has_pv_point(view, below) and has_pv_point(view, above):
-            effect = "every PV is in alarm" if always(below) else f"{_inner(below, above)} comes last"
+            effect = (
+                "every PV is in alarm" if leaves_no_normal_zone(below) else f"{_inner_alarm(below, above)} comes last"
+            )
             yield view.at(
                 "alarms",
                 "pv",
                 above,
-                severity=Severity.ERROR if always(below) else None,
+                severity=Severity.ERROR if leaves_no_normal_zone(below) else None,
                 above=above,
                 below=below,
                 high=view.shown(f"pv_{above}"),
@@ -85,7 +87,7 @@ def pv_alarms_out_of_order(view: LoopView) -> Findings:
             )
 
 
-def _inner(below: str, above: str) -> str:
+def _inner_alarm(below: str, above: str) -> str:
     """The alarm of a pair that should announce the other."""
     return above if above == "low" else below
 
@@ -101,13 +103,13 @@ def pv_alarms_incomplete(view: LoopView) -> Findings:
 
     Fix: give all four. An alarm that is not wanted goes where the PV cannot get.
     """
-    missing = [point for point in PV_POINTS if not has_pv_point(view, point)] if view.pv_alarms else []
+    missing = [point for point in PV_POINTS if not has_pv_point(view, point)] if view.pv_alarms_on else []
     if missing:
-        yield _incomplete(view, missing)
+        yield _missing_points_finding(view, missing)
 
 
-def _incomplete(view: LoopView, missing: list[str]) -> Finding:
-    severity, effect = _consequence(view, missing)
+def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
+    severity, effect = _effect_of_missing(view, missing)
     one = len(missing) == 1
     registers = " and ".join(view.register(f"pv_{point}") for point in missing)
     return view.at(
@@ -122,10 +124,10 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
     )
 
 
-def _consequence(view: LoopView, missing: list[str]) -> tuple[Severity, str]:
+def _effect_of_missing(view: LoopView, missing: list[str]) -> tuple[Severity, str]:
     """How bad it is that these points are 0, and why."""
-    low, high = view.process_range or EVERYWHERE
-    if any(always(below) and {below, above} & set(missing) for below, above in wrong_pairs(view)):
+    low, high = view.process_range or ANY_VALUE
+    if any(leaves_no_normal_zone(below) and {below, above} & set(missing) for below, above in wrong_pairs(view)):
         return Severity.ERROR, "every PV is in alarm"
     if high > 0 and any(point.startswith("high") for point in missing):
         return Severity.ERROR, "every PV above 0 is in alarm"
@@ -151,8 +153,8 @@ def pv_alarm_far_outside_range(view: LoopView) -> Findings:
     if view.process_range is None or view.span is None:
         return
     low, high = view.process_range
-    for point in PV_POINTS if view.pv_alarms else ():
-        value = view.held(f"pv_{point}")
+    for point in PV_POINTS if view.pv_alarms_on else ():
+        value = view.register_value(f"pv_{point}")
         if value is not None and has_pv_point(view, point) and not low - view.span <= value <= high + view.span:
             yield view.at(
                 "alarms", "pv", point, point=point, value=view.eu(value), low=view.eu(low), high=view.eu(high)
@@ -172,10 +174,10 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
 
     Fix: move the set point or the alarm.
     """
-    setpoint = written(view)
+    setpoint = setpoint_in_file(view)
     if setpoint is None:
         return
-    setpoint = effective(view, setpoint)
+    setpoint = limited_setpoint(view, setpoint)
     alarm = alarm_beyond(view, setpoint)
     if alarm is not None:
         yield view.at("setpoint", "value", value=view.eu(setpoint), alarm=alarm, limit=view.shown(f"pv_{alarm}"))
@@ -183,7 +185,7 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
 
 def deviation_points(view: LoopView) -> dict[str, Decimal]:
     """The deviation alarms by their keys, as far as they are on and fit their registers."""
-    points = {key: view.held(f"deviation_{key}") for key in DEVIATIONS} if view.deviation_alarms else {}
+    points = {key: view.register_value(f"deviation_{key}") for key in DEVIATIONS} if view.deviation_alarms_on else {}
     return {key: value for key, value in points.items() if value is not None}
 
 
@@ -289,7 +291,7 @@ def alarms_without_hysteresis(view: LoopView) -> Findings:
 
     Fix: give `alarms.hysteresis`, a little more than the PV's noise.
     """
-    if (view.pv_alarms or view.deviation_alarms) and view.held("hysteresis") == 0:
+    if (view.pv_alarms_on or view.deviation_alarms_on) and view.register_value("hysteresis") == 0:
         yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))
 
 
@@ -307,11 +309,11 @@ def hysteresis_swallows_deviation_alarm(context: ClickContext) -> Findings:
     Fix: make the hysteresis much smaller than the deviation alarms.
     """
     for view in context.loops:
-        hysteresis = view.held("hysteresis")
-        if not view.deviation_alarms or not hysteresis:
+        hysteresis = view.register_value("hysteresis")
+        if not view.deviation_alarms_on or not hysteresis:
             continue
         for key in ("high", "high_high"):
-            limit = view.held(f"deviation_{key}")
+            limit = view.register_value(f"deviation_{key}")
             if limit is not None and 0 < limit <= hysteresis:
                 yield view.at("alarms", "hysteresis", value=view.eu(hysteresis), point=key, limit=view.eu(limit))
                 break
@@ -331,7 +333,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Findings:
 
     Fix: make the hysteresis much smaller than the distance from low to high.
     """
-    return alarms.hysteresis_spans_normal_zone(view)
+    return shared_checks.hysteresis_spans_normal_zone(view)
 
 
 @per_loop
@@ -347,7 +349,7 @@ def hysteresis_without_effect(view: LoopView) -> Findings:
 
     Fix: remove it, or switch on the alarms it was meant for.
     """
-    if view.loop.alarms.hysteresis and not view.pv_alarms and not view.deviation_alarms:
+    if view.loop.alarms.hysteresis and not view.pv_alarms_on and not view.deviation_alarms_on:
         yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))
 
 
@@ -366,8 +368,8 @@ def rate_of_change_alarm_always_on(view: LoopView) -> Findings:
 
     Fix: give a limit per sample, or a rate such as `15 /min`.
     """
-    limit = view.held("rate_of_change")
-    if view.rate_alarm and limit is not None and limit <= 0:
+    limit = view.register_value("rate_of_change")
+    if view.rate_alarm_on and limit is not None and limit <= 0:
         key = value_or_switch(view.loop.alarms, "rate_of_change")
         yield view.at("alarms", key, value=rate_text(view))
 
@@ -387,8 +389,8 @@ def rate_of_change_finer_than_pv(view: LoopView) -> Findings:
 
     Fix: sample more slowly, raise the limit, or use a unit in which the PV has fewer digits before the point.
     """
-    limit, step = view.held("rate_of_change"), resolution(view)
-    if view.rate_alarm and limit is not None and 0 < limit < step:
+    limit, step = view.register_value("rate_of_change"), resolution(view)
+    if view.rate_alarm_on and limit is not None and 0 < limit < step:
         yield view.at(
             "alarms", "rate_of_change", value=rate_text(view), stored=number_text(limit), step=f"{float(step):.3g}"
         )
@@ -408,9 +410,9 @@ def rate_of_change_never_reached(view: LoopView) -> Findings:
 
     Fix: write the unit of time: `15 /min` or `0.25 /s`.
     """
-    limit = view.held("rate_of_change")
+    limit = view.register_value("rate_of_change")
     span = view.span
-    if view.rate_alarm and limit is not None and span is not None and limit > span:
+    if view.rate_alarm_on and limit is not None and span is not None and limit > span:
         yield view.at("alarms", "rate_of_change", value=rate_text(view), stored=view.eu(limit), span=view.eu(span))
 
 
@@ -425,14 +427,14 @@ def alarms_switched_off(view: LoopView) -> Findings:
     """
     alarms = view.loop.alarms
     groups = (
-        ("pv", "PV alarms", "pv_alarm_enable", view.pv_alarms),
-        ("deviation", "deviation alarms", "deviation_alarm_enable", view.deviation_alarms),
+        ("pv", "PV alarms", "pv_alarm_enable", view.pv_alarms_on),
+        ("deviation", "deviation alarms", "deviation_alarm_enable", view.deviation_alarms_on),
     )
     for key, title, register, on in groups:
         group = getattr(alarms, key)
         if not on and group is not None and any(v is not None for k, v in group if k != "enabled"):
             yield view.at("alarms", key, "enabled", alarms=title, register=view.register(register))
-    if alarms.rate_of_change is not None and not view.rate_alarm:
+    if alarms.rate_of_change is not None and not view.rate_alarm_on:
         yield view.at(
             "alarms",
             "rate_of_change_enabled",

@@ -15,7 +15,7 @@ from pidcfg.encoders.image import Block, Encoding, switched_on
 from pidcfg.encoders.maps.click import BLOCKS, ERRORS, PidError
 from pidcfg.schemas.click import ClickFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Context, Extent, Pair, View, complete, extents_of, number_with_unit
+from pidcfg.validate.shared_checks import Context, Extent, Pair, View, all_or_none, extents_of, number_with_unit
 
 PLACES = {word.name: (i, word) for i, (_, table) in enumerate(BLOCKS.values()) for word in table.words}
 """Each register's block, counted in the order of the banks, and its row."""
@@ -47,21 +47,21 @@ class LoopView(View[Loop]):
         return frozenset(misfit.word.name for block in self.blocks for misfit in block.encoded.misfits)
 
     @cached_property
-    def _held(self) -> dict[str, Decimal]:
+    def _register_values(self) -> dict[str, Decimal]:
         return {}
 
-    def held(self, name: str) -> Decimal | None:
+    def register_value(self, name: str) -> Decimal | None:
         """The number that a register holds, 0 where nothing is given; None when the value does not fit."""
         if name in self.misfits:
             return None
-        if name not in self._held:
+        if name not in self._register_values:
             block, word = PLACES[name]
-            self._held[name] = Decimal(word.decode(self.blocks[block].encoded.words[word.offset]))
-        return self._held[name]
+            self._register_values[name] = Decimal(word.decode(self.blocks[block].encoded.words[word.offset]))
+        return self._register_values[name]
 
-    def holds(self, *names: str) -> list[Decimal]:
+    def register_values(self, *names: str) -> list[Decimal]:
         """The numbers of several registers; empty as soon as one does not fit (which another rule reports)."""
-        return complete(map(self.held, names))
+        return all_or_none(map(self.register_value, names))
 
     def register(self, name: str) -> str:
         """The address of one of the loop's registers: ``DF107``."""
@@ -71,7 +71,7 @@ class LoopView(View[Loop]):
 
     def shown(self, name: str) -> str:
         """A register's value as a message quotes it, marked where the file does not give it."""
-        value = self.held(name)
+        value = self.register_value(name)
         text = "out of its range" if value is None else self.eu(value)
         return f"{text} (not given)" if self.value(name) is None else text
 
@@ -95,50 +95,50 @@ class LoopView(View[Loop]):
     @cached_property
     def errors(self) -> tuple[PidError, ...]:
         """The PID errors that the loop's values cause, in the order of their numbers."""
-        return tuple(error for error in ERRORS if self._breaks(error))
+        return tuple(error for error in ERRORS if self._is_caused(error))
 
-    def sound(self, *names: str) -> bool:
+    def has_no_error_at(self, *names: str) -> bool:
         """Whether none of these registers causes a PID error, which is reported by itself."""
         return not {error.register for error in self.errors} & set(names)
 
-    def _breaks(self, error: PidError) -> bool:
+    def _is_caused(self, error: PidError) -> bool:
         value = self.value(error.register) or Decimal(0)
-        if value and (held := self.held(error.register)) is not None:
+        if value and (held := self.register_value(error.register)) is not None:
             value = held
         if error.above is not None:
-            ends = self.holds(error.register, error.above)
+            ends = self.register_values(error.register, error.above)
             return (
-                bool(ends) and ends[0] > ends[1] and self.setpoint_limited("lower") and self.setpoint_limited("upper")
+                bool(ends) and ends[0] > ends[1] and self.setpoint_limit_on("lower") and self.setpoint_limit_on("upper")
             )
         return (error.low is not None and value < error.low) or (error.high is not None and value > error.high)
 
     @cached_property
-    def pv_alarms(self) -> bool:
+    def pv_alarms_on(self) -> bool:
         """Whether the bit of the four PV alarms is set."""
         return pv_alarms_on(self.loop)
 
     @cached_property
-    def deviation_alarms(self) -> bool:
+    def deviation_alarms_on(self) -> bool:
         """Whether the bit of the two deviation alarms is set."""
         return deviation_alarms_on(self.loop)
 
     @property
-    def rate_alarm(self) -> bool:
+    def rate_alarm_on(self) -> bool:
         """Whether the bit of the rate-of-change alarm is set."""
         alarms = self.loop.alarms
         return switched_on(alarms.rate_of_change_enabled, alarms.rate_of_change)
 
     @property
-    def filtered(self) -> bool:
+    def pv_filter_on(self) -> bool:
         """Whether the PV filter's bit is set."""
         return switched_on(self.loop.pv.filter_enabled, self.loop.pv.filter)
 
     @property
-    def derivative_limited(self) -> bool:
+    def derivative_limit_on(self) -> bool:
         """Whether the derivative gain limit's bit is set."""
         return switched_on(self.loop.derivative_gain_limit_enabled, self.loop.derivative_gain_limit)
 
-    def setpoint_limited(self, end: str) -> bool:
+    def setpoint_limit_on(self, end: str) -> bool:
         """Whether the set point's ``lower`` or ``upper`` limit is enabled."""
         setpoint = self.loop.setpoint
         return switched_on(getattr(setpoint, f"{end}_limit_enabled"), getattr(setpoint, f"{end}_limit"))
@@ -149,7 +149,7 @@ class LoopView(View[Loop]):
         return switched_on(self.loop.error.deadband_enabled, self.loop.error.deadband)
 
     @property
-    def squared(self) -> bool:
+    def error_squared_on(self) -> bool:
         """Whether the error is squared."""
         return self.loop.error.curve == "squared"
 

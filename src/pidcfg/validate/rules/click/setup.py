@@ -10,9 +10,9 @@ from pidcfg.encoders.maps.click import LOOPS, SPACE, SUFFIXES
 from pidcfg.schemas.click import D100, EFFECT
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import CLICK, Decision
-from pidcfg.validate import ideas as blocks
-from pidcfg.validate.ideas import list_names, sharing
+from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
+from pidcfg.validate.shared_checks import find_shared_keys, list_names
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.click.context import ClickContext, LoopView
@@ -47,7 +47,7 @@ def block_beyond_bank(view: LoopView) -> Findings:
 
     Fix: let the block begin no later than C1961, DS4486 or DF476.
     """
-    return blocks.block_beyond_bank(view, LAST)
+    return shared_checks.block_beyond_bank(view, LAST)
 
 
 @error("CK302", AREAS, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
@@ -60,7 +60,7 @@ def blocks_overlap(context: ClickContext) -> Findings:
     Fix: leave 40 C bits, 15 DS registers and 25 DF registers to every loop. Steps of 100 in all three banks are easy to
     remember.
     """
-    return blocks.blocks_overlap(context.loops)
+    return shared_checks.blocks_overlap(context.loops)
 
 
 @error("CK303", D130, "{count} loops are listed; a CLICK PLC calculates at most {limit}")
@@ -71,7 +71,7 @@ def too_many_loops(context: ClickContext) -> Findings:
 
     Fix: move the loop to another PLC, and to a file of its own.
     """
-    return blocks.too_many_loops(context.loops, LOOPS)
+    return shared_checks.too_many_loops(context.loops, LOOPS)
 
 
 @error("CK304", PWM, "{bit} is also the PWM output of {others}: two loops would switch it")
@@ -83,7 +83,7 @@ def pwm_output_shared(context: ClickContext) -> Findings:
     Fix: give each loop a discrete output of its own.
     """
     pulsed = ((view.loop.output.pwm.bit, view) for view in context.loops if view.loop.output.pwm is not None)
-    for bit, view, others in sharing(pulsed):
+    for bit, view, others in find_shared_keys(pulsed):
         yield view.at("output", "pwm", "bit", bit=bit, others=list_names(others)).shared_with(*others)
 
 
@@ -106,7 +106,7 @@ LEAST_LEFT = LONGEST - max(map(len, SUFFIXES.values()))
 
 
 @cache
-def by_length() -> tuple[str, ...]:
+def suffixes_by_length() -> tuple[str, ...]:
     """The suffixes, the longest first."""
     return tuple(sorted(SUFFIXES.values(), key=lambda suffix: (-len(suffix), suffix)))
 
@@ -126,7 +126,7 @@ def nickname_too_long(view: LoopView) -> Findings:
     Fix: choose a name of at most 6 characters.
     """
     name = view.name
-    too_long = [suffix for suffix in by_length() if len(name) + len(suffix) > LONGEST]
+    too_long = [suffix for suffix in suffixes_by_length() if len(name) + len(suffix) > LONGEST]
     if too_long:
         example = name[:LEAST_LEFT] + "…" if len(name) > LONGEST else name
         yield view.at(
@@ -186,7 +186,7 @@ FORWARD = {"direct": "Forward", "reverse": "Reverse"}
 RISES = {"direct": "rises", "reverse": "falls"}
 
 
-def effect(number: int) -> str:
+def pid_error_text(number: int) -> str:
     """What the PLC reports."""
     return f"{EFFECT}{number}"
 
@@ -237,7 +237,7 @@ def several_pid_errors(view: LoopView) -> Findings:
         first, *more = view.errors
         others = ", then ".join(str(error.number) for error in more)
         yield view.at_key(
-            plc_effect=effect(first.number),
+            plc_effect=pid_error_text(first.number),
             register=view.register("error_code"),
             shown=f"error {first.number} ({first.title})",
             others=others,
@@ -257,7 +257,7 @@ def auto_with_pid_error(view: LoopView) -> Findings:
         error = view.errors[0]
         yield view.at(
             "mode",
-            plc_effect=effect(error.number),
+            plc_effect=pid_error_text(error.number),
             number=error.number,
             title=error.title,
             register=view.register("error_code"),
@@ -322,7 +322,7 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
 
     Fix: see that the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
     """
-    limits = view.holds("output_lower", "output_upper")
+    limits = view.register_values("output_lower", "output_upper")
     planned = "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
     if planned and limits and 0 <= limits[0] < limits[1] and (limits[0] > FULL[0] or limits[1] < FULL[1]):
         yield view.at("autotune", "method", low=view.co(limits[0]), high=view.co(limits[1]))
@@ -338,9 +338,9 @@ def stored_output_outside_limits(view: LoopView) -> Findings:
 
     Fix: bring the output inside its limits before the change to Auto, or leave `state` out.
     """
-    limits = view.holds("output_lower", "output_upper")
+    limits = view.register_values("output_lower", "output_upper")
     for name in ("bias", "output"):
-        value = view.held(name)
+        value = view.register_value(name)
         inside = not limits or limits[0] >= limits[1] or value is None or limits[0] <= value <= limits[1]
         if getattr(view.loop.state, name) is not None and value is not None and not inside:
             effect = OUTSIDE[name]
@@ -366,5 +366,5 @@ def stored_pv_differs_from_raw(view: LoopView) -> Findings:
     Fix: leave `state` out, or give both the same value.
     """
     state = view.loop.state
-    if state.pv is not None and state.raw_pv is not None and state.pv != state.raw_pv and not view.filtered:
+    if state.pv is not None and state.raw_pv is not None and state.pv != state.raw_pv and not view.pv_filter_on:
         yield view.at("state", "pv", pv=view.eu(state.pv), raw=view.eu(state.raw_pv))

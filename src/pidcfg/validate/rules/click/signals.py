@@ -10,9 +10,9 @@ from pidcfg.schemas.click import EFFECT, ERRORS
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import CLICK, Decision
-from pidcfg.validate.ideas import NUMBERS, number_text, outside_limits, value_or_switch
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_LIMIT, LoopView
+from pidcfg.validate.shared_checks import NUMBER_FIELDS, number_text, outside_limits, value_or_switch
 
 # --- The process variable: its range and its filter -------------------------------------------------------------------
 
@@ -31,8 +31,8 @@ SHARE = 4
 
 def time_constant(view: LoopView) -> float | None:
     """The filter's time constant in s; None when it filters nothing."""
-    constant, sample = view.held("filter"), view.loop.sample_rate
-    if not view.filtered or constant is None or not 0 < constant < NO_LIMIT or sample <= 0:
+    constant, sample = view.register_value("filter"), view.loop.sample_rate
+    if not view.pv_filter_on or constant is None or not 0 < constant < NO_LIMIT or sample <= 0:
         return None
     return float(-sample) / log(1 - float(constant) / 100)
 
@@ -54,7 +54,7 @@ def pv_range_without_width(view: LoopView) -> Findings:
     they differ by more than a ten-millionth of their size.
     """
     low, high = view.loop.pv.range
-    ends = view.holds("pv_lower", "pv_upper")
+    ends = view.register_values("pv_lower", "pv_upper")
     registers = f"{view.register('pv_lower')} and {view.register('pv_upper')}"
     if low > high:
         fault = f"{registers} are crossed"
@@ -78,7 +78,7 @@ def filter_without_effect(view: LoopView) -> Findings:
     Fix: choose a smaller constant, or leave the filter off.
     """
     pv = view.loop.pv
-    if view.filtered and view.held("filter") == NO_LIMIT:
+    if view.pv_filter_on and view.register_value("filter") == NO_LIMIT:
         yield view.at(
             "pv",
             value_or_switch(pv, "filter"),
@@ -102,7 +102,7 @@ def filter_lags(view: LoopView) -> Findings:
     Fix: pass a larger percentage, sample faster, or tune the loop with the filter on.
     """
     tau, reset = time_constant(view), view.loop.tuning.reset_time
-    if tau is not None and tau * SHARE > reset and view.sound("reset_time", "sample_rate"):
+    if tau is not None and tau * SHARE > reset and view.has_no_error_at("reset_time", "sample_rate"):
         yield view.at(
             "pv",
             "filter",
@@ -123,7 +123,7 @@ def filter_switched_off(view: LoopView) -> Findings:
     Fix: remove `filter_enabled: false`, or the constant.
     """
     pv = view.loop.pv
-    if pv.filter is not None and pv.filter != NO_LIMIT and not view.filtered:
+    if pv.filter is not None and pv.filter != NO_LIMIT and not view.pv_filter_on:
         yield view.at("pv", "filter_enabled", constant=Decimal(pv.filter), register=view.register("filter_enable"))
 
 
@@ -145,32 +145,32 @@ CROSSED_EFFECT = f"{EFFECT}{SETPOINT_CROSSED}"
 
 def limits_on(view: LoopView) -> dict[str, Decimal]:
     """The limits that are enabled and hold a value."""
-    limits = {end: view.held(f"setpoint_{end}") for end in ENDS if view.setpoint_limited(end)}
+    limits = {end: view.register_value(f"setpoint_{end}") for end in ENDS if view.setpoint_limit_on(end)}
     return {end: value for end, value in limits.items() if value is not None}
 
 
-def crossed(view: LoopView) -> bool:
+def limits_crossed(view: LoopView) -> bool:
     """Whether both limits are enabled, and the lower one is above the upper one."""
     return SETPOINT_CROSSED in {error.number for error in view.errors}
 
 
-def missing(view: LoopView) -> list[str]:
+def limits_without_value(view: LoopView) -> list[str]:
     """The limits that are enabled without a value."""
-    return [end for end in ENDS if view.setpoint_limited(end) and view.value(f"setpoint_{end}") is None]
+    return [end for end in ENDS if view.setpoint_limit_on(end) and view.value(f"setpoint_{end}") is None]
 
 
-def effective(view: LoopView, setpoint: Decimal) -> Decimal:
+def limited_setpoint(view: LoopView, setpoint: Decimal) -> Decimal:
     """A set point as the PLC leaves it in the register."""
     ends = limits_on(view)
-    if not crossed(view):
+    if not limits_crossed(view):
         setpoint = max(setpoint, ends.get("lower", setpoint))
         setpoint = min(setpoint, ends.get("upper", setpoint))
     return setpoint
 
 
-def written(view: LoopView) -> Decimal | None:
+def setpoint_in_file(view: LoopView) -> Decimal | None:
     """The set point that the file gives."""
-    return None if view.loop.setpoint.value is None else view.held("setpoint")
+    return None if view.loop.setpoint.value is None else view.register_value("setpoint")
 
 
 @per_loop
@@ -187,10 +187,10 @@ def setpoint_limits_crossed(view: LoopView) -> Findings:
 
     Fix: write the smaller number as `lower_limit`.
     """
-    ends = view.holds("setpoint_lower", "setpoint_upper")
+    ends = view.register_values("setpoint_lower", "setpoint_upper")
     both = all(view.value(f"setpoint_{end}") is not None for end in ENDS)
     if both and ends and ends[0] > ends[1]:
-        active = crossed(view)
+        active = limits_crossed(view)
         yield view.at(
             "setpoint",
             "lower_limit",
@@ -214,8 +214,8 @@ def setpoint_limit_without_value(view: LoopView) -> Findings:
 
     Fix: give the limit, or leave it switched off.
     """
-    for end in missing(view):
-        broken = crossed(view)
+    for end in limits_without_value(view):
+        broken = limits_crossed(view)
         consequence = f"set points {'below' if end == 'lower' else 'above'} 0 are replaced by 0"
         if broken:
             consequence = "the limits are crossed"
@@ -240,7 +240,7 @@ def setpoint_limits_equal(view: LoopView) -> Findings:
     Fix: set the limits apart.
     """
     ends = limits_on(view)
-    if len(ends) == len(ENDS) and ends["lower"] == ends["upper"] and not missing(view):
+    if len(ends) == len(ENDS) and ends["lower"] == ends["upper"] and not limits_without_value(view):
         yield view.at("setpoint", "upper_limit", value=view.shown("setpoint_upper"))
 
 
@@ -256,10 +256,10 @@ def setpoint_outside_limits(view: LoopView) -> Findings:
 
     Fix: correct the set point, or widen the limits.
     """
-    value = written(view)
-    if value is None or crossed(view):
+    value = setpoint_in_file(view)
+    if value is None or limits_crossed(view):
         return
-    kept = effective(view, value)
+    kept = limited_setpoint(view, value)
     if kept != value:
         end, side = ("lower", "below") if kept > value else ("upper", "above")
         yield view.at(
@@ -284,10 +284,10 @@ def setpoint_outside_range(view: LoopView) -> Findings:
     Fix: correct the set point. If the process does get there, correct `pv.range`, from which the autotune works out the
     gain.
     """
-    value = written(view)
-    kept = None if value is None else effective(view, value)
+    value = setpoint_in_file(view)
+    kept = None if value is None else limited_setpoint(view, value)
     yield from outside_limits(
-        view, "setpoint", "value", value=kept, limits=view.process_range, shown=view.eu, units=NUMBERS
+        view, "setpoint", "value", value=kept, limits=view.process_range, shown=view.eu, units=NUMBER_FIELDS
     )
 
 
@@ -310,7 +310,14 @@ def setpoint_limit_outside_range(view: LoopView) -> Findings:
     for end, value in limits_on(view).items():
         if view.value(f"setpoint_{end}") is not None:
             yield from outside_limits(
-                view, "setpoint", f"{end}_limit", value=value, limits=limits, shown=view.eu, units=NUMBERS, end=end
+                view,
+                "setpoint",
+                f"{end}_limit",
+                value=value,
+                limits=limits,
+                shown=view.eu,
+                units=NUMBER_FIELDS,
+                end=end,
             )
 
 
@@ -324,7 +331,7 @@ def setpoint_limit_switched_off(view: LoopView) -> Findings:
     Fix: remove the `…_enabled: false`, or the limit.
     """
     for end in ENDS:
-        if view.value(f"setpoint_{end}") is not None and not view.setpoint_limited(end):
+        if view.value(f"setpoint_{end}") is not None and not view.setpoint_limit_on(end):
             yield view.at(
                 "setpoint",
                 f"{end}_limit_enabled",
@@ -362,9 +369,9 @@ def setpoint_left_at_zero(view: LoopView) -> Findings:
     Fix: give `setpoint.value`, or take `bumpless: 1`.
     """
     loop = view.loop
-    setpoint = view.held("setpoint")
+    setpoint = view.register_value("setpoint")
     if loop.mode == "auto" and loop.bumpless == 2 and loop.setpoint.value is None and setpoint is not None:
-        yield view.at("setpoint", register=view.register("setpoint"), zero=view.eu(effective(view, setpoint)))
+        yield view.at("setpoint", register=view.register("setpoint"), zero=view.eu(limited_setpoint(view, setpoint)))
 
 
 # --- The control output: its limits, and pulses in place of an analog signal ------------------------------------------
@@ -388,7 +395,7 @@ D141 = Decision(
 FULL = Decimal(100)
 
 
-def percent(view: LoopView) -> bool:
+def output_is_percent(view: LoopView) -> bool:
     """Whether the output is a percentage."""
     return view.loop.output.unit in {None, "%"}
 
@@ -403,7 +410,7 @@ def output_upper_limit_zero(view: LoopView) -> Findings:
 
     Fix: set the upper limit to the highest output that the process may see; 100 when `limits` is left out.
     """
-    high = view.held("output_upper")
+    high = view.register_value("output_upper")
     if high is not None and high <= 0:
         yield view.at("output", "limits", 1, high=view.co(high), register=view.register("output"))
 
@@ -418,7 +425,7 @@ def output_limits_not_ascending(view: LoopView) -> Findings:
 
     Fix: write the lower limit first. The direction of control is the loop's `action`, not the order of the limits.
     """
-    limits = view.holds("output_lower", "output_upper")
+    limits = view.register_values("output_lower", "output_upper")
     if limits and limits[0] >= limits[1] > 0:
         yield view.at("output", "limits", 1, high=view.co(limits[1]), low=view.co(limits[0]))
 
@@ -433,7 +440,7 @@ def output_lower_limit_negative(view: LoopView) -> Findings:
 
     Fix: begin the limits at 0 or above.
     """
-    low = view.held("output_lower")
+    low = view.register_value("output_lower")
     if low is not None and low < 0:
         yield view.at("output", "limits", 0, plc_effect=f"{EFFECT}{OUTPUT_BELOW_ZERO}", low=view.co(low))
 
@@ -449,13 +456,13 @@ def output_limit_beyond_full(view: LoopView) -> Findings:
 
     Fix: end the limits at 100, or give the unit in `output.unit`.
     """
-    high = view.held("output_upper")
+    high = view.register_value("output_upper")
     if high is None or high <= FULL:
         return
     if view.loop.output.pwm is not None:
         effect = "the pulses are on all the time from 100 % on"
         yield view.at("output", "limits", 1, severity=Severity.WARNING, high=view.co(high), effect=effect)
-    elif percent(view):
+    elif output_is_percent(view):
         yield view.at("output", "limits", 1, high=view.co(high), effect="more than 100 % wants a unit of its own")
 
 
@@ -469,8 +476,8 @@ def output_limit_looks_like_fraction(view: LoopView) -> Findings:
 
     Fix: write [0, 100], or give the unit in `output.unit` when the output really is scaled from 0 to 1.
     """
-    limits = view.holds("output_lower", "output_upper")
-    if limits and limits[0] < limits[1] and 0 < limits[1] <= 1 and (percent(view) or view.loop.output.pwm):
+    limits = view.register_values("output_lower", "output_upper")
+    if limits and limits[0] < limits[1] and 0 < limits[1] <= 1 and (output_is_percent(view) or view.loop.output.pwm):
         yield view.at("output", "limits", 1, high=view.co(limits[1]))
 
 
@@ -489,7 +496,7 @@ def pwm_period_beyond_reset(view: LoopView) -> Findings:
     Fix: shorten the period to a small part of the reset time. A relay that is to be spared wants a slower loop.
     """
     pwm, reset = view.loop.output.pwm, view.loop.tuning.reset_time
-    if pwm is not None and reset < pwm.period and view.sound("reset_time", "pwm_period"):
+    if pwm is not None and reset < pwm.period and view.has_no_error_at("reset_time", "pwm_period"):
         yield view.at("output", "pwm", "period", period=decimal_text(pwm.period), reset=decimal_text(reset))
 
 
@@ -509,7 +516,7 @@ def pwm_period_below_sample_rate(view: LoopView) -> Findings:
     Fix: for a relay make the period at least as long as the sample rate; for a solid-state output it does no harm.
     """
     pwm, sample = view.loop.output.pwm, view.loop.sample_rate
-    if pwm is not None and pwm.period < sample and view.sound("sample_rate", "pwm_period"):
+    if pwm is not None and pwm.period < sample and view.has_no_error_at("sample_rate", "pwm_period"):
         yield view.at(
             "output",
             "pwm",

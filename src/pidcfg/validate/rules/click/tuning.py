@@ -6,11 +6,11 @@ from decimal import Decimal
 
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import CLICK, Decision
-from pidcfg.validate import ideas as alarms
-from pidcfg.validate.ideas import number_text, value_or_switch
+from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.click.context import NO_INTEGRAL, NO_LIMIT, LoopView
-from pidcfg.validate.rules.click.signals import effective, written
+from pidcfg.validate.rules.click.signals import limited_setpoint, setpoint_in_file
+from pidcfg.validate.shared_checks import number_text, value_or_switch
 
 # --- The P, I and D terms: which are on, and values that do not do what they look like --------------------------------
 
@@ -28,7 +28,7 @@ D134 = Decision(
 BAND = Decimal(100)
 
 
-def travel(view: LoopView) -> Decimal | None:
+def output_travel(view: LoopView) -> Decimal | None:
     """How far the output may move, in %; None when its limits leave nothing."""
     low, high = view.loop.output.limits
     return high - low if high > low else None
@@ -36,11 +36,11 @@ def travel(view: LoopView) -> Decimal | None:
 
 def saturating_error(view: LoopView) -> Decimal | None:
     """The error that drives the output through its limits by the proportional term alone, in the PV's unit."""
-    way, gain = travel(view), view.loop.tuning.proportional_gain
+    way, gain = output_travel(view), view.loop.tuning.proportional_gain
     if way is None or gain <= 0:
         return None
     linear = way / gain
-    return linear.sqrt() if view.squared else linear
+    return linear.sqrt() if view.error_squared_on else linear
 
 
 @per_loop
@@ -59,7 +59,7 @@ def integral_faster_than_proportional(view: LoopView) -> Findings:
     Fix: lengthen the reset time, or sample at least ten times in a reset time.
     """
     reset, sample = view.loop.tuning.reset_time, view.loop.sample_rate
-    if reset < sample and view.sound("reset_time", "sample_rate"):
+    if reset < sample and view.has_no_error_at("reset_time", "sample_rate"):
         yield view.at(
             "tuning",
             "reset_time",
@@ -83,7 +83,7 @@ def integral_as_good_as_off(view: LoopView) -> Findings:
 
     Fix: see that a loop without an integral (or a very slow process) is meant; otherwise shorten the reset time.
     """
-    if view.loop.tuning.reset_time >= NO_INTEGRAL and view.sound("reset_time"):
+    if view.loop.tuning.reset_time >= NO_INTEGRAL and view.has_no_error_at("reset_time"):
         yield view.at("tuning", "reset_time", reset=decimal_text(view.loop.tuning.reset_time))
 
 
@@ -103,12 +103,17 @@ def gain_acts_like_a_switch(view: LoopView) -> Findings:
     Fix: divide a gain in % per % by the hundredth part of the range, or check the unit of the range.
     """
     error = saturating_error(view)
-    if error is not None and view.span is not None and error * BAND < view.span and view.sound("proportional_gain"):
+    if (
+        error is not None
+        and view.span is not None
+        and error * BAND < view.span
+        and view.has_no_error_at("proportional_gain")
+    ):
         yield view.at(
             "tuning",
             "proportional_gain",
             gain=number_text(view.loop.tuning.proportional_gain),
-            error=approximate(view, error),
+            error=four_digits_text(view, error),
         )
 
 
@@ -125,14 +130,14 @@ def gain_moves_nothing(view: LoopView) -> Findings:
     gain, width = view.loop.tuning.proportional_gain, view.span
     if width is None:
         return
-    moves = gain * (width * width if view.squared else width)
-    if moves < 1 and view.sound("proportional_gain"):
+    moves = gain * (width * width if view.error_squared_on else width)
+    if moves < 1 and view.has_no_error_at("proportional_gain"):
         yield view.at(
             "tuning", "proportional_gain", gain=number_text(gain), span=view.eu(width), moves=f"{float(moves):.2g} %"
         )
 
 
-def approximate(view: LoopView, value: Decimal) -> str:
+def four_digits_text(view: LoopView, value: Decimal) -> str:
     """A derived number in the PV's unit, with four digits."""
     unit = f" {view.loop.pv.unit}" if view.loop.pv.unit else ""
     return f"{float(value):.4g}{unit}"
@@ -152,7 +157,12 @@ def windup_not_prevented(view: LoopView) -> Findings:
 
     Fix: write `freeze_bias: true`.
     """
-    if view.integrates and view.sound("reset_time") and not view.loop.freeze_bias and travel(view) is not None:
+    if (
+        view.integrates
+        and view.has_no_error_at("reset_time")
+        and not view.loop.freeze_bias
+        and output_travel(view) is not None
+    ):
         low, high = view.loop.output.limits
         yield view.at(
             "freeze_bias", low=view.co(low), high=view.co(high), reset=decimal_text(view.loop.tuning.reset_time)
@@ -204,16 +214,16 @@ STEP = Decimal("0.1")
 FULL = Decimal(100)
 
 
-def limit_in_use(view: LoopView) -> Decimal | None:
+def derivative_limit_in_use(view: LoopView) -> Decimal | None:
     """The limit's factor; None when it is off or filters nothing."""
-    limit = view.held("derivative_gain_limit") if view.derivative_limited else None
+    limit = view.register_value("derivative_gain_limit") if view.derivative_limit_on else None
     return None if limit is None or limit >= NO_LIMIT else limit
 
 
-def has_filter(view: LoopView) -> bool:
+def has_pv_filter(view: LoopView) -> bool:
     """Whether the PV is filtered by something less than 100 %."""
-    constant = view.held("filter")
-    return view.filtered and constant is not None and constant < NO_LIMIT
+    constant = view.register_value("filter")
+    return view.pv_filter_on and constant is not None and constant < NO_LIMIT
 
 
 @per_loop
@@ -230,7 +240,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Findings:
     Fix: give `derivative_gain_limit` a value from 8 to 20, or switch the limit off.
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
-    if view.derivative_limited and not limit and loop.tuning.derivative_gain > 0:
+    if view.derivative_limit_on and not limit and loop.tuning.derivative_gain > 0:
         key = value_or_switch(loop, "derivative_gain_limit")
         yield view.at(key, limit="no value" if limit is None else 0, gain=decimal_text(loop.tuning.derivative_gain))
 
@@ -244,7 +254,7 @@ def derivative_limit_without_derivative(view: LoopView) -> Findings:
 
     Fix: set `derivative_gain`, or remove the limit.
     """
-    limit = limit_in_use(view)
+    limit = derivative_limit_in_use(view)
     if limit and view.loop.tuning.derivative_gain == 0:
         yield view.at("derivative_gain_limit", limit=decimal_text(limit))
 
@@ -265,7 +275,11 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
     Fix: set `derivative_gain_limit` (8 to 20), filter the PV, or sample more slowly.
     """
     tuning, sample = view.loop.tuning, view.loop.sample_rate
-    if not has_filter(view) and limit_in_use(view) is None and view.sound("sample_rate", "derivative_gain"):
+    if (
+        not has_pv_filter(view)
+        and derivative_limit_in_use(view) is None
+        and view.has_no_error_at("sample_rate", "derivative_gain")
+    ):
         times = tuning.derivative_gain / sample
         if times > TYPICAL[1]:
             moves = f"{float(times * tuning.proportional_gain):.3g} {view.loop.output.unit or '%'}"
@@ -289,8 +303,8 @@ def derivative_limit_untypical(view: LoopView) -> Findings:
 
     Fix: choose 8 to 20.
     """
-    limit = view.held("derivative_gain_limit")
-    if not view.derivative_limited or not limit or view.loop.tuning.derivative_gain <= 0:
+    limit = view.register_value("derivative_gain_limit")
+    if not view.derivative_limit_on or not limit or view.loop.tuning.derivative_gain <= 0:
         return
     if not TYPICAL[0] <= limit <= TYPICAL[1]:
         effect = "little of the derivative is left" if limit < TYPICAL[0] else "much of the noise passes"
@@ -310,7 +324,7 @@ def derivative_exceeds_reset(view: LoopView) -> Findings:
     Fix: a quarter of the reset time is the most that tuning rules give.
     """
     tuning = view.loop.tuning
-    if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.sound(*TIMES):
+    if view.integrates and tuning.reset_time < 2 * tuning.derivative_gain and view.has_no_error_at(*TIMES):
         yield view.at(
             "tuning",
             "derivative_gain",
@@ -335,7 +349,12 @@ def setpoint_step_kicks_output(view: LoopView) -> Findings:
     Fix: change the set point in small steps, set `derivative_gain_limit`, or do without the derivative.
     """
     tuning, sample = view.loop.tuning, view.loop.sample_rate
-    if limit_in_use(view) is not None or view.squared or not view.sound("sample_rate", *GAINS) or view.span is None:
+    if (
+        derivative_limit_in_use(view) is not None
+        or view.error_squared_on
+        or not view.has_no_error_at("sample_rate", *GAINS)
+        or view.span is None
+    ):
         return
     step = STEP * view.span
     kick = tuning.proportional_gain * tuning.derivative_gain / sample * step
@@ -365,12 +384,12 @@ D139 = Decision(
 )
 
 
-def half_width(view: LoopView) -> Decimal | None:
+def deadband_half_width(view: LoopView) -> Decimal | None:
     """How far the PV may be from the set point without control action; None when the deadband does nothing."""
-    value = view.held("deadband")
+    value = view.register_value("deadband")
     if not view.deadband_on or value is None or value <= 0:
         return None
-    return value.sqrt() if view.squared else value
+    return value.sqrt() if view.error_squared_on else value
 
 
 @per_loop
@@ -389,13 +408,13 @@ def squared_error_in_squared_units(view: LoopView) -> Findings:
     Fix: check the gain at the error at which the loop should react fully; divide a linear gain by that error.
     """
     full = saturating_error(view)
-    if view.squared and full is not None:
+    if view.error_squared_on and full is not None:
         yield view.at(
             "error",
             "curve",
             gain=view.loop.tuning.proportional_gain,
             one=view.eu(Decimal(1)),
-            full=f"one of {approximate(view, full)}",
+            full=f"one of {four_digits_text(view, full)}",
         )
 
 
@@ -414,10 +433,14 @@ def deadband_of_squared_error(view: LoopView) -> Findings:
 
     Fix: write the square of the width that is wanted, and compare it with the message; or use one of the two options.
     """
-    width, value = half_width(view), view.held("deadband")
-    if view.squared and width is not None and value is not None and width != value:
+    width, value = deadband_half_width(view), view.register_value("deadband")
+    if view.error_squared_on and width is not None and value is not None and width != value:
         yield view.at(
-            "error", "deadband", value=view.loop.error.deadband, width=approximate(view, width), linear=view.eu(value)
+            "error",
+            "deadband",
+            value=view.loop.error.deadband,
+            width=four_digits_text(view, width),
+            linear=view.eu(value),
         )
 
 
@@ -430,7 +453,7 @@ def deadband_of_zero(view: LoopView) -> Findings:
 
     Fix: give a deadband, or switch it off.
     """
-    return alarms.deadband_of_zero(view)
+    return shared_checks.deadband_of_zero(view)
 
 
 @per_loop
@@ -448,9 +471,9 @@ def deadband_spans_range(view: LoopView) -> Findings:
 
     Fix: write the deadband in units of the PV, to one side of the set point.
     """
-    width = half_width(view)
+    width = deadband_half_width(view)
     if width is not None and view.span is not None and width >= view.span:
-        yield view.at("error", "deadband", width=approximate(view, width), span=view.eu(view.span))
+        yield view.at("error", "deadband", width=four_digits_text(view, width), span=view.eu(view.span))
 
 
 @per_loop
@@ -468,13 +491,13 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
 
     Fix: make the deadband narrower than the deviation alarms and the distance to the low and high alarms.
     """
-    width, setpoint = half_width(view), written(view)
+    width, setpoint = deadband_half_width(view), setpoint_in_file(view)
     if width is not None and (view.span is None or width < view.span):
-        setpoint = None if setpoint is None else effective(view, setpoint)
-        alarm = alarms.alarm_within(view, width, setpoint, ("deviation", "deviation_high"))
+        setpoint = None if setpoint is None else limited_setpoint(view, setpoint)
+        alarm = shared_checks.alarm_within(view, width, setpoint, ("deviation", "deviation_high"))
         if alarm is not None:
             yield view.at(
-                "error", "deadband", width=approximate(view, width), alarm=alarm[0], limit=view.distance(alarm[1])
+                "error", "deadband", width=four_digits_text(view, width), alarm=alarm[0], limit=view.distance(alarm[1])
             )
 
 

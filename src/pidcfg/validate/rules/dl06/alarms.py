@@ -9,10 +9,10 @@ from pidcfg.encoders.image import switched_on
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
-from pidcfg.validate import ideas as alarms
-from pidcfg.validate.ideas import PV_POINTS, alarm_beyond, neighbours_out_of_order, value_or_switch
+from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Finding, Findings, error, info, per_loop, warning
 from pidcfg.validate.rules.dl06.context import LoopView, counts_text
+from pidcfg.validate.shared_checks import PV_POINTS, alarm_beyond, neighbours_out_of_order, value_or_switch
 
 # --- Alarm points: their order in counts, what is missing, and set points and rates that do not fit them --------------
 
@@ -40,7 +40,7 @@ COARSE = Decimal("0.1")
 DEVIATION_POINTS = ("yellow", "red")
 
 
-def stays_in_manual(view: LoopView) -> str:
+def manual_mode_effect(view: LoopView) -> str:
     """What the PLC does about alarm points in the wrong order."""
     return view.status(10, "alarm programming error") + ": the loop stays in Manual"
 
@@ -48,12 +48,12 @@ def stays_in_manual(view: LoopView) -> str:
 def order_finding(view: LoopView, group: str, low: str, high: str) -> Finding:
     """Two alarm points in the wrong order, both with their addresses."""
     below, above = f"{group}_{low}", f"{group}_{high}"
-    shown = {name: f"{view.shown(name)} in {view.v(name)}" for name in (below, above)}
+    shown = {name: f"{view.shown(name)} in {view.address_of(name)}" for name in (below, above)}
     return view.at(
         "alarms",
         group,
         high,
-        plc_effect=stays_in_manual(view),
+        plc_effect=manual_mode_effect(view),
         above=high,
         below=low,
         high=shown[above],
@@ -72,7 +72,7 @@ def pv_alarms_out_of_order(view: LoopView) -> Findings:
     Fix: put the points in order, at least one count apart. To do without an outer alarm, place it at the end of the
     range.
     """
-    if view.pv_alarms:
+    if view.pv_alarms_on:
         for low, high, _ in neighbours_out_of_order(view, "pv"):
             if has_points(view, low, high):
                 yield order_finding(view, "pv", low, high)
@@ -94,14 +94,14 @@ def pv_alarms_incomplete(view: LoopView) -> Findings:
 
     Fix: give all four. An alarm that is not wanted goes to the end of the range, where the PV cannot pass it.
     """
-    if not view.pv_alarms:
+    if not view.pv_alarms_on:
         return
     missing = [key for key in PV_POINTS if view.value(f"pv_{key}") is None]
     if missing:
-        yield _incomplete(view, missing)
+        yield _missing_points_finding(view, missing)
 
 
-def _incomplete(view: LoopView, missing: list[str]) -> Finding:
+def _missing_points_finding(view: LoopView, missing: list[str]) -> Finding:
     broken = any(not has_points(view, low, high) for low, high, _ in neighbours_out_of_order(view, "pv"))
     severity = Severity.ERROR if broken else Severity.WARNING if view.bipolar else Severity.INFO
     effect = {
@@ -110,12 +110,12 @@ def _incomplete(view: LoopView, missing: list[str]) -> Finding:
         Severity.INFO: "it never alarms",
     }[severity]
     verb = "is" if len(missing) == 1 else "are"
-    words = " and ".join(view.v(f"pv_{key}") for key in missing)
+    words = " and ".join(view.address_of(f"pv_{key}") for key in missing)
     return view.at(
         "alarms",
         "pv",
         missing[0],
-        plc_effect=stays_in_manual(view) if broken else None,
+        plc_effect=manual_mode_effect(view) if broken else None,
         severity=severity,
         missing=f"{' and '.join(missing)} {verb}",
         words=f"{words} {verb}",
@@ -134,7 +134,7 @@ def deviation_alarms_out_of_order(view: LoopView) -> Findings:
 
     Fix: give both limits, red at least one count above yellow.
     """
-    if view.deviation_alarms:
+    if view.deviation_alarms_on:
         for low, high, _ in neighbours_out_of_order(view, "deviation", DEVIATION_POINTS):
             yield order_finding(view, "deviation", low, high)
 
@@ -149,8 +149,8 @@ def deviation_alarm_of_zero(view: LoopView) -> Findings:
 
     Fix: give a yellow limit that the loop normally keeps.
     """
-    words = view.holds("deviation_yellow", "deviation_red")
-    if view.deviation_alarms and words and words[0] == 0 < words[1]:
+    words = view.register_values("deviation_yellow", "deviation_red")
+    if view.deviation_alarms_on and words and words[0] == 0 < words[1]:
         yield view.at("alarms", "deviation", "yellow", value=view.shown("deviation_yellow"))
 
 
@@ -174,9 +174,9 @@ def rate_of_change_limit_of_zero(view: LoopView) -> Findings:
             "alarms",
             value_or_switch(view.loop.alarms, "rate_of_change"),
             value=rate_text(view),
-            exact=f"{float(exact_rate(view)):.2g}",
+            exact=f"{float(rate_in_counts(view)):.2g}",
             sample=decimal_text(view.loop.sample_rate),
-            least=per_minute(view),
+            least=one_count_per_minute(view),
         )
 
 
@@ -192,13 +192,13 @@ def rate_text(view: LoopView) -> str:
     return "(no value)" if rate is None else str(rate)
 
 
-def exact_rate(view: LoopView) -> Decimal:
+def rate_in_counts(view: LoopView) -> Decimal:
     """The limit in counts per sample, not yet rounded."""
     rate = view.loop.alarms.rate_of_change
     return Decimal(0) if rate is None else view.scales["pv"].distance(rate.per_sample(view.loop.sample_rate))
 
 
-def per_minute(view: LoopView) -> str:
+def one_count_per_minute(view: LoopView) -> str:
     """What one count per sample is in a minute, in the user's unit."""
     scale, counts = view.scales["pv"], 60 / view.loop.sample_rate
     if scale.range is None:
@@ -239,7 +239,7 @@ def rate_of_change_limit_coarse(view: LoopView) -> Findings:
     """
     counts = view.counts("rate_of_change")
     if rate_alarm_on(view) and counts:
-        exact = exact_rate(view)
+        exact = rate_in_counts(view)
         error = abs(counts - exact) / exact
         if error > COARSE:
             yield view.at(
@@ -250,7 +250,7 @@ def rate_of_change_limit_coarse(view: LoopView) -> Findings:
                 sample=decimal_text(view.loop.sample_rate),
                 counts=counts,
                 percent=f"{100 * float(error):.0f}",
-                least=per_minute(view),
+                least=one_count_per_minute(view),
             )
 
 
@@ -271,7 +271,7 @@ def setpoint_in_alarm(view: LoopView) -> Findings:
     setpoint = view.counts("setpoint")
     if view.loop.setpoint.value is None or setpoint is None:
         return
-    raw = view.raw(setpoint)
+    raw = view.pv_counts_at(setpoint)
     alarm = alarm_beyond(view, raw)
     if alarm is not None:
         squared = f", a raw PV of {counts_text(raw)}," if view.loop.pv.square_root else ""
@@ -305,9 +305,9 @@ MOST = 0x200
 LARGEST = Decimal(MOST) / 4095
 
 
-def in_use(view: LoopView) -> int | None:
+def hysteresis_in_use(view: LoopView) -> int | None:
     """The counts of a hysteresis that some alarm uses."""
-    return view.counts("hysteresis") if view.pv_alarms or view.deviation_alarms else None
+    return view.counts("hysteresis") if view.pv_alarms_on or view.deviation_alarms_on else None
 
 
 def span_share(view: LoopView, share: Decimal) -> int:
@@ -325,7 +325,7 @@ def hysteresis_of_zero(view: LoopView) -> Findings:
 
     Fix: give at least one count; 0.1 % to 5 % of the range is the feature table's advice.
     """
-    if view.loop.alarms.hysteresis is not None and in_use(view) == 0:
+    if view.loop.alarms.hysteresis is not None and hysteresis_in_use(view) == 0:
         yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), least=view.distance(1))
 
 
@@ -340,7 +340,7 @@ def hysteresis_wide(view: LoopView) -> Findings:
 
     Fix: choose 0.1 % to 5 % of the range, at most 512 counts.
     """
-    counts, widest, largest = in_use(view), span_share(view, WIDEST), span_share(view, LARGEST)
+    counts, widest, largest = hysteresis_in_use(view), span_share(view, WIDEST), span_share(view, LARGEST)
     if counts is None or not min(widest, MOST) < counts <= largest:
         return
     passed = f"more than 5 % of the span ({view.distance(widest)})"
@@ -362,7 +362,7 @@ def hysteresis_beyond_range(view: LoopView) -> Findings:
 
     Fix: choose 0.1 % to 5 % of the range.
     """
-    counts = in_use(view)
+    counts = hysteresis_in_use(view)
     if counts is not None and counts > span_share(view, LARGEST):
         limit = view.distance(span_share(view, LARGEST))
         yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
@@ -379,14 +379,14 @@ def hysteresis_swallows_deviation_alarm(view: LoopView) -> Findings:
     Fix: make the hysteresis smaller than the yellow limit.
     """
     yellow, counts = view.counts("deviation_yellow"), view.counts("hysteresis")
-    if view.deviation_alarms and yellow and counts is not None and counts >= yellow:
+    if view.deviation_alarms_on and yellow and counts is not None and counts >= yellow:
         key = "hysteresis" if view.loop.alarms.hysteresis is not None else "deviation"
         yield view.at(
             "alarms",
             key,
             value=view.shown("hysteresis"),
             limit=view.shown("deviation_yellow"),
-            word=view.v("deviation_yellow"),
+            word=view.address_of("deviation_yellow"),
         )
 
 
@@ -404,7 +404,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Findings:
 
     Fix: make the hysteresis much smaller than the distance from low to high.
     """
-    return alarms.hysteresis_spans_normal_zone(view, span_share(view, LARGEST))
+    return shared_checks.hysteresis_spans_normal_zone(view, span_share(view, LARGEST))
 
 
 @per_loop
@@ -416,7 +416,7 @@ def hysteresis_not_given(view: LoopView) -> Findings:
 
     Fix: give `alarms.hysteresis`, 0.1 % to 5 % of the range.
     """
-    if view.loop.alarms.hysteresis is None and in_use(view) is not None:
+    if view.loop.alarms.hysteresis is None and hysteresis_in_use(view) is not None:
         yield view.at("alarms", "hysteresis", least=view.distance(1))
 
 
@@ -434,5 +434,5 @@ def hysteresis_without_effect(view: LoopView) -> Findings:
 
     Fix: remove it, or switch on the alarms it was meant for.
     """
-    if view.loop.alarms.hysteresis is not None and not view.pv_alarms and not view.deviation_alarms:
+    if view.loop.alarms.hysteresis is not None and not view.pv_alarms_on and not view.deviation_alarms_on:
         yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"))

@@ -30,7 +30,7 @@ from pidcfg.schemas.base import v_name
 from pidcfg.schemas.dl06 import Dl06File, Loop, RampSoakStep
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Context, View, complete
+from pidcfg.validate.shared_checks import Context, View, all_or_none
 
 if TYPE_CHECKING:
     from pidcfg.schemas.base import Quantity
@@ -99,9 +99,9 @@ class LoopView(View[Loop]):
         """What a BCD register holds, without its decimal point."""
         return bcd_digits(self.block.encoded.words[WORDS[name].offset])
 
-    def holds(self, *names: str) -> list[int]:
+    def register_values(self, *names: str) -> list[int]:
         """The counts of several registers; empty as soon as one of them does not fit (which another rule reports)."""
-        return complete(map(self.counts, names))
+        return all_or_none(map(self.counts, names))
 
     @cached_property
     def pairs(self) -> tuple[Pair, ...]:
@@ -146,13 +146,13 @@ class LoopView(View[Loop]):
         """Counts as a difference on the PV's scale in the user's unit."""
         return self.text(self.scales["pv"].span_value(counts), "pv", counts)
 
-    def v(self, name: str) -> str:
+    def address_of(self, name: str) -> str:
         """The address of one of the loop's registers: ``V2013``."""
         return v_name(loop_start(self.config.plc, self.index) + WORDS[name].offset)
 
     def status(self, bit: int, meaning: str) -> str:
         """An effect that the loop's status word +06 shows."""
-        return f"bit {bit} of {self.v('mode_and_alarm_status')} ({meaning})"
+        return f"bit {bit} of {self.address_of('mode_and_alarm_status')} ({meaning})"
 
     @property
     def reset(self) -> Decimal | None:
@@ -167,17 +167,17 @@ class LoopView(View[Loop]):
         return NINES * RESET[self.config.plc.reset_decimals].step, Decimal(NINES)
 
     @cached_property
-    def pv_alarms(self) -> bool:
+    def pv_alarms_on(self) -> bool:
         """Whether the bit of the four PV alarms is set."""
         return pv_alarms_on(self.loop)
 
     @cached_property
-    def deviation_alarms(self) -> bool:
+    def deviation_alarms_on(self) -> bool:
         """Whether the bit of the two deviation alarms is set."""
         return deviation_alarms_on(self.loop)
 
     @property
-    def filtered(self) -> bool:
+    def pv_filter_on(self) -> bool:
         """Whether the PV filter's bit is set."""
         return switched_on(self.loop.pv.filter_enabled, self.loop.pv.filter)
 
@@ -187,16 +187,16 @@ class LoopView(View[Loop]):
         return switched_on(self.loop.error.deadband_enabled, self.loop.error.deadband)
 
     @property
-    def derivative_limited(self) -> bool:
+    def derivative_limit_on(self) -> bool:
         """Whether the derivative gain limit's bit is set."""
         return switched_on(self.loop.derivative_gain_limit_enabled, self.loop.derivative_gain_limit)
 
     @property
-    def setpoint_limited(self) -> bool:
+    def setpoint_limit_on(self) -> bool:
         """Whether the set point limits' bit is set."""
         return switched_on(self.loop.setpoint.limits_enabled, self.loop.setpoint.limits)
 
-    def raw(self, setpoint: int) -> int:
+    def pv_counts_at(self, setpoint: int) -> int:
         """The counts of the PV at a set point: its square where the PV's root is taken."""
         return setpoint * abs(setpoint) if self.loop.pv.square_root else setpoint
 
@@ -231,7 +231,7 @@ class Dl06Context(Context[Dl06File, Encoding]):
         return check_setup(self.config.plc.loop_table, bcd_word(min(max(self.count, 0), NINES)))
 
     @property
-    def counted(self) -> tuple[int, int]:
+    def counted_table(self) -> tuple[int, int]:
         """First and last address of the loop table as the CPU counts its loops."""
         return self.setup.start, self.setup.start + self.setup.count * LOOP_SIZE - 1
 

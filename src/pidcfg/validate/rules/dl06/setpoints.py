@@ -12,8 +12,8 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
 from pidcfg.text.signs import same_word
-from pidcfg.validate.ideas import alarm_beyond, list_names, report_at_both, rings, sharing
 from pidcfg.validate.rule import Findings, error, info, per_loop, warning
+from pidcfg.validate.shared_checks import alarm_beyond, find_circles, find_shared_keys, list_names, report_at_both
 
 if TYPE_CHECKING:
     from pidcfg.schemas.dl06 import Output, Pv
@@ -69,7 +69,7 @@ def loop_cascaded_to_itself(context: Dl06Context) -> Findings:
     """
     for view in context.loops:
         if context.majors[view.index] == view.index:
-            yield view.at(link_key(view), name=view.name, word=view.v("output"))
+            yield view.at(link_key(view), name=view.name, word=view.address_of("output"))
 
 
 def link_key(view: LoopView) -> str:
@@ -86,7 +86,7 @@ def cascade_cycle(context: Dl06Context) -> Findings:
 
     Fix: remove one of the links.
     """
-    for ring in rings(context.majors):
+    for ring in find_circles(context.majors):
         if len(ring) > 1:
             names = [context.loops[i].name for i in ring]
             circle = " from ".join((*names, names[0]))
@@ -109,7 +109,7 @@ def cascade_format_mismatch(context: Dl06Context) -> Findings:
         written, read = major.scales["output"].format.name, minor.scales["pv"].format.name
         if written != read:
             key = ("pv", "format") if "format" in minor.loop.pv.model_fields_set else (link_key(minor),)
-            word = major.v("output")
+            word = major.address_of("output")
             values = {"minor": minor.name, "format": read, "major": major.name, "other": written, "word": word}
             yield from report_at_both(minor, minor.at(*key), major, major.at("output", "format"), **values)
 
@@ -188,7 +188,7 @@ def shared_major_loop(context: Dl06Context) -> Findings:
 
     Fix: give each minor loop a major loop of its own, or split the output in the ladder program.
     """
-    for index, minor, others in sharing((major.index, minor) for major, minor in context.cascades):
+    for index, minor, others in find_shared_keys((major.index, minor) for major, minor in context.cascades):
         major = context.loops[index].name
         finding = minor.at(link_key(minor), major=major, others=list_names(others), name=minor.name)
         yield finding.shared_with(*others)
@@ -211,7 +211,7 @@ def two_remote_setpoints(context: Dl06Context) -> Findings:
                     "remote_setpoint",
                     address=v_name(loop.remote_setpoint),
                     major=loop.cascade_from,
-                    word=view.v("remote_setpoint"),
+                    word=view.address_of("remote_setpoint"),
                     output=v_name(output),
                 )
 
@@ -264,7 +264,7 @@ def major_loop_stuck_in_manual(context: Dl06Context) -> Findings:
     """
     for major, minor in context.cascades:
         if minor.loop.mode != "cascade" and major.loop.mode != "manual":
-            effect = f"bit 0 of {major.v('mode_and_alarm_status')} ({major.name} in Manual) stays on"
+            effect = f"bit 0 of {major.address_of('mode_and_alarm_status')} ({major.name} in Manual) stays on"
             values = {"mode": minor.loop.mode, "name": minor.name, "major": major.name, "goal": major.loop.mode}
             at_minor, at_major = (view.at("mode", plc_effect=effect) for view in (minor, major))
             yield from report_at_both(minor, at_minor, major, at_major, **values)
@@ -285,7 +285,7 @@ def cascade_mode_without_major(view: LoopView) -> Findings:
     Fix: write `mode: auto` for the outermost loop, or name the major loop of an inner one in `cascade_from`.
     """
     if view.loop.mode == "cascade" and view.loop.cascade_from is None and view.loop.remote_setpoint is None:
-        yield view.at("mode", word=view.v("remote_setpoint"))
+        yield view.at("mode", word=view.address_of("remote_setpoint"))
 
 
 @warning(
@@ -382,8 +382,11 @@ def cascade_output_beyond_setpoint_limits(context: Dl06Context) -> Findings:
     Fix: give the major loop's `output.limits` the values of the minor loop's `setpoint.limits`.
     """
     for major, minor in context.cascades:
-        output, setpoint = major.holds("output_low", "output_high"), minor.holds("setpoint_low", "setpoint_high")
-        if not minor.setpoint_limited or minor.loop.pv.square_root or not output or not setpoint:
+        output, setpoint = (
+            major.register_values("output_low", "output_high"),
+            minor.register_values("setpoint_low", "setpoint_high"),
+        )
+        if not minor.setpoint_limit_on or minor.loop.pv.square_root or not output or not setpoint:
             continue
         if output[0] < setpoint[0] or output[1] > setpoint[1]:
             values = {
@@ -435,7 +438,7 @@ D27 = Decision(
 ROUNDING = Decimal("0.01")
 
 
-def running(view: LoopView) -> list[Pair]:
+def pairs_until_end(view: LoopView) -> list[Pair]:
     """The pairs up to the first slope of 0, which ends the profile."""
     pairs: list[Pair] = []
     for pair in view.pairs:
@@ -462,8 +465,8 @@ def ramp_target_outside_setpoint_limits(view: LoopView) -> Findings:
 
     Fix: widen the set point limits, or correct the target.
     """
-    limits = view.holds("setpoint_low", "setpoint_high") if view.pairs and view.setpoint_limited else []
-    for pair in running(view) if limits else []:
+    limits = view.register_values("setpoint_low", "setpoint_high") if view.pairs and view.setpoint_limit_on else []
+    for pair in pairs_until_end(view) if limits else []:
         if pair.target is not None and not limits[0] <= pair.target <= limits[1]:
             yield view.at(
                 "ramp_soak",
@@ -486,7 +489,7 @@ def first_ramp_without_length(view: LoopView) -> Findings:
 
     Fix: give the loop another starting set point, or begin the profile with the next ramp.
     """
-    pairs, setpoint = running(view), view.loop.setpoint.value
+    pairs, setpoint = pairs_until_end(view), view.loop.setpoint.value
     if pairs and setpoint is not None and pairs[0].target is not None and pairs[0].target == view.counts("setpoint"):
         value = view.text(pairs[0].step.ramp_to, "sp", pairs[0].target)
         yield view.at("ramp_soak", "steps", 0, "ramp_to", value=value)
@@ -505,7 +508,7 @@ def profile_ends_early(view: LoopView) -> Findings:
     """
     pairs = view.pairs
     used = [pair.index for pair in pairs if pair.slope != 0 or pair.target != 0 or pair.soak != 0]
-    stop = len(running(view))
+    stop = len(pairs_until_end(view))
     if used and stop <= used[-1]:
         yield view.at("ramp_soak", "steps", stop, "slope", lost=steps_text(stop, used[-1]))
 
@@ -524,7 +527,7 @@ def slope_rounded(view: LoopView) -> Findings:
 
     Fix: use the 15-bit format (eight times the counts), or a slope that is a multiple of 0.01 counts a second.
     """
-    for pair in running(view):
+    for pair in pairs_until_end(view):
         exact = view.scales["sp"].distance(pair.step.slope)
         if not pair.slope or exact <= 0:
             continue
@@ -563,7 +566,7 @@ def ramp_within_one_sample(view: LoopView) -> Findings:
     Fix: choose a smaller slope, or sample faster. The unit is per second: 5 degrees a minute is 0.083 a second.
     """
     at = None if view.loop.setpoint.value is None else view.counts("setpoint")
-    for pair in running(view):
+    for pair in pairs_until_end(view):
         start, at = at, pair.target
         if start is None or at is None or not pair.slope:
             continue
@@ -592,7 +595,7 @@ def soak_of_zero(view: LoopView) -> Findings:
 
     Fix: soak 0.1 min (6 s), if the PLC turns out to treat 0 differently.
     """
-    for pair in running(view):
+    for pair in pairs_until_end(view):
         if pair.soak == 0:
             yield view.at("ramp_soak", "steps", pair.index, "soak", steps=steps_text(pair.index, pair.index))
 
@@ -611,8 +614,8 @@ def ramp_target_in_alarm(view: LoopView) -> Findings:
 
     Fix: move the alarm beyond the highest (or lowest) step of the profile.
     """
-    for pair in running(view):
-        alarm = None if pair.target is None else alarm_beyond(view, view.raw(pair.target))
+    for pair in pairs_until_end(view):
+        alarm = None if pair.target is None else alarm_beyond(view, view.pv_counts_at(pair.target))
         if alarm is not None:
             value = view.text(pair.step.ramp_to, "sp", pair.target)
             yield view.at(

@@ -23,8 +23,8 @@ from pidcfg.schemas.base import v_name
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DL06, Decision
-from pidcfg.validate.ideas import list_names, report_at_both, sharing
 from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
+from pidcfg.validate.shared_checks import find_shared_keys, list_names, report_at_both
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -56,7 +56,7 @@ TABLE = ("plc", "loop_table")
 COUNT = ("plc", "number_of_loops")
 
 
-def between(ends: tuple[int, int]) -> str:
+def address_range_text(ends: tuple[int, int]) -> str:
     """A range of addresses as the manual prints it."""
     return f"{v_name(ends[0])}-{v_name(ends[1])}"
 
@@ -82,7 +82,7 @@ def loop_table_outside_lower_memory(context: Dl06Context) -> Findings:
     """
     if context.setup.flags & OUTSIDE_LOWER:
         start, upper = v_name(context.setup.start), v_name(CPU.upper[0])
-        yield finding(*TABLE, plc_effect="V7642 bit 0", start=start, allowed=between(CPU.lower), upper=upper)
+        yield finding(*TABLE, plc_effect="V7642 bit 0", start=start, allowed=address_range_text(CPU.lower), upper=upper)
 
 
 @error("DL202", POINTER, "the loop table starts at {start}, outside {allowed}")
@@ -96,7 +96,7 @@ def loop_table_outside_upper_memory(context: Dl06Context) -> Findings:
     """
     if context.setup.flags & OUTSIDE_UPPER:
         start = v_name(context.setup.start)
-        yield finding(*TABLE, plc_effect="V7642 bit 1", start=start, allowed=between(CPU.upper))
+        yield finding(*TABLE, plc_effect="V7642 bit 1", start=start, allowed=address_range_text(CPU.upper))
 
 
 @error("DL203", FLAGS, "V7641 would hold {count} loops; the {cpu} calculates at most {limit}")
@@ -128,12 +128,12 @@ def loop_table_crosses_the_boundary(context: Dl06Context) -> Findings:
     limit = v_name(CPU.lower_end)
     if context.setup.flags & STRADDLES:
         count, begin = context.setup.count, v_name(context.table[0])
-        words = between(context.counted) if count <= CPU.loops else f"words from {begin}"
+        words = address_range_text(context.counted_table) if count <= CPU.loops else f"words from {begin}"
         yield finding(*TABLE, plc_effect="V7642 bit 3", loops=loops_text(count), words=words, limit=limit)
     elif CPU.lower[0] <= context.table[0] <= CPU.lower[1] and context.table[1] > CPU.lower_end:
         effect = "not shown in V7642, which counts the loops of V7641"
         loops = f"the {len(context.loops)} listed loops"
-        yield finding(*TABLE, plc_effect=effect, loops=loops, words=between(context.table), limit=limit)
+        yield finding(*TABLE, plc_effect=effect, loops=loops, words=address_range_text(context.table), limit=limit)
 
 
 @error("DL205", D10, "the loop table of {loops} occupies {words}, but memory ends at {limit}")
@@ -145,9 +145,9 @@ def loop_table_beyond_memory(context: Dl06Context) -> Findings:
 
     Fix: start the table lower: 8 loops fit from V17400, 2 loops from V17700, a single one from V17740.
     """
-    start, last = max(context.counted, context.table)
+    start, last = max(context.counted_table, context.table)
     if CPU.upper[0] <= start <= CPU.upper[1] and last > CPU.upper_end:
-        loops, words = loops_text(context.setup.count), between((start, last))
+        loops, words = loops_text(context.setup.count), address_range_text((start, last))
         yield finding(*TABLE, plc_effect="not shown in V7642", loops=loops, words=words, limit=v_name(CPU.upper_end))
 
 
@@ -160,11 +160,14 @@ def loop_table_in_non_volatile_memory(context: Dl06Context) -> Findings:
 
     Fix: start the table lower, so that it ends at V7377 or before (8 loops: V7000).
     """
-    start, last = context.counted
+    start, last = context.counted_table
     low, high = CPU.non_volatile
     if not context.setup.flags and start <= high and last >= low:
         yield finding(
-            *TABLE, loops=loops_text(context.setup.count), words=between((start, last)), limit=between(CPU.non_volatile)
+            *TABLE,
+            loops=loops_text(context.setup.count),
+            words=address_range_text((start, last)),
+            limit=address_range_text(CPU.non_volatile),
         )
 
 
@@ -199,7 +202,7 @@ def counted_loop_not_listed(context: Dl06Context) -> Findings:
     """
     listed = len(context.config.loops)
     if listed < context.count <= CPU.loops:
-        words = between((loop_start(context.config.plc, listed), context.counted[1]))
+        words = address_range_text((loop_start(context.config.plc, listed), context.counted_table[1]))
         yield finding(*COUNT, count=context.count, listed=loops_text(listed), words=words)
 
 
@@ -266,7 +269,7 @@ BEYOND_SOURCES = (
 BITS = {TABLE_OUTSIDE_LOWER: 0, TABLE_OUTSIDE_UPPER: 1, TABLE_IN_SYSTEM: 4}
 
 
-def tables(context: Dl06Context) -> Iterator[tuple[LoopView, int, int]]:
+def ramp_soak_tables(context: Dl06Context) -> Iterator[tuple[LoopView, int, int]]:
     """Each loop with a ramp/soak table that is used or written: the table's first and last word."""
     for view in context.loops:
         profile = view.loop.ramp_soak
@@ -276,7 +279,7 @@ def tables(context: Dl06Context) -> Iterator[tuple[LoopView, int, int]]:
 
 def error_bit(view: LoopView, flags: int) -> str:
     """How findings name a bit of +35."""
-    return f"bit {BITS[flags]} of {view.v('ramp_soak_errors')} when the profile is started: it does not run"
+    return f"bit {BITS[flags]} of {view.address_of('ramp_soak_errors')} when the profile is started: it does not run"
 
 
 @error("DL274", ERRORS, "the ramp/soak table occupies {words}, outside user memory ({user})")
@@ -288,15 +291,15 @@ def ramp_soak_table_outside_user_memory(context: Dl06Context) -> Findings:
 
     Fix: place it in V1200-V7377 or V10000-V17777, all 32 words (40 octal).
     """
-    for view, first, last in tables(context):
+    for view, first, last in ramp_soak_tables(context):
         flags = check_ramp_soak(first)
         if flags and flags != TABLE_IN_SYSTEM:
             yield view.at(
                 "ramp_soak",
                 "table",
                 plc_effect=error_bit(view, flags),
-                words=between((first, last)),
-                user=", ".join(between(ends) for ends in CPU.user),
+                words=address_range_text((first, last)),
+                user=", ".join(address_range_text(ends) for ends in CPU.user),
             )
 
 
@@ -309,14 +312,14 @@ def ramp_soak_table_in_system_memory(context: Dl06Context) -> Findings:
 
     Fix: place the table in user memory, V1200-V7377 or V10000-V17777.
     """
-    for view, first, _ in tables(context):
+    for view, first, _ in ramp_soak_tables(context):
         if check_ramp_soak(first) == TABLE_IN_SYSTEM:
             yield view.at(
                 "ramp_soak",
                 "table",
                 plc_effect=error_bit(view, TABLE_IN_SYSTEM),
                 start=v_name(first),
-                system=between(CPU.system),
+                system=address_range_text(CPU.system),
             )
 
 
@@ -331,11 +334,14 @@ def ramp_soak_table_in_disputed_memory(context: Dl06Context) -> Findings:
 
     Fix: place the table in V1200-V7377 or V10000-V17777, which no passage contradicts.
     """
-    for view, first, last in tables(context):
+    for view, first, last in ramp_soak_tables(context):
         if not check_ramp_soak(first) and not any(low <= first and last <= high for low, high in UNDISPUTED):
             below = last < CPU.lower[0]
             yield view.at(
-                "ramp_soak", "table", words=between((first, last)), doubt=BELOW_LOWER if below else BEYOND_SOURCES
+                "ramp_soak",
+                "table",
+                words=address_range_text((first, last)),
+                doubt=BELOW_LOWER if below else BEYOND_SOURCES,
             )
 
 
@@ -348,9 +354,11 @@ def ramp_soak_table_in_loop_table(context: Dl06Context) -> Findings:
     Fix: move the ramp/soak table behind the loop table or anywhere else in user memory (32 words).
     """
     start, end = context.table
-    for view, first, last in tables(context):
+    for view, first, last in ramp_soak_tables(context):
         if first <= end and last >= start:
-            yield view.at("ramp_soak", "table", words=between((first, last)), table=between((start, end)))
+            yield view.at(
+                "ramp_soak", "table", words=address_range_text((first, last)), table=address_range_text((start, end))
+            )
 
 
 @error("DL277", RAMP_SOAK_TABLE, "the ramp/soak table {words} overlaps that of {other}, {theirs}")
@@ -362,9 +370,9 @@ def ramp_soak_tables_overlap(context: Dl06Context) -> Findings:
 
     Fix: place the tables at least 40 octal words apart.
     """
-    for (view, first, last), (other, start, end) in permutations(tables(context), 2):
+    for (view, first, last), (other, start, end) in permutations(ramp_soak_tables(context), 2):
         if first <= end and last >= start:
-            words, theirs = between((first, last)), between((start, end))
+            words, theirs = address_range_text((first, last)), address_range_text((start, end))
             yield view.at("ramp_soak", "table", words=words, other=other.name, theirs=theirs).shared_with(other.name)
 
 
@@ -398,7 +406,9 @@ def ramp_soak_switched_off(view: LoopView) -> Findings:
     """
     profile = view.loop.ramp_soak
     if profile is not None and profile.steps and not profile.enabled:
-        yield view.at("ramp_soak", "enabled", word=view.v("mode_setting_1"), flags=view.v("ramp_soak_flags"))
+        yield view.at(
+            "ramp_soak", "enabled", word=view.address_of("mode_setting_1"), flags=view.address_of("ramp_soak_flags")
+        )
 
 
 @warning("DL280", TROUBLE, "the ramp/soak generator is on, but mode is cascade: the set point comes from {source}")
@@ -414,7 +424,7 @@ def ramp_soak_in_cascade(context: Dl06Context) -> Findings:
         profile = view.loop.ramp_soak
         if profile is not None and profile.enabled and view.loop.mode == "cascade":
             major = context.majors[view.index]
-            source = view.v("remote_setpoint") if major is None else context.loops[major].loop.name
+            source = view.address_of("remote_setpoint") if major is None else context.loops[major].loop.name
             yield view.at_key("ramp_soak", source=source)
 
 
@@ -430,7 +440,7 @@ def ramp_soak_control_preset(view: LoopView) -> Findings:
     """
     profile = view.loop.ramp_soak
     if profile is not None and profile.request != "none":
-        yield view.at("ramp_soak", "request", request=profile.request, word=view.v("ramp_soak_flags"))
+        yield view.at("ramp_soak", "request", request=profile.request, word=view.address_of("ramp_soak_flags"))
 
 
 # --- Auto transfer of PV and output, and loops that run while the CPU is in Program mode ------------------------------
@@ -491,7 +501,7 @@ def independent_loop_without_transfer(context: Dl06Context) -> Findings:
             reasons.append(f"pv.transfer reads {v_name(loop.pv.transfer.address)}, which the ladder program writes")
             missing.insert(0, "pv")
         if reasons:
-            words = " and ".join(view.v(key) for key in missing)
+            words = " and ".join(view.address_of(key) for key in missing)
             yield view.at("independent_of_cpu_mode", missing=" and ".join(reasons), words=words)
 
 
@@ -514,7 +524,7 @@ def transfer_source_outside_memory(view: LoopView) -> Findings:
             "transfer",
             "address",
             address=v_name(transfer.address),
-            allowed=", ".join(between(ends) for ends in CPU.transfer_sources),
+            allowed=", ".join(address_range_text(ends) for ends in CPU.transfer_sources),
         )
 
 
@@ -530,7 +540,9 @@ def output_transferred_to_memory(view: LoopView) -> Findings:
     """
     transfer = view.loop.output.transfer
     if transfer is not None and transfer.address is not None:
-        yield view.at("output", "transfer", "address", address=v_name(transfer.address), word=view.v("output_transfer"))
+        yield view.at(
+            "output", "transfer", "address", address=v_name(transfer.address), word=view.address_of("output_transfer")
+        )
 
 
 @error("DL292", SOURCES, "slot {slot}, channel {channel} is also the output of {others}")
@@ -542,7 +554,7 @@ def output_channel_written_twice(context: Dl06Context) -> Findings:
     Fix: correct the slot or channel of one of them.
     """
     rows = ((channel_of(view.loop.output.transfer), view) for view in context.loops)
-    for (slot, channel), view, others in sharing((place, view) for place, view in rows if place is not None):
+    for (slot, channel), view, others in find_shared_keys((place, view) for place, view in rows if place is not None):
         finding = view.at_key("output", "transfer", slot=slot, channel=channel, others=list_names(others))
         yield finding.shared_with(*others)
 
@@ -558,7 +570,7 @@ def channel_read_twice(context: Dl06Context) -> Findings:
     """
     rows = ((source_of(view.loop.pv.transfer), view) for view in context.loops)
     keyed = (((place, view.loop.action), view) for place, view in rows if place is not None)
-    for (place, action), view, others in sharing(keyed):
+    for (place, action), view, others in find_shared_keys(keyed):
         finding = view.at_key("pv", "transfer", place=place, action=action, others=list_names(others))
         yield finding.shared_with(*others)
 
@@ -611,7 +623,7 @@ def _in_tables(context: Dl06Context, address: int) -> str:
         index, offset = divmod(address - first, LOOP_SIZE)
         word = next(word for word in LOOP_TABLE.words if word.offset == offset)
         return f"word +{offset:02o} ({word.title}) of loop {index + 1}"
-    owner = next((view for view, start, end in tables(context) if start <= address <= end), None)
+    owner = next((view for view, start, end in ramp_soak_tables(context) if start <= address <= end), None)
     return "" if owner is None else f"in the ramp/soak table of {owner.name}"
 
 
@@ -646,5 +658,5 @@ def _slot(view: LoopView) -> Finding:
     word = view.block.encoded.words[LOOP_TABLE.offset(f"{key}_transfer")]
     shown = "" if channel <= 9 else f", and channel {channel} is stored as {channel:02X} hex"
     return view.at_key(
-        key, "transfer", word=view.v(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown
+        key, "transfer", word=view.address_of(f"{key}_transfer"), digits=f"{word:04X}", slot=slot, hexadecimal=shown
     )

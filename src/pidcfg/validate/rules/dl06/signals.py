@@ -9,9 +9,9 @@ from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.maps.dl06 import D16
 from pidcfg.schemas.numbers import EXACT_CONTEXT, decimal_text
 from pidcfg.text.references import DL06, Decision
-from pidcfg.validate import ideas as alarms
-from pidcfg.validate.ideas import PV_POINTS, value_or_switch
+from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
+from pidcfg.validate.shared_checks import PV_POINTS, value_or_switch
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import LoopView
@@ -47,7 +47,7 @@ def filter_without_effect(view: LoopView) -> Findings:
     Fix: choose 0.1 (strong, slow) to 1.0 (no filtering), or switch the filter off.
     """
     pv = view.loop.pv
-    if view.filtered and "filter" not in view.misfits and not STRONGEST <= view.digits("filter") <= WEAKEST:
+    if view.pv_filter_on and "filter" not in view.misfits and not STRONGEST <= view.digits("filter") <= WEAKEST:
         key = value_or_switch(pv, "filter")
         yield view.at("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
 
@@ -63,7 +63,7 @@ def filter_leaves_an_offset(view: LoopView) -> Findings:
     Fix: use a larger constant, or the 15-bit format, where the same counts are an eighth of the error.
     """
     tenths = view.digits("filter")
-    if not view.filtered or not STRONGEST <= tenths <= WEAKEST:
+    if not view.pv_filter_on or not STRONGEST <= tenths <= WEAKEST:
         return
     offset = 10 // (2 * tenths)
     if offset * THOUSANDTH >= view.scales["pv"].format.span:
@@ -83,7 +83,7 @@ def filtered_alarm_at_end_of_scale(view: LoopView) -> Findings:
 
     Fix: move the alarm point inside by at least a thousandth of the range.
     """
-    if not view.filtered or not view.pv_alarms:
+    if not view.pv_filter_on or not view.pv_alarms_on:
         return
     ends = view.scales["pv"].format
     for key in PV_POINTS:
@@ -111,8 +111,8 @@ def filter_without_auto_transfer(view: LoopView) -> Findings:
     program.
     """
     pv = view.loop.pv
-    if view.filtered and pv.transfer is None:
-        yield view.at("pv", value_or_switch(pv, "filter"), word=view.v("pv"))
+    if view.pv_filter_on and pv.transfer is None:
+        yield view.at("pv", value_or_switch(pv, "filter"), word=view.address_of("pv"))
 
 
 # --- PV square-root extract: what it does to the scales of set point and alarms ---------------------------------------
@@ -146,7 +146,7 @@ def square_root_rescales_setpoint(view: LoopView) -> Findings:
     """
     if view.loop.pv.square_root:
         top = nearest(view.scales["sp"].full)
-        yield view.at("pv", "square_root", word=view.v("setpoint"), top=top, step=f"{100 / top:.2g}")
+        yield view.at("pv", "square_root", word=view.address_of("setpoint"), top=top, step=f"{100 / top:.2g}")
 
 
 @per_loop
@@ -164,7 +164,7 @@ def square_root_alarm_scale(view: LoopView) -> Findings:
 
     Fix: square the flow: to alarm at 80 % of the flow, write 64 % of the range.
     """
-    if not view.loop.pv.square_root or not view.pv_alarms or view.bipolar:
+    if not view.loop.pv.square_root or not view.pv_alarms_on or view.bipolar:
         return
     full = view.scales["pv"].format.maximum
     held = {key: view.counts(f"pv_{key}") for key in PV_POINTS}
@@ -199,8 +199,8 @@ def square_root_without_setpoint_limits(view: LoopView) -> Findings:
 
     Fix: give `setpoint.limits`.
     """
-    if view.loop.pv.square_root and not view.setpoint_limited:
-        yield view.at("pv", "square_root", word=view.v("setpoint"), top=nearest(view.scales["sp"].full))
+    if view.loop.pv.square_root and not view.setpoint_limit_on:
+        yield view.at("pv", "square_root", word=view.address_of("setpoint"), top=nearest(view.scales["sp"].full))
 
 
 @per_loop
@@ -277,8 +277,8 @@ def setpoint_limits_not_ascending(view: LoopView) -> Findings:
 
     Fix: write the lower limit first, and leave at least one count between them.
     """
-    limits = view.holds("setpoint_low", "setpoint_high")
-    if view.setpoint_limited and limits and limits[0] >= limits[1]:
+    limits = view.register_values("setpoint_low", "setpoint_high")
+    if view.setpoint_limit_on and limits and limits[0] >= limits[1]:
         yield view.at("setpoint", "limits", 1, high=view.shown("setpoint_high"), low=view.shown("setpoint_low"))
 
 
@@ -296,8 +296,8 @@ def setpoint_outside_limits(view: LoopView) -> Findings:
 
     Fix: correct the set point, or widen the limits.
     """
-    words = view.holds("setpoint_low", "setpoint", "setpoint_high")
-    if view.loop.setpoint.value is None or not view.setpoint_limited or not words or words[0] >= words[2]:
+    words = view.register_values("setpoint_low", "setpoint", "setpoint_high")
+    if view.loop.setpoint.value is None or not view.setpoint_limit_on or not words or words[0] >= words[2]:
         return
     if not words[0] <= words[1] <= words[2]:
         yield view.at(
@@ -318,11 +318,11 @@ def setpoint_limits_switched_off(view: LoopView) -> Findings:
 
     Fix: remove `limits_enabled: false`, or the limits.
     """
-    if view.loop.setpoint.limits is not None and not view.setpoint_limited:
+    if view.loop.setpoint.limits is not None and not view.setpoint_limit_on:
         yield view.at(
             "setpoint",
             "limits_enabled",
-            word=view.v("mode_setting_2"),
+            word=view.address_of("mode_setting_2"),
             low=view.shown("setpoint_low"),
             high=view.shown("setpoint_high"),
         )
@@ -358,7 +358,7 @@ def setpoint_left_at_zero(view: LoopView) -> Findings:
     """
     loop = view.loop
     if loop.mode == "auto" and loop.bumpless == "II" and loop.setpoint.value is None:
-        yield view.at("setpoint", word=view.v("setpoint"), zero=view.eu(0, "sp"))
+        yield view.at("setpoint", word=view.address_of("setpoint"), zero=view.eu(0, "sp"))
 
 
 @per_loop
@@ -370,7 +370,7 @@ def deadband_of_zero(view: LoopView) -> Findings:
 
     Fix: give a deadband of at least one count, or switch it off.
     """
-    return alarms.deadband_of_zero(view)
+    return shared_checks.deadband_of_zero(view)
 
 
 @per_loop
@@ -408,7 +408,7 @@ def deadband_reaches_alarm(view: LoopView) -> Findings:
     width = view.counts("deadband")
     if view.deadband_on and width and not view.loop.pv.square_root:
         setpoint = None if view.loop.setpoint.value is None else view.counts("setpoint")
-        alarm = alarms.alarm_within(view, width, setpoint, ("yellow deviation", "deviation_yellow"))
+        alarm = shared_checks.alarm_within(view, width, setpoint, ("yellow deviation", "deviation_yellow"))
         if alarm is not None:
             yield view.at(
                 "error", "deadband", value=view.shown("deadband"), alarm=alarm[0], limit=view.distance(alarm[1])
@@ -438,7 +438,7 @@ def output_limits_crossed(view: LoopView) -> Findings:
 
     Fix: write the lower limit first. The direction of control is the loop's `action`, not the order of the limits.
     """
-    if (limits := view.holds("output_low", "output_high")) and limits[0] > limits[1]:
+    if (limits := view.register_values("output_low", "output_high")) and limits[0] > limits[1]:
         yield view.at("output", "limits", 1, high=view.shown("output_high"), low=view.shown("output_low"))
 
 
@@ -452,7 +452,7 @@ def output_limits_equal(view: LoopView) -> Findings:
 
     Fix: set the limits apart; leave them out for the full range.
     """
-    limits = view.holds("output_low", "output_high")
+    limits = view.register_values("output_low", "output_high")
     if limits and limits[0] == limits[1] and not pinned_to_zero(limits):
         yield view.at("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
 
@@ -472,9 +472,9 @@ def output_upper_limit_zero(view: LoopView) -> Findings:
 
     Fix: set the upper limit to the highest output that the process may see, or leave the limits out.
     """
-    limits = view.holds("output_low", "output_high")
+    limits = view.register_values("output_low", "output_high")
     if limits and limits[0] <= limits[1] and pinned_to_zero(limits):
-        yield view.at("output", "limits", 1, high=view.shown("output_high"), word=view.v("output"))
+        yield view.at("output", "limits", 1, high=view.shown("output_high"), word=view.address_of("output"))
 
 
 @per_loop

@@ -10,9 +10,9 @@ from pidcfg.encoders.dl06.image import reset_value
 from pidcfg.encoders.maps.dl06 import D01, RESET
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DL06, Decision
-from pidcfg.validate.ideas import value_or_switch
 from pidcfg.validate.rule import Finding, Findings, checklist, error, finding, info, per_loop, warning
 from pidcfg.validate.rules.dl06.context import NINES
+from pidcfg.validate.shared_checks import value_or_switch
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dl06.context import Dl06Context, LoopView
@@ -127,11 +127,11 @@ def reset_beyond_its_word(context: Dl06Context) -> Findings:
                 value=f"{decimal_text(value)} {unit}",
                 least=f"{decimal_text(step)} {unit}",
                 most=f"{decimal_text(9998 * step)} {unit}",
-                cure=_cure(view, value, step),
+                cure=_other_unit_cure(view, value, step),
             )
 
 
-def _cure(view: LoopView, value: Decimal, step: Decimal) -> str:
+def _other_unit_cure(view: LoopView, value: Decimal, step: Decimal) -> str:
     """The same time in the other unit, where that has room for it."""
     if value <= 0:
         return "; a time is not negative, the direction of control is `action`"
@@ -240,7 +240,7 @@ def derivative_limited_to_nothing(view: LoopView) -> Findings:
     Fix: give `derivative_gain_limit` a value from 1 to 20 (8 to 10 is usual), or switch the limit off.
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
-    if view.derivative_limited and not limit and loop.tuning.rate > 0:
+    if view.derivative_limit_on and not limit and loop.tuning.rate > 0:
         key = value_or_switch(loop, "derivative_gain_limit")
         yield view.at(key, limit="no value" if limit is None else 0, rate=decimal_text(loop.tuning.rate))
 
@@ -255,7 +255,7 @@ def derivative_limit_without_rate(view: LoopView) -> Findings:
     Fix: set the rate, or remove the limit.
     """
     loop, limit = view.loop, view.loop.derivative_gain_limit
-    if limit and loop.tuning.rate == 0 and view.derivative_limited:
+    if limit and loop.tuning.rate == 0 and view.derivative_limit_on:
         yield view.at("derivative_gain_limit", limit=decimal_text(limit))
 
 
@@ -276,7 +276,7 @@ def derivative_without_limit_or_filter(view: LoopView) -> Findings:
     """
     loop, sample = view.loop, view.loop.sample_rate
     strong = sample > 0 and loop.tuning.rate > LARGEST_LIMIT * sample
-    if strong and not view.derivative_limited and not view.filtered:
+    if strong and not view.derivative_limit_on and not view.pv_filter_on:
         times = loop.tuning.rate / sample
         spans = Decimal(view.scales["output"].format.span) / view.scales["pv"].format.span
         counts = times * (loop.tuning.gain or 1) * spans
@@ -352,7 +352,7 @@ def freeze_never_reached(view: LoopView) -> Findings:
     if (
         view.loop.bias_freeze
         and view.loop.algorithm == "position"
-        and (limits := view.holds("output_low", "output_high"))
+        and (limits := view.register_values("output_low", "output_high"))
     ):
         ends = view.scales["output"].format
         if limits[0] > ends.minimum or limits[1] < ends.maximum:
@@ -395,7 +395,7 @@ def windup_not_prevented(view: LoopView) -> Findings:
 
     Fix: write `bias_freeze: true`, or see that the overshoot after a start-up does no harm.
     """
-    loop, reset, limits = view.loop, view.reset, view.holds("output_low", "output_high")
+    loop, reset, limits = view.loop, view.reset, view.register_values("output_low", "output_high")
     if loop.bias_freeze or loop.algorithm != "position" or not limits or reset is None or "reset" in view.misfits:
         return
     ends = view.scales["output"].format
@@ -438,7 +438,7 @@ def autotune_start_preset(view: LoopView) -> Findings:
     Fix: remove `start`; start auto-tuning from the programming software or the ladder program.
     """
     if view.loop.autotune.start:
-        yield view.at("autotune", "start", word=view.v("mode_setting_2"))
+        yield view.at("autotune", "start", word=view.address_of("mode_setting_2"))
 
 
 @per_loop
@@ -467,7 +467,11 @@ def autotune_between_narrow_limits(view: LoopView) -> Findings:
 
     Fix: see that the PV moves clearly; otherwise widen the limits while tuning, or use the open-loop method.
     """
-    if closed_loop_planned(view) and view.holds("output_low", "output_high") and not relay_reaches_an_end(view):
+    if (
+        has_closed_loop_autotune(view)
+        and view.register_values("output_low", "output_high")
+        and not output_limit_at_an_end(view)
+    ):
         yield view.at_key("autotune", low=view.shown("output_low"), high=view.shown("output_high"))
 
 
@@ -487,9 +491,9 @@ def autotune_relay_at_the_end_of_the_range(view: LoopView) -> Findings:
 
     Fix: narrow `output.limits` at both ends while tuning, and read bit 13 of +06 before the gains are used.
     """
-    if closed_loop_planned(view) and relay_reaches_an_end(view):
+    if has_closed_loop_autotune(view) and output_limit_at_an_end(view):
         low, high = view.shown("output_low"), view.shown("output_high")
-        yield view.at_key("autotune", low=low, high=high, word=view.v("mode_and_alarm_status"))
+        yield view.at_key("autotune", low=low, high=high, word=view.address_of("mode_and_alarm_status"))
 
 
 @per_loop
@@ -502,7 +506,7 @@ def autotune_without_filter(view: LoopView) -> Findings:
 
     Fix: give `pv.filter` while tuning, or filter in the ladder program.
     """
-    if closed_loop_planned(view) and not view.filtered:
+    if has_closed_loop_autotune(view) and not view.pv_filter_on:
         yield view.at_key("autotune")
 
 
@@ -517,17 +521,17 @@ def autotune_of_pi_clears_the_rate(view: LoopView) -> Findings:
     """
     tune, rate = view.loop.autotune, view.loop.tuning.rate
     if "autotune" in view.loop.model_fields_set and tune.type == "PI" and rate:
-        yield view.at_key("autotune", word=view.v("rate"), rate=decimal_text(rate))
+        yield view.at_key("autotune", word=view.address_of("rate"), rate=decimal_text(rate))
 
 
-def closed_loop_planned(view: LoopView) -> bool:
+def has_closed_loop_autotune(view: LoopView) -> bool:
     """Whether the file speaks of a closed-loop auto-tune."""
     return "autotune" in view.loop.model_fields_set and view.loop.autotune.method == "closed"
 
 
-def relay_reaches_an_end(view: LoopView) -> bool:
+def output_limit_at_an_end(view: LoopView) -> bool:
     """Whether an output limit is an end of the data range."""
-    limits, ends = view.holds("output_low", "output_high"), view.scales["output"].format
+    limits, ends = view.register_values("output_low", "output_high"), view.scales["output"].format
     return bool(limits) and (limits[0] <= ends.minimum or limits[1] >= ends.maximum)
 
 

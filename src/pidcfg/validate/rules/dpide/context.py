@@ -10,7 +10,7 @@ from pidcfg.encoders.maps.dpide import LOOPS
 from pidcfg.encoders.parameters import Content, ProgramEncoding, store
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE, DpideFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Context, View, number_with_unit
+from pidcfg.validate.shared_checks import Context, View, number_with_unit
 
 
 @frozen
@@ -30,14 +30,14 @@ class LoopView(View[Loop]):
                 continue
         return contents
 
-    def held(self, *operands: str) -> list[Decimal]:
+    def operand_values(self, *operands: str) -> list[Decimal]:
         """The numbers of several operands; empty as soon as one does not fit."""
         values = [Decimal(repr(self.contents[name])) for name in operands if name in self.contents]
         return values if len(values) == len(operands) else []
 
     def number(self, operand: str) -> Decimal | None:
         """The number of an operand; None where it does not fit."""
-        return next(iter(self.held(operand)), None)
+        return next(iter(self.operand_values(operand)), None)
 
     def coefficient(self, operand: str) -> Decimal:
         """A coefficient as the PLC uses it: below 0 it counts as 0."""
@@ -62,7 +62,7 @@ class LoopView(View[Loop]):
     @cached_property
     def limits(self) -> tuple[Decimal, Decimal] | None:
         """Lowest and highest MV, in order as the PLC uses them; None where they do not fit or leave no room."""
-        limits = sorted(self.held("MV_MIN", "MV_MAX"))
+        limits = sorted(self.operand_values("MV_MIN", "MV_MAX"))
         return (limits[0], limits[1]) if limits and limits[0] < limits[1] else None
 
     def gives(self, key: str) -> bool:

@@ -10,8 +10,15 @@ from pidcfg.encoders.maps.dpide import REMARKS, ROWS, TABLE, WRITTEN_BY_AUTOTUNE
 from pidcfg.schemas.dpide import D250, D600, LAST_REGISTER, LONGEST_CYCLE, SHORTEST_CYCLE, Place, place_of
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import DPIDE, Decision
-from pidcfg.validate.ideas import list_names, number_text, number_with_unit, outside_limits, report_at_both, sharing
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
+from pidcfg.validate.shared_checks import (
+    find_shared_keys,
+    list_names,
+    number_text,
+    number_with_unit,
+    outside_limits,
+    report_at_both,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -118,7 +125,7 @@ D258 = Decision(
 )
 
 
-class Held(NamedTuple):
+class OperandDevice(NamedTuple):
     """An operand of a loop and the devices that it takes."""
 
     view: LoopView
@@ -136,18 +143,22 @@ class Held(NamedTuple):
         return ("device",) if self.operand == "I_MV" else ("devices", self.operand)
 
 
-def held(context: DpideContext) -> list[Held]:
+def operands_with_device(context: DpideContext) -> list[OperandDevice]:
     """Every operand with a device, in the order of the file."""
     return [
-        Held(view, operand, place_of(operand, device))
+        OperandDevice(view, operand, place_of(operand, device))
         for view in context.loops
         for operand, device in {"I_MV": view.loop.device, **view.loop.devices.given()}.items()
     ]
 
 
-def overlapping(context: DpideContext) -> Iterator[tuple[Held, Held]]:
+def overlapping_operands(context: DpideContext) -> Iterator[tuple[OperandDevice, OperandDevice]]:
     """Pairs of operands that share a device."""
-    return ((first, second) for first, second in combinations(held(context), 2) if first.place.overlaps(second.place))
+    return (
+        (first, second)
+        for first, second in combinations(operands_with_device(context), 2)
+        if first.place.overlaps(second.place)
+    )
 
 
 @error(
@@ -161,7 +172,7 @@ def device_beyond_bank(context: DpideContext) -> Findings:
 
     Fix: let it begin lower.
     """
-    for item in held(context):
+    for item in operands_with_device(context):
         place = item.place
         if place.bank == "D" and place.last > LAST_REGISTER:
             yield item.view.at(
@@ -183,7 +194,7 @@ def integral_block_overlaps(context: DpideContext) -> Findings:
 
     Fix: leave 30 registers to every I_MV.
     """
-    for first, second in overlapping(context):
+    for first, second in overlapping_operands(context):
         if "I_MV" in {first.operand, second.operand}:
             yield from _at_operands(first, second)
 
@@ -199,13 +210,13 @@ def devices_collide(context: DpideContext) -> Findings:
     Fix: give each operand devices of its own. Operands may share a device on purpose where type and value are the same,
     or where the MV of one loop is the SV, BIAS or MOUT of another.
     """
-    for first, second in overlapping(context):
-        reason = None if "I_MV" in {first.operand, second.operand} else conflict(first, second)
+    for first, second in overlapping_operands(context):
+        reason = None if "I_MV" in {first.operand, second.operand} else conflict_reason(first, second)
         if reason is not None:
             yield from _at_operands(first, second, reason=reason)
 
 
-def _at_operands(first: Held, second: Held, **values: str) -> Findings:
+def _at_operands(first: OperandDevice, second: OperandDevice, **values: str) -> Findings:
     """A finding at the operand of each loop; of operands of one loop at the second."""
     pairs = [(second, first)] if first.view is second.view else [(second, first), (first, second)]
     for item, other in pairs:
@@ -215,7 +226,7 @@ def _at_operands(first: Held, second: Held, **values: str) -> Findings:
         yield finding if len(pairs) == 1 else finding.shared_with(other.view.name)
 
 
-def conflict(first: Held, second: Held) -> str | None:
+def conflict_reason(first: OperandDevice, second: OperandDevice) -> str | None:
     """Why two operands cannot share their devices; None: they can."""
     if first.place != second.place:
         return "overlap in part"
@@ -231,7 +242,7 @@ def conflict(first: Held, second: Held) -> str | None:
     return "hold different values" if None not in contents and contents[0] != contents[1] else None
 
 
-def is_written(item: Held) -> bool:
+def is_written(item: OperandDevice) -> bool:
     """Whether the instruction itself writes, or may come to write, an operand."""
     if item.operand == "MOUT":
         return item.view.loop.MOUT_AUTO or item.view.has_device("MOUT_AUTO")
@@ -239,7 +250,7 @@ def is_written(item: Held) -> bool:
     return item.operand == "MV" or (tunes and item.operand in WRITTEN_BY_AUTOTUNE)
 
 
-def _conflict_with_output(first: Held, second: Held, outputs: list[Held]) -> str | None:
+def _conflict_with_output(first: OperandDevice, second: OperandDevice, outputs: list[OperandDevice]) -> str | None:
     """An MV may drive another loop."""
     same_loop = first.view is second.view
     if len(outputs) > 1:
@@ -277,7 +288,7 @@ def symbols_collide(context: DpideContext) -> Findings:
     Fix: rename one of them, if the symbol table is wanted.
     """
     usable = [view for view in context.loops if unusable(view.name) is None]
-    for _, view, names in sharing((identifier(view.name, "SV").casefold(), view) for view in usable):
+    for _, view, names in find_shared_keys((identifier(view.name, "SV").casefold(), view) for view in usable):
         others = [name for name in names if name != view.name]
         if others:
             finding = view.at("name", others=list_names(others), symbol=identifier(view.name, "SV"))
@@ -308,7 +319,7 @@ def cycle_out_of_range(view: LoopView) -> Findings:
     """
     cycle = view.loop.CYCLE
     used = min(max(cycle, SHORTEST_CYCLE), LONGEST_CYCLE)
-    if used != cycle and view.held("CYCLE") and view.interrupt_task is None:
+    if used != cycle and view.operand_values("CYCLE") and view.interrupt_task is None:
         yield view.at("CYCLE", cycle=cycle, used=used)
 
 
@@ -367,7 +378,7 @@ def unknown_mode(view: LoopView) -> Findings:
 
     Fix: write 0, 1 or 2.
     """
-    if view.held("PID_MODE") and view.loop.PID_MODE not in MODES:
+    if view.operand_values("PID_MODE") and view.loop.PID_MODE not in MODES:
         yield view.at("PID_MODE", mode=view.loop.PID_MODE)
 
 
@@ -517,8 +528,8 @@ def process_value_as_a_number(view: LoopView) -> Findings:
 
     Fix: leave PV out, or give it the device where the measured value stands: `devices: {PV: D100}`.
     """
-    if view.held("PV") and not view.has_device("PV"):
-        yield view.at("PV", pv=view.pv(view.held("PV")[0]))
+    if view.operand_values("PV") and not view.has_device("PV"):
+        yield view.at("PV", pv=view.pv(view.operand_values("PV")[0]))
 
 
 # --- The output: its limits, what manual and feed forward make of them, and the 0 of a loop that is stopped -----------
@@ -535,7 +546,7 @@ def limits_swapped(view: LoopView) -> Findings:
 
     Fix: exchange them in the file. For cooling write `PID_DIR: false`.
     """
-    limits = view.held("MV_MIN", "MV_MAX")
+    limits = view.operand_values("MV_MIN", "MV_MAX")
     if limits and limits[1] < limits[0]:
         yield view.at("MV_MAX", highest=number_text(limits[1]), lowest=number_text(limits[0]))
 
@@ -549,7 +560,7 @@ def limits_equal(view: LoopView) -> Findings:
 
     Fix: write the limits of the actuator.
     """
-    limits = view.held("MV_MIN", "MV_MAX")
+    limits = view.operand_values("MV_MIN", "MV_MAX")
     if limits and limits[0] == limits[1]:
         yield view.at("MV_MAX", limit=view.mv(limits[0]))
 

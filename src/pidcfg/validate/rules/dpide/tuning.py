@@ -9,8 +9,8 @@ from pidcfg.encoders.maps.dpide import D255, REMARKS, TABLE
 from pidcfg.schemas.iec import Timed
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import DPIDE, Decision
-from pidcfg.validate.ideas import number_text, spoken_of
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
+from pidcfg.validate.shared_checks import heating_or_cooling, number_text
 
 if TYPE_CHECKING:
     from pidcfg.validate.rules.dpide.context import LoopView
@@ -28,14 +28,14 @@ EFFECTS = {
 }
 
 
-def is_dead(view: LoopView) -> bool:
+def has_all_terms_zero(view: LoopView) -> bool:
     """Whether the dependent form multiplies everything by 0."""
-    return view.loop.PID_EQ and bool(view.held("Kc_Kp")) and not view.coefficient("Kc_Kp")
+    return view.loop.PID_EQ and bool(view.operand_values("Kc_Kp")) and not view.coefficient("Kc_Kp")
 
 
 def has_no_term(view: LoopView) -> bool:
     """Whether all gains of the independent form are 0."""
-    fits = bool(view.held("Kc_Kp", "Ti_Ki", "Td_Kd"))
+    fits = bool(view.operand_values("Kc_Kp", "Ti_Ki", "Td_Kd"))
     return not view.loop.PID_EQ and fits and not any(view.coefficient(name) for name in COEFFICIENTS[:3])
 
 
@@ -55,7 +55,7 @@ def dead_controller(view: LoopView) -> Findings:
     Fix: write a gain above 0. For an integral alone take the independent form (PID_EQ FALSE), where the gains are free
     of each other. For cooling write `PID_DIR: false`, not a negative gain.
     """
-    if is_dead(view) and not tunes_itself(view):
+    if has_all_terms_zero(view) and not tunes_itself(view):
         yield view.at("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
 
 
@@ -83,7 +83,7 @@ def negative_coefficient(view: LoopView) -> Findings:
     """
     for name in COEFFICIENTS:
         value = getattr(view.loop, name)
-        if value < 0 and not (name == "Kc_Kp" and (is_dead(view) or has_no_term(view))):
+        if value < 0 and not (name == "Kc_Kp" and (has_all_terms_zero(view) or has_no_term(view))):
             yield view.at(name, operand=name, value=number_text(value), effect=EFFECTS[name])
 
 
@@ -96,7 +96,9 @@ def no_integral(view: LoopView) -> Findings:
 
     Fix: see that a steady error is acceptable. Otherwise write Ti or Ki.
     """
-    if view.held("Ti_Ki") == [0] and not (is_dead(view) or has_no_term(view) or tunes_itself(view)):
+    if view.operand_values("Ti_Ki") == [0] and not (
+        has_all_terms_zero(view) or has_no_term(view) or tunes_itself(view)
+    ):
         yield view.at("Ti_Ki")
 
 
@@ -151,7 +153,7 @@ def no_proportional(view: LoopView) -> Findings:
 
     Fix: see that no proportional term is meant. Otherwise write Kp.
     """
-    alone = not view.loop.PID_EQ and view.held("Kc_Kp") == [0] and not has_no_term(view)
+    alone = not view.loop.PID_EQ and view.operand_values("Kc_Kp") == [0] and not has_no_term(view)
     if alone and not tunes_itself(view):
         yield view.at("Kc_Kp", gain=number_text(view.loop.Kc_Kp))
 
@@ -170,7 +172,7 @@ MOST = Decimal(20)
 
 def derivative_of(view: LoopView) -> Decimal:
     """The coefficient of the derivative as it acts: 0 also where the whole controller is dead."""
-    return Decimal(0) if is_dead(view) or tunes_itself(view) else view.coefficient("Td_Kd")
+    return Decimal(0) if has_all_terms_zero(view) or tunes_itself(view) else view.coefficient("Td_Kd")
 
 
 @per_loop
@@ -235,7 +237,12 @@ def smoothing_without_derivative(view: LoopView) -> Findings:
 
     Fix: leave it out; filter the PV in the program if it is noisy.
     """
-    if view.coefficient("Tf") and view.held("Td_Kd") and not view.coefficient("Td_Kd") and not tunes_itself(view):
+    if (
+        view.coefficient("Tf")
+        and view.operand_values("Td_Kd")
+        and not view.coefficient("Td_Kd")
+        and not tunes_itself(view)
+    ):
         yield view.at("Tf")
 
 
@@ -284,7 +291,7 @@ def dead_band_covers_range(view: LoopView) -> Findings:
 
     Fix: write a band that is small against the range; mind the unit.
     """
-    span, values = view.loop.pv.range, view.held("ERR_DBW", "SV")
+    span, values = view.loop.pv.range, view.operand_values("ERR_DBW", "SV")
     if span is not None and values and abs(values[0]) >= max(values[1] - span[0], span[1] - values[1]):
         yield view.at("ERR_DBW", value=number_text(abs(values[0])), low=number_text(span[0]), high=view.pv(span[1]))
 
@@ -299,10 +306,10 @@ def dead_band_kick(view: LoopView) -> Findings:
 
     Fix: see that the actuator bears it. Otherwise write a smaller band, and `PID_DE: true` for the derivative.
     """
-    if any(view.held("ERR_DBW")):
+    if any(view.operand_values("ERR_DBW")):
         kicks = not view.loop.PID_DE and derivative_of(view) > 0
         effect = "the derivative kicks MV" if kicks else "MV jumps with it"
-        yield view.at("ERR_DBW", value=view.pv(abs(view.held("ERR_DBW")[0])), effect=effect)
+        yield view.at("ERR_DBW", value=view.pv(abs(view.operand_values("ERR_DBW")[0])), effect=effect)
 
 
 # --- Direction and form: choices that decide everything, and that nothing else tells ----------------------------------
@@ -354,6 +361,6 @@ def direction_against_description(view: LoopView) -> Findings:
     """
     forward = view.loop.PID_DIR
     purpose = "cooling" if forward else "heating"
-    if view.gives("PID_DIR") and spoken_of(view.loop) == {purpose}:
+    if view.gives("PID_DIR") and heating_or_cooling(view.loop) == {purpose}:
         direction, other = ("TRUE (forward)", "FALSE") if forward else ("FALSE (reverse)", "TRUE")
         yield view.at("PID_DIR", direction=direction, purpose=purpose, other=other)

@@ -15,7 +15,7 @@ from pidcfg.encoders.image import Block, Encoding
 from pidcfg.encoders.maps.ezlogix import BLOCKS, R_BLOCK
 from pidcfg.schemas.ezlogix import REGISTERS, EzlogixFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Context, Extent, View, complete, extents_of, number_with_unit
+from pidcfg.validate.shared_checks import Context, Extent, View, all_or_none, extents_of, number_with_unit
 
 if TYPE_CHECKING:
     from pidcfg.encoders.codecs import Scale
@@ -50,16 +50,16 @@ class LoopView(View[Loop]):
 
     def all_counts(self, *names: str) -> list[int]:
         """What several registers hold; empty as soon as one value does not fit."""
-        return complete(map(self.counts, names))
+        return all_or_none(map(self.counts, names))
 
-    def held(self, name: str) -> Decimal | None:
+    def register_value(self, name: str) -> Decimal | None:
         """The number that an unscaled register stands for: seconds, or the gain; None when the value does not fit."""
         raw = self.counts(name)
         return None if raw is None else Decimal(R_BLOCK.words[PLACES[name]].decode(raw))
 
-    def holds(self, *names: str) -> list[Decimal]:
+    def register_values(self, *names: str) -> list[Decimal]:
         """The numbers of several registers; empty as soon as one does not fit."""
-        return complete(map(self.held, names))
+        return all_or_none(map(self.register_value, names))
 
     def register(self, name: str) -> str:
         """The address of one of the loop's registers: ``R107``."""
@@ -67,15 +67,15 @@ class LoopView(View[Loop]):
 
     def pv(self, counts: int) -> str:
         """Counts on the set point's scale as people write them."""
-        return shown(self.scales["sp"].value(counts), self.loop.pv.unit)
+        return quantity_text(self.scales["sp"].value(counts), self.loop.pv.unit)
 
     def pv_distance(self, counts: int) -> str:
         """A difference on the set point's scale as people write it."""
-        return shown(self.scales["sp"].span_value(counts), self.loop.pv.unit)
+        return quantity_text(self.scales["sp"].span_value(counts), self.loop.pv.unit)
 
     def cv(self, counts: int) -> str:
         """Counts of the CV as people write them."""
-        return shown(self.scales["output"].value(counts), self.loop.output.unit)
+        return quantity_text(self.scales["output"].value(counts), self.loop.output.unit)
 
     @cached_property
     def extents(self) -> tuple[Extent, ...]:
@@ -103,18 +103,18 @@ class LoopView(View[Loop]):
     @cached_property
     def integrates(self) -> bool:
         """Whether there is an integral term."""
-        return bool(self.held("integral_time"))
+        return bool(self.register_value("integral_time"))
 
     @cached_property
     def pulses(self) -> tuple[Decimal, Decimal, Decimal] | None:
         """Cycle, minimum on and minimum off time in s; None without control output, or where one does not fit."""
         if self.loop.output.pulse is None:
             return None
-        times = self.holds("cycle_time", "min_on", "min_off")
+        times = self.register_values("cycle_time", "min_on", "min_off")
         return (times[0], times[1], times[2]) if times and times[0] > 0 else None
 
 
-def shown(value: Quantity, unit: str | None) -> str:
+def quantity_text(value: Quantity, unit: str | None) -> str:
     """A quantity with its unit; raw counts say so themselves."""
     return number_with_unit(value.value, "counts" if value.counts else unit)
 
@@ -134,7 +134,7 @@ class EzlogixContext(Context[EzlogixFile, Encoding]):
         blocks = self.encoding.blocks[:: len(BLOCKS)]
         return tuple(LoopView(i, loop, blocks[i]) for i, loop in enumerate(self.config.loops))
 
-    def owner(self, tag: str) -> tuple[LoopView, int] | None:
+    def block_owner(self, tag: str) -> tuple[LoopView, int] | None:
         """The loop in whose register block a tag lies, and its offset there."""
         number = register_number(tag)
         if number is None:
@@ -149,15 +149,15 @@ class EzlogixContext(Context[EzlogixFile, Encoding]):
             None,
         )
 
-    def inner(self, view: LoopView) -> LoopView | None:
+    def inner_loop(self, view: LoopView) -> LoopView | None:
         """The loop whose set point register is this loop's CV tag."""
-        owner = self.owner(view.loop.output.tag)
+        owner = self.block_owner(view.loop.output.tag)
         return owner[0] if owner is not None and owner[1] == SETPOINT and owner[0] is not view else None
 
     @cached_property
-    def driven(self) -> frozenset[int]:
+    def remote_setpoint_loops(self) -> frozenset[int]:
         """The places of loops whose set point another loop's CV writes."""
-        inner = (self.inner(view) for view in self.loops)
+        inner = (self.inner_loop(view) for view in self.loops)
         return frozenset(view.index for view in inner if view is not None)
 
     @cached_property

@@ -10,10 +10,10 @@ from pidcfg.encoders.maps.ezlogix import LOOPS, SPACE, VARIABLES
 from pidcfg.schemas.ezlogix import D152, tag_name
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import EZLOGIX, Decision
-from pidcfg.validate import ideas as blocks
-from pidcfg.validate.ideas import report_at_both, spoken_of
+from pidcfg.validate import shared_checks
 from pidcfg.validate.rule import Findings, checklist, error, per_loop, warning
 from pidcfg.validate.rules.ezlogix.context import PLACES, EzlogixContext, LoopView, register_number
+from pidcfg.validate.shared_checks import heating_or_cooling, report_at_both
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,7 +40,7 @@ def block_beyond_bank(view: LoopView) -> Findings:
 
     Fix: let the block begin lower.
     """
-    return blocks.block_beyond_bank(view, LAST)
+    return shared_checks.block_beyond_bank(view, LAST)
 
 
 @error("EZ402", BLOCK, "{block} {extent} of {loop} overlaps {other_extent} of {other}")
@@ -52,7 +52,7 @@ def blocks_overlap(context: EzlogixContext) -> Findings:
 
     Fix: leave 32 registers and 8 discretes to every loop.
     """
-    return blocks.blocks_overlap(context.loops)
+    return shared_checks.blocks_overlap(context.loops)
 
 
 @error("EZ403", COUNT, "{count} loops are listed; an EZLogix PLC calculates at most {limit}")
@@ -63,7 +63,7 @@ def too_many_loops(context: EzlogixContext) -> Findings:
 
     Fix: move the loop to another PLC, and to a file of its own.
     """
-    return blocks.too_many_loops(context.loops, LOOPS)
+    return shared_checks.too_many_loops(context.loops, LOOPS)
 
 
 # --- Names of tags that the template makes ----------------------------------------------------------------------------
@@ -147,8 +147,8 @@ def tag_in_register_block(context: EzlogixContext) -> Findings:
     """
     for view in context.loops:
         for what, tag, place in (("PV", view.loop.pv.tag, "pv"), ("CV", view.loop.output.tag, "output")):
-            owner = context.owner(tag)
-            if owner is None or (what == "CV" and context.inner(view) is not None):
+            owner = context.block_owner(tag)
+            if owner is None or (what == "CV" and context.inner_loop(view) is not None):
                 continue
             values = {
                 "what": what,
@@ -182,7 +182,7 @@ def cv_writes_set_point(context: EzlogixContext) -> Findings:
     all blocks.
     """
     for view in context.loops:
-        inner = context.inner(view)
+        inner = context.inner_loop(view)
         if inner is None:
             continue
         cv, sp = view.cv_limits, inner.setpoint_limits
@@ -203,7 +203,7 @@ def output_tag_shared(context: EzlogixContext) -> Findings:
 
     Fix: give each loop outputs of its own. Where one actuator serves two loops, let the ladder program choose.
     """
-    for (tag, (view, what)), (other_tag, (other, theirs)) in permutations(_written(context), 2):
+    for (tag, (view, what)), (other_tag, (other, theirs)) in permutations(_tags_written(context), 2):
         if tag == other_tag:
             place = ("output", "tag") if what == CV else ("output", "pulse", "tag")
             basis = None if what == CV else OUTPUT_TAG
@@ -211,7 +211,7 @@ def output_tag_shared(context: EzlogixContext) -> Findings:
             yield found if other is view else found.shared_with(other.name)
 
 
-def _written(context: EzlogixContext) -> Iterator[tuple[str, tuple[LoopView, str]]]:
+def _tags_written(context: EzlogixContext) -> Iterator[tuple[str, tuple[LoopView, str]]]:
     """The tags that loops write, with what they are."""
     for view in context.loops:
         output = view.loop.output
@@ -233,9 +233,9 @@ def pv_is_own_cv(view: LoopView) -> Findings:
         yield view.at("output", "tag", tag=view.loop.output.tag)
 
 
-def logical(context: EzlogixContext, tag: str) -> bool:
+def is_program_register(context: EzlogixContext, tag: str) -> bool:
     """Whether a tag is a register outside all blocks, which the ladder program fills or reads."""
-    return register_number(tag) is not None and context.owner(tag) is None
+    return register_number(tag) is not None and context.block_owner(tag) is None
 
 
 @warning("EZ410", STOPPED, "the loop goes on while the PLC is stopped, but {tags}")
@@ -253,8 +253,8 @@ def logical_tag_while_stopped(context: EzlogixContext) -> Findings:
     outputs = {view.loop.output.tag for view in context.loops}
     for view in context.loops:
         pv, output = view.loop.pv.tag, view.loop.output
-        frozen = logical(context, pv) and pv not in outputs
-        unheard = logical(context, output.tag) and output.pulse is None and output.tag != pv
+        frozen = is_program_register(context, pv) and pv not in outputs
+        unheard = is_program_register(context, output.tag) and output.pulse is None and output.tag != pv
         parts = [f"its PV {pv} stands still"] * frozen + [f"its CV {output.tag} reaches no output"] * unheard
         if parts:
             yield view.at("pv" if frozen else "output", "tag", tags=" and ".join(parts))
@@ -296,5 +296,5 @@ def action_against_description(view: LoopView) -> Findings:
     "air to close", "normally open", "fail open", "inverted".
     """
     purpose, meaning, other = MEANING[view.loop.action]
-    if spoken_of(view.loop) == {purpose}:
+    if heating_or_cooling(view.loop) == {purpose}:
         yield view.at("action", action=view.loop.action, meaning=meaning, purpose=purpose, other=other)

@@ -12,8 +12,8 @@ from pidcfg.schemas.ezlogix import CV_FULL, D150
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import EZLOGIX, Decision
-from pidcfg.validate.ideas import NUMBERS, number_text, number_with_unit, outside_limits, report_at_both
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
+from pidcfg.validate.shared_checks import NUMBER_FIELDS, number_text, number_with_unit, outside_limits, report_at_both
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -131,7 +131,7 @@ ENDS = (0, CV_FULL)
 """Counts of a PV for which the file gives none (D150)."""
 
 
-def same_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
+def pairs_with_one_pv(context: EzlogixContext) -> Iterator[tuple[LoopView, LoopView]]:
     """Pairs of loops that read one tag."""
     return (pair for pair in combinations(context.loops, 2) if pair[0].loop.pv.tag == pair[1].loop.pv.tag)
 
@@ -146,7 +146,7 @@ def pv_tag_shared(context: EzlogixContext) -> Findings:
     Fix: give each loop its own PV. Where two actuators are to serve one process, make one of the loops proportional
     only. A heating and a cooling loop on one PV are not reported.
     """
-    for first, second in same_pv(context):
+    for first, second in pairs_with_one_pv(context):
         if first.loop.action == second.loop.action:
             at_first, at_second = first.at("pv", "tag", other=second.name), second.at("pv", "tag", other=first.name)
             values = {"tag": second.loop.pv.tag, "action": second.loop.action}
@@ -164,7 +164,7 @@ def set_points_crossed(context: EzlogixContext) -> Findings:
 
     Fix: put the set point of the direct-acting loop above that of the reverse-acting one, with a gap between them.
     """
-    for first, second in same_pv(context):
+    for first, second in pairs_with_one_pv(context):
         pair = {view.loop.action: view for view in (first, second) if view.loop.setpoint.value is not None}
         if len(pair) < 2:
             continue
@@ -192,7 +192,7 @@ def pv_tag_with_two_scales(context: EzlogixContext) -> Findings:
     Fix: give both `pv.range` and `pv.counts` alike. Where they are meant to differ in their unit only, write both
     units.
     """
-    for first, second in same_pv(context):
+    for first, second in pairs_with_one_pv(context):
         one, other = (view.loop.pv for view in (first, second))
         if one.square_root == other.square_root and scales_differ(one, other):
             at_first = first.at("pv", "tag", scale=scale_text(one), other_scale=scale_text(other), other=second.name)
@@ -263,7 +263,7 @@ WIDE = 10
 """Parts of the span that a deadband may be one of."""
 
 
-def pinned(view: LoopView) -> bool:
+def has_limits_of_zero(view: LoopView) -> bool:
     """Whether both limits are the dialog's 0, and make any other set point 0."""
     zero = view.loop.setpoint.value is not None and view.counts("setpoint") == 0
     return view.setpoint_limits == (0, 0) and not zero
@@ -298,7 +298,7 @@ def set_point_limits_zero(view: LoopView) -> Findings:
 
     Fix: give the limits of the process, or leave `setpoint.limits` out, which stores the ends of the PV's counts.
     """
-    if pinned(view):
+    if has_limits_of_zero(view):
         yield view.at("setpoint", "limits", register=view.register("setpoint"))
 
 
@@ -312,7 +312,7 @@ def set_point_limits_equal(view: LoopView) -> Findings:
     Fix: set the limits apart.
     """
     limits = view.setpoint_limits
-    if limits is not None and limits[0] == limits[1] and not pinned(view):
+    if limits is not None and limits[0] == limits[1] and not has_limits_of_zero(view):
         yield view.at("setpoint", "limits", value=view.pv(limits[0]))
 
 
@@ -326,7 +326,7 @@ def set_point_outside_limits(view: LoopView) -> Findings:
     Fix: correct the set point, or widen the limits.
     """
     value, kept = view.counts("setpoint"), view.setpoint
-    if view.loop.setpoint.value is None or value is None or kept in {None, value} or pinned(view):
+    if view.loop.setpoint.value is None or value is None or kept in {None, value} or has_limits_of_zero(view):
         return
     side, end = ("below", "low") if value < (kept or 0) else ("above", "high")
     yield view.at(
@@ -355,9 +355,13 @@ def set_point_left_at_zero(context: EzlogixContext) -> Findings:
     Fix: give `setpoint.value`, or start the loop with `mode: manual`.
     """
     for view in context.loops:
-        if view.loop.mode != "auto" or view.loop.setpoint.value is not None or view.index in context.driven:
+        if (
+            view.loop.mode != "auto"
+            or view.loop.setpoint.value is not None
+            or view.index in context.remote_setpoint_loops
+        ):
             continue
-        if view.setpoint is not None and not pinned(view):
+        if view.setpoint is not None and not has_limits_of_zero(view):
             yield view.at("mode", register=view.register("setpoint"), value=view.pv(view.setpoint))
 
 
@@ -434,7 +438,7 @@ def looks_like_percent(view: LoopView) -> bool:
     return limits is not None and limits[1] <= PERCENT and output.range is None and not output.limits[1].counts
 
 
-def left_out(view: LoopView, cv: int) -> bool:
+def is_pulse_skipped(view: LoopView, cv: int) -> bool:
     """Whether the pulse for a CV is shorter than the minimum on time, and there is none."""
     return view.pulses is not None and view.pulses[0] * cv < view.pulses[1] * DUTY_FULL
 
@@ -491,7 +495,7 @@ def output_never_off(view: LoopView) -> Findings:
     Fix: see that the process needs this minimum; otherwise write a low limit of 0.
     """
     low = view.cv_limits[0] if view.cv_limits is not None else 0
-    if low and not left_out(view, low):
+    if low and not is_pulse_skipped(view, low):
         yield view.at("output", "limits", low=view.cv(low), percent=f"{100 * low / DUTY_FULL:.3g}")
 
 
@@ -510,7 +514,7 @@ def offset_outside_limits(view: LoopView) -> Findings:
     if default or (offset == 0 and view.integrates):
         return
     yield from outside_limits(
-        view, "output", "offset", value=offset, limits=limits, shown=view.cv, units=NUMBERS, field="offset"
+        view, "output", "offset", value=offset, limits=limits, shown=view.cv, units=NUMBER_FIELDS, field="offset"
     )
 
 
@@ -544,7 +548,7 @@ def integral_without_anti_windup(view: LoopView) -> Findings:
     Fix: `anti_windup: true`, the dialog's own choice.
     """
     if not view.loop.anti_windup and view.integrates:
-        yield view.at("anti_windup", integral=decimal_text(view.held("integral_time") or Decimal(0)))
+        yield view.at("anti_windup", integral=decimal_text(view.register_value("integral_time") or Decimal(0)))
 
 
 @per_loop

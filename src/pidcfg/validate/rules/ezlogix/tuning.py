@@ -10,9 +10,9 @@ from pidcfg.encoders.maps.ezlogix import DUTY_FULL
 from pidcfg.schemas.ezlogix import CV_FULL
 from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.references import EZLOGIX, Decision
-from pidcfg.validate.ideas import number_text
 from pidcfg.validate.rule import Findings, checklist, error, info, per_loop, warning
 from pidcfg.validate.rules.ezlogix.signals import looks_like_percent
+from pidcfg.validate.shared_checks import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -44,7 +44,7 @@ D185 = Decision(
 )
 DEFAULT_TIME = Decimal("0.3")
 """Integral and derivative time of the dialog, in s."""
-TENTH = 410
+TENTH_OF_CV = 410
 """Counts: 10 % of the CV."""
 
 
@@ -66,7 +66,7 @@ def velocity_is_not_incremental(view: LoopView) -> Findings:
     Fix: try a new loop with derivative in Manual and Auto on a harmless process. While the PV rises fast
     the CV must rise with `action: direct` (cooling), and fall with `action: reverse` (heating).
     """
-    if view.loop.algorithm == "velocity" and view.held("derivative_time"):
+    if view.loop.algorithm == "velocity" and view.register_value("derivative_time"):
         yield view.at("algorithm", sign="+" if view.loop.action == "direct" else "-")
 
 
@@ -80,7 +80,7 @@ def velocity_without_derivative(view: LoopView) -> Findings:
 
     Fix: write `algorithm: position`, or leave it if the autotune is to set a derivative time.
     """
-    if view.loop.algorithm == "velocity" and view.held("derivative_time") == 0:
+    if view.loop.algorithm == "velocity" and view.register_value("derivative_time") == 0:
         yield view.at("algorithm")
 
 
@@ -98,7 +98,7 @@ def gain_zero_with_integral(view: LoopView) -> Findings:
 
     Fix: give a small gain and adapt the times; or try on the PLC whether the CV moves.
     """
-    terms = view.holds("proportional_gain", "integral_time", "derivative_time")
+    terms = view.register_values("proportional_gain", "integral_time", "derivative_time")
     if terms and terms[0] == 0 and terms[1] > 0:
         names = "integral and derivative time" if terms[2] > 0 else "an integral time"
         yield view.at("tuning", "proportional_gain", terms=names)
@@ -114,7 +114,7 @@ def no_control_term(view: LoopView) -> Findings:
 
     Fix: give `proportional_gain`, or an `integral_time`.
     """
-    terms = view.holds("proportional_gain", "integral_time", "derivative_time")
+    terms = view.register_values("proportional_gain", "integral_time", "derivative_time")
     if terms and terms[0] == 0 and terms[1] == 0:
         left = "the derivative alone holds no set point" if terms[2] > 0 else "no term is left, the CV never moves"
         yield view.at("tuning", "proportional_gain", left=left)
@@ -135,14 +135,18 @@ def proportional_without_offset(view: LoopView) -> Findings:
 
     Fix: give the offset that holds the set point as `output.offset`, or an integral time.
     """
-    gain, reset, offset = view.held("proportional_gain"), view.held("integral_time"), view.counts("cv_offset")
+    gain, reset, offset = (
+        view.register_value("proportional_gain"),
+        view.register_value("integral_time"),
+        view.counts("cv_offset"),
+    )
     if gain and reset == 0 and offset == 0:
         yield view.at_key("tuning")
 
 
-def at_defaults(view: LoopView) -> bool:
+def has_dialog_times(view: LoopView) -> bool:
     """Whether integral and derivative time are those of the dialog."""
-    return view.holds("integral_time", "derivative_time") == [DEFAULT_TIME, DEFAULT_TIME]
+    return view.register_values("integral_time", "derivative_time") == [DEFAULT_TIME, DEFAULT_TIME]
 
 
 @per_loop
@@ -160,8 +164,8 @@ def integral_time_below_sample_rate(view: LoopView) -> Findings:
 
     Fix: lengthen the integral time, or shorten the sample rate to a tenth of it or less.
     """
-    times = view.holds("integral_time", "sample_rate")
-    if times and 0 < times[0] < times[1] and not at_defaults(view):
+    times = view.register_values("integral_time", "sample_rate")
+    if times and 0 < times[0] < times[1] and not has_dialog_times(view):
         yield view.at(
             "tuning",
             "integral_time",
@@ -186,8 +190,8 @@ def derivative_time_below_sample_rate(view: LoopView) -> Findings:
 
     Fix: shorten the sample rate, or switch the derivative off.
     """
-    times = view.holds("derivative_time", "sample_rate")
-    if times and 0 < times[0] < times[1] and not at_defaults(view):
+    times = view.register_values("derivative_time", "sample_rate")
+    if times and 0 < times[0] < times[1] and not has_dialog_times(view):
         yield view.at(
             "tuning",
             "derivative_time",
@@ -207,7 +211,7 @@ def dialog_default_times(view: LoopView) -> Findings:
 
     Fix: give times that fit the process, or switch the terms off until it is tuned.
     """
-    if at_defaults(view):
+    if has_dialog_times(view):
         yield view.at("tuning", "integral_time")
 
 
@@ -226,12 +230,12 @@ def derivative_amplifies_counts(view: LoopView) -> Findings:
 
     Fix: lengthen the sample rate, or shorten the derivative time.
     """
-    terms = view.holds("proportional_gain", "derivative_time", "sample_rate")
+    terms = view.register_values("proportional_gain", "derivative_time", "sample_rate")
     if not terms or not terms[2]:
         return
     gain = terms[0] or Decimal(1)  # D160
     counts = gain * terms[1] / terms[2]
-    if counts > TENTH:
+    if counts > TENTH_OF_CV:
         yield view.at(
             "tuning",
             "derivative_time",
@@ -270,7 +274,7 @@ D190 = Decision(
     "are read from samples; by the rules of Ziegler and Nichols the integral time is two to three dead times, and the "
     "answer to a step lasts longer than that.",
 )
-SAMPLES = 40
+MIN_AUTOTUNE_SAMPLES = 40
 D622 = Decision(
     622,
     "within 10 % of the operating set point is a tenth of the PV's span",
@@ -281,7 +285,7 @@ D622 = Decision(
 )
 
 
-def planned(view: LoopView) -> bool:
+def has_autotune(view: LoopView) -> bool:
     """Whether the file speaks of an autotune."""
     return "autotune" in view.loop.model_fields_set
 
@@ -300,7 +304,7 @@ def autotune_start_condition(view: LoopView) -> Findings:
 
     Fix: in Manual, set the CV that holds the PV near the set point, wait until the PV stands still, then start.
     """
-    if planned(view):
+    if has_autotune(view):
         yield view.at_key("autotune")
 
 
@@ -313,7 +317,7 @@ def autotune_timeout_zero(view: LoopView) -> Findings:
 
     Fix: give several times the time that the process needs to answer a step; the dialog's own value is 600 s.
     """
-    if planned(view) and view.loop.autotune.timeout == 0:
+    if has_autotune(view) and view.loop.autotune.timeout == 0:
         yield view.at("autotune", "timeout")
 
 
@@ -332,8 +336,8 @@ def autotune_timeout_below_integral_time(view: LoopView) -> Findings:
 
     Fix: make `autotune.timeout` several integral times long.
     """
-    timeout, times = view.loop.autotune.timeout, view.holds("integral_time", "sample_rate")
-    if planned(view) and times and SAMPLES * times[1] <= timeout < times[0]:
+    timeout, times = view.loop.autotune.timeout, view.register_values("integral_time", "sample_rate")
+    if has_autotune(view) and times and MIN_AUTOTUNE_SAMPLES * times[1] <= timeout < times[0]:
         yield view.at_key("tuning", timeout=timeout, integral=decimal_text(times[0]))
 
 
@@ -347,8 +351,8 @@ def autotune_timeout_few_samples(view: LoopView) -> Findings:
 
     Fix: lengthen `autotune.timeout`, or shorten the sample rate.
     """
-    timeout, sample = view.loop.autotune.timeout, view.held("sample_rate")
-    if planned(view) and sample is not None and 0 < timeout < SAMPLES * sample:
+    timeout, sample = view.loop.autotune.timeout, view.register_value("sample_rate")
+    if has_autotune(view) and sample is not None and 0 < timeout < MIN_AUTOTUNE_SAMPLES * sample:
         yield view.at("sample_rate", timeout=timeout, sample=decimal_text(sample))
 
 
@@ -362,8 +366,8 @@ def autotune_pi_drops_derivative(view: LoopView) -> Findings:
 
     Fix: `type: PID`, or switch the derivative off.
     """
-    derivative = view.held("derivative_time")
-    if planned(view) and view.loop.autotune.type == "PI" and derivative:
+    derivative = view.register_value("derivative_time")
+    if has_autotune(view) and view.loop.autotune.type == "PI" and derivative:
         yield view.at("autotune", "type", derivative=decimal_text(derivative))
 
 
@@ -379,14 +383,14 @@ def autotune_step_impossible(view: LoopView) -> Findings:
     them back afterwards.
     """
     limits = view.cv_limits
-    if planned(view) and limits and limits[0] + TENTH > limits[1] and not looks_like_percent(view):
+    if has_autotune(view) and limits and limits[0] + TENTH_OF_CV > limits[1] and not looks_like_percent(view):
         yield view.at(
             "output",
             "limits",
             plc_effect="autotune status 5",
             low=view.cv(limits[0]),
             high=view.cv(limits[1]),
-            step=TENTH,
+            step=TENTH_OF_CV,
         )
 
 
@@ -411,7 +415,7 @@ D192 = Decision(
     "wants cycles of electromechanical relays as long as possible and gives no figure: at 10 s one switches three "
     "million times a year.",
 )
-SPARING = 10
+SHORT_RELAY_CYCLE = 10
 YEAR = 365 * 86400
 """Seconds."""
 MILLION = 1_000_000
@@ -426,36 +430,36 @@ class Pulses(NamedTuple):
     low: int
     high: int
 
-    def on(self, cv: int) -> Decimal:
+    def on_time(self, cv: int) -> Decimal:
         """The on-time for a CV, as it is before short pulses and gaps are left out; exact: 4096 is a power of two."""
         return self.cycle * cv / DUTY_FULL
 
-    def pulsed(self, cv: int) -> bool:
+    def has_pulse(self, cv: int) -> bool:
         """Whether there is a pulse at all."""
-        return cv > 0 and self.on(cv) >= self.min_on
+        return cv > 0 and self.on_time(cv) >= self.min_on
 
-    def full(self, cv: int) -> bool:
+    def has_no_gap(self, cv: int) -> bool:
         """Whether the gap is left out."""
-        return self.pulsed(cv) and self.cycle - self.on(cv) < self.min_off
+        return self.has_pulse(cv) and self.cycle - self.on_time(cv) < self.min_off
 
     @property
     def never_on(self) -> bool:
         """Whether no CV makes a pulse."""
-        return not self.pulsed(self.high)
+        return not self.has_pulse(self.high)
 
     @property
     def never_off(self) -> bool:
         """Whether no CV makes a gap."""
-        return self.full(self.low)
+        return self.has_no_gap(self.low)
 
     @property
-    def broken(self) -> bool:
+    def is_on_or_off_only(self) -> bool:
         """Whether there is nothing between off and on: the shortest pulse has no gap behind it."""
         shortest = max(self.low, 1, math.ceil(self.min_on * DUTY_FULL / self.cycle))
-        return self.never_on or self.never_off or self.full(shortest)
+        return self.never_on or self.never_off or self.has_no_gap(shortest)
 
 
-def pulses(context: EzlogixContext) -> Iterator[tuple[LoopView, Pulses]]:
+def loops_with_pulses(context: EzlogixContext) -> Iterator[tuple[LoopView, Pulses]]:
     """The loops with a control output whose times and limits make sense one by one."""
     for view in context.loops:
         if view.pulses is not None and view.cv_limits is not None:
@@ -490,8 +494,8 @@ def minimum_times_exceed_cycle(context: EzlogixContext) -> Findings:
 
     Fix: lengthen `cycle_time` to several times their sum, or shorten the minimum times.
     """
-    for view, p in pulses(context):
-        if p.broken and not p.never_on and not p.never_off:
+    for view, p in loops_with_pulses(context):
+        if p.is_on_or_off_only and not p.never_on and not p.never_off:
             yield view.at(
                 "output",
                 "pulse",
@@ -510,13 +514,13 @@ def output_never_on(context: EzlogixContext) -> Findings:
 
     Fix: shorten `min_on`, lengthen `cycle_time`, or raise the CV high limit.
     """
-    for view, p in pulses(context):
+    for view, p in loops_with_pulses(context):
         if p.never_on and view.loop.output.pulse is not None:
             yield view.at(
                 "output",
                 "pulse",
                 "min_on",
-                longest=seconds(p.on(p.high)),
+                longest=seconds_text(p.on_time(p.high)),
                 min_on=decimal_text(p.min_on),
                 tag=view.loop.output.pulse.tag,
             )
@@ -531,13 +535,13 @@ def output_always_on(context: EzlogixContext) -> Findings:
 
     Fix: shorten `min_off`, lengthen `cycle_time`, or lower the CV low limit.
     """
-    for view, p in pulses(context):
+    for view, p in loops_with_pulses(context):
         if p.never_off and view.loop.output.pulse is not None:
             yield view.at(
                 "output",
                 "pulse",
                 "min_off",
-                longest=seconds(p.cycle - p.on(p.low)),
+                longest=seconds_text(p.cycle - p.on_time(p.low)),
                 min_off=decimal_text(p.min_off),
                 tag=view.loop.output.pulse.tag,
             )
@@ -556,10 +560,15 @@ def low_limit_pulse_left_out(context: EzlogixContext) -> Findings:
 
     Fix: raise the low limit, shorten `min_on`, or set the low limit to 0 if the output may be off.
     """
-    for view, p in pulses(context):
-        if p.low > 0 and not p.broken and not p.pulsed(p.low):
+    for view, p in loops_with_pulses(context):
+        if p.low > 0 and not p.is_on_or_off_only and not p.has_pulse(p.low):
             yield view.at(
-                "output", "pulse", "min_on", low=view.cv(p.low), on=seconds(p.on(p.low)), min_on=decimal_text(p.min_on)
+                "output",
+                "pulse",
+                "min_on",
+                low=view.cv(p.low),
+                on=seconds_text(p.on_time(p.low)),
+                min_on=decimal_text(p.min_on),
             )
 
 
@@ -576,14 +585,14 @@ def high_limit_gap_left_out(context: EzlogixContext) -> Findings:
 
     Fix: lower the high limit, or shorten `min_off`.
     """
-    for view, p in pulses(context):
-        if p.high < CV_FULL and not p.broken and p.full(p.high):
+    for view, p in loops_with_pulses(context):
+        if p.high < CV_FULL and not p.is_on_or_off_only and p.has_no_gap(p.high):
             yield view.at(
                 "output",
                 "pulse",
                 "min_off",
                 high=view.cv(p.high),
-                off=seconds(p.cycle - p.on(p.high)),
+                off=seconds_text(p.cycle - p.on_time(p.high)),
                 min_off=decimal_text(p.min_off),
             )
 
@@ -597,8 +606,8 @@ def cycle_below_sample_rate(context: EzlogixContext) -> Findings:
 
     Fix: make the cycle at least as long as the sample rate.
     """
-    for view, p in pulses(context):
-        sample = view.held("sample_rate")
+    for view, p in loops_with_pulses(context):
+        sample = view.register_value("sample_rate")
         if sample is not None and p.cycle < sample:
             yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), sample=decimal_text(sample))
 
@@ -616,9 +625,9 @@ def cycle_beyond_integral_time(context: EzlogixContext) -> Findings:
 
     Fix: shorten the cycle to a small part of the integral time. A relay that is to be spared wants a slower loop.
     """
-    for view, p in pulses(context):
-        integral, sample = view.held("integral_time"), view.held("sample_rate")
-        slow = integral and sample is not None and sample <= integral and not at_defaults(view)
+    for view, p in loops_with_pulses(context):
+        integral, sample = view.register_value("integral_time"), view.register_value("sample_rate")
+        slow = integral and sample is not None and sample <= integral and not has_dialog_times(view)
         if slow and integral and p.cycle > integral:
             yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), integral=decimal_text(integral))
 
@@ -632,12 +641,12 @@ def cycle_wears_relays(context: EzlogixContext) -> Findings:
 
     Fix: see that the output is solid-state, or the valve made for it; otherwise write 10 s or more.
     """
-    for view, p in pulses(context):
-        if p.cycle < SPARING:
+    for view, p in loops_with_pulses(context):
+        if p.cycle < SHORT_RELAY_CYCLE:
             times = YEAR / p.cycle / MILLION
             yield view.at("output", "pulse", "cycle_time", cycle=decimal_text(p.cycle), times=f"{float(times):.3g}")
 
 
-def seconds(value: Decimal) -> str:
+def seconds_text(value: Decimal) -> str:
     """A time as people write it: three digits after the point are enough."""
     return number_text(value.quantize(Decimal("0.001")).normalize())

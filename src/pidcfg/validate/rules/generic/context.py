@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.parameters import ProgramEncoding
 from pidcfg.schemas.generic import GenericFile, Loop
 from pidcfg.text.frozen import frozen
-from pidcfg.validate.ideas import Context, Pair, View, number_with_unit
+from pidcfg.validate.shared_checks import Context, Pair, View, number_with_unit
 
 if TYPE_CHECKING:
     from decimal import Decimal

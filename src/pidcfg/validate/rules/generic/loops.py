@@ -10,8 +10,8 @@ from pidcfg.encoders.generic.image import D299, D302, D303
 from pidcfg.schemas.generic import D280
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.signs import nearest, same_word
-from pidcfg.validate.ideas import PV_POINTS, number_text, outside_limits, report_at_both, rings
 from pidcfg.validate.rule import Findings, error, per_loop, warning
+from pidcfg.validate.shared_checks import PV_POINTS, find_circles, number_text, outside_limits, report_at_both
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -222,7 +222,7 @@ def deadband_covers_range(view: LoopView) -> Findings:
 DEVIATIONS = ("high", "high_high")
 
 
-def existing(points: Model, names: tuple[str, ...]) -> list[tuple[str, Decimal]]:
+def given_points(points: Model, names: tuple[str, ...]) -> list[tuple[str, Decimal]]:
     """The alarm points that the file gives, in order."""
     return [(name, getattr(points, name)) for name in names if getattr(points, name) is not None]
 
@@ -242,7 +242,7 @@ def alarm_points_out_of_order(view: LoopView) -> Findings:
 
     Fix: write low_low < low < high < high_high; leave out what is not wanted.
     """
-    for (lower, below), (upper, above) in pairwise(existing(view.loop.alarms.pv, PV_POINTS)):
+    for (lower, below), (upper, above) in pairwise(given_points(view.loop.alarms.pv, PV_POINTS)):
         if above <= below:
             yield view.at(
                 "alarms",
@@ -265,7 +265,7 @@ def deviation_points_out_of_order(view: LoopView) -> Findings:
 
     Fix: write high < high_high, or leave one out.
     """
-    for (_, below), (_, above) in pairwise(existing(view.loop.alarms.deviation, DEVIATIONS)):
+    for (_, below), (_, above) in pairwise(given_points(view.loop.alarms.deviation, DEVIATIONS)):
         if above <= below:
             severity = severity_of(above, below)
             yield view.at(
@@ -282,7 +282,7 @@ def alarm_point_outside_range(view: LoopView) -> Findings:
 
     Fix: write a point inside `pv.range`, or leave it out.
     """
-    for name, value in existing(view.loop.alarms.pv, PV_POINTS):
+    for name, value in given_points(view.loop.alarms.pv, PV_POINTS):
         place = ("alarms", "pv", name)
         yield from outside_limits(view, *place, value=value, limits=view.loop.pv.range, shown=view.pv, name=name)
 
@@ -290,7 +290,7 @@ def alarm_point_outside_range(view: LoopView) -> Findings:
 # --- The time-proportioned output: its period and shortest times ------------------------------------------------------
 
 
-def pulsed(context: GenericContext) -> Iterator[tuple[LoopView, Pulse]]:
+def loops_with_pulse_output(context: GenericContext) -> Iterator[tuple[LoopView, Pulse]]:
     """The loops with a pulse output."""
     for view in context.loops:
         if view.loop.output.pulse is not None:
@@ -305,7 +305,7 @@ def no_pulse_period(context: GenericContext) -> Findings:
 
     Fix: write a period above 0, or leave `pulse` out.
     """
-    for view, pulse in pulsed(context):
+    for view, pulse in loops_with_pulse_output(context):
         if pulse.period == 0:
             yield view.at("output", "pulse", "period")
 
@@ -319,7 +319,7 @@ def pulse_period_below_sample_time(context: GenericContext) -> Findings:
 
     Fix: write a longer period, or a shorter `sample_time`.
     """
-    for view, pulse in pulsed(context):
+    for view, pulse in loops_with_pulse_output(context):
         if 0 < pulse.period < view.loop.sample_time:
             yield view.at(
                 "output", "pulse", "period", period=number_text(pulse.period), sample=number_text(view.loop.sample_time)
@@ -334,7 +334,7 @@ def pulse_without_room(context: GenericContext) -> Findings:
 
     Fix: write a longer period, or shorter times.
     """
-    for view, pulse in pulsed(context):
+    for view, pulse in loops_with_pulse_output(context):
         if pulse.period and pulse.min_on + pulse.min_off > pulse.period:
             yield view.at(
                 "output",
@@ -392,7 +392,7 @@ def cascade_ring(context: GenericContext) -> Findings:
     Fix: take `source` from the outermost loop.
     """
     masters = [master_of(context, view) for view in context.loops]
-    for ring in rings([None if master is None else master.index for master in masters]):
+    for ring in find_circles([None if master is None else master.index for master in masters]):
         if len(ring) > 1:
             names = [context.loops[i].name for i in ring]
             way = " - ".join((*names, names[0]))

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from pidcfg.schemas.nextopid import LONGEST_SAMPLE
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
-from pidcfg.validate.ideas import list_names, number_text, report_at_both, rings
 from pidcfg.validate.rule import Findings, checklist, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import D218, SELECTORS, Link, connection_fault
+from pidcfg.validate.shared_checks import find_circles, list_names, number_text, report_at_both
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,7 +34,7 @@ def cascade_in_a_circle(context: NextopidContext) -> Findings:
     Fix: wire SP_CASC of the outermost loop to something else, or leave it out.
     """
     masters = {link.slave.number: link.master.number for link in context.connections.links}
-    for ring in rings([masters.get(view.number) for view in context.views]):
+    for ring in find_circles([masters.get(view.number) for view in context.views]):
         names = [context.views[i].name for i in ring]
         circle = [*names, names[0]]
         way = " follows ".join(circle if len(circle) <= MOST_NAMES else [*circle[:MOST_NAMES], "…"])

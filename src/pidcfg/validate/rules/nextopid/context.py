@@ -20,8 +20,8 @@ from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps, value_at
 from pidcfg.text.references import Decision
-from pidcfg.validate.ideas import Context, number_text
 from pidcfg.validate.rule import Finding
+from pidcfg.validate.shared_checks import Context, number_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

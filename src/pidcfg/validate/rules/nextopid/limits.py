@@ -11,9 +11,9 @@ from pidcfg.schemas.limits import limits_at
 from pidcfg.schemas.nextopid import D201, SHORTEST_INTEGRAL
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
-from pidcfg.validate.ideas import number_text
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.rules.nextopid.context import D208, ON_OFF, BlockView, NextopidContext, all_known
+from pidcfg.validate.shared_checks import number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

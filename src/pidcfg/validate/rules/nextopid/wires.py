@@ -16,8 +16,8 @@ from pidcfg.schemas.nextopid import D202
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
 from pidcfg.text.signs import nearest
-from pidcfg.validate.ideas import list_names, number_text
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
+from pidcfg.validate.shared_checks import list_names, number_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -16,17 +16,20 @@ from pidcfg.text.document import LINE_BREAK
 from pidcfg.text.frozen import frozen
 from pidcfg.text.source import read_document
 from pidcfg.validate.engine import check_document
-from pidcfg.validate.ideas import (
+from pidcfg.validate.own_units import _unit_of
+from pidcfg.validate.shared_checks import (
     MOST_NAMES,
-    NUMBERS,
+    NUMBER_FIELDS,
     Extent,
     View,
     alarm_beyond,
     alarm_within,
+    all_or_none,
     block_beyond_bank,
     blocks_overlap,
-    complete,
     deadband_of_zero,
+    find_circles,
+    find_shared_keys,
     hysteresis_spans_normal_zone,
     list_names,
     neighbours_out_of_order,
@@ -34,12 +37,9 @@ from pidcfg.validate.ideas import (
     number_with_unit,
     outside_limits,
     report_at_both,
-    rings,
-    sharing,
     too_many_loops,
     value_or_switch,
 )
-from pidcfg.validate.own_units import _unit_of
 from pidcfg.vendors import VENDORS
 
 # --- Ideas that rules of several vendors share, on the least that each of them needs of a loop ------------------------
@@ -55,16 +55,16 @@ class Registers(View[Loop]):
     """A loop whose registers are given by name; what has none does not fit."""
 
     words: dict[str, int] = field(default_factory=dict)
-    pv_alarms: bool = True
-    deviation_alarms: bool = True
+    pv_alarms_on: bool = True
+    deviation_alarms_on: bool = True
     deadband_on: bool = True
     extents: tuple[Extent, ...] = ()
 
     def value(self, name):
         return self.words.get(name) or None
 
-    def holds(self, *names):
-        return complete(self.words.get(name) for name in names)
+    def register_values(self, *names):
+        return all_or_none(self.words.get(name) for name in names)
 
     def shown(self, name):
         return f"{self.words[name]} counts"
@@ -94,13 +94,13 @@ def registers(**words):
     ids=["no loops", "a chain", "itself", "two", "three", "a loop outside of the ring", "several"],
 )
 def test_a_ring_is_told_once_from_its_first_loop_on(masters, expected):
-    assert list(rings(masters)) == expected
+    assert list(find_circles(masters)) == expected
 
 
 def test_long_cascades_are_followed_in_linear_time():
     count = 20_000
 
-    assert list(rings([*range(1, count), 0])) == [list(range(count))]
+    assert list(find_circles([*range(1, count), 0])) == [list(range(count))]
 
 
 def views(*names):
@@ -109,7 +109,7 @@ def views(*names):
 
 def test_what_several_loops_have_is_reported_at_each_of_them():
     a, b, c, d = views("A", "B", "C", "D")
-    assert list(sharing([("x", a), ("y", b), ("x", c), ("x", d)])) == [
+    assert list(find_shared_keys([("x", a), ("y", b), ("x", c), ("x", d)])) == [
         ("x", a, ("C", "D")),
         ("x", c, ("A", "D")),
         ("x", d, ("A", "C")),
@@ -187,7 +187,7 @@ def test_a_value_is_beyond_an_alarm_where_the_alarms_leave_a_zone(words, value, 
 
 
 def test_no_value_is_beyond_alarms_that_are_off():
-    assert alarm_beyond(Registers(0, Loop("A"), {"pv_low": 10, "pv_high": 20}, pv_alarms=False), 9) is None
+    assert alarm_beyond(Registers(0, Loop("A"), {"pv_low": 10, "pv_high": 20}, pv_alarms_on=False), 9) is None
 
 
 @pytest.mark.parametrize(
@@ -260,7 +260,7 @@ def test_a_value_outside_its_limits_is_a_finding_at_its_key(value, limits):
         assert found[0].values == {"value": f"{value} %", "low": str(limits[0]), "high": f"{limits[1]} %"}
 
 
-@pytest.mark.parametrize("units", [(), ("low",), ("value", "high"), NUMBERS])
+@pytest.mark.parametrize("units", [(), ("low",), ("value", "high"), NUMBER_FIELDS])
 def test_a_finding_about_limits_has_units_where_its_message_wants_them(units):
     (found,) = outside_limits(
         registers(), "SV", value=3, limits=(1, 2), shown="{} C".format, units=units, field="sv", what="x"

@@ -29,7 +29,7 @@ DIGITS = 12
 Pair = tuple["Decimal", "Decimal"]
 
 
-class Named(Protocol):
+class NamedLoop(Protocol):
     """A loop of any vendor."""
 
     @property
@@ -37,7 +37,7 @@ class Named(Protocol):
         """Its name, which is unique in the file."""
 
 
-class Placed(Protocol):
+class PlacedLoop(Protocol):
     """A loop at its place in the file, for rules that report findings there."""
 
     @property
@@ -53,7 +53,7 @@ class Placed(Protocol):
         """Makes a finding at a key."""
 
 
-LoopT = TypeVar("LoopT", bound=Named)
+LoopT = TypeVar("LoopT", bound=NamedLoop)
 ConfigT = TypeVar("ConfigT")
 EncodingT = TypeVar("EncodingT")
 Value = TypeVar("Value")
@@ -108,7 +108,7 @@ class Context(Generic[ConfigT, EncodingT]):
         return frozenset()
 
 
-def complete(values: Iterable[Value | None]) -> list[Value]:
+def all_or_none(values: Iterable[Value | None]) -> list[Value]:
     """All of some values; empty as soon as one of them is None."""
     items = list(values)
     known = [value for value in items if value is not None]
@@ -139,15 +139,15 @@ Number = TypeVar("Number", int, "Decimal")
 """What registers hold: counts, or numbers in the PV's unit."""
 
 
-class AlarmView(Placed, Protocol, Generic[Number]):
+class AlarmView(PlacedLoop, Protocol, Generic[Number]):
     """A loop with four PV alarms, deviation alarms and a hysteresis, each in a register of its own."""
 
     @property
-    def pv_alarms(self) -> bool:
+    def pv_alarms_on(self) -> bool:
         """Whether the bit of the four PV alarms is set."""
 
     @property
-    def deviation_alarms(self) -> bool:
+    def deviation_alarms_on(self) -> bool:
         """Whether the bit of the two deviation alarms is set."""
 
     @property
@@ -157,7 +157,7 @@ class AlarmView(Placed, Protocol, Generic[Number]):
     def value(self, name: str) -> object:
         """The value of a register; None when there is none."""
 
-    def holds(self, *names: str) -> list[Number]:
+    def register_values(self, *names: str) -> list[Number]:
         """What several registers hold; empty as soon as one value does not fit."""
 
     def shown(self, name: str) -> str:
@@ -172,22 +172,22 @@ def neighbours_out_of_order(
 ) -> Iterator[tuple[str, str, bool]]:
     """Neighbouring alarm points that do not ascend, and whether they are equal."""
     for low, high in pairwise(points):
-        words = view.holds(f"{prefix}_{low}", f"{prefix}_{high}")
+        words = view.register_values(f"{prefix}_{low}", f"{prefix}_{high}")
         if words and words[0] >= words[1]:
             yield low, high, words[0] == words[1]
 
 
 def alarm_beyond(view: AlarmView[Number], value: Number) -> str | None:
     """The PV alarm, low or high, that a value lies beyond; None between them, or where they are off or crossed."""
-    points = view.holds("pv_low", "pv_high")
-    if not view.pv_alarms or not points or points[0] >= points[1] or points[0] <= value <= points[1]:
+    points = view.register_values("pv_low", "pv_high")
+    if not view.pv_alarms_on or not points or points[0] >= points[1] or points[0] <= value <= points[1]:
         return None
     return "low" if value < points[0] else "high"
 
 
 def deadband_of_zero(view: AlarmView[Number]) -> Findings:
     """A deadband that is on and ignores nothing."""
-    if view.deadband_on and view.holds("deadband") == [0]:
+    if view.deadband_on and view.register_values("deadband") == [0]:
         key = "deadband_enabled" if view.value("deadband") is None else "deadband"
         yield view.at("error", key, value=view.shown("deadband"))
 
@@ -200,8 +200,8 @@ def alarm_within(
     ``deviation``: the name and the register of the nearer one of the deviation alarms.
     """
     name, register = deviation
-    distances = [(name, limit) for limit in view.holds(register)] if view.deviation_alarms else []
-    points = view.holds("pv_low", "pv_high") if view.pv_alarms else []
+    distances = [(name, limit) for limit in view.register_values(register)] if view.deviation_alarms_on else []
+    points = view.register_values("pv_low", "pv_high") if view.pv_alarms_on else []
     if points and setpoint is not None:
         distances += [("low", setpoint - points[0]), ("high", points[1] - setpoint)]
     return next(((alarm, distance) for alarm, distance in distances if 0 < distance <= width), None)
@@ -209,8 +209,8 @@ def alarm_within(
 
 def hysteresis_spans_normal_zone(view: AlarmView[Number], most: Number | None = None) -> Findings:
     """A hysteresis as wide as the zone between low and high alarm; above ``most`` another rule reports it."""
-    words = view.holds("pv_low", "pv_high", "hysteresis")
-    if view.pv_alarms and words and 0 < words[1] - words[0] <= words[2] and (most is None or words[2] <= most):
+    words = view.register_values("pv_low", "pv_high", "hysteresis")
+    if view.pv_alarms_on and words and 0 < words[1] - words[0] <= words[2] and (most is None or words[2] <= most):
         zone = view.distance(words[1] - words[0])
         yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), zone=zone)
 
@@ -231,7 +231,7 @@ class Extent(NamedTuple):
         return f"{self.prefix}{self.first} to {self.prefix}{self.last}"
 
 
-class BlockView(Placed, Protocol):
+class BlockView(PlacedLoop, Protocol):
     """A loop with blocks, in the order of their banks."""
 
     @property
@@ -264,7 +264,7 @@ def blocks_overlap(views: Sequence[BlockView]) -> Findings:
                 yield finding.shared_with(other.name)
 
 
-def too_many_loops(views: Sequence[Placed], most: int) -> Findings:
+def too_many_loops(views: Sequence[PlacedLoop], most: int) -> Findings:
     """A file with more loops than its PLC has room for."""
     if len(views) > most:
         yield finding("loops", key=True, count=len(views), limit=most)
@@ -273,7 +273,7 @@ def too_many_loops(views: Sequence[Placed], most: int) -> Findings:
 # --- Cascades: loops that take their set points from each other -------------------------------------------------------
 
 
-def rings(masters: Sequence[int | None]) -> Iterator[list[int]]:
+def find_circles(masters: Sequence[int | None]) -> Iterator[list[int]]:
     """The loops that follow each other in a circle, each circle once: from its first loop on, each before its master.
 
     ``masters`` has the index of each loop's master; a loop that is its own master is a ring of one.
@@ -309,7 +309,7 @@ Key = TypeVar("Key", bound="Hashable")
 ViewT = TypeVar("ViewT", bound=HasName)
 
 
-def sharing(rows: Iterable[tuple[Key, ViewT]]) -> Iterator[tuple[Key, ViewT, tuple[str, ...]]]:
+def find_shared_keys(rows: Iterable[tuple[Key, ViewT]]) -> Iterator[tuple[Key, ViewT, tuple[str, ...]]]:
     """Every loop whose key another one has too: the key, the loop, and the names of the others."""
     groups: dict[Key, list[ViewT]] = {}
     for key, view in rows:
@@ -336,12 +336,12 @@ def list_names(names: Sequence[str]) -> str:
 
 # --- Numbers that lie outside the limits or the range which they belong to --------------------------------------------
 
-NUMBERS = ("value", "low", "high")
+NUMBER_FIELDS = ("value", "low", "high")
 """What a message quotes."""
 
 
 def outside_limits(
-    view: Placed,
+    view: PlacedLoop,
     *path: str | int,
     value: Number | None,
     limits: tuple[Number, Number] | None,
@@ -371,18 +371,18 @@ COOLING = re.compile(
     r"\b(?:cool(?:er|ers|ing)?|cold|chill(?:er|ers|ed|ing)|fridges?|freez(?:er|ers|ing)|refrigerat\w*|"
     r"air condition\w*)(?![a-z])"
 )
-UNCLEAR = re.compile(
+AMBIGUOUS = re.compile(
     r"\b(?:air to close|(?:normally|fails?) open|inver(?:ted|se)|reversed|"
     r"exhaust|draft|draught|vent\w*|fans?|dampers?|quench\w*)(?![a-z])"
 )
 TEMPERATURE = re.compile(r"(?:deg|°|º)? ?[cfk]|(?:deg(?:rees?)?|°) ?\w*|℃|℉|celsius|fahrenheit|kelvin")
-BREAK = re.compile(r"[\W_]+")
+WORD_BREAK = re.compile(r"[\W_]+")
 
 
-def spoken_of(loop: Any) -> set[str]:
+def heating_or_cooling(loop: Any) -> set[str]:
     """What name and description say that a loop does: ``heating``, ``cooling``."""
-    text = BREAK.sub(" ", f"{loop.name} {loop.description or ''}".casefold())
+    text = WORD_BREAK.sub(" ", f"{loop.name} {loop.description or ''}".casefold())
     unit = (loop.pv.unit or "degC").casefold()
-    if UNCLEAR.search(text) or not TEMPERATURE.fullmatch(unit):
+    if AMBIGUOUS.search(text) or not TEMPERATURE.fullmatch(unit):
         return set()
     return {word for word, pattern in (("heating", HEATING), ("cooling", COOLING)) if pattern.search(text)}
