@@ -110,9 +110,11 @@ ENGINE = (
         173,
         "the PLC stops",
         "Without processing when stopped, a loop stands still with its outputs as they are, and begins as at the start "
-        "when the PLC runs again. With it, the loop goes on: a PV in an R register stands still, a CV in an R register "
+        "when the PLC runs again: an autotune is then cancelled (status 4), and the CV is that of before. With it, the "
+        "loop goes on: a PV in an R register stands still, a CV in an R register "
         "(without control output) no longer reaches its output, and the scenario says so.",
-        "A stopped PLC does not execute the ladder program or update its I/O, but for that of its PID loops.",
+        "A stopped PLC does not execute the ladder program or update its I/O, but for that of its PID loops. An answer "
+        "with a gap fits no curve, and a bit that is on when the PLC starts is no transition (D179).",
     ),
     Decision(
         174,

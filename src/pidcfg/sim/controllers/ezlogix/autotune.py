@@ -55,12 +55,14 @@ REASON = 32
 """Base+12 as the reason of a notice: it is added to this."""
 FAR, MOVING = 7, 8
 """Reasons of notices: an autotune that begins far from the set point (D622), or on a moving PV (D623)."""
+PLC_STOPPED = 9
+"""Reason of a notice: the PLC has stopped an autotune (D173)."""
 NEAR = 0.10
 """Share of the PV's span."""
 
 
-def end_tune(config: Config, state: State, status: int) -> None:
-    """Restore the CV; a loop in Auto continues with its integral term of before."""
+def restore(config: Config, state: State, status: int) -> None:
+    """End the autotune with the CV of before; a loop in Auto continues with its integral term of before."""
     if state.busy & HELD:
         state.out = state.tune_out
     state.busy &= ~(TUNE | HELD)
@@ -70,8 +72,20 @@ def end_tune(config: Config, state: State, status: int) -> None:
     state.tune_countdown = config.timeout
     if status > CANCELLED:
         state.status |= TUNE_ERROR
+
+
+def end_tune(config: Config, state: State, status: int) -> None:
+    """End the autotune, and tell of one without results."""
+    restore(config, state, status)
     if status != DONE:
         state.notice = add_notice(state.notice, 0, REASON + status)
+
+
+def stop_tune(config: Config, state: State) -> None:
+    """The PLC runs again: an autotune that it has stopped does not go on, since samples are missing (D173)."""
+    if state.status & TUNING:
+        restore(config, state, CANCELLED)
+        state.notice = add_notice(state.notice, 0, PLC_STOPPED)
 
 
 def switch_tune(config: Config, state: State) -> None:

@@ -56,6 +56,7 @@ REASONS = {
     OUTPUT_IS_CUT: "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output",
     TUNE_RUNS: "autotune is running already",
     ezlogix_autotune.FAR: "the autotune begins with the PV more than 10 % of its span from the set point (D622)",
+    ezlogix_autotune.PLC_STOPPED: "autotune cancelled: the PLC was stopped (status 4)",
     ezlogix_autotune.MOVING: "the PV was moving when the autotune began: do not trust its gains (D623)",
 }
 

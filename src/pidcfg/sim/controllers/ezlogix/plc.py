@@ -272,6 +272,7 @@ class Ezlogix(CountsPlc):
         """The PLC runs: loops that stood still begin as at the start (D173)."""
         for config, state in zip(self.cfg, self.st, strict=True):
             if state.busy & bits.STOPPED:
+                ezlogix_autotune.stop_tune(config, state)
                 state.due = NEVER if config.halt else tick
                 state.last_tick = state.cycle_end = tick
                 state.busy |= bits.FRESH if state.status & bits.AUTO else 0
