@@ -62,13 +62,13 @@ class Rig:
 
     def __init__(self, *loops, image=None, plants=(), base=0.1, noise=0.0, goals=False):
         self.plc = load(image if image is not None else image_of(*loops), Options())
-        self.cfg, self.st, self.sig = self.plc.cfg, self.plc.st, list(self.plc.sig)
-        self.plants = [*plants, *(Fixed() for _ in self.cfg[len(plants) :])]
+        self.configs, self.states, self.signal_values = self.plc.configs, self.plc.states, list(self.plc.signal_values)
+        self.plants = [*plants, *(Fixed() for _ in self.configs[len(plants) :])]
         self.base, self.noise, self.random, self.tick = base, noise, random.Random(1), 0
         self.log = []
         if not goals:
-            for s in self.st:
-                s.goal = s.busy = s.busy & 1
+            for s in self.states:
+                s.goal = s.pending = s.pending & 1
         self._read_log()
 
     def auto(self, i=0):
@@ -79,27 +79,29 @@ class Rig:
     def set(self, key, value, i=0):
         """A set event."""
         path = tuple(key.split("."))
-        return self.plc.set(i, path, self.plc.check_set(i, path, value), self.sig)
+        return self.plc.set(i, path, self.plc.check_set(i, path, value), self.signal_values)
 
     def mode(self, i=0):
-        return self.plc.mode(self.st[i].status)
+        return self.plc.mode(self.states[i].status)
 
     def out(self, i=0):
-        return self.sig[self.cfg[i].sig_out]
+        return self.signal_values[self.configs[i].out_slot]
 
-    def step(self, count=1, drive="sig_out"):
+    def step(self, count=1, drive="out_slot"):
         """Base steps: plants with the outputs of the step before, then the controllers."""
         for _ in range(count):
-            for c, plant in zip(self.cfg, self.plants, strict=True):
+            for c, plant in zip(self.configs, self.plants, strict=True):
                 if self.tick:
-                    plant.step(self.sig[getattr(c, drive)], self.base)
-                self.sig[c.sig_in] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
-            scan(self.tick, self.cfg, self.st, self.plc.aux, self.sig)
+                    plant.step(self.signal_values[getattr(c, drive)], self.base)
+                self.signal_values[c.in_slot] = plant.value + (
+                    self.random.gauss(0.0, self.noise) if self.noise else 0.0
+                )
+            scan(self.tick, self.configs, self.states, self.plc.aux, self.signal_values)
             self.tick += round(self.base * TICKS)
             self._read_log()
         return self
 
-    def run(self, seconds, drive="sig_out"):
+    def run(self, seconds, drive="out_slot"):
         return self.step(round(seconds / self.base), drive)
 
     def trace(self, count, *names, i=0):
@@ -107,11 +109,11 @@ class Rig:
         rows = []
         for _ in range(count):
             self.step()
-            rows.append(tuple(getattr(self.st[i], name) for name in names))
+            rows.append(tuple(getattr(self.states[i], name) for name in names))
         return rows
 
     def _read_log(self):
-        for i, s in enumerate(self.st):
+        for i, s in enumerate(self.states):
             if s.notice:
                 self.log.append((self.plc.loops[i], "; ".join(filter(None, self.plc.describe(s.notice)))))
                 s.notice = 0

@@ -18,10 +18,10 @@ def vector(values):
     return np.array(values, np.float64)
 
 
-def words(cfg, st, aux, sig):
+def words(configs, states, aux, signals):
     """Every bit of the outcome."""
-    flat = [value for item in (*cfg, *st) for value in astuple(item)]
-    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *sig)]
+    flat = [value for item in (*configs, *states) for value in astuple(item)]
+    return [struct.pack("<d", x) if isinstance(x, float) else x for x in (*flat, *aux, *signals)]
 
 
 def advance(drive, fast, head, lists, noise):
@@ -29,12 +29,12 @@ def advance(drive, fast, head, lists, noise):
 
     ``head``: the numbers that both are called with first; ``lists``: configurations, states, registers and signals.
     """
-    cfg, st, aux, sig = lists
-    kinds = type(cfg[0]), type(st[0])
-    arrays = records(cfg, kinds[0]), records(st, kinds[1]), vector(aux), vector(sig)
+    configs, states, aux, signals = lists
+    kinds = type(configs[0]), type(states[0])
+    arrays = records(configs, kinds[0]), records(states, kinds[1]), vector(aux), vector(signals)
     fast(*head, *arrays, vector(noise))
     drive(*head, *lists, noise)
-    twins = [kinds[0]() for _ in cfg], [kinds[1]() for _ in st]
+    twins = [kinds[0]() for _ in configs], [kinds[1]() for _ in states]
     for array, twin in zip(arrays, twins, strict=False):
         write_back(array, twin)
     assert words(*twins, arrays[2].tolist(), arrays[3].tolist()) == words(*lists)

@@ -55,30 +55,32 @@ class Rig:
 
     def __init__(self, *loops, program=None, plants=(), base=0.1, noise=0.0, devices=None):
         self.plc = load(program if program is not None else program_of(*loops, devices=devices), Options())
-        self.cfg, self.st, self.sig = self.plc.cfg, self.plc.st, list(self.plc.sig)
-        self.plants = [*plants, *(Fixed() for _ in self.cfg[len(plants) :])]
+        self.configs, self.states, self.signal_values = self.plc.configs, self.plc.states, list(self.plc.signal_values)
+        self.plants = [*plants, *(Fixed() for _ in self.configs[len(plants) :])]
         self.base, self.noise, self.random, self.tick = base, noise, random.Random(1), 0
         self.log = []
 
     def set(self, key, value, i=0):
         """A set event."""
         path = tuple(key.split("."))
-        return self.plc.set(i, path, self.plc.check_set(i, path, value), self.sig)
+        return self.plc.set(i, path, self.plc.check_set(i, path, value), self.signal_values)
 
     def mode(self, i=0):
-        return self.plc.mode(self.st[i].status)
+        return self.plc.mode(self.states[i].status)
 
     def signal(self, name, i=0):
-        return self.sig[self.plc.signals.index(f"{self.plc.loops[i]}.{name}")]
+        return self.signal_values[self.plc.signals.index(f"{self.plc.loops[i]}.{name}")]
 
     def step(self, count=1):
         """Base steps: plants with the outputs of the step before, then the controllers."""
         for _ in range(count):
-            for c, plant in zip(self.cfg, self.plants, strict=True):
+            for c, plant in zip(self.configs, self.plants, strict=True):
                 if self.tick:
-                    plant.step(self.sig[c.sig_out], self.base)
-                self.sig[c.sig_in] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
-            scan(self.tick, self.cfg, self.st, self.plc.aux, self.sig)
+                    plant.step(self.signal_values[c.out_slot], self.base)
+                self.signal_values[c.in_slot] = plant.value + (
+                    self.random.gauss(0.0, self.noise) if self.noise else 0.0
+                )
+            scan(self.tick, self.configs, self.states, self.plc.aux, self.signal_values)
             self.tick += round(self.base * TICKS)
             self._read_log()
         return self
@@ -104,7 +106,7 @@ class Rig:
         return [row[0] for row in rows] if len(names) == 1 else rows
 
     def _read_log(self):
-        for i, s in enumerate(self.st):
+        for i, s in enumerate(self.states):
             if s.notice:
                 self.log.append((self.plc.loops[i], "; ".join(filter(None, self.plc.describe(s.notice)))))
                 s.notice = 0

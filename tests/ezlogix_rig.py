@@ -40,11 +40,11 @@ class Rig:
     def __init__(self, base=0.1, noise=0.0, seed=1):
         self.base, self.noise = base, noise
         self.tick, self.random = 0, random.Random(seed)
-        self.cfg, self.st, self.plants, self.sig, self.aux, self.log = [], [], [], [], [], []
+        self.configs, self.states, self.plants, self.signal_values, self.aux, self.log = [], [], [], [], [], []
 
     def add(self, plant=None, mode="manual", **given):
         """Another loop; what is given goes to its `Config` or `State`, ``period`` is in seconds."""
-        i = len(self.cfg)
+        i = len(self.configs)
         given["period"] = round(given.get("period", self.base) * TICKS)
         c, s = Config(), State()
         known = {f.name for item in (c, s) for f in fields(item)}
@@ -57,33 +57,35 @@ class Rig:
             setattr(c, slot, COLUMNS * i + k)
         c.tune_buffer = i * POINTS
         self.aux += [0.0] * POINTS
-        self.sig += [plant.value if plant else 0.0] + [0.0] * (COLUMNS - 1)
+        self.signal_values += [plant.value if plant else 0.0] + [0.0] * (COLUMNS - 1)
         calculate_gains(s)
-        self.cfg.append(c)
-        self.st.append(s)
+        self.configs.append(c)
+        self.states.append(s)
         self.plants.append(plant or Fixed())
         if mode != "manual":
             self.request(mode, i)
         return c, s
 
     def request(self, mode, i=0):
-        self.st[i].wanted_mode = MODES[mode]
-        self.st[i].busy |= bits.REQUEST
+        self.states[i].wanted_mode = MODES[mode]
+        self.states[i].pending |= bits.REQUEST
 
     def tune(self, i=0, *, on=True):
-        self.st[i].tune_command = ON if on else OFF
-        self.st[i].busy |= bits.TUNE
+        self.states[i].tune_command = ON if on else OFF
+        self.states[i].pending |= bits.TUNE
 
     def step(self, count=1):
         """Base steps: plants with the outputs of the step before, then the controllers."""
         for _ in range(count):
             for i, plant in enumerate(self.plants):
                 if self.tick:
-                    plant.step(self.st[i].out, self.base)
-                self.sig[COLUMNS * i] = plant.value + (self.random.gauss(0.0, self.noise) if self.noise else 0.0)
-            scan(self.tick, self.cfg, self.st, self.aux, self.sig)
+                    plant.step(self.states[i].out, self.base)
+                self.signal_values[COLUMNS * i] = plant.value + (
+                    self.random.gauss(0.0, self.noise) if self.noise else 0.0
+                )
+            scan(self.tick, self.configs, self.states, self.aux, self.signal_values)
             self.tick += round(self.base * TICKS)
-            for s in self.st:
+            for s in self.states:
                 if s.notice:
                     self.log.append("; ".join(filter(None, Ezlogix.describe(s.notice))))
                     s.notice = 0
@@ -96,7 +98,7 @@ class Rig:
         rows = []
         for _ in range(count):
             self.step()
-            rows.append(tuple(getattr(self.st[i], name) for name in names))
+            rows.append(tuple(getattr(self.states[i], name) for name in names))
         return rows
 
     def follow(self, values, *names):
@@ -122,20 +124,22 @@ def plc(*loops, **given):
     return load(image(*loops, **given))
 
 
-def change(machine, key, value, loop=0, sig=None):
+def change(machine, key, value, loop=0, signals=None):
     """A set event."""
     path = tuple(key.split("."))
-    return machine.set(loop, path, machine.check_set(loop, path, value), machine.sig if sig is None else sig)
+    return machine.set(
+        loop, path, machine.check_set(loop, path, value), machine.signal_values if signals is None else signals
+    )
 
 
 def play(machine, steps, pv=(), base=100_000, start=0):
     """Scans with fixed measurements; the signals stay with the machine, notices are returned."""
     said = []
     for k in range(start, start + steps):
-        for c, value in zip(machine.cfg, pv, strict=False):
-            machine.sig[c.sig_in] = value
-        scan(k * base, machine.cfg, machine.st, machine.aux, machine.sig)
-        for i, s in enumerate(machine.st):
+        for c, value in zip(machine.configs, pv, strict=False):
+            machine.signal_values[c.in_slot] = value
+        scan(k * base, machine.configs, machine.states, machine.aux, machine.signal_values)
+        for i, s in enumerate(machine.states):
             if s.notice:
                 text = "; ".join(filter(None, machine.describe(s.notice)))
                 said.append((k, machine.loops[i], machine.requested(s.notice), text))

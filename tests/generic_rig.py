@@ -36,34 +36,34 @@ class Rig:
 
     def __init__(self, *loops, plants=(), base=0.1):
         self.plc = load(encode(file_of(*loops)).image, Options())
-        self.cfg, self.st, self.sig = self.plc.cfg, self.plc.st, list(self.plc.sig)
-        self.plants = [*plants, *(Fixed() for _ in self.cfg[len(plants) :])]
+        self.configs, self.states, self.signal_values = self.plc.configs, self.plc.states, list(self.plc.signal_values)
+        self.plants = [*plants, *(Fixed() for _ in self.configs[len(plants) :])]
         self.base, self.tick = base, 0
 
     def set(self, key, value, i=0):
         """A set event."""
         path = tuple(key.split("."))
-        return self.plc.set(i, path, self.plc.check_set(i, path, value), self.sig)
+        return self.plc.set(i, path, self.plc.check_set(i, path, value), self.signal_values)
 
     def mode(self, i=0):
-        return self.plc.mode(self.st[i].status)
+        return self.plc.mode(self.states[i].status)
 
     def flags(self, i=0):
         """Alarms and flags that are on."""
         bits = {**self.plc.alarm_bits, **self.plc.flag_bits}
-        return {name for name, bit in bits.items() if self.st[i].status & bit}
+        return {name for name, bit in bits.items() if self.states[i].status & bit}
 
     def signal(self, name, i=0):
-        return self.sig[self.plc.signals.index(f"{self.plc.loops[i]}.{name}")]
+        return self.signal_values[self.plc.signals.index(f"{self.plc.loops[i]}.{name}")]
 
     def step(self, count=1):
         """Base steps: plants with the outputs of the step before, then the controllers."""
         for _ in range(count):
-            for c, plant in zip(self.cfg, self.plants, strict=True):
+            for c, plant in zip(self.configs, self.plants, strict=True):
                 if self.tick:
-                    plant.step(self.sig[c.sig_out], self.base)
-                self.sig[c.sig_in] = plant.value
-            scan(self.tick, self.cfg, self.st, self.plc.aux, self.sig)
+                    plant.step(self.signal_values[c.out_slot], self.base)
+                self.signal_values[c.in_slot] = plant.value
+            scan(self.tick, self.configs, self.states, self.plc.aux, self.signal_values)
             self.tick += round(self.base * TICKS)
         return self
 

@@ -32,29 +32,29 @@ LINE = 100
 UNTOUCHED = -12345.0
 
 
-def call(c, s, aux, sig):
+def call(c, s, aux, signals):
     """One call of the block that ``c.kind`` names (kernel)."""
     kind = c.kind
     if kind == slots.ON_OFF:
-        on_off(c, s, sig)
+        on_off(c, s, signals)
     elif kind == slots.PWM:
-        pwm(c, s, sig)
+        pwm(c, s, signals)
     elif kind == slots.LOW_FILTER:
-        low_filter(c, s, sig)
+        low_filter(c, s, signals)
     elif kind == slots.DELAY:
-        delay(c, s, aux, sig)
+        delay(c, s, aux, signals)
     elif kind == slots.LAG:
-        lag(c, s, sig)
+        lag(c, s, signals)
     elif kind == slots.DELAY_LAG:
-        delay_lag(c, s, aux, sig)
+        delay_lag(c, s, aux, signals)
     elif kind == slots.LEAD_LAG:
-        lead_lag(c, s, sig)
+        lead_lag(c, s, signals)
     elif kind == slots.SELECT_MAX:
-        select_max(c, sig)
+        select_max(c, signals)
     elif kind == slots.SELECT_MIN:
-        select_min(c, sig)
+        select_min(c, signals)
     else:
-        split_range(c, sig)
+        split_range(c, signals)
 
 
 class Block:
@@ -64,23 +64,23 @@ class Block:
         self.places = slots.PLACES[kind]
         self.c = Config(kind=slots.KINDS[kind], base=MARGIN, sample_time=single(ts), buffer=MARGIN)
         self.s = State()
-        self.sig = [UNTOUCHED] * MARGIN + [0.0] * len(self.places) + [UNTOUCHED] * MARGIN
+        self.signal_values = [UNTOUCHED] * MARGIN + [0.0] * len(self.places) + [UNTOUCHED] * MARGIN
         self.aux = [UNTOUCHED] * (LINE + 2 * MARGIN)
         self.set(**given)
 
     def set(self, **given):
         """Parameters by name, as the program holds them."""
         for name, value in given.items():
-            self.sig[MARGIN + self.places[name]] = single(float(value))
+            self.signal_values[MARGIN + self.places[name]] = single(float(value))
 
     def __getitem__(self, name):
-        return self.sig[MARGIN + self.places[name]]
+        return self.signal_values[MARGIN + self.places[name]]
 
     def __call__(self, **given):
         """One call; the output, or the outputs."""
         self.set(**given)
-        call(self.c, self.s, self.aux, self.sig)
-        assert {*self.sig[:MARGIN], *self.sig[-MARGIN:]} == {UNTOUCHED}
+        call(self.c, self.s, self.aux, self.signal_values)
+        assert {*self.signal_values[:MARGIN], *self.signal_values[-MARGIN:]} == {UNTOUCHED}
         assert {*self.aux[:MARGIN], *self.aux[-MARGIN:]} == {UNTOUCHED}
         return self
 

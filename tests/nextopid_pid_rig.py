@@ -26,7 +26,7 @@ class Block:
             is_integer=int("INT" in kind),
         )
         self.s = State()
-        self.sig = [-1.0] * before + [0.0] * len(self.places) + [-1.0]
+        self.signal_values = [-1.0] * before + [0.0] * len(self.places) + [-1.0]
         self.set(**{**PLAIN, **parameters})
 
     def place(self, name):
@@ -34,18 +34,18 @@ class Block:
 
     def set(self, **parameters):
         for name, value in parameters.items():
-            self.sig[self.place(name)] = single(float(value))
+            self.signal_values[self.place(name)] = single(float(value))
         return self
 
     def call(self, n=1, **parameters):
         """Its MV after some calls with the parameters."""
         self.set(**parameters)
         for _ in range(n):
-            call_pid(self.c, self.s, self.sig)
+            call_pid(self.c, self.s, self.signal_values)
         return self["MV"]
 
     def __getitem__(self, name):
-        return self.sig[self.place(name)]
+        return self.signal_values[self.place(name)]
 
     @property
     def actions(self):

@@ -22,11 +22,11 @@ SIGNALS = ("", "PV", "SP", "OUT", "BIAS")
 @dataclass(slots=True)
 class Config:
     period: int = 1_000_000
-    sig_in: int = 0
-    sig_pv: int = 1
-    sig_sp: int = 2
-    sig_out: int = 3
-    sig_bias: int = 4
+    in_slot: int = 0
+    pv_slot: int = 1
+    sp_slot: int = 2
+    out_slot: int = 3
+    bias_slot: int = 4
 
 
 @dataclass(slots=True)
@@ -41,19 +41,19 @@ class State:
     """The alarm is on while the PV is above."""
 
 
-def scan(tick, cfg, st, _aux, sig):
+def scan(tick, configs, states, _aux, signal_values):
     """OUT = gain (SP - PV) + bias in auto; the set point is limited to 100, a gain of 0 is refused."""
-    for i in range(len(cfg)):
-        c, s = cfg[i], st[i]
+    for i in range(len(configs)):
+        c, s = configs[i], states[i]
         if tick < s.due:
             continue
         s.due += c.period
-        pv = sig[c.sig_in]
-        sig[c.sig_pv] = pv
-        sig[c.sig_sp] = min(s.sp, 100.0)
+        pv = signal_values[c.in_slot]
+        signal_values[c.pv_slot] = pv
+        signal_values[c.sp_slot] = min(s.sp, 100.0)
         s.status = (s.status & ~ALARM) | (ALARM if pv > s.limit else 0)
         if s.status & MODES["auto"]:
-            sig[c.sig_out] = s.gain * (sig[c.sig_sp] - pv) + sig[c.sig_bias]
+            signal_values[c.out_slot] = s.gain * (signal_values[c.sp_slot] - pv) + signal_values[c.bias_slot]
 
 
 @dataclass(slots=True)
@@ -61,10 +61,10 @@ class Plc(BasePlc):
     """A PLC with the loops A and B."""
 
     loops: list[str]
-    cfg: list[Config]
-    st: list[State]
+    configs: list[Config]
+    states: list[State]
     aux: list[float] = field(default_factory=list)
-    sig: list[float] = field(default_factory=list)
+    signal_values: list[float] = field(default_factory=list)
     signals: list[str] = field(default_factory=list)
     scales: list[tuple[float, float, int]] = field(default_factory=list)
     goals: list[str] = field(default_factory=list)
@@ -102,7 +102,7 @@ class Plc(BasePlc):
 
     @property
     def periods(self):
-        return [c.period for c in self.cfg]
+        return [c.period for c in self.configs]
 
     def period_set(self, _loop, path, value):
         return int(value * 1_000_000) if path == ("sample_rate",) else 0
@@ -110,26 +110,26 @@ class Plc(BasePlc):
     def scan_time(self, without_loops):
         return ScanTime(without_loops, without_loops, without_loops)
 
-    def set_output(self, loop, value, sig):
-        sig[self.cfg[loop].sig_out] = float(value.value)
+    def set_output(self, loop, value, signal_values):
+        signal_values[self.configs[loop].out_slot] = float(value.value)
 
     def check_set(self, _loop, path, value):
         number = value if isinstance(value, Quantity) else parse_number(value)
         assert path[0] in {"setpoint", "gain", "limit", "output", "sample_rate"}, path
         return number
 
-    def set(self, loop, path, value, sig):
+    def set(self, loop, path, value, signal_values):
         name = {"setpoint": "sp"}.get(path[0], path[0])
         if name == "sample_rate":
-            self.cfg[loop].period = self.period_set(loop, path, value)
+            self.configs[loop].period = self.period_set(loop, path, value)
             return None
-        setattr(self.st[loop], name, float(value))
+        setattr(self.states[loop], name, float(value))
         if name == "sp":
-            sig[self.cfg[loop].sig_sp] = float(value)
+            signal_values[self.configs[loop].sp_slot] = float(value)
         return "is read later" if name == "limit" else None
 
     def request(self, loop, mode):
-        s = self.st[loop]
+        s = self.states[loop]
         if mode == "auto" and s.gain == 0:
             s.notice = 1
         else:
@@ -137,14 +137,14 @@ class Plc(BasePlc):
 
     def ramp_soak(self, loop, command):
         self.calls.append(("ramp_soak", loop, command))
-        self.st[loop].aux_status = 1
+        self.states[loop].aux_status = 1
 
     def autotune(self, loop, command):
         self.calls.append(("autotune", loop, command))
-        self.st[loop].status |= FLAG
+        self.states[loop].status |= FLAG
 
     def tuned(self, loop):
-        if not self.st[loop].status & FLAG:
+        if not self.states[loop].status & FLAG:
             return None
         return {"done": True, "error": False, "status": "done", "results": {"gain": 2.5}}
 
@@ -160,7 +160,7 @@ class Plc(BasePlc):
 
     def run(self, tick):
         self.calls.append(("run", tick))
-        self.st[0].notice = 2
+        self.states[0].notice = 2
 
 
 class Controller:
@@ -181,13 +181,13 @@ class Controller:
     @staticmethod
     def load(**given):
         """Two loops in Auto at a set point of 50, sampled every second, unless ``given`` otherwise."""
-        cfg = [Config(1_000_000, *range(5 * i, 5 * i + 5)) for i in range(2)]
-        plc = Plc(["A", "B"], cfg, [State(), State()])
-        plc.sig = [0.0] * 10
+        configs = [Config(1_000_000, *range(5 * i, 5 * i + 5)) for i in range(2)]
+        plc = Plc(["A", "B"], configs, [State(), State()])
+        plc.signal_values = [0.0] * 10
         plc.signals = [f"{loop}.{name}" if name else "" for loop in plc.loops for name in SIGNALS]
         plc.scales = [(0.0, 100.0, 1000)] * 2
         plc.goals = ["auto", "auto"]
-        for s in plc.st:
+        for s in plc.states:
             s.status, s.sp = MODES["auto"], 50.0
         for name, value in given.items():
             setattr(plc, name, value)

@@ -107,7 +107,7 @@ def test_the_output_steps_where_there_is_room_and_returns(out, moved):
         rig.step()
 
     assert seen == {out, moved}
-    assert rig.st[0].bias == pytest.approx(out, abs=5.0)
+    assert rig.states[0].bias == pytest.approx(out, abs=5.0)
     assert rig.plc.tuned(0)["done"]
 
 
@@ -123,9 +123,9 @@ def test_the_gain_does_not_depend_on_the_outputs_limits():
 def test_the_new_parameters_act_at_once_and_without_a_kick():
     """The error that the step has left has no past: P and one sample of I on the old bias, no derivative."""
     rig = settled(gain=0.5, dead_time=10.0, autotune={"method": "open"})
-    bias = rig.st[0].bias
+    bias = rig.states[0].bias
     tuned(rig)
-    s = rig.st[0]
+    s = rig.states[0]
     error = 50.0 - s.pv
 
     assert (s.kp, error) == (s.gain, pytest.approx(-5.0, abs=0.5))
@@ -188,12 +188,12 @@ def test_the_hysteresis_is_in_percent_of_the_pv_limits():
     rig.step(17)
     first = rig.out()
     while rig.out() == first:
-        crossed = rig.st[0].pv
+        crossed = rig.states[0].pv
         rig.step()
 
     assert first == 100.0
     assert crossed - 50.0 < 2.0 + 1e-6
-    assert rig.st[0].pv - 50.0 > 2.0
+    assert rig.states[0].pv - 50.0 > 2.0
 
 
 @pytest.mark.parametrize("method", ["open", "closed"])
@@ -253,17 +253,19 @@ def test_results_stand_in_the_registers_in_single_precision():
     rig = settled(autotune={"method": "open"})
     results = tuned(rig)["results"]
     own = rig.plc._loops[0]
-    own.absorb(rig.st[0])
+    own.absorb(rig.states[0])
 
     for name in ("proportional_gain", "reset_time", "derivative_gain"):
         assert (
             number_of("DF", own.words[name])
             == results[name]
-            == getattr(rig.st[0], {"proportional_gain": "gain", "reset_time": "reset", "derivative_gain": "rate"}[name])
+            == getattr(
+                rig.states[0], {"proportional_gain": "gain", "reset_time": "reset", "derivative_gain": "rate"}[name]
+            )
         )
     assert number_of("DS", own.words["sample_rate"]) == results["sample_rate"] * 1000
     rig.set("setpoint", 51)
-    assert rig.st[0].gain == results["proportional_gain"], "a later write leaves the results alone"
+    assert rig.states[0].gain == results["proportional_gain"], "a later write leaves the results alone"
     assert rig.plc.periods == [round(results["sample_rate"] * 1e6)]
 
 
@@ -308,6 +310,7 @@ def test_a_swing_below_a_millionth_of_the_range_is_taken_for_that(monkeypatch, a
 
 
 def test_a_relay_begins_anew_whatever_the_last_one_has_left():
-    state = bits.State(tune_count=7, tune_turns=5, tune_side=1, tune_points=3, tune_swing=900.0)
+    state = bits.State(tune_count=7, tune_turns=5, tune_relay_sign=1, tune_points=3, tune_swing=900.0)
     autotune.begin_relay(state)
-    assert (state.tune_count, state.tune_turns, state.tune_side, state.tune_points, state.tune_swing) == (0, 0, 0, 0, 0)
+    cleared = state.tune_count, state.tune_turns, state.tune_relay_sign, state.tune_points, state.tune_swing
+    assert cleared == (0, 0, 0, 0, 0)

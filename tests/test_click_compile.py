@@ -22,15 +22,15 @@ WIDTH = len(SIGNALS)
 ODD = (0.0, -1.0, 1e30, math.inf, -math.inf, math.nan, 3.4e38)
 
 
-def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes flat arrays
+def drive(first, last, configs, states, aux, signals, noise):  # noqa: PLR0917 - numba takes flat arrays
     """Base steps of first-order plants with noise, and the controllers (kernel)."""
-    n = len(cfg)
+    n = len(configs)
     for k in range(first, last):
         for i in range(n):
             at = WIDTH * n + i
-            sig[at] = sig[at] + 0.03 * (0.9 * sig[cfg[i].sig_out] - sig[at])
-            sig[cfg[i].sig_in] = sig[at] + noise[(k * n + i) % len(noise)]
-        scan(k * BASE, cfg, st, aux, sig)
+            signals[at] = signals[at] + 0.03 * (0.9 * signals[configs[i].out_slot] - signals[at])
+            signals[configs[i].in_slot] = signals[at] + noise[(k * n + i) % len(noise)]
+        scan(k * BASE, configs, states, aux, signals)
     return last
 
 
@@ -89,9 +89,9 @@ def random_event(rng, plc, i):
         plc.request(i, "auto")
         plc.autotune(i, "start")
     elif kind == 5:
-        plc.set(i, ("setpoint",), plc.check_set(i, ("setpoint",), round(rng.uniform(0, 90), 3)), plc.sig)
+        plc.set(i, ("setpoint",), plc.check_set(i, ("setpoint",), round(rng.uniform(0, 90), 3)), plc.signal_values)
     elif kind == 6:
-        plc.set(i, ("bias",), plc.check_set(i, ("bias",), round(rng.uniform(0, 100), 3)), plc.sig)
+        plc.set(i, ("bias",), plc.check_set(i, ("bias",), round(rng.uniform(0, 100), 3)), plc.signal_values)
     else:
         plc.autotune(i, "cancel")
 
@@ -106,20 +106,20 @@ def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
     seen, errors, tuned, pulses = 0, set(), set(), set()
     for _ in range(PLCS):
         plc = random_plc(rng)
-        cfg, st, aux = plc.cfg, plc.st, plc.aux
-        sig = [*plc.sig, *(rng.uniform(0.0, 90.0) for _ in cfg)]
+        configs, states, aux = plc.configs, plc.states, plc.aux
+        signals = [*plc.signal_values, *(rng.uniform(0.0, 90.0) for _ in configs)]
         level = rng.choice([0.0, 0.3])
         noise = [rng.gauss(0.0, level) for _ in range(97)]
         for segment in range(SEGMENTS):
-            for i in range(len(cfg)):
+            for i in range(len(configs)):
                 random_event(rng, plc, i)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise)
-            for c, s in zip(cfg, st, strict=True):
+            advance(drive, fast, head, (configs, states, aux, signals), noise)
+            for c, s in zip(configs, states, strict=True):
                 seen |= s.status
                 errors.add(s.error)
                 tuned |= {c.tune_closed} if s.tune_done == 1 else set()
-                pulses |= {sig[c.sig_pwm]} if c.pwm else set()
+                pulses |= {signals[c.pwm_slot]} if c.pwm else set()
                 s.notice = 0
     every = bits.MODES | bits.ALARMS | bits.PID_ERROR | bits.TUNE_ERROR
     assert seen & every == every, "some mode, alarm or error never came up"

@@ -90,7 +90,7 @@ def compared(rng):
     pv = Fixed(span * rng.random())
     rig = Rig(loop, plants=[pv], base=step)
     rig.set("output", round(rng.uniform(10.1, 70.7), 2))
-    s = rig.auto().st[0]
+    s = rig.auto().states[0]
     reference = Reference(loop, s.out)
     outputs = set()
     for _ in range(300):
@@ -170,13 +170,13 @@ def test_without_freeze_the_bias_winds_up_to_the_limits_of_the_output_and_recove
         rig.auto().run(10)
         kept, rig.plants[0] = rig.plants[0], Fixed(0.0)
         rig.run(60)
-        bias = rig.st[0].bias
+        bias = rig.states[0].bias
         assert rig.out() == 100.0
         assert (bias == 100.0) is not freeze
         assert bias < 42.0 or not freeze, "frozen with the first sample at the limit"
         rig.plants[0] = kept
         steps = 0
-        while abs(rig.st[0].bias - 40.0) > 1.0 or abs(kept.value - 40.0) > 0.5:
+        while abs(rig.states[0].bias - 40.0) > 1.0 or abs(kept.value - 40.0) > 0.5:
             steps += 1
             rig.step()
         recovered[freeze] = steps
@@ -208,8 +208,8 @@ def test_neither_output_nor_bias_leaves_the_limits_in_auto(tuning, freeze, low, 
     for pv.value in pvs:
         rig.step()
         assert rig.mode() == "auto"
-        assert low <= rig.st[0].out <= low + width
-        assert low <= rig.st[0].bias <= low + width
+        assert low <= rig.states[0].out <= low + width
+        assert low <= rig.states[0].bias <= low + width
 
 
 def test_an_infinite_error_leaves_the_output_where_it_is():
@@ -227,5 +227,5 @@ def test_an_infinite_error_leaves_the_output_where_it_is():
     pv.value = 1.0
     rig.step(3)
     assert rig.mode() == "auto"
-    assert math.isfinite(rig.st[0].filtered_difference)
-    assert rig.out() < 100.0 or rig.st[0].bias == 100.0
+    assert math.isfinite(rig.states[0].filtered_difference)
+    assert rig.out() < 100.0 or rig.states[0].bias == 100.0

@@ -29,7 +29,7 @@ def at(measured=50.0, **loop):
 def test_a_set_point_that_is_not_meant_stays_the_pv():
     rig = Rig({"mode": "auto", "bumpless": 1}, plants=[Fixed(50.0)], goals=True)
 
-    assert rig.step(5).st[0].sp == 50.0
+    assert rig.step(5).states[0].sp == 50.0
 
 
 # --- PID errors ------------------------------------------------------------------------------------------------------
@@ -69,7 +69,7 @@ def test_a_wrong_register_is_its_error_and_keeps_the_loop_in_manual(number, regi
     assert rig.mode() == "manual"
     assert [text.split(":")[0] for _, text in rig.log] == [f"PID error {number}", "refused"]
     assert f"PID error {number}: " in rig.log[1][1]
-    assert all(math.isfinite(x) for x in rig.sig)
+    assert all(math.isfinite(x) for x in rig.signal_values)
 
 
 @pytest.mark.parametrize(("register", "value"), [(name, v) for name, v, _ in WRONG.values()])
@@ -111,7 +111,7 @@ def test_an_unwritten_plc_shows_its_lowest_error_and_runs_as_far_as_it_can():
     rig.auto().step(3)
 
     assert rig.plc.flags == {"DS1": 10}
-    assert (rig.mode(), rig.sig[rig.cfg[0].sig_pv]) == ("manual", 7.5)
+    assert (rig.mode(), rig.signal_values[rig.configs[0].pv_slot]) == ("manual", 7.5)
     assert rig.plc.periods == [100_000]
 
 
@@ -141,7 +141,7 @@ def test_errors_come_and_go_and_the_lowest_shows():
         "no PID error any more",
     ]
     assert "reset time (DFn+06) is not within 0.01 to 6000 s" in rig.log[0][1]
-    assert rig.st[0].status & FLAG_BITS["pid_error"] == 0
+    assert rig.states[0].status & FLAG_BITS["pid_error"] == 0
     assert rig.auto().step().mode() == "auto"
 
 
@@ -184,17 +184,17 @@ PV_LIMITS = {"low_low": 10, "low": 20, "high": 80, "high_high": 90}
 def test_the_manuals_rate_of_15_a_minute_is_half_a_unit_in_2_s():
     rig = at(sample_rate="2 s", alarms={"rate_of_change": "15 /min"})
 
-    assert rig.cfg[0].rate_of_change == 0.5
+    assert rig.configs[0].rate_of_change == 0.5
 
 
 def test_a_group_that_is_switched_off_loses_alarms_whatever_the_hysteresis_holds():
     image = poked(image_of({"alarms": {"pv": PV_LIMITS}}), hysteresis=math.nan)
     rig = Rig(image=image, plants=[Fixed(95.0)])
     rig.step()
-    assert names(rig.st[0].status) == ["pv_high", "pv_high_high"]
+    assert names(rig.states[0].status) == ["pv_high", "pv_high_high"]
     rig.set("alarms.pv.enabled", value=False)
 
-    assert names(rig.step().st[0].status) == []
+    assert names(rig.step().states[0].status) == []
 
 
 def expected(pvs, limits, hysteresis):
@@ -234,7 +234,7 @@ def test_alarms_follow_the_rule_by_the_letter(pvs, limits, hysteresis):
     for rig.plants[0].value in pvs:
         rig.step()
 
-    assert rig.st[0].status & ALARMS == expected(pvs, limits, hysteresis)
+    assert rig.states[0].status & ALARMS == expected(pvs, limits, hysteresis)
 
 
 NUMBERS = st.floats(-200, 200, width=32) | st.integers(-20, 20).map(float)
@@ -257,12 +257,12 @@ def test_the_quiet_band_never_hides_an_alarm(pvs, limits, hysteresis, setpoints)
     for n, pv in enumerate(pvs):
         for rig in (short, full):
             rig.plants[0].value = pv
-            rig.st[0].sp = setpoints[n % len(setpoints)]
-        full.st[0].quiet_low = math.inf
+            rig.states[0].sp = setpoints[n % len(setpoints)]
+        full.states[0].alarm_band_low = math.inf
         short.step()
         full.step()
-        assert short.st[0].status == full.st[0].status
-        assert short.sig == full.sig
+        assert short.states[0].status == full.states[0].status
+        assert short.signal_values == full.signal_values
 
 
 def test_limits_that_are_no_numbers_make_no_alarm():
@@ -277,4 +277,4 @@ def test_limits_that_are_no_numbers_make_no_alarm():
     rig.plants[0].value = 95.0
     rig.step(2)
 
-    assert names(rig.st[0].status) == ["pv_high_high"]
+    assert names(rig.states[0].status) == ["pv_high_high"]

@@ -84,7 +84,7 @@ def run(text="", image=None, plant=PLANT, engine="python", **given):
 
 def test_every_register_reaches_the_controller():
     rig = Rig(image=tank(action="reverse", error={"curve": "squared", "deadband": 0.5}), goals=True)
-    c, s = rig.cfg[0], rig.st[0]
+    c, s = rig.configs[0], rig.states[0]
 
     assert (c.period, s.period, s.sample_ms) == (500_000, 500_000, 500)
     assert (c.sp_low_on, c.sp_low, c.sp_high_on, c.sp_high) == (1, 50.0, 1, 130.0)
@@ -141,7 +141,7 @@ def test_the_base_step_divides_the_sample_rate_and_is_a_hundredth_of_the_pulses(
     plc = load(image_of({"sample_rate": rate, "output": {"pwm": {"bit": "Y001", "period": period}}}))
 
     assert plc.base == base
-    assert plc.cfg[0].period % base == 0
+    assert plc.configs[0].period % base == 0
 
 
 def test_the_base_step_without_pulses_is_the_greatest_common_one():
@@ -172,13 +172,13 @@ def test_any_memory_can_be_run():
             rig.plc.autotune(0, command)
             rig.plc.autotune(1, command)
             rig.step(30)
-            assert all(math.isfinite(x) for x in rig.sig)
-        rig.plc.program(rig.sig)
+            assert all(math.isfinite(x) for x in rig.signal_values)
+        rig.plc.program(rig.signal_values)
         rig.step(3)
         rig.plc.run(rig.tick)
         rig.set("tuning.reset_time", 5)
         rig.step(20)
-        assert all(math.isfinite(x) for x in rig.sig)
+        assert all(math.isfinite(x) for x in rig.signal_values)
         assert rig.plc.scales[0][0] < rig.plc.scales[0][1]
         seen |= set(rig.plc.flags.values())
     assert len(seen) > 8
@@ -205,7 +205,7 @@ def test_a_key_is_written_to_its_register(key, value, field, becomes):
     rig = Rig({})
     assert rig.set(key, value) is None
 
-    assert getattr(rig.st[0], field) == becomes
+    assert getattr(rig.states[0], field) == becomes
 
 
 @pytest.mark.parametrize(
@@ -232,7 +232,7 @@ def test_a_key_reaches_the_configuration(key, value, field, becomes):
     rig = Rig({"alarms": {"pv": on, "deviation": on, "rate_of_change_enabled": True}})
     rig.set(key, value)
 
-    assert getattr(rig.cfg[0], field) == becomes
+    assert getattr(rig.configs[0], field) == becomes
 
 
 def test_both_ends_of_a_pair_are_written_at_once():
@@ -240,7 +240,12 @@ def test_both_ends_of_a_pair_are_written_at_once():
     rig.set("output.limits", [5, 95])
     rig.set("pv.range", [-10, 40])
 
-    assert (rig.cfg[0].out_low, rig.cfg[0].out_high, rig.cfg[0].pv_low, rig.cfg[0].pv_high) == (5.0, 95.0, -10.0, 40.0)
+    assert (rig.configs[0].out_low, rig.configs[0].out_high, rig.configs[0].pv_low, rig.configs[0].pv_high) == (
+        5.0,
+        95.0,
+        -10.0,
+        40.0,
+    )
 
 
 def test_new_gains_act_with_the_next_sample():
@@ -300,7 +305,7 @@ def test_a_new_sample_rate_is_known_beforehand(rate, ticks):
 
     assert plc.period_set(0, key, value) == ticks
     assert plc.period_set(0, ("setpoint",), Decimal(5)) == 0
-    plc.set(0, key, value, plc.sig)
+    plc.set(0, key, value, plc.signal_values)
     assert plc.periods == [ticks]
 
 
@@ -310,7 +315,7 @@ def test_writing_one_register_leaves_what_the_controller_has_written():
     rig.auto().step(3)
     rig.set("alarms.pv.high", 90)
 
-    assert (rig.st[0].sp, rig.st[0].bias, rig.out()) == (43.25, 31.5, 31.5)
+    assert (rig.states[0].sp, rig.states[0].bias, rig.out()) == (43.25, 31.5, 31.5)
 
 
 # --- pulses ----------------------------------------------------------------------------------------------------------
@@ -320,7 +325,7 @@ def pulses(rig, count):
     seen = []
     for _ in range(count):
         rig.step()
-        seen.append(int(rig.sig[rig.cfg[0].sig_pwm]))
+        seen.append(int(rig.signal_values[rig.configs[0].pwm_slot]))
     return seen
 
 
@@ -382,14 +387,14 @@ def test_an_output_that_is_no_number_gives_no_pulses_and_one_beyond_its_range_no
     assert pulses(rig, 20) == [0] * 20
     rig.set("output", 1000)
     rig.step(10)
-    assert rig.st[0].on_time == 1e6
+    assert rig.states[0].on_time == 1e6
 
 
 def test_in_stop_there_are_no_pulses_and_run_begins_a_period():
     rig = Rig({"output": {"pwm": {"bit": "Y001", "period": 1}}})
     rig.set("output", 50)
     rig.step(14)
-    rig.plc.program(rig.sig)
+    rig.plc.program(rig.signal_values)
     stopped = pulses(rig, 9)
     rig.plc.run(rig.tick)
 
@@ -403,7 +408,7 @@ def test_steps_longer_than_periods_show_no_pulse_twice():
     rig.set("output", 40)
     rig.step(20)
 
-    assert abs(rig.st[0].pulse_start - rig.tick) <= 2 * 2_500_000
+    assert abs(rig.states[0].pulse_start - rig.tick) <= 2 * 2_500_000
 
 
 def test_pulses_run_between_samples():
@@ -424,11 +429,11 @@ def test_pulses_heat_as_the_output_would():
         },
         plants=[plant],
     )
-    rig.auto().run(3000, drive="sig_pwm")
+    rig.auto().run(3000, drive="pwm_slot")
     on = []
     for _ in range(5000):
-        rig.step(drive="sig_pwm")
-        on.append(rig.sig[rig.cfg[0].sig_pwm])
+        rig.step(drive="pwm_slot")
+        on.append(rig.signal_values[rig.configs[0].pwm_slot])
 
     assert plant.value == pytest.approx(60.0, abs=1.0)
     assert sum(on) / len(on) == pytest.approx(0.40, abs=0.01)

@@ -48,15 +48,15 @@ TABLE = 32
 FORMATS = ((0.0, 4095.0), (-4095.0, 4095.0), (0.0, 32767.0), (-32767.0, 32767.0), (0.0, 65535.0))
 
 
-def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes flat arrays
+def drive(first, last, configs, states, aux, signals, noise):  # noqa: PLR0917 - numba takes flat arrays
     """Base steps of first-order plants with noise, and the controllers (kernel)."""
-    n = len(cfg)
+    n = len(configs)
     for k in range(first, last):
         for i in range(n):
             at = 5 * n + i
-            sig[at] = sig[at] + 0.03 * (0.9 * sig[5 * i + 3] - sig[at])
-            sig[5 * i] = sig[at] + noise[(k * n + i) % len(noise)]
-        scan(k * BASE, cfg, st, aux, sig)
+            signals[at] = signals[at] + 0.03 * (0.9 * signals[5 * i + 3] - signals[at])
+            signals[5 * i] = signals[at] + noise[(k * n + i) % len(noise)]
+        scan(k * BASE, configs, states, aux, signals)
     return last
 
 
@@ -64,7 +64,7 @@ def random_config(rng, i, n):
     low, high = rng.choice(FORMATS)
     c = Config(period=rng.choice([50_000, 100_000, 500_000, 3_000_000]))
     c.slow = int(c.period > 2_000_000 and rng.random() < 0.7)
-    c.sig_in, c.sig_pv, c.sig_sp, c.sig_out, c.sig_bias = (5 * i + k for k in range(5))
+    c.in_slot, c.pv_slot, c.sp_slot, c.out_slot, c.bias_slot = (5 * i + k for k in range(5))
     c.pv_min, c.pv_max, c.pv_span = low, high, high - low
     c.out_min, c.out_max, c.out_span = low, high, high - low
     c.pv_low = c.out_low = -20.0
@@ -123,15 +123,15 @@ def random_event(rng, c, s):
     """What an operator may do between two segments."""
     kind = rng.randrange(7)
     if kind == 0:
-        s.request, s.busy = rng.choice([1, 2, 4]), s.busy | bits.REQUEST
+        s.request, s.pending = rng.choice([1, 2, 4]), s.pending | bits.REQUEST
     elif kind == 1:
-        s.goal, s.busy = rng.choice([2, 4]), s.busy | bits.GOAL
+        s.goal, s.pending = rng.choice([2, 4]), s.pending | bits.GOAL
     elif kind == 2:
-        s.rs_command, s.busy = rng.choice([1, 2, 4, 8]), s.busy | bits.SOAK
+        s.rs_command, s.pending = rng.choice([1, 2, 4, 8]), s.pending | bits.SOAK
     elif kind == 3:
-        s.tune_phase, s.busy = REQUESTED, s.busy | bits.TUNE
+        s.tune_phase, s.pending = REQUESTED, s.pending | bits.TUNE
     elif kind == 4:
-        s.busy ^= rng.choice([bits.STOPPED, bits.PROGRAM, bits.PROGRAM | bits.PV_STALE | bits.OUTPUT_CUT])
+        s.pending ^= rng.choice([bits.STOPPED, bits.PROGRAM, bits.PROGRAM | bits.PV_STALE | bits.OUTPUT_CUT])
     elif kind == 5:
         s.sp = nearest(c.pv_min + c.span * rng.random())
     else:
@@ -140,16 +140,16 @@ def random_event(rng, c, s):
 
 def random_plc(rng):
     n = rng.randint(1, 4)
-    cfg = [random_config(rng, i, n) for i in range(n)]
-    st = [random_state(rng, c) for c in cfg]
+    configs = [random_config(rng, i, n) for i in range(n)]
+    states = [random_state(rng, c) for c in configs]
     aux = [0.0] * (n * (TABLE + POINTS))
-    for i, c in enumerate(cfg):
+    for i, c in enumerate(configs):
         for j in range(8):
             pair = [c.pv_min + c.span * rng.random(), rng.choice([0.0, 20.0, 99.99]), rng.choice([0.0, 6.0]), 40.0]
             aux[i * TABLE + 4 * j : i * TABLE + 4 * j + 4] = pair
-    sig = [rng.uniform(0.0, 100.0) for _ in range(6 * n)]
+    signals = [rng.uniform(0.0, 100.0) for _ in range(6 * n)]
     level = rng.choice([0.0, 0.3])
-    return cfg, st, aux, sig, [rng.gauss(0.0, level) for _ in range(97)]
+    return configs, states, aux, signals, [rng.gauss(0.0, level) for _ in range(97)]
 
 
 @pytest.fixture(scope="module")
@@ -162,13 +162,13 @@ def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
     seen = 0
     tuned, soaked = set(), 0
     for _ in range(CONFIGURATIONS):
-        cfg, st, aux, sig, noise = random_plc(rng)
+        configs, states, aux, signals, noise = random_plc(rng)
         for segment in range(SEGMENTS):
-            for c, s in zip(cfg, st, strict=True):
+            for c, s in zip(configs, states, strict=True):
                 random_event(rng, c, s)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise)
-            for c, s in zip(cfg, st, strict=True):
+            advance(drive, fast, head, (configs, states, aux, signals), noise)
+            for c, s in zip(configs, states, strict=True):
                 seen |= s.status
                 soaked |= s.aux_status
                 tuned |= {c.tune_open} if s.tune_done else set()

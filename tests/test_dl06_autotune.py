@@ -27,7 +27,7 @@ from rig_plants import FirstOrder, Fixed, Moving
 def until_tuned(rig, s, most=20000):
     for _ in range(most):
         rig.step()
-        if s.busy & TUNE == 0:
+        if s.pending & TUNE == 0:
             return
     raise AssertionError("auto-tune did not come to an end")
 
@@ -134,7 +134,7 @@ def test_an_integrating_process_is_tuned_from_its_constant_slope():
 def test_the_output_steps_by_ten_percent_and_returns():
     rig, s = open_loop(1.0, 20.0, 4.0, 0.5)
     outs = []
-    while s.busy & TUNE:
+    while s.pending & TUNE:
         rig.step()
         outs.append(s.out)
 
@@ -145,7 +145,7 @@ def test_the_output_steps_by_ten_percent_and_returns():
 def test_a_small_response_makes_the_step_twenty_percent():
     rig, s = open_loop(0.15, 20.0, 4.0, 0.5)
     outs = []
-    while s.busy & TUNE:
+    while s.pending & TUNE:
         rig.step()
         outs.append(s.out)
 
@@ -180,9 +180,10 @@ def test_closed_loop_gains_follow_from_the_relays_cycle(gain, time_constant, dea
 
 
 def test_a_relay_begins_anew_whatever_the_last_one_has_left():
-    state = bits.State(tune_count=7, tune_turns=5, tune_side=1, tune_points=3, tune_swing=900.0)
+    state = bits.State(tune_count=7, tune_turns=5, tune_relay_sign=1, tune_points=3, tune_swing=900.0)
     begin_relay(bits.Config(), state)
-    assert (state.tune_count, state.tune_turns, state.tune_side, state.tune_points, state.tune_swing) == (0, 0, 0, 0, 0)
+    cleared = state.tune_count, state.tune_turns, state.tune_relay_sign, state.tune_points, state.tune_swing
+    assert cleared == (0, 0, 0, 0, 0)
 
 
 def test_closed_loop_pi_leaves_the_rate_at_zero():
@@ -213,7 +214,7 @@ def test_closed_loop_bears_noise(seed):
 def test_the_relay_takes_three_full_cycles_between_the_limits_and_gives_the_bias_back():
     rig, s = closed_loop(1.0, 20.0, 4.0, 0.5)
     outs = []
-    while s.busy & TUNE:
+    while s.pending & TUNE:
         rig.step()
         outs.append(s.out)
     relay = [out for out in outs if out in (1000.0, 3000.0)]
@@ -244,7 +245,7 @@ def test_digits_of_every_cycle_are_those_of_exact_fractions():
 def test_a_result_half_way_between_two_digits_is_rounded_to_the_even_one(period, hundredths):
     """0.6 times 1.5 s are 0.9 s, 1.5 hundredths of a minute, which binary fractions come to a little above or below."""
     rig, s = open_loop(1.0, 20.0, 4.0, 0.5, reset_unit=60.0, reset_step=0.01)
-    store(rig.cfg[0], s, 1.0, 0.6 * period, 0.0, 0.5)
+    store(rig.configs[0], s, 1.0, 0.6 * period, 0.0, 0.5)
 
     assert s.reset == pytest.approx(hundredths * 0.6, rel=1e-12)
 
@@ -267,7 +268,7 @@ def test_an_open_loop_auto_tune_on_a_moving_pv_is_told(moves, told):
 
 def test_results_below_one_digit_are_one_digit_since_0_would_switch_them_off():
     rig, s = open_loop(1.0, 20.0, 4.0, 0.5, reset_unit=60.0, reset_step=0.01)
-    store(rig.cfg[0], s, 0.0001, 0.0001, 0.0001, 0.5)
+    store(rig.configs[0], s, 0.0001, 0.0001, 0.0001, 0.5)
 
     assert (s.gain, s.reset, s.rate) == (0.01, pytest.approx(0.6), 0.0)
 

@@ -176,7 +176,7 @@ def test_a_root_loop_settles_where_the_root_of_the_pv_is_the_set_point_word():
 
     assert math.isqrt(round(s.pv)) in (39, 40)
     assert s.pv == pytest.approx(1600.0, abs=3.0)
-    assert rig.sig[2] == 1600.0, "the SP signal is the PV that satisfies the set point"
+    assert rig.signal_values[2] == 1600.0, "the SP signal is the PV that satisfies the set point"
 
 
 def test_the_pv_word_is_rounded_half_to_even_and_saturates():
@@ -231,9 +231,9 @@ def test_slow_loops_take_turns_one_a_scan_when_scans_have_a_length():
     rig.add(Fixed(1.0), period=0.1)
     order = []
     for k in range(31):
-        due = [s.due for s in rig.st]
+        due = [s.due for s in rig.states]
         rig.step()
-        order += [(k, i) for i, s in enumerate(rig.st) if s.due != due[i]]
+        order += [(k, i) for i, s in enumerate(rig.states) if s.due != due[i]]
     slow = [(k, i) for k, i in order if i < 4]
 
     assert sorted(i for _, i in slow[:4]) == [0, 1, 2, 3]
@@ -248,9 +248,9 @@ def test_more_slow_loops_than_scans_share_them_evenly():
         rig.add(Fixed(1.0), period=3.0, slow=1)
     served = []
     for _ in range(24):
-        due = [s.due for s in rig.st]
+        due = [s.due for s in rig.states]
         rig.step()
-        served += [i for i, s in enumerate(rig.st) if s.due != due[i]]
+        served += [i for i, s in enumerate(rig.states) if s.due != due[i]]
 
     assert served == [0, 1, 2, 3] * 6
 
@@ -261,12 +261,12 @@ def test_without_a_scan_time_every_loop_that_is_due_is_calculated():
         rig.add(Fixed(1.0), period=3.0)
     rig.step()
 
-    assert {s.due for s in rig.st} == {3_000_000}
+    assert {s.due for s in rig.states} == {3_000_000}
 
 
 def test_the_equation_of_the_manual_by_hand():
     """Kc 2, Ti 10 s, Td 1 s, Ts 0.5 s: Ki = 0.1, Kr = 4; e = 0.10, 0.12, 0.11 of span from a bias of 0.2."""
-    c, s = one(gain=2.0, reset=10.0, rate=1.0, period=500_000, bias=0.2 * 4095.0, busy=bits.FRESH)
+    c, s = one(gain=2.0, reset=10.0, rate=1.0, period=500_000, bias=0.2 * 4095.0, pending=bits.FRESH)
     results = [calculate_output(c, s, 4095.0 * e, 0.0) / 4095.0 for e in (0.10, 0.12, 0.11)]
 
     assert results == pytest.approx([0.2 + 0.01 + 0.2, 0.21 + 0.012 + 0.24 + 0.08, 0.222 + 0.011 + 0.22 - 0.04])
@@ -279,11 +279,11 @@ def test_scan_of_no_loops_does_nothing():
 def test_a_slow_loop_that_program_mode_has_stopped_takes_no_turn():
     rig = Rig(base=0.1)
     _, s = rig.add(Fixed(1.0), period=3.0, slow=1)
-    s.busy |= bits.STOPPED
+    s.pending |= bits.STOPPED
     rig.step()
     assert s.due == 0
 
-    s.busy &= ~bits.STOPPED
+    s.pending &= ~bits.STOPPED
     rig.step()
     assert s.due > 0
 
@@ -339,7 +339,7 @@ def test_the_quiet_band_is_as_wide_as_the_thresholds_allow(fields, band):
     rig = Rig()
     _, s = rig.add(Fixed(2000.0), sp=2000.0, **fields)
     rig.step()
-    assert (s.quiet_low, s.quiet_high) == band
+    assert (s.alarm_band_low, s.alarm_band_high) == band
 
 
 def test_absolute_alarms_are_bits_three_to_six():

@@ -11,7 +11,7 @@ from rig_plants import FirstOrder, Fixed
 
 
 def mode(rig, i=0):
-    return Dl06.mode(rig.st[i].status)
+    return Dl06.mode(rig.states[i].status)
 
 
 def reasons(rig):
@@ -41,7 +41,7 @@ def cascaded():
 
 def test_when_a_minor_loop_overflows_its_major_goes_to_manual():
     rig = cascaded()
-    rig.st[0].kp = 1e12
+    rig.states[0].kp = 1e12
     rig.plants[0].value = 1100.0
     rig.step()
 
@@ -64,7 +64,7 @@ def test_an_alarm_programming_error_that_comes_up_forces_manual():
     _, s = rig.add(Fixed(100.0), "auto", sp=100.0, out=300.0)
     rig.step(2)
     s.status |= bits.ALARM_ERROR
-    s.busy |= bits.TRIP
+    s.pending |= bits.TRIP
     rig.step(2)
 
     assert (mode(rig), s.out) == ("manual", 300.0)
@@ -93,10 +93,10 @@ def test_back_to_manual_the_output_stays():
 def test_restoring_returns_a_cascade_to_its_modes_at_once():
     rig = cascaded()
     rig.log.clear()
-    for s in rig.st:
+    for s in rig.states:
         s.prior = s.status & bits.MODES
         s.status = (s.status & ~bits.MODES) | bits.MANUAL
-        s.busy |= bits.RESTORE
+        s.pending |= bits.RESTORE
     rig.step()
 
     assert (mode(rig, 0), mode(rig, 1)) == ("cascade", "auto")
@@ -108,11 +108,11 @@ def test_a_stopped_loop_does_nothing_and_its_module_is_off():
     pv = Fixed(1000.0)
     _, s = rig.add(pv, "auto", sp=1000.0, out=700.0, out_low=4.0, out_width=16.0)
     rig.step()
-    s.busy |= bits.STOPPED
+    s.pending |= bits.STOPPED
     pv.value = 3000.0
     rig.step()
 
-    assert (s.pv, s.out, rig.sig[3]) == (1000.0, 700.0, 4.0)
+    assert (s.pv, s.out, rig.signal_values[3]) == (1000.0, 700.0, 4.0)
 
 
 def test_an_independent_loop_without_transfer_is_blind_and_mute_in_program_mode():
@@ -121,13 +121,13 @@ def test_an_independent_loop_without_transfer_is_blind_and_mute_in_program_mode(
     _, s = rig.add(pv, "auto", sp=1000.0, gain=1.0, reset=10.0, out=700.0)
     rig.step()
     s.sp = 1100.0
-    s.busy |= bits.PROGRAM | bits.PV_STALE | bits.OUTPUT_CUT
+    s.pending |= bits.PROGRAM | bits.PV_STALE | bits.OUTPUT_CUT
     pv.value = 3000.0
     rig.step(5)
 
     assert s.pv == 1000.0
     assert s.out > 800.0
-    assert rig.sig[3] == 0.0
+    assert rig.signal_values[3] == 0.0
 
 
 def test_an_independent_loop_with_transfer_goes_on_in_program_mode():
@@ -135,11 +135,11 @@ def test_an_independent_loop_with_transfer_goes_on_in_program_mode():
     pv = Fixed(1000.0)
     _, s = rig.add(pv, "auto", sp=1000.0, gain=1.0, out=700.0)
     rig.step()
-    s.busy |= bits.PROGRAM
+    s.pending |= bits.PROGRAM
     pv.value = 900.0
     rig.step()
 
-    assert (s.pv, s.out, rig.sig[3]) == (900.0, 800.0, 800.0)
+    assert (s.pv, s.out, rig.signal_values[3]) == (900.0, 800.0, 800.0)
 
 
 # --- notices ---------------------------------------------------------------------------------------------------------
@@ -147,10 +147,10 @@ def test_an_independent_loop_with_transfer_goes_on_in_program_mode():
 
 def test_several_notices_of_one_sample_come_out_in_order():
     rig = pair()
-    s = rig.st[0]
+    s = rig.states[0]
     s.notice = 0
     rig.request("cascade", 0)
-    rig.cfg[0].rs_enabled = 0
+    rig.configs[0].rs_enabled = 0
     rig.command(bits.RS_START)
     rig.step()
 
@@ -160,7 +160,7 @@ def test_several_notices_of_one_sample_come_out_in_order():
 
 def test_a_notice_knows_what_was_requested():
     rig = pair()
-    rig.st[0].requested = bits.CASCADE
+    rig.states[0].requested = bits.CASCADE
     number = (bits.CASCADE << REASON_BITS | 3) * NOTICES + 12
 
     assert notices(number) == [(bits.CASCADE, 3), (0, 12)]

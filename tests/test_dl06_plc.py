@@ -43,20 +43,20 @@ def listing(words, settings=()):
 
 def play(machine, steps, pv=(), base=100_000, start=0):
     """Scans with fixed measurements; returns the signals and the notices."""
-    sig, said = list(machine.sig), []
+    signal_values, said = list(machine.signal_values), []
     for k in range(start, start + steps):
-        for c, value in zip(machine.cfg, pv, strict=False):
-            sig[c.sig_in] = value
-        scan(k * base, machine.cfg, machine.st, machine.aux, sig)
-        for i, s in enumerate(machine.st):
+        for c, value in zip(machine.configs, pv, strict=False):
+            signal_values[c.in_slot] = value
+        scan(k * base, machine.configs, machine.states, machine.aux, signal_values)
+        for i, s in enumerate(machine.states):
             text = "; ".join(filter(None, machine.describe(s.notice)))
             said += [(k, machine.loops[i], machine.requested(s.notice), text)] if s.notice else []
             s.notice = 0
-    return sig, said
+    return signal_values, said
 
 
 def mode(machine, i=0):
-    return machine.mode(machine.st[i].status)
+    return machine.mode(machine.states[i].status)
 
 
 # --- from words ------------------------------------------------------------------------------------------------------
@@ -84,7 +84,7 @@ def test_every_setting_reaches_the_controller_through_its_word():
             },
         },
     )
-    c, s = machine.cfg[0], machine.st[0]
+    c, s = machine.configs[0], machine.states[0]
 
     assert (c.reverse, c.bumpless, c.bias_freeze, c.squared, c.shapes_error, c.is_special) == (1, 2, 1, 1, 1, 1)
     assert (s.gain, s.reset, s.rate, s.period) == (2.5, 180.0, 1.25, 500_000)
@@ -109,14 +109,14 @@ def test_the_same_reset_word_means_ten_times_as_much_with_one_decimal(decimals, 
     ).image
     machine = load(Image("dl06", image.cells, image.settings, {"reset_decimals": decimals}))
 
-    assert machine.st[0].reset == minutes * 60
+    assert machine.states[0].reset == minutes * 60
 
 
 @pytest.mark.parametrize("word", [0x0000, 0x9999])
 def test_reset_all_zeros_and_all_nines_are_off(word):
     words = {0o7640: 0o2000, 0o7641: 1, 0o2007: 0x0010, 0o2010: 0x0100, 0o2011: word}
 
-    assert load(listing(words)).st[0].ki == 0.0
+    assert load(listing(words)).states[0].ki == 0.0
 
 
 @pytest.mark.parametrize("decimals", [1, 2])
@@ -124,7 +124,7 @@ def test_an_event_writes_either_word_that_takes_the_integral_out(decimals):
     machine = plc({"tuning": {"gain": 1, "reset": 10}}, reset_decimals=decimals)
     for value, word in (("off 9999", 0x9999), ("off", 0x0000)):
         change(machine, "tuning.reset", value)
-        assert (machine.st[0].ki, machine._loops[0].memory[0o11]) == (0.0, word)
+        assert (machine.states[0].ki, machine._loops[0].memory[0o11]) == (0.0, word)
 
 
 def test_a_bare_listing_runs_in_counts_with_names_of_its_own():
@@ -133,13 +133,13 @@ def test_a_bare_listing_runs_in_counts_with_names_of_its_own():
     assert machine.loops == ["LOOP-1", "LOOP-2"]
     assert machine.signals[:5] == ["", "LOOP-1.PV", "LOOP-1.SP", "LOOP-1.OUT", "LOOP-1.BIAS"]
     assert machine.scales == [(0.0, 4095.0, 4095)] * 2
-    assert machine.sig[2] == 77.0
+    assert machine.signal_values[2] == 77.0
 
 
 def test_a_word_that_is_no_number_counts_as_zero_and_is_reported():
     machine = load(listing({0o7640: 0o2000, 0o7641: 1, 0o2007: 0x0010, 0o2010: 0x0A00}))
 
-    assert machine.st[0].gain == 0.0
+    assert machine.states[0].gain == 0.0
     assert machine.problems == [
         (0, "+10 Gain (proportional): 0x0A00 has a digit above 9; taken as 0", True),
     ]
@@ -148,23 +148,23 @@ def test_a_word_that_is_no_number_counts_as_zero_and_is_reported():
 def test_the_filter_is_off_outside_its_range_and_without_its_bit():
     seen = {}
     for k in (0, 0.1, 1.0, 1.1, 999.9):
-        seen[k] = plc({"pv": {"filter": k, "filter_enabled": True}}).cfg[0].filter
+        seen[k] = plc({"pv": {"filter": k, "filter_enabled": True}}).configs[0].filter
 
     assert seen == {0: 1.0, 0.1: 0.1, 1.0: 1.0, 1.1: 1.0, 999.9: 1.0}
-    assert plc({"pv": {"filter": 0.1, "filter_enabled": False}}).cfg[0].filter == 1.0
+    assert plc({"pv": {"filter": 0.1, "filter_enabled": False}}).configs[0].filter == 1.0
 
 
 def test_the_remote_set_point_pointer_finds_its_loop_by_address():
     machine = plc({"cascade_from": "L2"}, {}, {"remote_setpoint": "V2006"}, {"remote_setpoint": "V2145"})
 
-    assert [c.major for c in machine.cfg] == [1, -1, -1, -1], "+05 of another loop, nothing else"
+    assert [c.major for c in machine.configs] == [1, -1, -1, -1], "+05 of another loop, nothing else"
 
 
 def test_loops_with_a_sample_rate_below_the_least_run_at_the_least():
     eight = plc(*[{"sample_rate": 0.05}] * 8)
 
-    assert {s.period for s in eight.st} == {100_000}
-    assert plc({"sample_rate": 0.05}).st[0].period == 50_000
+    assert {s.period for s in eight.states} == {100_000}
+    assert plc({"sample_rate": 0.05}).states[0].period == 50_000
 
 
 def test_the_base_step_is_the_greatest_common_one():
@@ -232,7 +232,7 @@ def test_any_memory_can_be_run():
             machine.ramp_soak(i, "start")
             machine.autotune(i)
         play(machine, 20, [rng.uniform(0, 4095) for _ in machine.loops], base=50_000)
-        machine.program(machine.sig)
+        machine.program(machine.signal_values)
         play(machine, 5, base=50_000, start=20)
         machine.run(25 * 50_000)
         play(machine, 5, base=50_000, start=25)
@@ -254,12 +254,12 @@ def test_a_table_on_top_of_the_set_up_words_is_survived():
 
 def test_each_loop_reaches_its_mode_and_then_gets_its_set_point():
     machine = plc({**SCALED, "mode": "auto", "setpoint": {"value": 60}})
-    before = list(machine.sig)
-    sig, _ = play(machine, 1, [40.0])
-    assert (before[2], sig[2]) == (pytest.approx(60.0, abs=0.02), pytest.approx(40.0, abs=0.02))
-    sig, _ = play(machine, 1, [40.0], start=1)
+    before = list(machine.signal_values)
+    signal_values, _ = play(machine, 1, [40.0])
+    assert (before[2], signal_values[2]) == (pytest.approx(60.0, abs=0.02), pytest.approx(40.0, abs=0.02))
+    signal_values, _ = play(machine, 1, [40.0], start=1)
 
-    assert sig[2] == pytest.approx(60.0, abs=0.02)
+    assert signal_values[2] == pytest.approx(60.0, abs=0.02)
 
 
 def test_an_alarm_programming_error_keeps_the_loop_in_manual():
@@ -267,31 +267,36 @@ def test_an_alarm_programming_error_keeps_the_loop_in_manual():
     _, said = play(machine, 5, [50.0])
 
     assert mode(machine) == "manual"
-    assert machine.st[0].status & FLAG_BITS["alarm_programming_error"]
+    assert machine.states[0].status & FLAG_BITS["alarm_programming_error"]
     assert said == [(0, "L1", "auto", "refused: alarm programming error (+06 bit 10)")]
 
 
 def test_interlock_and_step_bias_are_options():
-    c = plc({}, options=Options(auto_interlock=False, step_bias=True)).cfg[0]
+    c = plc({}, options=Options(auto_interlock=False, step_bias=True)).configs[0]
 
     assert (c.interlock, c.step_bias, c.is_special) == (0, 1, 1)
 
 
 def test_the_output_that_a_scenario_gives_is_on_the_module_at_once():
     machine = plc(SCALED)
-    sig = list(machine.sig)
-    machine.set_output(0, Quantity(Decimal(20)), sig)
+    signal_values = list(machine.signal_values)
+    machine.set_output(0, Quantity(Decimal(20)), signal_values)
 
-    assert sig[3] == pytest.approx(20.0, abs=0.01)
-    assert machine.st[0].out == 1638.0
+    assert signal_values[3] == pytest.approx(20.0, abs=0.01)
+    assert machine.states[0].out == 1638.0
 
 
 # --- set -------------------------------------------------------------------------------------------------------------
 
 
-def change(machine, key, value, loop=0, sig=None):
+def change(machine, key, value, loop=0, signal_values=None):
     path = tuple(key.split("."))
-    return machine.set(loop, path, machine.check_set(loop, path, value), sig if sig is not None else list(machine.sig))
+    return machine.set(
+        loop,
+        path,
+        machine.check_set(loop, path, value),
+        signal_values if signal_values is not None else list(machine.signal_values),
+    )
 
 
 @pytest.mark.parametrize(
@@ -313,7 +318,7 @@ def test_set_writes_words_that_are_read_on_the_fly(key, value, name, expected):
     machine = plc(SCALED)
 
     assert change(machine, key, value) is None
-    assert getattr(machine.st[0], name) == expected
+    assert getattr(machine.states[0], name) == expected
 
 
 @pytest.mark.parametrize(
@@ -332,18 +337,18 @@ def test_set_writes_bits_and_pairs(key, value, names, expected):
     )
     change(machine, key, value)
 
-    assert tuple(getattr(machine.cfg[0], name) for name in names) == expected
+    assert tuple(getattr(machine.configs[0], name) for name in names) == expected
 
 
 def test_alarm_words_are_read_when_their_enable_bit_goes_on():
     machine = plc({**SCALED, "alarms": {"pv": {"low_low": 5, "low": 10, "high": 90, "high_high": 95}}})
 
     assert change(machine, "alarms.pv.high", 50) == "+15 is not read until the alarm's enable bit goes from 0 to 1"
-    assert machine.cfg[0].high == 3686.0
+    assert machine.configs[0].high == 3686.0
     change(machine, "alarms.pv.enabled", value=False)
-    assert machine.cfg[0].high == bits.UNBOUNDED
+    assert machine.configs[0].high == bits.UNBOUNDED
     change(machine, "alarms.pv.enabled", value=True)
-    assert machine.cfg[0].high == 2048.0
+    assert machine.configs[0].high == 2048.0
 
 
 def test_output_limits_are_read_at_a_change_of_the_cpu_mode():
@@ -353,20 +358,20 @@ def test_output_limits_are_read_at_a_change_of_the_cpu_mode():
         "+30 is not read until the PLC changes between Program and Run; "
         "+31 is not read until the PLC changes between Program and Run"
     )
-    assert machine.cfg[0].output_high_limit == 4095.0
-    machine.program(machine.sig)
+    assert machine.configs[0].output_high_limit == 4095.0
+    machine.program(machine.signal_values)
     machine.run(100_000)
-    assert (machine.cfg[0].output_low_limit, machine.cfg[0].output_high_limit) == (410.0, 3686.0)
+    assert (machine.configs[0].output_low_limit, machine.configs[0].output_high_limit) == (410.0, 3686.0)
 
 
 def test_alarm_words_are_read_when_the_cpu_goes_to_run_not_when_it_goes_to_program():
     machine = plc({**SCALED, "alarms": {"pv": {"low_low": 5, "low": 10, "high": 90, "high_high": 95}}})
     change(machine, "alarms.pv.high", 50)
-    machine.program(machine.sig)
-    in_program = machine.cfg[0].high
+    machine.program(machine.signal_values)
+    in_program = machine.configs[0].high
     machine.run(100_000)
 
-    assert (in_program, machine.cfg[0].high) == (3686.0, 2048.0)
+    assert (in_program, machine.configs[0].high) == (3686.0, 2048.0)
 
 
 def test_alarms_in_the_wrong_order_force_the_loop_to_manual_when_they_are_read():
@@ -385,14 +390,14 @@ def test_rate_of_change_is_converted_with_the_sample_rate():
     change(machine, "alarms.rate_of_change", "15 /min")
     change(machine, "alarms.rate_of_change_enabled", value=True)
 
-    assert machine.cfg[0].rate_of_change == 20.0
+    assert machine.configs[0].rate_of_change == 20.0
 
 
 def test_cascade_from_can_be_set_by_name():
     machine = plc({}, {})
     change(machine, "cascade_from", "L2")
 
-    assert machine.cfg[0].major == 1
+    assert machine.configs[0].major == 1
 
 
 @pytest.mark.parametrize(
@@ -433,7 +438,7 @@ def test_program_mode_forces_manual_and_run_restores_the_modes():
     machine = plc({"mode": "cascade", "cascade_from": "L2"}, {"mode": "auto"})
     play(machine, 4, [1000.0, 1000.0])
     assert [mode(machine, i) for i in (0, 1)] == ["cascade", "auto"]
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
     _, said = play(machine, 3, [1000.0, 1000.0], start=4)
     assert [mode(machine, i) for i in (0, 1)] == ["manual", "manual"]
     assert [text for *_, text in said] == ["to Manual: the CPU went to Program mode"] * 2
@@ -457,25 +462,25 @@ def test_an_independent_loop_keeps_its_mode_in_program_mode():
         }
     )
     play(machine, 2, [1000.0])
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
     change(machine, "setpoint", 1200)
-    sig, _ = play(machine, 2, [900.0], start=2)
+    signal_values, _ = play(machine, 2, [900.0], start=2)
 
     assert mode(machine) == "auto"
-    assert machine.st[0].pv == 900.0
-    assert sig[3] == machine.st[0].out > 0.0
+    assert machine.states[0].pv == 900.0
+    assert signal_values[3] == machine.states[0].out > 0.0
 
 
 def test_an_independent_loop_is_not_restored_to_a_mode_it_had_long_ago():
     machine = plc({"mode": "auto"})
     play(machine, 2, [1000.0])
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
     machine.run(200_000)
     play(machine, 2, [1000.0], start=2)
     machine.request(0, "manual")
     play(machine, 1, [1000.0], start=4)
     change(machine, "independent_of_cpu_mode", value=True)
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
     machine.run(500_000)
     play(machine, 2, [1000.0], start=5)
 
@@ -488,7 +493,7 @@ def test_run_in_run_mode_changes_nothing():
     change(machine, "output.limits", [5, 45])
     machine.run(200_000)
 
-    assert machine.cfg[0].output_high_limit == 4095.0
+    assert machine.configs[0].output_high_limit == 4095.0
 
 
 @pytest.mark.parametrize("what", ["ramp_soak", "autotune"])
@@ -503,8 +508,8 @@ def test_commands_to_a_loop_that_is_not_calculated_are_refused(what):
 def test_a_second_program_keeps_the_recorded_modes():
     machine = plc({"mode": "auto"})
     play(machine, 2, [1000.0])
-    machine.program(machine.sig)
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
+    machine.program(machine.signal_values)
     machine.run(200_000)
     play(machine, 1, [1000.0], start=2)
 
@@ -524,13 +529,13 @@ def test_a_ramp_soak_profile_runs_from_its_table():
         }
     )
     machine.ramp_soak(0, "start")
-    sig, _ = play(machine, 3, [20.0], base=1_000_000)
+    signal_values, _ = play(machine, 3, [20.0], base=1_000_000)
 
-    assert machine.st[0].sp == pytest.approx(819 + 2 * 81.9, abs=1)
-    assert machine.st[0].aux_status == 1 << 8
+    assert machine.states[0].sp == pytest.approx(819 + 2 * 81.9, abs=1)
+    assert machine.states[0].aux_status == 1 << 8
     play(machine, 12, [20.0], base=1_000_000, start=3)
-    assert machine.st[0].aux_status == AUX_BITS["ramp_soak_complete"]
-    assert sig[2] == pytest.approx(24.0, abs=0.05)
+    assert machine.states[0].aux_status == AUX_BITS["ramp_soak_complete"]
+    assert signal_values[2] == pytest.approx(24.0, abs=0.05)
 
 
 def test_a_start_bit_in_the_image_starts_at_once():
@@ -542,8 +547,8 @@ def test_a_start_bit_in_the_image_starts_at_once():
     )
     play(machine, 1, [0.0])
 
-    assert machine.st[0].aux_status == 1 << 8
-    assert machine.st[0].status & FLAG_BITS["autotune_error"], "closed loop, but the loop is in Manual"
+    assert machine.states[0].aux_status == 1 << 8
+    assert machine.states[0].status & FLAG_BITS["autotune_error"], "closed loop, but the loop is in Manual"
 
 
 def tuning_bench():
@@ -557,23 +562,23 @@ def tuning_bench():
             "tuning": {"gain": 0.5, "reset": 10},
         }
     )
-    sig, plant = list(machine.sig), {"k": 0, "y": 50.0, "line": [50.0] * 10}
-    machine.set_output(0, Quantity(Decimal(50)), sig)
+    signal_values, plant = list(machine.signal_values), {"k": 0, "y": 50.0, "line": [50.0] * 10}
+    machine.set_output(0, Quantity(Decimal(50)), signal_values)
 
     def go(samples):
         for _ in range(samples):
-            plant["line"].append(sig[3])
+            plant["line"].append(signal_values[3])
             plant["y"] += 0.02 * (plant["line"].pop(0) - plant["y"])
-            sig[0] = plant["y"]
-            scan(plant["k"] * 100_000, machine.cfg, machine.st, machine.aux, sig)
+            signal_values[0] = plant["y"]
+            scan(plant["k"] * 100_000, machine.configs, machine.states, machine.aux, signal_values)
             plant["k"] += 1
 
     go(20)
-    return machine, sig, go
+    return machine, signal_values, go
 
 
 def test_auto_tune_writes_its_results_to_the_words():
-    machine, sig, go = tuning_bench()
+    machine, signal_values, go = tuning_bench()
     machine.autotune(0)
     go(10)
     assert machine.tuned(0)["status"] == "running"
@@ -582,29 +587,29 @@ def test_auto_tune_writes_its_results_to_the_words():
 
     assert (tuned["done"], tuned["error"], tuned["status"]) == (True, False, "done")
     assert list(tuned["results"]) == list(machine.tuned_names)
-    assert tuned["results"]["gain"] == machine.st[0].gain != 0.5
-    change(machine, "rate", 0, sig=sig)
-    assert machine.st[0].gain == tuned["results"]["gain"], "another word that is written leaves the results alone"
-    assert machine.st[0].rate == 0.0
+    assert tuned["results"]["gain"] == machine.states[0].gain != 0.5
+    change(machine, "rate", 0, signal_values=signal_values)
+    assert machine.states[0].gain == tuned["results"]["gain"], "another word that is written leaves the results alone"
+    assert machine.states[0].rate == 0.0
     assert machine.tuned(0) == tuned
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
     machine.run(300_000_000)
-    assert machine.st[0].gain == tuned["results"]["gain"]
+    assert machine.states[0].gain == tuned["results"]["gain"]
 
 
 def test_a_second_auto_tune_takes_the_place_of_the_first():
-    machine, sig, go = tuning_bench()
+    machine, signal_values, go = tuning_bench()
     machine.autotune(0)
     go(2000)
     first = machine.tuned(0)["results"]
-    change(machine, "autotune.type", "PI", sig=sig)
+    change(machine, "autotune.type", "PI", signal_values=signal_values)
     machine.autotune(0)
-    change(machine, "rate", 9, sig=sig)
+    change(machine, "rate", 9, signal_values=signal_values)
     go(2000)
-    change(machine, "bias_freeze", value=True, sig=sig)
+    change(machine, "bias_freeze", value=True, signal_values=signal_values)
     second = machine.tuned(0)["results"]
 
-    assert (machine.st[0].gain, machine.st[0].rate) == (second["gain"], 0.0)
+    assert (machine.states[0].gain, machine.states[0].rate) == (second["gain"], 0.0)
     assert second["gain"] < first["gain"]
 
 
@@ -652,17 +657,17 @@ def test_the_reactor_starts_inside_out_without_a_refusal():
 
 def test_without_a_configured_set_point_bumpless_one_keeps_the_pv_as_set_point():
     machine = plc({**SCALED, "mode": "auto"})
-    sig, _ = play(machine, 5, [40.0])
+    signal_values, _ = play(machine, 5, [40.0])
 
-    assert sig[2] == pytest.approx(40.0, abs=0.02)
+    assert signal_values[2] == pytest.approx(40.0, abs=0.02)
 
 
 def test_a_set_point_that_an_event_writes_before_auto_is_reached_counts_as_given():
     machine = plc({**SCALED, "mode": "auto"})
     change(machine, "setpoint", 60)
-    sig, _ = play(machine, 5, [40.0])
+    signal_values, _ = play(machine, 5, [40.0])
 
-    assert sig[2] == pytest.approx(60.0, abs=0.02)
+    assert signal_values[2] == pytest.approx(60.0, abs=0.02)
 
 
 def test_a_bare_listing_runs_in_the_mode_of_its_status_word():
@@ -687,38 +692,38 @@ def cascade():
 def test_a_loop_that_loses_its_remote_set_point_leaves_cascade_and_its_major_loop_goes_to_manual():
     machine = cascade()
     change(machine, "remote_setpoint", "V2006")
-    sig, said = play(machine, 2, [1000.0] * 3, start=4)
+    signal_values, said = play(machine, 2, [1000.0] * 3, start=4)
 
     assert [mode(machine, i) for i in range(3)] == ["manual"] * 3
     assert [text for *_, text in said] == [
         "to Manual: the remote set point pointer (+32) names no control output any more",
         "to Manual: the minor loop left Cascade",
     ]
-    assert sig[2] == 1000.0, "not the output of the last loop"
+    assert signal_values[2] == 1000.0, "not the output of the last loop"
 
 
 def test_a_remote_set_point_that_is_lost_in_program_mode_is_not_restored():
     machine = cascade()
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
     change(machine, "remote_setpoint", "V2006")
     machine.run(400_000)
     _, said = play(machine, 2, [1000.0] * 3, start=4)
 
     assert mode(machine) == "auto"
-    assert machine.st[2].out == 3000.0, "the output of the last loop is not taken for the lost one"
+    assert machine.states[2].out == 3000.0, "the output of the last loop is not taken for the lost one"
     assert any(text.endswith("names no control output of the loop table") for *_, text in said)
 
 
 def test_after_an_event_the_set_point_in_force_is_shown():
     machine = cascade()
-    sig = list(machine.sig)
-    sig[2], machine.st[1].out = 1000.0, 1234.0
-    change(machine, "setpoint", 77, sig=sig)
-    assert sig[2] == 1000.0, "in Cascade the one that the last calculation has read"
+    signal_values = list(machine.signal_values)
+    signal_values[2], machine.states[1].out = 1000.0, 1234.0
+    change(machine, "setpoint", 77, signal_values=signal_values)
+    assert signal_values[2] == 1000.0, "in Cascade the one that the last calculation has read"
     limited = plc({**SCALED, "setpoint": {"limits": [0, 50]}})
-    sig = list(limited.sig)
-    change(limited, "setpoint", 90, sig=sig)
-    assert sig[2] == pytest.approx(50.0, abs=0.02)
+    signal_values = list(limited.signal_values)
+    change(limited, "setpoint", 90, signal_values=signal_values)
+    assert signal_values[2] == pytest.approx(50.0, abs=0.02)
 
 
 def test_an_independent_major_loop_goes_to_manual_when_program_mode_takes_its_minor_out_of_cascade():
@@ -726,7 +731,7 @@ def test_an_independent_major_loop_goes_to_manual_when_program_mode_takes_its_mi
     machine = plc({"mode": "cascade", "cascade_from": "L2"}, {"mode": "auto", "independent_of_cpu_mode": True})
     play(machine, 4, [1000.0, 1000.0])
     assert [mode(machine, i) for i in (0, 1)] == ["cascade", "auto"]
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
     assert [mode(machine, i) for i in (0, 1)] == ["manual", "manual"]
     machine.run(400_000)
     play(machine, 2, [1000.0, 1000.0], start=4)
@@ -736,10 +741,10 @@ def test_an_independent_major_loop_goes_to_manual_when_program_mode_takes_its_mi
 
 def test_the_set_point_of_a_root_loop_is_shown_as_the_pv_that_satisfies_it():
     machine = plc({"pv": {"square_root": True}})
-    sig = list(machine.sig)
-    change(machine, "setpoint", "30 counts", sig=sig)
+    signal_values = list(machine.signal_values)
+    change(machine, "setpoint", "30 counts", signal_values=signal_values)
 
-    assert sig[machine.cfg[0].sig_sp] == 900.0
+    assert signal_values[machine.configs[0].sp_slot] == 900.0
 
 
 def test_a_second_start_of_an_auto_tune_is_only_logged():
@@ -749,12 +754,12 @@ def test_a_second_start_of_an_auto_tune_is_only_logged():
     play(machine, 2, [1000.0])
     machine.autotune(0)
     play(machine, 20, [1000.0], start=2)
-    assert machine.st[0].out == 3000.0
+    assert machine.states[0].out == 3000.0
     machine.autotune(0)
-    assert machine.describe(machine.st[0].notice)[1] == "auto-tune is running already (D683)"
+    assert machine.describe(machine.states[0].notice)[1] == "auto-tune is running already (D683)"
     play(machine, 1, [1001.0], start=22)
 
-    assert machine.st[0].out == 500.0, "the relay goes on"
+    assert machine.states[0].out == 500.0, "the relay goes on"
 
 
 def test_another_form_of_the_equation_begins_without_a_past():
@@ -763,33 +768,33 @@ def test_another_form_of_the_equation_begins_without_a_past():
     play(machine, 3, [1000.0])
     change(machine, "algorithm", "velocity")
     play(machine, 1, [900.0], start=3)
-    first = machine.st[0].out
+    first = machine.states[0].out
     play(machine, 1, [800.0], start=4)
 
-    assert (first, machine.st[0].out) == (500.0, 600.0)
+    assert (first, machine.states[0].out) == (500.0, 600.0)
 
 
 def test_program_mode_turns_outputs_off_at_once_but_for_independent_loops_with_transfer():
     transfer = {"pv": {"transfer": {"slot": 1, "channel": 1}}, "output": {"transfer": {"slot": 2, "channel": 1}}}
     held = {"state": {"output": "700 counts"}}
     machine = plc(held, {**transfer, **held}, {**transfer, **held, "independent_of_cpu_mode": True})
-    sig = list(machine.sig)
-    assert [sig[c.sig_out] for c in machine.cfg] == [700.0] * 3
-    machine.program(sig)
+    signal_values = list(machine.signal_values)
+    assert [signal_values[c.out_slot] for c in machine.configs] == [700.0] * 3
+    machine.program(signal_values)
 
-    assert [sig[c.sig_out] for c in machine.cfg] == [0.0, 0.0, 700.0]
-    change(machine, "output", "800 counts", sig=sig)
-    assert sig[machine.cfg[0].sig_out] == 0.0
+    assert [signal_values[c.out_slot] for c in machine.configs] == [0.0, 0.0, 700.0]
+    change(machine, "output", "800 counts", signal_values=signal_values)
+    assert signal_values[machine.configs[0].out_slot] == 0.0
 
 
 def test_a_derivative_that_is_switched_on_does_not_kick():
     machine = plc({**SCALED, "mode": "auto", "setpoint": {"value": 60}})
     play(machine, 20, [40.0])
-    before = machine.st[0].out
+    before = machine.states[0].out
     change(machine, "rate", 10)
     play(machine, 1, [40.0], start=20)
 
-    assert machine.st[0].out == before
+    assert machine.states[0].out == before
 
 
 def test_a_sample_rate_is_known_before_it_is_set():
@@ -816,20 +821,20 @@ def test_the_scan_counts_only_loops_that_are_calculated():
 def test_reasons_apart_from_modes_are_kept_apart():
     machine = plc({}, number_of_loops=9)
     machine.ramp_soak(0, "start")
-    assert machine.describe(machine.st[0].notice) == ("", "refused: the loop is not calculated")
-    machine.st[0].notice = 0
+    assert machine.describe(machine.states[0].notice) == ("", "refused: the loop is not calculated")
+    machine.states[0].notice = 0
     machine.request(0, "auto")
-    assert machine.describe(machine.st[0].notice) == ("refused: the loop is not calculated", "")
+    assert machine.describe(machine.states[0].notice) == ("refused: the loop is not calculated", "")
 
 
 def test_another_form_of_the_equation_takes_over_without_a_kick():
     machine = plc({**SCALED, "mode": "auto", "setpoint": {"value": 60}, "tuning": {"gain": 1, "rate": 5}})
     play(machine, 20, [40.0])
-    before = machine.st[0].out
+    before = machine.states[0].out
     change(machine, "algorithm", "velocity")
     play(machine, 5, [40.0], start=20)
 
-    assert machine.st[0].out == before
+    assert machine.states[0].out == before
 
 
 def test_a_loop_that_is_not_calculated_misses_no_scan():
@@ -843,18 +848,18 @@ def test_a_loop_that_is_not_calculated_misses_no_scan():
 @pytest.mark.parametrize(("raw", "wanted"), [(1, "manual"), (2, "auto"), (4, "cascade")])
 def test_a_mode_whose_bit_is_written_is_requested_and_its_bit_reads_as_0(raw, wanted):
     registers, word = Dl06Registers(machine := plc({})), 0o2000 + LOOP_TABLE.offset("mode_setting_1")
-    done = registers.write(word, raw, list(machine.sig))
+    done = registers.write(word, raw, list(machine.signal_values))
 
     assert (done.text, done.mode) == (f"request mode {wanted}", wanted)
-    assert registers.contents(0, machine.sig)[word] & raw == 0
+    assert registers.contents(0, machine.signal_values)[word] & raw == 0
 
 
 def test_a_client_reads_what_the_controller_has_written():
     machine = plc({}, {})
-    registers, s = Dl06Registers(machine), machine.st[1]
+    registers, s = Dl06Registers(machine), machine.states[1]
     s.sp, s.pv, s.bias, s.out = 1200.4, 70.0, 4095.0, 5000.0
     s.status, s.aux_status, s.rs_error = bits.AUTO | bits.LOW, bits.RS_COMPLETE | 3 * bits.RS_STEP | bits.RS_JOG, 16
-    held = registers.contents(1, machine.sig)
+    held = registers.contents(1, machine.signal_values)
     table = 0o2000 + LOOP_TABLE.size
     names = ("setpoint", "pv", "bias", "output", "mode_and_alarm_status", "ramp_soak_flags", "ramp_soak_errors")
     found = {name: held[table + LOOP_TABLE.offset(name)] for name in names}
@@ -872,7 +877,9 @@ def test_a_client_reads_what_the_controller_has_written():
 
 def test_every_loop_has_a_ramp_soak_table_and_a_tuning_buffer_of_its_own():
     machine = plc({}, {}, {})
-    places = [(c.rs_table, RAMP_SOAK_SIZE) for c in machine.cfg] + [(c.tune_buffer, POINTS) for c in machine.cfg]
+    places = [(c.rs_table, RAMP_SOAK_SIZE) for c in machine.configs] + [
+        (c.tune_buffer, POINTS) for c in machine.configs
+    ]
     ends = [begin + size for begin, size in places]
 
     assert [begin for begin, _ in places] == [0, *ends[:-1]]

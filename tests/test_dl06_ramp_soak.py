@@ -87,13 +87,13 @@ def test_a_soak_lasts_the_nearest_number_of_samples(seconds, samples):
 
 def test_a_start_is_refused_where_the_table_is_at_fault():
     rig, s = oven((200, 10, 5, 0))
-    rig.cfg[0].rs_fault = 16
+    rig.configs[0].rs_fault = 16
     refused = (0, "ramp/soak refused: the table is not in user memory (+35)")
     rig.command(RS_START)
     rig.step(3)
     assert (s.sp, s.aux_status, s.rs_error, rig.log) == (100.0, 0, 16, [refused])
 
-    rig.cfg[0].rs_fault = 0
+    rig.configs[0].rs_fault = 0
     rig.step()
     assert (s.rs_step, rig.log) == (0, [refused]), "the command was taken"
     rig.command(RS_START)
@@ -105,10 +105,10 @@ def test_in_program_mode_an_independent_loop_pauses_its_profile():
     rig, s = oven((200, 10, 5, 0))
     rig.command(RS_START)
     rig.step(4)
-    s.busy |= bits.PROGRAM
+    s.pending |= bits.PROGRAM
     rig.step(3)
     assert s.sp == 130.0
-    s.busy &= ~bits.PROGRAM
+    s.pending &= ~bits.PROGRAM
     rig.step()
 
     assert s.sp == 140.0

@@ -82,7 +82,7 @@ def test_the_ultimate_cycle_of_a_relay_with_hysteresis(band, swing):
 
 def test_results_stand_in_the_operands_and_act():
     rig = tuned()
-    s = rig.st[0]
+    s = rig.states[0]
 
     assert [*rig.plc.tuned(0)["results"].values()] == [s.gain, s.reset, s.rate, s.filter_time]
     assert (s.kp, s.mode, rig.mode()) == (s.gain, 0, "auto")
@@ -102,7 +102,7 @@ def test_the_independent_form_gets_gains():
 
 @pytest.mark.parametrize("dependent", [False, True])
 def test_everything_that_is_written_is_single_precision(dependent):
-    s = tuned(PID_EQ=dependent, BIAS=0.1).st[0]
+    s = tuned(PID_EQ=dependent, BIAS=0.1).states[0]
 
     for value in (s.gain, s.reset, s.rate, s.filter_time, s.integral, s.tune_mv_low, s.tune_mv_high):
         assert value == single(value)
@@ -211,8 +211,8 @@ def test_noise_is_borne():
     rig = tuned(noise=0.3)
     loud = rig.plc.tuned(0)["results"]
 
-    assert rig.st[0].tune_band == 4.0 * rig.st[0].tune_noise
-    assert rig.st[0].tune_noise == pytest.approx(0.3, rel=0.5)
+    assert rig.states[0].tune_band == 4.0 * rig.states[0].tune_noise
+    assert rig.states[0].tune_noise == pytest.approx(0.3, rel=0.5)
     assert loud["Kc_Kp"] == pytest.approx(quiet["Kc_Kp"], rel=0.3)
     assert loud["Ti_Ki"] == pytest.approx(quiet["Ti_Ki"], rel=0.3)
 
@@ -243,13 +243,13 @@ def test_start_writes_1_to_pid_mode_and_its_end_0():
     assert rig.plc.tuned(0) is None
     rig.plc.autotune(0, "start")
     rig.step(2)
-    assert (rig.mode(), rig.st[0].mode) == ("autotune", 1)
+    assert (rig.mode(), rig.states[0].mode) == ("autotune", 1)
     assert rig.plc.tuned(0) == {"done": False, "error": False, "status": "running", "results": {}}
     rig.plc.autotune(0, "start")
     while rig.mode() == "autotune":
         rig.step()
 
-    assert (rig.st[0].mode, rig.plc.tuned(0)["status"]) == (0, "done")
+    assert (rig.states[0].mode, rig.plc.tuned(0)["status"]) == (0, "done")
     assert rig.log == [("L1", "autotune is running already")]
 
 
@@ -263,8 +263,8 @@ def test_cancel_brings_back_pid_mode_and_leaves_the_gains(before):
     rig.plc.autotune(0, "cancel")
     rig.step()
 
-    assert (rig.mode(), rig.st[0].mode) == ("auto", before)
-    assert (rig.st[0].gain, rig.st[0].reset) == (5.0, 90.0)
+    assert (rig.mode(), rig.states[0].mode) == ("auto", before)
+    assert (rig.states[0].gain, rig.states[0].reset) == (5.0, 90.0)
     assert rig.plc.tuned(0) == {"done": False, "error": False, "status": "cancelled", "results": {}}
     assert rig.log == [("L1", "autotune ended without results")]
     assert rig.signal("I_MV") == kept or before == 2
@@ -272,13 +272,13 @@ def test_cancel_brings_back_pid_mode_and_leaves_the_gains(before):
 
 def test_a_stopped_plc_begins_it_again():
     rig = Rig(OVEN, plants=[plant()], base=1.0).step(60)
-    rig.plc.program(rig.sig)
+    rig.plc.program(rig.signal_values)
     rig.step(5)
     rig.plc.run(rig.tick)
     held = rig.signal("MV")
 
     assert rig.trace(15, "MV") == [held] * 15
-    assert rig.st[0].tune_phase == 1
+    assert rig.states[0].tune_phase == 1
 
 
 # --- no result -------------------------------------------------------------------------------------------------------
@@ -287,8 +287,8 @@ def test_a_stopped_plc_begins_it_again():
 def failed(rig):
     found = rig.plc.tuned(0)
     assert (found["done"], found["error"], found["results"]) == (False, True, {})
-    assert rig.st[0].status & rig.plc.flag_bits["autotune_error"]
-    assert (rig.mode(), rig.st[0].mode) == ("auto", 0)
+    assert rig.states[0].status & rig.plc.flag_bits["autotune_error"]
+    assert (rig.mode(), rig.states[0].mode) == ("auto", 0)
     return found["status"], rig.log[-1][1]
 
 
@@ -337,4 +337,4 @@ def test_a_failure_in_pid_mode_2_goes_back_there():
     rig.plc.autotune(0, "start")
     rig.step(700)
 
-    assert (rig.mode(), rig.st[0].mode, rig.plc.tuned(0)["error"]) == ("auto", 2, True)
+    assert (rig.mode(), rig.states[0].mode, rig.plc.tuned(0)["error"]) == ("auto", 2, True)

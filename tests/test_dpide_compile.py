@@ -22,16 +22,16 @@ WIDTH = len(SIGNALS)
 ODD = (0.0, -1.0, 1e30, -1e30, 3.4e38, -3.4e38, 1e-40)
 
 
-def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes flat arrays
+def drive(first, last, configs, states, aux, signals, noise):  # noqa: PLR0917 - numba takes flat arrays
     """Base steps of second-order plants with noise, and the controllers (kernel)."""
-    n = len(cfg)
+    n = len(configs)
     for k in range(first, last):
         for i in range(n):
             at = WIDTH * n + 2 * i
-            sig[at] = sig[at] + 0.05 * (noise[0] * sig[cfg[i].sig_out] + 5.0 - sig[at])
-            sig[at + 1] = sig[at + 1] + 0.15 * (sig[at] - sig[at + 1])
-            sig[cfg[i].sig_in] = sig[at + 1] + noise[1 + (k * n + i) % (len(noise) - 1)]
-        scan(k * BASE, cfg, st, aux, sig)
+            signals[at] = signals[at] + 0.05 * (noise[0] * signals[configs[i].out_slot] + 5.0 - signals[at])
+            signals[at + 1] = signals[at + 1] + 0.15 * (signals[at] - signals[at + 1])
+            signals[configs[i].in_slot] = signals[at + 1] + noise[1 + (k * n + i) % (len(noise) - 1)]
+        scan(k * BASE, configs, states, aux, signals)
     return last
 
 
@@ -70,24 +70,24 @@ def random_plc(rng):
             given["MOUT"] = given["MV"]
     devices = inputs if rng.random() < 0.3 else None
     plc = load(program_of(*(random_loop(rng) for _ in range(count)), devices=devices))
-    sig = [*plc.sig, *(rng.uniform(0.0, 90.0) for _ in range(2 * len(plc.cfg)))]
+    signals = [*plc.signal_values, *(rng.uniform(0.0, 90.0) for _ in range(2 * len(plc.configs)))]
     level = rng.choice([0.0, 0.0, 0.3])
-    return plc, sig, [rng.choice([1.0, 0.03, -1.0, 0.0]), *(rng.gauss(0.0, level) for _ in range(97))]
+    return plc, signals, [rng.choice([1.0, 0.03, -1.0, 0.0]), *(rng.gauss(0.0, level) for _ in range(97))]
 
 
-def random_event(rng, plc, i, sig):
+def random_event(rng, plc, i, signals):
     """What an operator may do between two segments."""
     kind = rng.randrange(9)
     if kind < 3:
         plc.request(i, rng.choice(["manual", "auto", "auto", "off"]))
     elif kind < 5:
-        plc.set(i, ("PID_RUN",), True, sig)
+        plc.set(i, ("PID_RUN",), True, signals)
         plc.autotune(i, "start")
     elif kind == 5:
         plc.autotune(i, "cancel")
     elif kind == 6:
-        plc.program(sig)
-        plc.run(plc.st[i].due // BASE * BASE if plc.st[i].due < NEVER else 0)
+        plc.program(signals)
+        plc.run(plc.states[i].due // BASE * BASE if plc.states[i].due < NEVER else 0)
     else:
         key, value = rng.choice(
             [
@@ -101,7 +101,7 @@ def random_event(rng, plc, i, sig):
                 ("Tf", 0.2),
             ]
         )
-        plc.set(i, (key,), plc.check_set(i, (key,), value), sig)
+        plc.set(i, (key,), plc.check_set(i, (key,), value), signals)
 
 
 @pytest.fixture(scope="module")
@@ -113,15 +113,15 @@ def test_random_plcs_run_to_the_same_bits_compiled_and_not(fast):
     rng = random.Random(41)
     seen, ends, reasons = 0, set(), set()
     for _ in range(PLCS):
-        plc, sig, noise = random_plc(rng)
-        cfg, st, aux = plc.cfg, plc.st, plc.aux
+        plc, signals, noise = random_plc(rng)
+        configs, states, aux = plc.configs, plc.states, plc.aux
         for segment in range(SEGMENTS):
-            for i in range(len(cfg)):
+            for i in range(len(configs)):
                 if segment:
-                    random_event(rng, plc, i, sig)
+                    random_event(rng, plc, i, signals)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise)
-            for s in st:
+            advance(drive, fast, head, (configs, states, aux, signals), noise)
+            for s in states:
                 seen |= s.status
                 ends.add(s.tune_done)
                 reasons.add(plc.describe(s.notice)[1].partition(":")[0])
@@ -136,9 +136,9 @@ def test_fields_have_the_type_that_they_are_declared_with():
     """A float in a field of whole numbers would be cut off when it is compiled."""
     rng = random.Random(3)
     for _ in range(40):
-        plc, sig, noise = random_plc(rng)
+        plc, signals, noise = random_plc(rng)
         for segment in range(3):
-            for i in range(len(plc.cfg)):
-                random_event(rng, plc, i, sig)
-            drive(segment * 200, segment * 200 + 200, plc.cfg, plc.st, plc.aux, sig, noise)
-        check_types([*plc.cfg, *plc.st])
+            for i in range(len(plc.configs)):
+                random_event(rng, plc, i, signals)
+            drive(segment * 200, segment * 200 + 200, plc.configs, plc.states, plc.aux, signals, noise)
+        check_types([*plc.configs, *plc.states])

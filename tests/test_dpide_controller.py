@@ -83,9 +83,9 @@ def test_an_interrupt_task_has_its_own_sampling_time():
     plc = load(program_of({"CYCLE": 100}, {"CYCLE": 3000}, plc={"interrupt_task": 20}))
 
     assert (plc.periods, plc.base) == ([20_000, 20_000], 20_000)
-    assert plc.st[0].sampling_time == single(0.02)
+    assert plc.states[0].sampling_time == single(0.02)
     assert plc.period_set(0, ("CYCLE",), 500) == 0
-    effect = plc.set(0, ("CYCLE",), 500, plc.sig)
+    effect = plc.set(0, ("CYCLE",), 500, plc.signal_values)
     assert effect == "has no effect: the interval of the interrupt task is the sampling time"
     assert plc.periods == [20_000, 20_000]
 
@@ -154,7 +154,7 @@ def test_every_operation_is_that_of_single_precision(kind, mode):
             pv += rng.uniform(-4, 4)
             expected = native.step(pv)
             assert rig.play([pv], "MV", "I_MV") == [expected]
-            limited += expected[0] in {rig.cfg[0].lowest_mv, rig.cfg[0].highest_mv}
+            limited += expected[0] in {rig.configs[0].lowest_mv, rig.configs[0].highest_mv}
 
     assert limited > 50
 
@@ -178,7 +178,7 @@ def test_values_beyond_single_precision_do_no_harm(kind, mode):
     )
     for _ in range(200):
         rig.play([rng.choice(wild)], "MV")
-        assert all(map(math.isfinite, rig.sig[1:]))
+        assert all(map(math.isfinite, rig.signal_values[1:]))
         assert 0.0 <= rig.signal("MV") <= 100.0
 
 
@@ -243,19 +243,19 @@ def test_automatic_keeps_pid_mode_2():
     rig = Rig({**PI, "PID_MODE": 2, "PID_MAN": True}).step()
     rig.plc.request(0, "auto")
 
-    assert (rig.step().mode(), rig.st[0].mode) == ("auto", 2)
+    assert (rig.step().mode(), rig.states[0].mode) == ("auto", 2)
 
 
 def test_an_mv_of_its_own_is_no_writer():
     rig = Rig({"SV": 30, "MOUT": 7}, devices=({"MV": "D304", "MOUT": "D304"},))
 
-    assert rig.cfg[0].mout_from == -1
+    assert rig.configs[0].mout_from == -1
 
 
 def test_a_mout_that_is_the_mv_begins_there_and_is_told_to_be_overwritten():
     devices = ({"MV": "D304", "MOUT": "D304"},)
     rig = Rig({"SV": 30, "MOUT": 7}, devices=devices)
-    rig.plc.set_output(0, Quantity(Decimal(150)), rig.sig)
+    rig.plc.set_output(0, Quantity(Decimal(150)), rig.signal_values)
 
     assert (rig.signal("MV"), rig.signal("MOUT")) == (100.0, 100.0)
     assert rig.set("MOUT", 30) == "MOUT acts in manual only; it stands in the device of MV, which overwrites it"

@@ -90,7 +90,7 @@ def run(text="", image=None, plant=PLANT, engine="python", **given):
 
 def test_every_operand_reaches_the_controller():
     plc = load(oven())
-    c, s = plc.cfg[0], plc.st[0]
+    c, s = plc.configs[0], plc.states[0]
 
     assert (c.period, s.period, s.sampling_time) == (1_000_000, 1_000_000, 1.0)
     assert (c.manual, c.mout_follows, c.dependent, c.derivative_on_pv, c.forward_action) == (0, 1, 1, 1, 1)
@@ -101,14 +101,16 @@ def test_every_operand_reaches_the_controller():
     assert s.ki == single(single(s.gain * 1.0) / 180.0)
     assert s.kd == single(s.gain * 20.0)
     assert s.filter_share == single(1.0 / 3.0)
-    odd = load(oven(ERR_DBW=-0.1, MV_MIN=0.3, MV_MAX=80.1)).cfg[0]
+    odd = load(oven(ERR_DBW=-0.1, MV_MIN=0.3, MV_MAX=80.1)).configs[0]
     assert (odd.dead_band, odd.lowest_mv, odd.highest_mv) == tuple(map(single, (0.1, 0.3, 80.1)))
 
 
 @pytest.mark.parametrize("name", ["PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR"])
 def test_each_choice_is_its_own(name):
     fields = ("manual", "mout_follows", "dependent", "derivative_on_pv", "forward_action")
-    found = {field: [getattr(load(program_of({name: on})).cfg[0], field) for on in (False, True)] for field in fields}
+    found = {
+        field: [getattr(load(program_of({name: on})).configs[0], field) for on in (False, True)] for field in fields
+    }
     own = dict(zip(("PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR"), fields, strict=True))[name]
 
     assert found.pop(own) == [0, 1]
@@ -155,7 +157,7 @@ def test_the_base_step_is_the_greatest_common_one():
 def test_an_operand_that_a_listing_lacks_is_false_or_0_but_for_pid_run():
     program = Program("dpide", tuple(cell for cell in program_of({}).cells if cell.field == "SV"))
     plc = load(program)
-    c, s = plc.cfg[0], plc.st[0]
+    c, s = plc.configs[0], plc.states[0]
 
     assert (plc.loops, plc.goals, plc.problems) == (["L1"], ["auto"], [])
     assert (c.forward_action, c.lowest_mv, c.highest_mv, s.gain, s.period) == (0, 0.0, 0.0, 0.0, 1000)
@@ -199,8 +201,8 @@ def test_any_listing_can_be_run():
         for command in ("start", "cancel", "start"):
             rig.play([rng.choice([0.0, 3.0, 1e15, -1e20])] * 5, "MV")
             rig.plc.autotune(0, command)
-            mv, c = rig.signal("MV"), rig.cfg[0]
-            assert all(map(math.isfinite, rig.sig))
+            mv, c = rig.signal("MV"), rig.configs[0]
+            assert all(map(math.isfinite, rig.signal_values))
             assert mv == 0.0 if rig.mode() == "off" else c.lowest_mv <= mv <= c.highest_mv
 
 
@@ -230,8 +232,8 @@ def test_every_operand_can_be_set():
     plc = load(oven(PID_RUN=False))
     for name, row in ROWS.items():
         if name not in {"PV", "MV"}:
-            plc.set(0, (name,), plc.check_set(0, (name,), values[row.type.kind]), plc.sig)
-    c, s = plc.cfg[0], plc.st[0]
+            plc.set(0, (name,), plc.check_set(0, (name,), values[row.type.kind]), plc.signal_values)
+    c, s = plc.configs[0], plc.states[0]
 
     assert (c.manual, c.mout_follows, c.dependent, c.derivative_on_pv, c.forward_action, s.wanted_mode) == (
         1,
@@ -302,7 +304,7 @@ def test_times_may_carry_a_unit():
     for key, value in zip(("Ti_Ki", "Tf", "CYCLE"), text.values(), strict=True):
         rig.set(key, value)
 
-    assert (rig.st[0].reset, rig.st[0].filter_time, rig.plc.periods) == (120.0, 0.5, [2_000_000])
+    assert (rig.states[0].reset, rig.states[0].filter_time, rig.plc.periods) == (120.0, 0.5, [2_000_000])
 
 
 @pytest.mark.parametrize("text", ["180 s", "3 min", "100 ms"])
@@ -341,11 +343,11 @@ events:
     rig = Rig(program=oven())
     rig.set("PID_EQ", value=False)
     rig.set("Ti_Ki", "90 s")
-    assert rig.st[0].reset == 180.0
+    assert rig.states[0].reset == 180.0
     rig.set("PID_EQ", value=True)
     assert rig.set("Ti_Ki", "90 s") is None
     assert rig.set("Td_Kd", "2 min") is None
-    assert (rig.st[0].reset, rig.st[0].rate) == (90.0, 120.0)
+    assert (rig.states[0].reset, rig.states[0].rate) == (90.0, 120.0)
 
 
 def test_a_new_cycle_is_known_beforehand():

@@ -201,7 +201,7 @@ def test_limits_are_swapped_equal_or_right(limits, found):
 
 def test_swapped_limits_are_those_that_the_virtual_instruction_uses():
     message = next(d.message for d in findings({"MV_MIN": 100, "MV_MAX": 20, "MOUT": 50}) if d.code == "DP741")
-    config = dpide(MV_MIN=100, MV_MAX=20).cfg[0]
+    config = dpide(MV_MIN=100, MV_MAX=20).configs[0]
 
     assert "MV goes from 20 to 100" in message
     assert (config.lowest_mv, config.highest_mv) == (20.0, 100.0)
@@ -212,7 +212,7 @@ def test_the_sampling_time_that_a_finding_names_is_the_virtual_instructions(cycl
     message = next(d.message for d in findings({"CYCLE": cycle}) if d.code == "DP731")
 
     assert message.endswith(f"as {used} ms")
-    assert dpide(CYCLE=cycle).st[0].sampling_time == pytest.approx(used / 1000)
+    assert dpide(CYCLE=cycle).states[0].sampling_time == pytest.approx(used / 1000)
 
 
 @pytest.mark.parametrize("operand", ["Kc_Kp", "Ti_Ki", "Td_Kd", "Tf"])
@@ -222,7 +222,7 @@ def test_coefficients_below_0_act_as_0_in_the_virtual_instruction(operand):
     assert "DP713" in codes({operand: -3, "PID_EQ": False})
     assert "DP713" not in codes({operand: 0, "PID_EQ": False})
     for name in ("kp", "ki", "kd", "filter_share"):
-        assert getattr(below.st[0], name) == getattr(zero.st[0], name)
+        assert getattr(below.states[0], name) == getattr(zero.states[0], name)
 
 
 def test_a_dead_controller_is_told_once():

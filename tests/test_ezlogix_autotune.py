@@ -22,7 +22,7 @@ from rig_plants import FirstOrder, Moving
 def until_tuned(rig, s, most=20000):
     for _ in range(most):
         rig.step()
-        if s.busy & bits.TUNE == 0:
+        if s.pending & bits.TUNE == 0:
             return
     raise AssertionError("the autotune did not come to an end")
 
@@ -86,7 +86,7 @@ def test_results_have_the_digits_of_their_registers_and_act():
 def test_the_step_is_a_tenth_of_the_range_and_comes_after_a_look_at_the_noise():
     rig, s = loop(1.0, 20.0, 4.0, 0.5)
     rows = []
-    while s.busy & bits.TUNE:
+    while s.pending & bits.TUNE:
         rows += rig.trace(1, "out", "tune_status")
     outs = [out for out, _ in rows]
 
@@ -94,7 +94,7 @@ def test_the_step_is_a_tenth_of_the_range_and_comes_after_a_look_at_the_noise():
     assert outs[15:-1] == [1910.0] * (len(outs) - 16)
     assert outs[-1] == 1500.0
     assert [status for _, status in rows] == [1] * (len(rows) - 2) + [2, 3]
-    assert rig.sig[STATUS] == 3.0
+    assert rig.signal_values[STATUS] == 3.0
 
 
 def test_noise_is_borne():
@@ -163,7 +163,7 @@ def test_a_cancel_without_an_autotune_does_nothing():
     rig.tune(on=False)
     rig.step(5)
 
-    assert (s.tune_status, s.busy, s.out, rig.log) == (0, 0, 1500.0, [])
+    assert (s.tune_status, s.pending, s.out, rig.log) == (0, 0, 1500.0, [])
 
 
 def test_in_auto_a_refused_step_does_not_disturb_the_loop():
@@ -174,7 +174,7 @@ def test_in_auto_a_refused_step_does_not_disturb_the_loop():
 
     assert s.tune_status == 5
     assert s.integral == pytest.approx(before, abs=1.0)
-    assert s.busy & bits.FRESH == 0
+    assert s.pending & bits.FRESH == 0
 
 
 @pytest.mark.parametrize("direct", [0, 1])
@@ -207,10 +207,10 @@ def test_the_ranges_of_results_are_those_of_the_manual(results, only_pi, expecte
 
 
 def test_a_curve_without_a_slope_gives_no_gains():
-    c, s = Config(), State(tune_points=40, tune_change=8.0, gain=1.5, out=1910.0, tune_out=1500.0, busy=bits.HELD)
+    c, s = Config(), State(tune_points=40, tune_change=8.0, gain=1.5, out=1910.0, tune_out=1500.0, pending=bits.HELD)
     compute(c, s, [0.0] * 512)
 
-    assert (s.tune_status, s.gain, s.out, s.busy) == (7, 1.5, 1500.0, 0)
+    assert (s.tune_status, s.gain, s.out, s.pending) == (7, 1.5, 1500.0, 0)
 
 
 # --- from outside ----------------------------------------------------------------------------------------------------
@@ -244,21 +244,23 @@ def test_commands_and_report():
 
 def test_results_have_the_names_of_the_configuration_and_stand_in_the_registers():
     machine = plc({"sample_rate": 0.5, "tuning": {"proportional_gain": 1}})
-    machine.st[0].out = 1500.0
+    machine.states[0].out = 1500.0
     plant = FirstOrder(1.0, 20.0, 4.0, initial=1000.0, offset=-500.0)
     machine.autotune(0, "start")
     for k in range(200):
         if k:
-            plant.step(machine.st[0].out, 0.5)
+            plant.step(machine.states[0].out, 0.5)
         play(machine, 1, [plant.value], base=500_000, start=k)
     tuned = machine.tuned(0)
 
     assert (tuned["done"], tuned["error"], tuned["status"]) == (True, False, "3: done")
     assert list(tuned["results"]) == ["proportional_gain", "integral_time", "derivative_time"]
     found = tuple(tuned["results"].values())
-    assert found == (machine.st[0].gain, machine.st[0].reset, machine.st[0].rate)
+    assert found == (machine.states[0].gain, machine.states[0].reset, machine.states[0].rate)
     change(machine, "deadband", 3)
-    assert found == (machine.st[0].gain, machine.st[0].reset, machine.st[0].rate), "the registers hold the results"
+    assert found == (machine.states[0].gain, machine.states[0].reset, machine.states[0].rate), (
+        "the registers hold the results"
+    )
     change(machine, "tuning.proportional_gain", 1)
     assert machine.tuned(0)["results"]["proportional_gain"] == found[0]
 
@@ -267,7 +269,7 @@ def test_the_timeout_register_is_the_countdown():
     machine = plc({"autotune": {"timeout": 600}})
     machine.autotune(0, "start")
     play(machine, 5, [0.0])
-    assert machine.st[0].tune_countdown == 600_000_000 - 500_000
+    assert machine.states[0].tune_countdown == 600_000_000 - 500_000
     change(machine, "autotune.timeout", 0)
     said = play(machine, 1, [0.0], start=5)
 
@@ -280,21 +282,21 @@ def test_what_is_not_calculated_waits_with_its_autotune(given):
     machine = plc({"sample_rate": 0.1}, **(given if stopped else {}))
     play(machine, 1, [0.0])
     if stopped:
-        machine.program(machine.sig)
+        machine.program(machine.signal_values)
     else:
         change(machine, "sample_rate", 0)
     play(machine, 1, [0.0], start=1)
     machine.autotune(0, "start")
     said = play(machine, 3, [0.0], start=2)
     assert [text.split(":")[0] for *_, text in said] == ["waits"]
-    assert machine.st[0].tune_status == 0
+    assert machine.states[0].tune_status == 0
     if stopped:
         machine.run(500_000)
     else:
         change(machine, "sample_rate", 0.1)
     play(machine, 1, [0.0], start=5)
 
-    assert machine.st[0].tune_status == 1
+    assert machine.states[0].tune_status == 1
 
 
 def test_every_state_of_the_manual_has_words():

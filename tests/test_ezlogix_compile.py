@@ -20,15 +20,15 @@ SEGMENTS, STEPS = 4, 120
 BASE = 50_000
 
 
-def drive(first, last, cfg, st, aux, sig, noise):  # noqa: PLR0917 - numba takes flat arrays
+def drive(first, last, configs, states, aux, signals, noise):  # noqa: PLR0917 - numba takes flat arrays
     """Base steps of first-order plants with noise, and the controllers (kernel)."""
-    n = len(cfg)
+    n = len(configs)
     for k in range(first, last):
         for i in range(n):
             at = COLUMNS * n + i
-            sig[at] = sig[at] + 0.03 * (noise[0] * sig[COLUMNS * i + 3] + noise[1] - sig[at])
-            sig[COLUMNS * i] = sig[at] + noise[2 + (k * n + i) % (len(noise) - 2)]
-        scan(k * BASE, cfg, st, aux, sig)
+            signals[at] = signals[at] + 0.03 * (noise[0] * signals[COLUMNS * i + 3] + noise[1] - signals[at])
+            signals[COLUMNS * i] = signals[at] + noise[2 + (k * n + i) % (len(noise) - 2)]
+        scan(k * BASE, configs, states, aux, signals)
     return last
 
 
@@ -74,24 +74,24 @@ def random_event(rng, c, s):
     """What an operator may do between two segments."""
     kind = rng.randrange(6)
     if kind in {0, 1}:
-        s.wanted_mode, s.busy = rng.choice([bits.MANUAL, bits.AUTO, bits.AUTO]), s.busy | bits.REQUEST
+        s.wanted_mode, s.pending = rng.choice([bits.MANUAL, bits.AUTO, bits.AUTO]), s.pending | bits.REQUEST
     elif kind in {2, 3}:
-        s.tune_command, s.busy = rng.choice([1, 1, 1, 2]), s.busy | bits.TUNE
+        s.tune_command, s.pending = rng.choice([1, 1, 1, 2]), s.pending | bits.TUNE
         s.out = min(s.out, 3000.0)
     elif kind == 4:
-        s.busy ^= rng.choice([bits.PV_STALE, bits.OUTPUT_CUT, bits.STOPPED])
+        s.pending ^= rng.choice([bits.PV_STALE, bits.OUTPUT_CUT, bits.STOPPED])
     else:
         s.sp = nearest(c.pv_min + c.pv_span * rng.random())
 
 
 def random_plc(rng):
     n = rng.randint(1, 4)
-    cfg = [random_config(rng, i, n) for i in range(n)]
-    st = [random_state(rng, c) for c in cfg]
-    sig = [rng.uniform(-10.0, 110.0) for _ in range((COLUMNS + 1) * n)]
+    configs = [random_config(rng, i, n) for i in range(n)]
+    states = [random_state(rng, c) for c in configs]
+    signals = [rng.uniform(-10.0, 110.0) for _ in range((COLUMNS + 1) * n)]
     level = rng.choice([0.0, 0.0, 0.3])
     noise = [rng.choice([0.02, -0.02, 0.3, 0.0]), rng.uniform(0, 60), *(rng.gauss(0.0, level) for _ in range(97))]
-    return cfg, st, [0.0] * (n * POINTS), sig, noise
+    return configs, states, [0.0] * (n * POINTS), signals, noise
 
 
 @pytest.fixture(scope="module")
@@ -103,16 +103,16 @@ def test_random_loops_run_to_the_same_bits_compiled_and_not(fast):
     rng = random.Random(21)
     seen, ends, pulses = 0, set(), set()
     for _ in range(CONFIGURATIONS):
-        cfg, st, aux, sig, noise = random_plc(rng)
+        configs, states, aux, signals, noise = random_plc(rng)
         for segment in range(SEGMENTS):
-            for c, s in zip(cfg, st, strict=True):
+            for c, s in zip(configs, states, strict=True):
                 random_event(rng, c, s)
             head = segment * STEPS, (segment + 1) * STEPS
-            advance(drive, fast, head, (cfg, st, aux, sig), noise)
-            for c, s in zip(cfg, st, strict=True):
+            advance(drive, fast, head, (configs, states, aux, signals), noise)
+            for c, s in zip(configs, states, strict=True):
                 seen |= s.status
                 ends.add(s.tune_last)
-                pulses.add((c.cycle > 0, sig[c.sig_pulse]))
+                pulses.add((c.cycle > 0, signals[c.pulse_slot]))
     assert seen == bits.MODES | bits.SATURATED | bits.TUNING | bits.TUNE_ERROR, "some mode or flag never came up"
     assert {3, 4, 5, 6, 8, 9} <= ends, "some end of an autotune never came up"
     assert {(True, 0.0), (True, 1.0)} <= pulses
@@ -122,8 +122,8 @@ def test_fields_have_the_type_that_they_are_declared_with():
     """A float in a field of whole numbers would be cut off when it is compiled."""
     rng = random.Random(3)
     for _ in range(20):
-        cfg, st, aux, sig, noise = random_plc(rng)
-        for c, s in zip(cfg, st, strict=True):
+        configs, states, aux, signals, noise = random_plc(rng)
+        for c, s in zip(configs, states, strict=True):
             random_event(rng, c, s)
-        drive(0, 60, cfg, st, aux, sig, noise)
-        check_types([*cfg, *st])
+        drive(0, 60, configs, states, aux, signals, noise)
+        check_types([*configs, *states])

@@ -96,7 +96,7 @@ PULSE = {"tag": "O1", "cycle_time": 1.0}
 
 
 def mode(machine, i=0):
-    return machine.mode(machine.st[i].status)
+    return machine.mode(machine.states[i].status)
 
 
 # --- no sample rate --------------------------------------------------------------------------------------------------
@@ -108,7 +108,7 @@ def test_without_a_sample_rate_a_loop_is_not_calculated(raw):
     said = play(machine, 5, [50.0])
 
     assert machine.periods == [0]
-    assert (machine.st[0].due > 10**15, mode(machine)) == (True, "manual")
+    assert (machine.states[0].due > 10**15, mode(machine)) == (True, "manual")
     assert said == [(0, "L1", "auto", "waits: the loop is not calculated, its sample rate is below 0.05 s")]
 
 
@@ -127,11 +127,11 @@ def test_a_loop_that_gets_a_sample_rate_begins():
     play(machine, 3, [40.0])
     assert change(machine, "sample_rate", 0.1) is None
     play(machine, 1, [40.0], start=3)
-    assert (mode(machine), machine.st[0].pv) == ("auto", 1638.0)
+    assert (mode(machine), machine.states[0].pv) == ("auto", 1638.0)
     assert change(machine, "sample_rate", 0) == "the loop is not calculated: its sample rate is below 0.05 s"
     play(machine, 2, [60.0], start=4)
 
-    assert machine.st[0].pv == 1638.0
+    assert machine.states[0].pv == 1638.0
 
 
 def test_from_then_on_it_keeps_its_rate():
@@ -141,7 +141,7 @@ def test_from_then_on_it_keeps_its_rate():
     seen = []
     for k in range(3, 12):
         play(machine, 1, [float(k)], start=k)
-        seen.append(round(machine.sig[PV]))
+        seen.append(round(machine.signal_values[PV]))
 
     assert seen == [3, 3, 3, 6, 6, 6, 9, 9, 9]
 
@@ -152,17 +152,21 @@ def test_from_then_on_it_keeps_its_rate():
 def test_a_cv_tag_that_is_a_set_point_register_makes_a_cascade():
     outer = {"output": {"tag": "R201"}, "tuning": {"proportional_gain": 1}, "setpoint": {"value": 2000}, "mode": "auto"}
     machine = plc(outer, {"setpoint": {"value": 700}, "mode": "auto"}, {"output": {"tag": "R102"}})
-    assert [c.inner_loop for c in machine.cfg] == [1, -1, -1]
-    assert machine.st[0].out == 700.0, "the register already holds the inner loop's set point"
+    assert [c.inner_loop for c in machine.configs] == [1, -1, -1]
+    assert machine.states[0].out == 700.0, "the register already holds the inner loop's set point"
     play(machine, 1, [1700.0, 0.0, 0.0])
 
-    assert (machine.st[0].out, machine.st[1].sp, machine.sig[COLUMNS + SP]) == (300.0, 300.0, 300.0)
-    assert machine.st[1].out == 300.0
+    assert (machine.states[0].out, machine.states[1].sp, machine.signal_values[COLUMNS + SP]) == (300.0, 300.0, 300.0)
+    assert machine.states[1].out == 300.0
     assert change(machine, "setpoint", 900, loop=1) == "the CV of L1 stands in the same register and overwrites it"
-    assert (machine.st[0].out, machine.sig[CV], machine.sig[COLUMNS + SP]) == (900.0, 900.0, 900.0), "one register"
+    assert (machine.states[0].out, machine.signal_values[CV], machine.signal_values[COLUMNS + SP]) == (
+        900.0,
+        900.0,
+        900.0,
+    ), "one register"
     assert change(machine, "setpoint", 900, loop=0) is None
     play(machine, 1, [1700.0, 0.0, 0.0], start=1)
-    assert (machine.st[0].sp, machine.st[1].sp) == (900.0, 0.0)
+    assert (machine.states[0].sp, machine.states[1].sp) == (900.0, 0.0)
     change(machine, "sample_rate", 0, loop=0)
     assert change(machine, "setpoint", 800, loop=1) is None
 
@@ -171,10 +175,12 @@ def test_an_inner_loop_that_comes_first_takes_the_cv_of_the_sample_before():
     outer = {"output": {"tag": "R101"}, "tuning": {"proportional_gain": 1}, "setpoint": {"value": 2000}, "mode": "auto"}
     machine = plc({"setpoint": {"value": 700}}, outer)
     play(machine, 1, [0.0, 1700.0])
-    assert (machine.sig[ERROR], machine.sig[SP]) == (700.0, 300.0), "calculated with the one, then written"
+    assert (machine.signal_values[ERROR], machine.signal_values[SP]) == (700.0, 300.0), (
+        "calculated with the one, then written"
+    )
     play(machine, 1, [0.0, 1700.0], start=1)
 
-    assert (machine.sig[ERROR], machine.sig[SP]) == (300.0, 300.0)
+    assert (machine.signal_values[ERROR], machine.signal_values[SP]) == (300.0, 300.0)
 
 
 def cascade(**inner):
@@ -192,7 +198,7 @@ def trace(machine, *events):
             if at == k:
                 change(machine, key, value, loop)
         play(machine, 1, [1100.0 + 100.0 * (k % 7), 600.0], start=k)
-        rows.append(tuple(machine.sig))
+        rows.append(tuple(machine.signal_values))
     return rows
 
 
@@ -207,19 +213,23 @@ def test_set_point_and_outer_cv_are_one_register_in_every_sample():
     machine = cascade()
     for k in range(24):
         play(machine, 1, [1100.0 + 100.0 * (k % 7), 600.0], start=k)
-        cv, sp = machine.sig[CV], machine.sig[COLUMNS + SP]
+        cv, sp = machine.signal_values[CV], machine.signal_values[COLUMNS + SP]
         assert sp == min(max(cv, 500.0), 900.0)
         if k % 5 == 0:
-            assert machine.st[1].sp == sp
+            assert machine.states[1].sp == sp
 
 
 def test_a_set_point_limit_of_the_inner_loop_changes_the_outer_cv():
     machine = cascade(sample_rate=0.1)
     play(machine, 1, [1900.0, 600.0])
-    assert (machine.st[0].out, machine.sig[CV], machine.sig[COLUMNS + SP]) == (500.0, 500.0, 500.0)
+    assert (machine.states[0].out, machine.signal_values[CV], machine.signal_values[COLUMNS + SP]) == (
+        500.0,
+        500.0,
+        500.0,
+    )
     machine.request(0, "manual")
     play(machine, 3, [1900.0, 600.0], start=1)
-    assert machine.sig[CV] == 500.0, "Manual holds what the register has"
+    assert machine.signal_values[CV] == 500.0, "Manual holds what the register has"
 
 
 def test_in_manual_whoever_writes_the_register_writes_both():
@@ -227,11 +237,15 @@ def test_in_manual_whoever_writes_the_register_writes_both():
     machine.request(0, "manual")
     play(machine, 2, [1900.0, 600.0])
     assert change(machine, "setpoint", 800, loop=1) is None
-    assert (machine.sig[CV], machine.sig[COLUMNS + SP]) == (800.0, 800.0)
+    assert (machine.signal_values[CV], machine.signal_values[COLUMNS + SP]) == (800.0, 800.0)
     assert change(machine, "output", 600, loop=0) is None
-    assert (machine.sig[CV], machine.sig[COLUMNS + SP], machine.st[1].sp) == (600.0, 600.0, 600.0)
+    assert (machine.signal_values[CV], machine.signal_values[COLUMNS + SP], machine.states[1].sp) == (
+        600.0,
+        600.0,
+        600.0,
+    )
     play(machine, 20, [1900.0, 600.0], start=2)
-    assert (machine.sig[CV], machine.sig[COLUMNS + SP]) == (600.0, 600.0)
+    assert (machine.signal_values[CV], machine.signal_values[COLUMNS + SP]) == (600.0, 600.0)
 
 
 # --- the PLC's switch ------------------------------------------------------------------------------------------------
@@ -243,69 +257,69 @@ AUTO = {**SCALED, "mode": "auto", "setpoint": {"value": 50}, "tuning": PI}
 def test_with_physical_tags_a_loop_goes_on(pulse):
     machine = plc({**AUTO, "output": {**SCALED["output"], "pulse": pulse}})
     play(machine, 2, [49.0])
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
     said = play(machine, 3, [45.0], start=2)
-    before = machine.sig[CV]
+    before = machine.signal_values[CV]
     play(machine, 1, [45.0], start=5)
 
     assert said == []
-    assert machine.sig[PV] == pytest.approx(45.0, abs=0.02)
-    assert machine.sig[CV] > before
-    integral = machine.st[0].integral
+    assert machine.signal_values[PV] == pytest.approx(45.0, abs=0.02)
+    assert machine.signal_values[CV] > before
+    integral = machine.states[0].integral
     machine.run(600_000)
     play(machine, 1, [50.0], start=6)
-    assert machine.st[0].integral == pytest.approx(integral, abs=0.1), "it went on: there is no new start"
+    assert machine.states[0].integral == pytest.approx(integral, abs=0.1), "it went on: there is no new start"
 
 
 def test_a_pv_in_an_r_register_stands_still_while_the_loop_goes_on():
     machine = plc({**AUTO, "pv": {**SCALED["pv"], "tag": "R1"}})
     play(machine, 2, [49.0])
-    machine.program(machine.sig)
-    before = machine.st[0].integral
+    machine.program(machine.signal_values)
+    before = machine.states[0].integral
     said = play(machine, 3, [60.0], start=2)
 
     assert said == [(2, "L1", None, "the PLC is stopped: the loop goes on, but nothing renews its PV in an R register")]
-    assert machine.sig[PV] == pytest.approx(49.0, abs=0.02)
-    assert machine.st[0].integral > before
+    assert machine.signal_values[PV] == pytest.approx(49.0, abs=0.02)
+    assert machine.states[0].integral > before
     machine.run(500_000)
     play(machine, 1, [60.0], start=5)
-    assert machine.sig[PV] == pytest.approx(60.0, abs=0.02)
+    assert machine.signal_values[PV] == pytest.approx(60.0, abs=0.02)
 
 
 def test_a_cv_in_an_r_register_does_not_reach_its_output():
     machine = plc({**AUTO, "output": {**SCALED["output"], "tag": "R2"}})
     play(machine, 2, [49.0])
-    machine.program(machine.sig)
-    before = machine.sig[CV]
+    machine.program(machine.signal_values)
+    before = machine.signal_values[CV]
     said = play(machine, 3, [40.0], start=2)
 
     what = "the PLC is stopped: the loop goes on, but nothing carries its CV from an R register to an output"
     assert said == [(2, "L1", None, what)]
-    assert machine.sig[CV] == before
-    assert machine.st[0].out > before / 50 * 4095 + 100
+    assert machine.signal_values[CV] == before
+    assert machine.states[0].out > before / 50 * 4095 + 100
     machine.run(500_000)
     play(machine, 1, [40.0], start=5)
-    assert machine.sig[CV] == pytest.approx(machine.st[0].out * 50 / 4095)
+    assert machine.signal_values[CV] == pytest.approx(machine.states[0].out * 50 / 4095)
 
 
 def test_a_control_output_drives_the_process_by_itself():
     machine = plc({**AUTO, "output": {**SCALED["output"], "tag": "R2", "pulse": PULSE}})
     play(machine, 2, [49.0])
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
 
     assert play(machine, 3, [40.0], start=2) == []
-    assert machine.sig[CV] == pytest.approx(machine.st[0].out * 50 / 4095)
+    assert machine.signal_values[CV] == pytest.approx(machine.states[0].out * 50 / 4095)
 
 
 def test_stop_when_stopped_and_run_when_running_change_nothing():
     machine = plc(AUTO, process_when_stopped=False)
     play(machine, 3, [49.0])
-    due, busy = machine.st[0].due, machine.st[0].busy
+    due, pending = machine.states[0].due, machine.states[0].pending
     machine.run(300_000)
-    assert (machine.st[0].due, machine.st[0].busy) == (due, busy)
-    machine.program(machine.sig)
+    assert (machine.states[0].due, machine.states[0].pending) == (due, pending)
+    machine.program(machine.signal_values)
     play(machine, 1, start=3)
-    machine.program(machine.sig)
+    machine.program(machine.signal_values)
 
     assert play(machine, 1, start=4) == []
 

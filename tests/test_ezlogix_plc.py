@@ -57,7 +57,7 @@ def test_every_setting_reaches_the_controller_through_its_register():
             "autotune": {"type": "PI", "timeout": 300},
         },
     )
-    c, s = machine.cfg[0], machine.st[0]
+    c, s = machine.configs[0], machine.states[0]
 
     assert (c.direct, c.velocity, c.square_root, c.anti_windup, c.tune_pi, c.scale) == (1, 1, 0, 1, 1, 1.0)
     assert (c.pv_min, c.pv_max, c.pv_span, c.pv_low, c.pv_width) == (819.0, 4095.0, 3276.0, -50.0, 100.0)
@@ -73,7 +73,7 @@ def test_every_setting_reaches_the_controller_through_its_register():
 @pytest.mark.parametrize(("action", "direct"), [("direct", 1), ("reverse", 0)])
 @pytest.mark.parametrize(("algorithm", "velocity"), [("velocity", 1), ("position", 0)])
 def test_the_dialog_decides_action_and_algorithm(action, direct, algorithm, velocity):
-    c = plc({"action": action, "algorithm": algorithm}).cfg[0]
+    c = plc({"action": action, "algorithm": algorithm}).configs[0]
 
     assert (c.direct, c.velocity) == (direct, velocity)
 
@@ -88,7 +88,7 @@ def test_a_square_root_loop_has_its_set_point_on_the_roots_scale():
             "output": {"tag": "OR1", "offset": 1000},
         }
     )
-    c, s = machine.cfg[0], machine.st[0]
+    c, s = machine.configs[0], machine.states[0]
     assert (s.sp, c.sp_high, c.deadband, c.square_root, c.scale) == (32.0, 64.0, 6.0, 1, sqrt(4095.0))
     play(machine, 1, [10.0])
 
@@ -99,7 +99,7 @@ def test_a_square_root_loop_has_its_set_point_on_the_roots_scale():
 def test_words_beyond_the_printed_ranges_are_taken_as_they_are():
     words = {100: 20000, 102: 10000, 103: 65535, 104: 65535, 110: 5000, 108: 9000, 109: 65535}
     machine = load(with_words(image({"mode": "auto"}), words))
-    c, s = machine.cfg[0], machine.st[0]
+    c, s = machine.configs[0], machine.states[0]
 
     assert (s.period, s.gain, s.reset, s.rate, c.offset) == (200_000_000, 100.0, 6553.5, 6553.5, 5000.0)
     assert (c.cv_low_limit, c.cv_high_limit) == (4095.0, 4095.0), "the CV has 4095 counts"
@@ -109,7 +109,7 @@ def test_a_missing_word_counts_as_zero():
     made = image({"setpoint": {"value": 100}, "tuning": {"proportional_gain": 3}})
     machine = load(replace(made, cells=tuple(c for c in made.cells if c.number not in {101, 109})))
 
-    assert (machine.st[0].sp, machine.cfg[0].cv_high_limit, machine.st[0].gain) == (0.0, 0.0, 3.0)
+    assert (machine.states[0].sp, machine.configs[0].cv_high_limit, machine.states[0].gain) == (0.0, 0.0, 3.0)
 
 
 def test_a_block_at_the_end_of_its_bank_does_not_run_into_the_next():
@@ -120,8 +120,8 @@ def test_a_block_at_the_end_of_its_bank_does_not_run_into_the_next():
     machine = load(replace(made, cells=cells, settings=({**made.settings[0], "registers": "R65535"},)))
 
     assert machine.periods == [100_000], "the first register is the last of the bank"
-    assert machine.cfg[0].sp_high == 0.0
-    assert (machine.st[0].sp, machine.st[0].gain) == (0.0, 0.0)
+    assert machine.configs[0].sp_high == 0.0
+    assert (machine.states[0].sp, machine.states[0].gain) == (0.0, 0.0)
 
 
 def test_the_image_says_which_loops_there_are():
@@ -133,21 +133,21 @@ def test_the_image_says_which_loops_there_are():
     names = ("PV", "SP", "CV", "BIAS", "ERROR", "STATUS", "O", "COUNTDOWN")
     assert machine.signals[:9] == ["", *("" if name == "O" else f"A.{name}" for name in names)]
     assert machine.signals[9:] == ["", *(f"B.{name}" for name in names)]
-    assert len(machine.sig) == 18
-    c = machine.cfg[1]
+    assert len(machine.signal_values) == 18
+    c = machine.configs[1]
     slots = (
-        c.sig_in,
-        c.sig_pv,
-        c.sig_sp,
-        c.sig_out,
-        c.sig_bias,
-        c.sig_error,
-        c.sig_status,
-        c.sig_pulse,
-        c.sig_countdown,
+        c.in_slot,
+        c.pv_slot,
+        c.sp_slot,
+        c.out_slot,
+        c.bias_slot,
+        c.error_slot,
+        c.status_slot,
+        c.pulse_slot,
+        c.countdown_slot,
     )
     assert slots == tuple(range(9, 18))
-    assert machine.cfg[0].tune_buffer + 512 == c.tune_buffer
+    assert machine.configs[0].tune_buffer + 512 == c.tune_buffer
     assert len(machine.aux) == c.tune_buffer + 512
 
 
@@ -169,16 +169,16 @@ def test_a_cv_in_an_r_register_begins_with_its_content():
     cells = (*made.cells, Cell("R150", 150, 819, ""))
 
     machine = load(replace(made, cells=tuple(sorted(cells, key=lambda c: c.number))))
-    assert (machine.st[0].out, machine.sig[CV]) == (819.0, 10.0)
+    assert (machine.states[0].out, machine.signal_values[CV]) == (819.0, 10.0)
     high = load(replace(made, cells=(*made.cells, Cell("R150", 150, 60000, ""))))
-    assert high.st[0].out == 4095.0
+    assert high.states[0].out == 4095.0
 
 
 def test_a_physical_cv_tag_is_no_register():
     made = image({"output": {"tag": "OR201"}}, {"setpoint": {"value": 700}})
     machine = load(made)
 
-    assert (machine.cfg[0].inner_loop, machine.st[0].out) == (-1, 0.0)
+    assert (machine.configs[0].inner_loop, machine.states[0].out) == (-1, 0.0)
 
 
 def test_signals_before_the_first_sample():
@@ -186,12 +186,14 @@ def test_signals_before_the_first_sample():
         {**SCALED, "setpoint": {"value": 25, "limits": [30, 80]}, "output": {**SCALED["output"], "offset": 10}}
     )
 
-    assert machine.sig[SP] == pytest.approx(30.0, abs=0.02), "its register is overwritten at the first calculation"
-    assert machine.st[0].sp == 1024.0
-    assert machine.sig[BIAS] == pytest.approx(10.0, abs=0.01)
-    assert (machine.sig[PV], machine.sig[CV], machine.sig[STATUS]) == (0.0, 0.0, 0.0)
+    assert machine.signal_values[SP] == pytest.approx(30.0, abs=0.02), (
+        "its register is overwritten at the first calculation"
+    )
+    assert machine.states[0].sp == 1024.0
+    assert machine.signal_values[BIAS] == pytest.approx(10.0, abs=0.01)
+    assert (machine.signal_values[PV], machine.signal_values[CV], machine.signal_values[STATUS]) == (0.0, 0.0, 0.0)
     elsewhere = plc({"pv": {"tag": "IR1", "range": [10, 110], "counts": [819, 4095]}})
-    assert (elsewhere.sig[PV], elsewhere.st[0].tune_countdown) == (10.0, 600_000_000)
+    assert (elsewhere.signal_values[PV], elsewhere.states[0].tune_countdown) == (10.0, 600_000_000)
 
 
 def test_any_memory_can_be_run():
@@ -224,10 +226,10 @@ def test_any_memory_can_be_run():
                 machine.request(i, rng.choice(["auto", "manual"]))
                 machine.autotune(i, rng.choice(["start", "cancel"]))
             if phase == 0:
-                machine.program(machine.sig)
+                machine.program(machine.signal_values)
             elif phase == 1:
                 machine.run(800_000)
-        assert all(0.0 <= s.out <= 4095.0 and s.out == int(s.out) for s in machine.st)
+        assert all(0.0 <= s.out <= 4095.0 and s.out == int(s.out) for s in machine.states)
 
 
 # --- set -------------------------------------------------------------------------------------------------------------
@@ -253,7 +255,7 @@ def test_set_writes_registers(key, value, name, expected):
     machine = plc({**SCALED, "tuning": {"proportional_gain": 1, "integral_time": 10}})
 
     assert change(machine, key, value) is None
-    assert getattr(machine.st[0], name) == expected
+    assert getattr(machine.states[0], name) == expected
 
 
 @pytest.mark.parametrize(
@@ -276,7 +278,7 @@ def test_set_writes_dialog_fields_and_discretes(key, value, names, expected):
     machine = plc({**SCALED, "output": {**SCALED["output"], "pulse": {"tag": "O1", "cycle_time": 1}}})
     change(machine, key, value)
 
-    assert tuple(getattr(machine.cfg[0], name) for name in names) == expected
+    assert tuple(getattr(machine.configs[0], name) for name in names) == expected
 
 
 def test_set_of_one_register_leaves_the_others():
@@ -285,26 +287,26 @@ def test_set_of_one_register_leaves_the_others():
     play(machine, 1, [0.0])
     change(machine, "setpoint.limits", [0, 100])
     play(machine, 1, [0.0], start=1)
-    assert machine.sig[SP] == pytest.approx(80.0, abs=0.02)
+    assert machine.signal_values[SP] == pytest.approx(80.0, abs=0.02)
     change(machine, "setpoint", 99)
     change(machine, "deadband", 1)
 
-    assert machine.sig[SP] == pytest.approx(99.0, abs=0.02)
+    assert machine.signal_values[SP] == pytest.approx(99.0, abs=0.02)
 
 
 def test_a_new_set_point_shows_at_once_and_within_its_limits():
     machine = plc({**SCALED, "setpoint": {"value": 20, "limits": [0, 60]}})
-    sig = list(machine.sig)
-    change(machine, "setpoint", 70, sig=sig)
+    signal_values = list(machine.signal_values)
+    change(machine, "setpoint", 70, signal_values=signal_values)
 
-    assert sig[SP] == pytest.approx(60.0, abs=0.02)
-    assert machine.sig[SP] == pytest.approx(20.0, abs=0.02)
+    assert signal_values[SP] == pytest.approx(60.0, abs=0.02)
+    assert machine.signal_values[SP] == pytest.approx(20.0, abs=0.02)
 
 
 def test_the_output_is_the_operators_in_manual_only():
     machine = plc({**SCALED, "mode": "auto", "setpoint": {"value": 50}})
-    machine.set_output(0, Quantity(Decimal(20)), machine.sig)
-    assert (machine.st[0].out, machine.sig[CV]) == (1638.0, pytest.approx(20.0, abs=0.01))
+    machine.set_output(0, Quantity(Decimal(20)), machine.signal_values)
+    assert (machine.states[0].out, machine.signal_values[CV]) == (1638.0, pytest.approx(20.0, abs=0.01))
     why = "the loop is in Auto and calculates the CV itself"
     assert change(machine, "output", 30) == why, "Auto is asked for"
     play(machine, 1, [50.0])
@@ -312,7 +314,7 @@ def test_the_output_is_the_operators_in_manual_only():
     machine.request(0, "manual")
     assert change(machine, "output", 30) is None
     play(machine, 2, [10.0], start=1)
-    assert machine.sig[CV] == pytest.approx(30.0, abs=0.01)
+    assert machine.signal_values[CV] == pytest.approx(30.0, abs=0.01)
     machine.request(0, "auto")
 
     assert change(machine, "output", 30) == why
@@ -403,9 +405,9 @@ def test_the_plc_stops_and_has_no_options():
 
 def test_bits_and_modes_are_distinct():
     masks = [*FLAG_BITS.values(), *MODES.values()]
-    busy = [bits.STOPPED, bits.PV_STALE, bits.OUTPUT_CUT, bits.FRESH, bits.REQUEST, bits.TUNE, bits.HELD]
+    pending = [bits.STOPPED, bits.PV_STALE, bits.OUTPUT_CUT, bits.FRESH, bits.REQUEST, bits.TUNE, bits.HELD]
 
-    assert all(sum(group) == _union(group) for group in (masks, busy))
+    assert all(sum(group) == _union(group) for group in (masks, pending))
 
 
 def _union(masks):

@@ -225,7 +225,7 @@ def pulses(outs, base, cycle, **given):
         s.out = out
         for _ in range(round(cycle / base)):
             rig.step()
-            seen.append(int(rig.sig[O]))
+            seen.append(int(rig.signal_values[O]))
     return seen
 
 
@@ -261,7 +261,7 @@ def test_a_cycle_that_the_base_step_misses_keeps_its_mean_length():
     """Cycles of 0.25 s in steps of 0.1 s begin every 2 or 3 steps."""
     rig = Rig(base=0.1)
     rig.add(Fixed(), cycle=250_000, out=1600.0)
-    seen = [rig.step() or rig.sig[O] for _ in range(40)]
+    seen = [rig.step() or rig.signal_values[O] for _ in range(40)]
 
     assert 14 <= sum(seen) <= 18
     starts = [k for k in range(1, 40) if seen[k] > seen[k - 1]]
@@ -273,7 +273,7 @@ def test_a_cycle_that_begins_within_a_step_loses_nothing_of_its_pulse(out, on):
     """The last cycles of 18.8 s in steps of 1 s begin at 75.2 s and 94 s: a step belongs to the cycle of its middle."""
     rig = Rig(base=1.0)
     rig.add(Fixed(), cycle=18_800_000, out=out)
-    seen = [rig.step() or rig.sig[O] for _ in range(94)]
+    seen = [rig.step() or rig.signal_values[O] for _ in range(94)]
 
     assert sum(seen) == pytest.approx(on / 20 * 94, abs=1.5)
     assert seen[75:77] == [1, 1]
@@ -285,15 +285,15 @@ def test_a_cycle_shorter_than_the_base_step_starts_over_at_each_one(cycle):
     rig.add(Fixed(), cycle=cycle, out=4095.0)
     rig.step(100)
 
-    assert rig.st[0].cycle_start == 99_000_000
+    assert rig.states[0].cycle_start == 99_000_000
 
 
 def test_without_a_control_output_or_a_cycle_time_there_is_none():
     rig = Rig()
     rig.add(Fixed(), out=4095.0)
     rig.step(30)
-    assert rig.sig[O] == 0.0
+    assert rig.signal_values[O] == 0.0
     machine = plc({"output": {"tag": "OR1", "pulse": {"tag": "O1", "cycle_time": 2}}}, {})
 
-    assert [c.cycle for c in machine.cfg] == [2_000_000, 0]
+    assert [c.cycle for c in machine.configs] == [2_000_000, 0]
     assert [name for name in machine.signals if name.endswith(".O")] == ["L1.O"]

@@ -269,7 +269,7 @@ def test_a_listing_with_gaps_is_told():
         "output.range.0 is missing, 0.0 is taken",
         "output.range.1 is missing, 100.0 is taken",
     ]
-    c, s = plc.cfg[0], plc.st[0]
+    c, s = plc.configs[0], plc.states[0]
     assert (c.period, c.pv_span, c.low, c.high, c.rate_limit, s.ki, s.kd) == (1_000_000, 100, 0, 100, UNREACHED, 0, 0)
 
 
@@ -283,12 +283,12 @@ def test_a_result_that_is_no_number_leaves_the_output():
 def test_a_mode_that_holds_already_is_no_request():
     rig = Rig({})
     rig.step()
-    s = rig.st[0]
-    s.busy = 0
+    s = rig.states[0]
+    s.pending = 0
     rig.plc.request(0, "auto" if rig.mode() == "manual" else "manual")
-    assert s.busy == REQUEST
+    assert s.pending == REQUEST
     rig.plc.request(0, rig.mode())
-    assert s.busy == 0
+    assert s.pending == 0
 
 
 def test_without_a_filter_the_derivative_is_exact_whatever_came_before():

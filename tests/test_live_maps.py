@@ -457,7 +457,7 @@ def test_what_a_program_writes_in_every_cycle_is_its_own():
         plc.write("coil", 901, [switch])
         assert plc.read("coil", 901, 1) == [switch]
         plc.advance(5)
-        modes.append(plc.run.plc.mode(plc.run.plc.st[0].status))
+        modes.append(plc.run.plc.mode(plc.run.plc.states[0].status))
     assert modes == ["auto", "manual"]
 
 
@@ -482,7 +482,7 @@ def test_an_operator_of_an_ezlogix():
     plc.write(*at[102], [1700])
     plc.write(*at[103], [333])
     assert plc.read(*at[103], 1) == [333]
-    assert plc.run.plc.st[0].gain == 3.33
+    assert plc.run.plc.states[0].gain == 3.33
     plc.write(*mode, [0])
     plc.advance(20)
     assert plc.read(*mode, 1) == [0]
@@ -540,7 +540,7 @@ def test_a_scenario_does_what_the_same_writes_do():
     plc.advance(60)
     twin = virtual("dpide", text, f"  - {{at: {120 * plc.dt:g}, loop: OVEN, set: {{SV: 70.25}}}}\n")
     twin.advance(180)
-    assert twin.run.net.sig == plc.run.net.sig
+    assert twin.run.net.signal_values == plc.run.net.signal_values
 
 
 @pytest.mark.parametrize("vendor", EXAMPLES)
@@ -559,9 +559,9 @@ def test_served_pulled_and_recorded(desk, vendor, tmp_path):
     for loop in plc.run.plc.loops:
         assert {f"{loop}.{signal}" for signal in ("PV", "SP", "OUT", "MODE")} <= set(header)
     row = dict(zip(header, values, strict=True))
-    sig, names = plc.run.net.sig, plc.run.net.names
+    signals, names = plc.run.net.signal_values, plc.run.net.names
     loop = plc.run.plc.loops[0]
-    assert float(row[f"{loop}.PV"]) == pytest.approx(sig[names[f"{loop}.PV"]], abs=0.1)
+    assert float(row[f"{loop}.PV"]) == pytest.approx(signals[names[f"{loop}.PV"]], abs=0.1)
     assert row[f"{loop}.MODE"] == "auto"
 
 
@@ -636,7 +636,7 @@ def test_mbpoll_reads_and_operates(desk, vendor):
         mbpoll(coil, on, kind="0")
         for _ in range(100):
             rows = pidcfg.pull(f"modbus://127.0.0.1:{port}", like=example(vendor), map=text).image.words
-            if plc.run.plc.mode(plc.run.plc.st[0].status) == "manual":
+            if plc.run.plc.mode(plc.run.plc.states[0].status) == "manual":
                 break
     assert rows[name] == (1700 if vendor == "ezlogix" else float(value))
     assert plc.report().loops[plc.run.plc.loops[0]].modes[-1].mode == "manual"

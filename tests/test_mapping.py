@@ -310,7 +310,7 @@ def test_every_register_has_its_loop_and_its_content(example, shared):
     plc = module.load(image, module.Options())
     registers = vendor.load("virtual")(plc)
     places = registers.places()
-    held = {loop: registers.contents(loop, plc.sig) for loop in {*places.values()}}
+    held = {loop: registers.contents(loop, plc.signal_values) for loop in {*places.values()}}
 
     assert {*held} == {*range(-shared, len(plc.loops))}
     assert all({n for n, place in places.items() if place == loop} == {*contents} for loop, contents in held.items())
@@ -329,8 +329,8 @@ def test_the_request_bit_of_the_auto_tune_starts_it():
     begun = []
     plc.autotune = begun.append
     registers = VENDORS["dl06"].load("virtual")(plc)
-    setting = registers.contents(0, plc.sig)[0o2001]
-    assert "auto-tune start" not in registers.write(0o2001, setting, plc.sig).text
+    setting = registers.contents(0, plc.signal_values)[0o2001]
+    assert "auto-tune start" not in registers.write(0o2001, setting, plc.signal_values).text
     assert begun == []
-    assert registers.write(0o2001, setting | 0x80, plc.sig).text == "auto-tune start"
+    assert registers.write(0o2001, setting | 0x80, plc.signal_values).text == "auto-tune start"
     assert begun == [0]

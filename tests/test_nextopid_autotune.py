@@ -582,7 +582,7 @@ def test_limits_of_mv_that_move_meanwhile_hold():
 
 def test_the_other_blocks_have_none():
     block = Block("PIDA_REAL", Manual=1, ManualMV=20, PV=40)
-    assert block.sig[block.c.base + len(block.places)] != 0.0, "it would be taken for AutoTune"
+    assert block.signal_values[block.c.base + len(block.places)] != 0.0, "it would be taken for AutoTune"
     block.call(50)
 
     assert (block["MV"], block.s.tune_phase, block.s.status) == (20, IDLE, MANUAL_MODE)

@@ -731,18 +731,18 @@ def test_random_runs_are_those_of_native_single_precision(kind):
     assert limited > 5 or "Max_OutVar" not in given
 
 
-def drive(cfg, states, aux, sig, noise, second, outs, moved):  # noqa: PLR0917 - numba takes flat arrays
+def drive(configs, states, aux, signals, noise, second, outs, moved):  # noqa: PLR0917 - numba takes flat arrays
     """Every block in turn, with a random first input and a second one around a value (kernel)."""
     for k in range(200):
-        for i in range(len(cfg)):
-            c = cfg[i]
+        for i in range(len(configs)):
+            c = configs[i]
             out = c.base + int(outs[i])
-            before = sig[out]
-            sig[c.base] = noise[(k * len(cfg) + i) % len(noise)]
+            before = signals[out]
+            signals[c.base] = noise[(k * len(configs) + i) % len(noise)]
             if k % 16 == 0:
-                sig[c.base + 1] = second[i] * (1.0 + 0.004 * noise[(k + i) % len(noise)])
-            call(c, states[i], aux, sig)
-            if sig[out] != before:
+                signals[c.base + 1] = second[i] * (1.0 + 0.004 * noise[(k + i) % len(noise)])
+            call(c, states[i], aux, signals)
+            if signals[out] != before:
                 moved[i] += 1.0
 
 
@@ -753,21 +753,23 @@ def test_all_blocks_are_the_same_compiled_to_the_last_bit():
     outs = [slots.PLACES[kind][OUTPUTS[kind]] for kind in kinds]
     moved = [0.0] * len(kinds)
     for _ in range(40):
-        cfg, sig = [], []
+        configs, signals = [], []
         for i, kind in enumerate(kinds):
             ts = rng.choice([0.1, 0.25, 1])
             block = Block(kind, ts=ts, **(GOOD.get(kind, {"MV2": 50}) | random_parameters(rng, kind, ts)))
-            cfg.append(Config(kind=block.c.kind, base=len(sig), sample_time=block.c.sample_time, buffer=100 * i))
-            sig += block.sig[7:-7]
-        states, aux = [State() for _ in cfg], [UNTOUCHED] * (100 * len(cfg))
-        more = [rng.uniform(-20, 120) for _ in range(997)], [sig[c.base + 1] for c in cfg], outs
-        arrays = records(cfg, Config), records(states, State), vector(aux), vector(sig)
+            configs.append(
+                Config(kind=block.c.kind, base=len(signals), sample_time=block.c.sample_time, buffer=100 * i)
+            )
+            signals += block.signal_values[7:-7]
+        states, aux = [State() for _ in configs], [UNTOUCHED] * (100 * len(configs))
+        more = [rng.uniform(-20, 120) for _ in range(997)], [signals[c.base + 1] for c in configs], outs
+        arrays = records(configs, Config), records(states, State), vector(aux), vector(signals)
         fast(*arrays, *map(vector, more), vector(moved))
-        drive(cfg, states, aux, sig, *more, moved)
-        other = [State() for _ in cfg]
+        drive(configs, states, aux, signals, *more, moved)
+        other = [State() for _ in configs]
         write_back(arrays[1], other)
         assert [astuple(s) for s in other] == [astuple(s) for s in states]
-        for mine, theirs in ((aux, arrays[2]), (sig, arrays[3])):
+        for mine, theirs in ((aux, arrays[2]), (signals, arrays[3])):
             assert struct.pack(f"<{len(mine)}d", *mine) == struct.pack(f"<{len(mine)}d", *theirs.tolist())
     assert min(moved) > 400
 

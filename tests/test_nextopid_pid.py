@@ -155,7 +155,7 @@ def test_a_step_by_hand(given_, p, i, d, mv):
 
     assert (*block.actions, block["MV"]) == pytest.approx((p, i, d, mv), rel=2e-6, abs=1e-6)
     assert (block.s.out, block.s.integral) == (block["MV"], block["IntegralAction"])
-    assert block.sig[0] == block.sig[-1] == -1.0, "it wrote outside its parameters"
+    assert block.signal_values[0] == block.signal_values[-1] == -1.0, "it wrote outside its parameters"
 
 
 def test_the_filter_follows_a_time_that_changes():
@@ -276,7 +276,7 @@ def test_an_error_bit_stops_the_block_and_its_outputs_stay(bit, wrong, right):
     block.call(Manual=1, ManualMV=30)
     block.call(3, Manual=0, BIAS=30)
     first = block.places["MV"] + block.c.base
-    before, mode, pv = block.sig[first:], block.s.status, block.s.pv
+    before, mode, pv = block.signal_values[first:], block.s.status, block.s.pv
     assert block.true("WarnBits.") == {"MV_P_MaxVarMV", "MV_MaxMV"}
 
     block.set(MaxMV=100)
@@ -563,12 +563,12 @@ def test_mv_is_within_its_limits_and_everything_is_a_number(calls, kind, limits)
 def test_a_pv_that_is_no_number_is_not_calculated_with():
     block = Block(SP=50, PV=45, Ti_Ki=1, Td_Kd=1)
     block.call(3)
-    before, state = list(block.sig), block.s.integral
-    block.sig[block.place("PV")] = math.nan
+    before, state = list(block.signal_values), block.s.integral
+    block.signal_values[block.place("PV")] = math.nan
     block.call()
-    block.sig[block.place("PV")] = before[block.place("PV")]
+    block.signal_values[block.place("PV")] = before[block.place("PV")]
 
-    assert block.sig == before
+    assert block.signal_values == before
     assert block.s.integral == state
     assert block.call() < 100
 
@@ -602,7 +602,7 @@ blocks:
 """
     plc = plc_of(text)
 
-    assert plc.integrates(0, plc.sig) == integrates
+    assert plc.integrates(0, plc.signal_values) == integrates
     assert plc.check_input("F.Tc", 7) == 7
 
 

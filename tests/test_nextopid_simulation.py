@@ -263,7 +263,7 @@ def turns(text):
     """Names in the order of execution."""
     plc = plc_of(text)
     names = [plc.items[i].name for i in plc.listed]
-    return [names[c.call_order] for c in plc.cfg]
+    return [names[c.call_order] for c in plc.configs]
 
 
 def test_blocks_come_after_those_they_read_and_rings_begin_with_a_loop():
@@ -331,11 +331,11 @@ loops: [{name: A, type: PIDA_REAL, SP: 40, %s, Manual: true, ManualMV: G.InVar *
 
 def cycles(plc, slot, values, shown):
     """A signal in every cycle, with the program around assigning an input before the first call."""
-    sig, found = list(plc.sig), []
+    signal_values, found = list(plc.signal_values), []
     for n, value in enumerate(values):
-        sig[slot] = value
-        controller.scan(n * plc.base, plc.cfg, plc.st, plc.aux, sig)
-        found.append(sig[plc.layout.numbers[shown]])
+        signal_values[slot] = value
+        controller.scan(n * plc.base, plc.configs, plc.states, plc.aux, signal_values)
+        found.append(signal_values[plc.layout.numbers[shown]])
     return found
 
 
@@ -362,7 +362,7 @@ def test_an_open_input_of_a_block_is_read_as_it_is_in_this_cycle():
 def test_an_open_input_without_a_value_keeps_the_last_one_and_is_told():
     plc = plc_of(READER % (GAINS, "PIDA_REAL", GAINS))
     assert cycles(plc, plc.outside["B.PV"], [12.5, float("inf"), 14], "A.MV") == [12.5, 12.5, 14]
-    assert plc.st[1].fault
+    assert plc.states[1].fault
 
 
 def test_names_of_an_image_are_the_manual_s():

@@ -189,7 +189,7 @@ def test_a_choice_is_between_what_its_two_sides_read(text, choices):
     pool = Pool()
     pool.add(parse("d + 1", NAMES))
     first, last = pool.add(parse(text, NAMES))
-    e = Facts(net=Facts(pool=pool), sig=[1.0, 2.0, -3.0, 9.0])
+    e = Facts(net=Facts(pool=pool), signal_values=[1.0, 2.0, -3.0, 9.0])
 
     wanted = [
         ({NAMES[name] for name in taken.split()}, {NAMES[name] for name in lost.split()}) for taken, lost in choices
@@ -373,8 +373,8 @@ EFFECT_PROFILE = "a ramp/soak profile runs: its next ramp overwrites +02"
         (OUTPUT, {}, {"status": dl06.AUTO}, OVERWRITTEN),
         (OUTPUT, {}, {"status": dl06.CASCADE}, OVERWRITTEN),
         (OUTPUT, {"halt": 1}, {"status": dl06.AUTO}, None),
-        (OUTPUT, {}, {"status": dl06.AUTO, "busy": dl06.STOPPED}, None),
-        (OUTPUT, {}, {"status": dl06.AUTO, "busy": dl06.PROGRAM}, OVERWRITTEN),
+        (OUTPUT, {}, {"status": dl06.AUTO, "pending": dl06.STOPPED}, None),
+        (OUTPUT, {}, {"status": dl06.AUTO, "pending": dl06.PROGRAM}, OVERWRITTEN),
         (BIAS, {}, {"status": dl06.AUTO}, None),
         (BIAS, {"velocity": 1}, {"status": dl06.AUTO}, NO_BIAS),
         (BIAS, {"velocity": 1}, {"status": dl06.MANUAL}, NO_BIAS),

@@ -183,18 +183,20 @@ def test_d646_cascade_to_auto_keeps_the_past(bumpless):
     rig.step(2)
     rig.request("cascade")
     rig.step(5)
-    before, rig.st[0].sp = rig.st[0], 2000.0
+    before, rig.states[0].sp = rig.states[0], 2000.0
     out, bias, last = before.unrounded_output, before.bias, before.derivative_input_1
-    remote = rig.st[1].out
+    remote = rig.states[1].out
     rig.request("auto")
     rig.step()
     kp, ki, kd, span = before.kp, before.ki, before.kd, minor.span
     error = 2000.0 / span
-    assert rig.st[0].status & 2
+    assert rig.states[0].status & 2
     assert last == pytest.approx(remote / span)
     bias += ki * error
-    assert rig.st[0].unrounded_output == pytest.approx(min(max(kp * error + bias + kd * (error - last), 0.0), 4095.0))
-    assert rig.st[0].unrounded_output > out, "the derivative answers the change, unlike after Manual (D42)"
+    assert rig.states[0].unrounded_output == pytest.approx(
+        min(max(kp * error + bias + kd * (error - last), 0.0), 4095.0)
+    )
+    assert rig.states[0].unrounded_output > out, "the derivative answers the change, unlike after Manual (D42)"
 
 
 def test_d647_step_bias_takes_signed_counts():

@@ -60,11 +60,11 @@ def respond(model, inputs, dt=0.1, dead=0, initial=0.0, **numbers):
     set_parameters(plant, {"gain": 1.0, "load": 0.0, "noise": 0.0, "stiction": 0.0, **numbers}, dt)
     delay = [math.nan] * dead
     settle_at(plant, initial, 0.0, delay)
-    sig, values = [0.0, plant.y], []
+    signal_values, values = [0.0, plant.y], []
     for k, u in enumerate(inputs):
-        sig[0] = u
-        step_plants(k + 1, [plant], delay, sig, [], [], [0.0])
-        values.append(sig[1])
+        signal_values[0] = u
+        step_plants(k + 1, [plant], delay, signal_values, [], [], [0.0])
+        values.append(signal_values[1])
     return values
 
 
@@ -194,9 +194,9 @@ def test_a_moving_valve_keeps_moving_inside_its_band_until_it_has_arrived():
 def test_noise_belongs_to_the_measurement_and_not_to_the_plant():
     plant = Plant(MODELS["dead_time"], slot=0, measured=1, sigma=0.5, column=1, y=3.0)
     quiet = Plant(MODELS["dead_time"], slot=2, measured=2, y=4.0)
-    sig = [3.0, 0.0, 4.0]
-    add_noise(1, 2, [plant, quiet], [9.0, 9.0, 9.0, -2.0], sig)
-    assert sig == [3.0, 2.0, 4.0]
+    signal_values = [3.0, 0.0, 4.0]
+    add_noise(1, 2, [plant, quiet], [9.0, 9.0, 9.0, -2.0], signal_values)
+    assert signal_values == [3.0, 2.0, 4.0]
     assert plant.y == 3.0
 
 
@@ -293,9 +293,9 @@ def measured(pvs, *, before=0.0, after=10.0, event=2, period=0, share=0.1, contr
         sp = before if k < event else set_points[k - event] if set_points else after
         if k == event:
             begin_step(m, k, before, period, [before, before, 0.0])
-        sig = [pv, sp, 0.0]
-        measure_loop(k, m, sig)
-        watch_bands(k, [band], [m], sig)
+        signal_values = [pv, sp, 0.0]
+        measure_loop(k, m, signal_values)
+        watch_bands(k, [band], [m], signal_values)
     return m, band
 
 
@@ -406,9 +406,9 @@ def test_a_window_has_both_its_ends(first, last, seen):
 
 def test_an_event_that_changes_nothing_concerns_no_loop():
     """Another event of the same words may change something."""
-    cfg = [Facts(sig_out=0, sig_pv=1, sig_sp=2), Facts(sig_out=3, sig_pv=4, sig_sp=5)]
+    configs = [Facts(out_slot=0, pv_slot=1, sp_slot=2), Facts(out_slot=3, pv_slot=4, sp_slot=5)]
     event, same = (Facts(plc=None, disturb=None, loop="A", pv=None, set={"setpoint": 50}) for _ in range(2))
-    influence = Influence(Facts(), Facts(cfg=cfg, loops=["A", "B"]), idle=[event])
+    influence = Influence(Facts(), Facts(configs=configs, loops=["A", "B"]), idle=[event])
 
     assert [influence.concerns(one, loop) for one in (event, same) for loop in (0, 1)] == [False, False, True, False]
 

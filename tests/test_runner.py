@@ -217,7 +217,7 @@ def test_modes_are_logged_with_time_request_and_reason():
 
 def test_alarms_are_logged_from_on_to_off():
     plc = Controller.load()
-    plc.st[0].limit = 5.0
+    plc.states[0].limit = 5.0
     events = "events:\n" + "".join(f"  - {{at: {at}, set: {{x: {x}}}}}\n" for at, x in [(2, 6), (4, 5), (7, 9)])
     report, _ = run(
         FOLLOW + events + "expect:\n"
@@ -287,7 +287,7 @@ def test_a_set_that_has_no_effect_yet_is_noted():
 
 def test_more_changes_than_the_log_holds_lose_nothing():
     plc = Controller.load()
-    plc.st[0].limit = 0.5
+    plc.states[0].limit = 0.5
     text = (
         "signals: {t: 0}\nplants:\n  - {name: n, model: dead_time, input: 0, noise: 1}\nconnect: {A.PV: n, B.PV: 50}\n"
     )
@@ -300,7 +300,7 @@ def test_more_changes_than_the_log_holds_lose_nothing():
 
 def test_lists_end_somewhere_and_say_what_they_leave_out():
     plc = Controller.load()
-    plc.st[0].limit = 0.0
+    plc.states[0].limit = 0.0
     text = "plants:\n  - {name: n, model: dead_time, input: 0, noise: 1}\nconnect: {A.PV: n, B.PV: 50}\n"
     report, _ = run(text, plc, duration=8000)
     found = report.loops["A"]
@@ -409,7 +409,7 @@ def test_a_plant_whose_input_has_no_value_keeps_the_last_one():
 
 def test_outputs_start_where_the_scenario_says():
     plc = Controller.load()
-    for s in plc.st:
+    for s in plc.states:
         s.status = 1
     _, trend = run("initial: {A: 30}\nplants:\n  A: {model: first_order, time_constant: 5}\n" + QUIET[8:], plc)
     assert rows(trend)["A.OUT"] == [30] * 11
@@ -429,7 +429,7 @@ def test_a_steady_start_is_settled_when_time_begins():
 
 def test_a_network_that_never_settles_is_an_error_and_still_runs_from_its_initial_values():
     plc = Controller.load()
-    plc.st[0].status = 1
+    plc.states[0].status = 1
     report, trend = run("initial: steady\nplants:\n  A: {model: integrator, load: 1, initial: 5}\n" + QUIET[8:], plc)
     assert [p.kind for p in report.problems] == ["no_steady_state"]
     assert "the PV of A still moves" in report.problems[0].message
@@ -500,10 +500,10 @@ def test_only_an_event_that_names_the_set_point_starts_a_step(monkeypatch):
     plc = Controller.load()
     original = type(plc).set
 
-    def also_moves_the_set_point(self, loop, path, value, sig):
-        self.st[loop].sp += 1
-        sig[self.cfg[loop].sig_sp] += 1
-        return original(self, loop, path, value, sig)
+    def also_moves_the_set_point(self, loop, path, value, signal_values):
+        self.states[loop].sp += 1
+        signal_values[self.configs[loop].sp_slot] += 1
+        return original(self, loop, path, value, signal_values)
 
     monkeypatch.setattr(type(plc), "set", also_moves_the_set_point)
     plants = "plants: {A: {model: dead_time}, B: {model: dead_time}}\n"
@@ -514,7 +514,7 @@ def test_only_an_event_that_names_the_set_point_starts_a_step(monkeypatch):
 
 def test_what_a_loop_says_apart_from_its_mode_is_a_note():
     plc = Controller.load()
-    plc.st[0].notice = 3
+    plc.states[0].notice = 3
     report, _ = run(WIRED, plc)
     assert [(note.at, note.loop, note.text) for note in report.notes] == [(0.0, "A", "by the way")]
     assert all(change.reason is None for change in report.loops["A"].modes)
@@ -543,7 +543,7 @@ def test_a_sample_rate_that_does_not_fit_the_step_from_an_event_on_is_said():
 
 def test_a_sample_rate_that_the_controller_changes_by_itself_is_said(monkeypatch):
     plc = Controller.load()
-    monkeypatch.setattr(type(plc), "autotune", lambda self, loop, _: setattr(self.cfg[loop], "period", 1_500_000))
+    monkeypatch.setattr(type(plc), "autotune", lambda self, loop, _: setattr(self.configs[loop], "period", 1_500_000))
     report, _ = run(WIRED + "events: [{at: 3, loop: A, autotune: start}]\n", plc)
     assert [p.message for p in report.problems] == [
         "by 3 s: the sample rate of A, 1.5 s, is no multiple of the step, 1 s"
@@ -559,7 +559,7 @@ def test_a_scan_longer_than_a_sample_rate_is_said():
 
 def test_a_sample_rate_that_changes_between_events_is_said(monkeypatch):
     plc = Controller.load()
-    later = property(lambda self: [1_500_000 if self.st[0].due > 5_000_000 else 1_000_000, 1_000_000])
+    later = property(lambda self: [1_500_000 if self.states[0].due > 5_000_000 else 1_000_000, 1_000_000])
     monkeypatch.setattr(type(plc), "periods", later)
     report, _ = run(WIRED, plc)
     assert [p.message for p in report.problems] == [

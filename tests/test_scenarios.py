@@ -415,7 +415,7 @@ def test_a_time_is_above_0_and_at_most_1e12_s(key, shortest):
 )
 def test_a_run_has_a_sample_of_the_slowest_loop_and_ten_of_the_fastest(duration, told):
     plc = Controller.load()
-    plc.cfg[1].period = 2_000_000
+    plc.configs[1].period = 2_000_000
     found = [p.message for p in prepare(scenario(LIMIT_WIRED, duration=duration), plc).problems]
     assert found == ([told] if told else [])
 
@@ -460,8 +460,8 @@ EVENTS = [
 def shown():
     """A PLC whose signals show the set points that its loops have."""
     plc = Controller.load()
-    for c, s in zip(plc.cfg, plc.st, strict=True):
-        plc.sig[c.sig_sp] = s.sp
+    for c, s in zip(plc.configs, plc.states, strict=True):
+        plc.signal_values[c.sp_slot] = s.sp
     return plc
 
 

@@ -99,16 +99,18 @@ def test_a_fresh_plc_holds_what_was_encoded(vendor):
 def test_signals_and_registers_say_the_same():
     plc = virtual("click")
     plc.advance(500)
-    sig, names = plc.run.net.sig, plc.run.net.names
-    assert number(plc, DF113) == pytest.approx(sig[names["TANK1.PV"]], rel=1e-6)
-    assert number(plc, DF109) == pytest.approx(sig[names["TANK1.CO"]], rel=1e-6)
+    signals, names = plc.run.net.signal_values, plc.run.net.names
+    assert number(plc, DF113) == pytest.approx(signals[names["TANK1.PV"]], rel=1e-6)
+    assert number(plc, DF109) == pytest.approx(signals[names["TANK1.CO"]], rel=1e-6)
     assert number(plc, DF101) == 140
     plc = virtual("dl06")
     plc.advance(500)
     (counts,) = plc.read("holding", LIC + 3, 1)
     name = plc.run.plc.loops[2]
     low, high, span = plc.run.plc.scales[2]
-    assert low + counts * (high - low) / span == pytest.approx(plc.run.net.sig[plc.run.net.names[f"{name}.PV"]])
+    assert low + counts * (high - low) / span == pytest.approx(
+        plc.run.net.signal_values[plc.run.net.names[f"{name}.PV"]]
+    )
     assert plc.read("holding", LIC + 6, 1) == [AUTO]
 
 
@@ -159,7 +161,7 @@ def test_writes_do_what_the_same_events_of_a_scenario_do():
     other = load(document_of(changed, SCENARIOS["click"].as_posix(), None, DEFAULT), reader_of(None))
     twin = VirtualPlc(other, VENDORS["click"].load("numbering"))
     twin.advance(3900)
-    assert twin.run.net.sig == plc.run.net.sig
+    assert twin.run.net.signal_values == plc.run.net.signal_values
 
 
 def test_an_output_that_is_written_reaches_the_plant_as_that_of_an_event_does():
@@ -177,7 +179,7 @@ def test_an_output_that_is_written_reaches_the_plant_as_that_of_an_event_does():
     twin = VirtualPlc(other, VENDORS["dl06"].load("numbering"))
     twin.advance(190)
     assert [note.text for note in twin.report().events][:2] == ["request mode manual", "set output to 1024 counts"]
-    assert twin.run.net.sig == plc.run.net.sig
+    assert twin.run.net.signal_values == plc.run.net.signal_values
 
 
 def test_an_operator_of_a_dl06():
@@ -194,9 +196,9 @@ def test_an_operator_of_a_dl06():
     plc.advance(5)
     assert plc.read("holding", LIC + 5, 1) == [0x0400]
     plc.write("holding", LIC + 0o10, [bcd_word(250)])
-    assert plc.run.plc.st[2].gain == 2.5
+    assert plc.run.plc.states[2].gain == 2.5
     plc.write("holding", LIC, [setting ^ 0x0010])
-    assert plc.run.plc.cfg[2].reverse == int(bool((setting ^ 0x0010) & 0x0010))
+    assert plc.run.plc.configs[2].reverse == int(bool((setting ^ 0x0010) & 0x0010))
 
 
 @pytest.mark.parametrize(
@@ -307,10 +309,10 @@ def test_a_trend_has_what_the_registers_say(desk):
     values = dict(zip(header, line, strict=True))
     assert result.rows == 1
     assert {name: text for name, text in values.items() if name != "time"} == rows[0]
-    sig, names = plc.run.net.sig, plc.run.net.names
+    signals, names = plc.run.net.signal_values, plc.run.net.names
     for loop in plc.run.plc.loops:
-        assert float(values[f"{loop}.PV"]) == pytest.approx(sig[names[f"{loop}.PV"]], abs=0.05)
-        assert float(values[f"{loop}.OUT"]) == pytest.approx(sig[names[f"{loop}.OUT"]], abs=0.05)
+        assert float(values[f"{loop}.PV"]) == pytest.approx(signals[names[f"{loop}.PV"]], abs=0.05)
+        assert float(values[f"{loop}.OUT"]) == pytest.approx(signals[names[f"{loop}.OUT"]], abs=0.05)
     assert [values[f"{loop}.MODE"] for loop in plc.run.plc.loops] == ["cascade", "auto", "auto"]
 
 

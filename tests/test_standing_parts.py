@@ -25,10 +25,10 @@ from pidcfg.sim.judgement.standing import LONG_SHARE, expected_errors, judge_ala
     [(999.5, "upper"), (999.4, ""), (500, ""), (0.6, ""), (0.5, "lower"), (1200, "upper"), (-5, "lower")],
 )
 def test_an_output_is_at_a_limit_within_half_of_what_is_no_difference(out, limit):
-    plc = Facts(output_limits=lambda *_: (0.0, 1000.0), cfg=[Facts(sig_out=0)])
+    plc = Facts(output_limits=lambda *_: (0.0, 1000.0), configs=[Facts(out_slot=0)])
 
     assert SHARE == 0.001
-    assert limits_reached(Facts(plc=plc, sig=[out]), 0) == limit
+    assert limits_reached(Facts(plc=plc, signal_values=[out]), 0) == limit
 
 
 @pytest.mark.parametrize(("steps", "passed"), [(0, True), (100, True), (101, False)])
@@ -49,7 +49,7 @@ def test_a_loop_swings_with_another_that_switches_when_their_periods_are_the_sam
     monkeypatch.setattr(signals, "pulse_ripple", lambda *_: 0.0)
     plc = Facts(
         loops=["A", "B"],
-        cfg=[Facts(sig_pv=0), Facts(sig_pv=1)],
+        configs=[Facts(pv_slot=0), Facts(pv_slot=1)],
         only_switches=lambda i: i == 1,
         pulse_cycle=lambda _: 0.0,
         tuning_flags=(),
@@ -107,7 +107,7 @@ def test_an_oscillation_has_three_whole_periods_and_goes_on(turns, k, found):
 @pytest.mark.parametrize(("half", "judged"), [(9.9, False), (10.0, True), (10.1, True)])
 def test_an_error_that_lasts_is_judged_once_its_plant_had_time_to_move(half, judged):
     look = Facts(start=0, end=10_000, half=half, final=True)
-    plc = Facts(cfg=[Facts(period=1)])
+    plc = Facts(configs=[Facts(period=1)])
     pace = Facts(seconds=10.0 / saturation.TOO_SHORT)
     e = Facts(seconds=float, errors=lambda _: (3.0, -2.5), step=1, plc=plc, paces=[pace])
 
@@ -121,7 +121,7 @@ def test_an_error_that_lasts_is_judged_once_its_plant_had_time_to_move(half, jud
 
 DUE = 1 - exp(-1 / 4)
 """Of an error: what it loses in a plant time when it goes in four of them."""
-CFG = [Facts(period=1, sig_out=0, sig_sp=1, sig_pv=2), Facts(period=1, sig_out=3, sig_sp=4, sig_pv=5)]
+CFG = [Facts(period=1, out_slot=0, sp_slot=1, pv_slot=2), Facts(period=1, out_slot=3, sp_slot=4, pv_slot=5)]
 
 
 @pytest.fixture(autouse=True)
@@ -135,7 +135,7 @@ def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates
     """A loop with an error, which may be 1, for 100 s; a base step is a second."""
     meter = Facts(control_since=given.pop("control_since", 0), since=0, broken=0, late_aux=0, aux_status=0, control=1)
     plc = Facts(
-        cfg=CFG,
+        configs=CFG,
         loops=["A", "B"],
         inner_deviation=lambda _: given.get("inner"),
         only_switches=lambda _: given.get("switches", False),
@@ -157,7 +157,7 @@ def evidence(early=3.0, late=3.0, *, least=0.1, pace=10.0, turn=10.0, integrates
         paces=[Pace(pace, turn, 0.0, integrates)] * 2,
         step=1,
         slaves=lambda i: given.get("slaves", []) if i == 0 else [],
-        sig=given.get("sig", [50.0, 0.0, 0.0, 50.0, 0.0, 0.0]),
+        signal_values=given.get("signal_values", [50.0, 0.0, 0.0, 50.0, 0.0, 0.0]),
         away=given.get("away", False),
         against=given.get("against", ()),
     )
@@ -261,7 +261,7 @@ def test_a_window_of_ten_samples_and_a_fiftieth_of_the_plant_time_tells(start, e
 
 
 @pytest.mark.parametrize(
-    ("sig", "limit"),
+    ("signal_values", "limit"),
     [
         ([50.0, 0, 0, 50.0, 50.0, 0], ""),
         ([99.95, 0, 0, 50.0, 99.95, 0], "its upper output limit"),
@@ -270,8 +270,8 @@ def test_a_window_of_ten_samples_and_a_fiftieth_of_the_plant_time_tells(start, e
         ([50.0, 0, 0, 50.0, 50.11, 0], "a set-point limit of B"),
     ],
 )
-def test_a_limit_is_that_of_the_loop_or_of_a_slave_in_control(sig, limit):
-    e = evidence(slaves=[1], sig=sig)
+def test_a_limit_is_that_of_the_loop_or_of_a_slave_in_control(signal_values, limit):
+    e = evidence(slaves=[1], signal_values=signal_values)
     assert saturation._limit(e, 0) == limit
     e.meters[1].control = 0
     assert saturation._limit(e, 0) == (limit if "its" in limit else "")
@@ -279,7 +279,7 @@ def test_a_limit_is_that_of_the_loop_or_of_a_slave_in_control(sig, limit):
 
 @pytest.mark.parametrize(("out", "works"), [(5.0, False), (5.1, True)])
 def test_a_loop_works_with_more_than_a_twentieth_of_its_output(out, works):
-    assert saturation._works(evidence(sig=[out, 0, 0, 0, 0, 0]), 0) == works
+    assert saturation._works(evidence(signal_values=[out, 0, 0, 0, 0, 0]), 0) == works
 
 
 # --- A PV that swings, and one that is at rest: each limit of what counts as an oscillation and as a steady state -----
@@ -433,7 +433,7 @@ def test_a_pv_that_swings_comes_back_to_its_extremes_of_four_windows_before(now,
     ],
 )
 def test_a_window_is_the_longest_time_constant_in_whole_samples(periods, longest, step, window):
-    plc = Facts(cfg=[Facts(period=round(period * TICKS)) for period in periods], longest=0.0)
+    plc = Facts(configs=[Facts(period=round(period * TICKS)) for period in periods], longest=0.0)
     machine = Facts(plc=plc, net=Facts(longest=lambda: longest), step=round(step * TICKS))
     assert window_of(machine) == window
 
@@ -443,7 +443,7 @@ def test_a_window_is_the_longest_time_constant_in_whole_samples(periods, longest
 )
 def test_a_loop_that_rests_in_manual_though_it_is_meant_for_more_is_told(status, goal, told):
     plc = Facts(
-        loops=["A"], st=[Facts(status=status)], goals=[goal], modes={"manual": 1}, mode={1: "manual", 2: "auto"}.get
+        loops=["A"], states=[Facts(status=status)], goals=[goal], modes={"manual": 1}, mode={1: "manual", 2: "auto"}.get
     )
     found = [(p.path, p.message, p.severity, p.loop) for p in refused_modes(Facts(plc=plc))]
     assert found == ([(("initial",), f"A rests in manual, though {goal} is meant", "warning", "A")] if told else [])

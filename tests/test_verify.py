@@ -1058,7 +1058,7 @@ def test_a_module_has_twelve_bits_at_least_and_a_root_steps_of_counts():
     fine, coarse = new_plc(alone(), (1,)), check_text(KILN)
     assert finest_counts(fine, 1) == (200 / 2**20, 1 / 2**20)
     assert resolution(fine, 1) == (200 / 4095, 1 / 4095)
-    assert [(c.halt, s.due == NEVER) for c, s in zip(fine.cfg, fine.st, strict=True)] == [(1, True), (0, False)]
+    assert [(c.halt, s.due == NEVER) for c, s in zip(fine.configs, fine.states, strict=True)] == [(1, True), (0, False)]
     assert root_step(make_side(coarse.vendor, coarse.config), 0) == 0.0
     flow = convert(FLOW, "dl06")
     rooted = check_text(flow.text)

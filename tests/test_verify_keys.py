@@ -230,9 +230,9 @@ def counting():
         base=TICKS // 2,
         signals=("A.PV", "A.SP", "A.OUT", "B.PV", "B.SP", "B.OUT"),
         scales=[(0.0, 100.0, 4095), (0.0, 7.0, 4095)],
-        cfg=[
-            SimpleNamespace(period=TICKS * 2, sig_sp=1, sig_out=2),
-            SimpleNamespace(period=TICKS, sig_sp=4, sig_out=5),
+        configs=[
+            SimpleNamespace(period=TICKS * 2, sp_slot=1, out_slot=2),
+            SimpleNamespace(period=TICKS, sp_slot=4, out_slot=5),
         ],
         inlets={"A": "A.InVar"},
         check_set=check_set,

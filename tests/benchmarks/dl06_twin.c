@@ -16,9 +16,9 @@ enum { MANUAL = 1, AUTO = 2, CASCADE = 4, ALARMS = 0x3f8, RATE_OF_CHANGE = 512, 
 typedef struct {
     int64_t step, n_plants, n_loops, n_bands, n_gauges, n_shown, columns, noise_from, reached, every, room;
     Plant *plants;
-    Config *cfg;
-    State *st;
-    double *sig;
+    Config *configs;
+    State *states;
+    double *signals;
     const double *noise;
     Meter *meters;
     Band *bands;
@@ -41,45 +41,45 @@ static void alarms(const Config *c, State *s, double pv, double old, double sp) 
     status = latched(status, 16, c->low - pv, c->hysteresis);
     status = latched(status, 32, pv - c->high, c->hysteresis);
     status = latched(status, 64, pv - c->high_high, c->hysteresis);
-    double centre = c->root ? sp * fabs(sp) : sp, deviation = fabs(pv - centre);
+    double centre = c->square_root ? sp * fabs(sp) : sp, deviation = fabs(pv - centre);
     status = latched(status, 128, deviation - c->yellow, c->hysteresis);
     status = latched(status, 256, deviation - c->red, c->hysteresis);
     if (fabs(pv - old) > c->rate_of_change) status |= RATE_OF_CHANGE;
     else status &= ~(int64_t)RATE_OF_CHANGE;
     s->status = status;
-    s->quiet_sp = sp;
-    s->quiet_low = UNBOUNDED;
-    s->quiet_high = -UNBOUNDED;
+    s->alarm_band_sp = sp;
+    s->alarm_band_low = UNBOUNDED;
+    s->alarm_band_high = -UNBOUNDED;
     if ((status & ALARMS) == 0) {
         double band = fmin(c->yellow, c->red);
-        s->quiet_low = fmax(fmax(c->low, c->low_low), centre - band);
-        s->quiet_high = fmin(fmin(c->high, c->high_high), centre + band);
+        s->alarm_band_low = fmax(fmax(c->low, c->low_low), centre - band);
+        s->alarm_band_high = fmin(fmin(c->high, c->high_high), centre + band);
     }
 }
 
 static double position(const Config *c, State *s, double e) {
     double bias = s->bias, change = s->ki * e;
     if (change != 0.0) {
-        if (c->freeze && ((change > 0.0 && s->out >= c->out_max) || (change < 0.0 && s->out <= c->out_min))) change = 0.0;
+        if (c->bias_freeze && ((change > 0.0 && s->out >= c->out_max) || (change < 0.0 && s->out <= c->out_min))) change = 0.0;
         bias += change;
     }
     if (bias > c->out_max) bias = c->out_max;
     else if (bias < c->out_min) bias = c->out_min;
     s->bias = bias;
     if (s->kd == 0.0) {
-        s->x1 = e;
+        s->derivative_input_1 = e;
         return s->kp * e + bias;
     }
-    double y = s->lag == 1.0 ? e : s->x1 + s->lag * (e - s->x1), slope = y - s->x1;
-    s->x1 = y;
+    double y = s->filter_share == 1.0 ? e : s->derivative_input_1 + s->filter_share * (e - s->derivative_input_1), slope = y - s->derivative_input_1;
+    s->derivative_input_1 = y;
     return s->kp * e + s->kd * slope + bias;
 }
 
-static void sample(int64_t i, const Config *cfg, State *st, double *sig) {
-    const Config *c = &cfg[i];
-    State *s = &st[i];
-    if (s->busy || c->special) abort();
-    double pv = (sig[c->sig_in] - c->pv_low) * c->pv_span / c->pv_width + c->pv_min;
+static void sample(int64_t i, const Config *configs, State *states, double *signals) {
+    const Config *c = &configs[i];
+    State *s = &states[i];
+    if (s->pending || c->is_special) abort();
+    double pv = (signals[c->in_slot] - c->pv_low) * c->pv_span / c->pv_width + c->pv_min;
     if (pv >= c->pv_max) pv = c->pv_max;
     else if (pv > c->pv_min) pv = pv + NEAREST - NEAREST;
     else pv = c->pv_min;
@@ -87,36 +87,36 @@ static void sample(int64_t i, const Config *cfg, State *st, double *sig) {
     if (c->filter < 1.0) pv = old + c->filter * (pv - old) + NEAREST - NEAREST;
     s->pv = pv;
     int64_t status = s->status;
-    double sp = status & CASCADE ? st[c->major].out : s->sp;
+    double sp = status & CASCADE ? states[c->major].out : s->sp;
     if (sp < c->sp_min) sp = c->sp_min;
     else if (sp > c->sp_max) sp = c->sp_max;
     double change = pv - old, fast = c->rate_of_change;
-    if (pv < s->quiet_low || pv > s->quiet_high || sp != s->quiet_sp || change > fast || -change > fast) {
+    if (pv < s->alarm_band_low || pv > s->alarm_band_high || sp != s->alarm_band_sp || change > fast || -change > fast) {
         alarms(c, s, pv, old, sp);
-        double centre = c->root ? sp * fabs(sp) : sp;
-        sig[c->sig_sp] = c->pv_low + (centre - c->pv_min) * c->pv_width / c->pv_span;
+        double centre = c->square_root ? sp * fabs(sp) : sp;
+        signals[c->sp_slot] = c->pv_low + (centre - c->pv_min) * c->pv_width / c->pv_span;
     }
     if (!(status & MANUAL)) {
         double m = position(c, s, (sp - pv) / c->span);
         if (m > 2147483647.0 || m < -2147483647.0) abort();
-        if (m > c->m_high) m = c->m_high;
-        if (m < c->m_low) m = c->m_low;
-        s->m = m;
+        if (m > c->output_high_limit) m = c->output_high_limit;
+        if (m < c->output_low_limit) m = c->output_low_limit;
+        s->unrounded_output = m;
         s->out = m + NEAREST - NEAREST;
     }
-    sig[c->sig_pv] = c->pv_low + (pv - c->pv_min) * c->pv_width / c->pv_span;
-    sig[c->sig_out] = c->out_low + (s->out - c->out_min) * c->out_width / c->out_span;
-    sig[c->sig_bias] = c->out_low + (s->bias + NEAREST - NEAREST - c->out_min) * c->out_width / c->out_span;
+    signals[c->pv_slot] = c->pv_low + (pv - c->pv_min) * c->pv_width / c->pv_span;
+    signals[c->out_slot] = c->out_low + (s->out - c->out_min) * c->out_width / c->out_span;
+    signals[c->bias_slot] = c->out_low + (s->bias + NEAREST - NEAREST - c->out_min) * c->out_width / c->out_span;
 }
 
-static void scan(int64_t tick, int64_t loops, const Config *cfg, State *st, double *sig) {
+static void scan(int64_t tick, int64_t loops, const Config *configs, State *states, double *signals) {
     for (int64_t i = 0; i < loops; i++) {
-        State *s = &st[i];
+        State *s = &states[i];
         if (tick < s->due) continue;
-        if (cfg[i].slow) abort();
+        if (configs[i].slow) abort();
         int64_t due = s->due + s->period;
         s->due = due > tick ? due : tick + s->period;
-        sample(i, cfg, st, sig);
+        sample(i, configs, states, signals);
     }
 }
 
@@ -218,8 +218,8 @@ static void follow_step(Meter *m, double pv, double sp, int64_t k) {
     }
 }
 
-static void measure(Meter *m, const double *sig, int64_t k) {
-    double pv = sig[m->pv], sp = sig[m->sp], out = sig[m->out];
+static void measure(Meter *m, const double *signals, int64_t k) {
+    double pv = signals[m->pv], sp = signals[m->sp], out = signals[m->out];
     if (m->control == 1) {
         if (sp != pv) {
             double e = fabs(sp - pv);
@@ -256,38 +256,38 @@ int64_t advance(int64_t k, int64_t last, int64_t zero, const Run *run) {
             for (int64_t i = 0; i < r.n_plants; i++) {
                 Plant *p = &r.plants[i];
                 if (p->source < 0 || p->length > 0 || p->model != 0) abort();
-                double y = p->y + p->a * (p->gain * r.sig[p->source] + p->load - p->y);
+                double y = p->y + p->a * (p->gain * r.signals[p->source] + p->load - p->y);
                 if (y > p->high) y = p->high;
                 else if (y < p->low) y = p->low;
-                p->y = r.sig[p->slot] = y;
+                p->y = r.signals[p->slot] = y;
             }
         if (r.columns > 0)
             for (int64_t i = 0; i < r.n_plants; i++) {
                 Plant *p = &r.plants[i];
                 if (p->column >= 0)
-                    r.sig[p->measured] = r.sig[p->slot] + p->sigma * r.noise[(k - r.noise_from) * r.columns + p->column];
+                    r.signals[p->measured] = r.signals[p->slot] + p->sigma * r.noise[(k - r.noise_from) * r.columns + p->column];
             }
-        scan(k * r.step, r.n_loops, r.cfg, r.st, r.sig);
+        scan(k * r.step, r.n_loops, r.configs, r.states, r.signals);
         for (int64_t i = 0; i < r.n_loops; i++)
-            if (r.st[i].status != r.meters[i].status || r.st[i].notice || r.st[i].aux_status != r.meters[i].aux_status) abort();
-        for (int64_t i = 0; i < r.n_loops; i++) measure(&r.meters[i], r.sig, now);
+            if (r.states[i].status != r.meters[i].status || r.states[i].notice || r.states[i].aux_status != r.meters[i].aux_status) abort();
+        for (int64_t i = 0; i < r.n_loops; i++) measure(&r.meters[i], r.signals, now);
         if (r.counts[2] > 0)
             for (int64_t i = 0; i < r.n_bands; i++) {
                 Meter *m = &r.meters[r.bands[i].loop];
-                double away = fabs(r.sig[m->pv] - m->after);
+                double away = fabs(r.signals[m->pv] - m->after);
                 if (m->event >= 0 && m->control == 1 && (m->stepped == 0 || away > r.bands[i].share * fabs(m->after - m->before)))
                     r.bands[i].outside = now;
             }
         for (int64_t i = 0; i < r.n_gauges; i++) {
             Gauge *g = &r.gauges[i];
             if (g->first <= now && now <= g->last) {
-                double value = r.sig[g->slot];
+                double value = r.signals[g->slot];
                 if (value < g->low) g->low = value;
                 if (value > g->high) g->high = value;
             }
         }
         if (r.every > 0 && now % r.every == 0) {
-            for (int64_t i = 0; i < r.n_shown; i++) r.trend[r.counts[1] * r.n_shown + i] = r.sig[r.shown[i]];
+            for (int64_t i = 0; i < r.n_shown; i++) r.trend[r.counts[1] * r.n_shown + i] = r.signals[r.shown[i]];
             r.counts[1]++;
         }
     }

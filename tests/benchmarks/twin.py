@@ -48,7 +48,8 @@ NUMBERS: tuple[str, ...] = (
     "reached",
 )
 NUMBERS += ("every", "room")
-POINTERS = ("plants", "cfg", "st", "sig", "noise", "meters", "bands", "gauges", "rows", "counts", "trend", "shown")
+POINTERS: tuple[str, ...] = ("plants", "configs", "states", "signals", "noise", "meters", "bands")
+POINTERS += ("gauges", "rows", "counts", "trend", "shown")
 
 
 def controller() -> Controller:
@@ -151,8 +152,21 @@ class Twin:
         groups = (world, loops, meters, log)
         w, c, m, g = arrays = [to_arrays(kind, value, VENDOR) for kind, value in zip(kinds, groups, strict=True)]
         room = len(g.rows) // LOG_COLUMNS - len(m.loops)
-        sizes = [len(x) for x in (w.plants, c.cfg, m.bands, m.gauges, g.shown)]
-        data = (w.plants, c.cfg, c.st, w.sig, w.noise, m.loops, m.bands, m.gauges, g.rows, g.counts, g.trend, g.shown)
+        sizes = [len(x) for x in (w.plants, c.configs, m.bands, m.gauges, g.shown)]
+        data = (
+            w.plants,
+            c.configs,
+            c.states,
+            w.signal_values,
+            w.noise,
+            m.loops,
+            m.bands,
+            m.gauges,
+            g.rows,
+            g.counts,
+            g.trend,
+            g.shown,
+        )
         run = Run(w.step, *sizes, w.columns, w.noise_from, w.reached, g.every, room, *(x.ctypes.data for x in data))
         started = time.process_time()
         k = self.code.advance(*map(ctypes.c_int64, (k, last, zero)), ctypes.byref(run))

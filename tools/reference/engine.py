@@ -61,15 +61,15 @@ def trace(configuration, scenario):
     inputs, samples = Inputs(), []
     bits = [*plc.alarm_bits.items(), *plc.flag_bits.items()]
 
-    def scan(tick, cfg, st, aux, sig):
+    def scan(tick, configs, states, aux, signal_values):
         if tick == 0:  # once more, where a network has not settled
             inputs.rows.clear()
             samples.clear()
-        measured = {f"{loop}.PV": sig[c.sig_in] for loop, c in zip(plc.loops, cfg, strict=False)}
-        inputs.rows.append(measured | {name: sig[slot] for name, slot in plc.inputs.items()})
-        loaded.controller.scan(tick, cfg, st, aux, sig)
-        shown = {name: sig[slot] for slot, name in enumerate(plc.signals) if name}
-        for loop, s in zip(plc.loops, st, strict=False):
+        measured = {f"{loop}.PV": signal_values[c.in_slot] for loop, c in zip(plc.loops, configs, strict=False)}
+        inputs.rows.append(measured | {name: signal_values[slot] for name, slot in plc.inputs.items()})
+        loaded.controller.scan(tick, configs, states, aux, signal_values)
+        shown = {name: signal_values[slot] for slot, name in enumerate(plc.signals) if name}
+        for loop, s in zip(plc.loops, states, strict=False):
             shown |= {f"{loop}.status": s.status, f"{loop}.aux_status": s.aux_status}
             shown |= {f"{loop}.{name}": s.status & mask != 0 for name, mask in bits}
             shown[f"{loop}.mode"] = plc.mode(s.status)

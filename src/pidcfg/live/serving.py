@@ -112,7 +112,7 @@ class VirtualPlc:
     def _raw(self, part: Part) -> int:
         """What a value holds now."""
         if part.loop not in self._held:
-            self._held[part.loop] = self.registers.contents(part.loop, self.run.net.sig)
+            self._held[part.loop] = self.registers.contents(part.loop, self.run.net.signal_values)
         return self._held[part.loop][part.number]
 
     def _parts(self, table: str, register: int) -> list[Part]:
@@ -135,15 +135,15 @@ class VirtualPlc:
 
     def _write(self, number: int, raw: int, loop: int) -> None:
         """One value, with everything that an event of the scenario brings about."""
-        sig, cfg = self.run.net.sig, self.run.plc.cfg
-        before = list(sig)
-        done = self.registers.write(number, raw, sig)
+        signals = self.run.net.signal_values
+        before = list(signals)
+        done = self.registers.write(number, raw, signals)
         self._held.clear()
         self.run.machine.hold(before)
         if loop >= 0:
             self._note(loop, done)
-            slot = cfg[loop].sig_sp
-            if sig[slot] != before[slot]:
+            slot = self.run.plc.configs[loop].sp_slot
+            if signals[slot] != before[slot]:
                 self.run.agenda.begin_step(self.steps, loop, before[slot])
 
     def _note(self, loop: int, done: Done) -> None:

@@ -41,7 +41,7 @@ def expected_behaviour(units: PlanUnits, course: DraftParts) -> list[Line]:
     stepped = {line.data["loop"]: line.data["set"]["setpoint"] for line in course.events if _is_setpoint(line)}
     for plan in units.plans.values():
         if plan.name in stepped and plan.integrates:
-            band = END_TOLERANCE * units.span(plan) + 1.5 * units.plc.dead_band(plan.i, units.plc.sig)
+            band = END_TOLERANCE * units.span(plan) + 1.5 * units.plc.dead_band(plan.i, units.plc.signal_values)
             signal = units.process(plan) if units.process(plan) != plan.name else f"{plan.name}.PV"
             row = {"signal": signal, "final": stepped[plan.name], "tolerance": digits(band, 2)}
             lines.append(Line(row))

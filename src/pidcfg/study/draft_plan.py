@@ -114,7 +114,7 @@ def find_connections(config: Any, plc: Plc) -> Connections:
 
 def input_step(plc: Plc, name: str) -> tuple[float, float] | None:
     """The first value of a signal from outside and one a tenth above it; None for a switch."""
-    value = plc.sig[plc.inputs[name]]
+    value = plc.signal_values[plc.inputs[name]]
     for new in (round(value * 1.1, 6), round(value * 1.1), value + 1):
         try:
             if plc.check_input(name, new) != value:
@@ -143,12 +143,12 @@ def _at(model: Any, path: tuple[str, ...]) -> Any:
 
 
 def _selectors(config: Any, plc: Plc, influence: Influence) -> dict[int, Selector]:
-    cfg = plc.cfg[: len(plc.loops)]
-    barrier = {slot for c in cfg for slot in (c.sig_pv, c.sig_sp)}
-    outs = {c.sig_out for c in cfg}
+    configs = plc.configs[: len(plc.loops)]
+    barrier = {slot for c in configs for slot in (c.pv_slot, c.sp_slot)}
+    outs = {c.out_slot for c in configs}
     readers: dict[int, list[int]] = defaultdict(list)
-    for i, c in enumerate(cfg):
-        for slot in influence.reach([c.sig_out], without=barrier | (outs - {c.sig_out})) - {c.sig_out}:
+    for i, c in enumerate(configs):
+        for slot in influence.reach([c.out_slot], without=barrier | (outs - {c.out_slot})) - {c.out_slot}:
             readers[slot].append(i)
     kinds = {block.name: block.type for block in getattr(config, "blocks", ())}
     found: dict[int, Selector] = {}
@@ -239,7 +239,7 @@ def make_plans(plc: Plc, neutral: Sequence[Loop | None], around: Connections) ->
     def plan(i: int) -> None:
         if i in plans:
             return
-        slaves = [j for j in around.slaves(i) if j != i and not plc.cfg[j].halt]
+        slaves = [j for j in around.slaves(i) if j != i and not plc.configs[j].halt]
         for j in slaves:
             if j not in waiting:
                 waiting.add(j)
@@ -249,7 +249,7 @@ def make_plans(plc: Plc, neutral: Sequence[Loop | None], around: Connections) ->
 
     waiting: set[int] = set()
     for i in range(len(plc.loops)):
-        if not plc.cfg[i].halt:
+        if not plc.configs[i].halt:
             plan(i)
     for i in sorted(plans, key=lambda i: len(_above(i, around))):
         _settle(plans, around, plc, i)
@@ -267,7 +267,7 @@ def _above(i: int, around: Connections) -> list[int]:
 
 def _plan(plc: Plc, i: int, loop: Loop | None, around: Connections, inner: float) -> LoopPlan:
     """A loop by itself, ``inner`` s behind its slave."""
-    sample = plc.cfg[i].period / TICKS
+    sample = plc.configs[i].period / TICKS
     sign = 1.0 if plc.rises[i] else -1.0
     name, selector = plc.loops[i], around.selectors.get(i)
     if plc.only_switches(i):
@@ -277,7 +277,7 @@ def _plan(plc: Plc, i: int, loop: Loop | None, around: Connections, inner: float
             i, name, sample, sign * ON_OFF_GAIN, time, 4 * time, rest, 0.0, (0.0, 1.0), crossover=1 / time,
             integrates=False, switches=True, is_set=is_set,
         )  # fmt: skip
-    integrates = plc.integrates(i, plc.sig)
+    integrates = plc.integrates(i, plc.signal_values)
     if loop is None:
         time = SAMPLES_OF_UNKNOWN * sample + inner
         crossover, gain, limits, output, quiet = 1 / time, UNKNOWN_GAIN, (0.0, 1.0), 0.5, (0.05, 0.95)
@@ -306,7 +306,7 @@ def _rest(plc: Plc, i: int, quiet: tuple[float, float], loop: Loop | None = None
         bottom, top = loop.pv.range
         share = float((loop.setpoint.value - bottom) / (top - bottom))
     else:
-        share = (plc.given_set_point(i, plc.sig) - low) / (high - low)
+        share = (plc.given_set_point(i, plc.signal_values) - low) / (high - low)
         share = max(share, 0.0) ** 0.5 if plc.roots and plc.roots[i] is not None else share
     return (share, False) if quiet[0] <= share <= quiet[1] else ((quiet[0] + quiet[1]) / 2, True)
 

@@ -79,7 +79,7 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
     by_name = {str(entry["loop"]): entry for entry in settings if "loop" in entry}
     axes = {}
     for i, loop in enumerate(plc.loops):
-        entry, cfg = by_name.get(loop, {}), plc.cfg[i]
+        entry, config = by_name.get(loop, {}), plc.configs[i]
         pv, output = (dict(entry.get(key) or {}) for key in ("pv", "output"))
         unit = output.get("unit") or plc.output_unit
         shown = (
@@ -88,9 +88,9 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
         low, high, counts = plc.scales[i]
         raw = "range" not in pv and high - low == counts
         axes[loop] = Axes(
-            plc.signals[cfg.sig_pv],
-            plc.signals[cfg.sig_sp],
-            plc.signals[cfg.sig_out],
+            plc.signals[config.pv_slot],
+            plc.signals[config.sp_slot],
+            plc.signals[config.out_slot],
             pv_unit=str(pv.get("unit") or ("counts" if raw else "")),
             output_unit=str(unit or ("counts" if plc.outputs and "range" not in output else "")),
             output_range=None if shown is None else (float(shown[0]), float(shown[1])),
@@ -102,7 +102,7 @@ def axes_of(plc: Plc, settings: Sequence[Mapping[str, Any]]) -> dict[str, Axes]:
 
 def limits_of(plc: Plc, loop: int) -> tuple[float, float] | None:
     """The limits of an output without a range, as they are at the start; None where they are no range to show."""
-    low, high = plc.output_limits(loop, plc.sig)
+    low, high = plc.output_limits(loop, plc.signal_values)
     return (low, high) if isfinite(high - low) and low < high else None
 
 

@@ -203,7 +203,7 @@ def begin_cycle(state: RelayState) -> None:
     """The relay has not switched yet (kernel)."""
     state.tune_count = 0
     state.tune_turns = 0
-    state.tune_side = 0
+    state.tune_relay_sign = 0
     state.tune_points = 0
     state.tune_swing = 0.0
 
@@ -215,15 +215,15 @@ def relay_switch(state: RelayState, pv: float, error: float, band: float) -> int
         state.tune_high = max(state.tune_high, pv)
         state.tune_low = min(state.tune_low, pv)
     side = 0
-    if state.tune_side == 0:
+    if state.tune_relay_sign == 0:
         side = -1 if error < 0.0 else 1
-    elif state.tune_side > 0 and error < -band:
+    elif state.tune_relay_sign > 0 and error < -band:
         side = -1
-    elif state.tune_side < 0 and error > band:
+    elif state.tune_relay_sign < 0 and error > band:
         side = 1
     if side == 0:
         return 0
-    state.tune_side = side
+    state.tune_relay_sign = side
     state.tune_turns += 1
     state.tune_points = state.tune_count
     if state.tune_turns == FIRST_TURN:

@@ -81,14 +81,14 @@ class LoopConfig:
     """Sample rate in ticks, as at the start."""
     halt: int = 0
     """The loop is not calculated."""
-    # slots of the signal vector
-    sig_in: int = 0
+    # where its signals stand in the vector of all signals
+    in_slot: int = 0
     """What the plant writes."""
-    sig_pv: int = 1
-    sig_sp: int = 2
+    pv_slot: int = 1
+    sp_slot: int = 2
     """The set point in force."""
-    sig_out: int = 3
-    sig_bias: int = 4
+    out_slot: int = 3
+    bias_slot: int = 4
 
 
 @dataclass(slots=True)
@@ -119,7 +119,7 @@ class LoopState:
     """Tick of the next calculation."""
     period: int = 100_000
     """Present sample rate in ticks."""
-    busy: int = 0
+    pending: int = 0
     """What is pending, as bits; 0 in undisturbed operation."""
     status: int = 1
     """Mode, alarms and conditions, as bits."""
@@ -175,8 +175,8 @@ class RelayState(CurveState):
     """Step of the output, with its sign, as the vendor counts it."""
     tune_low: float = 0.0
     tune_high: float = 0.0
-    tune_side: int = 0
-    """Sign of the error."""
+    tune_relay_sign: int = 0
+    """1 while the relay drives the PV up and -1 while down: the sign of the error that switched it; 0: none has."""
     tune_turns: int = 0
     """Times the relay has switched."""
     tune_start: int = 0

@@ -33,8 +33,8 @@ IN_CONTROL = ("auto", "cascade")
 class LoopFacts(ABC):
     """What verdicts have to know of a PLC's loops, besides what the report shows."""
 
-    cfg: Sequence[Any]
-    st: Sequence[Any]
+    configs: Sequence[Any]
+    states: Sequence[Any]
     loops: Sequence[str]
     goals: Sequence[str]
     scales: Sequence[tuple[float, float, int]]
@@ -75,9 +75,9 @@ class LoopFacts(ABC):
     @property
     def flow(self) -> Iterable[tuple[int, int]]:
         """Pairs of signals within the PLC, the first of which moves the second, besides the loops' own."""
-        for config, master in zip(self.cfg, self.masters, strict=False):
+        for config, master in zip(self.configs, self.masters, strict=False):
             if master >= 0:
-                yield self.cfg[master].sig_out, config.sig_sp
+                yield self.configs[master].out_slot, config.sp_slot
 
     def intended_mode(self, loop: int, signals: Sequence[float]) -> str:
         """The mode that a loop shall be in, as its configuration and its inputs say now."""
@@ -90,7 +90,7 @@ class LoopFacts(ABC):
     def alarm_is_on(self, loop: int, alarm: str) -> bool:
         """Whether an alarm can come: it is switched on and has a limit."""
         limit = self.alarm_limits.get(alarm)
-        return limit is None or bool(abs(getattr(self.cfg[loop], limit)) < self.unreached)
+        return limit is None or bool(abs(getattr(self.configs[loop], limit)) < self.unreached)
 
     def alarm_level(self, loop: int, alarm: str) -> float | None:
         """Where an alarm comes on, in the unit of the PV's signal: a PV, or a distance from the set point.
@@ -98,11 +98,13 @@ class LoopFacts(ABC):
         None: the alarm is off, or is about no level.
         """
         limit = self.alarm_limits.get(alarm)
-        return float(getattr(self.cfg[loop], limit)) if limit is not None and self.alarm_is_on(loop, alarm) else None
+        if limit is None or not self.alarm_is_on(loop, alarm):
+            return None
+        return float(getattr(self.configs[loop], limit))
 
     def given_set_point(self, loop: int, signals: Sequence[float]) -> float:
         """At the start: the set point that the configuration gives a loop, before the PLC limits it."""
-        return float(signals[self.cfg[loop].sig_sp])
+        return float(signals[self.configs[loop].sp_slot])
 
     def mode_inputs(self, loop: int) -> Collection[int]:
         """The signals of the program that choose a loop's mode."""
@@ -118,7 +120,7 @@ class LoopFacts(ABC):
 
     def integrates(self, loop: int, signals: Sequence[float]) -> bool:
         """Whether a loop has an integral, so that no error may last."""
-        return bool(self.st[loop].reset > 0.0)
+        return bool(self.states[loop].reset > 0.0)
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """The error within which a loop does nothing, in the unit of the PV's signal."""
@@ -164,9 +166,9 @@ class LoopFacts(ABC):
 
 # --- What a vendor's controller module offers to the runner, and nothing else -----------------------------------------
 #
-# A module of `pidcfg.sim.controllers` has a kernel ``scan(tick, cfg, st, aux, sig)`` that runs every controller that
-# is due, and ``load(image, options)``, which makes a `Plc`. Times are whole µs (ticks) since the program-to-run
-# transition.
+# A module of `pidcfg.sim.controllers` has a kernel ``scan(tick, configs, states, aux, signals)`` that runs every
+# controller that is due, and ``load(image, options)``, which makes a `Plc`. Times are whole µs (ticks) since the
+# program-to-run transition.
 
 TICKS = 1_000_000
 """Ticks in a second."""
@@ -187,19 +189,19 @@ class Plc(LoopFacts):
     Vendors derive theirs; attributes that have a value here are those of most PLCs.
     """
 
-    cfg: Sequence[Any]
+    configs: Sequence[Any]
     """Of each loop a `LoopConfig`."""
-    st: MutableSequence[Any]
+    states: MutableSequence[Any]
     """Of each loop a `LoopState`: the runner reads ``status`` (bits by name in `alarm_bits` and `flag_bits`),
     ``aux_status`` (`aux_bits`) and ``notice``, a refusal or an override since its last look as a number that `describe`
     knows; 0: none."""
     aux: MutableSequence[float]
-    sig: MutableSequence[float]
+    signal_values: MutableSequence[float]
     """The value of every signal at the start; the runner works on a copy that it hands to ``scan``."""
     signals: MutableSequence[str]
     """The name of every signal, ``TIC-101.PV``; internal ones are empty."""
     loops: Sequence[str]
-    """In the order of ``cfg`` and ``st``."""
+    """In the order of ``configs`` and ``states``."""
     goals: Sequence[str]
     """For each loop the mode that it shall reach."""
     scales: Sequence[tuple[float, float, int]]
@@ -249,12 +251,12 @@ class Plc(LoopFacts):
     @property
     def base(self) -> int:
         """The greatest common step of the sample rates, in ticks."""
-        return gcd(*(config.period for config in self.cfg if not config.halt)) or TICKS
+        return gcd(*(config.period for config in self.configs if not config.halt)) or TICKS
 
     @property
     def periods(self) -> Sequence[int]:
         """The present sample rate of each loop, in ticks; 0: the loop is not calculated."""
-        return [0 if config.halt else state.period for config, state in zip(self.cfg, self.st, strict=True)]
+        return [0 if config.halt else state.period for config, state in zip(self.configs, self.states, strict=True)]
 
     @property
     def running(self) -> bool:
@@ -278,12 +280,12 @@ class Plc(LoopFacts):
 
     def place_loops(self, config: type[Any], state: type[Any], signals: Mapping[str, str], aux: int = 0) -> None:
         """The records of all loops, their ``signals`` by the field that has the slot, and ``aux`` floats for each."""
-        self.cfg = [config() for _ in self.loops]
-        self.st = [state() for _ in self.loops]
+        self.configs = [config() for _ in self.loops]
+        self.states = [state() for _ in self.loops]
         self.aux = [0.0] * (len(self.loops) * aux)
-        self.sig = [0.0] * (len(self.loops) * len(signals))
+        self.signal_values = [0.0] * (len(self.loops) * len(signals))
         self.signals = [f"{loop}.{name}" if name else "" for loop in self.loops for name in signals.values()]
-        for i, record in enumerate(self.cfg):
+        for i, record in enumerate(self.configs):
             for slot, field in enumerate(signals, i * len(signals)):
                 setattr(record, field, slot)
 
@@ -427,13 +429,13 @@ class CountsPlc(Plc):
 
     def scale_loops(self) -> None:
         """Makes `scales` and `roots`."""
-        self.scales = [(config.pv_low, config.pv_low + config.pv_width, int(config.pv_span)) for config in self.cfg]
-        self.roots = [config.pv_min / config.pv_span if config.square_root else None for config in self.cfg]
+        self.scales = [(config.pv_low, config.pv_low + config.pv_width, int(config.pv_span)) for config in self.configs]
+        self.roots = [config.pv_min / config.pv_span if config.square_root else None for config in self.configs]
 
     @property
     def outputs(self) -> Sequence[tuple[float, float]]:
         """Engineering units, counts without a range."""
-        return [(config.out_low, config.out_low + config.out_width) for config in self.cfg]
+        return [(config.out_low, config.out_low + config.out_width) for config in self.configs]
 
 
 class Controller(Protocol):
@@ -492,10 +494,10 @@ class NamedPlc(Plc):
         self.place_loops(self.config, self.state, self.slots)
         self._file = program.plc
         self.prepare()
-        for i, config in enumerate(self.cfg):
+        for i, config in enumerate(self.configs):
             self.begin(i)
-            config.period = self.st[i].period
-        self.goals = [self.mode(state.status) for state in self.st]
+            config.period = self.states[i].period
+        self.goals = [self.mode(state.status) for state in self.states]
 
     @abstractmethod
     def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[dict[str, Any], list[str]]:

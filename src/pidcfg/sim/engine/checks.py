@@ -207,7 +207,7 @@ def _check_standing(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
 def _check_length(scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """A run in which nothing can be judged: shorter than a sample, or with too few of them for every loop (D562)."""
     cure = "nothing can be judged; let the scenario run longer"
-    periods = [config.period for config in plc.cfg[: len(plc.loops)]]
+    periods = [config.period for config in plc.configs[: len(plc.loops)]]
     judged = [
         period
         for name, goal, period in zip(plc.loops, plc.goals, periods, strict=True)

@@ -118,12 +118,12 @@ class Machine:
 
     def hold(self, before: Sequence[float]) -> None:
         """An event has written signals of the PLC: up to its base step the plants see what stood there (D82)."""
-        new = {slot: before[slot] for slot in self.outputs if self.net.sig[slot] != before[slot]}
+        new = {slot: before[slot] for slot in self.outputs if self.net.signal_values[slot] != before[slot]}
         self.held = new | self.held
 
     def move_plants(self, k: int) -> None:
         """Bring the plants to base step ``k`` with the outputs of the step before, which events have overwritten."""
-        signals, pool = self.net.sig, self.net.pool
+        signals, pool = self.net.signal_values, self.net.pool
         written = {slot: signals[slot] for slot in self.held}
         if k > self.reached:
             for slot, value in self.held.items():
@@ -149,11 +149,11 @@ class Machine:
     def _world(self, noise_from: int) -> World:
         net, pool = self.net, self.net.pool
         columns = len(net.noisy) if self.noise else 0
-        signals = net.delay, net.sig, pool.code, pool.constants, self.stack
+        signals = net.delay, net.signal_values, pool.code, pool.constants, self.stack
         return World(self.step, net.plants, net.channels, *signals, self.noise, columns, noise_from, self.reached)
 
     def _loops(self) -> Loops[Any, Any]:
-        return Loops(self.plc.cfg, self.plc.st, self.plc.aux)
+        return Loops(self.plc.configs, self.plc.states, self.plc.aux)
 
 
 class Kernels(NamedTuple):

@@ -50,9 +50,9 @@ class _Trial:
     def __init__(self, new_plc: Callable[[], Plc], net: Network, scenario: Scenario) -> None:
         self.new_plc, self.net = new_plc, net
         self.plc: Plc | None = None
-        self.sig: list[float] = []
+        self.signal_values: list[float] = []
         self.numbers = {name: numbers_of(text) for name, (_, text) in net.texts.items()}
-        self.signals: dict[str, float] = {name: net.sig[slot] for name, slot in net.outside.items()}
+        self.signals: dict[str, float] = {name: net.signal_values[slot] for name, slot in net.outside.items()}
         self.signals |= {name: float(value) for name, value in scenario.signals.items()}
         self.live: set[str | None] = set()
         """Loops whose parameters the PLC may have written itself; None: all."""
@@ -86,14 +86,15 @@ class _Trial:
 
     def _writes(self, loop: str, values: dict[str, Any]) -> bool:
         """Whether parameters of a loop become others."""
-        if self.plc is None or not self.sig:
+        if self.plc is None or not self.signal_values:
             self.plc = self.plc or self.new_plc()
-            self.sig = list(self.plc.sig)
+            self.signal_values = list(self.plc.signal_values)
         plc, i, changed = self.plc, self.plc.loops.index(loop), bool(self.live & {loop, None})
         for keys, value, _ in leaves(values):
-            before = copy(plc.cfg[i]), copy(plc.st[i]), list(plc.aux), list(self.sig)
-            plc.set(i, keys, plc.check_set(i, keys, value), self.sig)
-            changed |= dotted(keys) in LIVE or before != (plc.cfg[i], plc.st[i], list(plc.aux), self.sig)
+            before = copy(plc.configs[i]), copy(plc.states[i]), list(plc.aux), list(self.signal_values)
+            plc.set(i, keys, plc.check_set(i, keys, value), self.signal_values)
+            after = plc.configs[i], plc.states[i], list(plc.aux), self.signal_values
+            changed |= dotted(keys) in LIVE or before != after
         return changed
 
 
@@ -306,11 +307,11 @@ class Agenda:
     def look(self, loop: str, expectation: int, _k: int) -> None:
         """Notes the mode for an expectation."""
         i = self.plc.loops.index(loop)
-        self.modes[expectation] = self.plc.mode(self.plc.st[i].status)
+        self.modes[expectation] = self.plc.mode(self.plc.states[i].status)
 
     def happen(self, event: Event, number: int, k: int) -> Note | None:
         """Carries out an event."""
-        before = list(self.net.sig)
+        before = list(self.net.signal_values)
         note = self.act(event, number, k)
         self.machine.hold(before)
         return note
@@ -334,36 +335,36 @@ class Agenda:
 
     def set_signals(self, k: int, event: Event) -> None:
         """Values from outside; they may be a loop's set point, or what chooses its mode."""
-        before = list(self.net.sig)
+        before = list(self.net.signal_values)
         for keys, value, _ in leaves(event.set):
             name = dotted(keys)
-            self.net.sig[self.net.outside[name]] = (
+            self.net.signal_values[self.net.outside[name]] = (
                 self.plc.check_input(name, value) if name in self.plc.inputs else float(parse_number(value))
             )
-        slots = {slot for slot in self.influence.signals_set(event) if self.net.sig[slot] != before[slot]}
+        slots = {slot for slot in self.influence.signals_set(event) if self.net.signal_values[slot] != before[slot]}
         for i in range(len(self.plc.loops)):
             if slots & set(self.plc.mode_inputs(i)):
                 self.renew_intent(k, i)
             if slots & self.influence.set_points[i]:
-                self.begin_step(k, i, before[self.plc.cfg[i].sig_sp])
+                self.begin_step(k, i, before[self.plc.configs[i].sp_slot])
 
     def renew_intent(self, k: int, loop: int) -> None:
         """What chooses a loop's mode says something else now."""
-        mode = self.plc.intended_mode(loop, self.net.sig)
+        mode = self.plc.intended_mode(loop, self.net.signal_values)
         bits = self.plc.modes.get(mode, 0)
         if bits & self.plc.control_bits != self.machine.meters[loop].wanted:
             self.want(k, loop, bits)
 
     def want(self, k: int, loop: int, bits: int) -> None:
         """A loop is meant for another mode; it has some samples to come into it."""
-        want_mode(self.machine.meters[loop], k, bits, GRACE * self.plc.cfg[loop].period // self.step)
+        want_mode(self.machine.meters[loop], k, bits, GRACE * self.plc.configs[loop].period // self.step)
 
     def begin_step(self, k: int, loop: int, before: float) -> None:
         """Measures from here on how a loop follows its set point, if it controls anything."""
-        if self.plc.mode(self.plc.st[loop].status) in IN_CONTROL and self.influence.driven[loop]:
+        if self.plc.mode(self.plc.states[loop].status) in IN_CONTROL and self.influence.driven[loop]:
             self.machine.counts[2] += 1
-            period = -(-self.plc.cfg[loop].period // self.step)
-            begin_step(self.machine.meters[loop], k, before, period, self.net.sig)
+            period = -(-self.plc.configs[loop].period // self.step)
+            begin_step(self.machine.meters[loop], k, before, period, self.net.signal_values)
 
     def operate(self, k: int, loop: int, event: Event, number: int) -> None:
         """What an operator does to a loop, or a sensor by itself."""
@@ -383,15 +384,15 @@ class Agenda:
 
     def write(self, k: int, loop: int, event: Event) -> str | None:
         """Writes parameters; an event that changes the set point in force starts what is measured from it."""
-        signals, config = self.net.sig, self.plc.cfg[loop]
-        before, changed, of_mode = signals[config.sig_sp], False, False
+        signals, config = self.net.signal_values, self.plc.configs[loop]
+        before, changed, of_mode = signals[config.sp_slot], False, False
         late = []
         for keys, value, _ in leaves(event.set):
-            present = signals[config.sig_sp]
+            present = signals[config.sp_slot]
             effect = self.plc.set(loop, keys, self.plc.check_set(loop, keys, value), signals)
             if effect:
                 late.append(f"{dotted(keys)}: {effect}")
-            changed |= dotted(keys) in {*SETPOINT, self.plc.setpoint} and signals[config.sig_sp] != present
+            changed |= dotted(keys) in {*SETPOINT, self.plc.setpoint} and signals[config.sp_slot] != present
             of_mode |= dotted(keys) in self.plc.mode_keys
         if of_mode:
             self.renew_intent(k, loop)
@@ -408,7 +409,7 @@ class Agenda:
         set_parameters(self.net.plants[self.net.plant_of[name]], numbers, self.step / TICKS)
         for key in event.disturb or {}:
             if f"{name}.{key}" in self.net.parameters:
-                self.net.sig[self.net.parameters[f"{name}.{key}"]] = numbers[key]
+                self.net.signal_values[self.net.parameters[f"{name}.{key}"]] = numbers[key]
         self.look_at_gains(k)
 
     def look_at_gains(self, k: int) -> None:
@@ -436,7 +437,7 @@ class Agenda:
         if mode == "run":
             self.plc.run((self.zero + k) * self.step)
         else:  # program or stop
-            self.plc.program(self.net.sig)
+            self.plc.program(self.net.signal_values)
 
 
 def describe_event(event: Event) -> str:

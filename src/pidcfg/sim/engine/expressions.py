@@ -180,11 +180,11 @@ DECADES = (-2.0, 3.0)
 
 
 def depends_on(
-    value: Callable[[Sequence[float]], float | None], sig: Sequence[float], signals: Collection[int], slot: int
+    value: Callable[[Sequence[float]], float | None], signals: Sequence[float], read: Collection[int], slot: int
 ) -> bool:
     """Whether ``value`` of the signals (None: it has none there) is another one at two values of ``slot``.
 
-    All ``signals`` that it reads are drawn anew for each try, from 0, 1 and numbers of either sign.
+    All signals that it reads, the slots ``read``, are drawn anew for each try, from 0, 1 and numbers of either sign.
     """
     random = Random(slot)
 
@@ -192,9 +192,9 @@ def depends_on(
         number = 10 ** random.uniform(*DECADES)
         return random.choice((0.0, 1.0, number, number, number, -number))
 
-    trial = list(sig)
+    trial = list(signals)
     for _ in range(TRIES):
-        for place in signals:
+        for place in read:
             trial[place] = draw()
         one = value(trial)
         trial[slot] = draw()

@@ -56,26 +56,26 @@ class Influence:
             self._add([plant.slot], [plant.measured])
         for channel in net.channels:
             self._add(followed_signals(net, channel), [channel.target])
-        for i, config in enumerate(plc.cfg[: len(plc.loops)]):
-            self._add([config.sig_in], [config.sig_pv])
-            self._add([config.sig_pv, config.sig_sp], [config.sig_out])
-            self._add([config.sig_out], self.pulses(i))
+        for i, config in enumerate(plc.configs[: len(plc.loops)]):
+            self._add([config.in_slot], [config.pv_slot])
+            self._add([config.pv_slot, config.sp_slot], [config.out_slot])
+            self._add([config.out_slot], self.pulses(i))
         for source, target in plc.flow:
             self.moves[source].add(target)
         self.played = {slot for event in scenario.events for slot in self.signals_set(event)}
-        for i, config in enumerate(plc.cfg[: len(plc.loops)]):
+        for i, config in enumerate(plc.configs[: len(plc.loops)]):
             self.driven.append(self.drives(i) or self.is_played(i))
-            self.set_points.append(self._made_of(config.sig_sp))
+            self.set_points.append(self._made_of(config.sp_slot))
         return self
 
     def drives(self, loop: int, without: Collection[int] = ()) -> bool:
         """Whether a loop's output moves its PV, not by way of ``without``."""
-        config = self.plc.cfg[loop]
-        return config.sig_pv in self.reach([config.sig_out], without)
+        config = self.plc.configs[loop]
+        return config.pv_slot in self.reach([config.out_slot], without)
 
     def is_played(self, loop: int, without: Collection[int] = ()) -> bool:
         """Whether a signal that the scenario sets moves a loop's PV."""
-        return self.plc.cfg[loop].sig_pv in self.reach(self.played, without)
+        return self.plc.configs[loop].pv_slot in self.reach(self.played, without)
 
     def is_cut(self, loop: int) -> bool:
         """Whether plants that have no gain now keep a loop's output and the scenario from moving its PV."""
@@ -84,7 +84,8 @@ class Influence:
 
     def _made_of(self, slot: int) -> set[int]:
         """Signals from outside that reach a slot otherwise than through a loop."""
-        loops = {place for config in self.plc.cfg[: len(self.plc.loops)] for place in (config.sig_pv, config.sig_out)}
+        configs = self.plc.configs[: len(self.plc.loops)]
+        loops = {place for config in configs for place in (config.pv_slot, config.out_slot)}
         return {source for source in self.net.outside.values() if slot in self.reach([source], without=loops)}
 
     def _add(self, sources: Iterable[int], targets: Iterable[int]) -> None:
@@ -116,19 +117,19 @@ class Influence:
 
     def of_output(self, loop: int) -> frozenset[int]:
         """Everything that a loop's output moves."""
-        return self.reach([self.plc.cfg[loop].sig_out])
+        return self.reach([self.plc.configs[loop].out_slot])
 
     def of_event(self, event: Event) -> frozenset[int]:
         """Everything that an event moves; one of the CPU moves all outputs."""
-        cfg = self.plc.cfg[: len(self.plc.loops)]
+        configs = self.plc.configs[: len(self.plc.loops)]
         if event.plc is not None:
-            return self.reach([config.sig_out for config in cfg])
+            return self.reach([config.out_slot for config in configs])
         if event.disturb is not None:
             return self.reach([self.net.plants[self.net.plant_of[event.plant or event.loop or ""]].slot])
         if event.loop is None:
             return self.reach(self.signals_set(event))
-        config = cfg[self.plc.loops.index(event.loop)]
-        return self.reach([config.sig_pv if event.pv is not None else config.sig_sp])
+        config = configs[self.plc.loops.index(event.loop)]
+        return self.reach([config.pv_slot if event.pv is not None else config.sp_slot])
 
     def signals_set(self, event: Event) -> list[int]:
         """The signals from outside that an event sets."""
@@ -140,13 +141,13 @@ class Influence:
         """Whether an event moves a loop's PV or its set point; one that changes nothing moves nothing."""
         if any(event is one for one in self.idle):
             return False
-        config = self.plc.cfg[loop]
+        config = self.plc.configs[loop]
         moved = self.of_event(event)
-        return config.sig_pv in moved or config.sig_sp in moved
+        return config.pv_slot in moved or config.sp_slot in moved
 
     def plants_between(self, loop: int) -> Iterator[str]:
         """The plants by which a loop's output moves its PV."""
-        after, pv = self.of_output(loop), self.plc.cfg[loop].sig_pv
+        after, pv = self.of_output(loop), self.plc.configs[loop].pv_slot
         for name, at in self.net.plant_of.items():
             slot = self.net.plants[at].slot
             if slot in after and pv in self.reach([slot]):
@@ -164,7 +165,7 @@ def followed_signals(net: Network, reader: Plant | Channel) -> Collection[int]:
         found = evaluate(pool.code, pool.constants, reader.first, reader.last, signals, stack)
         return None if stack[0] else found
 
-    return {slot for slot in read if depends_on(value, net.sig, read, slot)}
+    return {slot for slot in read if depends_on(value, net.signal_values, read, slot)}
 
 
 def read_signals(net: Network, reader: Plant | Channel) -> Collection[int]:
@@ -204,8 +205,8 @@ def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
 
 def effect(net: Network, plc: Plc, loop: int) -> float:
     """How far a loop's output moves its PV on its way to a limit (an integrator: in 1 s); 0: not, or not known."""
-    out = net.sig[plc.cfg[loop].sig_out]
-    return max(abs(answer(net, plc, loop, by=limit - out)) for limit in plc.output_limits(loop, net.sig))
+    out = net.signal_values[plc.configs[loop].out_slot]
+    return max(abs(answer(net, plc, loop, by=limit - out)) for limit in plc.output_limits(loop, net.signal_values))
 
 
 def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: float = RAISED) -> float:
@@ -214,18 +215,19 @@ def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: floa
     With ``other``, the change of that loop's PV.
     """
     watched = loop if other is None else other
-    raised = list(net.sig)
-    outputs = {plc.cfg[loop].sig_out, *(net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses)} - {-1}
+    raised = list(net.signal_values)
+    pulses = {net.names.get(f"{plc.loops[loop]}.{name}", -1) for name in plc.pulses} - {-1}
+    outputs = {plc.configs[loop].out_slot, *pulses}
     for slot in outputs:
-        raised[slot] += by if slot == plc.cfg[loop].sig_out else RAISED
+        raised[slot] += by if slot == plc.configs[loop].out_slot else RAISED
     for plant in net.plants:
         moved = plant.gain * _moved(net, plant, raised)
         raised[plant.slot] += moved
         if plant.measured != plant.slot:
             raised[plant.measured] += moved
     inlet = plc.inlets.get(plc.loops[watched])
-    target = plc.cfg[watched].sig_in if inlet is None else plc.inputs[inlet]
-    change: float = raised[target] - net.sig[target]
+    target = plc.configs[watched].in_slot if inlet is None else plc.inputs[inlet]
+    change: float = raised[target] - net.signal_values[target]
     for channel in net.channels:
         if channel.target == target:
             change = _moved(net, channel, raised)
@@ -235,10 +237,10 @@ def answer(net: Network, plc: Plc, loop: int, other: int | None = None, by: floa
 def _moved(net: Network, reader: Plant | Channel, raised: Sequence[float]) -> float:
     """How much what a plant or a channel reads has changed; 0 where its expression has no value."""
     if reader.source >= 0:
-        return raised[reader.source] - net.sig[reader.source]
+        return raised[reader.source] - net.signal_values[reader.source]
     stack, values = net.pool.stack(), []
-    for sig in (net.sig, raised):
-        values.append(evaluate(net.pool.code, net.pool.constants, reader.first, reader.last, sig, stack))
+    for signals in (net.signal_values, raised):
+        values.append(evaluate(net.pool.code, net.pool.constants, reader.first, reader.last, signals, stack))
         if stack[0]:
             return 0.0
     return values[1] - values[0]

@@ -73,7 +73,7 @@ class World(NamedTuple):
     channels: MutableSequence[Channel]
     delay: MutableSequence[float]
     """The delay lines of all plants."""
-    sig: MutableSequence[float]
+    signal_values: MutableSequence[float]
     code: Sequence[int]
     """Expressions, with their constants, and the stack that they are evaluated on."""
     constants: Sequence[float]
@@ -89,8 +89,8 @@ class World(NamedTuple):
 class Loops(NamedTuple, Generic[Config, State]):
     """The controllers: what `pidcfg.sim.controllers.plc.Plc` has under the same names."""
 
-    cfg: Sequence[Config]
-    st: MutableSequence[State]
+    configs: Sequence[Config]
+    states: MutableSequence[State]
     aux: MutableSequence[float]
 
 

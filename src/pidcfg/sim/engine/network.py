@@ -36,7 +36,7 @@ PARAMETERS = ("gain", "load")
 class Network:
     """Everything between the outputs and the PVs of the loops, and the signals of a run."""
 
-    sig: list[float]
+    signal_values: list[float]
     names: dict[str, int]
     """Signals of the report and the trend, in the order of their columns."""
     plants: list[Plant] = field(default_factory=list)
@@ -59,8 +59,8 @@ class Network:
 
     def slot(self, value: float = 0.0) -> int:
         """A new signal."""
-        self.sig.append(value)
-        return len(self.sig) - 1
+        self.signal_values.append(value)
+        return len(self.signal_values) - 1
 
     def longest(self) -> float:
         """The longest time constant or dead time in s; an integrator counts as 1/gain."""
@@ -78,7 +78,9 @@ def build(scenario: Scenario, plc: Plc, step: int, problems: Sequence[Problem] =
 
     It is ready to run only when none of them is an error.
     """
-    net = Network(list(plc.sig), {name: slot for slot, name in enumerate(plc.signals) if name}, problems=list(problems))
+    net = Network(
+        list(plc.signal_values), {name: slot for slot, name in enumerate(plc.signals) if name}, problems=list(problems)
+    )
     net.outside |= plc.inputs
     for name, value in scenario.signals.items():
         if name in net.names:
@@ -155,7 +157,7 @@ def _within(path: Path, loop: str) -> Problem:
 
 def _to_loop(net: Network, plc: Plc, name: str, later: _Later) -> int:
     """The signal by which a plant reaches the analog input of its loop: the input, unless the sensor can break."""
-    target: int = plc.cfg[plc.loops.index(name)].sig_in
+    target: int = plc.configs[plc.loops.index(name)].in_slot
     if name not in later.broken:
         return target
     measured = net.slot()
@@ -169,7 +171,7 @@ def _read_inputs(net: Network, plc: Plc) -> dict[str, Expression]:
     names = {**net.names, **net.parameters}
     for i, loop in enumerate(plc.loops):
         at = net.plant_of.get(loop)
-        names[f"{loop}.PV"] = plc.cfg[i].sig_in if at is None else net.plants[at].slot
+        names[f"{loop}.PV"] = plc.configs[i].in_slot if at is None else net.plants[at].slot
     names |= {name: net.plants[at].slot for name, at in net.plant_of.items() if name not in plc.loops}
     inputs = {}
     for name, (path, text) in net.texts.items():
@@ -219,16 +221,16 @@ def _connect(net: Network, plc: Plc, connect: Mapping[str, str], later: _Later) 
         else:
             expression = _read(net, path, text, names)
             if expression is not None:
-                _add_channel(net, plc.cfg[plc.loops.index(loop)].sig_in, expression)
+                _add_channel(net, plc.configs[plc.loops.index(loop)].in_slot, expression)
                 net.faults[loop] = len(net.channels) - 1
                 net.sources[len(net.channels) - 1] = path
     for i, loop in enumerate(plc.loops):
         if loop not in net.plant_of and f"{loop}.PV" not in connect and loop not in plc.wired:
             low = plc.scales[i][0]
-            net.sig[plc.cfg[i].sig_in] = low
+            net.signal_values[plc.configs[i].in_slot] = low
             if loop in later.broken:
                 net.faults[loop] = len(net.channels)
-                net.channels.append(Channel(plc.cfg[i].sig_in, net.slot(low)))
+                net.channels.append(Channel(plc.configs[i].in_slot, net.slot(low)))
             else:
                 message = f"nothing is wired to the PV of {loop}; it stays at {low:g}"
                 cure = f"add {loop} to plants, or {loop}.PV to connect"
@@ -301,11 +303,11 @@ def rest(net: Network, initial: Sequence[float | None]) -> None:
     stack = net.pool.stack()
     for plant, value in zip(net.plants, initial, strict=True):
         if plant.source >= 0:
-            u = net.sig[plant.source]
+            u = net.signal_values[plant.source]
         else:
-            u = evaluate(net.pool.code, net.pool.constants, plant.first, plant.last, net.sig, stack)
+            u = evaluate(net.pool.code, net.pool.constants, plant.first, plant.last, net.signal_values, stack)
         settle_at(plant, value, u, net.delay)
-        net.sig[plant.slot] = net.sig[plant.measured] = plant.y
+        net.signal_values[plant.slot] = net.signal_values[plant.measured] = plant.y
 
 
 def initial_values(net: Network) -> list[float | None]:

@@ -123,7 +123,7 @@ def base_step(scenario: Scenario, plc: Plc) -> int:
     chosen = scenario.step or scenario.plc.scan_time
     if chosen is not None:
         return max(1, int(chosen * TICKS))
-    rates = [plc.base] if plc.running else [config.period for config in plc.cfg]
+    rates = [plc.base] if plc.running else [config.period for config in plc.configs]
     return gcd(*rates, *set_rates(scenario, plc)) or TICKS
 
 
@@ -210,7 +210,7 @@ class UnsteadyError(Exception):
 def run_to_rest(machine: Machine, max_loop_steps: int | None, swinging: Collection[int] = ()) -> int:
     """Runs the pre-roll and returns its base steps; ``swinging``: loops that may swing. Raises `UnsteadyError`."""
     plc = machine.plc
-    spans = [Span(config.sig_in) for config in plc.cfg[: len(plc.loops)]]
+    spans = [Span(config.in_slot) for config in plc.configs[: len(plc.loops)]]
     steps = window_of(machine)
     past: list[list[tuple[float, float]]] = []
     k, moving = 0, 0
@@ -232,7 +232,7 @@ def run_to_rest(machine: Machine, max_loop_steps: int | None, swinging: Collecti
 def refused_modes(machine: Machine) -> list[Problem]:
     """A warning for each loop that rests in another mode than it is meant for: what rests is not under control."""
     plc = machine.plc
-    modes = [plc.mode(state.status) for state in plc.st[: len(plc.loops)]]
+    modes = [plc.mode(state.status) for state in plc.states[: len(plc.loops)]]
     cure = "see the mode changes at 0 s for the reason"
     return [
         Problem(
@@ -250,7 +250,7 @@ def refused_modes(machine: Machine) -> list[Problem]:
 
 def window_of(machine: Machine) -> int:
     """Base steps of a window: the longest time constant, in whole samples so that all loops sample at time 0."""
-    periods = [config.period for config in machine.plc.cfg]
+    periods = [config.period for config in machine.plc.configs]
     longest = max(machine.net.longest(), machine.plc.longest)
     least = max(longest * TICKS, SAMPLES * max(periods, default=0), machine.step)
     common = lcm(*periods, machine.step)
@@ -276,7 +276,7 @@ def swinging_loops(scenario: Scenario, net: Network, plc: Plc) -> set[int]:
         return set()
     influence = Influence.of(scenario, net, plc)
     moved = set[int]().union(*(influence.of_output(i) for i in sources))
-    return {i for i in loops if i in sources or plc.cfg[i].sig_pv in moved}
+    return {i for i in loops if i in sources or plc.configs[i].pv_slot in moved}
 
 
 def swings_alike(past: Sequence[tuple[float, float]], scale: tuple[float, float, int]) -> bool:
@@ -403,7 +403,7 @@ class Run:
             raise UnusableError(problems)
         notes = [Note(0.0, plc.loops[p.loop], f"word without a value: {p.text}") for p in plc.problems]
         for loop, value in scenario.initial.items() if isinstance(scenario.initial, dict) else ():
-            idle = plc.set_output(plc.loops.index(loop), value, net.sig)
+            idle = plc.set_output(plc.loops.index(loop), value, net.signal_values)
             notes += [Note(0.0, loop, f"initial output {value}: {idle}")] if idle else []
         rest(net, initial_values(net))
         problems += wrong_actions(net, plc)
@@ -474,7 +474,7 @@ class Run:
             self._look_at_settings(stop - self.zero)
             if k == self.zero:
                 for meter in self.machine.meters:
-                    begin(meter, self.net.sig)
+                    begin(meter, self.net.signal_values)
             for meter, integrals in zip(self.machine.meters if final else (), held, strict=True):
                 meter.iae, meter.ise, meter.itae = integrals
             k = stop
@@ -506,15 +506,15 @@ class Run:
             if new and new != old and misses_samples(new, self.step, self.scenario):
                 self.problems.append(uneven_rate(name, new, self.step, f"by {ten_digits(k * self.dt):g} s: "))
         if self.settings.recording is not None:
-            self.settings.recording.look(self.plc, self.net.sig, ten_digits(k * self.dt))
+            self.settings.recording.look(self.plc, self.net.signal_values, ten_digits(k * self.dt))
 
     # --- the report --------------------------------------------------------------------------------------------------
 
     def _report(self, evidence: Evidence) -> Report:
         self.journal.close()
-        machine, sig = self.machine, self.net.sig
+        machine = self.machine
         for i, (meter, report) in enumerate(zip(machine.meters, self.journal.loops, strict=True)):
-            values = loop_metrics(meter, machine.bands[i], self.last, self.dt, sig)
+            values = loop_metrics(meter, machine.bands[i], self.last, self.dt, self.net.signal_values)
             report.metrics = {name: None if v is None else ten_digits(v) for name, v in values.items()}
             report.time_in_control = ten_digits(time_in_control(meter, self.last) * self.dt)
         metrics = [report.metrics for report in self.journal.loops]
@@ -558,7 +558,7 @@ class Run:
         lows: dict[int, tuple[float, float]] = {g.slot: (g.low, g.high) for g in reversed(self.machine.gauges)}
         for m in self.machine.meters:
             lows |= {m.pv: (m.pv_low, m.pv_high), m.sp: (m.sp_low, m.sp_high), m.out: (m.out_low, m.out_high)}
-        signals = self.net.sig
+        signals = self.net.signal_values
         return {
             name: Range(ten_digits(lows[slot][0]), ten_digits(lows[slot][1]), ten_digits(signals[slot]))
             for name, slot in self.net.names.items()

@@ -70,7 +70,7 @@ def looks_at(scenario: Scenario, plc: Plc, influence: Influence, i: int, step: i
     """The looks at one loop in a run of ``last`` base steps of ``step`` ticks; the final one is always there."""
     net = influence.net
     dead = max((float(net.texts[name][1].dead_time) for name in influence.plants_between(i)), default=0.0)
-    least = max(DEAD_TIMES * dead * TICKS / step, SAMPLES * plc.cfg[i].period / step)
+    least = max(DEAD_TIMES * dead * TICKS / step, SAMPLES * plc.configs[i].period / step)
     moved = {k for k, event in event_steps(scenario, step, last) if influence.concerns(event, i)}
     bounds = [0, *sorted(moved - {0})]
     looks = []
@@ -114,9 +114,9 @@ class Pace:
 def plant_time(plc: Plc, influence: Influence, i: int) -> Pace:
     """The pace of one loop's plants."""
     net = influence.net
-    total, integrates = SMOOTHING * plc.cfg[i].period / TICKS, False
+    total, integrates = SMOOTHING * plc.configs[i].period / TICKS, False
     low, high, _ = plc.scales[i]
-    least, most = (0.0, 1.0) if plc.pulse_cycle(i) else plc.output_limits(i, net.sig)
+    least, most = (0.0, 1.0) if plc.pulse_cycle(i) else plc.output_limits(i, net.signal_values)
     for name in influence.plants_between(i):
         text = net.texts[name][1]
         total += float(text.dead_time) + sum(lags(text))
@@ -214,9 +214,9 @@ class Evidence:
     """The first oscillation of each loop that no event stirs up and that reaches the last third, by its number."""
 
     @property
-    def sig(self) -> Sequence[float]:
+    def signal_values(self) -> Sequence[float]:
         """The signals as they end."""
-        return self.net.sig
+        return self.net.signal_values
 
     def seconds(self, k: float) -> float:
         """A base step as a time."""
@@ -290,8 +290,8 @@ class Evidence:
 
 def limits_reached(e: Evidence, loop: int) -> str:
     """The limit that a loop's output ends at: ``lower``, ``upper``; empty: it is inside."""
-    low, high = e.plc.output_limits(loop, e.sig)
-    out, slack = e.sig[e.plc.cfg[loop].sig_out], SHARE / 2 * abs(high - low)
+    low, high = e.plc.output_limits(loop, e.signal_values)
+    out, slack = e.signal_values[e.plc.configs[loop].out_slot], SHARE / 2 * abs(high - low)
     return "upper" if out >= high - slack else "lower" if out <= low + slack else ""
 
 
@@ -316,8 +316,8 @@ def aim(m: Meter, look: Look, pace: float) -> None:
 
 
 def _meter(scenario: Scenario, plc: Plc, net: Network, i: int, last: int) -> Meter:
-    config = plc.cfg[i]
-    m = Meter(config.sig_pv, config.sig_sp, config.sig_out)
+    config = plc.configs[i]
+    m = Meter(config.pv_slot, config.sp_slot, config.out_slot)
     m.control_bits = plc.control_bits
     m.wanted = plc.modes.get(plc.goals[i], 0) & m.control_bits
     named = {e.alarm for e in scenario.expect if e.loop == plc.loops[i] and e.alarm and not e.never}
@@ -342,21 +342,21 @@ def noise_of(scenario: Scenario, plc: Plc, net: Network, loop: int) -> float:
 
 def _passed_on(net: Network, plc: Plc, loop: int, measured: int, sigma: float) -> float:
     """What a change of a measurement by ``sigma`` makes of a loop's PV, by way of connections alone."""
-    raised = list(net.sig)
+    raised = list(net.signal_values)
     raised[measured] += sigma
     stack = net.pool.stack()
     for channel in net.channels:
         if channel.source >= 0:
-            raised[channel.target] += raised[channel.source] - net.sig[channel.source]
+            raised[channel.target] += raised[channel.source] - net.signal_values[channel.source]
         else:
             ends = [
-                evaluate(net.pool.code, net.pool.constants, channel.first, channel.last, sig, stack)
-                for sig in (net.sig, raised)
+                evaluate(net.pool.code, net.pool.constants, channel.first, channel.last, signals, stack)
+                for signals in (net.signal_values, raised)
             ]
             raised[channel.target] += ends[1] - ends[0]
     inlet = plc.inlets.get(plc.loops[loop])
-    target = plc.cfg[loop].sig_in if inlet is None else plc.inputs[inlet]
-    return abs(raised[target] - net.sig[target])
+    target = plc.configs[loop].in_slot if inlet is None else plc.inputs[inlet]
+    return abs(raised[target] - net.signal_values[target])
 
 
 # --- Whether another loop's output is taken in the place of a loop's own: by a selector, by ``min`` or ``max`` --------
@@ -371,19 +371,19 @@ OPERANDS = {CONSTANT: 0, SIGNAL: 0, NEGATE: 1, ABSOLUTE: 1, ROOT: 1}
 
 def is_deselected(e: Evidence, i: int) -> bool:
     """Whether a loop acts on nothing now, since another loop's output is taken in its place."""
-    cfg = e.plc.cfg[: len(e.plc.loops)]
-    pvs = {config.sig_pv for config in cfg}
-    out, others = cfg[i].sig_out, {config.sig_out for config in cfg} - {cfg[i].sig_out}
+    configs = e.plc.configs[: len(e.plc.loops)]
+    pvs = {config.pv_slot for config in configs}
+    out, others = configs[i].out_slot, {config.out_slot for config in configs} - {configs[i].out_slot}
     own = e.influence.reach([out], without=pvs | others)
     rivals = e.influence.reach(others, without=pvs | {out})
     if any(out in read_signals(e.net, plant) and not _leaves_out(e, plant, out, rivals) for plant in e.net.plants):
         return False
-    return e.plc.left_out(i, e.sig, own, rivals) or _selected_away(e, i, rivals)
+    return e.plc.left_out(i, e.signal_values, own, rivals) or _selected_away(e, i, rivals)
 
 
 def _selected_away(e: Evidence, i: int, rivals: frozenset[int]) -> bool:
     """Whether every plant or connection that reads a loop's output takes the smaller or larger of it and a rival."""
-    out = e.plc.cfg[i].sig_out
+    out = e.plc.configs[i].out_slot
     wired: list[Plant | Channel] = [*e.net.plants, *e.net.channels]
     readers = [reader for reader in wired if out in read_signals(e.net, reader)]
     return bool(readers) and all(_leaves_out(e, reader, out, rivals) for reader in readers)
@@ -395,9 +395,9 @@ def _leaves_out(e: Evidence, reader: Plant | Channel, out: int, rivals: frozense
         return False
     values = set()
     for away in (-SHARE, 0.0, SHARE):
-        sig = list(e.sig)
-        sig[out] += away * (abs(sig[out]) + 1.0)
-        values.add(evaluate(pool.code, pool.constants, reader.first, reader.last, sig, pool.stack()))
+        signals = list(e.signal_values)
+        signals[out] += away * (abs(signals[out]) + 1.0)
+        values.add(evaluate(pool.code, pool.constants, reader.first, reader.last, signals, pool.stack()))
     return len(values) == 1 and any(
         out in lost and rivals & taken for taken, lost in _choices(e, reader.first, reader.last)
     )
@@ -410,8 +410,9 @@ def _choices(e: Evidence, first: int, last: int) -> Iterator[tuple[set[int], set
     for at in range(first, last, 2):
         if code[at] in {MINIMUM, MAXIMUM}:
             (a, b), end = parts[-2:], at
-            left, right = (evaluate(code, pool.constants, *part, e.sig, pool.stack()) for part in ((a, b), (b, end)))
-            signals = [{code[k + 1] for k in range(*part, 2) if code[k] == SIGNAL} for part in ((a, b), (b, end))]
+            sides = (a, b), (b, end)
+            left, right = (evaluate(code, pool.constants, *side, e.signal_values, pool.stack()) for side in sides)
+            signals = [{code[k + 1] for k in range(*side, 2) if code[k] == SIGNAL} for side in sides]
             takes_right = right < left if code[at] == MINIMUM else right > left
             yield (signals[1], signals[0]) if takes_right else (signals[0], signals[1])
         operands = OPERANDS.get(code[at], 2)

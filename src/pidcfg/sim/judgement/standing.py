@@ -167,9 +167,9 @@ def allowed_error(e: Evidence, i: int) -> float:
     """The error with which a loop may end."""
     inner, span = e.plc.inner_deviation(i), e.span(i)
     offset = LEVEL_OFFSET if e.paces[i].integrates else OFFSET
-    share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.sig) else offset
+    share = SWITCHED if e.plc.only_switches(i) else DEVIATION if e.plc.integrates(i, e.signal_values) else offset
     allowed = share * span if inner is None else min(share * span, inner)
-    return max(allowed, min(e.plc.dead_band(i, e.sig), SWITCHED * span))
+    return max(allowed, min(e.plc.dead_band(i, e.signal_values), SWITCHED * span))
 
 
 def _failed(e: Evidence, i: int, look: Look, what: str) -> Judgement:
@@ -178,7 +178,7 @@ def _failed(e: Evidence, i: int, look: Look, what: str) -> Judgement:
     early, late = (abs(error) for error in e.errors(i))
     verb, until = ("ends", "") if look.final else ("is", f" until the event at {look.following:g} s")
     text = f"{verb} {what} {late:.4g}, which was {early:.4g} from {since:g} s on{until}"
-    if (look.end - look.start) * e.step < SAMPLES * e.plc.cfg[i].period:
+    if (look.end - look.start) * e.step < SAMPLES * e.plc.configs[i].period:
         return too_early_verdict(f"{text}: the run has fewer than {SAMPLES} samples")
     if e.seconds(look.half) < TOO_SHORT * e.paces[i].seconds:
         return too_early_verdict(f"{text}: too little time for its plant to move")
@@ -191,10 +191,12 @@ def _limit(e: Evidence, i: int) -> str:
     if limit:
         return f"its {limit} output limit"
     for j in e.slaves(i):
-        config = e.plc.cfg[j]
+        config = e.plc.configs[j]
         if e.meters[j].control and limits_reached(e, j):
             return f"the {limits_reached(e, j)} output limit of {e.plc.loops[j]}"
-        if e.meters[j].control and abs(e.sig[config.sig_sp] - e.sig[e.plc.cfg[i].sig_out]) > SHARE * e.span(j):
+        if e.meters[j].control and abs(
+            e.signal_values[config.sp_slot] - e.signal_values[e.plc.configs[i].out_slot]
+        ) > SHARE * e.span(j):
             return f"a set-point limit of {e.plc.loops[j]}"
     return ""
 
@@ -205,7 +207,7 @@ def _exempt(e: Evidence, i: int) -> Judgement | None:
         return unjudged_verdict("a selector leaves its output out")
     if e.meters[i].broken:
         return unjudged_verdict("an event has broken its sensor")
-    if e.plc.windup_input(i, e.sig):
+    if e.plc.windup_input(i, e.signal_values):
         slaves = [j for j in e.slaves(i) if e.meters[j].control]
         if not slaves or any(_limit(e, j) and _error(e, j) > allowed_error(e, j) for j in slaves):
             return unjudged_verdict("its windup input is on")
@@ -224,13 +226,13 @@ def _opponents(e: Evidence, i: int) -> Iterator[tuple[int, str]]:
 
 def _works(e: Evidence, i: int) -> bool:
     """Whether a loop's output is well above its lower limit, where it has the least effect."""
-    low, high = e.plc.output_limits(i, e.sig)
-    return bool(e.sig[e.plc.cfg[i].sig_out] - low > WORKING * abs(high - low))
+    low, high = e.plc.output_limits(i, e.signal_values)
+    return bool(e.signal_values[e.plc.configs[i].out_slot] - low > WORKING * abs(high - low))
 
 
 def _error(e: Evidence, i: int) -> float:
-    config = e.plc.cfg[i]
-    return float(abs(e.sig[config.sig_sp] - e.sig[config.sig_pv]))
+    config = e.plc.configs[i]
+    return float(abs(e.signal_values[config.sp_slot] - e.signal_values[config.pv_slot]))
 
 
 def _has_the_pv(e: Evidence, i: int, j: int) -> bool:
@@ -238,7 +240,7 @@ def _has_the_pv(e: Evidence, i: int, j: int) -> bool:
     own, other = answer(e.net, e.plc, i), answer(e.net, e.plc, j, i)
     if own * other >= 0 or other * answer(e.net, e.plc, j) <= 0:
         return False
-    pvs = [e.sig[e.plc.cfg[loop].sig_pv] for loop in (i, j)]
+    pvs = [e.signal_values[e.plc.configs[loop].pv_slot] for loop in (i, j)]
     return bool(abs(pvs[0] - pvs[1]) <= SAME_PV * e.span(i))
 
 
@@ -294,8 +296,8 @@ def judge_range(e: Evidence, i: int) -> Judgement:
     if e.meters[i].broken:
         return unjudged_verdict("an event has broken its sensor")
     low, high = sorted(ends)
-    value = e.sig[e.plc.cfg[i].sig_in]
-    for wanted in (e.given.get(i), e.sig[e.plc.cfg[i].sig_sp]):
+    value = e.signal_values[e.plc.configs[i].in_slot]
+    for wanted in (e.given.get(i), e.signal_values[e.plc.configs[i].sp_slot]):
         if wanted is not None and not low - e.least(i) <= wanted <= high + e.least(i):
             text = f"its set point is {wanted:g}, outside its PV's range of {low:g} to {high:g}"
             return Judgement(passed=False, text=text)
@@ -338,7 +340,7 @@ def _excuse(e: Evidence, i: int, found: Swings) -> str:
         return "it is the ripple of its pulses"
     for j, name in enumerate(plc.loops):
         other = _swings(e, j)
-        drives = (plc.only_switches(j) or plc.pulse_cycle(j)) and plc.cfg[i].sig_pv in e.influence.of_output(j)
+        drives = (plc.only_switches(j) or plc.pulse_cycle(j)) and plc.configs[i].pv_slot in e.influence.of_output(j)
         if j != i and drives and other and abs(e.seconds(other.period) - period) <= SAME_PERIOD * period:
             return f"{name} drives it, whose output is on or off"
     tuning = sum(plc.flag_bits[name] for name in plc.tuning_flags) | plc.modes.get("autotune", 0)
@@ -396,7 +398,7 @@ def judge_plc(e: Evidence) -> Judgement:
         for name, word in plc.flags.items()
         if word and name not in plc.word_owners
     ]
-    errors = [*words, *plc.program_errors(e.sig)]
+    errors = [*words, *plc.program_errors(e.signal_values)]
     return Judgement(passed=not errors, text=", ".join(errors) or "no error of the set-up")
 
 
@@ -466,7 +468,7 @@ def _why(e: Evidence, i: int) -> str:
 def _said_by(e: Evidence, i: int) -> str:
     """The event after which a loop left its mode: on itself, its cascade, its mode inputs or the CPU."""
     m = e.meters[i]
-    slack = -(-SLACK_SAMPLES * max(e.plc.cfg[j].period for j in e.family(i)) // e.step)
+    slack = -(-SLACK_SAMPLES * max(e.plc.configs[j].period for j in e.family(i)) // e.step)
     for k, event in reversed(list(e.events())):
         if m.left - slack <= k <= m.left and _acts_on_mode(e, event, i):
             where = f" on {event.loop}" if event.loop else ""
@@ -579,7 +581,7 @@ class LoopWatch:
     def __post_init__(self) -> None:
         e = self.evidence
         e.looks = {i: [] for i in range(len(e.plc.loops))}
-        e.given = {i: e.plc.given_set_point(i, e.sig) for i in e.looks if e.masters[i] < 0}
+        e.given = {i: e.plc.given_set_point(i, e.signal_values) for i in e.looks if e.masters[i] < 0}
         e.paces = [plant_time(e.plc, e.influence, i) for i in e.looks]
         e.effects = [effect(e.net, e.plc, i) for i in e.looks]
         for i in e.looks:

@@ -109,20 +109,20 @@ def names_of(
     plc: Plc, loops: Sequence[Loop | None], i: int, measured: str, others: Sequence[int], *, as_configured: bool
 ) -> SideNames:
     """The names of a loop's signals; ``others`` of its cascade run with it, in their own modes or not."""
-    name, c = plc.loops[i], plc.cfg[i]
+    name, c = plc.loops[i], plc.configs[i]
     scale = output_scale(plc, i, loops[i])
     master = master_of(loops, i)
     gives = None if master is None else (plc.loops[master], output_scale(plc, master, loops[master]))
     return SideNames(
         name,
-        plc.signals[c.sig_out],
+        plc.signals[c.out_slot],
         _inlet(plc, i),
         measured,
         scale,
         plc.base / TICKS,
         (is_whole(plc, i, "output", scale[0]), is_whole(plc, i, "setpoint", plc.scales[i][0])),
         plc.modes,
-        {_inlet(plc, j): plc.signals[plc.cfg[j].sig_sp] for j in others},
+        {_inlet(plc, j): plc.signals[plc.configs[j].sp_slot] for j in others},
         []
         if as_configured
         else [
@@ -143,7 +143,7 @@ def _others_events(plc: Plc, j: int, turn: int, scale: tuple[float, float], *, i
     """A master goes to Manual, a slave by way of Auto to Cascade, where it has that mode, its output in the middle."""
     if is_master:
         return [{"at": 0, "loop": plc.loops[j], "mode": "manual"}]
-    name, period = plc.loops[j], plc.cfg[j].period / TICKS
+    name, period = plc.loops[j], plc.configs[j].period / TICKS
     low, high, _ = plc.scales[j]
     begin = 3 * turn * period
     bottom, top = scale
@@ -313,15 +313,15 @@ def new_plc(side: Side, active: Collection[int], *, by_hand: bool = False) -> Pl
     plc: Plc = side.vendor.module("controller").load(side.operated if by_hand else side.image)
     for i in range(len(plc.loops)):
         if i not in active:
-            plc.cfg[i].halt = 1
-            plc.st[i].due = NEVER
+            plc.configs[i].halt = 1
+            plc.states[i].due = NEVER
     return plc
 
 
 def finest_counts(plc: Plc, i: int) -> tuple[float, float]:
     """One count of the PV in its unit, and of the output as a share of its range, as the PLC calculates."""
     low, high, counts = plc.scales[i]
-    output = getattr(plc.cfg[i], "out_span", TWELVE_BITS) if isinstance(plc, CountsPlc) else COUNTS
+    output = getattr(plc.configs[i], "out_span", TWELVE_BITS) if isinstance(plc, CountsPlc) else COUNTS
     return abs(high - low) / counts, 1 / output
 
 
@@ -347,14 +347,14 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
     others = companions(side.loops, i, with_master=stage.with_master)
     by_hand = stage.output is not None
     plc = new_plc(side, (i, *others), by_hand=by_hand)
-    name, c = plc.loops[i], plc.cfg[i]
+    name, c = plc.loops[i], plc.configs[i]
     low, width = bench.low, bench.span
     shown = f"(Plant * (1 - lost) + ({low!r}) * lost)" if stage.loses_sensor else "Plant"
     shown = "(Plant + moved)" if stage.swept else shown
     measured = f"({low!r}) + ({shown} - ({low!r})) * ({shown} - ({low!r})) / {width!r}" if before_root else shown
     names = names_of(plc, side.loops, i, measured, others, as_configured=not by_hand)
     scenario = Scenario.model_validate(scenario_data(stage, bench, names))
-    signals = [plc.signals[slot] for slot in (c.sig_pv, c.sig_sp, c.sig_out)]
+    signals = [plc.signals[slot] for slot in (c.pv_slot, c.sp_slot, c.out_slot)]
     recording = EverySample(frozenset(signals))
     settings = Settings("python", recording=recording, max_loop_steps=limit, judged=False)
     unused = [plc]
@@ -373,7 +373,7 @@ def run_stage(side: Side, i: int, stage: Stage, bench: Bench, *, before_root: bo
         setpoint,
         [(value - bottom) / (top - bottom) for value in output],
         _modes(report.loops[name], count, bench.sample),
-        plc.cfg[i].period / TICKS,
+        plc.configs[i].period / TICKS,
         "cascade" in plc.modes,
         {
             SAME_ALARM.get(alarm.removeprefix("pv_"), alarm.removeprefix("pv_")): _alarm(

@@ -98,7 +98,7 @@ def start_tune(state: State) -> None:
 def restore_output(state: State) -> None:
     """The controller continues from the output before the autotune; its bias is unchanged."""
     state.out = state.tune_out
-    state.busy |= FRESH
+    state.pending |= FRESH
     state.tune_phase = IDLE
 
 

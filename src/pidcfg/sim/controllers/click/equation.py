@@ -50,7 +50,7 @@ ALARMS = PV_ALARMS | DEVIATION_ALARMS | RATE_OF_CHANGE
 PID_ERROR = 1024
 TUNE_ERROR = 2048
 
-# What is pending besides the equation (`State.busy`)
+# What is pending besides the equation (`State.pending`)
 FIRST = 1
 """First sample after the change from STOP to RUN: the PV has no past."""
 STOPPED = 2
@@ -67,8 +67,8 @@ GOAL = 16
 class Config(LoopConfig):
     """One loop's registers, decoded."""
 
-    sig_error: int = 5
-    sig_pwm: int = 6
+    error_slot: int = 5
+    pwm_slot: int = 6
     # PV, set point and error
     filter_on: int = register("filter_enable", 0)
     filter: float = 1.0
@@ -131,7 +131,7 @@ class State(RequestState):
     """Row of the table of PID errors that is active, the lowest, from 1; 0: none."""
     number: float = 0.0
     """Its number, DSn+00."""
-    busy: int = FIRST
+    pending: int = FIRST
     """What is pending, as bits; 0 in undisturbed operation."""
     # factors calculated from them
     filter_share: float = 1.0
@@ -141,10 +141,10 @@ class State(RequestState):
     """The error of the calculation before, without the deadband."""
     filtered_difference: float = 0.0
     """The filtered difference of errors."""
-    quiet_low: float = UNBOUNDED
+    alarm_band_low: float = UNBOUNDED
     """Between these no alarm can change, as long as the set point stays."""
-    quiet_high: float = -UNBOUNDED
-    quiet_sp: float = 0.0
+    alarm_band_high: float = -UNBOUNDED
+    alarm_band_sp: float = 0.0
     # pulse width modulation
     pulse_start: int = 0
     """Start of the present period."""
@@ -299,7 +299,7 @@ def write_state(state: State, n: Mapping[str, float]) -> None:
     read_registers(state, n)
     state.period = sample_ticks(n["sample_rate"])
     state.status &= ~alarms_off(n)
-    state.quiet_low, state.quiet_high = UNBOUNDED, -UNBOUNDED
+    state.alarm_band_low, state.alarm_band_high = UNBOUNDED, -UNBOUNDED
 
 
 def sample_ticks(milliseconds: float) -> int:
@@ -342,8 +342,8 @@ def calculate_output(config: Config, state: State) -> float:
     error = single(state.sp - state.pv)
     if config.squared:
         error = single(error * abs(error))
-    if state.busy & FRESH:
-        state.busy &= ~FRESH
+    if state.pending & FRESH:
+        state.pending &= ~FRESH
         state.previous_error = error
         state.filtered_difference = 0.0
     change = single(error - state.previous_error)
@@ -403,13 +403,13 @@ def renew_alarms(config: Config, state: State, previous_pv: float) -> None:
     else:
         status &= ~RATE_OF_CHANGE
     state.status = status
-    state.quiet_sp = state.sp
-    state.quiet_low = UNBOUNDED
-    state.quiet_high = -UNBOUNDED
+    state.alarm_band_sp = state.sp
+    state.alarm_band_low = UNBOUNDED
+    state.alarm_band_high = -UNBOUNDED
     if status & ALARMS == 0:
         band = lower(config.deviation_high, lower(config.deviation_high_high, UNBOUNDED))
-        state.quiet_low = -lower(-config.low, lower(-config.low_low, band - state.sp))
-        state.quiet_high = lower(config.high, lower(config.high_high, state.sp + band))
+        state.alarm_band_low = -lower(-config.low, lower(-config.low_low, band - state.sp))
+        state.alarm_band_high = lower(config.high, lower(config.high_high, state.sp + band))
 
 
 def lower(x: float, y: float) -> float:
@@ -432,7 +432,7 @@ def pulse(config: Config, state: State, tick: int) -> float:
     """
     middle = tick + (tick - state.last_tick) // 2
     state.last_tick = tick
-    if state.busy & STOPPED:
+    if state.pending & STOPPED:
         return OFF
     if state.on_time < 0.0 or middle - state.pulse_start >= config.pwm_period:
         if state.on_time < 0.0 or middle - state.pulse_start >= 2 * config.pwm_period:

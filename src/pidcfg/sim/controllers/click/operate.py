@@ -90,7 +90,7 @@ def to_auto(config: Config, state: State) -> None:
     state.bias = state.out
     if config.bumpless == 1:
         state.sp = state.pv
-    state.busy |= FRESH
+    state.pending |= FRESH
     state.status = (state.status & ~MODES) | AUTO
 
 
@@ -143,7 +143,7 @@ def pursue(config: Config, state: State) -> None:
     if state.status & MODES == state.goal:
         if state.goal_writes:
             state.sp = state.goal_sp
-        state.busy &= ~GOAL
+        state.pending &= ~GOAL
         state.goal = 0
         return
     reason = request_mode(config, state, state.goal)
@@ -154,15 +154,15 @@ def pursue(config: Config, state: State) -> None:
 
 def modes(config: Config, state: State) -> None:
     """Everything that can change the mode at a sample: requests, of which Autotune's comes last, or the goal (D673)."""
-    if state.busy & REQUEST:
-        state.busy &= ~(REQUEST | GOAL)
+    if state.pending & REQUEST:
+        state.pending &= ~(REQUEST | GOAL)
         state.goal = 0
         for bit in (state.request & (MANUAL | AUTO), state.request & TUNING):
             reason = request_mode(config, state, bit) if bit else 0
             if reason:
                 tell_request(state, reason)
         state.request = 0
-    elif state.busy & GOAL:
+    elif state.pending & GOAL:
         pursue(config, state)
 
 
@@ -170,13 +170,13 @@ def modes(config: Config, state: State) -> None:
 
 MODE_BITS = {"manual": bits.MANUAL, "auto": bits.AUTO, "autotune": bits.TUNING}
 SIGNALS = {
-    "sig_in": "",
-    "sig_pv": "PV",
-    "sig_sp": "SP",
-    "sig_out": "CO",
-    "sig_bias": "BIAS",
-    "sig_error": "ERROR",
-    "sig_pwm": "PWM",
+    "in_slot": "",
+    "pv_slot": "PV",
+    "sp_slot": "SP",
+    "out_slot": "CO",
+    "bias_slot": "BIAS",
+    "error_slot": "ERROR",
+    "pwm_slot": "PWM",
 }
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 ALARM_BITS = {

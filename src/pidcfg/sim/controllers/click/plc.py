@@ -59,8 +59,8 @@ COUNTS = 1 << 16
 class Click(Plc):
     """A CLICK as loaded from its registers."""
 
-    cfg: list[Config]
-    st: list[State]
+    configs: list[Config]
+    states: list[State]
     out_name = "CO"
     output_unit = "%"
     pulses = ("PWM",)
@@ -85,7 +85,7 @@ class Click(Plc):
         self.place_loops(Config, State, SIGNALS, POINTS)
         for i in range(len(self._loops)):
             self._begin(i)
-        self.scales = [scale_of(config) for config in self.cfg]
+        self.scales = [scale_of(config) for config in self.configs]
         self.in_run = False
         self.run(0)
 
@@ -93,13 +93,13 @@ class Click(Plc):
     def flags(self) -> Mapping[str, int]:
         """The error register of each loop, DSn+00."""
         names = (f"DS{loop.starts['integers']}" for loop in self._loops)
-        return {name: int(state.number) for name, state in zip(names, self.st, strict=True)}
+        return {name: int(state.number) for name, state in zip(names, self.states, strict=True)}
 
     @property
     def base(self) -> int:
         """The greatest common step of the sample rates, in ticks; a part of it where pulses need a finer one (D121)."""
         step = super().base
-        finest = min((config.pwm_period // PULSES for config in self.cfg if config.pwm), default=step)
+        finest = min((config.pwm_period // PULSES for config in self.configs if config.pwm), default=step)
         parts = -(-step // finest)
         while step % parts:
             parts += 1
@@ -107,21 +107,21 @@ class Click(Plc):
 
     def _begin(self, i: int) -> None:
         """What a loop starts with: the controller's registers, its goal, and its places in the shared vectors."""
-        loop, config, state = self._loops[i], self.cfg[i], self.st[i]
+        loop, config, state = self._loops[i], self.configs[i], self.states[i]
         config.tune_buffer = i * POINTS
         config.pwm = int(loop.pwm)
         if not loop.pwm:
-            self.signals[config.sig_pwm] = ""
+            self.signals[config.pwm_slot] = ""
         self._apply(i)
         config.period = state.period
         state.goal = 0 if loop.goal == "manual" else MODE_BITS[loop.goal]
         state.goal_sp, state.goal_writes = state.sp, int(loop.has_setpoint)
-        state.busy |= bits.GOAL if state.goal else 0
-        self._show(i, self.sig)
+        state.pending |= bits.GOAL if state.goal else 0
+        self._show(i, self.signal_values)
 
     def _apply(self, i: int) -> None:
         """Make the registers the controller's configuration, and look for PID errors (D117)."""
-        config, state = self.cfg[i], self.st[i]
+        config, state = self.configs[i], self.states[i]
         n = self._loops[i].numbers()
         configure(config, n)
         write_state(state, n)
@@ -148,30 +148,30 @@ class Click(Plc):
 
     def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals of a loop as its registers say; in STOP mode nothing drives its outputs (D120)."""
-        config, state = self.cfg[i], self.st[i]
-        stopped = bool(state.busy & bits.STOPPED)
-        signals[config.sig_pv], signals[config.sig_sp], signals[config.sig_bias] = (
+        config, state = self.configs[i], self.states[i]
+        stopped = bool(state.pending & bits.STOPPED)
+        signals[config.pv_slot], signals[config.sp_slot], signals[config.bias_slot] = (
             finite(state.pv, 0.0),
             finite(state.sp, 0.0),
             finite(state.bias, 0.0),
         )
-        signals[config.sig_out] = 0.0 if stopped else finite(state.out, 0.0)
-        signals[config.sig_error] = state.number
+        signals[config.out_slot] = 0.0 if stopped else finite(state.out, 0.0)
+        signals[config.error_slot] = state.number
 
     # --- the CPU -----------------------------------------------------------------------------------------------------
 
     def start(self, tick: int) -> None:
         """STOP to RUN: loops begin in Manual, with the outputs that their registers hold (D120)."""
-        for state in self.st:
-            state.busy = (state.busy & ~bits.STOPPED) | bits.FIRST
+        for state in self.states:
+            state.pending = (state.pending & ~bits.STOPPED) | bits.FIRST
             state.due = tick
             state.on_time = -1.0
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """RUN to STOP: loops are not executed, outputs are off."""
-        for i, state in enumerate(self.st):
+        for i, state in enumerate(self.states):
             click_modes.to_manual(state, click_modes.OVERRIDE_STOP)
-            state.busy = (state.busy & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
+            state.pending = (state.pending & ~(bits.REQUEST | bits.GOAL)) | bits.STOPPED
             state.request = state.goal = 0
             state.due = NEVER
             self._show(i, signals)
@@ -181,7 +181,7 @@ class Click(Plc):
     @property
     def rises(self) -> list[bool]:
         """Direct (forward) action: the PV rises with the output."""
-        return [not config.reverse for config in self.cfg]
+        return [not config.reverse for config in self.configs]
 
     @property
     def word_owners(self) -> dict[str, int]:  # type: ignore[override]  # a table of the registers' addresses
@@ -190,53 +190,53 @@ class Click(Plc):
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """CO's lower and upper limit."""
-        return self.cfg[loop].out_low, self.cfg[loop].out_high
+        return self.configs[loop].out_low, self.configs[loop].out_high
 
     def given_set_point(self, loop: int, signals: Sequence[float]) -> float:
         """What is written at the first change to Auto."""
-        return float(self.st[loop].goal_sp)
+        return float(self.states[loop].goal_sp)
 
     def inner_deviation(self, loop: int) -> float | None:
         """The first deviation alarm."""
-        limit = self.cfg[loop].deviation_high
+        limit = self.configs[loop].deviation_high
         return None if limit >= bits.UNBOUNDED else limit
 
     def integrates(self, loop: int, signals: Sequence[float]) -> bool:
         """The longest reset time is as good as none."""
-        return self.st[loop].reset < float(TUNED.no_integral)
+        return self.states[loop].reset < float(TUNED.no_integral)
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """DFn+03, which is compared with the squared error where that is on."""
-        config = self.cfg[loop]
+        config = self.configs[loop]
         band = sqrt(config.deadband) if config.squared else config.deadband
         return band if config.deadband_on else 0.0
 
     def pulse_cycle(self, loop: int) -> float:
         """The PWM period."""
-        return self.cfg[loop].pwm_period / TICKS if self.cfg[loop].pwm else 0.0
+        return self.configs[loop].pwm_period / TICKS if self.configs[loop].pwm else 0.0
 
     def request(self, loop: int, mode: str) -> None:
         """A mode request goes on; it is looked at with the next sample and is off again."""
-        state, bit = self.st[loop], MODE_BITS[mode]
+        state, bit = self.states[loop], MODE_BITS[mode]
         state.requested = bit
-        if state.busy & bits.STOPPED:
+        if state.pending & bits.STOPPED:
             tell_request(state, click_modes.REFUSED_STOP)
             return
-        if state.busy & bits.GOAL and not state.busy & bits.REQUEST:
+        if state.pending & bits.GOAL and not state.pending & bits.REQUEST:
             tell_request(state, click_modes.GIVEN_UP)
         state.request = state.request | bit if bit == bits.TUNING else (state.request & bits.TUNING) | bit
-        state.busy |= bits.REQUEST
+        state.pending |= bits.REQUEST
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` sets the autotune request, ``cancel`` clears it."""
         if command == "start":
             self.request(loop, "autotune")
         else:
-            click_modes.cancel(self.st[loop])
+            click_modes.cancel(self.states[loop])
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the autotune of a loop went; None when there was none."""
-        registers, state = self._loops[loop], self.st[loop]
+        registers, state = self._loops[loop], self.states[loop]
         error = bool(state.status & bits.TUNE_ERROR)
         if not (state.tune_done or state.status & bits.TUNING or error):
             return None
@@ -268,7 +268,7 @@ class Click(Plc):
 
     def write(self, loop: int, written: Sequence[tuple[Word, int]], signals: MutableSequence[float]) -> str | None:
         """Write raw contents; as `set` otherwise."""
-        registers, state = self._loops[loop], self.st[loop]
+        registers, state = self._loops[loop], self.states[loop]
         if written[0][0].name == "output" and state.status & bits.MANUAL == 0:
             return "is not written: the output is read-only unless the loop is in Manual"
         registers.absorb(state)
@@ -282,12 +282,12 @@ class Click(Plc):
 
     def memory(self, loop: int) -> Loop:
         """A loop's registers as they are after the last scan."""
-        self._loops[loop].absorb(self.st[loop])
+        self._loops[loop].absorb(self.states[loop])
         return self._loops[loop]
 
     def _sample_rate(self, loop: int) -> Decimal:
         """The register of the sample rate in s."""
-        return Decimal(self.st[loop].sample_ms) / 1000
+        return Decimal(self.states[loop].sample_ms) / 1000
 
 
 def scale_of(config: Config) -> tuple[float, float, int]:

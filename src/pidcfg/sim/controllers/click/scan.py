@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 # limits, alarms, autotune, equation, output limits. Every result of the calculation is rounded to single precision
 # (D110). Nothing here knows files, names or units: see `plc.load` for how registers become `Config` and `State`.
 #
-# Signals of a loop (slots in `Config`): ``sig_in`` is read, in the PV's unit; ``sig_pv``, ``sig_sp``, ``sig_out``,
-# ``sig_bias`` and ``sig_error`` are written as the registers say, and ``sig_pwm`` is 1 while the pulse is on.
+# Signals of a loop (slots in `Config`): ``in_slot`` is read, in the PV's unit; ``pv_slot``, ``sp_slot``, ``out_slot``,
+# ``bias_slot`` and ``error_slot`` are written as the registers say, and ``pwm_slot`` is 1 while the pulse is on.
 
 __all__ = ["COST", "INLINED", "Click", "Config", "Options", "State", "load", "sample", "scan"]
 
@@ -62,23 +62,23 @@ def control_output(config: Config, state: State, signals: list[float]) -> None:
             state.number = BIAS_NUMBER
             state.status |= PID_ERROR
             to_manual(state, OVERRIDE_ERROR + BIAS_ERROR)
-            signals[config.sig_error] = state.number
+            signals[config.error_slot] = state.number
 
 
 def sample(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
     """One calculation of a loop."""
     # Raw Process Variable (DFn+11) and PV Filter; D115: the first sample has no past
-    raw = single(signals[config.sig_in])
+    raw = single(signals[config.in_slot])
     previous_pv = state.pv
-    if state.busy & FIRST:
-        state.busy &= ~FIRST
+    if state.pending & FIRST:
+        state.pending &= ~FIRST
         previous_pv = raw
     pv = raw
     if config.filter_on:
         pv = single(previous_pv + single(config.filter * single(raw - previous_pv)))
     state.raw = raw
     state.pv = pv
-    if state.busy & (REQUEST | GOAL):
+    if state.pending & (REQUEST | GOAL):
         modes(config, state)
     # Setpoint Upper and Lower Limits; D126: an enabled limit overwrites the set point
     if config.sp_high_on and state.sp > config.sp_high:
@@ -88,18 +88,24 @@ def sample(config: Config, state: State, aux: list[float], signals: list[float])
     # PV Alarm, PV Deviation Alarm, PV Rate of Change: where one may come on or go off
     change = pv - previous_pv
     fast = config.rate_of_change
-    if pv < state.quiet_low or pv > state.quiet_high or state.sp != state.quiet_sp or change > fast or -change > fast:
+    if (
+        pv < state.alarm_band_low
+        or pv > state.alarm_band_high
+        or state.sp != state.alarm_band_sp
+        or change > fast
+        or -change > fast
+    ):
         renew_alarms(config, state, previous_pv)
-        signals[config.sig_sp] = finite(state.sp, 0.0)
+        signals[config.sp_slot] = finite(state.sp, 0.0)
     if state.status & TUNING:
         tune(config, state, aux)
     # Control Output (DFn+08)
     if state.status & AUTO:
         control_output(config, state, signals)
     # D116: what is no number is shown as 0
-    signals[config.sig_pv] = pv
-    signals[config.sig_out] = finite(state.out, 0.0)
-    signals[config.sig_bias] = finite(state.bias, 0.0)
+    signals[config.pv_slot] = pv
+    signals[config.out_slot] = finite(state.out, 0.0)
+    signals[config.bias_slot] = finite(state.bias, 0.0)
 
 
 def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
@@ -113,7 +119,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             state.due = due if due > tick else tick + state.period
             sample(config, state, aux, signals)
         if config.pwm:
-            signals[config.sig_pwm] = pulse(config, state, tick)
+            signals[config.pwm_slot] = pulse(config, state, tick)
 
 
 INLINED = (scan, sample, calculate_output)
@@ -140,7 +146,7 @@ class ClickRegisters(Registers):
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the registers are after the last scan."""
-        words, status = self.plc.memory(loop).words, self.plc.st[loop].status
+        words, status = self.plc.memory(loop).words, self.plc.states[loop].status
         alarms = {name: int(bool(status & bit)) for name, bit in ALARMS.items()}
         return self.contents_by_number(loop, defaultdict(int, words | alarms | dict.fromkeys(REQUESTS, 0)))
 

@@ -76,7 +76,7 @@ REASONS = {
 def end_tune(state: State, error: int) -> None:
     """The auto-tune releases the loop; ``error`` is a reason, 0 for success."""
     state.status &= ~TUNING
-    state.busy &= ~(TUNE | RELAY)
+    state.pending &= ~(TUNE | RELAY)
     state.tune_phase = IDLE
     if error:
         state.status |= TUNE_ERROR
@@ -167,7 +167,7 @@ def respond(config: Config, state: State, aux: list[float], pv: float) -> None:
 def begin_relay(config: Config, state: State) -> None:
     """Take the output over; the first switch follows at once. Limits at the ends of the range are reported (D62)."""
     state.tune_phase = SWITCHING
-    state.busy |= RELAY
+    state.pending |= RELAY
     begin_cycle(state)
     if config.velocity == 0:
         state.tune_out = state.bias
@@ -182,7 +182,7 @@ def restore_bias(config: Config, state: State) -> None:
     if config.velocity == 0:
         state.bias = state.tune_out
     state.unrounded_output = state.tune_out
-    state.busy |= FRESH
+    state.pending |= FRESH
 
 
 def switching(config: Config, state: State, pv: float, sp: float) -> None:

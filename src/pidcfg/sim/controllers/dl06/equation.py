@@ -56,7 +56,7 @@ RS_COMPLETE, RS_DEVIATION, RS_HELD = 16, 32, 64
 RS_STEP = 256
 """The step number stands in the high byte."""
 
-# What a loop has to attend to besides its equation (`State.busy`)
+# What a loop has to attend to besides its equation (`State.pending`)
 FIRST = 1
 """First sample after the program-to-run transition: the PV has no past."""
 STOPPED = 2
@@ -89,7 +89,7 @@ TRIP = 4096
 class Config(CountsConfig):
     """One loop's words, decoded."""
 
-    sig_step: int = 5
+    step_slot: int = 5
     """The step of the ramp/soak profile, 1 to 16; 0: none is active."""
     period: int = 50_000
     slow: int = 0
@@ -161,7 +161,7 @@ class State(RequestState):
     """One loop's words and memory that the controller writes."""
 
     period: int = 50_000
-    busy: int = FIRST
+    pending: int = FIRST
     """What has to be attended to, as a set of bits; 0 in quiet operation."""
     last_slow_loop: int = -1
     """In loop 1: the slow loop that was served last."""
@@ -182,10 +182,10 @@ class State(RequestState):
     derivative_input_2: float = 0.0
     previous_sp: float = 0.0
     """Set point of the calculation before, for the step bias."""
-    quiet_low: float = UNBOUNDED
+    alarm_band_low: float = UNBOUNDED
     """Between these no alarm can change, as long as the set point stays."""
-    quiet_high: float = -UNBOUNDED
-    quiet_sp: float = 0.0
+    alarm_band_high: float = -UNBOUNDED
+    alarm_band_sp: float = 0.0
     # modes
     prior: int = MANUAL
     """Mode when the CPU left Run."""
@@ -363,15 +363,15 @@ def write_state(state: State, v: Values, path: str) -> None:
 
 def show(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The signals of a loop as its words say; a remote set point stays the one that was calculated with last (D67)."""
-    out = 0.0 if state.busy & (STOPPED | OUTPUT_CUT) else state.out
+    out = 0.0 if state.pending & (STOPPED | OUTPUT_CUT) else state.out
     if state.status & CASCADE == 0 or config.major < 0:
         sp = clamp(state.sp, config.sp_min, config.sp_max)
         centre = sp * abs(sp) if config.square_root else sp
-        signals[config.sig_sp] = config.pv_low + (centre - config.pv_min) * config.pv_width / config.pv_span
-    signals[config.sig_pv] = config.pv_low + (state.pv - config.pv_min) * config.pv_width / config.pv_span
-    signals[config.sig_out] = config.out_low + (out - config.out_min) * config.out_width / config.out_span
-    signals[config.sig_step] = float(state.rs_step)
-    signals[config.sig_bias] = (
+        signals[config.sp_slot] = config.pv_low + (centre - config.pv_min) * config.pv_width / config.pv_span
+    signals[config.pv_slot] = config.pv_low + (state.pv - config.pv_min) * config.pv_width / config.pv_span
+    signals[config.out_slot] = config.out_low + (out - config.out_min) * config.out_width / config.out_span
+    signals[config.step_slot] = float(state.rs_step)
+    signals[config.bias_slot] = (
         config.out_low + (nearest(state.bias) - config.out_min) * config.out_width / config.out_span
     )
 
@@ -426,7 +426,7 @@ def reset_past(state: State, error: float, derivative_input: float, sp: float) -
     state.derivative_input_1 = derivative_input
     state.derivative_input_2 = derivative_input
     state.previous_sp = sp
-    state.busy &= ~FRESH
+    state.pending &= ~FRESH
 
 
 def scale_bias(config: Config, state: State, sp: float) -> None:
@@ -502,7 +502,7 @@ def calculate_output(config: Config, state: State, sp: float, pv: float) -> floa
     # Error Term Configuration; derivative on error or PV; bumpless start; Step Bias
     error = calculate_error(config, sp, pv) if config.shapes_error else (sp - pv) / config.span
     derivative_input = -pv_on_sp_scale(config, pv) / config.span if config.derivative_on_pv else error
-    if state.busy & FRESH:
+    if state.pending & FRESH:
         reset_past(state, error, derivative_input, sp)
     if config.step_bias and sp != state.previous_sp:
         scale_bias(config, state, sp)
@@ -544,13 +544,13 @@ def renew_alarms(config: Config, state: State, pv: float, previous_pv: float, sp
     else:
         status &= ~RATE_OF_CHANGE
     state.status = status
-    state.quiet_sp = sp
-    state.quiet_low = UNBOUNDED
-    state.quiet_high = -UNBOUNDED
+    state.alarm_band_sp = sp
+    state.alarm_band_low = UNBOUNDED
+    state.alarm_band_high = -UNBOUNDED
     if status & ALARMS == 0:
         band = min(config.yellow, config.red)
-        state.quiet_low = max(config.low, config.low_low, centre - band)
-        state.quiet_high = min(config.high, config.high_high, centre + band)
+        state.alarm_band_low = max(config.low, config.low_low, centre - band)
+        state.alarm_band_high = min(config.high, config.high_high, centre + band)
 
 
 def active_pv_alarms(state: State) -> int:

@@ -129,7 +129,7 @@ def transfer(i: int, wanted: int, configs: list[Config], states: list[State]) ->
         if config.bumpless == 1:
             state.sp = on_sp_scale(config, state.pv)
         state.status &= ~OVERFLOW
-        state.busy |= FRESH
+        state.pending |= FRESH
     if wanted == AUTO and now == CASCADE and config.major >= 0:
         to_manual(config.major, configs, states, OVERRIDE_MINOR)
     if wanted == CASCADE and config.bumpless == 1 and config.major >= 0:
@@ -186,7 +186,7 @@ def pursue(i: int, configs: list[Config], states: list[State]) -> None:
     if now == state.goal:
         if state.goal_writes:
             state.sp = state.goal_sp
-        state.busy &= ~GOAL
+        state.pending &= ~GOAL
         state.goal = 0
         return
     wanted = state.goal if now == AUTO else AUTO
@@ -201,7 +201,7 @@ def pursue(i: int, configs: list[Config], states: list[State]) -> None:
 def restore(i: int, configs: list[Config], states: list[State]) -> None:
     """Return to the mode before Program mode; the CPU forces it, so nothing refuses."""
     state = states[i]
-    state.busy &= ~RESTORE
+    state.pending &= ~RESTORE
     state.requested = 0
     if state.status & MODES == state.prior:
         return
@@ -222,21 +222,21 @@ def restore(i: int, configs: list[Config], states: list[State]) -> None:
 def modes(i: int, configs: list[Config], states: list[State]) -> None:
     """Everything that can change the mode in one sample: override, restoring, request, goal."""
     state = states[i]
-    if state.busy & TRIP:
-        state.busy &= ~TRIP
+    if state.pending & TRIP:
+        state.pending &= ~TRIP
         to_manual(i, configs, states, OVERRIDE_ALARM_ERROR)
-    if state.busy & RESTORE:
+    if state.pending & RESTORE:
         restore(i, configs, states)
-    if state.busy & (REQUEST | GOAL):
+    if state.pending & (REQUEST | GOAL):
         renew_pv_alarms(configs[i], state, state.pv)
-    if state.busy & REQUEST:
-        state.busy &= ~(REQUEST | GOAL)
+    if state.pending & REQUEST:
+        state.pending &= ~(REQUEST | GOAL)
         state.goal = 0
         reason = request_mode(i, state.request, configs, states)
         state.request = 0
         if reason:
             tell_request(state, reason)
-    if state.busy & GOAL:
+    if state.pending & GOAL:
         pursue(i, configs, states)
 
 
@@ -271,7 +271,7 @@ def finish(state: State, flags: int) -> None:
     """The generator stops; the step byte returns to 0."""
     state.rs_step = 0
     state.aux_status = flags
-    state.busy &= ~SOAK
+    state.pending &= ~SOAK
 
 
 def begin(config: Config, state: State, aux: list[float], step: int) -> None:
@@ -302,7 +302,7 @@ def obey(config: Config, state: State, aux: list[float]) -> None:
     """Read and clear the command bits; start works alone, hold comes before resume and jog (D56, D653)."""
     command = state.rs_command
     state.rs_command = 0
-    if state.busy & PROGRAM:
+    if state.pending & PROGRAM:
         tell_request(state, REFUSED_RS_PROGRAM)
     elif state.status & CASCADE:
         tell_request(state, REFUSED_RS_CASCADE)
@@ -348,7 +348,7 @@ def watch(config: Config, state: State, aux: list[float]) -> None:
 def ramp_soak(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
     """Commands first, then the active step (D676), then its deviation bit; the step number is a signal."""
     generate(config, state, aux)
-    signals[config.sig_step] = state.rs_step * 1.0
+    signals[config.step_slot] = state.rs_step * 1.0
 
 
 def generate(config: Config, state: State, aux: list[float]) -> None:
@@ -368,10 +368,10 @@ def generate(config: Config, state: State, aux: list[float]) -> None:
     if active and state.status & CASCADE and state.aux_status & RS_HELD == 0:
         state.aux_status |= RS_HELD
         tell_request(state, HELD_BY_CASCADE)
-    if active and state.aux_status & RS_HELD == 0 and state.busy & PROGRAM == 0:
+    if active and state.aux_status & RS_HELD == 0 and state.pending & PROGRAM == 0:
         run(config, state, aux)
     if state.rs_step == 0:
-        state.busy &= ~SOAK
+        state.pending &= ~SOAK
     else:
         watch(config, state, aux)
 
@@ -382,12 +382,12 @@ MODE_BITS = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
 COMMANDS = {"start": bits.RS_START, "hold": bits.RS_HOLD, "resume": bits.RS_RESUME, "jog": bits.RS_JOG}
 REASONS = MODE_REASONS | RAMP_SOAK_REASONS | dl06_tune_results.REASONS | {GIVEN_UP: GOAL_ENDS}
 SIGNALS = {
-    "sig_in": "",
-    "sig_pv": "PV",
-    "sig_sp": "SP",
-    "sig_out": "OUT",
-    "sig_bias": "BIAS",
-    "sig_step": "STEP",
+    "in_slot": "",
+    "pv_slot": "PV",
+    "sp_slot": "SP",
+    "out_slot": "OUT",
+    "bias_slot": "BIAS",
+    "step_slot": "STEP",
 }
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 ALARM_BITS = {

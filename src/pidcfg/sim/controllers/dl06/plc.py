@@ -237,8 +237,8 @@ class Options:
 class Dl06(CountsPlc):
     """A DL06 as loaded from its words; what none holds (names, ranges, intended modes) the image's settings say."""
 
-    cfg: list[Config]
-    st: list[State]
+    configs: list[Config]
+    states: list[State]
     out_name = "OUT"
     word_of_flags = "0x{:04X}"
     modes: Mapping[str, int] = MODE_BITS
@@ -283,7 +283,7 @@ class Dl06(CountsPlc):
 
     def memory(self, loop: int) -> Loop:
         """A loop's words as they are after the last scan; what the controller writes all the time is in its state."""
-        self._loops[loop].absorb(self.cfg[loop], self.st[loop])
+        self._loops[loop].absorb(self.configs[loop], self.states[loop])
         return self._loops[loop]
 
     def write_other(self, number: int, raw: int) -> None:
@@ -306,7 +306,7 @@ class Dl06(CountsPlc):
 
     def _begin(self, i: int) -> None:
         """What a loop starts with: the controller's words, its goal, and its places in the shared vectors."""
-        config, state, v = self.cfg[i], self.st[i], self._loops[i].values
+        config, state, v = self.configs[i], self.states[i], self._loops[i].values
         config.rs_table = i * RAMP_SOAK_SIZE
         config.tune_buffer = len(self._loops) * RAMP_SOAK_SIZE + i * POINTS
         config.interlock, config.step_bias = int(self._options.auto_interlock), int(self._options.step_bias)
@@ -316,22 +316,22 @@ class Dl06(CountsPlc):
             write_state(state, v, path)
         state.goal = 0 if self.goals[i] == "manual" else MODE_BITS[self.goals[i]]
         state.goal_writes = int(self._loops[i].has_setpoint)
-        state.busy |= bits.GOAL if state.goal else 0
+        state.pending |= bits.GOAL if state.goal else 0
         if not (v["ramp_soak.enabled"] or v["ramp_soak.table"]):
-            self.signals[config.sig_step] = ""
+            self.signals[config.step_slot] = ""
         state.rs_command = COMMANDS.get(v["ramp_soak.request"], 0)
-        state.busy |= bits.SOAK if state.rs_command else 0
+        state.pending |= bits.SOAK if state.rs_command else 0
         if v["autotune.start"]:
             self._start_tune(i)
-        self._show(i, self.sig)
+        self._show(i, self.signal_values)
 
     def _apply(self, i: int) -> None:
         """Make the words that the controller has read its configuration."""
-        words, config, state = self._loops[i], self.cfg[i], self.st[i]
+        words, config, state = self._loops[i], self.configs[i], self.states[i]
         v = words.values
         form = config.velocity
         configure(config, v, words.decimals, self._setup.count)
-        state.busy |= bits.FRESH if config.velocity != form else 0  # another form has no past (D681)
+        state.pending |= bits.FRESH if config.velocity != form else 0  # another form has no past (D681)
         config.halt = int(config.halt or not self._setup.running or i >= self._setup.count)
         config.slow = int(self._options.scan_time > 0 and config.period > SLOW)
         self._follow_pointer(i)
@@ -341,39 +341,39 @@ class Dl06(CountsPlc):
         self.aux[config.rs_table : config.rs_table + RAMP_SOAK_SIZE] = profile(table, v)
         tuning(config, state, v, words.decimals)
         calculate_gains(config, state)
-        state.quiet_low, state.quiet_high = bits.UNBOUNDED, -bits.UNBOUNDED
+        state.alarm_band_low, state.alarm_band_high = bits.UNBOUNDED, -bits.UNBOUNDED
         state.status &= ~bits.ALARM_ERROR
         if alarm_error(v):
             state.status |= bits.ALARM_ERROR
-            state.busy |= 0 if state.status & bits.MANUAL else bits.TRIP
+            state.pending |= 0 if state.status & bits.MANUAL else bits.TRIP
 
     def _follow_pointer(self, i: int) -> None:
         """Whose output is a loop's remote set point; a loop in Cascade that loses it goes to Manual (D66)."""
         pointer, start = self._loops[i].values["remote_setpoint"] or 0, self._words.get(TABLE_POINTER, 0)
         major = major_of(pointer, start, len(self._loops), i)
-        if major < 0 and self.st[i].status & bits.CASCADE:
-            dl06_modes.to_manual(i, self.cfg, self.st, dl06_modes.OVERRIDE_NO_REMOTE)
-        self.cfg[i].major = major
+        if major < 0 and self.states[i].status & bits.CASCADE:
+            dl06_modes.to_manual(i, self.configs, self.states, dl06_modes.OVERRIDE_NO_REMOTE)
+        self.configs[i].major = major
 
     def _start_tune(self, i: int) -> None:
         """Bit 7 of +01 goes on."""
-        words, state = self._loops[i], self.st[i]
+        words, state = self._loops[i], self.states[i]
         state.requested = 0
         if state.status & bits.TUNING:
             tell_request(state, TUNE_RUNS)
         elif self._calculated(i):
-            words.absorb(self.cfg[i], state)
+            words.absorb(self.configs[i], state)
             words.absorbed = False
             state.tune_done = 0
             state.tune_phase = REQUESTED
-            state.busy |= bits.TUNE
+            state.pending |= bits.TUNE
 
     def _calculated(self, i: int) -> bool:
         """Whether a loop is calculated at all; leaves a notice when it is not."""
-        state = self.st[i]
-        if self.cfg[i].halt:
+        state = self.states[i]
+        if self.configs[i].halt:
             tell_request(state, dl06_modes.REFUSED_OFF)
-        elif state.busy & bits.STOPPED:
+        elif state.pending & bits.STOPPED:
             tell_request(state, dl06_modes.REFUSED_PROGRAM)
         else:
             return True
@@ -381,7 +381,7 @@ class Dl06(CountsPlc):
 
     def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals of a loop as its words say."""
-        show(self.cfg[i], self.st[i], signals)
+        show(self.configs[i], self.states[i], signals)
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:
@@ -399,16 +399,16 @@ class Dl06(CountsPlc):
     @property
     def rises(self) -> list[bool]:
         """Direct action: the PV rises with the output."""
-        return [not config.reverse for config in self.cfg]
+        return [not config.reverse for config in self.configs]
 
     @property
     def masters(self) -> list[int]:
         """The major loops, as the remote set point pointers name them."""
-        return [config.major for config in self.cfg]
+        return [config.major for config in self.configs]
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """+30 and +31, within the data range."""
-        config = self.cfg[loop]
+        config = self.configs[loop]
         share = config.out_width / config.out_span
         return config.out_low + (config.output_low_limit - config.out_min) * share, config.out_low + (
             config.output_high_limit - config.out_min
@@ -416,7 +416,7 @@ class Dl06(CountsPlc):
 
     def alarm_level(self, loop: int, alarm: str) -> float | None:
         """The counts of a limit on the scale of the PV, which the signal before a root has, too."""
-        counts, config = super().alarm_level(loop, alarm), self.cfg[loop]
+        counts, config = super().alarm_level(loop, alarm), self.configs[loop]
         if counts is None:
             return None
         share = config.pv_width / config.pv_span
@@ -424,20 +424,20 @@ class Dl06(CountsPlc):
 
     def inner_deviation(self, loop: int) -> float | None:
         """The yellow deviation alarm; of a root it has another scale than the PV."""
-        config = self.cfg[loop]
+        config = self.configs[loop]
         is_off = config.square_root or config.yellow >= bits.UNBOUNDED
         return None if is_off else config.yellow * config.pv_width / config.pv_span
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """+23, which is compared with the squared error where that is on."""
-        config = self.cfg[loop]
+        config = self.configs[loop]
         return (sqrt(config.deadband) if config.squared else config.deadband) * config.pv_width
 
     def set_up_errors(self, loop: int) -> Iterator[str]:
         """Words that are no value of their format, and the ramp/soak programming errors that +35 has had."""
         yield from super().set_up_errors(loop)
-        if self.st[loop].rs_errors:
-            yield f"ramp/soak programming error, +35 = 0x{self.st[loop].rs_errors:04X}"
+        if self.states[loop].rs_errors:
+            yield f"ramp/soak programming error, +35 = 0x{self.states[loop].rs_errors:04X}"
 
     @property
     def running(self) -> bool:
@@ -457,67 +457,67 @@ class Dl06(CountsPlc):
         """The program-to-run transition: all words are read, loops begin anew and return to their modes (D49, D648)."""
         self._setup = self._check()
         for i, loop in enumerate(self._loops):
-            config, state = self.cfg[i], self.st[i]
+            config, state = self.configs[i], self.states[i]
             loop.absorb(config, state)
             loop.reread(alarms=True)
             self._apply(i)
             state.due = NEVER if config.halt else tick
-            if state.busy & bits.STOPPED and state.prior != bits.MANUAL:
-                state.busy |= bits.RESTORE
-            state.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT | bits.PROGRAM)
-            state.busy |= bits.FIRST
+            if state.pending & bits.STOPPED and state.prior != bits.MANUAL:
+                state.pending |= bits.RESTORE
+            state.pending &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT | bits.PROGRAM)
+            state.pending |= bits.FIRST
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """The CPU stops: loops go to Manual and are not calculated, except those that are independent of its mode.
 
         Output modules turn off at once, but for those that an independent loop writes itself (D49).
         """
-        for i, (config, state) in enumerate(zip(self.cfg, self.st, strict=True)):
+        for i, (config, state) in enumerate(zip(self.configs, self.states, strict=True)):
             self._loops[i].absorb(config, state)
             self._loops[i].reread(alarms=False)
             self._apply(i)
             if config.independent:
-                state.busy |= bits.PROGRAM
-                state.busy |= 0 if config.fetches_pv else bits.PV_STALE
-                state.busy |= 0 if config.carries_output else bits.OUTPUT_CUT
+                state.pending |= bits.PROGRAM
+                state.pending |= 0 if config.fetches_pv else bits.PV_STALE
+                state.pending |= 0 if config.carries_output else bits.OUTPUT_CUT
             else:
                 state.prior = state.status & bits.MODES
-                state.busy |= bits.STOPPED
+                state.pending |= bits.STOPPED
                 if state.status & bits.TUNING:  # a change of mode, too (D64)
                     end_tune(state, TUNE_ABORTED)
-        for state in self.st:
-            if state.busy & bits.STOPPED and state.prior != bits.MANUAL:
+        for state in self.states:
+            if state.pending & bits.STOPPED and state.prior != bits.MANUAL:
                 state.requested = 0
                 state.status = (state.status & ~bits.MODES) | bits.MANUAL
                 tell_request(state, dl06_modes.OVERRIDE_PROGRAM)
-        for config, state in zip(self.cfg, self.st, strict=True):
-            if state.busy & bits.STOPPED and state.prior & bits.CASCADE:
+        for config, state in zip(self.configs, self.states, strict=True):
+            if state.pending & bits.STOPPED and state.prior & bits.CASCADE:
                 # an independent major loop does not go on alone (D680)
-                dl06_modes.to_manual(config.major, self.cfg, self.st, dl06_modes.OVERRIDE_MINOR)
-        for i in range(len(self.st)):
+                dl06_modes.to_manual(config.major, self.configs, self.states, dl06_modes.OVERRIDE_MINOR)
+        for i in range(len(self.states)):
             self._show(i, signals)
 
     # --- the operator ------------------------------------------------------------------------------------------------
 
     def request(self, loop: int, mode: str) -> None:
         """A one-shot mode request; it takes the place of the configured one, granted or not (D68, D643)."""
-        state = self.st[loop]
+        state = self.states[loop]
         state.requested = MODE_BITS[mode]
-        if state.busy & bits.GOAL and not self.cfg[loop].halt:
+        if state.pending & bits.GOAL and not self.configs[loop].halt:
             tell_request(state, dl06_modes.GIVEN_UP)
         state.goal = 0
-        state.busy &= ~bits.GOAL
+        state.pending &= ~bits.GOAL
         if self._calculated(loop):
             state.request = MODE_BITS[mode]
-            state.busy |= bits.REQUEST
+            state.pending |= bits.REQUEST
 
     def ramp_soak(self, loop: int, command: str) -> None:
         """``start``, ``hold``, ``resume`` or ``jog``: a control bit of +33 goes on."""
-        state = self.st[loop]
+        state = self.states[loop]
         state.requested = 0
         if self._calculated(loop):
             state.rs_command |= COMMANDS[command]
-            state.busy |= bits.SOAK
+            state.pending |= bits.SOAK
 
     def autotune(self, loop: int, command: str = "start") -> None:
         """``start``: bit 7 of +01 goes on."""
@@ -525,8 +525,8 @@ class Dl06(CountsPlc):
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the auto-tune of a loop went; None when there was none."""
-        words, state = self._loops[loop], self.st[loop]
-        words.absorb(self.cfg[loop], state)
+        words, state = self._loops[loop], self.states[loop]
+        words.absorb(self.configs[loop], state)
         error = bool(state.status & bits.TUNE_ERROR)
         if not (state.tune_done or state.tune_phase or error):
             return None
@@ -552,7 +552,7 @@ class Dl06(CountsPlc):
         rows = find_rows(path, self._loops[loop].decimals)
         if str(rows[0].path) != "sample_rate":
             return 0
-        return max(ticks(stored_rate(rows[0], value)), self.cfg[loop].least_period) if value else 0
+        return max(ticks(stored_rate(rows[0], value)), self.configs[loop].least_period) if value else 0
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a value to its registers; returns why it has no effect yet, or none at all, if so."""
@@ -569,8 +569,8 @@ class Dl06(CountsPlc):
             reason = words.store(row, raw)
             if reason is None:
                 self._apply(loop)
-                write_state(self.st[loop], words.values, str(row.path))
-                reason = overruled(self.cfg[loop], self.st[loop], str(row.path))
+                write_state(self.states[loop], words.values, str(row.path))
+                reason = overruled(self.configs[loop], self.states[loop], str(row.path))
             if reason is not None:
                 late.append(reason)
         self._show(loop, signals)
@@ -586,7 +586,7 @@ class Dl06(CountsPlc):
 
 def overruled(config: Config, state: State, path: str) -> str | None:
     """Why a word that has just been written has no effect, or soon none any more; None: it has."""
-    controls = state.status & (bits.AUTO | bits.CASCADE) and not config.halt and not state.busy & bits.STOPPED
+    controls = state.status & (bits.AUTO | bits.CASCADE) and not config.halt and not state.pending & bits.STOPPED
     if path == "state.output" and controls:
         return "the next calculation overwrites +05, only in Manual it stays"
     if path == "state.bias" and config.velocity:

@@ -53,13 +53,13 @@ if TYPE_CHECKING:
 #
 # Design. `scan` is called at every base step and calculates the loops that are due, in ascending order. `sample` is
 # one calculation of one loop, top to bottom in the order of the manual's block diagrams: PV word and filter, then
-# whatever rarely happens (`State.busy`: mode requests, ramp/soak, auto-tune), set point, alarms, error, PID equation,
-# limits, output word. Nothing here knows files, names or units: see `plc.load` for how words become `Config` and
-# `State`.
+# whatever rarely happens (`State.pending`: mode requests, ramp/soak, auto-tune), set point, alarms, error, PID
+# equation, limits, output word. Nothing here knows files, names or units: see `plc.load` for how words become `Config`
+# and `State`.
 #
-# Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; ``sig_pv``, ``sig_sp``, ``sig_out``
-# and ``sig_bias`` are written, as the words say in engineering units, and ``sig_step``, the step of the profile. With
-# square-root extract ``sig_sp`` is the PV that satisfies the set point, so that both can be compared.
+# Signals of a loop (slots in `Config`): ``in_slot`` is read, in engineering units; ``pv_slot``, ``sp_slot``,
+# ``out_slot`` and ``bias_slot`` are written, as the words say in engineering units, and ``step_slot``, the step of the
+# profile. With square-root extract ``sp_slot`` is the PV that satisfies the set point, so that both can be compared.
 
 __all__ = ["COST", "INLINED", "Config", "Dl06", "Options", "State", "load", "sample", "scan"]
 
@@ -70,23 +70,23 @@ MODE_WORK = TRIP | RESTORE | REQUEST | GOAL
 
 def show_output(config: Config, state: State, signals: list[float]) -> None:
     """The output as its word says."""
-    if state.busy & (STOPPED | OUTPUT_CUT) == 0:
-        signals[config.sig_out] = config.out_low + (state.out - config.out_min) * config.out_width / config.out_span
+    if state.pending & (STOPPED | OUTPUT_CUT) == 0:
+        signals[config.out_slot] = config.out_low + (state.out - config.out_min) * config.out_width / config.out_span
 
 
 def sample(i: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:
     """One calculation of loop ``i``."""
     config = configs[i]
     state = states[i]
-    busy = state.busy
-    if busy & (STOPPED | OUTPUT_CUT):
-        signals[config.sig_out] = config.out_low + (0.0 - config.out_min) * config.out_width / config.out_span
-        if busy & STOPPED:
+    pending = state.pending
+    if pending & (STOPPED | OUTPUT_CUT):
+        signals[config.out_slot] = config.out_low + (0.0 - config.out_min) * config.out_width / config.out_span
+        if pending & STOPPED:
             return
     # Process variable: the A/D converter saturates; D679: the word is whole counts
     low, least = config.pv_low, config.pv_min
     width, span = config.pv_width, config.pv_span
-    pv = (signals[config.sig_in] - low) * span / width + least
+    pv = (signals[config.in_slot] - low) * span / width + least
     if pv >= config.pv_max:
         pv = config.pv_max
     elif pv > least:
@@ -95,24 +95,24 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         pv = least
     previous_pv = state.pv
     # PV filter: k (PV - PV(n-1)) + PV(n-1). D48: the first sample has no past; D36: it works on words
-    if busy & FIRST:
+    if pending & FIRST:
         previous_pv = pv
-    elif busy & PV_STALE:
+    elif pending & PV_STALE:
         pv = previous_pv
     if config.filter < 1.0:
         pv = previous_pv + config.filter * (pv - previous_pv) + NEAREST - NEAREST
     state.pv = pv
 
-    if busy:
-        state.busy = busy & ~FIRST
-        if busy & MODE_WORK:
+    if pending:
+        state.pending = pending & ~FIRST
+        if pending & MODE_WORK:
             modes(i, configs, states)
             # into Cascade a bumpless transfer writes the major loop's output (D41)
             if config.major >= 0:
                 show_output(configs[config.major], states[config.major], signals)
-        if busy & SOAK:
+        if pending & SOAK:
             ramp_soak(config, state, aux, signals)
-        busy = state.busy
+        pending = state.pending
     status = state.status
 
     # Set point with its limits; D675: in Cascade +02 is left alone
@@ -124,17 +124,23 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     # Alarms, where one may come on or go off
     change = pv - previous_pv
     fast = config.rate_of_change
-    if pv < state.quiet_low or pv > state.quiet_high or sp != state.quiet_sp or change > fast or -change > fast:
+    if (
+        pv < state.alarm_band_low
+        or pv > state.alarm_band_high
+        or sp != state.alarm_band_sp
+        or change > fast
+        or -change > fast
+    ):
         renew_alarms(config, state, pv, previous_pv, sp)
         centre = sp * abs(sp) if config.square_root else sp
-        signals[config.sig_sp] = low + (centre - least) * width / span
+        signals[config.sp_slot] = low + (centre - least) * width / span
 
-    if busy & TUNE:
+    if pending & TUNE:
         tune(config, state, aux, sp)
-        busy = state.busy
+        pending = state.pending
     # Control output: the equation, then its limits
-    if status & MANUAL == 0 and busy & RELAY == 0:
-        if config.is_special or busy & FRESH:
+    if status & MANUAL == 0 and pending & RELAY == 0:
+        if config.is_special or pending & FRESH:
             output = calculate_output(config, state, sp, pv)
         else:
             error = (sp - pv) / config.span
@@ -150,12 +156,12 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
             state.unrounded_output = output
             state.out = output + NEAREST - NEAREST
 
-    signals[config.sig_pv] = low + (pv - least) * width / span
+    signals[config.pv_slot] = low + (pv - least) * width / span
     low, least = config.out_low, config.out_min
     width, span = config.out_width, config.out_span
-    if busy & OUTPUT_CUT == 0:
-        signals[config.sig_out] = low + (state.out - least) * width / span
-    signals[config.sig_bias] = low + (state.bias + NEAREST - NEAREST - least) * width / span
+    if pending & OUTPUT_CUT == 0:
+        signals[config.out_slot] = low + (state.out - least) * width / span
+    signals[config.bias_slot] = low + (state.bias + NEAREST - NEAREST - least) * width / span
 
 
 def next_slow(tick: int, configs: list[Config], states: list[State]) -> int:
@@ -166,7 +172,7 @@ def next_slow(tick: int, configs: list[Config], states: list[State]) -> int:
     n = len(configs)
     for k in range(1, n + 1):
         i = (states[0].last_slow_loop + k) % n
-        if configs[i].slow and tick >= states[i].due and states[i].busy & STOPPED == 0:
+        if configs[i].slow and tick >= states[i].due and states[i].pending & STOPPED == 0:
             states[0].last_slow_loop = i
             return i
     return -1
@@ -225,7 +231,7 @@ class Dl06Registers(Registers):
 
     def _written(self, loop: int) -> Iterator[tuple[str, int]]:
         """Words that the controller writes."""
-        state, values, memory = self.plc.st[loop], self.plc.memory(loop).values, self.plc.memory(loop).memory
+        state, values, memory = self.plc.states[loop], self.plc.memory(loop).values, self.plc.memory(loop).memory
         pv = FORMATS[values["pv.format"]]
         output = FORMATS[values["output.format"] or values["pv.format"]]
         counted = (

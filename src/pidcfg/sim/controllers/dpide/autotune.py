@@ -87,7 +87,7 @@ def leave(config: Config, state: State, mode: int) -> None:
     state.mode = mode
     state.wanted_mode = MANUAL if config.manual else AUTO
     state.status = (state.status & ~MODES) | state.wanted_mode
-    state.busy |= FRESH
+    state.pending |= FRESH
 
 
 def fail(config: Config, state: State, reason: int) -> None:

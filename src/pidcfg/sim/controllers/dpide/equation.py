@@ -27,7 +27,7 @@ IN_DEAD_BAND = 32
 TUNE_ERROR = 64
 """The last autotune ended without results."""
 
-# What is pending besides the equation (`State.busy`)
+# What is pending besides the equation (`State.pending`)
 FRESH = 1
 """The next calculation of the algorithm has no past."""
 REQUEST = 2
@@ -44,10 +44,10 @@ STOPPED = 16
 class Config(LoopConfig):
     """The operands that an instruction only reads."""
 
-    sig_mout: int = 4
-    sig_bias: int = 5
+    mout_slot: int = 4
+    bias_slot: int = 5
     """I_MV."""
-    sig_error: int = 6
+    error_slot: int = 6
     manual: int = register("PID_MAN", 0)
     mout_follows: int = register("MOUT_AUTO", 0)
     mout_is_mv: int = 0
@@ -176,7 +176,7 @@ def apply_dead_band(config: Config, state: State, error: float) -> float:
 def calculate_slope(config: Config, state: State, error: float) -> float:
     """What the derivative's gain is multiplied with; the first one is 0 (D267), the gain comes last (D686)."""
     # D267: first derivative is 0
-    if state.busy & FRESH:
+    if state.pending & FRESH:
         state.smoothed_derivative = 0.0
         state.previous_error = error
         state.previous_pv = state.pv
@@ -217,7 +217,7 @@ def calculate_mv(config: Config, state: State, error: float) -> None:
     derivative_term = single(state.kd * slope) if state.kd > 0.0 else 0.0
     integral = 0.0
     if state.ki > 0.0:
-        if state.busy & FROM_MANUAL:
+        if state.pending & FROM_MANUAL:
             restore_integral(state, previous_output, proportional_term, derivative_term)
         integral = single(state.integral + single(state.ki * error))
     else:
@@ -227,7 +227,7 @@ def calculate_mv(config: Config, state: State, error: float) -> None:
     output = single(single(single(proportional_term + integral) + derivative_term) + state.bias)
     if isnan(output):
         state.out = clamp(previous_output, config.lowest_mv, config.highest_mv)
-        state.busy |= FRESH
+        state.pending |= FRESH
         return
     # MV_LIMIT: MV_MAX, MV_MIN
     if config.lowest_mv <= output <= config.highest_mv:
@@ -241,12 +241,12 @@ def calculate_mv(config: Config, state: State, error: float) -> None:
         if state.ki > 0.0 and state.mode == 2:
             restore_integral(state, state.out, proportional_term, derivative_term)
     if (
-        state.busy & FROM_MANUAL
+        state.pending & FROM_MANUAL
         and state.ki <= 0.0
         and abs(state.out - previous_output) > NOTABLE * (config.highest_mv - config.lowest_mv)
     ):
         state.notice = add_notice(state.notice, 0, JUMPS_WITHOUT)
-    state.busy &= ~(FRESH | FROM_MANUAL)
+    state.pending &= ~(FRESH | FROM_MANUAL)
 
 
 # --- The signals of a DPIDE instruction: what its operands hold -------------------------------------------------------
@@ -254,9 +254,9 @@ def calculate_mv(config: Config, state: State, error: float) -> None:
 
 def show_signals(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Renew them; what is no number is shown as 0 (kernel)."""
-    signals[config.sig_pv] = finite(state.pv, 0.0)
-    signals[config.sig_sp] = state.sp
-    signals[config.sig_out] = state.out
-    signals[config.sig_mout] = state.mout
-    signals[config.sig_bias] = state.integral
-    signals[config.sig_error] = finite(state.error, 0.0)
+    signals[config.pv_slot] = finite(state.pv, 0.0)
+    signals[config.sp_slot] = state.sp
+    signals[config.out_slot] = state.out
+    signals[config.mout_slot] = state.mout
+    signals[config.bias_slot] = state.integral
+    signals[config.error_slot] = finite(state.error, 0.0)

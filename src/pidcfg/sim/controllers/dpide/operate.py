@@ -47,9 +47,9 @@ def enter(config: Config, state: State, mode: int) -> None:
     if mode == TUNING:
         start_tune(config, state)
     elif mode == AUTO:
-        state.busy |= FRESH
+        state.pending |= FRESH
         if before == MANUAL:
-            state.busy |= FROM_MANUAL
+            state.pending |= FROM_MANUAL
 
 
 def halt(config: Config, state: State) -> None:
@@ -57,7 +57,7 @@ def halt(config: Config, state: State) -> None:
     if state.status & TUNING:
         abandon(state)
         state.mode = state.previous_mode
-    state.busy &= ~(REQUEST | HALTING)
+    state.pending &= ~(REQUEST | HALTING)
     state.status = (state.status & ~(MODES | LIMITED | IN_DEAD_BAND)) | OFF
     state.out = 0.0
     if config.mout_is_mv:
@@ -66,7 +66,7 @@ def halt(config: Config, state: State) -> None:
 
 def switch(config: Config, state: State) -> None:
     """The mode that the operands make takes effect (kernel)."""
-    state.busy &= ~(REQUEST | FROM_MANUAL)
+    state.pending &= ~(REQUEST | FROM_MANUAL)
     if state.status & TUNING:
         abandon(state)
     enter(config, state, state.wanted_mode)
@@ -76,13 +76,13 @@ def switch(config: Config, state: State) -> None:
 
 MODE_BITS = {"manual": bits.MANUAL, "auto": bits.AUTO, "autotune": bits.TUNING, "off": bits.OFF}
 SIGNALS = {
-    "sig_in": "",
-    "sig_pv": "PV",
-    "sig_sp": "SV",
-    "sig_out": "MV",
-    "sig_mout": "MOUT",
-    "sig_bias": "I_MV",
-    "sig_error": "E",
+    "in_slot": "",
+    "pv_slot": "PV",
+    "sp_slot": "SV",
+    "out_slot": "MV",
+    "mout_slot": "MOUT",
+    "bias_slot": "I_MV",
+    "error_slot": "E",
 }
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 FLAG_BITS = {

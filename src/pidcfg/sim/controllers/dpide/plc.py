@@ -123,8 +123,8 @@ def _of_mout(config: Config, state: State) -> str | None:
 class Dpide(NamedPlc):
     """A Delta AS as loaded from its operands."""
 
-    cfg: list[Config]
-    st: list[State]
+    configs: list[Config]
+    states: list[State]
     named, keys, sample_key = LOOPS, KEYS, "CYCLE"
     config, state, slots = Config, State, SIGNALS
     setpoint = KEYS.short["setpoint"]
@@ -139,12 +139,12 @@ class Dpide(NamedPlc):
 
     def __init__(self, program: Program, options: ScanOptions | None = None) -> None:
         super().__init__(program, options)
-        self._dependent = [bool(config.dependent) for config in self.cfg]
+        self._dependent = [bool(config.dependent) for config in self.configs]
         scales = [
             read_settings(Scale, entry.get("pv", {}), f"settings[{i}].pv") for i, entry in enumerate(self._settings)
         ]
         self._ranged = [scale.range is not None for scale in scales]
-        self.scales = [scale_of(scale, state.sp) for scale, state in zip(scales, self.st, strict=True)]
+        self.scales = [scale_of(scale, state.sp) for scale, state in zip(scales, self.states, strict=True)]
 
     def contents_of(self, words: Mapping[str, Any], loop: str) -> tuple[Operands, list[str]]:
         """The operands of a loop, and which of them are no value."""
@@ -157,7 +157,7 @@ class Dpide(NamedPlc):
 
     def begin(self, loop: int) -> None:
         """What an instruction starts with: its operands, the mode that they make, and who writes to its devices."""
-        config, state = self.cfg[loop], self.st[loop]
+        config, state = self.configs[loop], self.states[loop]
         configure(config, state, self._contents[loop], self._interval)
         config.sv_from, config.bias_from, config.mout_from = (
             self._writer(loop, name) for name in ("SV", "BIAS", "MOUT")
@@ -170,7 +170,7 @@ class Dpide(NamedPlc):
         if state.status & bits.OFF:
             state.out = 0.0
         self._join(loop)
-        show_signals(config, state, self.sig)
+        show_signals(config, state, self.signal_values)
 
     def sample_ticks(self, value: Any) -> int:
         """CYCLE, unless an interrupt task has the sampling time."""
@@ -180,13 +180,13 @@ class Dpide(NamedPlc):
         """The mode that PID_RUN, PID_MODE and PID_MAN make."""
         if not self._contents[i]["PID_RUN"]:
             return bits.OFF
-        if self.st[i].mode == 1:
+        if self.states[i].mode == 1:
             return bits.TUNING
-        return bits.MANUAL if self.cfg[i].manual else bits.AUTO
+        return bits.MANUAL if self.configs[i].manual else bits.AUTO
 
     def _join(self, i: int) -> None:
         """One device of MOUT and MV holds what was written to it; 0 while PID_RUN is FALSE."""
-        config, state = self.cfg[i], self.st[i]
+        config, state = self.configs[i], self.states[i]
         if config.mout_is_mv and state.status & bits.OFF:
             state.mout = state.out = 0.0
         elif config.mout_is_mv:
@@ -210,7 +210,7 @@ class Dpide(NamedPlc):
 
     def _put(self, i: int, values: Mapping[str, float]) -> None:
         """A mode that operands make takes effect with the next calculation, FALSE for PID_RUN at once."""
-        config, state = self.cfg[i], self.st[i]
+        config, state = self.configs[i], self.states[i]
         before = state.mode
         absorb(self._contents[i], state)
         self._contents[i] |= values
@@ -218,29 +218,29 @@ class Dpide(NamedPlc):
         if state.mode == 1 != before:
             state.previous_mode = before
         state.wanted_mode = self._mode(i)
-        state.busy &= ~(bits.REQUEST | bits.HALTING)
+        state.pending &= ~(bits.REQUEST | bits.HALTING)
         if state.wanted_mode != state.status & bits.MODES:
-            state.busy |= bits.REQUEST | (bits.HALTING if state.wanted_mode == bits.OFF else 0)
+            state.pending |= bits.REQUEST | (bits.HALTING if state.wanted_mode == bits.OFF else 0)
         self._join(i)
 
     def _show(self, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
-        for config, state in zip(self.cfg, self.st, strict=True):
+        for config, state in zip(self.configs, self.states, strict=True):
             show_signals(config, state, signals)
 
     @property
     def rises(self) -> list[bool]:
         """Forward action: PV rises with MV."""
-        return [bool(config.forward_action) for config in self.cfg]
+        return [bool(config.forward_action) for config in self.configs]
 
     @property
     def masters(self) -> list[int]:
         """The loop whose MV stands in the device of SV (D266)."""
-        return [config.sv_from for config in self.cfg]
+        return [config.sv_from for config in self.configs]
 
     def intended_mode(self, loop: int, signals: Sequence[float]) -> str:
         """What PID_RUN, PID_MODE and PID_MAN say."""
-        return self.mode(self.st[loop].wanted_mode)
+        return self.mode(self.states[loop].wanted_mode)
 
     def pv_range(self, loop: int) -> tuple[float, float] | None:
         """``pv.range``; no operand has it."""
@@ -248,26 +248,26 @@ class Dpide(NamedPlc):
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """MV_MIN and MV_MAX."""
-        return self.cfg[loop].lowest_mv, self.cfg[loop].highest_mv
+        return self.configs[loop].lowest_mv, self.configs[loop].highest_mv
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """ERR_DBW."""
-        return self.cfg[loop].dead_band
+        return self.configs[loop].dead_band
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
     def start(self, tick: int) -> None:
         """The PLC runs: instructions begin without a past (D687), an autotune from its beginning (D278)."""
-        for config, state in zip(self.cfg, self.st, strict=True):
+        for config, state in zip(self.configs, self.states, strict=True):
             state.due = tick
-            state.busy &= ~bits.STOPPED
+            state.pending &= ~bits.STOPPED
             mode, state.status = state.status & bits.MODES, (state.status & ~bits.MODES) | bits.OFF
             enter(config, state, mode)
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """The PLC stops: no instruction is executed, and MV stays as it is (D278)."""
-        for state in self.st:
-            state.busy |= bits.STOPPED
+        for state in self.states:
+            state.pending |= bits.STOPPED
             state.due = NEVER
             tell(state, report.IS_STOPPED)
 
@@ -275,7 +275,7 @@ class Dpide(NamedPlc):
 
     def request(self, loop: int, mode: str) -> None:
         """Write the operands that select a mode: PID_RUN, PID_MODE and PID_MAN (D275)."""
-        state = self.st[loop]
+        state = self.states[loop]
         if mode == "off":
             self._write(loop, PID_RUN=False)
         elif mode == "autotune":
@@ -291,7 +291,7 @@ class Dpide(NamedPlc):
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` writes 1 to PID_MODE, ``cancel`` what it was before."""
-        state = self.st[loop]
+        state = self.states[loop]
         if command == "cancel":
             if state.mode != 1:
                 tell(state, report.TUNE_IDLE)
@@ -307,12 +307,12 @@ class Dpide(NamedPlc):
 
     def _automatic(self, loop: int) -> int:
         """PID_MODE without an autotune."""
-        state = self.st[loop]
+        state = self.states[loop]
         return state.previous_mode if state.mode == 1 else state.mode
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last autotune of a loop went; None when there was none."""
-        state = self.st[loop]
+        state = self.states[loop]
         running = bool(state.status & bits.TUNING)
         if not (running or state.tune_done):
             return None
@@ -325,12 +325,12 @@ class Dpide(NamedPlc):
 
     def memory(self, loop: int) -> Operands:
         """A loop's operands as they are after the last calculation."""
-        absorb(self._contents[loop], self.st[loop])
-        return self._contents[loop] | {"PV": self.st[loop].pv}
+        absorb(self._contents[loop], self.states[loop])
+        return self._contents[loop] | {"PV": self.states[loop].pv}
 
     def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The MV that a loop starts with, and MOUT, which holds it in manual."""
-        config, state = self.cfg[loop], self.st[loop]
+        config, state = self.configs[loop], self.states[loop]
         self._write(loop, MOUT=float(value.value))
         if not state.status & bits.OFF:
             state.out = clamp(single(float(value.value)), config.lowest_mv, config.highest_mv)
@@ -353,7 +353,7 @@ class Dpide(NamedPlc):
     def set(self, loop: int, path: tuple[str, ...], value: float, signals: MutableSequence[float]) -> str | None:
         """Write an operand; returns why it does not act as it stands, if so."""
         name = KEYS.find(path).name
-        config, state = self.cfg[loop], self.st[loop]
+        config, state = self.configs[loop], self.states[loop]
         if name == "Ti_Ki" and isinstance(value, Seconds) and not config.dependent:
             return "is not written: a time, but PID_EQ is FALSE now, and Ti_Ki the gain Ki in 1/s"
         self._write(loop, **{name: float(value) if isinstance(value, Seconds) else value})

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 # algorithm or manual, and MOUT. Every result of the calculation is rounded to single precision (D265). Nothing here
 # knows files, names or units: see `plc.load` for how operands become `Config` and `State`.
 #
-# Signals of a loop (slots in `Config`): ``sig_in`` is read, in PV's unit; PV, SV, MV, MOUT, I_MV and E, the error as
+# Signals of a loop (slots in `Config`): ``in_slot`` is read, in PV's unit; PV, SV, MV, MOUT, I_MV and E, the error as
 # it counts, are written as the operands say.
 
 __all__ = ["COST", "INLINED", "Config", "Dpide", "Options", "State", "load", "sample", "scan"]
@@ -72,11 +72,11 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     """One calculation of an instruction."""
     config = configs[i]
     state = states[i]
-    state.pv = single(signals[config.sig_in])
-    if state.busy & REQUEST:
+    state.pv = single(signals[config.in_slot])
+    if state.pending & REQUEST:
         switch(config, state)
     if state.status & OFF:
-        signals[config.sig_pv] = finite(state.pv, 0.0)
+        signals[config.pv_slot] = finite(state.pv, 0.0)
         return
     fetch_operands(config, state, states)
     # PID Block Diagram: SV, PV and REVERSE (PID_DIR), then DEAD BAND (ERR_DBW)
@@ -99,10 +99,10 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
     """The program at ``tick``: instructions that are due (D685), and those whose PID_RUN has become FALSE (D266)."""
     for i in range(len(configs)):
         state = states[i]
-        if state.busy & (HALTING | STOPPED) == HALTING:
+        if state.pending & (HALTING | STOPPED) == HALTING:
             halt(configs[i], state)
-            signals[configs[i].sig_out] = state.out
-            signals[configs[i].sig_mout] = state.mout
+            signals[configs[i].out_slot] = state.out
+            signals[configs[i].mout_slot] = state.mout
         due = state.due
         if tick >= due:
             due += state.period
@@ -132,7 +132,7 @@ class DpideRegisters(Registers):
     def _rank(self, name: str) -> int:
         """0 for MOUT in the device of MV, which an operator writes; 1 for MV, the PLC's; 2 for the others."""
         loop, row = self._rows[name]
-        return 0 if row.name == "MOUT" and self.plc.cfg[loop].mout_is_mv else 1 if row.name == "MV" else 2
+        return 0 if row.name == "MOUT" and self.plc.configs[loop].mout_is_mv else 1 if row.name == "MV" else 2
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[Any, int]:
         """As the operands are after the last calculation."""

@@ -63,9 +63,9 @@ NEAR = 0.10
 
 def restore(config: Config, state: State, status: int) -> None:
     """End the autotune with the CV of before; a loop in Auto continues with its integral term of before."""
-    if state.busy & HELD:
+    if state.pending & HELD:
         state.out = state.tune_out
-    state.busy &= ~(TUNE | HELD)
+    state.pending &= ~(TUNE | HELD)
     state.status &= ~TUNING
     state.tune_status = status
     state.tune_last = status
@@ -96,7 +96,7 @@ def switch_tune(config: Config, state: State) -> None:
         if command == OFF:
             end_tune(config, state, CANCELLED)
         return
-    state.busy &= ~TUNE
+    state.pending &= ~TUNE
     if command == OFF:
         return
     state.status &= ~TUNE_ERROR
@@ -106,7 +106,7 @@ def switch_tune(config: Config, state: State) -> None:
     if state.out + STEP > config.cv_high_limit:
         end_tune(config, state, NO_STEP)
         return
-    state.busy |= TUNE | HELD
+    state.pending |= TUNE | HELD
     state.tune_out = state.out
     state.status |= TUNING
     state.tune_status = COLLECTING

@@ -31,7 +31,7 @@ TUNING = 8
 TUNE_ERROR = 16
 """The last autotune ended with an error."""
 
-# What is pending besides the equation (`State.busy`)
+# What is pending besides the equation (`State.pending`)
 STOPPED = 1
 """The PLC is stopped and the loop with it."""
 PV_STALE = 2
@@ -58,10 +58,10 @@ class Config(CountsConfig):
     """The loop whose set point register is this one's CV tag (D177); -1: none."""
     outer_loop: int = -1
     """The loop whose CV tag is this one's set point register (D177); -1: none."""
-    sig_error: int = 5
-    sig_status: int = 6
-    sig_pulse: int = 7
-    sig_countdown: int = 8
+    error_slot: int = 5
+    status_slot: int = 6
+    pulse_slot: int = 7
+    countdown_slot: int = 8
     # set point and error
     direct: int = register("action", 0, equals="direct")
     """The controller's action: direct is E = PV - SP, reverse E = SP - PV."""
@@ -163,7 +163,7 @@ def begin_auto(config: Config, state: State, derivative_input: float) -> None:
     state.integral = state.out - config.offset
     state.unlimited_cv = state.out
     state.derivative_input_1 = derivative_input
-    state.busy &= ~FRESH
+    state.pending &= ~FRESH
 
 
 def integrate_error(config: Config, state: State, error: float) -> None:
@@ -188,7 +188,7 @@ def calculate_cv(config: Config, state: State, error: float, derivative_input: f
     x, ``derivative_input``, is the error, or the PV with the error's sign (D161).
     """
     # PID Loop Mode: from manual to auto
-    if state.busy & FRESH:
+    if state.pending & FRESH:
         begin_auto(config, state, derivative_input)
     if state.ki > 0.0:
         integrate_error(config, state, error)
@@ -225,24 +225,24 @@ def show_setpoint(config: Config, state: State, signals: MutableSequence[float])
         sp = config.sp_low
     if config.square_root:
         sp *= sp
-    signals[config.sig_sp] = config.pv_low + (sp - config.pv_min) * config.pv_width / config.pv_span
+    signals[config.sp_slot] = config.pv_low + (sp - config.pv_min) * config.pv_width / config.pv_span
 
 
 def show_output(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """The CV; one that nothing carries on stays as it is (D672; kernel)."""
-    if state.busy & (OUTPUT_CUT | STOPPED) == 0:
-        signals[config.sig_out] = config.out_low + state.out * config.out_width / FULL
+    if state.pending & (OUTPUT_CUT | STOPPED) == 0:
+        signals[config.out_slot] = config.out_low + state.out * config.out_width / FULL
 
 
 def show_signals(config: Config, state: State, signals: MutableSequence[float]) -> None:
     """Renew them (kernel); BIAS has no limits (D657)."""
-    signals[config.sig_pv] = config.pv_low + (state.pv - config.pv_min) * config.pv_width / config.pv_span
+    signals[config.pv_slot] = config.pv_low + (state.pv - config.pv_min) * config.pv_width / config.pv_span
     show_setpoint(config, state, signals)
     show_output(config, state, signals)
-    signals[config.sig_bias] = config.out_low + (state.integral + config.offset) * config.out_width / FULL
-    signals[config.sig_error] = state.error
-    signals[config.sig_status] = state.tune_status * 1.0
-    signals[config.sig_countdown] = state.tune_countdown // TICKS * 1.0
+    signals[config.bias_slot] = config.out_low + (state.integral + config.offset) * config.out_width / FULL
+    signals[config.error_slot] = state.error
+    signals[config.status_slot] = state.tune_status * 1.0
+    signals[config.countdown_slot] = state.tune_countdown // TICKS * 1.0
 
 
 # --- The control output of the EZLogix: pulses whose width is proportional to the CV, between samples as well ---------
@@ -276,4 +276,4 @@ def pulse(tick: int, config: Config, state: State, signals: list[float]) -> None
     state.last_tick = tick
     if middle >= state.cycle_end:
         begin_cycle(tick, config, state)
-    signals[config.sig_pulse] = 1.0 if state.on_time > 0.0 and middle - state.cycle_start <= state.on_time else 0.0
+    signals[config.pulse_slot] = 1.0 if state.on_time > 0.0 and middle - state.cycle_start <= state.on_time else 0.0

@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 
 MODE_BITS = {"manual": bits.MANUAL, "auto": bits.AUTO}
 SIGNALS = {
-    "sig_in": "",
-    "sig_pv": "PV",
-    "sig_sp": "SP",
-    "sig_out": "CV",
-    "sig_bias": "BIAS",
-    "sig_error": "ERROR",
-    "sig_status": "STATUS",
-    "sig_pulse": "O",
-    "sig_countdown": "COUNTDOWN",
+    "in_slot": "",
+    "pv_slot": "PV",
+    "sp_slot": "SP",
+    "out_slot": "CV",
+    "bias_slot": "BIAS",
+    "error_slot": "ERROR",
+    "status_slot": "STATUS",
+    "pulse_slot": "O",
+    "countdown_slot": "COUNTDOWN",
 }
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 FLAG_BITS = {

@@ -155,8 +155,8 @@ def tag_number(tag: str) -> int | None:
 class Ezlogix(CountsPlc):
     """An EZLogix as loaded from its registers."""
 
-    cfg: list[Config]
-    st: list[State]
+    configs: list[Config]
+    states: list[State]
     out_name = "CV"
     pulses = ("O",)
     modes: Mapping[str, int] = MODE_BITS
@@ -180,14 +180,14 @@ class Ezlogix(CountsPlc):
 
     def _begin(self, i: int, words: Mapping[int, int]) -> None:
         """What a loop starts with: its places in the shared vectors, its registers, and a request for its mode."""
-        config, state, loop = self.cfg[i], self.st[i], self._loops[i]
+        config, state, loop = self.configs[i], self.states[i], self._loops[i]
         if loop.dialog.output.pulse is None:
-            self.signals[config.sig_pulse] = ""
+            self.signals[config.pulse_slot] = ""
         config.tune_buffer = i * POINTS
         number = tag_number(loop.dialog.output.tag)
         config.inner_loop = self._setpoint_at(number, i)
         if config.inner_loop >= 0:
-            self.cfg[config.inner_loop].outer_loop = i
+            self.configs[config.inner_loop].outer_loop = i
         state.out = state.unlimited_cv = (
             clamp(float(words.get(number, 0)), 0.0, float(CV_FULL)) if number is not None else 0.0
         )
@@ -196,7 +196,7 @@ class Ezlogix(CountsPlc):
         state.pv, state.tune_countdown = config.pv_min, config.timeout
         if self.goals[i] == "auto":
             self._request_mode(i, bits.AUTO)
-        self._show(i, self.sig)
+        self._show(i, self.signal_values)
 
     def _setpoint_at(self, number: int | None, i: int) -> int:
         """The other loop whose set point register has this number; -1: none."""
@@ -205,33 +205,33 @@ class Ezlogix(CountsPlc):
 
     def _apply(self, i: int) -> None:
         """Make the registers the controller's configuration."""
-        config, state, loop = self.cfg[i], self.st[i], self._loops[i]
+        config, state, loop = self.configs[i], self.states[i], self._loops[i]
         halted = config.halt
         configure(config, loop, goes_on=self._goes_on)
         tuning(config, state, loop)
         calculate_gains(state)
         if config.halt:
             state.due = NEVER
-        elif halted and not state.busy & bits.STOPPED:
+        elif halted and not state.pending & bits.STOPPED:
             state.due = 0
 
     def _request_mode(self, i: int, mode: int) -> None:
         """Write discrete +0, which nothing refuses."""
-        state = self.st[i]
+        state = self.states[i]
         state.wanted_mode = mode
-        state.busy |= bits.REQUEST
+        state.pending |= bits.REQUEST
         self._note_waiting(i, mode)
 
     def _note_waiting(self, i: int, mode: int = 0) -> None:
         """Leaves a notice that a request waits, as the loop is not calculated."""
-        if self.cfg[i].halt:
-            tell(self.st[i], WAITS_FOR_RATE, mode)
-        elif self.st[i].busy & bits.STOPPED:
-            tell(self.st[i], WAITS_FOR_RUN, mode)
+        if self.configs[i].halt:
+            tell(self.states[i], WAITS_FOR_RATE, mode)
+        elif self.states[i].pending & bits.STOPPED:
+            tell(self.states[i], WAITS_FOR_RUN, mode)
 
     def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once: SP is limited, its register later (D656)."""
-        show_signals(self.cfg[i], self.st[i], signals)
+        show_signals(self.configs[i], self.states[i], signals)
 
     @classmethod
     def is_about_mode(cls, requested: int, reason: int) -> bool:
@@ -241,17 +241,17 @@ class Ezlogix(CountsPlc):
     @property
     def rises(self) -> list[bool]:
         """Reverse controller action: the PV rises with the CV."""
-        return [not config.direct for config in self.cfg]
+        return [not config.direct for config in self.configs]
 
     @property
     def masters(self) -> list[int]:
         """The loop whose CV tag is a loop's set point register (D177)."""
-        feeds = [config.inner_loop for config in self.cfg]
+        feeds = [config.inner_loop for config in self.configs]
         return [feeds.index(i) if i in feeds else -1 for i in range(len(feeds))]
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """The CV limits."""
-        config = self.cfg[loop]
+        config = self.configs[loop]
         return (
             config.out_low + config.cv_low_limit * config.out_width / CV_FULL,
             config.out_low + config.cv_high_limit * config.out_width / CV_FULL,
@@ -259,38 +259,38 @@ class Ezlogix(CountsPlc):
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """Base+5; of a root the error has another scale."""
-        config = self.cfg[loop]
+        config = self.configs[loop]
         return config.deadband * (config.scale if config.square_root else 1.0) * config.pv_width / config.pv_span
 
     def pulse_cycle(self, loop: int) -> float:
         """The cycle time of the control output."""
-        return self.cfg[loop].cycle / TICKS
+        return self.configs[loop].cycle / TICKS
 
     # --- the PLC's switch --------------------------------------------------------------------------------------------
 
     def start(self, tick: int) -> None:
         """The PLC runs: loops that stood still begin as at the start (D173)."""
-        for config, state in zip(self.cfg, self.st, strict=True):
-            if state.busy & bits.STOPPED:
+        for config, state in zip(self.configs, self.states, strict=True):
+            if state.pending & bits.STOPPED:
                 ezlogix_autotune.stop_tune(config, state)
                 state.due = NEVER if config.halt else tick
                 state.last_tick = state.cycle_end = tick
-                state.busy |= bits.FRESH if state.status & bits.AUTO else 0
-            state.busy &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
+                state.pending |= bits.FRESH if state.status & bits.AUTO else 0
+            state.pending &= ~(bits.STOPPED | bits.PV_STALE | bits.OUTPUT_CUT)
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """The PLC stops: loops stand still, or go on with the tags that need no ladder program (D173)."""
-        for config, state in zip(self.cfg, self.st, strict=True):
+        for config, state in zip(self.configs, self.states, strict=True):
             if not config.runs_when_stopped:
-                state.busy |= bits.STOPPED
+                state.pending |= bits.STOPPED
                 state.due = NEVER
                 tell(state, report.IS_STOPPED)
                 continue
             if not config.fetches_pv:
-                state.busy |= bits.PV_STALE
+                state.pending |= bits.PV_STALE
                 tell(state, report.PV_IS_STALE)
             if not config.carries_output:
-                state.busy |= bits.OUTPUT_CUT
+                state.pending |= bits.OUTPUT_CUT
                 tell(state, report.OUTPUT_IS_CUT)
 
     # --- the operator ------------------------------------------------------------------------------------------------
@@ -301,17 +301,17 @@ class Ezlogix(CountsPlc):
 
     def autotune(self, loop: int, command: str) -> None:
         """``start``: discrete +4 goes from 0 to 1, by way of 0 where it is still on; ``cancel``: it goes to 0."""
-        state, start = self.st[loop], command == "start"
+        state, start = self.states[loop], command == "start"
         if start and state.status & bits.TUNING:
             tell(state, report.TUNE_RUNS)
             return
         self._note_waiting(loop)
         state.tune_command = ezlogix_autotune.ON if start else ezlogix_autotune.OFF
-        state.busy |= bits.TUNE
+        state.pending |= bits.TUNE
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last autotune of a loop went; None when there was none."""
-        state = self.st[loop]
+        state = self.states[loop]
         status = state.tune_status if state.status & bits.TUNING else state.tune_last
         if not status:
             return None
@@ -350,41 +350,43 @@ class Ezlogix(CountsPlc):
 
     def write(self, loop: int, row: Word, raw: int, signals: MutableSequence[float]) -> str | None:
         """Write the raw content of a register; as `set` otherwise."""
-        registers, state = self._loops[loop], self.st[loop]
+        registers, state = self._loops[loop], self.states[loop]
         absorb(registers, state)
         registers.write(row.name, raw)
         state.sp = float(registers.word("setpoint"))
         self._apply(loop)
         if row.name == "autotune_timeout":
-            state.tune_countdown = self.cfg[loop].timeout
+            state.tune_countdown = self.configs[loop].timeout
         if row.name.startswith("setpoint"):
             self._show(loop, signals)
-        if self.cfg[loop].halt:
+        if self.configs[loop].halt:
             return "the loop is not calculated: its sample rate is below 0.05 s"
         return self._write_outer(loop, signals) if row.name == "setpoint" else None
 
     def memory(self, loop: int) -> Loop:
         """A loop's registers and discretes as they are after the last calculation."""
-        absorb(self._loops[loop], self.st[loop])
+        absorb(self._loops[loop], self.states[loop])
         return self._loops[loop]
 
     def _write_outer(self, loop: int, signals: MutableSequence[float]) -> str | None:
         """Writes the CV that stands in this loop's set point register (D177); returns what overwrites it."""
-        outer = self.cfg[loop].outer_loop
+        outer = self.configs[loop].outer_loop
         if outer < 0:
             return None
-        if not self.st[outer].busy & bits.HELD:
-            self._set_cv(outer, int(self.st[loop].sp), signals)
+        if not self.states[outer].pending & bits.HELD:
+            self._set_cv(outer, int(self.states[loop].sp), signals)
         if self._keeps_cv(outer):
             return f"the CV of {self.loops[outer]} stands in the same register and overwrites it"
         return None
 
     def _keeps_cv(self, loop: int) -> str | None:
         """Why nobody else can write a loop's CV; None: he can."""
-        state = self.st[loop]
-        if state.busy & bits.HELD:
+        state = self.states[loop]
+        if state.pending & bits.HELD:
             return "the autotune holds the CV"
-        if (state.wanted_mode if state.busy & bits.REQUEST else state.status) & bits.AUTO and not self.cfg[loop].halt:
+        if (state.wanted_mode if state.pending & bits.REQUEST else state.status) & bits.AUTO and not self.configs[
+            loop
+        ].halt:
             return "the loop is in Auto and calculates the CV itself"
         return None
 
@@ -396,11 +398,11 @@ class Ezlogix(CountsPlc):
         return why
 
     def _set_cv(self, loop: int, raw: int, signals: MutableSequence[float]) -> None:
-        state, inner = self.st[loop], self.cfg[loop].inner_loop
+        state, inner = self.states[loop], self.configs[loop].inner_loop
         state.out = float(raw)
         self._show(loop, signals)
         if inner >= 0:
-            self.st[inner].sp = state.out
+            self.states[inner].sp = state.out
             self._show(inner, signals)
 
 

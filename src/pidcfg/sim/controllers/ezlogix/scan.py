@@ -44,10 +44,10 @@ if TYPE_CHECKING:
 #
 # Design. `scan` is called at every base step; it calculates the loops that are due, in ascending order, and moves the
 # control outputs, which work between samples too. `sample` is one calculation of one loop: PV, set point, error, then
-# whatever rarely happens (`State.busy`: a mode, an autotune), equation, saturation, signals. Nothing here knows
+# whatever rarely happens (`State.pending`: a mode, an autotune), equation, saturation, signals. Nothing here knows
 # files, names or units: see `plc.load` for how registers become `Config` and `State`.
 #
-# Signals of a loop (slots in `Config`): ``sig_in`` is read, in engineering units; PV, SP, CV and BIAS (integral term
+# Signals of a loop (slots in `Config`): ``in_slot`` is read, in engineering units; PV, SP, CV and BIAS (integral term
 # and offset) are written in engineering units, ERROR, STATUS and COUNTDOWN as their registers hold them, O as 0 or 1.
 # With the square root of the PV, SP is the PV that satisfies the set point, so that both can be compared.
 
@@ -69,9 +69,9 @@ def convert_pv(config: Config, value: float) -> float:
 
 def switch_mode(state: State) -> None:
     """Discrete +0 as it was written; Manual keeps the CV, Auto begins with it."""
-    state.busy &= ~REQUEST
+    state.pending &= ~REQUEST
     if state.wanted_mode & AUTO and state.status & AUTO == 0:
-        state.busy |= FRESH
+        state.pending |= FRESH
     state.status = (state.status & ~MODES) | state.wanted_mode
 
 
@@ -93,9 +93,9 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     """One calculation of loop ``i``."""
     config = configs[i]
     state = states[i]
-    busy = state.busy
-    if busy & PV_STALE == 0:
-        state.pv = convert_pv(config, signals[config.sig_in])
+    pending = state.pending
+    if pending & PV_STALE == 0:
+        state.pv = convert_pv(config, signals[config.in_slot])
     limit_setpoint(i, configs, states, signals)
     # Use PV Square Root; D163: the root is that of the register
     pv = state.pv
@@ -116,9 +116,9 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     if -config.deadband < difference < config.deadband:
         error = 0.0
 
-    if busy & REQUEST:
+    if pending & REQUEST:
         switch_mode(state)
-    if busy & TUNE:
+    if pending & TUNE:
         tune(config, state, aux, pv)
     # Position Algorithm: the derivative acts on E; Velocity Algorithm: on PV. D161: with E's sign
     derivative_input = pv
@@ -126,7 +126,7 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
         derivative_input = error
     elif config.direct == 0:
         derivative_input = -pv
-    if state.status & AUTO and state.busy & HELD == 0:
+    if state.status & AUTO and state.pending & HELD == 0:
         calculate_cv(config, state, error, derivative_input)
     else:
         state.unlimited_cv = state.out
@@ -151,7 +151,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
             due += state.period
             state.due = due if due > tick else tick + state.period
             sample(i, configs, states, aux, signals)
-        if configs[i].cycle > 0 and state.busy & STOPPED == 0:
+        if configs[i].cycle > 0 and state.pending & STOPPED == 0:
             pulse(tick, configs[i], state, signals)
 
 
@@ -192,14 +192,14 @@ class EzlogixRegisters(Registers):
 
     def contents(self, loop: int, signals: Sequence[float]) -> Mapping[int, int]:
         """As the registers are after the last calculation."""
-        memory, state = self.plc.memory(loop), self.plc.st[loop]
+        memory, state = self.plc.memory(loop), self.plc.states[loop]
         held = {row.name: memory.word(row.name) for row in BLOCKS["registers"][1].words}
         held |= {row.name: memory.bit(row.name) for row in BLOCKS["discretes"][1].words}
         held |= {
             "error": int(nearest(state.error)) & WORD,
             "autotune_status": state.tune_status,
             "autotune_timeout": state.tune_countdown // TICKS,
-            "mode": int(bool((state.wanted_mode if state.busy & REQUEST else state.status) & AUTO)),
+            "mode": int(bool((state.wanted_mode if state.pending & REQUEST else state.status) & AUTO)),
             "saturation": int(bool(state.status & SATURATED)),
             "start_autotune": int(self._started[loop] or bool(state.status & TUNING)),
         }
@@ -226,7 +226,7 @@ class EzlogixRegisters(Registers):
 
     def _start(self, loop: int, *, is_on: bool) -> Done:
         """Discrete +4, of which only the changes count."""
-        was = self._started[loop] or bool(self.plc.st[loop].status & TUNING)
+        was = self._started[loop] or bool(self.plc.states[loop].status & TUNING)
         self._started[loop] = is_on
         if is_on == was:
             return Done(f"start of an autotune stays {'on' if is_on else 'off'}")

@@ -30,7 +30,7 @@ IN_DEAD_BAND = 64
 LOW_LOW, LOW, HIGH, HIGH_HIGH = 128, 256, 512, 1024
 DEVIATION, DEVIATION_2, RATE = 2048, 4096, 8192
 
-# `State.busy`
+# `State.pending`
 FRESH = 1
 """There was no sample yet."""
 REQUEST = 2
@@ -50,7 +50,7 @@ UNREACHED = float("inf")
 class Config(LoopConfig):
     """What a loop only reads."""
 
-    sig_pulse: int = 5
+    pulse_slot: int = 5
     output_raises_pv: int = register("output_raises_pv", 1)
     proportional_on: int = register("tuning.proportional", 1)
     derivative_on_error: int = register("tuning.derivative_on", 0, equals="error")
@@ -137,7 +137,7 @@ def measure_pv(config: Config, state: State, raw: float) -> None:
     if config.square_root:
         share = (raw - config.pv_low) / config.pv_span
         pv = config.pv_low + config.pv_span * sqrt(share) if share > 0.0 else config.pv_low
-    if state.busy & FRESH:
+    if state.pending & FRESH:
         state.pv = pv
         state.previous_pv = pv
     else:
@@ -153,7 +153,7 @@ def calculate_error(config: Config, state: State) -> None:
         state.status |= IN_DEAD_BAND
     else:
         state.status &= ~IN_DEAD_BAND
-    state.previous_error = error if state.busy & FRESH else state.error
+    state.previous_error = error if state.pending & FRESH else state.error
     state.error = error
 
 
@@ -207,7 +207,7 @@ def calculate_output(config: Config, state: State, proportional_term: float, der
     # I. D301: bumpless first calculation
     previous_output = state.out
     step = state.ki * state.error
-    if state.busy & BUMPLESS:
+    if state.pending & BUMPLESS:
         restore_integral(state, proportional_term, derivative_term)
         step = 0.0
     integral = state.integral + step if state.ki > 0.0 else 0.0
@@ -221,12 +221,12 @@ def calculate_output(config: Config, state: State, proportional_term: float, der
         state.integral = integral
     move_output(config, state, limit_output(config, state, output))
     if (
-        state.busy & BUMPLESS
+        state.pending & BUMPLESS
         and state.ki <= 0.0
         and abs(state.out - previous_output) > NOTABLE * (config.high - config.low)
     ):
         state.notice = add_notice(state.notice, 0, JUMPS)
-    state.busy &= ~BUMPLESS
+    state.pending &= ~BUMPLESS
 
 
 # --- Alarms and the pulse output of a neutral loop (both: D303) -------------------------------------------------------
@@ -268,4 +268,4 @@ def pulse(tick: int, config: Config, state: State, signals: MutableSequence[floa
     if tick >= state.cycle_end:
         begin_cycle(tick, config, state)
     passed = tick - state.cycle_start + half
-    signals[config.sig_pulse] = 1.0 if state.on_time > 0.0 and passed <= state.on_time else 0.0
+    signals[config.pulse_slot] = 1.0 if state.on_time > 0.0 and passed <= state.on_time else 0.0

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 MODE_BITS = {"manual": bits.MANUAL, "auto": bits.AUTO, "cascade": bits.CASCADE}
 SIGNALS = {
-    "sig_in": "",
-    "sig_pv": "PV",
-    "sig_sp": "SP",
-    "sig_out": "OUT",
-    "sig_bias": "BIAS",
-    "sig_pulse": "PULSE",
+    "in_slot": "",
+    "pv_slot": "PV",
+    "sp_slot": "SP",
+    "out_slot": "OUT",
+    "bias_slot": "BIAS",
+    "pulse_slot": "PULSE",
 }
 """Signals of a loop by their slots in `Config`; the measurement itself belongs to the plant."""
 ALARM_BITS = {

@@ -123,8 +123,8 @@ def effect(path: str, f: Fields, *, by_hand: bool) -> str | None:
 class Generic(NamedPlc):
     """Neutral loops as loaded from their parameters; they always run."""
 
-    cfg: list[Config]
-    st: list[State]
+    configs: list[Config]
+    states: list[State]
     named, keys, sample_key = LOOPS, KEYS, "sample_time"
     config, state, slots = Config, State, SIGNALS
     out_name = "OUT"
@@ -144,28 +144,28 @@ class Generic(NamedPlc):
 
     def prepare(self) -> None:
         """Who is whose master, whose set point follows its PV, and the scales."""
-        for config, entry in zip(self.cfg, self._settings, strict=True):
+        for config, entry in zip(self.configs, self._settings, strict=True):
             setpoint = dict(entry.get("setpoint", {}))
             source = setpoint.get("source")
             config.master = self.loops.index(source) if source in self.loops else -1
             config.sp_follows_pv = int(bool(setpoint.get("follows_pv")))
-        for i, config in enumerate(self.cfg):
-            config.first_slave = next((j for j, other in enumerate(self.cfg) if other.master == i != j), -1)
+        for i, config in enumerate(self.configs):
+            config.first_slave = next((j for j, other in enumerate(self.configs) if other.master == i != j), -1)
         self.scales = [(f["pv.range.0"], f["pv.range.1"], COUNTS) for f in self._contents]
 
     def begin(self, loop: int) -> None:
         """What a loop starts with (D301): its mode, its set point and output."""
-        config, state, fields = self.cfg[loop], self.st[loop], self._contents[loop]
+        config, state, fields = self.configs[loop], self.states[loop], self._contents[loop]
         configure(config, state, fields)
         if not config.has_pulses:
-            self.signals[config.sig_pulse] = ""
+            self.signals[config.pulse_slot] = ""
         mode = fields["mode"]
         state.status = bits.AUTO if mode == "cascade" and config.master < 0 else MODE_BITS[mode]
-        state.wanted_mode, state.busy = state.status, bits.FRESH
+        state.wanted_mode, state.pending = state.status, bits.FRESH
         state.sp = clamp(fields.get("setpoint.value", config.pv_low), config.sp_low, config.sp_high)
         start = fields.get("output.manual", 0.0) if state.status & bits.MANUAL else 0.0
         state.out = state.manual = clamp(start, config.low, config.high)
-        self._show(loop, self.sig)
+        self._show(loop, self.signal_values)
 
     def sample_ticks(self, value: Any) -> int:
         """The sample time."""
@@ -174,38 +174,38 @@ class Generic(NamedPlc):
     @property
     def rises(self) -> list[bool]:
         """Whether the PV rises with the output."""
-        return [bool(config.output_raises_pv) for config in self.cfg]
+        return [bool(config.output_raises_pv) for config in self.configs]
 
     @property
     def masters(self) -> list[int]:
         """The loops that ``setpoint.source`` names."""
-        return [config.master for config in self.cfg]
+        return [config.master for config in self.configs]
 
     def output_limits(self, loop: int, signals: Sequence[float]) -> tuple[float, float]:
         """``output.limits``, or the range."""
-        return self.cfg[loop].low, self.cfg[loop].high
+        return self.configs[loop].low, self.configs[loop].high
 
     def given_set_point(self, loop: int, signals: Sequence[float]) -> float:
         """``setpoint.value``."""
-        return float(self._contents[loop].get("setpoint.value", signals[self.cfg[loop].sig_sp]))
+        return float(self._contents[loop].get("setpoint.value", signals[self.configs[loop].sp_slot]))
 
     def inner_deviation(self, loop: int) -> float | None:
         """``alarms.deviation.high``."""
-        limit = self.cfg[loop].deviation_at
+        limit = self.configs[loop].deviation_at
         return None if limit >= bits.UNREACHED else limit
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """``deadband``."""
-        return self.cfg[loop].deadband
+        return self.configs[loop].deadband
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of the pulses."""
-        return self.cfg[loop].cycle / TICKS if self.cfg[loop].has_pulses else 0.0
+        return self.configs[loop].cycle / TICKS if self.configs[loop].has_pulses else 0.0
 
     def _show(self, i: int, signals: MutableSequence[float]) -> None:
         """The signals that an operator's change affects at once."""
-        config, state = self.cfg[i], self.st[i]
-        signals[config.sig_sp], signals[config.sig_out], signals[config.sig_bias] = (
+        config, state = self.configs[i], self.states[i]
+        signals[config.sp_slot], signals[config.out_slot], signals[config.bias_slot] = (
             state.sp,
             state.out,
             state.bias + state.integral,
@@ -215,35 +215,37 @@ class Generic(NamedPlc):
 
     def request(self, loop: int, mode: str) -> None:
         """A mode for the next sample; cascade needs a source."""
-        state = self.st[loop]
-        if mode == "cascade" and self.cfg[loop].master < 0:
+        state = self.states[loop]
+        if mode == "cascade" and self.configs[loop].master < 0:
             state.notice = add_notice(state.notice, MODE_BITS[mode], NO_SOURCE)
             return
         state.wanted_mode = MODE_BITS[mode]
-        state.busy &= ~(bits.MANUAL_SET | bits.SP_SET)
-        state.busy = state.busy & ~bits.REQUEST if state.status & state.wanted_mode else state.busy | bits.REQUEST
+        state.pending &= ~(bits.MANUAL_SET | bits.SP_SET)
+        state.pending = (
+            state.pending & ~bits.REQUEST if state.status & state.wanted_mode else state.pending | bits.REQUEST
+        )
 
     def set_output(self, loop: int, value: Quantity, signals: MutableSequence[float]) -> None:
         """The output that a loop starts with, in every mode."""
-        config, state = self.cfg[loop], self.st[loop]
+        config, state = self.configs[loop], self.states[loop]
         state.out = state.manual = clamp(float(value.value), config.low, config.high)
-        state.busy |= bits.BUMPLESS
+        state.pending |= bits.BUMPLESS
         self._show(loop, signals)
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Write a field; returns why it does not act as it stands, if so."""
         name = KEYS.find(path).name
-        config, state, fields = self.cfg[loop], self.st[loop], self._contents[loop]
+        config, state, fields = self.configs[loop], self.states[loop], self._contents[loop]
         fields[name] = value
         configure(config, state, fields)
         if name == "setpoint.value":
             if state.status & bits.CASCADE:
                 return "in cascade the set point is the master's output"
             state.sp = clamp(value, config.sp_low, config.sp_high)
-            state.busy |= bits.SP_SET if state.busy & bits.REQUEST else 0
+            state.pending |= bits.SP_SET if state.pending & bits.REQUEST else 0
         elif name == "output.manual" and state.wanted_mode == bits.MANUAL:
             state.manual = value
-            state.busy |= bits.MANUAL_SET
+            state.pending |= bits.MANUAL_SET
         self._show(loop, signals)
         return effect(name, fields, by_hand=state.wanted_mode == bits.MANUAL)
 

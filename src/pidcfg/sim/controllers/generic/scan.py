@@ -5,7 +5,7 @@ file, and renews the pulses. `sample` is one calculation of one loop: PV, mode, 
 slave that is not in cascade, manual or the equation, and the alarms. Nothing here knows files, names or units: see
 `plc.load` for how parameters become `Config` and `State`.
 
-Signals of a loop (slots in `Config`): ``sig_in`` is read, in PV's unit; PV, SP, OUT, BIAS (bias and integral) and, for
+Signals of a loop (slots in `Config`): ``in_slot`` is read, in PV's unit; PV, SP, OUT, BIAS (bias and integral) and, for
 a loop with a pulse output, PULSE are written.
 """
 
@@ -46,13 +46,13 @@ __all__ = ["COST", "INLINED", "Config", "Generic", "Options", "State", "load", "
 def switch_mode(config: Config, state: State) -> None:
     """The requested mode takes effect, without a bump (D301)."""
     if state.wanted_mode == MANUAL and not state.status & MANUAL:
-        if state.busy & MANUAL_SET == 0:
+        if state.pending & MANUAL_SET == 0:
             state.manual = state.out
     elif state.status & MANUAL and state.wanted_mode != MANUAL:
-        state.busy |= BUMPLESS
-        if config.sp_follows_pv and state.wanted_mode == AUTO and state.busy & SP_SET == 0:
+        state.pending |= BUMPLESS
+        if config.sp_follows_pv and state.wanted_mode == AUTO and state.pending & SP_SET == 0:
             state.sp = state.pv
-    state.busy &= ~(REQUEST | MANUAL_SET | SP_SET)
+    state.pending &= ~(REQUEST | MANUAL_SET | SP_SET)
     state.status = (state.status & ~MODES) | state.wanted_mode
 
 
@@ -70,8 +70,8 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     """One calculation of a loop."""
     config = configs[i]
     state = states[i]
-    measure_pv(config, state, signals[config.sig_in])
-    if state.busy & REQUEST:
+    measure_pv(config, state, signals[config.in_slot])
+    if state.pending & REQUEST:
         switch_mode(config, state)
     if state.status & CASCADE and config.master >= 0:
         state.sp = states[config.master].out
@@ -79,7 +79,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     calculate_error(config, state)
     proportional_term = state.kp * state.error if config.proportional_on else 0.0
     derivative_term = calculate_derivative(config, state)
-    state.busy &= ~FRESH
+    state.pending &= ~FRESH
     state.status &= ~TRACKING
     if state.status & MANUAL:
         output_manual(config, state, proportional_term, derivative_term)
@@ -87,14 +87,14 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
         state.status = (state.status & ~(LIMITED | SLOWED)) | TRACKING
         state.out = clamp(states[config.first_slave].sp, config.low, config.high)
         restore_integral(state, proportional_term, derivative_term)
-        state.busy |= BUMPLESS
+        state.pending |= BUMPLESS
     else:
         calculate_output(config, state, proportional_term, derivative_term)
     renew_alarms(config, state)
-    signals[config.sig_pv] = state.pv
-    signals[config.sig_sp] = state.sp
-    signals[config.sig_out] = state.out
-    signals[config.sig_bias] = state.bias + state.integral
+    signals[config.pv_slot] = state.pv
+    signals[config.sp_slot] = state.sp
+    signals[config.out_slot] = state.out
+    signals[config.bias_slot] = state.bias + state.integral
 
 
 def scan(tick: int, configs: list[Config], states: list[State], aux: list[float], signals: list[float]) -> None:

@@ -57,7 +57,7 @@ def clear_results(config: Config, state: State, signals: MutableSequence[float])
     """AutoTuneDone, AutoTuneError and AutoTuneResult as they are without auto-tuning (kernel)."""
     base = config.base
     state.tune_phase = IDLE
-    state.tune_side = 0
+    state.tune_relay_sign = 0
     signals[base + TUNE_DONE] = 0.0
     signals[base + TUNE_ERROR] = 0.0
     for i in range(3):
@@ -69,7 +69,7 @@ def clear_results(config: Config, state: State, signals: MutableSequence[float])
 def end_tune(config: Config, state: State, signals: MutableSequence[float], flags: int) -> None:
     """The auto-tuning has ended, with an error if there are flags; MV is what it was (kernel)."""
     base = config.base
-    state.tune_side = 0
+    state.tune_relay_sign = 0
     state.tune_phase = FAILED if flags else DONE
     signals[base + TUNE_DONE] = 1.0
     signals[base + TUNE_ERROR] = 1.0 if flags else 0.0
@@ -117,8 +117,9 @@ def calculate_results(config: Config, state: State, signals: MutableSequence[flo
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Auto-tuning of PIDA_TUNE_REAL and PIDA_TUNE_INT, call by call: three seconds at rest, then a relay (D230 to D234).
-# Everything of the PV is counted from its rest, RefPV. `State.tune_side` is 1 while the relay drives the PV up, -1
-# while it drives it down, else 0; `State.tune_step` is M, negative for direct control. D numbers: see `nextopid.PID`.
+# Everything of the PV is counted from its rest, RefPV. `State.tune_relay_sign` is 1 while the relay drives the PV up,
+# -1 while it drives it down, else 0; `State.tune_step` is M, negative for direct control. D numbers: see
+# `nextopid.PID`.
 
 FREE, HOLDS, ABORTED, ENDED = 0, 1, 2, 3
 """What the auto-tuning is to MV: nothing, it holds it, or AutoTune has just been reset before or after the end."""
@@ -210,7 +211,7 @@ def average(config: Config, state: State, signals: MutableSequence[float]) -> No
         end_tune(config, state, signals, flags)
         return
     state.tune_phase = RELAY
-    state.tune_side = 1
+    state.tune_relay_sign = 1
     state.tune_count = 0
     state.tune_turns = 0
     state.tune_dead = 0
@@ -223,7 +224,7 @@ def switch(config: Config, state: State, signals: MutableSequence[float], away: 
         state.tune_swing = single(state.tune_swing + abs(state.tune_extreme))
         state.tune_dead += state.tune_peak - state.tune_points
     state.tune_turns += 1
-    state.tune_side = -state.tune_side
+    state.tune_relay_sign = -state.tune_relay_sign
     state.tune_points = state.tune_count
     state.tune_peak = state.tune_count
     state.tune_extreme = away
@@ -239,9 +240,9 @@ def relay(config: Config, state: State, signals: MutableSequence[float]) -> None
     away = single(state.pv - state.tune_base)
     if abs(away) > state.tune_safe:
         end_tune(config, state, signals, PEAK_TOO_HIGH)
-    elif state.tune_side * away >= state.tune_band:
+    elif state.tune_relay_sign * away >= state.tune_band:
         switch(config, state, signals, away)
-    elif state.tune_side * away <= state.tune_side * state.tune_extreme:
+    elif state.tune_relay_sign * away <= state.tune_relay_sign * state.tune_extreme:
         state.tune_extreme = away
         state.tune_peak = state.tune_count
 

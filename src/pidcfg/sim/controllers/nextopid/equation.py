@@ -132,7 +132,7 @@ def calculate_mv(
     ki = integral_gain(config, signals)
     # AutoTune: RefMV, RefMV + M or RefMV - M (Figure 4-2); ManualMV; TRK_VAL
     if tuning == HOLDS or restores_mv(mode, tuning):
-        bits = copy_mv(config, state, signals, single(state.tune_out + state.tune_side * state.tune_step))
+        bits = copy_mv(config, state, signals, single(state.tune_out + state.tune_relay_sign * state.tune_step))
     elif mode == MANUAL_MODE:
         bits = copy_mv(config, state, signals, signals[base + MANUAL_MV])
     elif mode == TRACKING_MODE:

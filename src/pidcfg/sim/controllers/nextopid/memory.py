@@ -241,17 +241,17 @@ class Memory(Plc):
         self.layout = Layout.of(types, [(item.name, BLOCK_TYPES[item.type]) for item in self.items])
         self.wires = self._read_wires()
         self.copies = self._read_copies(plc)
-        self.sig = [0.0] * self.layout.size
+        self.signal_values = [0.0] * self.layout.size
         self.outside: dict[str, int] = {}
         """Slots of inputs that nothing is wired to, by name."""
         for name, content in self.words.items():
             if not isinstance(content, Wire) and name in self.layout.numbers:
-                self.sig[self.layout.numbers[name]] = number_of(self.layout.types[name], content)
+                self.signal_values[self.layout.numbers[name]] = number_of(self.layout.types[name], content)
         self.listed = sorted(range(len(self.items)), key=lambda i: self.items[i].loop is None)
         """Numbers of the items as the records are listed: loops first."""
         self.loops = [item.name for item in self.items if item.loop is not None]
-        self.cfg = [Config() for _ in self.items]
-        self.st = [State() for _ in self.items]
+        self.configs = [Config() for _ in self.items]
+        self.states = [State() for _ in self.items]
         self._fill()
 
     @cached_property
@@ -283,12 +283,12 @@ class Memory(Plc):
         """Records in the order of `listed`, and the shared vector."""
         rows: list[WireRow] = []
         for place, i in enumerate(self.listed):
-            config, state, instance = self.cfg[place], self.st[place], self.layout.instances[i]
+            config, state, instance = self.configs[place], self.states[place], self.layout.instances[i]
             config.kind, config.base = terms.KINDS[instance.kind.name], instance.base
             self._time(config, state, self.items[i])
             config.is_integer = int(instance.kind.name.endswith("INT"))
             wires = sorted(self._wires_of(i), key=lambda row: not row.early)
-            config.wires, config.early = len(rows), sum(row.early for row in wires)
+            config.wires, config.early_wires = len(rows), sum(row.early for row in wires)
             rows += wires
             config.wires_end = len(rows)
             config.error = self.layout.numbers.get(f"{instance.name}.Error", -1)
@@ -296,9 +296,9 @@ class Memory(Plc):
                 self._loop_slots(config, instance.name)
         place_of = {i: place for place, i in enumerate(self.listed)}
         for position, i in enumerate(self.layout.order(self.wires)):
-            self.cfg[position].call_order = place_of[i]
-        if self.copies and self.cfg:
-            first = self.cfg[0]
+            self.configs[position].call_order = place_of[i]
+        if self.copies and self.configs:
+            first = self.configs[0]
             first.moves, first.moves_first = len(rows), len(rows) + 2 * sum(copy.at_start for copy in self.copies)
             rows += (row for copy in self.copies for row in _move_rows(copy))
             first.moves_end = len(rows)
@@ -310,11 +310,11 @@ class Memory(Plc):
 
     def _loop_slots(self, config: Config, name: str) -> None:
         numbers = self.layout.numbers
-        config.sig_pv, config.sig_out = numbers[f"{name}.PV"], numbers[f"{name}.MV"]
-        config.sig_in = self.outside.get(f"{name}.PV", config.sig_pv)
-        config.sig_bias = numbers.get(f"{name}.BIAS", config.sig_out)
-        self.sig.append(self.sig[numbers[f"{name}.SP"]])
-        config.sig_sp = len(self.sig) - 1
+        config.pv_slot, config.out_slot = numbers[f"{name}.PV"], numbers[f"{name}.MV"]
+        config.in_slot = self.outside.get(f"{name}.PV", config.pv_slot)
+        config.bias_slot = numbers.get(f"{name}.BIAS", config.out_slot)
+        self.signal_values.append(self.signal_values[numbers[f"{name}.SP"]])
+        config.sp_slot = len(self.signal_values) - 1
 
     def _wires_of(self, i: int) -> Iterator[WireRow]:
         """The wires of a block; an open input is wired to a signal of the surrounding program.
@@ -331,8 +331,8 @@ class Memory(Plc):
                 and name not in self.words
                 and is_open(instance.kind.name, row)
             ):
-                self.outside[name] = len(self.sig)
-                self.sig.append(0.0)
+                self.outside[name] = len(self.signal_values)
+                self.signal_values.append(0.0)
                 expression = Expression(name, (SIGNAL, self.outside[name]), (), frozenset(), 1)
                 early = target in self.read
             if expression is not None:
@@ -350,7 +350,7 @@ class Memory(Plc):
             aux += row.code
         for place, i in enumerate(self.listed):
             if self.layout.instances[i].kind.name in BUFFERED:
-                self.cfg[place].buffer = len(aux)
+                self.configs[place].buffer = len(aux)
                 aux += [0.0] * MOST_SAMPLES
         aux[0] = float(len(aux))
         return aux + [0.0] * (2 + max((row.depth for row in rows), default=0))

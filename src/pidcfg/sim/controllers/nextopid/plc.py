@@ -58,7 +58,7 @@ class Facts(Memory):
 
     def wires_of(self, place: int) -> Iterator[tuple[int, list[int]]]:
         """The wires of a block: the parameter that each renews, and the signals that it reads."""
-        config, aux = self.cfg[place], self.aux
+        config, aux = self.configs[place], self.aux
         for row in range(ROWS + ROW * config.wires, ROWS + ROW * config.wires_end, ROW):
             code = range(int(aux[row + 2]), int(aux[row + 3]), 2)
             yield int(aux[row]), [int(aux[at + 1]) for at in code if aux[at] == SIGNAL]
@@ -86,11 +86,11 @@ class Facts(Memory):
                 if row.access == "input":
                     yield from ((slot, output) for output in outputs)
                 if row.name in {"SP", "SP_CASC"} and self.items[i].loop is not None:
-                    yield slot, self.cfg[place].sig_sp
+                    yield slot, self.configs[place].sp_slot
 
     def follows(self, place: int, target: int, source: int, sources: list[int]) -> bool:
         """Whether a wire's value follows a signal that it reads."""
-        config, aux = self.cfg[place], self.aux
+        config, aux = self.configs[place], self.aux
         rows = range(ROWS + ROW * config.wires, ROWS + ROW * config.wires_end, ROW)
         at = next(row for row in rows if int(aux[row]) == target)
         first, last = int(aux[at + 2]), int(aux[at + 3])
@@ -101,17 +101,17 @@ class Facts(Memory):
             found = value_of(aux, first, last, signals)
             return None if aux[int(aux[0])] else found
 
-        return depends_on(value, self.sig, sources, source)
+        return depends_on(value, self.signal_values, sources, source)
 
     @property
     def masters(self) -> list[int]:
         """The loop whose MV comes in at SP_CASC, by whatever blocks."""
-        outs = {config.sig_out: i for i, config in enumerate(self.cfg[: len(self.loops)])}
+        outs = {config.out_slot: i for i, config in enumerate(self.configs[: len(self.loops)])}
         sources = defaultdict(list)
         for source, target in self.flow:
             sources[target].append(source)
         found = []
-        for i, config in enumerate(self.cfg[: len(self.loops)]):
+        for i, config in enumerate(self.configs[: len(self.loops)]):
             waiting, seen, master = [config.base + terms.SP_CASC] if config.kind != terms.ON_OFF else [], set(), -1
             while waiting and master < 0:
                 slot = waiting.pop(0)
@@ -135,7 +135,7 @@ class Facts(Memory):
 
     def wired_value(self, place: int, number: int, signals: Sequence[float]) -> float:
         """What a parameter of a block has at its next call: its value, or that of its wire where it has one."""
-        config = self.cfg[place]
+        config = self.configs[place]
         for at in range(ROWS + ROW * config.wires, ROWS + ROW * config.wires_end, ROW):
             if int(self.aux[at]) == number:
                 value = value_of(self.aux, int(self.aux[at + 2]), int(self.aux[at + 3]), signals)
@@ -148,7 +148,7 @@ class Facts(Memory):
 
     def mode_inputs(self, loop: int) -> set[int]:
         """What the wires of its mode inputs read."""
-        base = self.cfg[loop].base
+        base = self.configs[loop].base
         kind = self.layout.instances[self.listed[loop]].kind
         places = {base + i for i, row in enumerate(kind.table.rows) if row.name in MODE_KEYS}
         return {slot for target, sources in self.wires_of(loop) if target in places for slot in sources}
@@ -157,43 +157,43 @@ class Facts(Memory):
         """MinMV and MaxMV; of ControlON_OFF off and on."""
         if self.only_switches(loop):
             return 0.0, 1.0
-        base = self.cfg[loop].base
+        base = self.configs[loop].base
         return signals[base + terms.MIN_MV], signals[base + terms.MAX_MV]
 
     def only_switches(self, loop: int) -> bool:
         """Whether the loop is a ControlON_OFF."""
-        return bool(self.cfg[loop].kind == terms.ON_OFF)
+        return bool(self.configs[loop].kind == terms.ON_OFF)
 
     def integrates(self, loop: int, signals: Sequence[float]) -> bool:
         """Whether Ti_Ki is given; a time below 0.001 s is none."""
         if self.only_switches(loop):
             return False
-        base = self.cfg[loop].base
+        base = self.configs[loop].base
         ti_ki = signals[base + terms.TI_KI]
         return bool(ti_ki > 0.0 if signals[base + terms.INDEP] else ti_ki >= LEAST_TI)
 
     def dead_band(self, loop: int, signals: Sequence[float]) -> float:
         """DeadBand."""
-        return 0.0 if self.only_switches(loop) else signals[self.cfg[loop].base + terms.DEAD_BAND]
+        return 0.0 if self.only_switches(loop) else signals[self.configs[loop].base + terms.DEAD_BAND]
 
     def pulse_cycle(self, loop: int) -> float:
         """The period of a ControlPWM that reads the loop's MV."""
-        for place, config in enumerate(self.cfg):
-            reads = any(self.cfg[loop].sig_out in sources for _, sources in self.wires_of(place))
+        for place, config in enumerate(self.configs):
+            reads = any(self.configs[loop].out_slot in sources for _, sources in self.wires_of(place))
             if config.kind == terms.PWM and reads:
-                return float(self.sig[config.base + PWM["Period"]] * config.period / TICKS)
+                return float(self.signal_values[config.base + PWM["Period"]] * config.period / TICKS)
         return 0.0
 
     def program_errors(self, signals: Sequence[float]) -> Iterator[str]:
         """Blocks whose output Error was on at some time; loops have ErrBits."""
         for place, i in enumerate(self.listed):
-            if self.st[place].has_erred:
-                now = "is" if signals[self.cfg[place].error] else "was"
+            if self.states[place].has_erred:
+                now = "is" if signals[self.configs[place].error] else "was"
                 yield f"{self.layout.instances[i].name}.Error {now} on"
 
     def windup_input(self, loop: int, signals: Sequence[float]) -> bool:
         """Windup_H_IN or Windup_L_IN."""
-        base = self.cfg[loop].base
+        base = self.configs[loop].base
         return not self.only_switches(loop) and bool(
             signals[base + terms.WINDUP_H_IN] or signals[base + terms.WINDUP_L_IN]
         )
@@ -201,14 +201,14 @@ class Facts(Memory):
     def left_out(self, loop: int, signals: Sequence[float], own: Collection[int], rivals: Collection[int]) -> bool:
         """Whether a selector behind its MV takes a rival; where there is no selector, whether OVERR is on."""
         behind = False
-        for place, config in enumerate(self.cfg):
+        for place, config in enumerate(self.configs):
             wired = dict(self.wires_of(place)) if config.kind in SELECTORS else {}
             inputs = [set(wired.get(config.base + value, ())) for value, _ in SELECTED]
             for (_, out), lost, taken in zip(SELECTED, inputs, reversed(inputs), strict=True):
                 behind = behind or bool(lost & set(own))
                 if signals[config.base + out] and lost & set(own) and taken & set(rivals):
                     return True
-        return not behind and bool(self.st[loop].status & terms.OVERRIDDEN)
+        return not behind and bool(self.states[loop].status & terms.OVERRIDDEN)
 
 
 # --- The virtual NextoPID program: built from its parameters, operated as by its operator -----------------------------
@@ -261,7 +261,7 @@ class Nextopid(Facts):
         """A parameter before the first cycle, with the first values of what it is wired to."""
         number = self.layout.numbers.get(f"{loop}.{row}")
         place = next(at for at, i in enumerate(self.listed) if self.items[i].name == loop)
-        return 0.0 if number is None else self.wired_value(place, number, self.sig)
+        return 0.0 if number is None else self.wired_value(place, number, self.signal_values)
 
     def _goal(self, loop: str) -> str:
         if self._value(loop, "Manual"):
@@ -284,8 +284,8 @@ class Nextopid(Facts):
                 if wanted and "Bits." not in row.name:
                     shown.add(instance.base + i)
         name_of = {number: name for name, number in self.layout.numbers.items() if number in shown}
-        name_of |= {self.cfg[i].sig_sp: f"{loop}.SP" for i, loop in enumerate(self.loops)}
-        return [name_of.get(number, "") for number in range(len(self.sig))]
+        name_of |= {self.configs[i].sp_slot: f"{loop}.SP" for i, loop in enumerate(self.loops)}
+        return [name_of.get(number, "") for number in range(len(self.signal_values))]
 
     def _inputs(self) -> dict[str, int]:
         """Signals from outside, and parameters of blocks that nothing is wired to."""
@@ -312,12 +312,13 @@ class Nextopid(Facts):
     def _longest(self) -> float:
         """Time constants and delays of all blocks, as they stand before the first cycle."""
         names = (f"{item.name}.{row}" for item in self.items for row in LONG if item.loop is None)
-        return max([0.0, *(self.sig[self.layout.numbers[name]] for name in names if name in self.layout.numbers)])
+        slots = (self.layout.numbers[name] for name in names if name in self.layout.numbers)
+        return max([0.0, *(self.signal_values[slot] for slot in slots)])
 
     def faults(self) -> Iterator[tuple[int, str, str]]:
         """Wires that had no value."""
         name_of = {number: name for name, number in self.layout.numbers.items()}
-        for state in self.st:
+        for state in self.states:
             if state.fault:
                 yield state.fault_at, name_of[state.fault_target], FAULTS[state.fault]
 
@@ -331,7 +332,7 @@ class Nextopid(Facts):
     @property
     def periods(self) -> list[int]:
         """The sample time of each loop, in ticks; no event changes it."""
-        return [config.period for config in self.cfg[: len(self.loops)]]
+        return [config.period for config in self.configs[: len(self.loops)]]
 
     @classmethod
     def mode(cls, status: int) -> str:
@@ -368,13 +369,13 @@ class Nextopid(Facts):
 
     def set(self, loop: int, path: tuple[str, ...], value: Any, signals: MutableSequence[float]) -> str | None:
         """Writes a parameter; returns why it has no effect yet, if so."""
-        name, config = self.loops[loop], self.cfg[loop]
+        name, config = self.loops[loop], self.configs[loop]
         row = self.keys[name].find(path)
         content: Content = value
         signals[self._slot(name, row.name)] = number_of(row.type, content)
         if row.name == "SP" and not self._of(loop, "CASC", signals):
             low, high, _ = self.scales[loop]
-            signals[config.sig_sp] = min(max(signals[self._slot(name, "SP")], low), high)
+            signals[config.sp_slot] = min(max(signals[self._slot(name, "SP")], low), high)
         if row.name == "SP" and self._of(loop, "CASC", signals):
             return "the loop is in cascade mode and follows SP_CASC"
         if row.name == "ManualMV" and not self._of(loop, "Manual", signals):
@@ -402,7 +403,7 @@ class Nextopid(Facts):
 
     def request(self, loop: int, mode: str) -> None:
         """Manual and CASC are written (D690), unless the program wires them."""
-        name, state, code = self.loops[loop], self.st[loop], self.request_code(mode)
+        name, state, code = self.loops[loop], self.states[loop], self.request_code(mode)
         wired = self._wired(name)
         if mode == "cascade" and f"{name}.CASC" not in self.layout.numbers:
             tell(state, report.NO_CASCADE, code)
@@ -419,7 +420,7 @@ class Nextopid(Facts):
 
     def autotune(self, loop: int, command: str) -> None:
         """``start`` and ``cancel`` write AutoTune; ``accept`` copies the results over the gains and resets it."""
-        name, state = self.loops[loop], self.st[loop]
+        name, state = self.loops[loop], self.states[loop]
         if f"{name}.AutoTune" not in self.layout.numbers:
             tell(state, report.NO_TUNE)
         elif "AutoTune" in self._wired(name):
@@ -432,7 +433,7 @@ class Nextopid(Facts):
 
     def tuned(self, loop: int) -> Mapping[str, Any] | None:
         """How the last auto-tuning of a loop went; None where there was none."""
-        state = self.st[loop]
+        state = self.states[loop]
         if state.tune_end == modes.NO_RUN:
             return None
         ended = state.tune_end in {modes.DONE, modes.FAILED}

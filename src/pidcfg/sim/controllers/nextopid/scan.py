@@ -398,7 +398,7 @@ def call(config: Config, state: State, aux: list[float], signals: list[float]) -
     kind = config.kind
     if kind <= terms.PIDA_TUNE_INT:
         call_pid(config, state, signals)
-        signals[config.sig_sp] = state.sp
+        signals[config.sp_slot] = state.sp
         if kind >= terms.PIDA_TUNE_REAL:
             keep_results(config, state, signals)
     elif kind == terms.LEAD_LAG:
@@ -420,7 +420,7 @@ def call_switch(config: Config, state: State, signals: list[float]) -> None:
     kind = config.kind
     if kind == terms.ON_OFF:
         on_off(config, state, signals)
-        signals[config.sig_sp] = state.sp
+        signals[config.sp_slot] = state.sp
     elif kind == terms.PWM:
         pwm(config, state, signals)
     elif kind == terms.SELECT_MIN:
@@ -437,8 +437,8 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
     for i in range(count):
         if states[i].command != 0:
             operate(configs[i], states[i], signals)
-        if configs[i].early > 0:
-            wire_in(configs[i], states[i], aux, signals, configs[i].wires + configs[i].early)
+        if configs[i].early_wires > 0:
+            wire_in(configs[i], states[i], aux, signals, configs[i].wires + configs[i].early_wires)
     if count > 0 and configs[0].moves < configs[0].moves_first:
         move(states[0], tick, aux, signals, configs[0].moves, configs[0].moves_first)
     for position in range(count):

@@ -93,7 +93,7 @@ class Config(LoopConfig):
     wires: int = 0
     """First of its wires in the wire table, and one behind the last."""
     wires_end: int = 0
-    early: int = 0
+    early_wires: int = 0
     """How many of its wires, the first ones, are renewed before the first block of a cycle is called."""
     moves: int = 0
     """Of the first record: the first row of the program's moves in the wire table, two rows a move."""
