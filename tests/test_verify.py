@@ -250,7 +250,7 @@ def test_two_files_of_one_vendor_are_alike_only_to_the_count():
 
 def test_the_bench_stays_within_the_range(kiln):
     bench = bench_of(kiln.side.loop(0), kiln.side.loop(0))
-    assert bench.low < bench.quiet[0] < bench.start < bench.quiet[1] < bench.high
+    assert bench.low < bench.alarm_free[0] < bench.start < bench.alarm_free[1] < bench.high
     assert 0 < abs(bench.gain) <= 3 * bench.span
 
 
@@ -369,8 +369,9 @@ loops:
      alarms: {pv: {low: 30, high: 150}, deviation: {high: 20, high_high: 25}, rate_of_change: 8, hysteresis: 3}}
 """
 BENCH = Bench(
-    low=0.0, high=200.0, sample=1.0, gain=100.0, time=20.0, dead=1.0, middle=0.5, start=100.0, quiet=(30.0, 150.0),
-    room=160.0, length=100.0, settling=10.0, rest=6.0, slowest=2.0, limits=(0.1, 0.9),
+    low=0.0, high=200.0, sample=1.0, gain=100.0, time_constant=20.0, dead_time=1.0, middle=0.5, start=100.0,
+    alarm_free=(30.0, 150.0), sp_width=160.0, length=100.0, settling=10.0, manual_time=6.0, slowest=2.0,
+    limits=(0.1, 0.9),
 )  # fmt: skip
 BATTERY = {
     "start": "0 to 100; at 80, 40",
@@ -501,8 +502,8 @@ def test_what_each_stage_does():
         ),
         ({"middle": 0.12}, (), {"answer": "11 to 51; swept at 100, 0; 11 moved -8; 31 moved 0"}),
         ({"gain": 600.0}, (), {"disturbance": "18 to 118; at 100, -200; 18 load -300"}),
-        ({"quiet": (85.0, 88.0)}, (), {"start": "0 to 100; at 85, 45"}),
-        ({"quiet": (30.0, 75.0)}, (), {"start": "0 to 100; at 75, 35"}),
+        ({"alarm_free": (85.0, 88.0)}, (), {"start": "0 to 100; at 85, 45"}),
+        ({"alarm_free": (30.0, 75.0)}, (), {"start": "0 to 100; at 75, 35"}),
         ({}, [("deadband: 4", "deadband: 0")], {"answer": "11 to 51; swept at 100, 0; 11 moved 4.03292; 31 moved 0"}),
         (
             {"middle": 0.15},
@@ -555,8 +556,9 @@ def test_what_a_stage_does_on_another_bench(bench, changes, differ):
 
 
 PLANT = {
-    "low": 0, "high": 200, "sample": 1, "gain": 400, "time": 256, "dead": 1, "middle": 0.5, "start": 90,
-    "quiet": (30, 150), "room": 160, "length": 160, "settling": 80, "rest": 24, "slowest": 1, "limits": (0, 1),
+    "low": 0, "high": 200, "sample": 1, "gain": 400, "time_constant": 256, "dead_time": 1, "middle": 0.5, "start": 90,
+    "alarm_free": (30, 150), "sp_width": 160, "length": 160, "settling": 80, "manual_time": 24, "slowest": 1,
+    "limits": (0, 1),
 }  # fmt: skip
 """The bench of the loop L: it crosses over at 1/16 rad/s, a quarter of 1 in 2 samples and the filter of 2 s."""
 
@@ -565,41 +567,43 @@ PLANT = {
     ("changes", "other", "slowest", "differ"),
     [
         ((), (), 0.0, {}),
-        ((), (), 5.0, {"rest": 40, "slowest": 5}),
-        ((), [("filter: 2", "filter: 6")], 0.0, {"time": 512, "length": 320, "settling": 160, "rest": 72}),
-        ([("e: 5, derivative_filter: 1", "e: 50")], (), 0.0, {"time": 2000, "length": 800, "settling": 400}),
-        ((), [("derivative_filter: 1", "derivative_filter: 3")], 0.0, {"rest": 36}),
+        ((), (), 5.0, {"manual_time": 40, "slowest": 5}),
+        ((), [("filter: 2", "filter: 6")], 0.0,
+         {"time_constant": 512, "length": 320, "settling": 160, "manual_time": 72}),
+        ([("e: 5, derivative_filter: 1", "e: 50")], (), 0.0, {"time_constant": 2000, "length": 800, "settling": 400}),
+        ((), [("derivative_filter: 1", "derivative_filter: 3")], 0.0, {"manual_time": 36}),
         (
             [("me: 1, mode", "me: 2, mode")], (), 0.0,
-            {"sample": 2, "dead": 2, "time": 384, "length": 240, "settling": 120, "slowest": 2},
+            {"sample": 2, "dead_time": 2, "time_constant": 384, "length": 240, "settling": 120, "slowest": 2},
         ),
         (
             [("me: 1, mode", "me: 2, mode"), ("gain: 2, integral_time: 30, d", "gain: 0.01, integral_time: 0, d")],
             (),
             0.0,
-            {"sample": 2, "dead": 2, "slowest": 2, "gain": 600, "time": 20, "middle": 0, "length": 1600,
+            {"sample": 2, "dead_time": 2, "slowest": 2, "gain": 600, "time_constant": 20, "middle": 0, "length": 1600,
              "settling": 800},
         ),
-        ([("l_time: 30, d", "l_time: 300, d")], (), 0.0, {"time": 1200, "length": 750, "settling": 375}),
-        ([("l_time: 30, d", "l_time: 100, d")], (), 0.0, {"time": 400, "length": 250, "settling": 125}),
+        ([("l_time: 30, d", "l_time: 300, d")], (), 0.0, {"time_constant": 1200, "length": 750, "settling": 375}),
+        ([("l_time: 30, d", "l_time: 100, d")], (), 0.0, {"time_constant": 400, "length": 250, "settling": 125}),
         ([("l_time: 30, d", "l_time: 30, proportional: false, d")], (), 0.0,
-         {"gain": 25, "time": 1, "length": 300, "settling": 150}),
+         {"gain": 25, "time_constant": 1, "length": 300, "settling": 150}),
         ([("gain: 2, integral_time: 30, d", "gain: 0.01, integral_time: 30, d")], (), 0.0,
-         {"gain": 600, "time": 30, "length": 800, "settling": 400}),
-        ([("limits: [20, 180]", "limits: [60, 120]")], (), 0.0, {"quiet": (60, 120), "room": 60}),
-        ([(", limits: [20, 180]", "")], (), 0.0, {"room": 200}),
+         {"gain": 600, "time_constant": 30, "length": 800, "settling": 400}),
+        ([("limits: [20, 180]", "limits: [60, 120]")], (), 0.0, {"alarm_free": (60, 120), "sp_width": 60}),
+        ([(", limits: [20, 180]", "")], (), 0.0, {"sp_width": 200}),
         ([("low: 30, high: 150", "low_low: 10, low: 44, high: 160, high_high: 190")], (), 0.0,
-         {"quiet": (44, 160), "start": 102}),
+         {"alarm_free": (44, 160), "start": 102}),
         ([("pv: {low: 30, high: 150}, ", ""), (", limits: [20, 180]", "")], (), 0.0,
-         {"quiet": (4, 196), "start": 100, "room": 200}),
-        ([("low: 30, high: 150", "high: 15")], (), 0.0, {"quiet": (20, 180), "start": 100}),
+         {"alarm_free": (4, 196), "start": 100, "sp_width": 200}),
+        ([("low: 30, high: 150", "high: 15")], (), 0.0, {"alarm_free": (20, 180), "start": 100}),
         ([("manual: 20", "manual: 20, limits: [5, 40]")], (), 0.0, {"middle": 0.45, "limits": (0.1, 0.8)}),
         ([("l_time: 30, d", "l_time: 0, d"), ("manual: 20", "bias: 20")], (), 0.0, {"middle": 0.4}),
         ([("output_raises_pv: true, sample_time: 1, mode", "output_raises_pv: false, sample_time: 1, mode")], (), 0.0,
          {"gain": -400}),
-        ([("filter: 2}", "filter: 0}")], (), 0.0, {"time": 200, "length": 125, "settling": 63, "rest": 12}),
+        ([("filter: 2}", "filter: 0}")], (), 0.0,
+         {"time_constant": 200, "length": 125, "settling": 63, "manual_time": 12}),
         ([("filter: 2}", "filter: 0}"), ("derivative_filter: 1", "derivative_filter: 0")], (), 0.0,
-         {"time": 200, "length": 125, "settling": 63, "rest": 6}),
+         {"time_constant": 200, "length": 125, "settling": 63, "manual_time": 6}),
     ],
 )  # fmt: skip
 def test_the_bench_fits_the_loop(changes, other, slowest, differ):

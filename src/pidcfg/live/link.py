@@ -41,7 +41,7 @@ with suppress(ImportError):  # Windows has no such thing
 
     TERMINAL_ERRORS = (termios.error,)
 
-MBAP = 8
+HEADER_BYTES = 8
 """Bytes from which on a frame of Modbus TCP tells whose answer it is: transaction, protocol, length, unit, function."""
 PROTOCOL, LENGTH, UNIT = slice(2, 4), slice(4, 6), 6
 
@@ -53,7 +53,7 @@ def unexpected_answer(sent: bytes, came: bytes, *, is_serial: bool) -> str:
         return f"{count} bytes that make none" if came else ""
     if any(came[PROTOCOL]):
         return "bytes that are no Modbus"
-    if count < MBAP:
+    if count < HEADER_BYTES:
         return f"{count} bytes of one"
     if came[:2] != sent[:2] or came[UNIT] != sent[UNIT]:
         return f"one of unit {came[UNIT]}" if came[:2] == sent[:2] else "one to another request"
@@ -82,7 +82,8 @@ HIGHEST_UNIT = 255
 BAUD, PARITY = 19_200, "even"
 """Of a serial line that says nothing else."""
 PARITIES = {"none": "N", "odd": "O", "even": "E"}
-HOW = f"write {TCP}://HOST[:{PORT}][?unit=1] or {RTU}:///DEVICE?baud=9600&parity=odd"
+URL_FORMS = f"write {TCP}://HOST[:{PORT}][?unit=1] or {RTU}:///DEVICE?baud=9600&parity=odd"
+"""What an address that cannot be read should look like; ends a message."""
 
 
 @frozen
@@ -112,11 +113,11 @@ def endpoint(host: str, port: int) -> str:
 
 def parse_address(url: str) -> Address:
     """The PLC that a URL names; raises `AddressError`."""
-    parts, port = _split(url, url.strip(), HOW)
+    parts, port = _split(url, url.strip(), URL_FORMS)
     if parts.scheme not in {TCP, RTU}:
-        raise AddressError(f"{url!r} begins with neither {TCP}:// nor {RTU}://; {HOW}")
+        raise AddressError(f"{url!r} begins with neither {TCP}:// nor {RTU}://; {URL_FORMS}")
     if parts.username is not None or parts.fragment:
-        raise AddressError(f"{url!r}: Modbus knows no users and no fragments; {HOW}")
+        raise AddressError(f"{url!r}: Modbus knows no users and no fragments; {URL_FORMS}")
     return _tcp(url, parts, port) if parts.scheme == TCP else _rtu(url, parts)
 
 
@@ -136,13 +137,13 @@ def _split(text: str, url: str, how: str) -> tuple[SplitResult, int | None]:
 
 def _tcp(url: str, parts: SplitResult, port: int | None) -> Address:
     if not parts.hostname or parts.path not in {"", "/"}:
-        raise AddressError(f"{url!r} names no host, or more than a host; {HOW}")
+        raise AddressError(f"{url!r} names no host, or more than a host; {URL_FORMS}")
     if port == 0:
-        raise AddressError(f"{url!r}: port 0 is none to be reached; {HOW}")
+        raise AddressError(f"{url!r}: port 0 is none to be reached; {URL_FORMS}")
     try:
         parts.hostname.encode("idna")
     except UnicodeError:
-        raise AddressError(f"{url!r}: {parts.hostname!r} is no name of a host; {HOW}") from None
+        raise AddressError(f"{url!r}: {parts.hostname!r} is no name of a host; {URL_FORMS}") from None
     values = _query(url, parts, ("unit",))
     return Address(unquote(parts.hostname), port or PORT, _number(url, values, "unit", 1, 0, HIGHEST_UNIT))
 
@@ -150,7 +151,7 @@ def _tcp(url: str, parts: SplitResult, port: int | None) -> Address:
 def _rtu(url: str, parts: SplitResult) -> Address:
     device = unquote(parts.path)
     if parts.netloc or not device.strip("/"):
-        raise AddressError(f"{url!r} names no device, which stands behind three slashes; {HOW}")
+        raise AddressError(f"{url!r} names no device, which stands behind three slashes; {URL_FORMS}")
     values = _query(url, parts, ("unit", "baud", "parity", "stop_bits"))
     parity = values.get("parity", PARITY)
     if parity not in PARITIES:
@@ -451,7 +452,7 @@ def _client_of(
 
 R = TypeVar("R")
 
-ENDINGS = (signal.SIGINT, signal.SIGTERM)
+END_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 """Signals that somebody sends who wants the work to end."""
 
 
@@ -464,7 +465,7 @@ def run(work: Coroutine[Any, Any, R]) -> R:
     ending = _Ending()
     watched = ending.watched(work)
     try:
-        return ending.around(lambda: _beside(watched) if _is_in_a_loop() else asyncio.run(watched))
+        return ending.call(lambda: _run_in_thread(watched) if _is_in_a_loop() else asyncio.run(watched))
     finally:  # where no loop can be made, neither has begun
         watched.close()
         work.close()
@@ -479,7 +480,7 @@ def _is_in_a_loop() -> bool:
     return True
 
 
-def _beside(work: Coroutine[Any, Any, R]) -> R:
+def _run_in_thread(work: Coroutine[Any, Any, R]) -> R:
     """The result of the work in a thread of its own."""
     from concurrent.futures import ThreadPoolExecutor
 
@@ -495,7 +496,7 @@ class _Ending:
         self._cancel: Callable[[], object] | None = None
         self._came: int | None = None
 
-    def around(self, work: Callable[[], R]) -> R:
+    def call(self, work: Callable[[], R]) -> R:
         """What the work gives; a signal that ended it without a result does what it would have done."""
         self._install()
         try:
@@ -512,7 +513,7 @@ class _Ending:
         """Takes the signals that have a handler, in the one thread that may."""
         if threading.current_thread() is not threading.main_thread():
             return
-        for number in ENDINGS:
+        for number in END_SIGNALS:
             handler = signal.getsignal(number)
             if callable(handler):
                 self._before[number] = handler

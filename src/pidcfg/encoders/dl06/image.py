@@ -1,4 +1,8 @@
-"""A DL06 configuration to its V-memory words and back, what the PLC checks of its set-up, and a loop's gains."""
+"""A DL06 configuration to its V-memory words and back, what the PLC checks of its set-up, and a loop's gains.
+
+Each word, an alarm limit too, is encoded and decoded by its row in `pidcfg.encoders.maps.dl06`; here stands only what
+no row says.
+"""
 
 from __future__ import annotations
 

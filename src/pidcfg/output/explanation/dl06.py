@@ -1,4 +1,8 @@
-"""What is said about the DL06: its blocks, meanings and notation."""
+"""What is said about the DL06: its blocks, meanings and notation.
+
+A register such as an alarm limit is a row of `pidcfg.encoders.maps.dl06`, which `pidcfg.output.explanation.registers`
+explains; here stands only what no row says.
+"""
 
 from __future__ import annotations
 

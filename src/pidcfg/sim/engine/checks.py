@@ -347,17 +347,17 @@ def _check_command(path: Path, action: str, command: str, plc: Plc) -> Iterator[
 def _check_set(path: Path, event: Event, scenario: Scenario, plc: Plc) -> Iterator[Problem]:
     """New values of signals, or of a loop's parameters."""
     for keys, value, below in leaves(event.set):
-        place = (*path, "set", *below)
+        key_path = (*path, "set", *below)
         name = dotted(keys)
         if event.loop is not None:
-            yield from _refused(place, event.loop, plc, keys, value)
+            yield from _refused(key_path, event.loop, plc, keys, value)
         elif name in plc.inputs:
-            yield from _check_input(place, name, value, plc)
+            yield from _check_input(key_path, name, value, plc)
         elif name not in scenario.signals:
             known = [*scenario.signals, *plc.inputs]
-            yield unknown_name(place, "signal of the scenario or the program", name, known, key=True)
+            yield unknown_name(key_path, "signal of the scenario or the program", name, known, key=True)
         else:
-            yield from _check_signal(place, name, value)
+            yield from _check_signal(key_path, name, value)
 
 
 def _check_input(path: Path, name: str, value: object, plc: Plc) -> Iterator[Problem]:
@@ -391,12 +391,12 @@ def _check_disturb(path: Path, event: Event, scenario: Scenario) -> Iterator[Pro
         return
     plant = names[name]
     for key, value in (event.disturb or {}).items():
-        place = (*path, "disturb", key)
+        key_path = (*path, "disturb", key)
         has = [k for k in DISTURBED if getattr(plant, k) is not None and (k not in OWN_KEYS or _fits(plant, k))]
         if key not in has:
-            yield unknown_name(place, f"number of {name} that can change", key, has, key=True)
+            yield unknown_name(key_path, f"number of {name} that can change", key, has, key=True)
         elif abs(value) > LARGEST or (value < 0 and key in NOT_NEGATIVE) or (value < SMALLEST and key in POSITIVE):
-            yield Problem(place, f"{key} cannot be {value}", "value")
+            yield Problem(key_path, f"{key} cannot be {value}", "value")
 
 
 def _fits(plant: Plant, key: str) -> bool:

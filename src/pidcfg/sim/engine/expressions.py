@@ -90,7 +90,8 @@ def unknown_name(path: Path, what: str, name: object, known: Iterable[str], *, k
 # Division by zero, the square root of a negative number and a result beyond all bounds have no value. `evaluate` says
 # so in ``stack[0]``; the signal then keeps the value it had, and the run reports the first time this happened.
 
-NO_FAULT, DIVISION_BY_ZERO, ROOT_OF_NEGATIVE, NOT_FINITE = range(4)
+DIVISION_BY_ZERO, ROOT_OF_NEGATIVE, NOT_FINITE = 1.0, 2.0, 3.0
+"""Numbers in `FAULTS`, as a float since they stand on the stack."""
 BEYOND = f"a result beyond {LARGEST_VALUE:g}".replace("+", "")
 FAULTS = ("", "division by zero", "square root of a negative number", BEYOND)
 """Why an expression has no value, by the number that `evaluate` leaves in ``stack[0]``."""
@@ -143,7 +144,7 @@ def evaluate(
             stack[top] = abs(stack[top])
         elif op == ROOT:
             if stack[top] < 0.0:
-                stack[0] = 2.0
+                stack[0] = ROOT_OF_NEGATIVE
                 return 0.0
             stack[top] = math.sqrt(stack[top])
         else:
@@ -157,7 +158,7 @@ def evaluate(
                 stack[top] *= right
             elif op == DIVIDE:
                 if right == 0.0:
-                    stack[0] = 1.0
+                    stack[0] = DIVISION_BY_ZERO
                     return 0.0
                 stack[top] /= right
             elif op == MINIMUM:
@@ -168,7 +169,7 @@ def evaluate(
     value = stack[1]
     if -LARGEST_VALUE <= value <= LARGEST_VALUE:
         return value
-    stack[0] = 3.0
+    stack[0] = NOT_FINITE
     return 0.0
 
 
@@ -194,8 +195,8 @@ def depends_on(
 
     trial = list(signals)
     for _ in range(TRIES):
-        for place in read:
-            trial[place] = draw()
+        for number in read:
+            trial[number] = draw()
         one = value(trial)
         trial[slot] = draw()
         other = value(trial)

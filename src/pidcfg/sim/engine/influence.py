@@ -199,8 +199,8 @@ def wrong_actions(net: Network, plc: Plc) -> Iterator[Problem]:
             )
             cure = "turn the action of the loop round, or the sign of the plant's gain"
             inlet = plc.inlets.get(loop, f"{loop}.PV")
-            place = net.texts[loop][0] if loop in net.texts else ("connect", inlet)
-            yield Problem(place, message, "wrong_action", help=cure, key=True, loop=loop)
+            path = net.texts[loop][0] if loop in net.texts else ("connect", inlet)
+            yield Problem(path, message, "wrong_action", help=cure, key=True, loop=loop)
 
 
 def effect(net: Network, plc: Plc, loop: int) -> float:

@@ -358,7 +358,7 @@ def _smoothed(share: float, difference: SignalDifference, k: int, scene: Scene) 
     rate = abs(float(tuning.gain)) * float(tuning.derivative_time) / bench.sample / width
     most = LARGE_KICK * share * rate * max(map(abs, jumps), default=0.0)
     if difference.signal == "pv":
-        most *= abs(bench.gain) * min(1.0, LARGE_KICK * bench.sample / bench.time)
+        most *= abs(bench.gain) * min(1.0, LARGE_KICK * bench.sample / bench.time_constant)
     return _within(most, difference, k, scene)
 
 

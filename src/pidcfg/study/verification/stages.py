@@ -52,21 +52,21 @@ class Bench:
     """Sample time of the slower side."""
     gain: float
     """PV units for the whole output, with the sign of the action."""
-    time: float
-    dead: float
+    time_constant: float
+    dead_time: float
     middle: float
     """The output at rest, as a share of its range."""
     start: float
     """PV and set point at rest."""
-    quiet: tuple[float, float]
+    alarm_free: tuple[float, float]
     """PVs within the limits of the set point and without an alarm."""
-    room: float
+    sp_width: float
     """Width of the limits of the set point."""
     length: float
     """How long a change is watched."""
     settling: float
     """How long the loop is left alone in Auto before something happens."""
-    rest: float
+    manual_time: float
     """How long a stage begins in Manual: until filters have forgotten what was before."""
     slowest: float
     """The longest sample time in its cascade."""
@@ -237,14 +237,14 @@ def begin_at_rest(b: Bench) -> tuple[Act, ...]:
 
     The output is held until the inner loops are in Cascade: some masters take over what these have for a set point.
     """
-    held = min(round(IN_CASCADE * b.slowest / b.sample), round(b.rest / b.sample) - 1)
+    held = min(round(IN_CASCADE * b.slowest / b.sample), round(b.manual_time / b.sample) - 1)
     return (
         Act(0.0, mode="auto"),  # a block may keep its set point from a master in Manual, too
         Act(0.0, mode="manual"),
         Act(0.0, output=b.middle),
         Act(b.sample, setpoint=b.start),
         *(Act(k * b.sample, output=b.middle) for k in range(1, held)),
-        Act(b.rest - b.sample, output=b.middle),
+        Act(b.manual_time - b.sample, output=b.middle),
     )
 
 
@@ -252,8 +252,8 @@ def go_to_auto(b: Bench) -> tuple[Act, ...]:
     """The same, and then Auto with the same set point."""
     return (
         *begin_at_rest(b),
-        Act(b.rest, mode="auto"),
-        Act(b.rest + b.sample, setpoint=b.start),
+        Act(b.manual_time, mode="auto"),
+        Act(b.manual_time + b.sample, setpoint=b.start),
     )
 
 
@@ -261,7 +261,7 @@ def from_settled(
     b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal] = ALL
 ) -> Stage:
     """A stage in Auto whose acts are counted from the time at which the loop has settled."""
-    begin = b.rest + 2 * b.sample + b.settling
+    begin = b.manual_time + 2 * b.sample + b.settling
     moved = tuple(delayed_act(act, begin) for act in acts)
     load = b.load(b.start, b.middle)
     return Stage(name, title, (*go_to_auto(b), *moved), begin + length, begin, signals, b.start, load, output=b.middle)
@@ -416,7 +416,7 @@ def _rate(b: Bench, name: str, limit: float, signals: frozenset[Signal]) -> Stag
 
 
 def _sweep(b: Bench, name: str, title: str, acts: tuple[Act, ...], length: float, signals: frozenset[Signal]) -> Stage:
-    begin = b.rest + 5 * b.sample
+    begin = b.manual_time + 5 * b.sample
     moved = tuple(delayed_act(act, begin) for act in acts)
     return Stage(
         name, title, (*go_to_auto(b), *moved), begin + length, begin, signals, b.start, 0.0, swept=True, output=b.middle
@@ -464,7 +464,7 @@ def stages_of(bench: Bench, loop: Loop, other: Loop, count: float, *, in_cascade
 def _start(b: Bench, loop: Loop, *, in_cascade: bool) -> Stage:
     """As configured: the plant rests a little beside the set point, where the first output of the loop holds it."""
     wanted = b.start if loop.setpoint.value is None else float(loop.setpoint.value)
-    pv = min(max(wanted - b.sign * SMALL * b.span, b.quiet[0]), b.quiet[1])
+    pv = min(max(wanted - b.sign * SMALL * b.span, b.alarm_free[0]), b.alarm_free[1])
     low, high = (float(end) for end in loop.output.range)
     first = 0.0 if loop.output.manual is None else (float(loop.output.manual) - low) / (high - low)
     first = min(max(first, b.limits[0]), b.limits[1])
@@ -479,12 +479,12 @@ def _start(b: Bench, loop: Loop, *, in_cascade: bool) -> Stage:
 
 def _cascade(b: Bench) -> Stage:
     """Auto to Cascade, and a step of the other loop's output."""
-    begin, hold = b.rest + 2 * b.sample, max(b.settling, 6 * b.slowest)
+    begin, hold = b.manual_time + 2 * b.sample, max(b.settling, 6 * b.slowest)
     there = (b.start - b.low) / b.span
     acts = (
         Act(0.0, mode="cascade"),
         Act(b.slowest, master=there),
-        Act(hold, master=there + SMALL * b.room / b.span),
+        Act(hold, master=there + SMALL * b.sp_width / b.span),
     )
     moved = (*go_to_auto(b), Act(0.0, master=there), *(delayed_act(act, begin) for act in acts))
     load = b.load(b.start, b.middle)
@@ -507,31 +507,50 @@ def _manual(b: Bench) -> Stage:
     low, high = b.limits
     acts = (
         *begin_at_rest(b),
-        Act(b.rest, output=low + 0.4 * (high - low)),
-        Act(b.rest + 10 * b.sample, output=low + 0.6 * (high - low)),
+        Act(b.manual_time, output=low + 0.4 * (high - low)),
+        Act(b.manual_time + 10 * b.sample, output=low + 0.6 * (high - low)),
     )
     load = b.load(b.start, b.middle)
     return Stage(
-        "manual", "Manual", acts, b.rest + 20 * b.sample, b.rest - b.sample, ALL, b.start, load, output=b.middle
+        "manual",
+        "Manual",
+        acts,
+        b.manual_time + 20 * b.sample,
+        b.manual_time - b.sample,
+        ALL,
+        b.start,
+        load,
+        output=b.middle,
     )
 
 
 def _automatic(b: Bench) -> Stage:
     """From Manual to Auto while the PV is beside the set point."""
     pv = b.start - b.sign * 0.02 * b.span
-    acts = (*begin_at_rest(b), Act(b.rest, mode="auto"))
+    acts = (*begin_at_rest(b), Act(b.manual_time, mode="auto"))
     return Stage(
-        "auto", "Auto", acts, b.rest + b.length / 2, b.rest - b.sample, ALL, pv, b.load(pv, b.middle), output=b.middle
+        "auto",
+        "Auto",
+        acts,
+        b.manual_time + b.length / 2,
+        b.manual_time - b.sample,
+        ALL,
+        pv,
+        b.load(pv, b.middle),
+        output=b.middle,
     )
 
 
 def _small_step(b: Bench) -> Stage:
-    act = Act(0.0, setpoint=b.start + SMALL * b.room)
+    act = Act(0.0, setpoint=b.start + SMALL * b.sp_width)
     return from_settled(b, "step 5 %", "a step of the set point of 5 % of its limits", (act,), b.length)
 
 
 def _large_step(b: Bench) -> Stage:
-    acts = (Act(0.0, setpoint=b.start + LARGE / 2 * b.room), Act(b.length / 2, setpoint=b.start - LARGE / 2 * b.room))
+    acts = (
+        Act(0.0, setpoint=b.start + LARGE / 2 * b.sp_width),
+        Act(b.length / 2, setpoint=b.start - LARGE / 2 * b.sp_width),
+    )
     return from_settled(b, "step 50 %", "a step of the set point of 50 % of its limits", acts, b.length * 1.5)
 
 

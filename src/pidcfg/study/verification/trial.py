@@ -189,7 +189,7 @@ def scenario_data(stage: Stage, bench: Bench, names: SideNames) -> dict[str, Any
     low, high = names.scale
     width, zero = high - low, bench.gain * low / (high - low)
     plant: dict[str, Any] = {"name": PLANT, "model": "first_order", "input": names.output, "initial": stage.pv}
-    plant |= {"gain": bench.gain / width, "time_constant": bench.time, "dead_time": bench.dead}
+    plant |= {"gain": bench.gain / width, "time_constant": bench.time_constant, "dead_time": bench.dead_time}
     plant["load"] = stage.load - zero
     if stage.swept:
         plant = {"name": PLANT, "model": "integrator", "input": "0", "gain": 1, "load": 0, "initial": stage.pv}

@@ -94,7 +94,7 @@ def to_auto(config: Config, state: State) -> None:
     state.status = (state.status & ~MODES) | AUTO
 
 
-def no_tune(config: Config, state: State) -> int:
+def tune_refusal(config: Config, state: State) -> int:
     """Why an autotune cannot start: it needs Auto and PV limits (D123); 0: it can."""
     if state.status & AUTO == 0:
         return REFUSED_TUNE_MODE
@@ -118,7 +118,7 @@ def request_mode(config: Config, state: State, wanted: int) -> int:
             return REFUSED_ERROR + state.error
         to_auto(config, state)
         return 0
-    reason = no_tune(config, state)
+    reason = tune_refusal(config, state)
     if reason:
         state.status |= TUNE_ERROR
     else:
@@ -138,7 +138,7 @@ def cancel(state: State) -> None:
         tell_request(state, TUNE_IDLE)
 
 
-def pursue(config: Config, state: State) -> None:
+def approach_goal(config: Config, state: State) -> None:
     """Come one step closer to the goal; at the goal write its set point, as an operator would."""
     if state.status & MODES == state.goal:
         if state.goal_writes:
@@ -152,7 +152,7 @@ def pursue(config: Config, state: State) -> None:
         tell_request(state, reason)
 
 
-def modes(config: Config, state: State) -> None:
+def update_mode(config: Config, state: State) -> None:
     """Everything that can change the mode at a sample: requests, of which Autotune's comes last, or the goal (D673)."""
     if state.pending & REQUEST:
         state.pending &= ~(REQUEST | GOAL)
@@ -163,7 +163,7 @@ def modes(config: Config, state: State) -> None:
                 tell_request(state, reason)
         state.request = 0
     elif state.pending & GOAL:
-        pursue(config, state)
+        approach_goal(config, state)
 
 
 # --- What a CLICK loop tells the outside: names of modes, alarms and flags as bits, and notices in words --------------

@@ -24,7 +24,7 @@ from pidcfg.sim.controllers.click.equation import (
     pulse,
     renew_alarms,
 )
-from pidcfg.sim.controllers.click.operate import ALARM_BITS, FIXED, OVERRIDE_ERROR, modes, to_manual
+from pidcfg.sim.controllers.click.operate import ALARM_BITS, FIXED, OVERRIDE_ERROR, to_manual, update_mode
 from pidcfg.sim.controllers.click.plc import Click, load
 from pidcfg.sim.controllers.kernels import clamp, finite, single
 from pidcfg.sim.controllers.plc import ScanOptions as Options
@@ -79,7 +79,7 @@ def sample(config: Config, state: State, aux: list[float], signals: list[float])
     state.raw = raw
     state.pv = pv
     if state.pending & (REQUEST | GOAL):
-        modes(config, state)
+        update_mode(config, state)
     # Setpoint Upper and Lower Limits; D126: an enabled limit overwrites the set point
     if config.sp_high_on and state.sp > config.sp_high:
         state.sp = config.sp_high

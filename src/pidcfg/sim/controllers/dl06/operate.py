@@ -169,7 +169,7 @@ def request_mode(i: int, wanted: int, configs: list[Config], states: list[State]
     return reason
 
 
-def waits(i: int, configs: list[Config], states: list[State]) -> bool:
+def waits_for_minor(i: int, configs: list[Config], states: list[State]) -> bool:
     """Whether a minor loop of this one is still on its way to Cascade, unrefused: the order is inside out (D644)."""
     for j in range(len(configs)):
         state = states[j]
@@ -179,7 +179,7 @@ def waits(i: int, configs: list[Config], states: list[State]) -> bool:
     return False
 
 
-def pursue(i: int, configs: list[Config], states: list[State]) -> None:
+def approach_goal(i: int, configs: list[Config], states: list[State]) -> None:
     """Come one step closer to the goal; at the goal write its set point, as an operator would (D45, D643)."""
     state = states[i]
     now = state.status & MODES
@@ -190,7 +190,7 @@ def pursue(i: int, configs: list[Config], states: list[State]) -> None:
         state.goal = 0
         return
     wanted = state.goal if now == AUTO else AUTO
-    if now == MANUAL and waits(i, configs, states):
+    if now == MANUAL and waits_for_minor(i, configs, states):
         return
     reason = request_mode(i, wanted, configs, states)
     if reason and (state.refused >> reason) & 1 == 0:
@@ -198,7 +198,7 @@ def pursue(i: int, configs: list[Config], states: list[State]) -> None:
         tell_request(state, reason)
 
 
-def restore(i: int, configs: list[Config], states: list[State]) -> None:
+def restore_mode(i: int, configs: list[Config], states: list[State]) -> None:
     """Return to the mode before Program mode; the CPU forces it, so nothing refuses."""
     state = states[i]
     state.pending &= ~RESTORE
@@ -219,14 +219,14 @@ def restore(i: int, configs: list[Config], states: list[State]) -> None:
     tell_request(state, RESTORED)
 
 
-def modes(i: int, configs: list[Config], states: list[State]) -> None:
+def update_mode(i: int, configs: list[Config], states: list[State]) -> None:
     """Everything that can change the mode in one sample: override, restoring, request, goal."""
     state = states[i]
     if state.pending & TRIP:
         state.pending &= ~TRIP
         to_manual(i, configs, states, OVERRIDE_ALARM_ERROR)
     if state.pending & RESTORE:
-        restore(i, configs, states)
+        restore_mode(i, configs, states)
     if state.pending & (REQUEST | GOAL):
         renew_pv_alarms(configs[i], state, state.pv)
     if state.pending & REQUEST:
@@ -237,7 +237,7 @@ def modes(i: int, configs: list[Config], states: list[State]) -> None:
         if reason:
             tell_request(state, reason)
     if state.pending & GOAL:
-        pursue(i, configs, states)
+        approach_goal(i, configs, states)
 
 
 # --- The ramp/soak generator of a DL06 loop: it writes the set point word, sample by sample ---------------------------
@@ -267,17 +267,17 @@ RAMP_SOAK_REASONS = {
 }
 
 
-def finish(state: State, flags: int) -> None:
+def end_profile(state: State, flags: int) -> None:
     """The generator stops; the step byte returns to 0."""
     state.rs_step = 0
     state.aux_status = flags
     state.pending &= ~SOAK
 
 
-def begin(config: Config, state: State, aux: list[float], step: int) -> None:
+def begin_step(config: Config, state: State, aux: list[float], step: int) -> None:
     """Enter a step; the profile ends behind step 16 and at a slope of 0 (D55)."""
     if step > STEPS or (step % 2 == 1 and aux[config.rs_table + (step - 1) // 2 * FIELDS + 1] <= 0.0):
-        finish(state, RS_COMPLETE)
+        end_profile(state, RS_COMPLETE)
         return
     state.rs_step = step
     if step % 2 == 0:
@@ -285,20 +285,20 @@ def begin(config: Config, state: State, aux: list[float], step: int) -> None:
     state.aux_status = (state.aux_status & RS_HELD) | step * RS_STEP
 
 
-def start(config: Config, state: State, aux: list[float]) -> None:
+def start_profile(config: Config, state: State, aux: list[float]) -> None:
     """A rising start bit: the first ramp begins at the present set point, and moves at the next sample (D652)."""
     state.rs_error = config.rs_fault
     state.rs_errors |= config.rs_fault
     if config.rs_fault or config.rs_table < 0:
         tell_request(state, REFUSED_RS_TABLE)
-        finish(state, 0)
+        end_profile(state, 0)
         return
     state.aux_status = 0
     state.rs_sp = state.sp
-    begin(config, state, aux, 1)
+    begin_step(config, state, aux, 1)
 
 
-def obey(config: Config, state: State, aux: list[float]) -> None:
+def execute_command(config: Config, state: State, aux: list[float]) -> None:
     """Read and clear the command bits; start works alone, hold comes before resume and jog (D56, D653)."""
     command = state.rs_command
     state.rs_command = 0
@@ -307,7 +307,7 @@ def obey(config: Config, state: State, aux: list[float]) -> None:
     elif state.status & CASCADE:
         tell_request(state, REFUSED_RS_CASCADE)
     elif command == RS_START:
-        start(config, state, aux)
+        start_profile(config, state, aux)
     elif state.rs_step == 0:
         tell_request(state, REFUSED_RS_IDLE)
     elif command & RS_HOLD:
@@ -318,10 +318,10 @@ def obey(config: Config, state: State, aux: list[float]) -> None:
         if state.rs_sp + NEAREST - NEAREST != state.sp:
             state.rs_sp = state.sp
     elif command & RS_JOG:
-        begin(config, state, aux, state.rs_step + 1)
+        begin_step(config, state, aux, state.rs_step + 1)
 
 
-def run(config: Config, state: State, aux: list[float]) -> None:
+def advance_step(config: Config, state: State, aux: list[float]) -> None:
     """One sample of the step that is active."""
     pair = config.rs_table + (state.rs_step - 1) // 2 * FIELDS
     if state.rs_step % 2 == 1:
@@ -329,14 +329,14 @@ def run(config: Config, state: State, aux: list[float]) -> None:
         state.rs_sp = step_to(state.rs_sp, target, aux[pair + 1] * (state.period / TICKS))
         state.sp = state.rs_sp + NEAREST - NEAREST
         if state.rs_sp == target:
-            begin(config, state, aux, state.rs_step + 1)
+            begin_step(config, state, aux, state.rs_step + 1)
         return
     state.rs_left -= state.period
     if state.rs_left < 0.5 * state.period:
-        begin(config, state, aux, state.rs_step + 1)
+        begin_step(config, state, aux, state.rs_step + 1)
 
 
-def watch(config: Config, state: State, aux: list[float]) -> None:
+def check_deviation(config: Config, state: State, aux: list[float]) -> None:
     """Renew the soak deviation bit; it is on only while a soak sees the PV too far from the set point."""
     state.aux_status &= ~RS_DEVIATION
     if state.rs_step and state.rs_step % 2 == 0:
@@ -347,33 +347,33 @@ def watch(config: Config, state: State, aux: list[float]) -> None:
 
 def ramp_soak(config: Config, state: State, aux: list[float], signals: list[float]) -> None:
     """Commands first, then the active step (D676), then its deviation bit; the step number is a signal."""
-    generate(config, state, aux)
+    advance_profile(config, state, aux)
     signals[config.step_slot] = state.rs_step * 1.0
 
 
-def generate(config: Config, state: State, aux: list[float]) -> None:
+def advance_profile(config: Config, state: State, aux: list[float]) -> None:
     """One sample of the generator."""
     if config.rs_enabled == 0:
         if state.rs_command:
             tell_request(state, REFUSED_RS_OFF)
         state.rs_command = 0
-        finish(state, state.aux_status & RS_COMPLETE)
+        end_profile(state, state.aux_status & RS_COMPLETE)
         return
     active = state.rs_step
     if state.rs_command:
         started = state.rs_command == RS_START
-        obey(config, state, aux)
+        execute_command(config, state, aux)
         if active == 0 or state.rs_step != active or started:
             active = 0
     if active and state.status & CASCADE and state.aux_status & RS_HELD == 0:
         state.aux_status |= RS_HELD
         tell_request(state, HELD_BY_CASCADE)
     if active and state.aux_status & RS_HELD == 0 and state.pending & PROGRAM == 0:
-        run(config, state, aux)
+        advance_step(config, state, aux)
     if state.rs_step == 0:
         state.pending &= ~SOAK
     else:
-        watch(config, state, aux)
+        check_deviation(config, state, aux)
 
 
 # --- How a DL06 loop is reported: names of modes, alarms and flags as bits, and notices in words ----------------------

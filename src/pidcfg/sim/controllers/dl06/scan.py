@@ -35,9 +35,9 @@ from pidcfg.sim.controllers.dl06.operate import (
     FIXED,
     MODE_BITS,
     OVERRIDE_OVERFLOW,
-    modes,
     ramp_soak,
     to_manual,
+    update_mode,
 )
 from pidcfg.sim.controllers.dl06.plc import Dl06, Options, load
 from pidcfg.sim.controllers.kernels import NEAREST, nearest
@@ -106,7 +106,7 @@ def sample(i: int, configs: list[Config], states: list[State], aux: list[float],
     if pending:
         state.pending = pending & ~FIRST
         if pending & MODE_WORK:
-            modes(i, configs, states)
+            update_mode(i, configs, states)
             # into Cascade a bumpless transfer writes the major loop's output (D41)
             if config.major >= 0:
                 show_output(configs[config.major], states[config.major], signals)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 # --- The four modes of a DPIDE instruction, as PID_RUN, PID_MODE and PID_MAN make them (D275) -------------------------
 
 
-def enter(config: Config, state: State, mode: int) -> None:
+def enter_mode(config: Config, state: State, mode: int) -> None:
     """The mode, and what the next calculation has to know of the one before (kernel)."""
     before = state.status & MODES
     state.status = (state.status & ~MODES) | mode
@@ -52,7 +52,7 @@ def enter(config: Config, state: State, mode: int) -> None:
             state.pending |= FROM_MANUAL
 
 
-def halt(config: Config, state: State) -> None:
+def stop_block(config: Config, state: State) -> None:
     """PID_RUN is FALSE: MV is 0, and nothing else is written (D273, D688; kernel)."""
     if state.status & TUNING:
         abandon(state)
@@ -64,12 +64,12 @@ def halt(config: Config, state: State) -> None:
         state.mout = 0.0
 
 
-def switch(config: Config, state: State) -> None:
+def switch_mode(config: Config, state: State) -> None:
     """The mode that the operands make takes effect (kernel)."""
     state.pending &= ~(REQUEST | FROM_MANUAL)
     if state.status & TUNING:
         abandon(state)
-    enter(config, state, state.wanted_mode)
+    enter_mode(config, state, state.wanted_mode)
 
 
 # --- How a DPIDE instruction is reported: names of modes and flags as bits, and notices in words ----------------------

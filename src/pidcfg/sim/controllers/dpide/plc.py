@@ -22,7 +22,7 @@ from pidcfg.sim.controllers.dpide.operate import (
     REASONS,
     SIGNALS,
     Seconds,
-    enter,
+    enter_mode,
     with_mark,
 )
 from pidcfg.sim.controllers.kernels import NEVER, clamp, read_registers, register_values, single, tell
@@ -165,7 +165,7 @@ class Dpide(NamedPlc):
         devices = self._devices[loop]
         config.mout_is_mv = int("MOUT" in devices and devices["MOUT"] == devices.get("MV"))
         state.status = bits.OFF
-        enter(config, state, self._mode(loop))
+        enter_mode(config, state, self._mode(loop))
         state.wanted_mode = state.status & bits.MODES
         if state.status & bits.OFF:
             state.out = 0.0
@@ -262,7 +262,7 @@ class Dpide(NamedPlc):
             state.due = tick
             state.pending &= ~bits.STOPPED
             mode, state.status = state.status & bits.MODES, (state.status & ~bits.MODES) | bits.OFF
-            enter(config, state, mode)
+            enter_mode(config, state, mode)
 
     def stop(self, signals: MutableSequence[float]) -> None:
         """The PLC stops: no instruction is executed, and MV stays as it is (D278)."""

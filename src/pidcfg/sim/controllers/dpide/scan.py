@@ -23,7 +23,7 @@ from pidcfg.sim.controllers.dpide.equation import (
     calculate_slope,
     show_signals,
 )
-from pidcfg.sim.controllers.dpide.operate import KEYS, PID_MODES, halt, switch
+from pidcfg.sim.controllers.dpide.operate import KEYS, PID_MODES, stop_block, switch_mode
 from pidcfg.sim.controllers.dpide.plc import Dpide, load
 from pidcfg.sim.controllers.kernels import finite, single
 from pidcfg.sim.controllers.plc import ScanOptions as Options
@@ -74,7 +74,7 @@ def sample(i: int, configs: list[Config], states: list[State], signals: list[flo
     state = states[i]
     state.pv = single(signals[config.in_slot])
     if state.pending & REQUEST:
-        switch(config, state)
+        switch_mode(config, state)
     if state.status & OFF:
         signals[config.pv_slot] = finite(state.pv, 0.0)
         return
@@ -100,7 +100,7 @@ def scan(tick: int, configs: list[Config], states: list[State], aux: list[float]
     for i in range(len(configs)):
         state = states[i]
         if state.pending & (HALTING | STOPPED) == HALTING:
-            halt(configs[i], state)
+            stop_block(configs[i], state)
             signals[configs[i].out_slot] = state.out
             signals[configs[i].mout_slot] = state.mout
         due = state.due

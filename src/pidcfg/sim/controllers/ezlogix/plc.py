@@ -68,8 +68,8 @@ class Loop:
         choices = {"action": self.dialog.action, "algorithm": self.dialog.algorithm}
         return {row.name: self.word(row.name) for row in R_BLOCK.words} | discretes | choices
 
-    def time(self, name: str) -> Decimal:
-        """A time in seconds."""
+    def quantity(self, name: str) -> Decimal:
+        """What a register holds, in its unit: a gain, or a time in seconds."""
         codec = cast("Codec", R_BLOCK.word(name).codec)
         value: Decimal = codec.decode(self.word(name))
         return value
@@ -114,7 +114,7 @@ def configure(config: Config, loop: Loop, *, goes_on: bool) -> None:
     config.pv_low, config.pv_width = low_and_width(dialog.pv.range, config.pv_min, config.pv_span)
     config.out_low, config.out_width = low_and_width(dialog.output.range, 0.0, float(CV_FULL))
     config.halt = int(loop.word("sample_rate") < LEAST_SAMPLE_RATE)  # a sample rate below 0.05 s is none (D162)
-    config.period = UNKNOWN_PERIOD if config.halt else ticks(loop.time("sample_rate"))
+    config.period = UNKNOWN_PERIOD if config.halt else ticks(loop.quantity("sample_rate"))
     config.runs_when_stopped = int(goes_on)
     config.fetches_pv = int(dialog.pv.tag.startswith("IR"))
     config.carries_output = int(dialog.output.tag.startswith("OR") or dialog.output.pulse is not None)
@@ -123,15 +123,15 @@ def configure(config: Config, loop: Loop, *, goes_on: bool) -> None:
         clamp(float(loop.word(name)), 0.0, float(CV_FULL)) for name in ("cv_low", "cv_high")
     )
     config.timeout = ticks(loop.word("autotune_timeout"))
-    config.cycle = 0 if dialog.output.pulse is None else ticks(loop.time("cycle_time"))
-    config.min_on, config.min_off = ticks(loop.time("min_on")), ticks(loop.time("min_off"))
+    config.cycle = 0 if dialog.output.pulse is None else ticks(loop.quantity("cycle_time"))
+    config.min_on, config.min_off = ticks(loop.quantity("min_on")), ticks(loop.quantity("min_off"))
 
 
 def tuning(config: Config, state: State, loop: Loop) -> None:
     """The gain registers and the sample rate."""
-    state.gain = float(loop.time("proportional_gain"))
-    state.reset = float(loop.time("integral_time"))
-    state.rate = float(loop.time("derivative_time"))
+    state.gain = float(loop.quantity("proportional_gain"))
+    state.reset = float(loop.quantity("integral_time"))
+    state.rate = float(loop.quantity("derivative_time"))
     state.period = config.period
 
 

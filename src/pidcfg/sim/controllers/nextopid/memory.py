@@ -42,6 +42,7 @@ from pidcfg.sim.controllers.kernels import clamp, nearest, single
 from pidcfg.sim.controllers.nextopid import terms
 from pidcfg.sim.controllers.nextopid.terms import Config, State
 from pidcfg.sim.controllers.plc import TICKS, Plc
+from pidcfg.sim.engine.expressions import DIVISION_BY_ZERO, NOT_FINITE, ROOT_OF_NEGATIVE
 from pidcfg.text.references import Decision
 
 if TYPE_CHECKING:
@@ -97,23 +98,23 @@ def value_of(aux: MutableSequence[float], first: int, last: int, signals: Sequen
             aux[top] = abs(aux[top])
         elif op == ROOT:
             if aux[top] < 0.0:
-                aux[stack] = 2.0
+                aux[stack] = ROOT_OF_NEGATIVE
                 return 0.0
             aux[top] = single(math.sqrt(aux[top]))
         else:
             top -= 1
             if op == DIVIDE and aux[top + 1] == 0.0:
-                aux[stack] = 1.0
+                aux[stack] = DIVISION_BY_ZERO
                 return 0.0
-            aux[top] = combined(op, aux[top], aux[top + 1])
+            aux[top] = apply_operator(op, aux[top], aux[top + 1])
     value = aux[stack + 1]
     if -LARGEST <= value <= LARGEST:
         return value
-    aux[stack] = 3.0
+    aux[stack] = NOT_FINITE
     return 0.0
 
 
-def combined(op: float, left: float, right: float) -> float:
+def apply_operator(op: float, left: float, right: float) -> float:
     """The result of an operator with two operands (kernel)."""
     if op == ADD:
         return single(left + right)
@@ -127,10 +128,10 @@ def combined(op: float, left: float, right: float) -> float:
         return min(left, right)
     if op in (MAXIMUM, OR):
         return max(left, right)
-    return compared(op, left, right)
+    return compare(op, left, right)
 
 
-def compared(op: float, left: float, right: float) -> float:
+def compare(op: float, left: float, right: float) -> float:
     """1 where a comparison holds, and 0 where not (kernel)."""
     if op == LESS:
         holds = left < right
