@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import map_rig
 import pidcfg
-from pidcfg.encoders.contract import formats_of
-from pidcfg.encoders.decoding import decode_listing, read_listing
+from pidcfg.encoders.contract import encoder_of, formats_of
+from pidcfg.encoders.decoding import annotate_listing, decode_listing, read_listing, reading_of
 from pidcfg.encoders.listing import ListingError
 from pidcfg.text.reader import DEFAULT
+from pidcfg.text.source import read_document
 from pidcfg.text.writer import yaml_text
 from pidcfg.validate.map_files import MapFile, UnusableMapError, numbering_of
 from pidcfg.vendors import VENDORS
@@ -81,6 +82,22 @@ def decoded(vendor: str, kind: str, like: Any, text: str) -> str:
     return yaml_text(found.data) + "\n".join(found.notes)
 
 
+def annotated(vendor: str, kind: str, text: str) -> str:
+    """A meaning beside every word of a listing."""
+    found, notes = annotate_listing(read_listing(text.encode(), VENDORS[vendor], DEFAULT, kind), VENDORS[vendor], {})
+    return found + "\n".join(notes)
+
+
+def compared(vendor: str, kind: str, like: Any, text: str) -> str:
+    """A listing beside its configuration: what is refused of it, and what then is said of the rest."""
+    found = reading_of(read_listing(text.encode(), VENDORS[vendor], DEFAULT, kind), VENDORS[vendor], like)
+    unreadable = [f"{place}: {said}" for place, said in found.unreadable.items()]
+    refused = [f"{' '.join(place)}: {said}" for place, said in found.refused.items()]
+    other = {cell.address: cell.raw for cell in like[1].image.cells}
+    words = [f"{c.address}: {c.raw}" for c in found.encoding.image.cells if other.get(c.address) != c.raw]
+    return "\n".join([*found.notes, f"partial: {found.partial}", *unreadable, *refused, *words])
+
+
 def merged(vendor: str, kind: str, image: Any, text: str) -> str:
     """A file of the user's with the words of a configuration in it."""
     merge = formats_of(VENDORS[vendor]).FORMATS[kind].merge
@@ -117,6 +134,20 @@ def _listing(vendor: str, name: str, kind: str, places: int, *, like: bool = Fal
     return Source(text, places, partial(decoded, vendor, kind, image if like else None))
 
 
+def _annotated(vendor: str, name: str, kind: str, places: int) -> Source:
+    return Source(_encoded(vendor, name, kind)[0], places, partial(annotated, vendor, kind))
+
+
+def _compared(vendor: str, name: str, kind: str, places: int) -> Source:
+    document = read_document((EXAMPLES / vendor / f"{name}.yaml").read_bytes(), name)
+    config = VENDORS[vendor].model.model_validate(document.data)
+    return Source(
+        _encoded(vendor, name, kind)[0],
+        places,
+        partial(compared, vendor, kind, (config, encoder_of(VENDORS[vendor]).encode(config))),
+    )
+
+
 def _program(path: str, vendor: str, places: int, part: float = 0.0) -> Source:
     return Source((TESTS / "data" / path).read_text("utf-8"), places, partial(decoded, vendor, "st", None), part)
 
@@ -132,15 +163,21 @@ def _map(vendor: str, places: int) -> Source:
 
 
 SOURCES: dict[str, Callable[[], Source]] = {
+    "click-annotated": partial(_annotated, "click", "tank", "text", 16),
     "click-cdv": partial(_listing, "click", "tank", "cdv", 16, like=True),
+    "click-compared": partial(_compared, "click", "booster", "json", 60),
     "click-csv": partial(_listing, "click", "tank", "csv", 16),
     "click-nicknames": partial(_listing, "click", "tank", "nickname-csv", 40, like=True),
     "click-nicknames-merged": partial(_merge, "click", "tank", "nickname-csv", 40),
+    "dl06-annotated": partial(_annotated, "dl06", "reactor", "text", 16),
+    "dl06-compared": partial(_compared, "dl06", "oven", "json", 60),
     "dl06-csv": partial(_listing, "dl06", "flow", "csv", 16),
     "dl06-ihex": partial(_listing, "dl06", "oven", "ihex", 24),
     "dl06-json": partial(_listing, "dl06", "flow", "json", 24),
     "dl06-modbus": partial(_listing, "dl06", "flow", "modbus", 16),
     "dl06-text": partial(_listing, "dl06", "oven", "text", 40),
+    "dpide-annotated": partial(_annotated, "dpide", "dryer", "text", 16),
+    "dpide-compared": partial(_compared, "dpide", "dryer", "json", 60),
     "dpide-csv": partial(_listing, "dpide", "oven", "csv", 16),
     "dpide-function-block": partial(_program, "dpide/manual-4.hand.st", "dpide", 60),
     "dpide-json": partial(_listing, "dpide", "oven", "json", 24),
@@ -148,14 +185,19 @@ SOURCES: dict[str, Callable[[], Source]] = {
     "dpide-operands": partial(_listing, "dpide", "oven", "operands", 24),
     "dpide-st": partial(_listing, "dpide", "dryer", "st", 60),
     "dpide-symbols": partial(_merge, "dpide", "oven", "symbols", 40),
+    "ezlogix-annotated": partial(_annotated, "ezlogix", "dosing", "text", 16),
+    "ezlogix-compared": partial(_compared, "ezlogix", "dosing", "json", 60),
     "ezlogix-map": partial(_map, "ezlogix", 24),
     "ezlogix-tags": partial(_listing, "ezlogix", "oven", "tags", 40),
     "ezlogix-tags-merged": partial(_merge, "ezlogix", "oven", "tags", 24),
     "ezlogix-text": partial(_listing, "ezlogix", "oven", "text", 16),
+    "generic-compared": partial(_compared, "generic", "boiler", "json", 40),
     "generic-text": partial(_listing, "generic", "boiler", "text", 16),
+    "nextopid-annotated": partial(_annotated, "nextopid", "cascade", "text", 16),
     "nextopid-by-hand-1": partial(_program, "nextopid/by_hand.st", "nextopid", 60),
     "nextopid-by-hand-2": partial(_program, "nextopid/by_hand.st", "nextopid", 60, 1 / 3),
     "nextopid-by-hand-3": partial(_program, "nextopid/by_hand.st", "nextopid", 60, 2 / 3),
+    "nextopid-compared": partial(_compared, "nextopid", "cascade", "json", 60),
     "nextopid-csv": partial(_listing, "nextopid", "pump", "csv", 16),
     "nextopid-map": partial(_map, "nextopid", 40),
     "nextopid-plcopen": partial(_listing, "nextopid", "splitrange", "plcopen", 60),

@@ -13,6 +13,7 @@ import pytest
 from pydantic import BaseModel
 from ruamel.yaml import YAML
 
+import generated
 import pidcfg as api
 from pidcfg.cli.formats import formats_of
 from pidcfg.encoders.parameters import NamedLoops
@@ -410,3 +411,9 @@ def test_an_object_that_is_missing_is_named(monkeypatch):
 def test_the_beginnings_of_addresses_are_those_of_the_maps(vendor):
     space = getattr(vendor.load("explainer"), "space", None)
     assert vendor.banks == tuple(bank.prefix for bank in (space.banks if space else ()))
+
+
+@every_vendor
+def test_the_page_of_its_registers_is_what_its_tables_say(vendor):
+    page = generated.ROOT / "docs" / f"{vendor.key}-registers.md"
+    assert import_module("generate").registers(vendor) == page.read_text("utf-8")
