@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import case_messages
 import golden
 import mistakes
+import spoiled_configurations
 import spoiled_listings
 import test_pictures
 
@@ -42,12 +43,13 @@ PARTS: dict[str, Callable[[], Mapping[Path, bytes]]] = {
     "messages": messages,
     "typical": mistakes.golden_files,
     "listings": spoiled_listings.golden_files,
+    "configurations": spoiled_configurations.golden_files,
     "reports": golden.report_files,
     "pictures": test_pictures.golden_files,
     "examples": golden.example_files,
 }
 """Each part by the name that renews it alone, those first that most changes touch."""
-WHOLE = {"examples", "listings", "reports"}
+WHOLE = {"configurations", "examples", "listings", "reports"}
 """Parts whose folders hold nothing else, but for the configurations that they are made of."""
 
 

@@ -222,15 +222,19 @@ def answer(read: Callable[[str], str], text: str, sound: str) -> list[str]:
     return [*differing[:SHOWN], *rest] or ["the same"]
 
 
-@cache
-def answers(name: str) -> str:
-    """The file of a source: each change, and below it the answer."""
-    source = SOURCES[name]()
+def answers_of(source: Source, faults: Callable[[str, int, float], Iterator[Spoiled]] = spoiled) -> str:
+    """What is read of a sound text; then each change, and below it the answer."""
     sound = source.read(source.text)
     rows = [f"{sound.rstrip()}\n"]
-    for change, text in spoiled(source.text, source.places, source.part):
+    for change, text in faults(source.text, source.places, source.part):
         rows += [f"=== {change}", *answer(source.read, text, sound)]
     return "\n".join(rows) + "\n"
+
+
+@cache
+def answers(name: str) -> str:
+    """The file of a source."""
+    return answers_of(SOURCES[name]())
 
 
 def golden_files() -> dict[Path, bytes]:

@@ -188,4 +188,7 @@ def test_a_check_writes_nothing_and_fails(folder, monkeypatch, capsys):
 def test_an_unknown_part_is_refused():
     with pytest.raises(SystemExit) as end:
         generated.main(["page"])
-    assert end.value.code == "the parts are pages, messages, typical, listings, reports, pictures, examples"
+    assert (
+        end.value.code
+        == "the parts are pages, messages, typical, listings, configurations, reports, pictures, examples"
+    )
