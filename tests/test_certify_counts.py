@@ -21,7 +21,7 @@ from pidcfg.study.certification import tally as tally_module
 from pidcfg.study.certification.certify import BatchOutcome as Outcome
 from pidcfg.study.certification.certify import Names, Plan, charts_of, make_certification
 from pidcfg.study.certification.samples import (
-    TIMES,
+    FAN_TIMES,
     Batch,
     Fan,
     SampleResult,
@@ -257,7 +257,7 @@ def test_a_thinned_run_keeps_its_ends_and_equal_distances(steps):
     kept = list(thinned.taken["b"])
     assert thinned.taken.keys() == {"b"}
     assert kept == thinned.wanted_steps
-    assert (kept[0], kept[-1], len(kept)) == (0, steps - 1, min(steps, TIMES))
+    assert (kept[0], kept[-1], len(kept)) == (0, steps - 1, min(steps, FAN_TIMES))
     gaps = {round(b - a) for a, b in pairwise(kept)}
     assert not gaps or max(gaps) - min(gaps) <= 1
 

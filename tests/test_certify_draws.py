@@ -14,7 +14,7 @@ from certify_bound import SHARE, held_by
 from certify_rig import normal, uniform
 from pidcfg.study.certification.certify import BOUND_RISK, log_tail, lower_bound, samples_needed
 from pidcfg.study.certification.samples import (
-    GOLDEN,
+    GOLDEN_STEP,
     DrawError,
     bits_of,
     draw_number,
@@ -36,7 +36,7 @@ def test_the_numbers_are_those_of_splitmix64():
         4593380528125082431,
         16408922859458223821,
     ]
-    assert [mix_bits(1234567 + (i + 1) * GOLDEN) for i in range(5)] == published
+    assert [mix_bits(1234567 + (i + 1) * GOLDEN_STEP) for i in range(5)] == published
     assert [bits_of(1234567, i) for i in range(5)] == published
     assert seed_of(1234567, 0) == published[0] >> 1 < 1 << 63
 
@@ -54,7 +54,7 @@ def test_a_row_begins_at_the_bits_of_its_sample_and_its_name():
     bits = int.from_bytes(sha256(b"plants.TIC-1.gain").digest()[:8], "big")
     begin = mix_bits(bits_of(7, 3) ^ bits)
     for draw in range(3):
-        number = mix_bits(begin + (draw + 1) * GOLDEN) >> 11
+        number = mix_bits(begin + (draw + 1) * GOLDEN_STEP) >> 11
         assert unit_number(7, 3, "plants.TIC-1.gain", draw) == (number + 0.5) / 2**53
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 
 from dpide_rig import Rig
-from pidcfg.sim.controllers.dpide.autotune import PATIENT, REASONS, balance, measure, usable
+from pidcfg.sim.controllers.dpide.autotune import PATIENCE_SAMPLES, REASONS, balance, measure, usable
 from pidcfg.sim.controllers.dpide.equation import Config, State
 from pidcfg.sim.controllers.kernels import single
 from rig_plants import FirstOrder, Fixed
@@ -320,7 +320,7 @@ def test_a_swing_of_nothing_is_no_answer():
 def test_few_samples_are_waited_for_by_their_number():
     rig = tuned(process=Fixed(20.0), CYCLE=40_000)
 
-    assert rig.tick / 40e6 == pytest.approx(PATIENT + 18, abs=2)
+    assert rig.tick / 40e6 == pytest.approx(PATIENCE_SAMPLES + 18, abs=2)
 
 
 def test_a_result_beyond_single_precision():

@@ -11,8 +11,8 @@ from pidcfg.sim.controllers.autotune import (
     GOES_ON,
     NO_ANSWER,
     POINTS,
-    RELAY_PATIENCE,
-    RELAY_PATIENT,
+    RELAY_PATIENCE_SAMPLES,
+    RELAY_PATIENCE_SECONDS,
     TOO_SMALL,
     begin_curve,
     begin_noise,
@@ -200,12 +200,13 @@ def test_sixteen_samples_at_rest_give_mean_slope_and_noise():
 @pytest.mark.parametrize("begun", [0, 500])
 def test_a_relay_is_stopped_when_it_has_not_switched_for_an_hour_and_1000_samples(quiet, seconds, ended, begun):
     s = RelayState(tune_count=begun + quiet, tune_points=begun, period=round(seconds * 1e6))
-    assert stalled(s, RELAY_PATIENT, RELAY_PATIENCE) == ended
+    assert stalled(s, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS) == ended
 
 
 @pytest.mark.parametrize(("count", "ended"), [(1200, False), (1201, True)])
 def test_an_hour_is_3600_s(count, ended):
-    assert stalled(RelayState(tune_count=count, period=3_000_000), RELAY_PATIENT, RELAY_PATIENCE) == ended
+    state = RelayState(tune_count=count, period=3_000_000)
+    assert stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS) == ended
 
 
 @pytest.mark.parametrize(

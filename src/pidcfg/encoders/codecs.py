@@ -320,7 +320,7 @@ class Single:
 # the root of its PV is compared with that root.
 
 MOST_DECIMALS = 12
-COARSE, SHARE = Decimal("0.01"), Decimal("0.0005")
+BAND_SHARE, POSITION_SHARE = Decimal("0.01"), Decimal("0.0005")
 """Of a band's value, and of the span for a position: what is further off is not the same number."""
 EXAMPLE_SHARE = Decimal("0.0001")
 """Of a value: how close the number is that says what a word means."""
@@ -496,7 +496,7 @@ class Position:
         if is_raw(value, scale) or value.derived:
             return None
         meant = scale.meaning(scale.format.codec.decode(word))
-        return meant if abs(meant - value.value) > SHARE * scale.width else None
+        return meant if abs(meant - value.value) > POSITION_SHARE * scale.width else None
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to the word of its format."""
@@ -532,7 +532,7 @@ class Distance:
         if is_raw(value, scale) or value.derived:
             return None
         meant = scale.meaning(word, distance=True)
-        return meant if abs(meant - value.value) > COARSE * abs(value.value) else None
+        return meant if abs(meant - value.value) > BAND_SHARE * abs(value.value) else None
 
     def encode(self, value: Quantity, scale: Scale) -> int:
         """A quantity to an unsigned word."""

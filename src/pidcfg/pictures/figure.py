@@ -143,17 +143,17 @@ def _name_element(element: ET.Element, prefix: str, used: set[str]) -> None:
 
 # --- The open loop in the complex plane: the curve, the circle that Ms keeps it out of, and both margins --------------
 
-BOTTOM, TOP, MIDDLE = -1.8, 1.2, -0.45
+LOCUS_BOTTOM, LOCUS_TOP, LOCUS_MIDDLE = -1.8, 1.2, -0.45
 """Ends of the imaginary axis, and the middle of the real one: the unit circle and what is below it."""
-ROUND = 180
+CIRCLE_POINTS = 180
 """Points of a circle."""
 
 
 def draw_locus(axes: Axes, locus: Locus, box: Box) -> None:
     """Draws the curve with its margins; both axes have one scale."""
-    half = (TOP - BOTTOM) * box.width / box.height / 2
-    axes.set_xlim(MIDDLE - half, MIDDLE + half)
-    axes.set_ylim(BOTTOM, TOP)
+    half = (LOCUS_TOP - LOCUS_BOTTOM) * box.width / box.height / 2
+    axes.set_xlim(LOCUS_MIDDLE - half, LOCUS_MIDDLE + half)
+    axes.set_ylim(LOCUS_BOTTOM, LOCUS_TOP)
     axes.axhline(0, color=PALE, linewidth=0.8, zorder=1)
     axes.axvline(0, color=PALE, linewidth=0.8, zorder=1)
     _arc(axes, 0j, 1.0, 0.0, 2 * pi, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)), gid="line circle unit")
@@ -182,7 +182,7 @@ def draw_locus(axes: Axes, locus: Locus, box: Box) -> None:
 
 def _arc(axes: Axes, centre: complex, radius: float, begin: float, end: float, **look: Any) -> None:
     """A part of a circle, angles in radians."""
-    angles = [begin + (end - begin) * i / ROUND for i in range(ROUND + 1)]
+    angles = [begin + (end - begin) * i / CIRCLE_POINTS for i in range(CIRCLE_POINTS + 1)]
     points = [(centre.real + radius * cos(a), centre.imag + radius * sin(a)) for a in angles]
     axes.plot([x for x, _ in points], [y for _, y in points], zorder=2, **look)
 

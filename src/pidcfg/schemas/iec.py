@@ -123,7 +123,7 @@ def is_numeric(text: str) -> bool:
     return any(form.fullmatch(text) for form in (NUMBER, LEADING_ZERO, OTHER_NOTATION, NOT_FINITE))
 
 
-def _wire(value: str) -> Wire:
+def _parse_wire(value: str) -> Wire:
     text = " ".join(str(value).split())
     if text.lower() in LOOKS_BOOLEAN or text.lower() in {"true", "false", "null", "~", ""}:
         refuse("number_type", f"{text!r} is neither a number nor an expression")
@@ -153,7 +153,7 @@ def parse_real_in(value: object) -> Decimal | Wire:
     if isinstance(value, Wire):
         return value
     if isinstance(value, str) and not is_numeric(value):
-        return _wire(value)
+        return _parse_wire(value)
     return parse_number(value)
 
 
@@ -161,7 +161,7 @@ def parse_uint_in(value: object) -> int | Wire:
     """A whole number, or an expression of numbers."""
     if isinstance(value, Wire):
         return value
-    return _wire(value) if isinstance(value, str) and not is_numeric(value) else parse_integer(value)
+    return _parse_wire(value) if isinstance(value, str) and not is_numeric(value) else parse_integer(value)
 
 
 def parse_time_in(value: object) -> Decimal | Wire:
@@ -176,7 +176,7 @@ def parse_bool_in(value: object) -> bool | Wire:
     if isinstance(value, Wire):
         return value
     if isinstance(value, str) and value not in TRUTHS and value.lower() not in {*LOOKS_BOOLEAN, "true", "false"}:
-        return _wire(value)
+        return _parse_wire(value)
     return flag(value, alone=False)
 
 

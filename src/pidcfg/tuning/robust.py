@@ -286,12 +286,12 @@ class Search:
         """Without the integral times that are too long whatever the gain is: Ti/Kp is then larger than the error."""
         if known is None or self.derivative:
             return rows
-        most = min(curve.most_from(known.error) for curve in self.deciding)
+        most = min(curve.bound_by_error(known.error) for curve in self.deciding)
         return [row for row in rows if row[0] < most * known.error]
 
     def _at_least(self, integral: float, derivative: float) -> float:
         """A lower bound of the error with these times."""
-        most = min(curve.at_most(integral, derivative) for curve in self.deciding)
+        most = min(curve.bound_at_known(integral, derivative) for curve in self.deciding)
         return 0.0 if most == inf else integral / most
 
     def _error(self, gains: Gains, least: float) -> float:

@@ -98,12 +98,12 @@ def hold_process(process: Process, sample_time: float) -> HeldProcess:
     delay = floor(samples + LAST_DIGITS)
     late = max(0.0, (samples - delay) * sample_time)
     slowest = process.time_constant + process.second_time_constant + process.dead_time + sample_time
-    modes = [_mode(gain, lag, sample_time, late) for gain, lag in _parts(process)]
+    modes = [_mode(gain, lag, sample_time, late) for gain, lag in _lags_of(process)]
     first, second, *_ = (*modes, NO_MODE)
     return HeldProcess((first, second), delay, sample_time, slowest, process.dead_time)
 
 
-def _parts(process: Process) -> list[tuple[float, float]]:
+def _lags_of(process: Process) -> list[tuple[float, float]]:
     """Gain and time constant of the lags that add up to a process; infinite: an integrator, with its slope."""
     gain, second = abs(process.gain), process.second_time_constant
     if process.integrating:
@@ -210,7 +210,7 @@ AT_REST = 1e-6
 """Of the highest error: what is left of it when the rest of the integral is known."""
 DIVERGED = 1e3
 """Times the highest error of the beginning: the loop is unstable."""
-LOOK = 32
+SAMPLES_A_LOOK = 32
 """Samples between two looks at what the integral will be at least."""
 
 
@@ -221,7 +221,7 @@ def absolute_error(gains: Gains, plant: HeldProcess, sampling: Sampling, most: f
     still to come is known but for its changes of sign, and Ti/Kp is a lower bound from the start.
     """
     whole, limit = gains.integral_time / (gains.gain * sampling.sample_time), most / sampling.sample_time
-    block = end = LOOK * ceil(max(LOOK, 2 * (plant.delay + 1)) / LOOK)
+    block = end = SAMPLES_A_LOOK * ceil(max(SAMPLES_A_LOOK, 2 * (plant.delay + 1)) / SAMPLES_A_LOOK)
     total = signed = highest = first = now = 0.0
     for n, errors in enumerate(_errors(gains, plant, sampling), 1):
         low, high, part = min(errors), max(errors), sum(errors)
@@ -231,7 +231,7 @@ def absolute_error(gains: Gains, plant: HeldProcess, sampling: Sampling, most: f
         if not least < limit:
             return inf
         now = max(now, high, -low)
-        if n * LOOK < end:
+        if n * SAMPLES_A_LOOK < end:
             continue
         if now > highest:
             highest, first = now, first or now
@@ -244,20 +244,20 @@ def absolute_error(gains: Gains, plant: HeldProcess, sampling: Sampling, most: f
 
 
 def _errors(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
-    """The PV at the samples after the step, `LOOK` of them at a time."""
+    """The PV at the samples after the step, `SAMPLES_A_LOOK` of them at a time."""
     alone = plant.modes[1] == NO_MODE and sampling.pv_share == 1 and not gains.derivative_time
-    return _of_one_lag(gains, plant, sampling) if alone else _of_all(gains, plant, sampling)
+    return _errors_of_one_lag(gains, plant, sampling) if alone else _errors_of_all_parts(gains, plant, sampling)
 
 
-def _of_one_lag(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
-    """The same as `_of_all` with nothing of what is 0, in a third of the time."""
+def _errors_of_one_lag(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
+    """The same as `_errors_of_all_parts` with nothing of what is 0, in a third of the time."""
     a, b, c = plant.modes[0]
     kp, ki = gains.gain, gains.gain * sampling.sample_time / gains.integral_time
     outputs = [0.0] * (plant.delay + 1)
     pv = signed = old = 0.0
-    for begin in range(1, MOST_SAMPLES + 1, LOOK):
+    for begin in range(1, MOST_SAMPLES + 1, SAMPLES_A_LOOK):
         errors = []
-        for n in range(begin, begin + LOOK):
+        for n in range(begin, begin + SAMPLES_A_LOOK):
             errors.append(pv)
             signed += pv
             outputs.append(1.0 - kp * pv - ki * signed)
@@ -267,7 +267,7 @@ def _of_one_lag(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterato
         yield errors
 
 
-def _of_all(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
+def _errors_of_all_parts(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[list[float]]:
     """Two modes, filters of PV and derivative."""
     (a1, b1, c1), (a2, b2, c2) = plant.modes
     share, lag = sampling.pv_share, sampling.lag(gains.derivative_time)
@@ -275,9 +275,9 @@ def _of_all(gains: Gains, plant: HeldProcess, sampling: Sampling) -> Iterator[li
     kd = gains.gain * gains.derivative_time / sampling.sample_time
     outputs = [0.0] * (plant.delay + 1)
     one = two = pv = slow = integral = old = 0.0
-    for begin in range(1, MOST_SAMPLES + 1, LOOK):
+    for begin in range(1, MOST_SAMPLES + 1, SAMPLES_A_LOOK):
         errors = []
-        for n in range(begin, begin + LOOK):
+        for n in range(begin, begin + SAMPLES_A_LOOK):
             y = one + two
             errors.append(y)
             pv += (y - pv) * share
@@ -316,13 +316,13 @@ class Curve:
         """Index of half the sample frequency: there the loop is a real number, and below 0 it has turned."""
         rows = [self._row(w) for w in near]
         if not derivative:
-            kept = self._heard([row[0] for row in rows])
+            kept = self._count_deciding([row[0] for row in rows])
             near, rows, beyond = near[:kept], rows[:kept], beyond if kept == len(rows) else []
         self.near = near
         self.plant_at, self.integral_at, self.back_at = (list(column) for column in zip(*rows, strict=True))
         self.beyond = [self._row(w) for w in beyond]
 
-    def _heard(self, plant_at: Sequence[complex]) -> int:
+    def _count_deciding(self, plant_at: Sequence[complex]) -> int:
         """How many frequencies matter without a derivative.
 
         PI turns the loop back, and the less it amplifies the higher the frequency. So a stable loop is below 1 where
@@ -374,7 +374,7 @@ class Curve:
         share = 1 / integral_time
         return [h * (1 + i * share) for h, i in zip(self.plant_at, self.integral_at, strict=True)]
 
-    def at_most(self, integral_time: float, derivative_time: float) -> float:
+    def bound_at_known(self, integral_time: float, derivative_time: float) -> float:
         """A bound of the gain from the frequencies that were in the way before; infinite: nothing is known."""
         most = self._still_turned(integral_time, derivative_time)
         if self.inner_at is not None and most < inf:
@@ -396,7 +396,7 @@ class Curve:
                 return roots(g, self.ms)[0]
         return inf
 
-    def most_from(self, error: float) -> float:
+    def bound_by_error(self, error: float) -> float:
         """A bound M of the gain with every integral time above M times an error, without a derivative.
 
         At a frequency g goes straight to the process's own h as the time grows, and the g that allow no more than some

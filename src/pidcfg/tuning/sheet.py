@@ -94,7 +94,7 @@ def _split(text: str) -> tuple[str, str, str]:
 
 def _date(text: str) -> Stamp | None:
     if found := YEAR_FIRST.fullmatch(text):
-        return _known(int(found[1]), int(found[3]), int(found[4]))
+        return _stamp_of(int(found[1]), int(found[3]), int(found[4]))
     if found := YEAR_LAST.fullmatch(text):
         return Stamp(_year(found[4]), int(found[1]), int(found[3]), "." if found[2] == "." else "/")
     if found := NAMED_MONTH.fullmatch(text):
@@ -104,14 +104,14 @@ def _date(text: str) -> Stamp | None:
     else:
         return None
     name = month.lower()
-    return _known(_year(year), MONTHS.index(name) + 1, int(day)) if name in MONTHS else None
+    return _stamp_of(_year(year), MONTHS.index(name) + 1, int(day)) if name in MONTHS else None
 
 
 def _year(text: str) -> int:
     return int(text) + (CENTURY if len(text) == 2 else 0)
 
 
-def _known(year: int, month: int, day: int) -> Stamp | None:
+def _stamp_of(year: int, month: int, day: int) -> Stamp | None:
     try:
         date(year, month, day)
     except ValueError:
@@ -363,10 +363,10 @@ def _cells(line: str, between: str | None, place: str) -> tuple[str, ...]:
         cells = next(csv.reader([line], delimiter=between, strict=True))
     except csv.Error as error:
         raise TuningError(f"{place}: not CSV: {error}") from None
-    return tuple(_plain(cell) for cell in cells)
+    return tuple(_clean_cell(cell) for cell in cells)
 
 
-def _plain(cell: str) -> str:
+def _clean_cell(cell: str) -> str:
     """A cell without blanks of any width around it, and with the minus of the keyboard."""
     return cell.replace("\N{NO-BREAK SPACE}", " ").replace("\N{MINUS SIGN}", "-").strip()
 
@@ -394,8 +394,8 @@ def _header(above: Sequence[Row], width: int) -> tuple[tuple[str, ...], tuple[st
     rows = [row.cells for row in above if len(row.cells) >= width or sum(map(bool, row.cells)) >= LEAST_COLUMNS]
     units = [""] * width
     if len(rows) > 1 and all(_is_unit(cell) for cell in rows[-1]):
-        units = [cell.strip("[]()") for cell in _filled(rows.pop(), width)]
-    names = _filled(rows[-1], width) if rows else [""] * width
+        units = [cell.strip("[]()") for cell in _fill_cells(rows.pop(), width)]
+    names = _fill_cells(rows[-1], width) if rows else [""] * width
     for i, name in enumerate(names):
         found = UNIT_IN_NAME.fullmatch(name)
         if found:
@@ -407,7 +407,7 @@ def _is_unit(cell: str) -> bool:
     return not cell or cell.lower().strip("[]()") in UNITS | MORE_UNITS or cell.startswith(("[", "("))
 
 
-def _filled(cells: Sequence[str], width: int) -> list[str]:
+def _fill_cells(cells: Sequence[str], width: int) -> list[str]:
     return [*cells, *[""] * width][:width]
 
 

@@ -123,7 +123,7 @@ def print_expression(
             stack.append(_call(op, (stack.pop().text,), dialect))
         else:
             right, left = stack.pop(), stack.pop()
-            stack.append(_pair(op, left, right, dialect))
+            stack.append(_join(op, left, right, dialect))
     text = stack.pop().text
     return f"({text})" if is_number(code) else text
 
@@ -133,7 +133,7 @@ def is_number(code: Sequence[int]) -> bool:
     return set(code[::2]) <= {CONSTANT, NEGATE, TRUTH}
 
 
-def _pair(op: int, left: Piece, right: Piece, dialect: Dialect) -> Piece:
+def _join(op: int, left: Piece, right: Piece, dialect: Dialect) -> Piece:
     if op in OPERATORS:
         sign, rank = OPERATORS[op]
         first = left.text if left.rank >= rank else f"({left.text})"
@@ -322,7 +322,7 @@ class Unit:
         late = []
         for number in sorted(self._reads.get(i, ())):
             owner = self.layout.owner(number)
-            if owner is not None and self._place[owner] >= self._place[i] and self._is_changed(owner, number):
+            if owner is not None and self._position[owner] >= self._position[i] and self._is_changed(owner, number):
                 late.append(self.full_name(number))
         return late
 
@@ -333,7 +333,7 @@ class Unit:
         return not self.layout.is_input(number) or (owner, name) in self.wires
 
     @cached_property
-    def _place(self) -> dict[int, int]:
+    def _position(self) -> dict[int, int]:
         return {number: at for at, number in enumerate(self.order)}
 
     @cached_property
@@ -481,7 +481,7 @@ def copies(unit: Unit, listed: list[Copy]) -> Iterator[str]:
             yield _assignment(unit, listed[at])
             at = end
             continue
-        while end < len(listed) and _goes_on(listed[end], when, listed[end - 1].target):
+        while end < len(listed) and _has_same_condition(listed[end], when, listed[end - 1].target):
             end += 1
         yield f"IF {wire_content(unit, BOOL, when, 'moves')} THEN"
         yield from (f"    {_assignment(unit, copy)}" for copy in listed[at:end])
@@ -489,7 +489,7 @@ def copies(unit: Unit, listed: list[Copy]) -> Iterator[str]:
         at = end
 
 
-def _goes_on(copy: Copy, when: Expression, written: int) -> bool:
+def _has_same_condition(copy: Copy, when: Expression, written: int) -> bool:
     """Whether a copy has the condition of the one before it, which has not changed that."""
     same = copy.when is not None and (copy.when.code, copy.when.constants) == (when.code, when.constants)
     return same and written not in when.signals

@@ -25,9 +25,9 @@ SMALL = 0.02
 """An answer that settles below this share of the span is too small."""
 ENOUGH = 0.10
 """A response of this much of the span is enough to measure its slope."""
-PATIENCE = 600.0
-"""Seconds, or `PATIENT` samples if those are longer, after which a PV that does not move stops the auto-tune."""
-PATIENT = 256
+PATIENCE_SECONDS = 600.0
+"""Seconds, or `PATIENCE_SAMPLES` if those last longer, after which a PV that does not move stops the auto-tune."""
+PATIENCE_SAMPLES = 256
 MOVING = 0.10
 """Share of the answer's slope by which the PV may move before the step."""
 SURE = 4.0 / 340.0**0.5
@@ -135,7 +135,7 @@ def judge_response(
             if last_step or change >= SMALL * span:
                 return ANSWERED, change
             return TOO_SMALL, change
-    elif state.tune_count > PATIENT and state.tune_count * (state.period / TICKS) > PATIENCE:
+    elif state.tune_count > PATIENCE_SAMPLES and state.tune_count * (state.period / TICKS) > PATIENCE_SECONDS:
         return NO_ANSWER, change
     return GOES_ON, change
 
@@ -153,9 +153,9 @@ SECOND_DIFFERENCE = 1.9544
 FIRST_TURN, LAST_TURN = 4, 8
 """Switches of a relay between which its swing is measured; the first one only starts the relay."""
 PI = 3.141592653589793
-RELAY_PATIENCE = 3600.0
-"""Seconds, or `RELAY_PATIENT` samples if those are longer, after which a relay without a switch is stopped."""
-RELAY_PATIENT = 1000
+RELAY_PATIENCE_SECONDS = 3600.0
+"""Seconds, or `RELAY_PATIENCE_SAMPLES` samples if those are longer, after which a relay without a switch is stopped."""
+RELAY_PATIENCE_SAMPLES = 1000
 NOTHING, DONE, FAILED, CANCELLED = 0, 1, 2, 3
 """How an autotune went, as `RelayState.tune_done`."""
 TUNE_STATUS = {DONE: "done", FAILED: "error", CANCELLED: "cancelled"}

@@ -14,7 +14,7 @@ from pidcfg.sim.engine.expressions import Problem
 from pidcfg.sim.engine.run import Settings, UnusableError, base_step, prepare, simulate
 from pidcfg.sim.judgement.meters import METRICS
 from pidcfg.sim.judgement.report import ten_digits
-from pidcfg.study.certification.samples import LEVELS, Batch, Job, WorkersError, process_results, recordings
+from pidcfg.study.certification.samples import FAN_QUANTILES, Batch, Job, WorkersError, process_results, recordings
 from pidcfg.study.certification.tally import Progress, Tally, key_of, read_state, state_text
 from pidcfg.study.outcome import axes_of
 from pidcfg.study.scenario import load
@@ -432,7 +432,7 @@ def names_of(scenario: Scenario, report: Report) -> Names:
 
 # --- The fan chart of a loop: PV, set point and output, how far each spreads over the samples -------------------------
 
-MIDDLE = len(LEVELS) // 2
+MIDDLE = len(FAN_QUANTILES) // 2
 
 
 def charts_of(outcome: BatchOutcome, loops: Collection[str] = ()) -> list[Chart]:

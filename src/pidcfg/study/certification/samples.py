@@ -57,7 +57,7 @@ D801 = Decision(
     "Samples are independent, more of them continue the same row, and another uncertainty in the file does not change "
     "those that were there.",
 )
-GOLDEN, MASK = 0x9E3779B97F4A7C15, (1 << 64) - 1
+GOLDEN_STEP, MASK = 0x9E3779B97F4A7C15, (1 << 64) - 1
 MOST_DRAWS = 100
 """Numbers that are drawn for one that has limits."""
 STANDARD = NormalDist()
@@ -77,7 +77,7 @@ def mix_bits(counter: int) -> int:
 
 def bits_of(seed: int, sample: int) -> int:
     """The 64 bits of a sample."""
-    return mix_bits(seed + (sample + 1) * GOLDEN)
+    return mix_bits(seed + (sample + 1) * GOLDEN_STEP)
 
 
 def seed_of(seed: int, sample: int) -> int:
@@ -93,7 +93,7 @@ def _name_bits(row: str) -> int:
 def unit_number(seed: int, sample: int, row: str, draw: int = 0) -> float:
     """A number above 0 and below 1: the one at ``draw`` in a row of a sample."""
     begin = mix_bits(bits_of(seed, sample) ^ _name_bits(row))
-    return ((mix_bits(begin + (draw + 1) * GOLDEN) >> 11) + 0.5) / (1 << 53)
+    return ((mix_bits(begin + (draw + 1) * GOLDEN_STEP) >> 11) + 0.5) / (1 << 53)
 
 
 def draw_number(what: Uncertainty, seed: int, sample: int) -> float:
@@ -128,26 +128,26 @@ def fifth_bounds(ends: NumberSpread) -> tuple[float, float]:
 # --- The data of a scenario as YAML in block style, each scalar as the file had it: unquoted ones stay unquoted -------
 
 SAFE_KEY = re.compile(r"[A-Za-z_][\w.\-]*")
-BREAKS = re.compile("[\n\r\x85\u2028\u2029\t]|: | #|^[-?:] ")
+NEEDS_QUOTES = re.compile("[\n\r\x85\u2028\u2029\t]|: | #|^[-?:] ")
 """What an unquoted scalar of a block cannot hold."""
 
 
 def block_yaml(data: dict[str, Any]) -> str:
     """A mapping as YAML; reading it gives the same data."""
-    return "\n".join(_lines(data, 0)) + "\n"
+    return "\n".join(_yaml_lines(data, 0)) + "\n"
 
 
-def _lines(value: Any, depth: int) -> Iterator[str]:
+def _yaml_lines(value: Any, depth: int) -> Iterator[str]:
     """A mapping or a list that holds something, a line each."""
     indent = "  " * depth
     entries = (
-        ((f"{_key(key)}:", item) for key, item in value.items())
+        ((f"{_yaml_key(key)}:", item) for key, item in value.items())
         if isinstance(value, dict)
         else (("-", v) for v in value)
     )
     for begin, item in entries:
         if isinstance(item, dict | list) and item:
-            first, *rest = _lines(item, depth + 1)
+            first, *rest = _yaml_lines(item, depth + 1)
             if begin == "-":
                 yield f"{indent}- {first.lstrip(' ')}"
                 yield from rest
@@ -156,15 +156,15 @@ def _lines(value: Any, depth: int) -> Iterator[str]:
                 yield first
                 yield from rest
         else:
-            yield f"{indent}{begin} {_scalar(item)}"
+            yield f"{indent}{begin} {_yaml_scalar(item)}"
 
 
-def _key(key: str) -> str:
+def _yaml_key(key: str) -> str:
     return key if SAFE_KEY.fullmatch(key) else json_line(key)
 
 
-def _scalar(value: Any) -> str:
-    if isinstance(value, Plain) and value and not BREAKS.search(value):
+def _yaml_scalar(value: Any) -> str:
+    if isinstance(value, Plain) and value and not NEEDS_QUOTES.search(value):
         return str(value)
     return json_line(str(value) if isinstance(value, str) else value)
 
@@ -333,14 +333,14 @@ def _share(bound: Bound, value: float, sign: int) -> float:
 
 # --- How far signals spread over time: samples 0 to 499, thinned to 400 times, and of these the quantiles at each -----
 
-SAMPLES, TIMES = 500, 400
-LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
+FAN_SAMPLES, FAN_TIMES = 500, 400
+FAN_QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Quantiles that are drawn."""
 
 
 @dataclass(slots=True)
 class Thinned(Recording):
-    """Signals of one run at equal distances: at most `TIMES` values of each, the first and the last among them."""
+    """Signals of one run at equal distances: at most `FAN_TIMES` values of each, the first and the last among them."""
 
     wanted_steps: list[int] = field(default_factory=list)
     taken: dict[str, array[float]] = field(default_factory=dict)
@@ -351,7 +351,7 @@ class Thinned(Recording):
         self.dt, self._rows, self._width, self._next = dt, 0, len(names), 0
         self._columns = [(i, name) for i, name in enumerate(names) if self.wanted is None or name in self.wanted]
         self.names = [name for _, name in self._columns]
-        count = min(steps, TIMES)
+        count = min(steps, FAN_TIMES)
         self.wanted_steps = [round(i * (steps - 1) / max(count - 1, 1)) for i in range(count)]
         self.taken = {name: array("d") for name in self.names}
 
@@ -376,12 +376,12 @@ class Fan:
     times: Sequence[float]
     """In s."""
     quantiles: Mapping[str, Sequence[Sequence[float]]]
-    """By signal, of each of `LEVELS` a value a time."""
+    """By signal, of each of `FAN_QUANTILES` a value a time."""
 
 
 def fan_of(times: Sequence[float], runs: Sequence[Mapping[str, Sequence[float]]]) -> Fan:
     """The quantiles of some runs, each by its signals; a quantile is the value of the nearest rank."""
-    ranks = [max(1, ceil(level * len(runs))) - 1 for level in LEVELS]
+    ranks = [max(1, ceil(level * len(runs))) - 1 for level in FAN_QUANTILES]
     found: dict[str, list[list[float]]] = {}
     for name in runs[0] if runs else ():
         columns = [sorted(values) for values in zip(*(run[name] for run in runs), strict=True)]
@@ -470,7 +470,7 @@ def _runner(job: Job) -> Callable[[range], list[SampleResult]]:
 
 def recordings(job: Job, samples: int, jobs: int) -> Fan:
     """How the signals that a picture needs spread over the first samples; those that cannot run are left out."""
-    samples = min(samples, SAMPLES)
+    samples = min(samples, FAN_SAMPLES)
     if jobs == 1 or samples <= SAMPLES_AT_ONCE:
         kept = _recorder(job)(range(samples))
     else:

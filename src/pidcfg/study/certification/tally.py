@@ -193,7 +193,7 @@ class Tally:
         else:
             self._count(seen)
         self._compare(seen, varies)
-        self._keep(seen)
+        self._keep_worst(seen)
         if self.end % BLOCK_SAMPLES == 0:
             for distributions in self.metrics:
                 for distribution in distributions:
@@ -211,16 +211,16 @@ class Tally:
         self.samples += block.samples
         self.passed += block.passed
         self.failed_to_run += block.failed_to_run
-        self.held = _sums(self.held, block.held)
-        self.standing_failed = _sums(self.standing_failed, block.standing_failed)
-        self.standing_judged = _sums(self.standing_judged, block.standing_judged)
-        self.lowest = [_sums(*pair) for pair in zip(self.lowest, block.lowest, strict=True)]
-        self.highest = [_sums(*pair) for pair in zip(self.highest, block.highest, strict=True)]
+        self.held = _add_counts(self.held, block.held)
+        self.standing_failed = _add_counts(self.standing_failed, block.standing_failed)
+        self.standing_judged = _add_counts(self.standing_judged, block.standing_judged)
+        self.lowest = [_add_counts(*pair) for pair in zip(self.lowest, block.lowest, strict=True)]
+        self.highest = [_add_counts(*pair) for pair in zip(self.highest, block.highest, strict=True)]
         for row, of_block in zip(self.metrics, block.metrics, strict=True):
             for distribution, other in zip(row, of_block, strict=True):
                 distribution.append(other)
         self.reasons = [*self.reasons, *block.reasons][:MOST_REASONS]
-        self.worst = sorted([*self.worst, *block.worst], key=_badness)[:MOST_WORST]
+        self.worst = sorted([*self.worst, *block.worst], key=_order_of)[:MOST_WORST]
 
     def _count(self, seen: SampleResult) -> None:
         """Verdicts and metrics of a sample that ran."""
@@ -242,10 +242,10 @@ class Tally:
                 counts[0] += 1
                 counts[1] += seen.passed
 
-    def _keep(self, seen: SampleResult) -> None:
+    def _keep_worst(self, seen: SampleResult) -> None:
         """The worst so far; of two alike the earlier one is worse."""
         self.worst.append(Worst(seen.sample, seen.margin, seen.tightest, list(seen.numbers)))
-        self.worst.sort(key=_badness)
+        self.worst.sort(key=_order_of)
         del self.worst[MOST_WORST:]
 
     def state(self) -> dict[str, Any]:
@@ -264,12 +264,12 @@ class Tally:
         return tally
 
 
-def _badness(one: Worst) -> tuple[float, int]:
+def _order_of(one: Worst) -> tuple[float, int]:
     """The least is the worst."""
     return one.margin, one.sample
 
 
-def _sums(ours: Sequence[int], others: Sequence[int]) -> list[int]:
+def _add_counts(ours: Sequence[int], others: Sequence[int]) -> list[int]:
     return [a + b for a, b in zip(ours, others, strict=True)]
 
 

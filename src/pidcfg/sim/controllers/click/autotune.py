@@ -11,8 +11,8 @@ from pidcfg.sim.controllers.autotune import (
     LAST_TURN,
     NO_ANSWER,
     NOTHING,
-    RELAY_PATIENCE,
-    RELAY_PATIENT,
+    RELAY_PATIENCE_SAMPLES,
+    RELAY_PATIENCE_SECONDS,
     STEP,
     TOO_SMALL,
     begin_curve,
@@ -209,7 +209,7 @@ def relay(config: Config, state: State) -> None:
         )
         gain, reset, rate, sample = cycle_gains(config.tune_pi, ultimate, cycle_length(state) * state.period / TICKS)
         store(config, state, gain, reset, rate, sample)
-    elif stalled(state, RELAY_PATIENT, RELAY_PATIENCE):
+    elif stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS):
         fail(state, TUNE_NO_RESPONSE)
 
 

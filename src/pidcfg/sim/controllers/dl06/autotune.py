@@ -7,8 +7,8 @@ from pidcfg.sim.controllers.autotune import (
     LAST_TURN,
     NO_ANSWER,
     PI,
-    RELAY_PATIENCE,
-    RELAY_PATIENT,
+    RELAY_PATIENCE_SAMPLES,
+    RELAY_PATIENCE_SECONDS,
     STEP,
     TOO_SMALL,
     begin_curve,
@@ -205,7 +205,7 @@ def switching(config: Config, state: State, pv: float, sp: float) -> None:
             config.tune_pi, ultimate, cycle_length(state) * state.period / TICKS
         )
         store(config, state, gain, reset, derivative, sample)
-    elif stalled(state, RELAY_PATIENT, RELAY_PATIENCE):
+    elif stalled(state, RELAY_PATIENCE_SAMPLES, RELAY_PATIENCE_SECONDS):
         restore_bias(config, state)
         end_tune(state, TUNE_NO_RESPONSE)
 

@@ -57,7 +57,7 @@ HYSTERESIS = 4.0
 """The relay's hysteresis in standard deviations of the noise."""
 RESPONDS = 6.0
 """A PV that moves by this many standard deviations of its noise answers."""
-PATIENCE, PATIENT = 600.0, 256
+PATIENCE_SECONDS, PATIENCE_SAMPLES = 600.0, 256
 """Seconds and samples, both, after which a PV that does not move stops the autotune."""
 LONGEST, MOST = 14400.0, 1000
 """Seconds and samples, both, after which an error that keeps its sign stops the autotune."""
@@ -195,7 +195,7 @@ def relay(config: Config, state: State, error: float) -> None:
         state.tune_sum = 0.0
     state.tune_sum += state.out
     state.tune_pv_change = max(state.tune_pv_change, abs(state.pv - state.tune_base))
-    if state.tune_pv_change <= RESPONDS * state.tune_noise and stalled(state, PATIENT, PATIENCE):
+    if state.tune_pv_change <= RESPONDS * state.tune_noise and stalled(state, PATIENCE_SAMPLES, PATIENCE_SECONDS):
         fail(config, state, NO_RESPONSE)
     elif stalled(state, MOST, LONGEST):
         fail(config, state, NO_SWITCH)
