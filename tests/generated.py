@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import case_messages
+import changed_runs
+import explained
 import golden
 import mistakes
 import spoiled_configurations
@@ -44,12 +46,14 @@ PARTS: dict[str, Callable[[], Mapping[Path, bytes]]] = {
     "typical": mistakes.golden_files,
     "listings": spoiled_listings.golden_files,
     "configurations": spoiled_configurations.golden_files,
+    "runs": changed_runs.golden_files,
+    "explained": explained.golden_files,
     "reports": golden.report_files,
     "pictures": test_pictures.golden_files,
     "examples": golden.example_files,
 }
 """Each part by the name that renews it alone, those first that most changes touch."""
-WHOLE = {"configurations", "examples", "listings", "reports"}
+WHOLE = {"configurations", "examples", "explained", "listings", "reports", "runs"}
 """Parts whose folders hold nothing else, but for the configurations that they are made of."""
 
 

@@ -704,6 +704,7 @@ HOSTILE_DUMPS = {
     "</C=END>": ("", "the section T begins inside C"),
     "<DS=START>\nAddress,1,2": ("<DS=START>\nAddress,2,1", "the header of a section is Address,1,2,3"),
     "<DS=START>\n": ("<DS=START>\nDS4491,0,\n", "1 value stands under a header of 0"),
+    "<C=START>\n": ("<C=START>\nC1991,0,1,\n", "2 values stand under a header of 0"),
     "<X=START>": ("", "this stands in no section"),
 }
 

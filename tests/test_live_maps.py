@@ -13,6 +13,7 @@ from live_rig import CLICK, Registers, run, words_of
 from map_rig import EXAMPLES, example, filled, numbered, virtual, words_by
 from pidcfg.encoders import modbus_map as map_template
 from pidcfg.encoders.codecs import DecodeError
+from pidcfg.encoders.listing import named_modbus_kind
 from pidcfg.encoders.maps.click import SPACE as CLICK_SPACE
 from pidcfg.encoders.maps.ezlogix import MAP_SPACE
 from pidcfg.encoders.modbus_map import MapError, UnusableMapError, read_map, read_rows
@@ -194,6 +195,19 @@ def test_a_map_and_its_way_back():
     assert read_map(MAP, MAP_SPACE).find("coil", 199) is None
 
 
+def test_a_hexadecimal_number_is_no_reference():
+    first = MAP_SPACE.number("R", 1)
+    assert read_map("R1,holding,0x0A,uint16", MAP_SPACE).place(first).register == 10
+
+
+def test_a_parameter_that_no_row_places_has_no_place():
+    path = example("dpide")
+    numbering = numbering_of(VENDORS["dpide"], MapFile(filled(path), "map.csv"), pidcfg.encode(path).image)
+    with pytest.raises(LookupError, match=r"no row of the map says where NOBODY.SV is"):
+        numbering.place("NOBODY.SV")
+    assert not named_modbus_kind(numbering.cells).looks_like(filled(path))
+
+
 @pytest.mark.parametrize("vendor", EXAMPLES)
 def test_without_a_map_there_is_one_error_that_shows_one(vendor):
     path = example(vendor)
@@ -242,6 +256,7 @@ def test_a_plc_without_parameters_that_a_map_could_name():
         ("S1,discrete,10009,bool", (1, 13), "write 8, or 0x2719"),
         ("R1,holding,010,uint16", (1, 12), "write 10 or 9"),
         ("S1,coil,00001,bool", (1, 9), "write 1 or 0"),
+        ("R1,holding,01,uint16", (1, 12), "01 may be a number or a reference; write 1 or 0"),
         ("R1,holding,0,float32", (1, 14), "uint16 or int16, not float32"),
         ("R1,holding,0,float", (1, 14), "did you mean float32"),
         ("R1,holding,0.3,uint16", (1, 12), "is a bit"),

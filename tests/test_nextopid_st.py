@@ -347,6 +347,7 @@ def test_names_that_read_like_truths_stay_names():
         ("A(PV := -Z);", (4, 10), "a sign wants a number"),
         ("A(PV := ABS(Z));", (4, 9), "ABS takes numbers"),
         ("A(PV := TIME_TO_REAL(T#5s));", (4, 9), "write TIME_TO_REAL(…) / 1000.0, since a configuration has s"),
+        ("A(PV := TIME_TO_REAL(T));", (4, 9), "TIME_TO_REAL gives ms; write TIME_TO_REAL(…) / 1000.0"),
         ("A(PV := S);", (2, 1), "S is read by a block, and is neither a number nor a TIME nor a BOOL"),
         ("A(PV := T#5s);", (4, 9), "A.PV: T#5s is not a value of REAL; numbers are in s"),
         ("A(Tfd := TIME#100ms);", (4, 10), "numbers are in s"),
@@ -388,7 +389,7 @@ def test_names_that_read_like_truths_stay_names():
 )
 def test_refused(statements, place, says):
     with pytest.raises(ListingError, match=re.escape(says)) as error:
-        read_st(body(statements, "S : STRING;"))
+        read_st(body(statements, "S : STRING; T : TIME;"))
     assert "C" * 71 not in str(error.value)
     assert (error.value.line, error.value.column) == place
 

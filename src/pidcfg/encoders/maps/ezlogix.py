@@ -6,7 +6,7 @@ from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING
 
-from pidcfg.encoders.codecs import FLAG, WORD_MAX, Choice, Distance, EncodeError, Format, Implied, Position, Scale
+from pidcfg.encoders.codecs import FLAG, WORD_MAX, Choice, Distance, EncodeError, Format, Implied, Position
 from pidcfg.encoders.regmap import BIT, WORD, Bank, Code, Meaning, RegisterMap, Space, TunedWords, Word, Written
 from pidcfg.schemas.ezlogix import (
     AUTOTUNE,
@@ -158,7 +158,6 @@ def counts_format(low: int, high: int) -> Format:
 
 
 CV = counts_format(0, CV_FULL)
-RAW_SCALES = {"pv": Scale(counts_format(0, WORD_MAX)), "sp": Scale(counts_format(0, WORD_MAX)), "output": Scale(CV)}
 
 WRITTEN = (
     Written("setpoint", "operated", "the operator or the program", EZLOGIX.at("PID Monitor")),

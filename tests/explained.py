@@ -1,0 +1,26 @@
+"""What `pidcfg explain` says of every name of each vendor's tables; ``generated`` writes it anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pidcfg import api
+from pidcfg.output.explanation.book import book_of
+from pidcfg.output.explanation.lookup import as_text
+from pidcfg.vendors import VENDORS
+
+FOLDER = Path(__file__).parent / "data" / "explained"
+SWITCHES = ("PID_RUN", "PID_MAN", "MOUT_AUTO", "PID_EQ", "PID_DE", "PID_DIR")
+CONTENTS = {"dpide": [*(f"{name}={state}" for name in SWITCHES for state in (0, 1)), *(f"I_MV+{i}" for i in range(15))]}
+"""Questions beside the names."""
+
+
+def pages(vendor: str) -> str:
+    """The pages of all names, each once."""
+    names = [*sorted(book_of(vendor).spellings.values()), *CONTENTS.get(vendor, ())]
+    return "\n".join({as_text(api.explain(name, vendor=vendor).pages): 0 for name in names})
+
+
+def golden_files() -> dict[Path, bytes]:
+    """Those of all vendors."""
+    return {FOLDER / f"{vendor}.txt": pages(vendor).encode() for vendor in VENDORS}
