@@ -34,7 +34,7 @@ SLOWEST = 3.0
 CODE = re.compile(r"\b[A-Z]{2,3}\d{3}\b")
 """The code of a rule."""
 LEFT_OUT = frozenset((
-    "browser", "site", "cluster", "live", "live_endings", "serve", "watch", "ci", "setup", "pages", "repository",
+    "browser", "site", "cluster", "live", "live_endings", "watch", "ci", "setup", "pages", "repository",
     "layers", "generated", "code_pages", "coverage_pages", "report_pages", "pictures", "reliability", "compile",
     "click_compile", "dl06_compile", "dpide_compile", "ezlogix_compile", "generic_compile", "nextopid_compile",
     "engines", "jobs", "threads", "environment",
