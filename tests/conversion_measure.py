@@ -22,10 +22,10 @@ import dpide_strategies
 import ezlogix_strategies
 import nextopid_strategies
 from neutral_strategies import neutral_files
-from pidcfg.conversion.builder import comparable, harmless
+from pidcfg.conversion.builder import is_harmless, make_comparable
 from pidcfg.conversion.ledger import ConvertError, overlap
 from pidcfg.conversion.pipeline import convert, neutral_loops
-from pidcfg.conversion.settle import held_lines
+from pidcfg.conversion.settle import correct_lines
 from pidcfg.encoders.codecs import DecodeError, EncodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.generic import Loop
@@ -98,7 +98,7 @@ def width_of(key, before):
 
 def differs(key, one, two, width=None):
     """Whether two neutral values are not the same; a set point that stays needs no place."""
-    if harmless(key, one):
+    if is_harmless(key, one):
         return two not in {one, None}
     if isinstance(one, bool) or isinstance(two, bool) or not isinstance(one, Decimal) or not isinstance(two, Decimal):
         return one != two
@@ -131,7 +131,7 @@ def measured(config, one, two):
     count["conversions"] += 1
     for j, i in enumerate(result.kept):
         rows = result.loops[i].changes
-        before, after = comparable(neutral[i], back[j])
+        before, after = make_comparable(neutral[i], back[j])
         after.setdefault("output.manual", NOTHING_SAID.get(two, before["output.range.0"]))
         after["setpoint.source"] = originals.get(after.get("setpoint.source"))
         names = {field.path: field.to for field in loops[i].fields}
@@ -195,7 +195,7 @@ def spoils(config, one, two):
         before = Loop.model_validate(loops[i].data)
         rows = [row for row in result.loops[i].changes if row.kind == "exact"]
         plain = target.load("to_neutral")(target.model.model_validate(result.data))[j].data
-        whole = comparable(before, Loop.model_validate(plain))[1]
+        whole = make_comparable(before, Loop.model_validate(plain))[1]
         for path, value, place in leaves(result.data["loops"][j]):
             if (other := spoiled(value)) is None:
                 continue
@@ -207,13 +207,13 @@ def spoils(config, one, two):
             except ValueError:
                 count["refused by the schema"] += 1
                 continue
-            now = comparable(before, held)[1]
+            now = make_comparable(before, held)[1]
             about = {name for row in rows for name in row.neutral}
             if not any(whole.get(key) != now.get(key) and any(overlap(key, name) for name in about) for key in now):
                 count["of no exact line"] += 1
                 continue
             count["spoiled"] += 1
-            found = any(row.kind != "exact" for row in held_lines(rows, before, held))
+            found = any(row.kind != "exact" for row in correct_lines(rows, before, held))
             count["found"] += found
             if not found:
                 count[f"left {two} {dotted(path)}"] += 1

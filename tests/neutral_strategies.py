@@ -54,7 +54,7 @@ def leaves(model: BaseModel, prefix: str = "") -> set[str]:
 
 def unheard(file: GenericFile, puts: list) -> set[str]:
     """The fields of the last neutral loop of which an adapter says nothing."""
-    spoken = {put.of for put in puts if put.of}
+    spoken = {put.neutral for put in puts if put.neutral}
     return {
         path for path in leaves(file.loops[-1]) if not any(of == path or of.startswith(f"{path}.") for of in spoken)
     }

@@ -98,7 +98,7 @@ def puts(loop: dict) -> list:
 
 def dropped(loop: dict) -> dict[str, str]:
     """The neutral fields that find no place, with the advice."""
-    return {put.of: put.note for put in puts(loop) if not put.path}
+    return {put.neutral: put.note for put in puts(loop) if not put.path}
 
 
 # --- action and gains ------------------------------------------------------------------------------------------------
@@ -228,9 +228,9 @@ def test_without_a_proportional_action_the_filter_is_that_of_the_derivative_time
 def test_a_filter_longer_than_the_derivative_is_clamped_and_one_between_whole_limits_is_rounded():
     long = {"tuning": {"derivative_time": 4, "derivative_filter": 20}}
     between = {"tuning": {"derivative_time": 4, "derivative_filter": Decimal("0.39")}}
-    [put] = [put for put in puts(long) if put.of == "tuning.derivative_filter"]
+    [put] = [put for put in puts(long) if put.neutral == "tuning.derivative_filter"]
     assert put.clamped
-    [put] = [put for put in puts(between) if put.of == "tuning.derivative_filter"]
+    [put] = [put for put in puts(between) if put.neutral == "tuning.derivative_filter"]
     assert not put.clamped
     assert (put.exact, put.held) == (Decimal("0.39"), Decimal("0.4"))
 
@@ -264,7 +264,7 @@ def test_a_filter_that_is_switched_off_is_none():
 )
 def test_the_sample_rate_is_whole_milliseconds_within_the_limits(time, text, clamped):
     made = from_neutral(generic({"sample_time": Decimal(time)}), {})
-    [put] = [put for put in made.fields[0] if put.of == "sample_time"]
+    [put] = [put for put in made.fields[0] if put.neutral == "sample_time"]
     assert made.data["loops"][0]["sample_rate"] == text
     assert (put.clamped, put.exact) == (clamped, Decimal(time))
 
@@ -403,7 +403,7 @@ def test_a_set_point_that_follows_the_pv_is_lost_where_there_is_no_such_thing(ta
 def test_a_cascade_is_wired_in_the_program():
     file = generic({}, {"setpoint": {"source": "L1"}, "mode": "cascade", "pv": {"range": [0, 50]}})
     made = from_neutral(file, {})
-    [put] = [put for put in made.fields[1] if put.of == "setpoint.source"]
+    [put] = [put for put in made.fields[1] if put.neutral == "setpoint.source"]
     assert "DF9 of L1" in put.note
     assert "0 to 50" in put.note
     assert "DF26" in put.note
@@ -419,7 +419,7 @@ def test_output_values_are_rescaled_to_per_cent():
     loop = made.data["loops"][0]
     assert loop["output"] == {"limits": [5, 50]}
     assert loop["state"] == {"output": 25, "bias": 50}
-    gone = {put.of: put.note for put in made.fields[0] if not put.path}
+    gone = {put.neutral: put.note for put in made.fields[0] if not put.path}
     assert gone["output.range"] == gone["output.unit"] == "the output is in %: 0 to 100 % of the output are 4 to 20 mA"
 
 
@@ -433,11 +433,11 @@ def test_a_loop_without_an_integral_begins_with_its_bias_as_output():
     loop = {"output": {"range": [0, 50], "bias": 20}, "tuning": {"integral_time": 0}}
     state = one(loop).state
     assert (state.output, state.bias) == (40, 40)
-    [put] = [put for put in puts(loop) if put.of == "output.bias"]
+    [put] = [put for put in puts(loop) if put.neutral == "output.bias"]
     assert put.assumed
     loop["output"]["manual"] = 5
     assert one(loop).state.output == 10
-    [put] = [put for put in puts(loop) if put.of == "output.bias"]
+    [put] = [put for put in puts(loop) if put.neutral == "output.bias"]
     assert put.assumed
     assert "bring the output to 40 % in Manual" in put.note
 
@@ -541,7 +541,7 @@ def test_a_point_that_is_not_given_is_told_where_its_0_matters():
 def test_alarms_that_are_not_wanted_are_out_of_reach(wanted, points):
     found = one({"alarms": {"pv": wanted}}).alarms.pv
     assert (found.low_low, found.low, found.high, found.high_high) == points
-    chosen = {put.path for put in puts({"alarms": {"pv": wanted}}) if put.of is None and "alarms" in put.path}
+    chosen = {put.path for put in puts({"alarms": {"pv": wanted}}) if put.neutral is None and "alarms" in put.path}
     assert chosen == {f"alarms.pv.{key}" for key in ("low_low", "low", "high", "high_high") if key not in wanted}
 
 
@@ -648,8 +648,8 @@ def test_there_and_back_are_the_same_registers(config):
         changed = {
             field.path for field in neutral_loop.fields if (not field.to or field.assumed) and field.path not in ASIDE
         }
-        changed |= {put.of for put in placed if not put.path or put.clamped}
-        changed |= {put.path for put in placed if put.of is None and "alarms" in put.path}
+        changed |= {put.neutral for put in placed if not put.path or put.clamped}
+        changed |= {put.path for put in placed if put.neutral is None and "alarms" in put.path}
         if changed:
             continue
         different = {

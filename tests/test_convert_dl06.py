@@ -13,7 +13,7 @@ import neutral_strategies
 import pidcfg
 from dl06_strategies import EVERYTHING, FORMAT_NAMES, configurations
 from neutral_strategies import neutral_files, unheard
-from pidcfg.conversion.from_dl06 import NOTHING_LOST, short, to_neutral
+from pidcfg.conversion.from_dl06 import NOTHING_LOST, round_to_ten_digits, to_neutral
 from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import settle_values
@@ -88,7 +88,7 @@ def one(loop: dict, **options):
 
 def dropped(*loops: dict, **options) -> dict[str, str]:
     """The neutral fields of the first loop that find no place, with the advice."""
-    return {put.of: put.note for put in target(*loops, **options)[1] if not put.path}
+    return {put.neutral: put.note for put in target(*loops, **options)[1] if not put.path}
 
 
 def clamped(loop: dict, **options) -> set[str]:
@@ -484,7 +484,7 @@ def test_alarms_of_a_square_root_loop_become_alarms_of_the_flow():
 
 
 def test_a_number_that_was_worked_out_has_ten_digits():
-    assert short(Decimal("0.0123456781249")) == Decimal("0.01234567812")
+    assert round_to_ten_digits(Decimal("0.0123456781249")) == Decimal("0.01234567812")
 
 
 def test_differences_cannot_be_squared():
@@ -529,7 +529,9 @@ def test_the_freeze_is_the_anti_windup_and_the_velocity_form_needs_none():
     assert neutral({"algorithm": "velocity"}).anti_windup
     assert "algorithm" in lost({"algorithm": "velocity"})
     assert [one({"anti_windup": on}).bias_freeze for on in (True, False)] == [True, False]
-    note = next(p.note for p in target({"output": {"range": [0, 50], "limits": [5, 45]}})[1] if p.of == "anti_windup")
+    note = next(
+        p.note for p in target({"output": {"range": [0, 50], "limits": [5, 45]}})[1] if p.neutral == "anti_windup"
+    )
     assert "ends of the data range" in note
 
 
@@ -551,7 +553,7 @@ def test_the_set_point_becomes_the_pv_with_bumpless_one():
     ]
     loops = [{"setpoint": {"follows_pv": follows}} for follows in (True, False)]
     assert [one(loop).bumpless for loop in (*loops, {})] == ["I", "II", "I"]
-    assert [next(p.of for p in target(loop)[1] if p.path == "bumpless") for loop in (*loops, {})] == [
+    assert [next(p.neutral for p in target(loop)[1] if p.path == "bumpless") for loop in (*loops, {})] == [
         "setpoint.follows_pv",
         "setpoint.follows_pv",
         None,
@@ -615,7 +617,7 @@ def test_options_say_where_and_for_which_cpu():
     config, puts = target({}, **options)
     assert (config.plc.loop_table, config.plc.reset_decimals, config.plc.derivative) == (0o3000, 2, "pv")
     assert config.loops[0].pv.format == "15-bit unipolar"
-    assert any(put.of is None and put.path == "/plc.loop_table" for put in puts)
+    assert any(put.neutral is None and put.path == "/plc.loop_table" for put in puts)
     source = generic({})
     found = [*convert(source, VENDORS["generic"], DL06, {}).loops[0][1], *back_and_forth(dl06({})).loops[0][1]]
     told = [(row.kind, row.target) for row in found if row.field == "/plc.loop_table"]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from dpide_strategies import configurations
 from pidcfg.conversion.builder import dependent, independent
-from pidcfg.conversion.from_dpide import AROUND, DEAD_BAND, NOTHING_LOST, to_neutral
+from pidcfg.conversion.from_dpide import CALL_KEYS, DEAD_BAND, NOTHING_LOST, to_neutral
 from pidcfg.conversion.ledger import ConvertError
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.conversion.to_dpide import from_neutral
@@ -106,7 +106,7 @@ def one(loop: dict[str, Any], **options: Any) -> Loop:
 
 def dropped(loop: dict[str, Any]) -> set[str]:
     """The neutral fields that find no place."""
-    return {put.of or "" for put in from_neutral(generic(loop), {}).fields[0] if not put.path}
+    return {put.neutral or "" for put in from_neutral(generic(loop), {}).fields[0] if not put.path}
 
 
 def changes(config: DpideFile) -> dict[str, Any]:
@@ -231,10 +231,10 @@ def test_what_is_missing_is_asked_for(loop, path, text):
 def test_every_operand_is_spoken_of():
     config = dpide(FULL)
     spoken = {field.path for field in to_neutral(config)[0].fields} | set(NOTHING_LOST)
-    leaves = {name for name in Loop.model_fields if name not in {"pv", "output", "call"}} | set(AROUND)
+    leaves = {name for name in Loop.model_fields if name not in {"pv", "output", "call"}} | set(CALL_KEYS)
     assert leaves | {"pv.range", "pv.unit", "output.range", "output.unit"} <= spoken
     assert set(FULL) >= set(Loop.model_fields)
-    assert lost(FULL) == set(AROUND)
+    assert lost(FULL) == set(CALL_KEYS)
     assert lost({key: value for key, value in FULL.items() if key != "call"}) == set()
 
 
@@ -275,7 +275,7 @@ def test_what_else_there_is_goes_over():
 def test_without_a_set_point_the_output_is_least(raises, value):
     assert value == one({"setpoint": {}, "output_raises_pv": raises}).SV
     made = from_neutral(generic({"setpoint": {}}), {})
-    assert [put.of for put in made.fields[0] if put.path == "SV"] == [None]
+    assert [put.neutral for put in made.fields[0] if put.path == "SV"] == [None]
 
 
 @pytest.mark.parametrize(
@@ -321,7 +321,7 @@ def test_what_has_no_twin_is_dropped_with_advice(loop, path):
 
 def test_a_cascade_is_linked_by_hand():
     made = from_neutral(generic({"mode": "cascade"}), {})
-    put = next(put for put in made.fields[0] if put.of == "mode")
+    put = next(put for put in made.fields[0] if put.neutral == "mode")
     assert (put.clamped, made.data["loops"][0]["PID_MAN"]) == (True, False)
     assert "link" in put.note
 
@@ -441,15 +441,15 @@ def test_within_the_vendor_the_call_is_kept():
     config = dpide(FULL)
     result = convert(config, DPIDE, DPIDE, {})
     assert DpideFile.model_validate(result.data).loops[0].call == config.loops[0].call
-    kinds = {change.field: change.kind for change in result.loops[0].changes if change.field in AROUND}
-    assert kinds == dict.fromkeys(AROUND, "exact")
+    kinds = {change.field: change.kind for change in result.loops[0].changes if change.field in CALL_KEYS}
+    assert kinds == dict.fromkeys(CALL_KEYS, "exact")
 
 
-@pytest.mark.parametrize("field", AROUND)
+@pytest.mark.parametrize("field", CALL_KEYS)
 def test_what_stands_around_the_instruction_is_named_elsewhere(field):
     changes = convert(dpide(FULL), DPIDE, VENDORS["ezlogix"], {}).loops[0].changes
     (line,) = [change for change in changes if change.field == field]
-    assert (line.kind, line.note) == ("dropped", AROUND[field])
+    assert (line.kind, line.note) == ("dropped", CALL_KEYS[field])
 
 
 def test_what_a_dead_band_does_is_told_of_a_loop_that_has_one():

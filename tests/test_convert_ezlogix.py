@@ -95,7 +95,7 @@ def one(loop: dict, **options) -> Loop:
 
 def dropped(loop: dict, **options) -> dict[str, str]:
     """The neutral fields that find no place, with the advice."""
-    return {put.of: put.note for put in from_neutral(generic(loop), options).fields[0] if not put.path}
+    return {put.neutral: put.note for put in from_neutral(generic(loop), options).fields[0] if not put.path}
 
 
 def stored(loop: dict) -> dict:
@@ -417,7 +417,7 @@ def test_a_source_of_the_set_point_becomes_the_other_loops_cv_tag():
 )
 def test_a_cascade_that_no_tag_can_make_is_programmed(inner, options):
     made = from_neutral(generic(OUTER, inner), options)
-    [put] = [put for put in made.fields[1] if put.of == "setpoint.source"]
+    [put] = [put for put in made.fields[1] if put.neutral == "setpoint.source"]
     assert not put.path
     assert "R34" in put.note
     assert made.data["loops"][0]["output"]["tag"] == (options.get("cv_tag") or ["OR1"])[0]
@@ -426,7 +426,7 @@ def test_a_cascade_that_no_tag_can_make_is_programmed(inner, options):
 def test_one_output_feeds_one_set_point():
     made = from_neutral(generic(OUTER, {"setpoint": {"source": "L1"}}, {"setpoint": {"source": "L1"}}), {})
     assert made.data["loops"][0]["output"]["tag"] == "R34"
-    assert [put.of for put in made.fields[2] if not put.path] == ["setpoint.source"]
+    assert [put.neutral for put in made.fields[2] if not put.path] == ["setpoint.source"]
 
 
 # --- places ----------------------------------------------------------------------------------------------------------

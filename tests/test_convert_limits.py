@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pidcfg.api import convert
-from pidcfg.conversion.ledger import DEFAULT, MaxLossError, parse_max_loss
+from pidcfg.conversion.ledger import DEFAULT_MAX_LOSS, MaxLossError, parse_max_loss
 
 DL06 = """\
 pidcfg: 1
@@ -95,7 +95,7 @@ def test_loops_are_linked_where_their_units_do_not_differ(unit, linked):
 def test_a_loss_may_be_limited_to_none():
     assert parse_max_loss("gain=0%").gain == 0
     assert parse_max_loss("time=5").time == 5
-    assert parse_max_loss("time=5").gain == DEFAULT.gain
+    assert parse_max_loss("time=5").gain == DEFAULT_MAX_LOSS.gain
     for text in ("gain=-1%", "gain=inf", "gain=nan", "gain=x", "other=1%"):
         with pytest.raises(MaxLossError):
             parse_max_loss(text)

@@ -110,7 +110,7 @@ def dropped(*loops: dict[str, Any]) -> set[str]:
     """The neutral fields of the first loop that find no place; all have an advice."""
     puts = [put for put in from_neutral(generic(*loops), {}).fields[0] if not put.path]
     assert all(put.note for put in puts)
-    return {put.of or "" for put in puts}
+    return {put.neutral or "" for put in puts}
 
 
 def errors(data: dict[str, Any]) -> list[str]:

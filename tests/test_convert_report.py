@@ -25,8 +25,8 @@ from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
 from pidcfg.conversion.ledger import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
 from pidcfg.conversion.operation import Operation, Windup, differing_rules
-from pidcfg.conversion.pipeline import UNKNOWN, convert, items_beside_loops, remaining
-from pidcfg.conversion.settle import held_lines
+from pidcfg.conversion.pipeline import UNKNOWN_FIELD, convert, items_beside_loops, lines_of_unreported_fields
+from pidcfg.conversion.settle import correct_lines
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text.paths import leaves, put, steps, value_at
 from pidcfg.text.writer import yaml_text
@@ -131,7 +131,7 @@ def test_every_field_of_each_source_has_a_line_in_all_targets(source):
                     some[i][0]: paths for i in result.kept if (paths := unspoken(config, i, result.loops[i].changes))
                 }
                 assert silent == {}, target
-                unknown = [row.field for loop in result.loops for row in loop.changes if row.note == UNKNOWN]
+                unknown = [row.field for loop in result.loops for row in loop.changes if row.note == UNKNOWN_FIELD]
                 assert unknown == [], target
 
 
@@ -163,9 +163,9 @@ def test_each_line_of_a_target_is_about_its_keys_and_neutral_ones(target):
     for start in range(0, len(loops), TOGETHER):
         made = VENDORS[target].load("from_neutral")(CASES["generic"][0](*loops[start : start + TOGETHER]), {})
         fields = [field for loop in made.fields for field in loop]
-        own = {field.path for field in fields if field.path and field.path != field.of and field.path[0] != "/"}
+        own = {field.path for field in fields if field.path and field.path != field.neutral and field.path[0] != "/"}
         assert own <= keys(target)
-        assert {field.of for field in fields} - {None} <= keys("generic")
+        assert {field.neutral for field in fields} - {None} <= keys("generic")
 
 
 OFF = {"error.deadband", "alarms.hysteresis", "pv.square_root", "Tfd", "BIAS", "DeadBand"}
@@ -182,13 +182,13 @@ def test_what_a_loop_does_not_use_is_not_written(target):
 
 def test_a_field_that_no_conversion_knows_is_a_loss():
     given = [(("new_field",), 3), (("pv", "tag"), "IR1"), (("name",), "L1")]
-    rows = list(remaining(given, [], {"pv.tag": "a place"}, {"name": "L1"}))
+    rows = list(lines_of_unreported_fields(given, [], {"pv.tag": "a place"}, {"name": "L1"}))
     assert rows == [
-        Change("new_field", "dropped", 3, None, note=UNKNOWN, loss=True),
+        Change("new_field", "dropped", 3, None, note=UNKNOWN_FIELD, loss=True),
         Change("pv.tag", "dropped", "IR1", None, note="a place"),
         Change("name", "exact", "L1", "L1", neutral=("name",), target_field="name"),
     ]
-    assert list(remaining(given[:1], [Change("new_field.0", "exact", 3, 3)], {}, {})) == []
+    assert list(lines_of_unreported_fields(given[:1], [Change("new_field.0", "exact", 3, 3)], {}, {})) == []
 
 
 # --- exact -----------------------------------------------------------------------------------------------------------
@@ -213,26 +213,26 @@ def test_an_exact_line_that_is_not_is_found_out():
         Change("sample", "exact", 0.5, 0.5, neutral=("sample_time",)),
     ]
     after = loop_of(tuning={"gain": 2, "integral_time": 60}, mode="manual")
-    gain, mode, sample = held_lines(rows, loop_of(), after)
+    gain, mode, sample = correct_lines(rows, loop_of(), after)
     assert (gain.kind, gain.error_percent) == ("rounded", 20)
     assert (str(gain.terms.wanted), str(gain.terms.held), gain.terms.unit) == ("2.5", "2", "%/degC")
     assert (mode.kind, mode.loss, "manual" in mode.note) == ("dropped", True, True)
     assert sample == rows[2]
     dropped = Change("gain", "dropped", 2.5, None, loss=True, neutral=("tuning.gain",))
-    assert list(held_lines([dropped], loop_of(), after)) == [dropped]
+    assert list(correct_lines([dropped], loop_of(), after)) == [dropped]
 
 
 @pytest.mark.parametrize(("gain", "kind"), [(0.999999, "exact"), (0.99999899, "rounded")])
 def test_a_millionth_is_what_single_precision_makes(gain, kind):
     one, two = (loop_of(tuning={"gain": number, "integral_time": 60}) for number in (gain, 1))
-    [line] = held_lines([Change("gain", "exact", gain, 1, neutral=("tuning.gain",))], one, two)
+    [line] = correct_lines([Change("gain", "exact", gain, 1, neutral=("tuning.gain",))], one, two)
     assert line.kind == kind
 
 
 def test_a_line_about_a_section_has_the_worst_of_its_numbers():
     output = {"range": [0, 100], "unit": "%", "limits": [5, 85]}
     one, two = loop_of(output=output), loop_of(output={**output, "limits": [5, 80]})
-    [line] = held_lines([Change("limits", "exact", [5, 85], [5, 85], neutral=("output.limits",))], one, two)
+    [line] = correct_lines([Change("limits", "exact", [5, 85], [5, 85], neutral=("output.limits",))], one, two)
     assert (line.kind, str(line.terms.wanted), str(line.terms.held)) == ("rounded", "85", "80")
 
 
@@ -540,7 +540,7 @@ def test_a_loop_that_the_target_refuses_is_dropped_with_its_reason():
 def test_the_reason_names_the_key_of_the_source():
     refused = {**OVEN, "name": "L2", "alarms": {"pv": {"low": 10, "high": 10.001}}}
     config = CASES["generic"][0]({**OVEN, "name": "L0"}, {**OVEN, "name": "L1"}, refused)
-    result = convert(config, VENDORS["generic"], VENDORS["dl06"], {}, left_out={0: "no"})
+    result = convert(config, VENDORS["generic"], VENDORS["dl06"], {}, excluded={0: "no"})
     assert [entry.path for entry in result.missing] == [("loops", 0), ("loops", 2, "alarms", "pv", "high")]
 
 
@@ -561,11 +561,11 @@ def test_addresses_stay_with_the_loops_that_go():
     ]
     config = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
     result = convert(
-        config, VENDORS["generic"], VENDORS["dpide"], {"device": ["D0", "D100", "D200"]}, left_out={1: "no"}
+        config, VENDORS["generic"], VENDORS["dpide"], {"device": ["D0", "D100", "D200"]}, excluded={1: "no"}
     )
     assert [loop["device"] for loop in result.data["loops"]] == ["D0", "D200"]
     assert result.loops[1].reason == "no"
-    only = convert(config, VENDORS["generic"], VENDORS["dpide"], {"device": ["D300"]}, left_out={0: "no", 1: "no"})
+    only = convert(config, VENDORS["generic"], VENDORS["dpide"], {"device": ["D300"]}, excluded={0: "no", 1: "no"})
     assert [loop["device"] for loop in only.data["loops"]] == ["D300"]  # one alone is where all begin
 
 
@@ -778,7 +778,7 @@ def test_quiet_tells_only_what_is_lost():
 )
 def test_what_the_result_has_instead_stands_behind_the_note(note, told):
     rows = [Change("mode", "exact", "auto", "auto", neutral=("mode",), note=note)]
-    [line] = held_lines(rows, loop_of(), loop_of(mode="manual"))
+    [line] = correct_lines(rows, loop_of(), loop_of(mode="manual"))
     assert line.note == told
 
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from pidcfg.api import check_text
-from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, take
+from pidcfg.conversion.builder import NeutralBuilder, Same, TargetBuilder, apply_table
 from pidcfg.conversion.ledger import Change, ConvertError, SourceField, TargetField, changes
 from pidcfg.conversion.pipeline import convert
 from pidcfg.conversion.settle import read_back
@@ -40,7 +40,7 @@ TABLE = (
     Same("name"),
     Same("text"),
     Same("side.way", "raises", {"up": True, "down": False}),
-    Same("band", "deadband", if_on=True, note="why"),
+    Same("band", "deadband", skip_falsy=True, note="why"),
     lambda b, context: b.put("twice", context, "double", 2 * context),
 )
 
@@ -48,7 +48,7 @@ TABLE = (
 def test_rows_and_steps_go_over_in_the_order_of_the_table():
     b = NeutralBuilder(0)
     loop = SimpleNamespace(name="A", text=None, side=SimpleNamespace(way="down"), band=3)
-    take(b, loop, 7, TABLE)
+    apply_table(b, loop, 7, TABLE)
     assert b.loop.data == {"name": "A", "raises": False, "deadband": 3, "double": 14}
     assert b.loop.fields == [
         SourceField("name", "A", ("name",)),
@@ -61,9 +61,9 @@ def test_rows_and_steps_go_over_in_the_order_of_the_table():
 @pytest.mark.parametrize("band", [0, None, False])
 def test_what_is_off_says_nothing_where_the_row_says_so(band):
     b = TargetBuilder()
-    take(b, SimpleNamespace(band=band), None, (Same("band", if_on=True),))
+    apply_table(b, SimpleNamespace(band=band), None, (Same("band", skip_falsy=True),))
     assert (b.data, b.fields) == ({}, [])
-    take(b, SimpleNamespace(band=0), None, (Same("band"),))
+    apply_table(b, SimpleNamespace(band=0), None, (Same("band"),))
     assert b.data == {"band": 0}
 
 
@@ -73,7 +73,7 @@ def test_what_is_off_says_nothing_where_the_row_says_so(band):
 def test_a_target_gets_plain_numbers_in_sections():
     b = TargetBuilder(3)
     b.put("pv.range", (Decimal(0), Decimal("0.1234567890123456")), "pv.range", "why", assumed=True)
-    b.same(Same("output.limits", two=True), (Decimal(1), Decimal("2.50")))
+    b.same(Same("output.limits", is_pair=True), (Decimal(1), Decimal("2.50")))
     b.drop("output.max_rate", "by program")
     assert b.data == {"pv": {"range": [0, 0.123456789012]}, "output": {"limits": [1, 2.5]}}
     assert b.fields == [
@@ -89,8 +89,8 @@ def test_a_target_gets_plain_numbers_in_sections():
 
 def test_what_the_source_must_say_has_its_place():
     b = NeutralBuilder(2)
-    b.need("pv.range", "add it")
-    b.need("", "all of it")
+    b.require("pv.range", "add it")
+    b.require("", "all of it")
     assert [entry.path for entry in b.loop.missing] == [("loops", 2, "pv", "range"), ("loops", 2)]
 
 

@@ -275,7 +275,7 @@ def test_a_scale_of_the_output_that_a_vendor_does_not_know_is_no_difference():
 
 
 def test_two_ways_to_say_an_integral_controller_are_the_same():
-    from pidcfg.conversion.builder import flat, normal
+    from pidcfg.conversion.builder import flatten, without_unused_terms
     from pidcfg.schemas.generic import GenericFile
 
     loops = [
@@ -290,7 +290,7 @@ def test_two_ways_to_say_an_integral_controller_are_the_same():
         for gain, time, on in ((1, 20, "pv"), (0.04, 0.8, "error"))
     ]
     file = GenericFile.model_validate({"pidcfg": 1, "vendor": "generic", "loops": loops})
-    one, two = (normal(flat(loop)) for loop in file.loops)
+    one, two = (without_unused_terms(flatten(loop)) for loop in file.loops)
     assert one == two
 
 

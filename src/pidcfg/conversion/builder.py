@@ -122,7 +122,7 @@ class NeutralBuilder:
 
     def same(self, row: Same, value: Any) -> None:
         """A field that keeps its value."""
-        self.put(row.path, value, row.to or row.path, row.becomes(value), row.note)
+        self.put(row.path, value, row.to or row.path, row.convert(value), row.note)
 
     def set(self, to: str, value: Any) -> None:
         """A neutral field alone; the fields of the source that it comes from are marked."""
@@ -143,7 +143,7 @@ class NeutralBuilder:
             if value != row.default:
                 self.drop(f"{path}.{key}", value, note)
 
-    def need(self, path: str, message: str) -> None:
+    def require(self, path: str, message: str) -> None:
         """What the source must say first, by its path below the loop; empty: the loop."""
         self.loop.missing.append(Missing(("loops", self.index, *steps(path)), message))
 
@@ -156,36 +156,36 @@ class TargetBuilder:
     data: dict[str, Any] = field(default_factory=dict)
     fields: list[TargetField] = field(default_factory=list)
 
-    def put(self, path: str, value: Any, of: str | None, note: str = "", **details: Any) -> None:
+    def put(self, path: str, value: Any, neutral: str | None, note: str = "", **details: Any) -> None:
         """A field of the target, and the neutral field that it came from; None: chosen here.
 
         Decimals become plain numbers without the noise of their last digits; ``details``: see `TargetField`.
         """
         put(self.data, steps(path), _plain(value))
-        self.mark(path, of, note, **details)
+        self.mark(path, neutral, note, **details)
 
     def same(self, row: Same, value: Any) -> None:
         """A field that keeps its value."""
         to = row.to or row.path
-        if row.two:
+        if row.is_pair:
             put(self.data, steps(to), _plain(value))
             for i in range(2):
                 self.mark(f"{to}.{i}", f"{row.path}.{i}", row.note)
         else:
-            self.put(to, row.becomes(value), row.path, row.note)
+            self.put(to, row.convert(value), row.path, row.note)
 
-    def mark(self, path: str, of: str | None, note: str = "", **details: Any) -> None:
+    def mark(self, path: str, neutral: str | None, note: str = "", **details: Any) -> None:
         """A field that is set otherwise holds this neutral field too."""
-        self.fields.append(TargetField(path, of, note, **details))
+        self.fields.append(TargetField(path, neutral, note, **details))
 
-    def drop(self, of: str, note: str) -> None:
+    def drop(self, neutral: str, note: str) -> None:
         """A neutral field that the target does not have, and what to program instead."""
-        self.mark("", of, note)
+        self.mark("", neutral, note)
 
     def drop_all(self, unmatched: Iterable[tuple[str, str]]) -> None:
         """Neutral fields that the target does not have, each with its note."""
-        for of, note in unmatched:
-            self.drop(of, note)
+        for neutral, note in unmatched:
+            self.drop(neutral, note)
 
     def refuse(self, path: str, message: str) -> NoReturn:
         """Ends the conversion for a value that the target cannot have at all."""
@@ -206,7 +206,7 @@ def _plain(value: Any) -> Any:
     return number(value) if isinstance(value, Decimal) else value
 
 
-def starts(bank: BankRange, size: int, count: int, wanted: Sequence[str]) -> list[int]:
+def assign_addresses(bank: BankRange, size: int, count: int, wanted: Sequence[str]) -> list[int]:
     """Where the blocks of each loop begin: as wanted, the others behind the last one without overlapping any."""
     _refuse_too_many(wanted, count)
     places = [bank.parse(address) for address in wanted]
@@ -222,7 +222,7 @@ def starts(bank: BankRange, size: int, count: int, wanted: Sequence[str]) -> lis
     return places
 
 
-def names(wanted: Sequence[str | None], count: int, free: Callable[[int], str]) -> list[str]:
+def assign_names(wanted: Sequence[str | None], count: int, free: Callable[[int], str]) -> list[str]:
     """One name a loop: as wanted, the others the first that are free, counted from 1."""
     _refuse_too_many(wanted, count)
     unused = (name for n in counter(1) if (name := free(n)) not in wanted)
@@ -275,9 +275,9 @@ def _rescale(outer: NeutralLoop, span: list[Decimal], inner: str) -> None:
     output["range"] = span
     for key in ("bias", "manual"):
         if key in output:
-            output[key] = _moved(output[key], present, span)
+            output[key] = _rescale_value(output[key], present, span)
     if "limits" in output:
-        output["limits"] = [_moved(end, present, span) for end in output["limits"]]
+        output["limits"] = [_rescale_value(end, present, span) for end in output["limits"]]
     output.pop("unit", None)
     note = f"it commands {inner}: told in the units of its PV"
     outer.fields[:] = [
@@ -286,7 +286,7 @@ def _rescale(outer: NeutralLoop, span: list[Decimal], inner: str) -> None:
     ]
 
 
-def _moved(value: Any, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
+def _rescale_value(value: Any, source: Sequence[Decimal], target: Sequence[Decimal]) -> Decimal:
     return round_computed(rescale(Decimal(str(value)), source, target))
 
 
@@ -305,19 +305,19 @@ class Same:
     """Its path on the other side; empty: the same."""
     words: Mapping[Any, Any] | None = None
     """What the other side calls each choice."""
-    if_on: bool = False
+    skip_falsy: bool = False
     """0 and false say nothing either."""
     note: str = ""
     """For the report."""
-    two: bool = False
+    is_pair: bool = False
     """Two limits, each of which the target may round or clamp."""
 
     def value_of(self, model: object) -> Any:
         """The field's value in a loop; None: it says nothing."""
         value = value_at(model, steps(self.path))
-        return None if self.if_on and not value else value
+        return None if self.skip_falsy and not value else value
 
-    def becomes(self, value: Any) -> Any:
+    def convert(self, value: Any) -> Any:
         """What a value is on the other side."""
         return value if self.words is None else self.words[value]
 
@@ -337,12 +337,12 @@ Table: TypeAlias = "tuple[Same | Callable[[B, C], None], ...]"
 """Rows, and steps that get the builder and what they work with."""
 
 
-def same_fields(*paths: str, if_on: bool = False) -> tuple[Same, ...]:
+def same_fields(*paths: str, skip_falsy: bool = False) -> tuple[Same, ...]:
     """Rows of fields that have one path on both sides."""
-    return tuple(Same(path, if_on=if_on) for path in paths)
+    return tuple(Same(path, skip_falsy=skip_falsy) for path in paths)
 
 
-def take(builder: B, loop: object, context: C, table: Table[B, C]) -> None:
+def apply_table(builder: B, loop: object, context: C, table: Table[B, C]) -> None:
     """Goes through a table: rows take the fields of a loop, steps work out the others of ``context``."""
     for row in table:
         if not isinstance(row, Same):
@@ -368,11 +368,11 @@ def drop_unmatched(loop: Loop, notes: Mapping[str, str]) -> Iterator[tuple[str, 
         *above, key = steps(path)
         value, section = value_at(loop, (*above, key)), value_at(loop, above)
         default = type(section).model_fields[str(key)].default if isinstance(section, BaseModel) else None
-        if value is not None and value != default and not harmless(path, value):
+        if value is not None and value != default and not is_harmless(path, value):
             yield path, note
 
 
-def harmless(path: str, value: Any) -> bool:
+def is_harmless(path: str, value: Any) -> bool:
     """Whether nothing is lost with this value in a target without such a field."""
     return path in HARMLESS and HARMLESS[path] == value
 
@@ -381,17 +381,17 @@ def harmless(path: str, value: Any) -> bool:
 
 Flat = dict[str, Any]
 """The values of a loop by path, as `flat` gives them."""
-ENDS = ("output.range.0", "output.range.1")
-ON_THE_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
+OUTPUT_RANGE = ("output.range.0", "output.range.1")
+ON_OUTPUT_SCALE = ("output.limits.0", "output.limits.1", "output.bias", "output.manual")
 
 
-def flat(model: Any, prefix: str = "") -> dict[str, Any]:
+def flatten(model: Any, prefix: str = "") -> dict[str, Any]:
     """Every value of a neutral loop by its path; limits that are not given are the ends of their range."""
     values: dict[str, Any] = {}
     for name in type(model).model_fields:
         value, path = getattr(model, name), f"{prefix}{name}"
         if isinstance(value, BaseModel):
-            values |= flat(value, f"{path}.")
+            values |= flatten(value, f"{path}.")
         elif isinstance(value, tuple):
             values |= {f"{path}.{k}": end for k, end in enumerate(value)}
         elif value is not None:
@@ -403,7 +403,7 @@ def flat(model: Any, prefix: str = "") -> dict[str, Any]:
     return values
 
 
-def normal(loop: Flat) -> Flat:
+def without_unused_terms(loop: Flat) -> Flat:
     """Without a proportional action the gain is 1, and the times make up for it; no derivative acts on nothing."""
     values = dict(loop)
     gain = values["tuning.gain"]
@@ -417,35 +417,37 @@ def normal(loop: Flat) -> Flat:
     return values
 
 
-def on_the_same_scale(one: Flat, two: Flat) -> Flat:
+def rescale_output(one: Flat, two: Flat) -> Flat:
     """The second loop with its output on the scale of the first: a vendor may know its output in % only."""
-    first, second = ([Decimal(loop[end]) for end in ENDS] for loop in (one, two))
+    first, second = ([Decimal(loop[end]) for end in OUTPUT_RANGE] for loop in (one, two))
     if first == second:
         return two
     values = dict(two)
     factor = quotient(width(first), width(second))
     values["tuning.gain"] = round_computed(product(values["tuning.gain"], factor))
-    for key in ON_THE_SCALE:
+    for key in ON_OUTPUT_SCALE:
         value = values.get(key)
         if value is not None and not isinstance(value, Quantity):
             values[key] = round_computed(rescale(Decimal(value), second, first))
     if values.get("output.max_rate") is not None:
         values["output.max_rate"] = round_computed(product(values["output.max_rate"], factor))
-    return values | dict(zip(ENDS, first, strict=True))
+    return values | dict(zip(OUTPUT_RANGE, first, strict=True))
 
 
-def comparable(one: Any, two: Any) -> tuple[Flat, Flat]:
+def make_comparable(one: Any, two: Any) -> tuple[Flat, Flat]:
     """Two neutral loops by path, the second in the terms of the first.
 
     Where the first has no proportional action, the other two are compared as the second has them, with one or without.
     """
-    before, after = flat(one), flat(two)
+    before, after = flatten(one), flatten(two)
     if not before["tuning.proportional"]:
         after["tuning.proportional"] = False
-    return _acting(normal(before)), _acting(normal(on_the_same_scale(before, after)))
+    return _without_idle_gains(without_unused_terms(before)), _without_idle_gains(
+        without_unused_terms(rescale_output(before, after))
+    )
 
 
-def _acting(loop: Flat) -> Flat:
+def _without_idle_gains(loop: Flat) -> Flat:
     """Without the times of a gain of 0, and without the gain of a loop in which nothing acts."""
     values = dict(loop)
     if not values["tuning.gain"]:

@@ -7,9 +7,16 @@ from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Literal
 
-from pidcfg.conversion.builder import flat, normal, on_the_same_scale
+from pidcfg.conversion.builder import flatten, rescale_output, without_unused_terms
 from pidcfg.conversion.contract import source_of
-from pidcfg.conversion.differences import Compared, Difference, judge_difference, judged_key, rank_by_risk, sort_by_risk
+from pidcfg.conversion.differences import (
+    Compared,
+    Difference,
+    judge_difference,
+    rank_by_risk,
+    rank_key_difference,
+    sort_by_risk,
+)
 from pidcfg.conversion.ledger import ConvertError, number_of, overlap
 from pidcfg.conversion.pipeline import generic_file
 from pidcfg.conversion.terms import SIGNALS, Item, Owner, Wired
@@ -35,7 +42,7 @@ if TYPE_CHECKING:
 # register is no difference. Differences are ranked by what can go wrong. Two sides of one vendor are compared in
 # their own words (`pidcfg.conversion.comparison`).
 
-EQUAL = Decimal("1e-6")
+EQUAL_SHARE = Decimal("1e-6")
 """Relative difference of numbers that count as equal."""
 
 
@@ -85,8 +92,8 @@ def _neutral(before: NeutralSide, i: int, after: NeutralSide, j: int) -> list[Di
             return []
         kinds = ["no PID" if loop is None else "PID" for loop in (first, second)]
         return [Difference("type", "high", kinds[0], kinds[1], "the neutral form does not have both")]
-    one = normal(flat(first))
-    two = on_the_same_scale(one, normal(flat(second)))
+    one = without_unused_terms(flatten(first))
+    two = rescale_output(one, without_unused_terms(flatten(second)))
     return [
         judge_difference(key, one.get(key), two.get(key))
         for key in {**one, **two}
@@ -98,7 +105,7 @@ def _equal(before: Any, after: Any) -> bool:
     one, two = number_of(before), number_of(after)
     if one is None or two is None:
         return bool(before == after)
-    return abs(one - two) <= EQUAL * max(abs(one), abs(two))
+    return abs(one - two) <= EQUAL_SHARE * max(abs(one), abs(two))
 
 
 # --- One side of a comparison in the neutral form: a configuration as its PLC holds it --------------------------------
@@ -304,7 +311,7 @@ ALARMS, OFF = "alarms.", "the alarm is off on both sides"
 
 
 @dataclass(slots=True)
-class _Rows:
+class _LoopDifferences:
     """What was found of a loop."""
 
     differs: list[Difference] = field(default_factory=list)
@@ -353,7 +360,7 @@ class Comparison:
         return Compared(
             two.name,
             status,
-            sort_by_risk(_once(rows.differs)),
+            sort_by_risk(_without_repeats(rows.differs)),
             one.name if is_renamed else "",
             place,
             sort_by_risk(rows.operated),
@@ -361,9 +368,9 @@ class Comparison:
             tuple(rows.missing),
         )
 
-    def _compared(self, one: Owner, two: Owner, names: Mapping[str, str]) -> _Rows:
+    def _compared(self, one: Owner, two: Owner, names: Mapping[str, str]) -> _LoopDifferences:
         """The keys of a loop."""
-        rows = _Rows()
+        rows = _LoopDifferences()
         for key in _keys_of_both(one, two):
             a, b = one.items.get(key), two.items.get(key)
             shown = b or a
@@ -421,7 +428,7 @@ class Comparison:
     def _difference(self, loop: str, one: Item, two: Item) -> Difference:
         key = two.key if two.address or not one.address else one.key
         unit, before, after = _in_one_unit(one, two)
-        neutral, risk, note = judged_key(key, self.fields(loop, key), before, after)
+        neutral, risk, note = rank_key_difference(key, self.fields(loop, key), before, after)
         by, kinds = one.by or two.by, {one.kind, two.kind}
         if fault := one.fault or two.fault:
             note = f"no value: {fault.rpartition(': ')[2]}"
@@ -468,7 +475,7 @@ def _in_one_unit(one: Item, two: Item) -> tuple[str, object, object]:
     return "", f"{one.value} {one.unit}".rstrip(), f"{two.value} {two.unit}".rstrip()
 
 
-def _once(rows: Sequence[Difference]) -> Iterator[Difference]:
+def _without_repeats(rows: Sequence[Difference]) -> Iterator[Difference]:
     """What a register or a part of it tells is told by no other row: that it is left to the operator, or left alone."""
     words = [row.key for row in rows if row.address]
     yield from (row for row in rows if row.address or not any(f"{word}.".startswith(f"{row.key}.") for word in words))

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from pidcfg.conversion.ledger import NeutralLoop, TargetFile
-    from pidcfg.conversion.operation import Operation, Own
+    from pidcfg.conversion.operation import Operation, VendorSettings
     from pidcfg.encoders.contract import Parts
     from pidcfg.schemas.generic import GenericFile
 
@@ -17,7 +17,7 @@ class Source(Protocol):
     """``conversion.from_<vendor>``: from a configuration to the neutral form."""
 
     @property
-    def OWN(self) -> Own:  # noqa: N802 - a constant of the module
+    def OWN_SETTINGS(self) -> VendorSettings:  # noqa: N802 - a constant of the module
         """What a conversion within the vendor keeps."""
 
     @property

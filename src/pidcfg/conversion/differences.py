@@ -84,7 +84,7 @@ def sort_by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
 
 # --- How grave a difference of the neutral loops is: what can go wrong with the plant ---------------------------------
 
-MUCH = Decimal(2)
+LARGE_GAIN_FACTOR = Decimal(2)
 """A gain that grows or falls by more than this factor is another controller."""
 ROUNDING = Decimal("0.001")
 """Relative differences below this are what two vendors' registers make of one value."""
@@ -95,7 +95,7 @@ HIGH_ENDS = ("setpoint.limits.1", "output.limits.1")
 HIGH_ALARMS = ("alarms.pv.high", "alarms.pv.high_high", "alarms.deviation.high", "alarms.deviation.high_high",
                "alarms.rate_of_change")
 LOW_ALARMS = ("alarms.pv.low", "alarms.pv.low_low")
-GRAVE: dict[str, tuple[Risk, str]] = {
+FIELD_RISKS: dict[str, tuple[Risk, str]] = {
     "output_raises_pv":    ("critical", "the action is reversed: positive feedback on the same plant"),
     "pv.range.0":          ("high", "every quantity on the PV's scale and the gain mean something else"),
     "pv.range.1":          ("high", "every quantity on the PV's scale and the gain mean something else"),
@@ -108,16 +108,16 @@ GRAVE: dict[str, tuple[Risk, str]] = {
     "mode":                ("high", "the loop starts in another mode"),
     "output.max_rate":     ("high", "the output moves at another speed"),
 }
-COSMETIC = ("name", "description", "pv.unit", "output.unit")
-SWITCHES = ("anti_windup", "tuning.proportional", "pv.square_root", "output_raises_pv")
+COSMETIC_FIELDS = ("name", "description", "pv.unit", "output.unit")
+SWITCH_FIELDS = ("anti_windup", "tuning.proportional", "pv.square_root", "output_raises_pv")
 """Fields that a number becomes only when it is switched on or off."""
-RANKED = frozenset((*GRAVE, *LOW_ENDS, *HIGH_ENDS, *HIGH_ALARMS, *LOW_ALARMS))
+RANKED_FIELDS = frozenset((*FIELD_RISKS, *LOW_ENDS, *HIGH_ENDS, *HIGH_ALARMS, *LOW_ALARMS))
 """Fields that are ranked by name; a vendor's key may have the same one."""
 # fmt: on
 
 
 # fmt: off
-SET_UP: dict[str, str] = {
+LOOP_SET_KEYS: dict[str, str] = {
     "plc.number_of_loops": "how many loops the PLC calculates, from the first on",
     "plc.loop_table":      "the PLC takes every loop from other words",
     "configuration":       "",
@@ -126,36 +126,38 @@ SET_UP: dict[str, str] = {
 """Keys that decide which loops there are, whatever their own words say."""
 CALCULATED = "calculated"
 """What is told of a loop that the PLC runs."""
-PLACES = ("loop_table", "registers", "discretes", "bits", "integers", "floats", "device")
-SIGNALS = ("tag", "format", "transfer", "counts", "pwm", "curve")
+PLACE_KEYS = ("loop_table", "registers", "discretes", "bits", "integers", "floats", "device")
+SIGNAL_WORDS = ("tag", "format", "transfer", "counts", "pwm", "curve")
 """Words of keys that say which signal is read or driven, and what its counts mean."""
-NUMBERED = ("bumpless", "slot", "channel")
+LABEL_KEYS = ("bumpless", "slot", "channel")
 """Words of keys whose numbers are names: half as much of them means nothing."""
-DIRECTIONS = ("action", "Direct", "PID_DIR", "output_raises_pv")
+ACTION_KEYS = ("action", "Direct", "PID_DIR", "output_raises_pv")
 """Keys of the direction of control, whatever the vendor calls it."""
 
 
-def judged_key(key: str, fields: Iterable[str], before: Any, after: Any) -> tuple[str, Risk, str]:
+def rank_key_difference(key: str, fields: Iterable[str], before: Any, after: Any) -> tuple[str, Risk, str]:
     """The field that a key of a vendor is, how grave its difference is, and what it means.
 
     ``fields``: the neutral fields that it becomes; of several the one of which most can go wrong.
     """
     last = key.rpartition(".")[2]
-    if last in DIRECTIONS:
-        return ("output_raises_pv", *GRAVE["output_raises_pv"])
+    if last in ACTION_KEYS:
+        return ("output_raises_pv", *FIELD_RISKS["output_raises_pv"])
     one, two = number_of(before), number_of(after)
     is_switched = isinstance(before, bool | str) or isinstance(after, bool | str) or bool(before) != bool(after)
-    ends = {_at_end(name, key) for name in fields if is_switched or name not in SWITCHES}
+    ends = {_matching_field(name, key) for name in fields if is_switched or name not in SWITCH_FIELDS}
     names = sorted(name for name in ends if name is not None)
-    names = names or [key] * (key in RANKED)
-    ranks = [(name, *_meaning(name, before, after, one, two)) for name in names]
-    field, risk, note = min(ranks, key=lambda rank: RISKS.index(rank[1]), default=(key, *_of_key(key, before, after)))
-    if one and two is not None and not note and last not in NUMBERED:
+    names = names or [key] * (key in RANKED_FIELDS)
+    ranks = [(name, *_risk_of_field(name, before, after, one, two)) for name in names]
+    field, risk, note = min(
+        ranks, key=lambda rank: RISKS.index(rank[1]), default=(key, *_risk_of_key(key, before, after))
+    )
+    if one and two is not None and not note and last not in LABEL_KEYS:
         note = f"{float(two / one - 1) * 100:+.3g} %"
     return field, risk, note
 
 
-def _at_end(name: str, key: str) -> str | None:
+def _matching_field(name: str, key: str) -> str | None:
     """The neutral field of a key that may be one end of a pair; None where the name is of the other end."""
     ends = ("0", "1")
     end, other = key.rpartition(".")[2], name.rpartition(".")[2]
@@ -164,25 +166,25 @@ def _at_end(name: str, key: str) -> str | None:
     return f"{name}.{end}" if other not in ends else name if end == other else None
 
 
-def _of_key(key: str, before: Any, after: Any) -> tuple[Risk, str]:
+def _risk_of_key(key: str, before: Any, after: Any) -> tuple[Risk, str]:
     """How grave a difference of a key is that becomes no neutral field."""
-    if key in SET_UP:
+    if key in LOOP_SET_KEYS:
         is_gone = before == CALCULATED
-        return "high", "the PLC no longer runs this loop" if is_gone else SET_UP[key]
+        return "high", "the PLC no longer runs this loop" if is_gone else LOOP_SET_KEYS[key]
     last = key.rpartition(".")[2]
-    if last in {*COSMETIC, "unit"}:
+    if last in {*COSMETIC_FIELDS, "unit"}:
         return "cosmetic", ""
-    if last in PLACES:
+    if last in PLACE_KEYS:
         return "low", ""
     if last.endswith("enabled") and key.startswith("alarms"):
         return ("high", "the alarm is gone") if before and not after else ("low", "a new alarm")
-    return ("high" if any(word in key for word in SIGNALS) else "medium"), ""
+    return ("high" if any(word in key for word in SIGNAL_WORDS) else "medium"), ""
 
 
 def judge_difference(field: str, before: Any, after: Any) -> Difference:
     """The difference of a field, with its risk and what it means."""
     one, two = number_of(before), number_of(after)
-    risk, note = _meaning(field, before, after, one, two)
+    risk, note = _risk_of_field(field, before, after, one, two)
     if one is not None and two is not None and one and abs(two / one - 1) <= ROUNDING:
         risk, note = "cosmetic", "the registers' rounding"
     elif one and two is not None and not note:
@@ -190,23 +192,28 @@ def judge_difference(field: str, before: Any, after: Any) -> Difference:
     return Difference(field, risk, json_value(before), json_value(after), note)
 
 
-def _meaning(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
+def _risk_of_field(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
     """How grave a difference is, and what it means."""
-    if field in COSMETIC:
+    if field in COSMETIC_FIELDS:
         return "cosmetic", ""
-    if field in GRAVE:
-        return GRAVE[field]
+    if field in FIELD_RISKS:
+        return FIELD_RISKS[field]
     if field in {*LOW_ALARMS, *HIGH_ALARMS}:
-        return _alarm(field, before, after, one, two)
+        return _risk_of_alarm(field, before, after, one, two)
     if field in {*LOW_ENDS, *HIGH_ENDS} and one is not None and two is not None:
         wider = two > one if field in HIGH_ENDS else two < one
         return ("high", "the limit is wider") if wider else ("medium", "the limit is narrower")
-    if field == "tuning.gain" and one and two is not None and not MUCH >= two / one >= 1 / MUCH:
+    if (
+        field == "tuning.gain"
+        and one
+        and two is not None
+        and not LARGE_GAIN_FACTOR >= two / one >= 1 / LARGE_GAIN_FACTOR
+    ):
         return "high", ""
     return "medium", ""
 
 
-def _alarm(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
+def _risk_of_alarm(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
     if after is None:
         return "high", "the alarm is gone"
     if before is None:

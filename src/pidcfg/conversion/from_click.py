@@ -10,15 +10,15 @@ from pidcfg.conversion.builder import (
     ZERO,
     NeutralBuilder,
     Same,
+    apply_table,
     filter_time,
     product,
     quotient,
     round_computed,
     same_fields,
-    take,
     width,
 )
-from pidcfg.conversion.operation import Deadband, Operation, Own, Start, Transfer, Windup, WithoutIntegral
+from pidcfg.conversion.operation import Deadband, Operation, Start, Transfer, VendorSettings, Windup, WithoutIntegral
 from pidcfg.encoders.click.image import deviation_alarms_on, pv_alarms_on
 from pidcfg.encoders.image import switched_on
 from pidcfg.schemas.numbers import decimal_text
@@ -83,9 +83,9 @@ def to_neutral(config: ClickFile) -> list[NeutralLoop]:
     for i, loop in enumerate(config.loops):
         b = NeutralBuilder(i)
         if loop.pv.range[0] < loop.pv.range[1]:
-            take(b, loop, loop, FIELDS)
+            apply_table(b, loop, loop, FIELDS)
         else:
-            b.need("pv.range", "the range of the process has no width (CK321)")
+            b.require("pv.range", "the range of the process has no width (CK321)")
         loops.append(b.loop)
     return loops
 
@@ -94,7 +94,7 @@ def _sample_rate(b: NeutralBuilder, loop: Loop) -> None:
     b.put("sample_rate", f"{decimal_text(loop.sample_rate.scaleb(3))} ms", "sample_time", loop.sample_rate)
 
 
-def _active(b: NeutralBuilder, model: BaseModel, path: str, unused: Decimal) -> Decimal | None:
+def _value_if_on(b: NeutralBuilder, model: BaseModel, path: str, unused: Decimal) -> Decimal | None:
     """A value that has a switch, while it is on; ``unused`` is what its register holds when it is not given."""
     key = path.rpartition(".")[2]
     value, bit = getattr(model, key), getattr(model, f"{key}_enabled")
@@ -137,7 +137,7 @@ def _tuning(b: NeutralBuilder, loop: Loop) -> None:
 
 def _derivative(b: NeutralBuilder, loop: Loop) -> None:
     time = loop.tuning.derivative_gain
-    limit = _active(b, loop, "derivative_gain_limit", ZERO)
+    limit = _value_if_on(b, loop, "derivative_gain_limit", ZERO)
     if limit == 0:
         b.put("derivative_gain_limit", loop.derivative_gain_limit, "tuning.derivative_time", ZERO)
         if time:
@@ -162,7 +162,7 @@ def _error(b: NeutralBuilder, loop: Loop) -> None:
             "squared",
             "square the error in the new controller, or tune it anew: small errors now count for more",
         )
-    deadband = _active(b, loop.error, "error.deadband", ZERO)
+    deadband = _value_if_on(b, loop.error, "error.deadband", ZERO)
     if deadband is not None and _squared(loop):
         note = "the root, since the error is no longer squared"
         b.put("error.deadband", deadband, "deadband", round_computed(deadband.sqrt()), note, assumed=True)
@@ -173,7 +173,7 @@ def _error(b: NeutralBuilder, loop: Loop) -> None:
 # --- PV, set point and output ----------------------------------------------------------------------------------------
 
 
-def _measured(loop: Loop) -> tuple[Decimal, Decimal]:
+def _pv_span(loop: Loop) -> tuple[Decimal, Decimal]:
     """The range of the PV: the instrument's, where the file gives it."""
     return loop.pv.input_range or loop.pv.range
 
@@ -192,18 +192,18 @@ def _pv_range(b: NeutralBuilder, loop: Loop) -> None:
 
 
 def _pv_filter(b: NeutralBuilder, loop: Loop) -> None:
-    constant = _active(b, loop.pv, "pv.filter", Decimal(NO_FILTER))
+    constant = _value_if_on(b, loop.pv, "pv.filter", Decimal(NO_FILTER))
     if constant is not None:
         b.put("pv.filter", constant, "pv.filter", filter_time(quotient(constant, HUNDRED), loop.sample_rate))
 
 
 def _setpoint_limits(b: NeutralBuilder, loop: Loop) -> None:
-    low = _active(b, loop.setpoint, "setpoint.lower_limit", ZERO)
-    high = _active(b, loop.setpoint, "setpoint.upper_limit", ZERO)
+    low = _value_if_on(b, loop.setpoint, "setpoint.lower_limit", ZERO)
+    high = _value_if_on(b, loop.setpoint, "setpoint.upper_limit", ZERO)
     if low is None and high is None:
         return
     fields = {"setpoint.lower_limit": low, "setpoint.upper_limit": high}
-    ends = [pv_end if end is None else end for end, pv_end in zip(fields.values(), _measured(loop), strict=True)]
+    ends = [pv_end if end is None else end for end, pv_end in zip(fields.values(), _pv_span(loop), strict=True)]
     if ends[0] >= ends[1]:
         for path, value in fields.items():
             if value is not None:
@@ -222,7 +222,7 @@ def _output(b: NeutralBuilder, loop: Loop) -> None:
     b.put("output.unit", unit, "output.unit", unit)
     low, high = output.limits
     if low >= high:
-        b.need("output.limits", f"the output limits {low} and {high} do not ascend: write the lower one first")
+        b.require("output.limits", f"the output limits {low} and {high} do not ascend: write the lower one first")
     elif is_given(loop, ("output", "limits")):
         b.put("output.limits", [low, high], "output.limits", [low, high])
 
@@ -254,7 +254,7 @@ def _points(
 
 
 def _pv_alarms(b: NeutralBuilder, loop: Loop) -> None:
-    pv, (low, high) = loop.alarms.pv, _measured(loop)
+    pv, (low, high) = loop.alarms.pv, _pv_span(loop)
     if pv is None:
         return
     harmless = {"low_low": low >= 0, "low": low >= 0, "high": high <= 0, "high_high": high <= 0}
@@ -314,7 +314,7 @@ FIELDS: Table[NeutralBuilder, Loop] = (
 
 # --- CLICK loops: each starts in manual, and a change to auto makes the bias of the output (help CL246) ---------------
 
-OWN = Own(("bits", "integers", "floats"))
+OWN_SETTINGS = VendorSettings(("bits", "integers", "floats"))
 """Its blocks."""
 
 

@@ -11,23 +11,23 @@ from pidcfg.conversion.builder import (
     ZERO,
     NeutralBuilder,
     Same,
+    apply_table,
     filter_time,
     outputs_in_inner_units,
     product,
     quotient,
     round_computed,
     same_fields,
-    take,
     width,
 )
 from pidcfg.conversion.operation import (
     Interlock,
     Master,
     Operation,
-    Own,
     Start,
     Stopped,
     Transfer,
+    VendorSettings,
     Windup,
     WithoutIntegral,
 )
@@ -64,7 +64,7 @@ D284 = Decision(
 DIGITS = 10
 
 
-def short(value: Decimal) -> Decimal:
+def round_to_ten_digits(value: Decimal) -> Decimal:
     """What was worked out from a neutral number, which may itself be a quotient of `terms.DIGITS` digits."""
     return Decimal(f"{value:.{DIGITS}g}") if value else ZERO
 
@@ -96,14 +96,14 @@ def square_of_flow(scale: Scale, value: Decimal) -> Decimal:
     low, span = scale.range[0] if scale.range else ZERO, Decimal(scale.format.span)
     share = max(quotient(value - low, scale.width), ZERO)
     counts = product(share, share, span) - scale.format.minimum
-    return short(EXACT_CONTEXT.add(low, quotient(product(counts, scale.width), span)))
+    return round_to_ten_digits(EXACT_CONTEXT.add(low, quotient(product(counts, scale.width), span)))
 
 
 # --- A DL06 loop with its scales, and its values as its file writes them ----------------------------------------------
 
-NOTHING = Quantity(Decimal(0), counts=True)
+ZERO_COUNTS = Quantity(Decimal(0), counts=True)
 """What a word holds that is not given."""
-OFF = "switched off here, so it is not carried over"
+SWITCHED_OFF = "switched off here, so it is not carried over"
 
 
 @frozen
@@ -115,11 +115,11 @@ class Dl06Loop:
     scales: dict[str, Scale]
 
 
-def active(b: NeutralBuilder, path: str, value: Any, bit: bool | None) -> bool:  # noqa: FBT001 - an enable bit
+def is_switched_on(b: NeutralBuilder, path: str, value: Any, bit: bool | None) -> bool:  # noqa: FBT001 - an enable bit
     """Whether a value with an enable bit is switched on; a value that is not is dropped."""
     on = switched_on(bit, value)
     if not on and value is not None:
-        b.drop(path, quantity_text(value), OFF)
+        b.drop(path, quantity_text(value), SWITCHED_OFF)
     return on
 
 
@@ -127,7 +127,7 @@ def limits(b: NeutralBuilder, path: str, pair: tuple[Quantity, Quantity], scale:
     """A pair of limits of the set point or the output."""
     low, high = (position(scale, end) for end in pair)
     if low >= high:
-        b.need(path, f"correct {path}: {quantity_text(pair[0])} is not below {quantity_text(pair[1])}")
+        b.require(path, f"correct {path}: {quantity_text(pair[0])} is not below {quantity_text(pair[1])}")
     b.put(path, [quantity_text(end) for end in pair], path, [low, high])
 
 
@@ -154,7 +154,7 @@ def error_fields(b: NeutralBuilder, s: Dl06Loop) -> None:
     is_squared = error.curve == "squared"
     if is_squared:
         b.drop("error.curve", error.curve, "square the error, keeping its sign, before the loop, or retune it")
-    if not active(b, "error.deadband", error.deadband, error.deadband_enabled):
+    if not is_switched_on(b, "error.deadband", error.deadband, error.deadband_enabled):
         return
     if error.deadband is None:
         b.drop("error.deadband_enabled", error.deadband_enabled, "on without a value: it ignores nothing")
@@ -186,9 +186,9 @@ def _point(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity | None, t
     """A point of a group that one bit enables: one that is not given is compared all the same (D20)."""
     if not on:
         if value is not None:
-            b.drop(field, quantity_text(value), OFF)
+            b.drop(field, quantity_text(value), SWITCHED_OFF)
         return
-    held, note = (NOTHING, ZERO_WORD) if value is None else (value, "")
+    held, note = (ZERO_COUNTS, ZERO_WORD) if value is None else (value, "")
     if to.startswith("alarms.deviation"):
         _span(b, s, field, held, to, note=note)
     else:
@@ -208,9 +208,9 @@ def _span(b: NeutralBuilder, s: Dl06Loop, field: str, value: Quantity, to: str, 
 def _rate_of_change(b: NeutralBuilder, s: Dl06Loop) -> None:
     alarms, field = s.loop.alarms, "alarms.rate_of_change"
     rate = alarms.rate_of_change
-    if not active(b, field, rate, alarms.rate_of_change_enabled):
+    if not is_switched_on(b, field, rate, alarms.rate_of_change_enabled):
         return
-    change = NOTHING if rate is None else rate.per_sample(s.loop.sample_rate)
+    change = ZERO_COUNTS if rate is None else rate.per_sample(s.loop.sample_rate)
     if s.loop.pv.square_root:
         b.drop(field, quantity_text(rate), ROOT)
         return
@@ -276,13 +276,13 @@ def to_neutral(config: Dl06File) -> list[NeutralLoop]:
 def _loop(config: Dl06File, index: int, loop: Loop) -> NeutralLoop:
     b = NeutralBuilder(index)
     if loop.pv.range is None:
-        b.need("pv.range", "add pv.range: the engineering values at 0 % and 100 %; the gain depends on its span")
+        b.require("pv.range", "add pv.range: the engineering values at 0 % and 100 %; the gain depends on its span")
     if not loop.sample_rate:
-        b.need("sample_rate", "correct sample_rate: a loop with 0 s is not calculated")
+        b.require("sample_rate", "correct sample_rate: a loop with 0 s is not calculated")
     if not b.loop.missing:
         out_range = loop.output.range or (ZERO, HUNDRED)
         table = scales(loop.pv.format, loop.output.format, (loop.pv.range, out_range), root=loop.pv.square_root)
-        take(b, loop, Dl06Loop(config, loop, table), FIELDS)
+        apply_table(b, loop, Dl06Loop(config, loop, table), FIELDS)
     return b.loop
 
 
@@ -348,7 +348,7 @@ def _shown_reset(loop: Loop) -> str:
 def _derivative(b: NeutralBuilder, s: Dl06Loop) -> None:
     """The rate and its gain limit N: a filter of Td/N; a limit of 0 is no derivative."""
     rate, limit = s.loop.tuning.rate, s.loop.derivative_gain_limit
-    limited = active(b, "derivative_gain_limit", limit, s.loop.derivative_gain_limit_enabled)
+    limited = is_switched_on(b, "derivative_gain_limit", limit, s.loop.derivative_gain_limit_enabled)
     if limited and not limit:
         _no_derivative(b, s)
         return
@@ -377,7 +377,7 @@ def _no_derivative(b: NeutralBuilder, s: Dl06Loop) -> None:
 
 def _pv_filter(b: NeutralBuilder, s: Dl06Loop) -> None:
     pv = s.loop.pv
-    if active(b, "pv.filter", pv.filter, pv.filter_enabled):
+    if is_switched_on(b, "pv.filter", pv.filter, pv.filter_enabled):
         k = pv.filter or ZERO
         time = filter_time(k, s.loop.sample_rate) if k else ZERO
         b.put("pv.filter", k, "pv.filter", time, "" if ZERO < k <= ONE else "outside 0.1 to 1.0 it does nothing")
@@ -398,7 +398,7 @@ def _setpoint(b: NeutralBuilder, s: Dl06Loop) -> None:
     setpoint, scale = s.loop.setpoint, s.scales["sp"]
     if setpoint.value is not None:
         b.put("setpoint.value", quantity_text(setpoint.value), "setpoint.value", position(scale, setpoint.value))
-    if not active(b, "setpoint.limits", setpoint.limits, setpoint.limits_enabled):
+    if not is_switched_on(b, "setpoint.limits", setpoint.limits, setpoint.limits_enabled):
         return
     if setpoint.limits is not None:
         limits(b, "setpoint.limits", setpoint.limits, scale)
@@ -419,11 +419,11 @@ def _output(b: NeutralBuilder, s: Dl06Loop) -> None:
     if output.unit is not None:
         b.put("output.unit", output.unit, "output.unit", output.unit)
     if output.limits is not None:
-        limits(b, "output.limits", (_raw(s, output.limits[0]), _raw(s, output.limits[1])), scale)
+        limits(b, "output.limits", (_output_value(s, output.limits[0]), _output_value(s, output.limits[1])), scale)
     _transfer(b, "output.transfer", output.transfer, "the CPU writes the output by itself: lead it to")
 
 
-def _raw(s: Dl06Loop, value: Quantity) -> Quantity:
+def _output_value(s: Dl06Loop, value: Quantity) -> Quantity:
     """A value of the output; without a range of its own it is counts."""
     return Quantity(value.value, counts=True) if s.loop.output.range is None else value
 
@@ -432,25 +432,25 @@ def _state(b: NeutralBuilder, s: Dl06Loop) -> None:
     """The words of bias and output as they stand at the start."""
     state, scale = s.loop.state, s.scales["output"]
     if state.output is not None:
-        value = _raw(s, state.output)
+        value = _output_value(s, state.output)
         b.put("state.output", quantity_text(value), "output.manual", position(scale, value))
-    elif position(scale, NOTHING) > (scale.range or (ZERO,))[0]:
+    elif position(scale, ZERO_COUNTS) > (scale.range or (ZERO,))[0]:
         note = "the output begins with 0 counts, in the middle of its range"
-        b.put("state.output", None, "output.manual", position(scale, NOTHING), note=note, assumed=True)
+        b.put("state.output", None, "output.manual", position(scale, ZERO_COUNTS), note=note, assumed=True)
     if integral_time(s):
         return
     word = state.output if state.bias is None else state.bias
-    bias = position(scale, NOTHING if word is None else _raw(s, word))
+    bias = position(scale, ZERO_COUNTS if word is None else _output_value(s, word))
     if state.bias is None and state.output is not None:
         b.set("output.bias", bias)
         b.mark(
             "state.output",
-            quantity_text(_raw(s, state.output)),
+            quantity_text(_output_value(s, state.output)),
             "output.bias",
             note="a change to Auto makes it the bias",
         )
     elif state.bias is not None:
-        b.put("state.bias", quantity_text(_raw(s, state.bias)), "output.bias", bias)
+        b.put("state.bias", quantity_text(_output_value(s, state.bias)), "output.bias", bias)
     elif bias:
         note = "without an integral the output stands at 0 counts when there is no error"
         b.put("state.bias", None, "output.bias", bias, note=note, assumed=True)
@@ -503,21 +503,21 @@ FIELDS: Table[NeutralBuilder, Dl06Loop] = (
 # DL06 loops: new ones begin in Manual, Run brings back the mode of before (manual, PLC Modes' Effect on Loop Modes).
 # A change to Auto makes the bias of the output (manual, Bumpless Transfers).
 
-READ_AS = ("reset_decimals", "derivative")
+FORMAT_OPTIONS = ("reset_decimals", "derivative")
 """Keys of ``plc``, and options, that say what words mean."""
 
 
-def _formats(config: Dl06File, kept: Sequence[int]) -> dict[str, Any]:
+def _format_options(config: Dl06File, kept: Sequence[int]) -> dict[str, Any]:
     """The data format where all loops have the same, and how reset and rate words are read."""
     formats = {config.loops[i].pv.format for i in kept}
     own: dict[str, Any] = {"data_format": formats.pop()} if len(formats) == 1 else {}
-    return own | {key: getattr(config.plc, key) for key in READ_AS if key in config.plc.model_fields_set}
+    return own | {key: getattr(config.plc, key) for key in FORMAT_OPTIONS if key in config.plc.model_fields_set}
 
 
-OWN = Own(
+OWN_SETTINGS = VendorSettings(
     ("/plc.loop_table",),
-    {"pv.transfer": "", "output.transfer": "", **{f"/plc.{key}": key for key in READ_AS}},
-    _formats,
+    {"pv.transfer": "", "output.transfer": "", **{f"/plc.{key}": key for key in FORMAT_OPTIONS}},
+    _format_options,
 )
 """Its table, its auto transfers, and how its words are read."""
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import TYPE_CHECKING, NamedTuple
 
-from pidcfg.conversion.builder import ZERO, NeutralBuilder, Same, dependent, same_fields, take
-from pidcfg.conversion.operation import Deadband, Manual, Operation, Own, Windup
+from pidcfg.conversion.builder import ZERO, NeutralBuilder, Same, apply_table, dependent, same_fields
+from pidcfg.conversion.operation import Deadband, Manual, Operation, VendorSettings, Windup
 from pidcfg.schemas.dpide import LONGEST_CYCLE, SHORTEST_CYCLE
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.paths import steps, value_at
@@ -29,9 +29,9 @@ BACK_CALCULATED = 2
 """PID_MODE that works the integral out of the limited MV."""
 MS = 1000
 DEAD_BAND = "inside the band DPIDE counts the error as 0 only after PV has crossed SV"
-HELD = "DPIDE always holds its integral at the limits of MV"
+ALWAYS_ANTI_WINDUP = "DPIDE always holds its integral at the limits of MV"
 BELOW_ZERO = "what is below 0 counts as 0"
-AROUND = {
+CALL_KEYS = {
     "call.EN": "the program decides when this instruction is executed: do so there, too",
     "call.function_block": "how this PLC's program is divided; the calculation is the same",
     "call.timer": "CYCLE says how often it is called; call it as often there",
@@ -39,7 +39,7 @@ AROUND = {
     "call.GPWM.output": "the bit of the pulses; let the output be pulsed there",
 }
 """What stands around the instruction, and what to do about it elsewhere."""
-TUNES = "start the auto-tuning as the target does it"
+START_AUTOTUNE = "start the auto-tuning as the target does it"
 NOTHING_LOST = {
     "PV": "the process's",
     "device": "a place, which means nothing elsewhere",
@@ -61,12 +61,12 @@ def to_neutral(config: DpideFile) -> list[NeutralLoop]:
     for i, loop in enumerate(config.loops):
         b = NeutralBuilder(i)
         if loop.pv.range is None:
-            b.need("", f"the PV of {loop.name} has no range: add pv.range with its values at 0 % and 100 %")
+            b.require("", f"the PV of {loop.name} has no range: add pv.range with its values at 0 % and 100 %")
         if loop.MV_MAX == loop.MV_MIN:
             ends = plain_number(loop.MV_MAX)
-            b.need("MV_MAX", f"MV_MAX and MV_MIN of {loop.name} are both {ends}: write the limits of MV")
+            b.require("MV_MAX", f"MV_MAX and MV_MIN of {loop.name} are both {ends}: write the limits of MV")
         if not b.loop.missing:
-            take(b, loop, Instruction(loop, config.plc.interrupt_task), FIELDS)
+            apply_table(b, loop, Instruction(loop, config.plc.interrupt_task), FIELDS)
         loops.append(b.loop)
     return loops
 
@@ -89,9 +89,9 @@ def _anti_windup(b: NeutralBuilder, d: Instruction) -> None:
     mode = d.loop.PID_MODE
     b.set("anti_windup", value=True)
     if mode == 1:
-        b.drop("PID_MODE", 1, TUNES)
+        b.drop("PID_MODE", 1, START_AUTOTUNE)
     else:
-        b.mark("PID_MODE", mode, "anti_windup", note=HELD, assumed=mode != BACK_CALCULATED)
+        b.mark("PID_MODE", mode, "anti_windup", note=ALWAYS_ANTI_WINDUP, assumed=mode != BACK_CALCULATED)
 
 
 def _deadband(b: NeutralBuilder, d: Instruction) -> None:
@@ -156,7 +156,7 @@ def _output(b: NeutralBuilder, d: Instruction) -> None:
 
 
 def _call(b: NeutralBuilder, d: Instruction) -> None:
-    for path, note in AROUND.items():
+    for path, note in CALL_KEYS.items():
         value = value_at(d.loop, steps(path))
         if value is not None:
             b.drop(path, value, note)
@@ -180,7 +180,7 @@ FIELDS: Table[NeutralBuilder, Instruction] = (
 # ----------------------------------------------------------------------------------------------------------------------
 # DPIDE instructions: MOUT_AUTO decides about manual, PID_MODE about the way back (manual, PID_MODE and MOUT_AUTO).
 
-OWN = Own(("device", "devices"), dict.fromkeys(AROUND, ""))
+OWN_SETTINGS = VendorSettings(("device", "devices"), dict.fromkeys(CALL_KEYS, ""))
 """Its devices, and how the program calls it."""
 
 

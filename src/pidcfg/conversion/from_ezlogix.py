@@ -13,15 +13,15 @@ from pidcfg.conversion.builder import (
     NeutralBuilder,
     Same,
     Span,
+    apply_table,
     outputs_in_inner_units,
     product,
     quotient,
     round_computed,
     same_fields,
-    take,
     width,
 )
-from pidcfg.conversion.operation import Operation, Own, Stopped, Transfer, Windup
+from pidcfg.conversion.operation import Operation, Stopped, Transfer, VendorSettings, Windup
 from pidcfg.encoders.codecs import is_raw
 from pidcfg.encoders.ezlogix.image import scales_of
 from pidcfg.encoders.maps.ezlogix import R_BLOCK
@@ -62,11 +62,11 @@ ACTS_ON = {"position": "error", "velocity": "pv"}
 """What the derivative acts on, by the algorithm."""
 PER_CENT: Span = (ZERO, HUNDRED)
 """The output's range when the file gives none."""
-FULL = Decimal(CV_FULL)
+FULL_COUNTS = Decimal(CV_FULL)
 SETPOINT = R_BLOCK.offset("setpoint")
-PLACE = "a place in this PLC, which means nothing elsewhere"
+PLACE_REASON = "a place in this PLC, which means nothing elsewhere"
 NOTHING_LOST = {
-    **dict.fromkeys(("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"), PLACE),
+    **dict.fromkeys(("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"), PLACE_REASON),
     "pv.counts": "values are engineering units",
     "pv.square_root": "off: the PV is taken as it is",
     "autotune.type": "as every loop has it: the default",
@@ -101,7 +101,7 @@ class ScaledLoop:
     def unit_gain(self) -> Decimal:
         """Output units per PV unit that are one count of the CV per count of the PV."""
         counts = product(Decimal(self.sp.format.span), width(self.cv_range))
-        return quotient(counts, product(FULL, width(self.pv_range)))
+        return quotient(counts, product(FULL_COUNTS, width(self.pv_range)))
 
 
 def position(value: Quantity, scale: Scale, span: Span) -> Decimal:
@@ -125,15 +125,15 @@ def to_neutral(config: EzlogixFile) -> list[NeutralLoop]:
     loops = []
     for i, loop in enumerate(config.loops):
         b = NeutralBuilder(i)
-        take(b, loop, loop, HEAD)
+        apply_table(b, loop, loop, HEAD)
         if loop.pv.range is None:
             low, high = loop.pv.counts or (0, CV_FULL)
             ends = f"the engineering values at {low} and {high} counts of the PV"
-            b.need("pv.range", f"add pv.range: [low, high], {ends}")
+            b.require("pv.range", f"add pv.range: [low, high], {ends}")
         else:
             scales = scales_of(loop.pv, loop.output, root=loop.pv.square_root)
             s = ScaledLoop(loop, scales["sp"], scales["output"], loop.pv.range, loop.output.range or PER_CENT)
-            take(b, loop, s, FIELDS)
+            apply_table(b, loop, s, FIELDS)
         outer = sources.get(f"{REGISTERS.prefix}{loop.registers + SETPOINT}")
         if outer is not None:
             _cascade(b, loop, outer)
@@ -182,7 +182,7 @@ def _setpoint(b: NeutralBuilder, s: ScaledLoop) -> None:
     elif ends[0] == ends[1]:
         b.drop("setpoint.limits", shown, "both are one value: hold the set point in the program")
     else:
-        b.need("setpoint.limits", f"the set point limits {shown[0]} and {shown[1]} do not ascend")
+        b.require("setpoint.limits", f"the set point limits {shown[0]} and {shown[1]} do not ascend")
 
 
 def _output(b: NeutralBuilder, s: ScaledLoop) -> None:
@@ -197,7 +197,7 @@ def _output(b: NeutralBuilder, s: ScaledLoop) -> None:
     if is_given(s.loop, ("output", "limits")):
         shown, ends = [_shown(end) for end in output.limits], [s.output(end) for end in output.limits]
         if ends[0] >= ends[1]:
-            b.need("output.limits", f"the CV limits {shown[0]} and {shown[1]} do not ascend")
+            b.require("output.limits", f"the CV limits {shown[0]} and {shown[1]} do not ascend")
         else:
             b.put("output.limits", shown, "output.limits", ends)
     offset = s.output(output.offset)
@@ -224,7 +224,7 @@ FIELDS: Table[NeutralBuilder, ScaledLoop] = (
     *same_fields("tuning.integral_time", "tuning.derivative_time"),
     Same("algorithm", "tuning.derivative_on", ACTS_ON),
     *same_fields("pv.range", "pv.unit"),
-    Same("pv.square_root", if_on=True),
+    Same("pv.square_root", skip_falsy=True),
     _deadband,
     _setpoint,
     _output,
@@ -237,15 +237,15 @@ FIELDS: Table[NeutralBuilder, ScaledLoop] = (
 # --- EZLogix loops: the mode is a bit that stays; a change to auto makes the integral of the CV (PID Loop Mode) -------
 
 
-def _counts(config: EzlogixFile, kept: Sequence[int]) -> dict[str, Any]:
+def _pv_counts_options(config: EzlogixFile, kept: Sequence[int]) -> dict[str, Any]:
     """How the PVs are counted."""
     return {"pv_counts": [config.loops[i].pv.counts or (0, CV_FULL) for i in kept]}
 
 
-OWN = Own(
+OWN_SETTINGS = VendorSettings(
     ("registers", "discretes", "pv.tag", "output.tag", "output.pulse.tag"),
     {"/plc.process_when_stopped": ""},
-    _counts,
+    _pv_counts_options,
 )
 """Its registers and tags, and whether its loops go on while the PLC is stopped, of which no option speaks."""
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from pidcfg.conversion.ledger import COMMON, NeutralLoop, SourceField
-from pidcfg.conversion.operation import Master, Operation, Own, Rate, Smoothing, Stopped, Windup
+from pidcfg.conversion.operation import Master, Operation, Rate, Smoothing, Stopped, VendorSettings, Windup
 from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.paths import dotted, given_fields
 
@@ -60,7 +60,7 @@ def plain(value: Any) -> Any:
 
 # --- Neutral loops: nothing bumps (D301), and the integral stops at the limits (D300) ---------------------------------
 
-OWN = Own()
+OWN_SETTINGS = VendorSettings()
 """Nothing has an address, and nothing else is left out."""
 
 

@@ -10,15 +10,25 @@ from pidcfg.conversion.builder import (
     ZERO,
     NeutralBuilder,
     Same,
+    apply_table,
     dependent,
     product,
     quotient,
     round_computed,
     same_fields,
-    take,
 )
 from pidcfg.conversion.nextopid_wires import Network
-from pidcfg.conversion.operation import Deadband, Filter, Manual, Master, Operation, Own, Rate, Smoothing, Windup
+from pidcfg.conversion.operation import (
+    Deadband,
+    Filter,
+    Manual,
+    Master,
+    Operation,
+    Rate,
+    Smoothing,
+    VendorSettings,
+    Windup,
+)
 from pidcfg.encoders.nextopid.image import bumpless_moves, encode
 from pidcfg.schemas.iec import Wire
 from pidcfg.schemas.nextopid import SHORTEST_INTEGRAL, PidaReal
@@ -78,7 +88,7 @@ class ParameterBuilder(NeutralBuilder):
         """Whether a switch is TRUE at the start."""
         return bool(self.value(key).value)
 
-    def is_given(self, key: str) -> bool:
+    def is_set(self, key: str) -> bool:
         """Whether a parameter is wired or not what it is without an entry."""
         return bool(getattr(self.item, key))
 
@@ -109,7 +119,7 @@ class ParameterBuilder(NeutralBuilder):
         """A BOOL; one that nobody knows is dropped."""
         if self.value(key).value is None:
             self.drop_parameter(key, "switch in the program; it counts as FALSE")
-        elif self.is_given(key):
+        elif self.is_set(key):
             self.mark_parameter(key, to, note=note)
 
 
@@ -118,15 +128,15 @@ class ParameterBuilder(NeutralBuilder):
 TERMS = ("SP", "PV", "Kp", "Ti_Ki", "Td_Kd", "Tfd", "ManualMV", "DeadBand")
 ENDS = ("MaxVarMV", "MaxMV", "MinMV", "MaxPV", "MinPV")
 SWITCHES = ("Indep", "DisableP", "DerivEr", "CASC", "Manual", "Direct")
-SETTINGS = frozenset((*TERMS, *ENDS, *SWITCHES))
+LOOP_SETTINGS = frozenset((*TERMS, *ENDS, *SWITCHES))
 """Parameters of a loop whose signals are taken at their first value, or belong to the process."""
-FILTERED = frozenset(("InVar", "Tc", "Period"))
+BLOCK_SETTINGS = frozenset(("InVar", "Tc", "Period"))
 """Parameters of a block that the neutral loop has, likewise."""
 
 
 def blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> None:
     """Drops every block and signal that no loop has, in the report of the loop that it works for."""
-    kept = network.kept()
+    kept = network.shared_blocks()
     for j in range(network.first_loop):
         if j in kept:
             continue
@@ -144,8 +154,8 @@ def blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> 
             builders[owner - network.first_loop].drop(f"signals.{name}", value, note)
 
 
-MOVED = "copy it in the program: "
-STAYS = "the output stays on the way to Manual; see operation.manual where the target's does not"
+COPY_IN_PROGRAM = "copy it in the program: "
+OUTPUT_STAYS = "the output stays on the way to Manual; see operation.manual where the target's does not"
 
 
 def moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
@@ -154,14 +164,16 @@ def moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
     for i, builder in zip(network.loops, builders, strict=True):
         found = bumpless_moves(network.encoding, i)
         if found.holds_mv is not None:
-            builder.loop.beside[f"moves.{found.holds_mv}"] = STAYS
+            builder.loop.beside[f"moves.{found.holds_mv}"] = OUTPUT_STAYS
         if found.follows_pv is not None:
             path = f"moves.{found.follows_pv}"
             builder.put(path, _text(network, found.follows_pv), "setpoint.follows_pv", True)  # noqa: FBT003
         known |= {number for number in found if number is not None}
     for number, move in enumerate(network.config.moves):
         if number not in known:
-            builders[_owner(network, move.to)].drop(f"moves.{number}", _text(network, number), MOVED + _when(move))
+            builders[_owner(network, move.to)].drop(
+                f"moves.{number}", _text(network, number), COPY_IN_PROGRAM + _when(move)
+            )
 
 
 def _owner(network: Network, name: str) -> int:
@@ -187,8 +199,8 @@ def _when(move: Move) -> str:
 def _is_kept(network: Network, kept: set[int], i: int, key: str) -> bool:
     """Whether a parameter that reads a signal goes over, with the signal's value or as the process's."""
     if i < network.first_loop:
-        return i in kept and key in FILTERED
-    return key in SETTINGS
+        return i in kept and key in BLOCK_SETTINGS
+    return key in LOOP_SETTINGS
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -214,7 +226,7 @@ NOTHING_LOST = {
     "DerivEr": "of no effect without a derivative",
 }
 """Fields that may come without a line in the report, and why."""
-HELD = "while the error is smaller, MV is held here"
+MV_HELD_IN_BAND = "while the error is smaller, MV is held here"
 NEEDED = {
     "Direct": "the direction",
     "Indep": "the form",
@@ -245,7 +257,7 @@ def to_neutral(config: NextopidFile) -> list[NeutralLoop]:
         if not isinstance(b.item, PidaReal) or not _is_complete(b):
             _refuse(b)
         else:
-            take(b, b.item, b.item, FIELDS)
+            apply_table(b, b.item, b.item, FIELDS)
     if builders and not any(b.loop.missing for b in builders):
         blocks_and_signals(network, builders)
         moves(network, builders)
@@ -262,14 +274,16 @@ def _is_complete(b: ParameterBuilder) -> bool:
 def _refuse(b: ParameterBuilder) -> None:
     name = b.item.name
     if not isinstance(b.item, PidaReal):
-        b.need("type", f"{name} switches on and off, which is no PID: move it from loops to blocks, and it is left out")
+        b.require(
+            "type", f"{name} switches on and off, which is no PID: move it from loops to blocks, and it is left out"
+        )
         return
     for key, what in NEEDED.items():
         value = b.value(key)
         if value.value is None:
-            b.need(key, f"{key} of {name} is wired to {value.wire}, and nobody knows its value: write {what} itself")
+            b.require(key, f"{key} of {name} is wired to {value.wire}, and nobody knows its value: write {what} itself")
     if not b.loop.missing:
-        b.need("MaxPV", f"{name}: write MinPV below MaxPV, and MinMV below MaxMV")
+        b.require("MaxPV", f"{name}: write MinPV below MaxPV, and MinMV below MaxMV")
 
 
 def _sample_time(b: ParameterBuilder, item: PidaReal) -> None:
@@ -296,13 +310,13 @@ def _equation(b: ParameterBuilder, _: PidaReal) -> None:
     b.mark_parameter("Kp", "tuning.gain", *(("tuning.proportional",) if indep else ()))
     b.put_parameter("Ti_Ki", "tuning.integral_time", integral, note)
     b.put_parameter("Td_Kd", "tuning.derivative_time", derivative)
-    if b.is_given("Indep"):
+    if b.is_set("Indep"):
         b.mark_parameter("Indep", "tuning.gain")
-    if b.is_given("DisableP"):
+    if b.is_set("DisableP"):
         b.mark_parameter("DisableP", "tuning.proportional", note="of no effect with Indep TRUE" if indep else "")
     if derivative:
         b.mark_parameter("DerivEr", "tuning.derivative_on")
-    if b.is_given("Tfd"):
+    if b.is_set("Tfd"):
         b.put_number("Tfd", "tuning.derivative_filter", "filter the derivative in the program")
 
 
@@ -348,7 +362,7 @@ def _setpoint(b: ParameterBuilder, _: PidaReal) -> None:
         return
     elif casc:
         b.drop_parameter("SP_CASC", "the set point while CASC is TRUE: work it out in the program")
-    elif b.is_given("SP_CASC"):
+    elif b.is_set("SP_CASC"):
         b.drop_parameter("SP_CASC", "a second set point, in force while CASC is TRUE: switch it in the program")
     if b.value("SP").value is None:
         b.drop_parameter("SP", "work out the set point in the program")
@@ -389,25 +403,25 @@ def _terms(b: ParameterBuilder, _: PidaReal) -> None:
     """What else makes the output."""
     if b.value("BIAS").wire and b.network.wires[b.number, "BIAS"].signals:
         b.drop_parameter("BIAS", "a feed-forward: add it to the output in the program")
-    elif b.is_given("BIAS"):
+    elif b.is_set("BIAS"):
         b.put_parameter("BIAS", "output.bias", b.value("BIAS").value)
     if b.is_on("TRK_IN") and b.value("TRK_VAL").value is not None:
         b.set("output.manual", b.value("TRK_VAL").value)
-        if b.is_given("ManualMV"):
+        if b.is_set("ManualMV"):
             b.drop_parameter("ManualMV", "TRK_IN is on, so TRK_VAL is the output: write it in the program")
     elif b.value("ManualMV").value is None:
         b.drop_parameter("ManualMV", "work out the output in manual in the program")
-    elif b.is_given("ManualMV") or b.is_on("Manual"):
+    elif b.is_set("ManualMV") or b.is_on("Manual"):
         b.put_parameter("ManualMV", "output.manual", b.value("ManualMV").value)
-    if b.is_given("MaxVarMV"):
+    if b.is_set("MaxVarMV"):
         per_second = quotient(Decimal(1), b.sample_time)
         instead = "limit the change of MV in the program"
         b.put_number("MaxVarMV", "output.max_rate", instead, per_second, "per cycle here")
 
 
 def _deadband(b: ParameterBuilder, _: PidaReal) -> None:
-    if b.is_given("DeadBand"):
-        b.put_number("DeadBand", "deadband", "hold MV in the program while the error is small", note=HELD)
+    if b.is_set("DeadBand"):
+        b.put_number("DeadBand", "deadband", "hold MV in the program while the error is small", note=MV_HELD_IN_BAND)
 
 
 def _connections(b: ParameterBuilder, item: PidaReal) -> None:
@@ -416,9 +430,9 @@ def _connections(b: ParameterBuilder, item: PidaReal) -> None:
     cascade = {f"{name}.{key}" for name in slaves for key in ("TRK_OUT", "Windup_H_OUT", "Windup_L_OUT")}
     tracks = b.network.source(b.number, "TRK_IN") in cascade
     for key in ("TRK_IN", "Windup_H_IN", "Windup_L_IN", "OVERR"):
-        if b.is_given(key) and b.network.source(b.number, key) not in cascade:
+        if b.is_set(key) and b.network.source(b.number, key) not in cascade:
             b.drop_parameter(key, SPECIAL[key])
-    if b.is_given("TRK_VAL") and not tracks and (b.is_given("TRK_IN") or b.is_given("OVERR")):
+    if b.is_set("TRK_VAL") and not tracks and (b.is_set("TRK_IN") or b.is_set("OVERR")):
         b.drop_parameter("TRK_VAL", "where the output comes from meanwhile")
     if getattr(item, "AutoTune", False):
         b.drop_parameter("AutoTune", "start the auto-tuning as the target does it")
@@ -451,7 +465,7 @@ FIELDS: Table[ParameterBuilder, PidaReal] = (
 
 # --- NextoPID blocks: MV becomes ManualMV, and comes back without a bump (manual, ManualMV and chapter 16) ------------
 
-OWN = Own()
+OWN_SETTINGS = VendorSettings()
 """Nothing has an address, and nothing else is left out."""
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # went nowhere is dropped, and nobody can forget one without a test noticing.
 
 Kind = Literal["exact", "rounded", "clamped", "dropped", "assumed"]
-WORST: tuple[Kind, ...] = ("exact", "rounded", "assumed", "clamped", "dropped")
+KINDS_BY_HARM: tuple[Kind, ...] = ("exact", "rounded", "assumed", "clamped", "dropped")
 """From harmless to harmful."""
 LOSSES = frozenset(("clamped", "dropped"))
 """Kinds that are a loss, unless the line says that nothing is lost."""
@@ -51,12 +51,12 @@ class SourceField:
 class TargetField:
     """A field of the target: its path below the loop (after ``/``: of the file), and the neutral field it came from.
 
-    ``of`` None: nothing of the source says it, so it is assumed. An empty ``path``: the target has no such thing, the
-    neutral field is dropped, and ``note`` says what to program by hand instead.
+    ``neutral`` None: nothing of the source says it, so it is assumed. An empty ``path``: the target has no such thing,
+    the neutral field is dropped, and ``note`` says what to program by hand instead.
     """
 
     path: str
-    of: str | None
+    neutral: str | None
     note: str = ""
     assumed: bool = False
     exact: Decimal | None = None
@@ -156,7 +156,7 @@ def changes(
     """
     by_neutral: dict[str, list[TargetField]] = {}
     for put in target:
-        by_neutral.setdefault(put.of or "", []).append(put)
+        by_neutral.setdefault(put.neutral or "", []).append(put)
     for entry in source:
         if entry.path not in COMMON or entry.path in by_neutral:
             yield from _of_field(entry, by_neutral, stored, is_default)
@@ -167,10 +167,10 @@ def changes(
         for put in puts:
             held = stored.get(put.path, Stored(None))
             kind = _worst("assumed", held.kind, _kind(put))
-            is_plain = name in COMMON or (put.of is not None and is_default(put.of))
+            is_plain = name in COMMON or (put.neutral is not None and is_default(put.neutral))
             if put.path and (put.assumed or kind in LOSSES or not is_plain):
                 note = _joined(put.note, held.note)
-                neutral = (name,) if put.of else ()
+                neutral = (name,) if put.neutral else ()
                 row = Change(put.path, kind, None, held.value, held.error_percent, note, kind in LOSSES, neutral)
                 yield replace(row, target_field=put.path)
 
@@ -194,7 +194,7 @@ def _of_field(
         assumed: Kind = "assumed" if entry.assumed or put.assumed else "exact"
         note = _joined(entry.note, put.note, held.note)
         kind = _worst(assumed, held.kind, _kind(put))
-        neutral = tuple(max(name, put.of or "", key=len) for name in entry.to if overlap(name, put.of or ""))
+        neutral = tuple(max(name, put.neutral or "", key=len) for name in entry.to if overlap(name, put.neutral or ""))
         row = Change(entry.path, kind, entry.value, held.value, held.error_percent, note, kind in LOSSES, neutral)
         yield replace(row, target_field=put.path)
 
@@ -213,7 +213,7 @@ def overlap(name: str, other: str) -> bool:
 
 
 def _worst(*kinds: Kind) -> Kind:
-    return max(kinds, key=WORST.index)
+    return max(kinds, key=KINDS_BY_HARM.index)
 
 
 # --- When a rounded value is a loss: how far each kind of number may be off -------------------------------------------
@@ -228,7 +228,7 @@ D340 = Decision(
     "2 % of a gain is within what a tuning leaves open, and the steps of all registers are finer at usual gains; times "
     "and filters move a loop less. A filter word of 0.2 for 0.23 is 14 % off, its time constant 18 %.",
 )
-KINDS = {
+QUANTITY_OF_FIELD = {
     "tuning.gain": "gain",
     "output.max_rate": "gain",
     "sample_time": "time",
@@ -256,13 +256,13 @@ class MaxLoss:
     filter: float = 10.0
     band: float = 10.0
 
-    def of(self, neutral: Sequence[str]) -> float:
+    def limit_for(self, neutral: Sequence[str]) -> float:
         """The limit of a line about these neutral fields; infinite without one."""
-        limits = [float(getattr(self, KINDS[name])) for name in neutral if name in KINDS]
+        limits = [float(getattr(self, QUANTITY_OF_FIELD[name])) for name in neutral if name in QUANTITY_OF_FIELD]
         return min(limits, default=float("inf"))
 
 
-DEFAULT = MaxLoss()
+DEFAULT_MAX_LOSS = MaxLoss()
 
 
 class MaxLossError(ValueError):
@@ -280,18 +280,18 @@ def parse_max_loss(text: str) -> MaxLoss:
         if name not in names or not 0 <= value < float("inf"):
             raise MaxLossError(f"{part.strip()!r}; write limits such as gain=2%,time=5% ({', '.join(names)})")
         limits[name] = value
-    return replace(DEFAULT, **limits)
+    return replace(DEFAULT_MAX_LOSS, **limits)
 
 
 def judge_change(change: Change, limits: MaxLoss) -> Change:
     """A line, a loss when it is one by its kind or its error."""
-    beyond = change.error_percent > limits.of(change.neutral)
+    beyond = change.error_percent > limits.limit_for(change.neutral)
     return replace(change, loss=True) if beyond and change.kind not in LOSSES else change
 
 
 # --- Values of a configuration as numbers, as JSON has them, and as people read them ----------------------------------
 
-LONGEST = 20
+MAX_TEXT_LENGTH = 20
 """Signs of a number that is shown without an exponent."""
 
 
@@ -331,4 +331,4 @@ def text_of(value: Any) -> str:
     if not isinstance(value, int | float):
         return str(value)
     text = decimal_text(Decimal(repr(value)))
-    return text if len(text) <= LONGEST else repr(value)
+    return text if len(text) <= MAX_TEXT_LENGTH else repr(value)

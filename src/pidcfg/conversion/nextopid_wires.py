@@ -53,7 +53,9 @@ SIGNS: dict[int, Callable[[Decimal], Decimal | bool]] = {
 """Operators of one operand."""
 
 
-def calculate_expression(expression: Expression, of: Callable[[int], Decimal | bool | None]) -> Decimal | bool | None:
+def calculate_expression(
+    expression: Expression, value_of: Callable[[int], Decimal | bool | None]
+) -> Decimal | bool | None:
     """The value of an expression; None where a name has none, or the calculation none."""
     stack: list[Any] = []
     for i in range(0, len(expression.code), 2):
@@ -63,7 +65,7 @@ def calculate_expression(expression: Expression, of: Callable[[int], Decimal | b
         elif op == ops.TRUTH:
             stack.append(bool(operand))
         elif op == ops.SIGNAL:
-            value = of(operand)
+            value = value_of(operand)
             if value is None:
                 return None
             stack.append(value)
@@ -116,7 +118,7 @@ class Surroundings:
     """What that is."""
     slaves: list[int] = field(default_factory=list)
 
-    def agrees(self, scale: Span, reader: str) -> bool:
+    def accepts_range(self, scale: Span, reader: str) -> bool:
         """Whether the loop's output can have this range; the first that reads MV decides."""
         if self.scale is not None and self.scale != scale:
             return False
@@ -147,19 +149,19 @@ class Network:
         content = getattr(self.items[i].item, key, None)
         if not isinstance(content, Wire):
             return Value(content)
-        return Value(self._behind(i, key, frozenset()), content.text)
+        return Value(self._follow_wire(i, key, frozenset()), content.text)
 
-    def _behind(self, i: int, key: str, seen: frozenset[tuple[int, str]]) -> Any:
+    def _follow_wire(self, i: int, key: str, seen: frozenset[tuple[int, str]]) -> Any:
         expression = self.wires.get((i, key))
         if expression is None or (i, key) in seen:
             return None
         below = seen | {(i, key)}
         if expression.signal is not None:
-            return self._of(expression.signal, below)
-        value = calculate_expression(expression, lambda number: self._of(number, below))
+            return self._first_value(expression.signal, below)
+        value = calculate_expression(expression, lambda number: self._first_value(number, below))
         return value if value is None or isinstance(value, bool) else round_computed(value)
 
-    def _of(self, number: int, seen: frozenset[tuple[int, str]]) -> Any:
+    def _first_value(self, number: int, seen: frozenset[tuple[int, str]]) -> Any:
         owner = self.layout.owner(number)
         name = self.names.get(number, "")
         if owner is None:
@@ -168,7 +170,7 @@ class Network:
             return None
         key = name.partition(".")[2]
         content = getattr(self.items[owner].item, key, None)
-        return self._behind(owner, key, seen) if isinstance(content, Wire) else content
+        return self._follow_wire(owner, key, seen) if isinstance(content, Wire) else content
 
     def source(self, i: int, key: str) -> str:
         """The name that a parameter is wired to, where the wire is nothing else; or empty."""
@@ -208,7 +210,7 @@ class Network:
         j = next((j for j in around if f"{self.items[j].item.name}.MV" == source), None)
         if j is None or j == i or span is None:
             return
-        if around[j].agrees(span, f"the set point of {self.items[i].item.name}"):
+        if around[j].accepts_range(span, f"the set point of {self.items[i].item.name}"):
             around[i].master = j
             around[j].slaves.append(i)
 
@@ -216,7 +218,7 @@ class Network:
         for j, other in enumerate(self.items):
             if isinstance(other.item, Pwm) and self.source(j, "MV") == f"{self.items[i].item.name}.MV":
                 scale, period = self.span(j, "MinMV", "MaxMV"), self.value(j, "Period").value
-                if period and scale is not None and around.agrees(scale, f"the pulses of {other.item.name}"):
+                if period and scale is not None and around.accepts_range(scale, f"the pulses of {other.item.name}"):
                     around.pwm = j
                     return
 
@@ -227,7 +229,7 @@ class Network:
 
     # --- what else there is ------------------------------------------------------------------------------------------
 
-    def kept(self) -> set[int]:
+    def shared_blocks(self) -> set[int]:
         """Blocks that the neutral form has, too."""
         return {j for blocks in self.around.values() for j in (blocks.low_filter, blocks.pwm) if j is not None}
 
@@ -235,8 +237,8 @@ class Network:
         """The loop that a block works for: that reads it, however indirectly, or whose MV it reads; else the first."""
         waits = self.layout.waits(self.wires)
         return next(
-            (i for i in self.loops if j in blocks_behind(i, waits, set(self.loops))),
-            next((i for i in self.loops if i in blocks_behind(j, waits, set(self.loops))), self.first_loop),
+            (i for i in self.loops if j in blocks_read_by(i, waits, set(self.loops))),
+            next((i for i in self.loops if i in blocks_read_by(j, waits, set(self.loops))), self.first_loop),
         )
 
     def expressions(self, j: int) -> Iterator[tuple[str, str]]:
@@ -255,7 +257,7 @@ class Network:
         return isinstance(self.items[i].item, OnOff)
 
 
-def blocks_behind(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
+def blocks_read_by(start: int, waits: list[set[int]], loops: set[int]) -> set[int]:
     """Everything that a block reads, on ways that end at loops."""
     seen: set[int] = set()
     waiting = list(waits[start])

@@ -70,7 +70,7 @@ D581 = Decision(
 
 PREFIX = "operation."
 """Of the fields of the report's lines."""
-BOUNDED = "without it the integral would run without end, which the source's does not"
+ADDED_ANTI_WINDUP = "without it the integral would run without end, which the source's does not"
 
 
 class Answer(Enum):
@@ -205,7 +205,7 @@ class Master(Answer):
 
 
 @frozen
-class Own:
+class VendorSettings:
     """What a conversion within a vendor keeps, which the neutral form does not know."""
 
     addresses: tuple[str, ...] = ()

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pydantic import BaseModel
 
-from pidcfg.conversion.builder import harmless
+from pidcfg.conversion.builder import is_harmless
 from pidcfg.conversion.contract import source_of, target_of
 from pidcfg.conversion.ledger import (
     COMMON,
-    DEFAULT,
+    DEFAULT_MAX_LOSS,
     Change,
     ConvertError,
     Missing,
@@ -25,7 +25,7 @@ from pidcfg.conversion.ledger import (
     overlap,
 )
 from pidcfg.conversion.operation import differing_rules
-from pidcfg.conversion.settle import held_lines, place, settle_values, validate_data
+from pidcfg.conversion.settle import correct_lines, path_in_file, settle_values, validate_data
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.generic import GenericFile, Loop
@@ -46,20 +46,22 @@ if TYPE_CHECKING:
 # What a conversion within one vendor keeps: places and choices of the PLC, which the neutral form does not know.
 
 
-def own_scales(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[str, Any]:
+def add_own_scales(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[str, Any]:
     """Options with what the gains and times of a file depend on, unless they say it themselves."""
-    return {**source_of(vendor).OWN.scales(config, kept), **options}
+    return {**source_of(vendor).OWN_SETTINGS.scales(config, kept), **options}
 
 
-def own_places(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[int, list[Change]]:
+def lines_of_own_settings(
+    config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]
+) -> dict[int, list[Change]]:
     """What the loops at some places of a file keep within their vendor, as lines by their number in the result."""
-    own = source_of(vendor).OWN
+    own = source_of(vendor).OWN_SETTINGS
     paths = [path for path, option in own.choices.items() if option not in options]
     paths += () if options else own.addresses
     held = _as_data(config, vendor) if paths else {}
     lines: dict[int, list[Change]] = {}
     for j, i in enumerate(kept):
-        found = [(path, value_at(held, place(i, path))) for path in paths if not (path.startswith("/") and j)]
+        found = [(path, value_at(held, path_in_file(i, path))) for path in paths if not (path.startswith("/") and j)]
         found = [(path, _default(config, path) if value is None else value) for path, value in found]
         lines[j] = [
             Change(path, "exact", value, value, target_field=path) for path, value in found if value is not None
@@ -83,14 +85,14 @@ def _as_data(config: Any, vendor: Vendor) -> dict[str, Any]:
     return data
 
 
-def keep(data: dict[str, Any], lines: Mapping[int, Sequence[Change]]) -> None:
+def write_own_settings(data: dict[str, Any], lines: Mapping[int, Sequence[Change]]) -> None:
     """Puts what is kept into the result."""
     for j, rows in lines.items():
         for row in rows:
-            put(data, place(j, row.field), row.target)
+            put(data, path_in_file(j, row.field), row.target)
 
 
-def mark_kept(rows: Sequence[Change], kept: Sequence[Change], of_file: Collection[str]) -> Iterator[Change]:
+def merge_own_lines(rows: Sequence[Change], kept: Sequence[Change], of_file: Collection[str]) -> Iterator[Change]:
     """The lines of a loop, in which what is kept is neither assumed nor dropped; ``of_file``: fields of the file."""
     own = {row.field: row for row in kept}
     for row in rows:
@@ -108,10 +110,10 @@ def mark_kept(rows: Sequence[Change], kept: Sequence[Change], of_file: Collectio
 
 WITH_LOOP = "part of a block that goes with its loop"
 WITH_READER = "its value goes with what reads it"
-UNKNOWN = "no conversion knows this field: see what it does in the source, and program it"
+UNKNOWN_FIELD = "no conversion knows this field: see what it does in the source, and program it"
 
 
-def remaining(
+def lines_of_unreported_fields(
     given: Iterable[tuple[Path, Any]], rows: Sequence[Change], reasons: Mapping[str, str], target: Mapping[str, Any]
 ) -> Iterator[Change]:
     """The lines of those fields that no row is about; ``target``: the loop's data there."""
@@ -123,7 +125,7 @@ def remaining(
             yield Change(key, "exact", text, text, neutral=(key,), target_field=key)
         else:
             reason = next((text for path, text in reasons.items() if f"{key}.".startswith(f"{path}.")), None)
-            yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
+            yield Change(key, "dropped", text, None, note=reason or UNKNOWN_FIELD, loss=reason is None)
 
 
 def fields_of_loop(config: Any, i: int, *, with_plc: bool) -> Iterator[tuple[Path, Any]]:
@@ -143,7 +145,9 @@ def items_beside_loops(config: Any, rows: Sequence[Change], reasons: Mapping[str
         for path, value in given_fields(block):
             key = f"blocks.{block.name}.{dotted(path)}"
             if not any(overlap(key, field) for field in lines):
-                yield Change(key, "dropped", _shown(value), None, note=WITH_LOOP if lines else UNKNOWN, loss=not lines)
+                yield Change(
+                    key, "dropped", _shown(value), None, note=WITH_LOOP if lines else UNKNOWN_FIELD, loss=not lines
+                )
     for name, value in getattr(config, "signals", {}).items():
         if not any(overlap(f"signals.{name}", row.field) for row in rows):
             yield Change(f"signals.{name}", "dropped", _shown(value), None, note=WITH_READER)
@@ -152,7 +156,7 @@ def items_beside_loops(config: Any, rows: Sequence[Change], reasons: Mapping[str
         if not any(overlap(key, row.field) for row in rows):
             reason = reasons.get(key)
             text = f"{_shown(move.move)} to {move.to}"
-            yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
+            yield Change(key, "dropped", text, None, note=reason or UNKNOWN_FIELD, loss=reason is None)
 
 
 def _shown(value: Any) -> Any:
@@ -285,19 +289,19 @@ def convert(
     target: Vendor,
     options: Mapping[str, Any],
     *,
-    max_loss: MaxLoss = DEFAULT,
-    left_out: Mapping[int, str] | None = None,
+    max_loss: MaxLoss = DEFAULT_MAX_LOSS,
+    excluded: Mapping[int, str] | None = None,
 ) -> Converted:
     """The same loops for another vendor, with what became of every field.
 
     ``options``: where things go that the source does not say, by the keys of the target's `CONVERT_OPTIONS`.
-    ``left_out``: loops that are not converted, by their places, each with the reason. Raises `ConvertError` where no
+    ``excluded``: loops that are not converted, by their places, each with the reason. Raises `ConvertError` where no
     loop can be converted, and for what the target cannot hold at all.
     """
     loops: list[NeutralLoop] = source_of(source).to_neutral(config)
     if not loops:
         raise ConvertError([Missing(("loops",), "there is no loop to convert: add one")])
-    dropped = {i: [Missing(("loops", i), reason)] for i, reason in (left_out or {}).items()}
+    dropped = {i: [Missing(("loops", i), reason)] for i, reason in (excluded or {}).items()}
     dropped |= {i: loop.missing for i, loop in enumerate(loops) if loop.missing}
     while True:
         kept = [i for i in range(len(loops)) if i not in dropped]
@@ -306,12 +310,12 @@ def convert(
             raise ConvertError(list(missing))
         try:
             outcome = _Conversion(config, source, target, [loops[i] for i in kept], kept)
-            return outcome.result(_for_loops(options, kept, len(loops)), max_loss, missing)
+            return outcome.result(_options_of_kept_loops(options, kept, len(loops)), max_loss, missing)
         except ConvertError as error:
-            dropped |= _of_loops(error, kept)
+            dropped |= _problems_by_loop(error, kept)
 
 
-def _for_loops(options: Mapping[str, Any], kept: Sequence[int], count: int) -> dict[str, Any]:
+def _options_of_kept_loops(options: Mapping[str, Any], kept: Sequence[int], count: int) -> dict[str, Any]:
     """Options without what they say of loops that are left out; one value alone is where all begin."""
     return {
         key: [item for i, item in enumerate(value) if i in kept or i >= count]
@@ -321,7 +325,7 @@ def _for_loops(options: Mapping[str, Any], kept: Sequence[int], count: int) -> d
     }
 
 
-def _of_loops(error: ConvertError, kept: Sequence[int]) -> dict[int, list[Missing]]:
+def _problems_by_loop(error: ConvertError, kept: Sequence[int]) -> dict[int, list[Missing]]:
     """The problems of an error by loop of the source; raises it again where one is not about a loop."""
     problems: dict[int, list[Missing]] = {}
     for entry in error.missing:
@@ -347,26 +351,26 @@ class _Conversion:
     def result(self, options: Mapping[str, Any], max_loss: MaxLoss, missing: tuple[Missing, ...]) -> Converted:
         """The target's file, and the report."""
         generic = generic_file(self.config, self.loops)
-        habits: list[Operation] = source_of(self.source).operations(self.config)
-        before = [habits[i] for i in self.kept]
+        operations: list[Operation] = source_of(self.source).operations(self.config)
+        before = [operations[i] for i in self.kept]
         is_own = self.source is self.target
-        own = own_places(self.config, self.source, self.kept, options) if is_own else {}
-        scaled = own_scales(self.config, self.source, self.kept, options) if is_own else options
+        own = lines_of_own_settings(self.config, self.source, self.kept, options) if is_own else {}
+        scaled = add_own_scales(self.config, self.source, self.kept, options) if is_own else options
         file: TargetFile = target_of(self.target).from_neutral(generic, scaled, before)
-        keep(file.data, own)
+        write_own_settings(file.data, own)
         stored = settle_values(file, self.target)
         model = validate_data(self.target, file.data) if file.model is None else file.model
         sides = Sides(
             generic.loops, before, source_of(self.target).to_neutral(model), source_of(self.target).operations(model)
         )
         reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.kept)}
-        told = [row for rows in reports.values() for row in rows]
-        reports[self.kept[0]] += items_beside_loops(self.config, told, self._reasons())
-        whys = {entry.path[1]: entry.message for entry in reversed(missing)}
+        reported = [row for rows in reports.values() for row in rows]
+        reports[self.kept[0]] += items_beside_loops(self.config, reported, self._reasons())
+        reasons = {entry.path[1]: entry.message for entry in reversed(missing)}
         report = tuple(
             LoopReport(loop.name, tuple(judge_change(row, max_loss) for row in reports[i]))
             if i in reports
-            else LoopReport(loop.name, (), "dropped", whys[i])
+            else LoopReport(loop.name, (), "dropped", reasons[i])
             for i, loop in enumerate(self.config.loops)
         )
         return Converted(self.target, file.data, report, model, missing)
@@ -382,17 +386,22 @@ class _Conversion:
         loop = sides.before[j]
         rows = list(changes(self.loops[j].fields, file.fields[j], stored, partial(_is_default, loop)))
         own = kept.get(j, ())
-        rows = list(mark_kept(rows, own, {row.field for row in kept.get(0, ()) if row.field.startswith("/")}))
-        rows = [*held_lines(rows, loop, after)] if (after := sides.held(j)) is not None else rows
-        lines = list(differing_rules(sides.habits[j], sides.new_habits[j], loop, is_master=sides.is_master(j)))
+        rows = list(merge_own_lines(rows, own, {row.field for row in kept.get(0, ()) if row.field.startswith("/")}))
+        rows = [*correct_lines(rows, loop, after)] if (after := sides.loop_in_target(j)) is not None else rows
+        lines = list(
+            differing_rules(sides.operations_before[j], sides.operations_after[j], loop, is_master=sides.is_master(j))
+        )
         about = {name for line in lines if line.loss for name in line.neutral}
-        rows = [_named(row) if about.intersection(row.neutral) else row for row in rows] + lines
+        rows = [_as_assumed(row) if about.intersection(row.neutral) else row for row in rows] + lines
         given = fields_of_loop(self.config, self.kept[j], with_plc=j == 0)
-        told = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
-        return [*rows, *remaining(given, told, source_of(self.source).NOTHING_LOST, file.data["loops"][j])]
+        reported = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
+        return [
+            *rows,
+            *lines_of_unreported_fields(given, reported, source_of(self.source).NOTHING_LOST, file.data["loops"][j]),
+        ]
 
 
-def _named(row: Change) -> Change:
+def _as_assumed(row: Change) -> Change:
     """A line about a field that acts otherwise in the target, which another line tells."""
     return replace(row, kind="assumed") if row.kind == "exact" else row
 
@@ -401,11 +410,11 @@ class Sides(NamedTuple):
     """The neutral loops of both sides, and what their PLCs do with them."""
 
     before: Sequence[Loop]
-    habits: Sequence[Operation]
+    operations_before: Sequence[Operation]
     after: Sequence[NeutralLoop]
-    new_habits: Sequence[Operation]
+    operations_after: Sequence[Operation]
 
-    def held(self, j: int) -> Loop | None:
+    def loop_in_target(self, j: int) -> Loop | None:
         """A loop as the target has it, linked by the names of the source; None where it cannot be told."""
         loop = self.after[j]
         if loop.missing:
@@ -433,4 +442,4 @@ def _is_default(loop: BaseModel, field: str) -> bool:
         default, item = type(item).model_fields[str(key)].default, getattr(item, str(key))
         if item == default:
             return True
-    return harmless(field, item)
+    return is_harmless(field, item)

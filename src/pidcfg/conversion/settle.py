@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from pidcfg.conversion.builder import comparable, harmless, quotient
-from pidcfg.conversion.ledger import KINDS, ConvertError, Missing, Stored, Terms, number_of
+from pidcfg.conversion.builder import is_harmless, make_comparable, quotient
+from pidcfg.conversion.ledger import QUANTITY_OF_FIELD, ConvertError, Missing, Stored, Terms, number_of
 from pidcfg.encoders.codecs import Distance, Position
 from pidcfg.encoders.contract import encoder_of
 from pidcfg.schemas.limits import limits_at
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 # back from the registers otherwise is rounded: the file gets the value that the PLC will hold, and the report says by
 # how much it differs from what was wanted. Unless something is clamped, the target is validated and encoded once.
 
-EXACT = Decimal("2e-7")
+REGISTER_PRECISION = Decimal("2e-7")
 """Relative error that counts as none: what single precision makes of a decimal."""
 SCALED = (Position, Distance)
 """Registers whose counts are told in engineering units."""
@@ -48,7 +48,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     Raises `ConvertError` for a value that cannot be clamped, such as a name that is too long.
     """
     wanted = [
-        {f.path: value_at(file.data, place(i, f.path)) if f.exact is None else f.exact for f in fields if f.path}
+        {f.path: value_at(file.data, path_in_file(i, f.path)) if f.exact is None else f.exact for f in fields if f.path}
         for i, fields in enumerate(file.fields)
     ]
     clamped: dict[Path, Stored] = {}
@@ -70,10 +70,10 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     rows: list[dict[str, Stored]] = []
     for i, fields in enumerate(file.fields):
         other = {f.path: (f.exact, f.held) for f in fields if f.exact and f.held}
-        sizes = {f.path for f in fields if f.of in KINDS}  # decoding leaves out a size that is 0
+        sizes = {f.path for f in fields if f.neutral in QUANTITY_OF_FIELD}  # decoding leaves out a size that is 0
         row = {}
         for key, value in wanted[i].items():
-            path = place(i, key)
+            path = path_in_file(i, key)
             if path in clamped:
                 row[key] = clamped[path]
                 continue
@@ -89,7 +89,7 @@ def settle_values(file: TargetFile, target: Vendor) -> list[dict[str, Stored]]:
     return rows
 
 
-def place(loop: int, path: str) -> Path:
+def path_in_file(loop: int, path: str) -> Path:
     """Where a field of a loop stands in the file; with ``/`` before it, it is one of the file."""
     return steps(path[1:]) if path.startswith("/") else ("loops", loop, *steps(path))
 
@@ -124,7 +124,7 @@ def _beyond_limits(file: TargetFile, model: BaseModel, clamped: Mapping[Path, St
     outside: dict[Path, Stored] = {}
     for i, fields in enumerate(file.fields):
         for field in fields:
-            path = place(i, field.path)
+            path = path_in_file(i, field.path)
             of_file = field.path.startswith("/")
             owner = model if of_file else value_at(model, ("loops", i))
             number = number_of(clamped[path].value if path in clamped else value_at(model, path))
@@ -160,7 +160,7 @@ def _of_register(
     if wanted is None or held is None:
         return Stored(written)
     size = abs(wanted) or Decimal(1)
-    if abs(held - wanted) <= EXACT * size:
+    if abs(held - wanted) <= REGISTER_PRECISION * size:
         return Stored(written)
     error = abs(held - wanted) / (width or size)
     if not isinstance(written, str):
@@ -172,7 +172,7 @@ def _of_register(
 def _of_other_kind(written: Any, wanted: Decimal, held: Decimal) -> Stored:
     """What a field means where its number in the file is of another kind, or shorter than what the memory holds."""
     error = abs(held - wanted) / abs(wanted)
-    if error <= EXACT:
+    if error <= REGISTER_PRECISION:
         return Stored(written)
     return Stored(plain_number(Decimal(f"{held:.4g}")), "rounded", float(error * 100))
 
@@ -222,27 +222,27 @@ EXACT_SHARE, SCALE = Decimal("1e-6"), Decimal("1e-9")
 """Relative difference of numbers, and difference as a share of their scale, that single precision makes."""
 
 
-def held_lines(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
+def correct_lines(rows: Sequence[Change], before: Loop, after: Loop) -> Iterator[Change]:
     """The lines of a loop, each as true as the neutral loops of both sides make it."""
-    untold = frozenset(key for key in RUNNING if not is_given(after, key.split(".")))
-    sides = Sides(*comparable(before, after), before, untold)
+    not_stated = frozenset(key for key in RUNNING_VALUES if not is_given(after, key.split(".")))
+    sides = NeutralValues(*make_comparable(before, after), before, not_stated)
     return (sides.line(row) for row in rows)
 
 
-LEFT_OUT = ("output.manual",)
+NOT_READ_BACK = ("output.manual",)
 """Numbers that are not told on the way back where they are what the PLC has without them."""
-RUNNING = ("output.bias",)
+RUNNING_VALUES = ("output.bias",)
 """Numbers that are not told on the way back where the loop writes them itself."""
 
 
 @frozen
-class Sides:
+class NeutralValues:
     """A loop's neutral values on both sides, in the terms of the source."""
 
     before: Flat
     after: Flat
     loop: Loop
-    untold: frozenset[str]
+    not_stated: frozenset[str]
     """Numbers of which the target says nothing."""
 
     def line(self, row: Change) -> Change:
@@ -262,7 +262,7 @@ class Sides:
     def _terms(self, key: str) -> Terms | None:
         """A number that differs."""
         wanted, held = _number(self.before[key]), _number(self.after.get(key))
-        if wanted is None or held is None or key in self.untold:
+        if wanted is None or held is None or key in self.not_stated:
             return None
         size, scale = max(abs(wanted), abs(held)), self._width(key)
         if abs(held - wanted) <= max(EXACT_SHARE * size, SCALE * scale):
@@ -272,9 +272,9 @@ class Sides:
     def _is_other(self, key: str, row: Change) -> bool:
         """Whether a choice, or a number that is gone, differs; without a place only what acts otherwise does."""
         wanted, held = self.before[key], self.after.get(key)
-        if _number(wanted) is not None and (_number(held) is not None or key in LEFT_OUT):
+        if _number(wanted) is not None and (_number(held) is not None or key in NOT_READ_BACK):
             return False
-        return wanted != held and not (row.target is None and harmless(key, wanted))
+        return wanted != held and not (row.target is None and is_harmless(key, wanted))
 
     def _width(self, key: str) -> Decimal:
         section = "output" if key.startswith("output.") else "pv"
@@ -286,7 +286,7 @@ class Sides:
             return f"{out}/{pv}"
         if key in {"output.max_rate", "alarms.rate_of_change"}:
             return f"{out if key.startswith('output') else pv}/s"
-        if KINDS.get(key) in {"time", "filter"}:
+        if QUANTITY_OF_FIELD.get(key) in {"time", "filter"}:
             return "s"
         return (self.loop.output.unit if key.startswith("output.") else self.loop.pv.unit) or ""
 
@@ -300,7 +300,7 @@ def error_of(terms: Terms) -> Decimal:
 
 def _rounded(row: Change, terms: Terms) -> Change:
     """A line with a number that differs; gains, times and filters have the error of what acts."""
-    if row.error_percent and KINDS.get(terms.field, "band") == "band":
+    if row.error_percent and QUANTITY_OF_FIELD.get(terms.field, "band") == "band":
         return row
     error = error_of(terms)
     percent = float(error) if error.is_finite() else row.error_percent

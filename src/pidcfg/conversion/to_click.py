@@ -11,16 +11,16 @@ from pidcfg.conversion.builder import (
     ZERO,
     Same,
     TargetBuilder,
+    apply_table,
+    assign_addresses,
+    assign_names,
     drop_unmatched,
     filter_share,
     gain_limit,
-    names,
     product,
     quotient,
     rescale,
     same_fields,
-    starts,
-    take,
     target_file,
     width,
 )
@@ -147,17 +147,20 @@ def from_neutral(
 ) -> TargetFile:
     """A CLICK file with these loops."""
     count = len(file.loops)
-    blocks = {key: starts(BANKS[key], table.size, count, options.get(key) or ()) for key, (_, table) in BLOCKS.items()}
-    pulses = names([entry and entry["bit"] for entry in options.get("pwm_bit") or ()], count, "Y{:03d}".format)
+    blocks = {
+        key: assign_addresses(BANKS[key], table.size, count, options.get(key) or ())
+        for key, (_, table) in BLOCKS.items()
+    }
+    pulses = assign_names([entry and entry["bit"] for entry in options.get("pwm_bit") or ()], count, "Y{:03d}".format)
     outputs = {loop.name: f"DF{blocks['floats'][i] + OUTPUT_REGISTER}" for i, loop in enumerate(file.loops)}
     builders = []
     for i, loop in enumerate(file.loops):
         b = TargetBuilder(i)
-        take(b, loop, loop, HEAD)
+        apply_table(b, loop, loop, HEAD)
         for key, (prefix, _) in BLOCKS.items():
             b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
         rate = nearest(min(max(loop.sample_time, LEAST_SAMPLE), MOST_SAMPLE).scaleb(3))
-        take(b, loop, ClickLoop(loop, pulses[i], rate, f"DF{blocks['floats'][i] + SETPOINT}", outputs), FIELDS)
+        apply_table(b, loop, ClickLoop(loop, pulses[i], rate, f"DF{blocks['floats'][i] + SETPOINT}", outputs), FIELDS)
         builders.append(b)
     return target_file("click", file, builders)
 
@@ -354,9 +357,9 @@ FIELDS = (
     Same("setpoint.limits.1", "setpoint.upper_limit"),
     _output,
     _pulse,
-    Same("deadband", "error.deadband", if_on=True),
+    Same("deadband", "error.deadband", skip_falsy=True),
     _alarms,
-    Same("alarms.hysteresis", if_on=True),
+    Same("alarms.hysteresis", skip_falsy=True),
     _without_place,
 )
 """Every field in the order of the file."""

@@ -10,16 +10,16 @@ from pidcfg.conversion.builder import (
     ZERO,
     Same,
     TargetBuilder,
+    apply_table,
     filter_share,
     gain_limit,
     product,
     quotient,
     same_fields,
-    take,
     target_file,
     width,
 )
-from pidcfg.conversion.from_dl06 import FOLLOWS, RAISES, distance, position, short, square_of_flow
+from pidcfg.conversion.from_dl06 import FOLLOWS, RAISES, distance, position, round_to_ten_digits, square_of_flow
 from pidcfg.conversion.ledger import ConvertError, Missing
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.dl06.image import scales
@@ -70,12 +70,12 @@ D282 = Decision(
     "room for it. A hysteresis of less than one count becomes one.",
     "The PLC wants low_low < low < high < high_high and yellow < red in counts, and compares with words of 0 too.",
 )
-POINTS = ("low_low", "low", "high", "high_high")
-WIDEST = Decimal(0x200) / 4095
-FILLED = "one bit enables the whole group: this point is not wanted and stands where it does least"
-INNER = f"{FILLED}: on only with the PV at the end of the scale, which also refuses Auto"
-END = "at the end of the scale: no PV passes it"
-ROOT = "a DL06 compares the differential pressure with it, not the root"
+PV_POINTS = ("low_low", "low", "high", "high_high")
+MAX_HYSTERESIS = Decimal(0x200) / 4095
+UNWANTED_POINT = "one bit enables the whole group: this point is not wanted and stands where it does least"
+UNWANTED_INNER_POINT = f"{UNWANTED_POINT}: on only with the PV at the end of the scale, which also refuses Auto"
+POINT_AT_SCALE_END = "at the end of the scale: no PV passes it"
+POINT_BEFORE_ROOT = "a DL06 compares the differential pressure with it, not the root"
 
 
 def alarms(b: TargetBuilder, t: Dl06Target) -> None:
@@ -89,7 +89,7 @@ def alarms(b: TargetBuilder, t: Dl06Target) -> None:
 def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
     """The four points of the PV; returns whether they are on."""
     points, scale = t.neutral.alarms.pv, t.scales["pv"]
-    wanted = {key: value for key in POINTS if (value := getattr(points, key)) is not None}
+    wanted = {key: value for key in PV_POINTS if (value := getattr(points, key)) is not None}
     if not wanted:
         return False
     values = {key: square_of_flow(scale, v) if t.neutral.pv.square_root else v for key, v in wanted.items()}
@@ -97,25 +97,25 @@ def _pv_points(b: TargetBuilder, t: Dl06Target) -> bool:
     counts = {key: min(max(nearest(scale.position(Quantity(v))), bottom), top) for key, v in values.items()}
     for key, end in (("low", bottom), ("high", top)):
         if counts.get(key) == end:
-            b.drop(f"alarms.pv.{key}", END)
+            b.drop(f"alarms.pv.{key}", POINT_AT_SCALE_END)
             del counts[key], values[key]
     if not counts:
         return False
-    places = _filled(counts, bottom, top)
-    for low, high in pairwise(POINTS):
+    places = _complete_points(counts, bottom, top)
+    for low, high in pairwise(PV_POINTS):
         if places[low] >= places[high]:
             text = " and ".join(f"{key} {decimal_text(wanted[key])}" for key in (low, high) if key in wanted)
             b.refuse(f"alarms.pv.{high}", f"{t.neutral.name}: {text}: {low} must be at least one count below {high}")
-    for key in POINTS:
+    for key in PV_POINTS:
         if key in values:
             b.put(f"alarms.pv.{key}", values[key], f"alarms.pv.{key}")
         else:
-            note = INNER if places[key] in {bottom + 1, top - 1} else FILLED
+            note = UNWANTED_INNER_POINT if places[key] in {bottom + 1, top - 1} else UNWANTED_POINT
             b.put(f"alarms.pv.{key}", f"{places[key]} counts", None, note)
     return True
 
 
-def _filled(counts: dict[str, int], bottom: int, top: int) -> dict[str, int]:
+def _complete_points(counts: dict[str, int], bottom: int, top: int) -> dict[str, int]:
     """All four points: those that are given, and the others out of the way (D282)."""
     places = dict(counts)
     places.setdefault("low_low", bottom)
@@ -135,7 +135,7 @@ def _deviations(b: TargetBuilder, t: Dl06Target) -> int | None:
     counts = {key: min(nearest(scale.distance(Quantity(v))), top) for key, v in values.items()}
     if t.neutral.pv.square_root or ("red" not in counts and counts.get("yellow") == top):
         for key in values:
-            b.drop(neutral[key], ROOT if t.neutral.pv.square_root else END)
+            b.drop(neutral[key], POINT_BEFORE_ROOT if t.neutral.pv.square_root else POINT_AT_SCALE_END)
         return None
     if not counts:
         return None
@@ -148,7 +148,7 @@ def _deviations(b: TargetBuilder, t: Dl06Target) -> int | None:
         if key in values:
             b.put(f"alarms.deviation.{key}", values[key], neutral[key])
         else:
-            b.put(f"alarms.deviation.{key}", f"{counts[key]} counts", None, FILLED)
+            b.put(f"alarms.deviation.{key}", f"{counts[key]} counts", None, UNWANTED_POINT)
     return counts["yellow"]
 
 
@@ -158,12 +158,12 @@ def _rate_of_change(b: TargetBuilder, t: Dl06Target) -> None:
         return
     change = product(rate, t.sample)
     if t.neutral.pv.square_root:
-        b.drop(of, ROOT)
+        b.drop(of, POINT_BEFORE_ROOT)
     elif (counts := nearest(t.scales["pv"].distance(Quantity(change)))) == 0:
         b.drop(of, "less than half a count a sample: sample more slowly, or compare over more samples in the program")
     else:
         held = distance(t.scales["pv"], Quantity(Decimal(counts), counts=True))
-        b.put(of, short(change), of, "per sample", exact=change, held=held)
+        b.put(of, round_to_ten_digits(change), of, "per sample", exact=change, held=held)
 
 
 def _hysteresis(b: TargetBuilder, t: Dl06Target, yellow: int | None, *, on: bool) -> None:
@@ -171,13 +171,13 @@ def _hysteresis(b: TargetBuilder, t: Dl06Target, yellow: int | None, *, on: bool
     wanted, scale, field = t.neutral.alarms.hysteresis, t.scales["pv"], "alarms.hysteresis"
     if t.neutral.pv.square_root:
         if wanted:
-            b.drop(field, ROOT)
+            b.drop(field, POINT_BEFORE_ROOT)
         return
     if not on:
         if wanted:
             b.put(field, wanted, field)
         return
-    most = nearest(WIDEST * scale.format.span)
+    most = nearest(MAX_HYSTERESIS * scale.format.span)
     most = most if yellow is None else max(min(most, yellow - 1), 1)
     counts = nearest(scale.distance(Quantity(wanted)))
     if counts < 1:
@@ -200,23 +200,23 @@ D281 = Decision(
 )
 ACTIONS = {raises: action for action, raises in RAISES.items()}
 TYPES = {follows: kind for kind, follows in FOLLOWS.items()}
-LOOP_TABLE = 0o2000
-DATA_FORMAT = "12-bit unipolar"
-SLOWEST, HUNDREDTH = Decimal("99.99"), Decimal("0.01")
+DEFAULT_LOOP_TABLE = 0o2000
+DEFAULT_DATA_FORMAT = "12-bit unipolar"
+LONGEST_SAMPLE, SAMPLE_STEP = Decimal("99.99"), Decimal("0.01")
 LONGEST_RATE = Decimal("99.99")
-STRONGEST = Decimal("0.1")
-LIMITS = (1, 20)
-LARGEST_DIGITS = 9998
+SMALLEST_FILTER = Decimal("0.1")
+GAIN_LIMITS = (1, 20)
+LARGEST_RESET_DIGITS = 9998
 """Of a reset time: 9999 switches it off."""
 
-ACTS = "/plc.derivative"
-FREEZE = "it works at the ends of the data range only: inside the limits of the output the bias goes on"
-NO_TERM = "the gain is 0, so it does nothing; a DL06 would let it act as with gain 1"
-NO_RATE = "there is no derivative to filter"
-IN_OTHERS = "a DL06 without a proportional action has gain 1: the gain is in reset and rate"
-BIAS = "a change to Auto sets the bias to the output: bring the output there in Manual"
-RATE_LIMIT = "a DL06 does not limit how fast its output moves: limit it in the program or at the actuator"
-PULSE = "a DL06 loop has no pulse output: pulse a discrete output in the program, in proportion to the output word"
+DERIVATIVE_KEY = "/plc.derivative"
+FREEZE_NOTE = "it works at the ends of the data range only: inside the limits of the output the bias goes on"
+GAIN_ZERO_NOTE = "the gain is 0, so it does nothing; a DL06 would let it act as with gain 1"
+NO_DERIVATIVE_NOTE = "there is no derivative to filter"
+GAIN_IN_TIMES_NOTE = "a DL06 without a proportional action has gain 1: the gain is in reset and rate"
+BIAS_NOTE = "a change to Auto sets the bias to the output: bring the output there in Manual"
+RATE_LIMIT_NOTE = "a DL06 does not limit how fast its output moves: limit it in the program or at the actuator"
+PULSE_NOTE = "a DL06 loop has no pulse output: pulse a discrete output in the program, in proportion to the output word"
 
 
 def from_neutral(
@@ -228,12 +228,12 @@ def from_neutral(
     if len(file.loops) > CPU.loops:
         message = f"the file has {len(file.loops)} loops; a {CPU.title} has {CPU.loops}: divide the file"
         raise ConvertError([Missing(("loops",), message)])
-    start, form = options.get("loop_table"), options.get("data_format") or DATA_FORMAT
-    start = LOOP_TABLE if start is None else start
+    start, form = options.get("loop_table"), options.get("data_format") or DEFAULT_DATA_FORMAT
+    start = DEFAULT_LOOP_TABLE if start is None else start
     plc: dict[str, Any] = {"loop_table": v_name(start)}
     plc |= {key: options[key] for key in ("reset_decimals", "derivative") if options.get(key) is not None}
     builders = [_loop(file, i, plc, form) for i in range(len(file.loops))]
-    if any(field.path == ACTS for b in builders for field in b.fields):
+    if any(field.path == DERIVATIVE_KEY for b in builders for field in b.fields):
         plc.setdefault("derivative", "error")
     if builders:
         builders[0].mark("/plc.loop_table", None, "V7640: where the loop table starts")
@@ -244,9 +244,9 @@ def _loop(file: GenericFile, index: int, plc: Mapping[str, Any], form: str) -> T
     loop = file.loops[index]
     table = scales(form, None, (loop.pv.range, loop.output.range), root=loop.pv.square_root)
     fastest = Decimal(CPU.fast_rate if len(file.loops) <= CPU.fast_loops else CPU.slow_rate)
-    sample = min(max(loop.sample_time, fastest), SLOWEST).quantize(HUNDREDTH)
+    sample = min(max(loop.sample_time, fastest), LONGEST_SAMPLE).quantize(SAMPLE_STEP)
     b = TargetBuilder(index)
-    take(b, loop, Dl06Target(file, loop, plc, form, table, fastest, sample), FIELDS)
+    apply_table(b, loop, Dl06Target(file, loop, plc, form, table, fastest, sample), FIELDS)
     return b
 
 
@@ -283,8 +283,8 @@ def _obstacle(file: GenericFile, loop: Loop) -> str:
 
 def _sample_rate(b: TargetBuilder, t: Dl06Target) -> None:
     wanted = t.neutral.sample_time
-    time = min(max(wanted, t.fastest), SLOWEST)
-    note = "" if time == wanted else f"{len(t.file.loops)} loops are calculated every {t.fastest} to {SLOWEST} s"
+    time = min(max(wanted, t.fastest), LONGEST_SAMPLE)
+    note = "" if time == wanted else f"{len(t.file.loops)} loops are calculated every {t.fastest} to {LONGEST_SAMPLE} s"
     b.put("sample_rate", time, "sample_time", note, clamped=bool(note))
 
 
@@ -301,7 +301,7 @@ def _bumpless(b: TargetBuilder, t: Dl06Target) -> None:
 def _anti_windup(b: TargetBuilder, t: Dl06Target) -> None:
     loop, output = t.neutral, t.neutral.output
     narrow = output.limits is not None and output.limits != output.range
-    b.put("bias_freeze", loop.anti_windup, "anti_windup", FREEZE if loop.anti_windup and narrow else "")
+    b.put("bias_freeze", loop.anti_windup, "anti_windup", FREEZE_NOTE if loop.anti_windup and narrow else "")
 
 
 def share(loop: Loop) -> Decimal:
@@ -313,27 +313,27 @@ def _tuning(b: TargetBuilder, t: Dl06Target) -> None:
     tuning, gain = t.neutral.tuning, share(t.neutral)
     time = tuning.integral_time
     if tuning.proportional:
-        b.put("tuning.gain", short(gain), "tuning.gain")
+        b.put("tuning.gain", round_to_ten_digits(gain), "tuning.gain")
     else:
         b.put("tuning.gain", ZERO, "tuning.proportional")
         time = quotient(time, gain) if gain else ZERO
     if time and gain:
         _reset(b, time, t.plc.get("reset_decimals", 1))
     else:
-        b.put("tuning.reset", "off", "tuning.integral_time", NO_TERM if time else "")
+        b.put("tuning.reset", "off", "tuning.integral_time", GAIN_ZERO_NOTE if time else "")
     if not tuning.proportional:
-        b.mark("tuning.reset", "tuning.gain", IN_OTHERS)
+        b.mark("tuning.reset", "tuning.gain", GAIN_IN_TIMES_NOTE)
 
 
 def _reset(b: TargetBuilder, time: Decimal, decimals: int) -> None:
     """The reset time in seconds or minutes, whichever is nearer, at most one digit below the off code."""
     step = RESET[decimals].step
-    longest, minutes = LARGEST_DIGITS * step, quotient(time, SECONDS["min"])
+    longest, minutes = LARGEST_RESET_DIGITS * step, quotient(time, SECONDS["min"])
     note = f"the longest reset is {longest} min" if minutes > longest else ""
     away = ZERO if note else abs(minutes.quantize(step) * SECONDS["min"] - time)
     unit, value = ("seconds", time) if time - longest <= away else ("minutes", minutes)
-    held = short(min(value, longest))
-    b.put("tuning.reset", held, "tuning.integral_time", note, exact=short(value), clamped=bool(note))
+    held = round_to_ten_digits(min(value, longest))
+    b.put("tuning.reset", held, "tuning.integral_time", note, exact=round_to_ten_digits(value), clamped=bool(note))
     b.data["tuning"]["reset_unit"] = unit
 
 
@@ -342,28 +342,28 @@ def _derivative(b: TargetBuilder, t: Dl06Target) -> None:
     tuning, gain, acts = t.neutral.tuning, share(t.neutral), t.plc.get("derivative", "error")
     rate = tuning.derivative_time if tuning.proportional else product(tuning.derivative_time, gain)
     if not rate or not gain:
-        b.put("tuning.rate", ZERO, "tuning.derivative_time", NO_TERM if tuning.derivative_time else "")
+        b.put("tuning.rate", ZERO, "tuning.derivative_time", GAIN_ZERO_NOTE if tuning.derivative_time else "")
         if tuning.derivative_on == "error":  # "pv" is what a neutral loop is like anyway
-            b.mark(ACTS, "tuning.derivative_on")
+            b.mark(DERIVATIVE_KEY, "tuning.derivative_on")
         if tuning.derivative_filter:
-            b.drop("tuning.derivative_filter", NO_RATE)
+            b.drop("tuning.derivative_filter", NO_DERIVATIVE_NOTE)
         return
     wrong = f"acts on the {acts}, not on the {tuning.derivative_on}" if acts != tuning.derivative_on else ""
-    b.put("tuning.rate", short(rate), "tuning.derivative_time", wrong)
+    b.put("tuning.rate", round_to_ten_digits(rate), "tuning.derivative_time", wrong)
     if wrong:
         kick = "a step of the set point kicks the output" if acts == "error" else "the set point does not move it"
         b.drop("tuning.derivative_on", f"the rate {wrong}: {kick}")
     elif acts == "error":
-        b.mark(ACTS, "tuning.derivative_on")
+        b.mark(DERIVATIVE_KEY, "tuning.derivative_on")
     if tuning.derivative_filter:
         _derivative_filter(b, tuning.derivative_filter, min(rate, LONGEST_RATE))
 
 
 def _derivative_filter(b: TargetBuilder, constant: Decimal, rate: Decimal) -> None:
     """The filter's time constant as the whole N that makes Td/N the nearest to it."""
-    limit, ratio = gain_limit(rate, constant, LIMITS[1]), quotient(rate, constant)
-    clamped = not LIMITS[0] <= ratio <= LIMITS[1]
-    note = f"the filter is Td/N with N from {LIMITS[0]} to {LIMITS[1]}: {limit}" if clamped else f"Td/{limit}"
+    limit, ratio = gain_limit(rate, constant, GAIN_LIMITS[1]), quotient(rate, constant)
+    clamped = not GAIN_LIMITS[0] <= ratio <= GAIN_LIMITS[1]
+    note = f"the filter is Td/N with N from {GAIN_LIMITS[0]} to {GAIN_LIMITS[1]}: {limit}" if clamped else f"Td/{limit}"
     held = quotient(rate, Decimal(limit))
     of = "tuning.derivative_filter"
     b.put("derivative_gain_limit", limit, of, note, exact=constant, held=held, clamped=clamped)
@@ -376,8 +376,8 @@ def _format(b: TargetBuilder, t: Dl06Target) -> None:
 def _pv_filter(b: TargetBuilder, t: Dl06Target) -> None:
     if t.neutral.pv.filter:
         k = filter_share(t.neutral.pv.filter, t.sample)
-        note = "" if k >= STRONGEST else f"the strongest filter is {STRONGEST} a sample"
-        b.put("pv.filter", short(max(k, STRONGEST)), "pv.filter", note, clamped=bool(note))
+        note = "" if k >= SMALLEST_FILTER else f"the strongest filter is {SMALLEST_FILTER} a sample"
+        b.put("pv.filter", round_to_ten_digits(max(k, SMALLEST_FILTER)), "pv.filter", note, clamped=bool(note))
 
 
 def _bias(b: TargetBuilder, t: Dl06Target) -> None:
@@ -385,11 +385,11 @@ def _bias(b: TargetBuilder, t: Dl06Target) -> None:
     output, integral = t.neutral.output, b.data["tuning"]["reset"] != "off"
     bias, manual = output.bias, output.manual
     if bias != (ZERO if integral else resting):
-        b.put("state.bias", bias, "output.bias", BIAS, assumed=True)
+        b.put("state.bias", bias, "output.bias", BIAS_NOTE, assumed=True)
         if not integral and manual is None:
             b.put("state.output", bias, None, "a change to Auto sets the bias to the output, which begins there")
     elif not integral and manual not in {None, bias} and is_given(t.neutral, ("output", "bias")):
-        b.put("state.bias", bias, "output.bias", BIAS, assumed=True)
+        b.put("state.bias", bias, "output.bias", BIAS_NOTE, assumed=True)
     elif not integral:
         b.mark("state.bias", "output.bias", "0 counts, as the output begins")
 
@@ -398,10 +398,10 @@ def _without_place(b: TargetBuilder, t: Dl06Target) -> None:
     """What the program does in place of the loop."""
     output = t.neutral.output
     if output.max_rate is not None:
-        b.drop("output.max_rate", RATE_LIMIT)
+        b.drop("output.max_rate", RATE_LIMIT_NOTE)
     if output.pulse is not None:
         for key in type(output.pulse).model_fields:
-            b.drop(f"output.pulse.{key}", PULSE)
+            b.drop(f"output.pulse.{key}", PULSE_NOTE)
 
 
 FIELDS: Table[TargetBuilder, Dl06Target] = (
@@ -415,15 +415,15 @@ FIELDS: Table[TargetBuilder, Dl06Target] = (
     _derivative,
     *same_fields("pv.range", "pv.unit"),
     _format,
-    Same("pv.square_root", if_on=True),
+    Same("pv.square_root", skip_falsy=True),
     _pv_filter,
     Same("setpoint.value"),
-    Same("setpoint.limits", two=True),
+    Same("setpoint.limits", is_pair=True),
     *same_fields("output.range", "output.unit"),
-    Same("output.limits", two=True),
+    Same("output.limits", is_pair=True),
     Same("output.manual", "state.output"),
     _bias,
-    Same("deadband", "error.deadband", if_on=True),
+    Same("deadband", "error.deadband", skip_falsy=True),
     alarms,
     _without_place,
 )

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.builder import ALARMS, ZERO, Same, TargetBuilder, drop_unmatched, same_fields, take, target_file
-from pidcfg.conversion.from_dpide import BACK_CALCULATED, DEAD_BAND, HELD, MS
+from pidcfg.conversion.builder import (
+    ALARMS,
+    ZERO,
+    Same,
+    TargetBuilder,
+    apply_table,
+    drop_unmatched,
+    same_fields,
+    target_file,
+)
+from pidcfg.conversion.from_dpide import ALWAYS_ANTI_WINDUP, BACK_CALCULATED, DEAD_BAND, MS
 from pidcfg.conversion.operation import Manual, Windup
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.image import present
@@ -61,7 +70,7 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequ
     builders = []
     for i, loop in enumerate(file.loops):
         b = TargetBuilder(i, {"name": loop.name} | present({"description": loop.description}))
-        take(b, loop, loop, FIELDS)
+        apply_table(b, loop, loop, FIELDS)
         _to_manual(b, operations[i].manual if operations else Manual.STAYS)
         if operations and operations[i].windup is Windup.HELD_BEYOND:  # a DPIDE in mode 0, or one that tunes
             b.data["PID_MODE"] = 0
@@ -109,7 +118,7 @@ def _ranges(b: TargetBuilder, loop: Loop) -> None:
 def _modes(b: TargetBuilder, loop: Loop) -> None:
     """Mode 2, unless the derivative kicks (D296); manual or not."""
     kicks = loop.tuning.derivative_on == "error" and loop.tuning.derivative_time and loop.tuning.proportional
-    windup = "" if loop.anti_windup else HELD
+    windup = "" if loop.anti_windup else ALWAYS_ANTI_WINDUP
     b.put("PID_MODE", 0 if kicks else BACK_CALCULATED, "anti_windup", windup, assumed=not loop.anti_windup)
     cascade = loop.mode == "cascade"
     b.put("PID_MAN", loop.mode == "manual", "mode", "link the loops in the program" if cascade else "", clamped=cascade)

@@ -9,20 +9,20 @@ from pidcfg.conversion.builder import (
     ZERO,
     Same,
     TargetBuilder,
+    apply_table,
+    assign_addresses,
+    assign_names,
     drop_unmatched,
-    names,
     product,
     quotient,
     rescale,
     same_fields,
-    starts,
-    take,
     target_file,
     width,
 )
-from pidcfg.conversion.from_ezlogix import ACTS_ON, FULL, RAISES, SETPOINT
+from pidcfg.conversion.from_ezlogix import ACTS_ON, FULL_COUNTS, RAISES, SETPOINT
 from pidcfg.conversion.ledger import ConvertError, Missing
-from pidcfg.conversion.operation import BOUNDED, Stopped
+from pidcfg.conversion.operation import ADDED_ANTI_WINDUP, Stopped
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.maps.ezlogix import BLOCKS, DUTY_FULL
 from pidcfg.schemas.ezlogix import CV_FULL, DISCRETES, REGISTERS, parse_counts
@@ -89,7 +89,7 @@ BY_PROGRAM = {
     "alarms.hysteresis": "switch alarms off in the program when the PV is back by as much",
 }
 """Neutral fields that a loop does not have, with what to program instead."""
-NO_BIAS = "without an integral the output is gain x error + offset, and an offset of 0 counts is the low end"
+NO_BIAS_NOTE = "without an integral the output is gain x error + offset, and an offset of 0 counts is the low end"
 ALGORITHMS = {what: algorithm for algorithm, what in ACTS_ON.items()}
 
 
@@ -109,20 +109,23 @@ class EzlogixLoop:
 def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequence[Operation] = ()) -> TargetFile:
     """An EZLogix file with these loops."""
     count = len(file.loops)
-    blocks = {key: starts(BANKS[key], table.size, count, options.get(key) or ()) for key, (_, table) in BLOCKS.items()}
+    blocks = {
+        key: assign_addresses(BANKS[key], table.size, count, options.get(key) or ())
+        for key, (_, table) in BLOCKS.items()
+    }
     outputs = [entry and entry["tag"] for entry in options.get("output_tag") or ()]
-    pv_tags = names(options.get("pv_tag") or (), count, "IR{}".format)
-    cv_tags = names(options.get("cv_tag") or (), count, "OR{}".format)
-    pulse_tags = names(outputs, count, "O{}".format)
+    pv_tags = assign_names(options.get("pv_tag") or (), count, "IR{}".format)
+    cv_tags = assign_names(options.get("cv_tag") or (), count, "OR{}".format)
+    pulse_tags = assign_names(outputs, count, "O{}".format)
     counts = _pv_counts(options.get("pv_counts") or (), count)
     builders = []
     for i, loop in enumerate(file.loops):
         b = TargetBuilder(i)
-        take(b, loop, loop, HEAD)
+        apply_table(b, loop, loop, HEAD)
         for key, (prefix, _) in BLOCKS.items():
             b.put(key, f"{prefix}{blocks[key][i]}", None, "" if key in options else "the next free block")
         b.data["mode"] = "manual" if loop.mode == "manual" else "auto"
-        take(b, loop, EzlogixLoop(loop, counts[i], pv_tags[i], cv_tags[i], pulse_tags[i]), FIELDS)
+        apply_table(b, loop, EzlogixLoop(loop, counts[i], pv_tags[i], cv_tags[i], pulse_tags[i]), FIELDS)
         _anti_windup(b, loop, operations[i] if operations else None)
         builders.append(b)
     wired = len(options.get("cv_tag") or ())
@@ -155,7 +158,11 @@ def _algorithm(b: TargetBuilder, e: EzlogixLoop) -> None:
 def _tuning(b: TargetBuilder, e: EzlogixLoop) -> None:
     tuning, span = e.neutral.tuning, Decimal(e.counts[1] - e.counts[0])
     per_share = quotient(product(tuning.gain, width(e.neutral.pv.range)), width(e.neutral.output.range))
-    gain, integral, derivative = quotient(product(per_share, FULL), span), tuning.integral_time, tuning.derivative_time
+    gain, integral, derivative = (
+        quotient(product(per_share, FULL_COUNTS), span),
+        tuning.integral_time,
+        tuning.derivative_time,
+    )
     if not gain:
         note = "gain 0 switches the proportional term off only: the times are off as well"
         b.put("tuning.proportional_gain", 0, "tuning.gain", note)
@@ -208,9 +215,9 @@ def _output(b: TargetBuilder, e: EzlogixLoop) -> None:
     if is_given(output, ("bias",)):
         b.put("output.offset", output.bias, "output.bias")
     elif not e.neutral.tuning.integral_time and output.bias != output.range[0]:
-        b.put("output.offset", output.bias, "output.bias", NO_BIAS, assumed=True)
+        b.put("output.offset", output.bias, "output.bias", NO_BIAS_NOTE, assumed=True)
     if output.manual is not None:
-        counts = nearest(rescale(output.manual, output.range, (ZERO, FULL)))
+        counts = nearest(rescale(output.manual, output.range, (ZERO, FULL_COUNTS)))
         if counts:
             b.drop("output.manual", f"write {counts} counts into {e.cv_tag} while the loop is in Manual")
         else:
@@ -224,7 +231,7 @@ def _least_pulse(b: TargetBuilder, pulse: Pulse) -> None:
     """The minimum on time; one of the whole cycle becomes the longest pulse, since full output is 4095 / 4096 of it."""
     if not pulse.min_on:
         return
-    longest = product(pulse.period, quotient(FULL, Decimal(DUTY_FULL)))
+    longest = product(pulse.period, quotient(FULL_COUNTS, Decimal(DUTY_FULL)))
     if longest < pulse.min_on.quantize(TENTH) and pulse.min_on <= pulse.period:
         held = longest.quantize(TENTH, ROUND_FLOOR)
         note = f"the longest pulse is {CV_FULL}/{DUTY_FULL} of the cycle: it would never switch on"
@@ -262,7 +269,7 @@ def _raw(loop: Loop, point: Decimal, counts: tuple[int, int]) -> int:
 def _anti_windup(b: TargetBuilder, loop: Loop, operation: Operation | None) -> None:
     """On, too, where the source's integral has an end without it (D342)."""
     ends = not loop.anti_windup and operation is not None and operation.bounds_integral
-    b.put("anti_windup", loop.anti_windup or ends, "anti_windup", BOUNDED if ends else "", assumed=ends)
+    b.put("anti_windup", loop.anti_windup or ends, "anti_windup", ADDED_ANTI_WINDUP if ends else "", assumed=ends)
 
 
 # --- cascade ---------------------------------------------------------------------------------------------------------
@@ -316,16 +323,16 @@ FIELDS: Table[TargetBuilder, EzlogixLoop] = (
     _pv_tag,
     *same_fields("pv.range", "pv.unit"),
     _pv_counts_of_loop,
-    Same("pv.square_root", if_on=True),
+    Same("pv.square_root", skip_falsy=True),
     _pv_filter,
     _setpoint,
-    Same("setpoint.limits", two=True),
+    Same("setpoint.limits", is_pair=True),
     _cv_tag,
     *same_fields("output.range", "output.unit"),
-    Same("output.limits", two=True),
+    Same("output.limits", is_pair=True),
     _output,
     Same("output.pulse.period", "output.pulse.cycle_time"),
-    *same_fields("output.pulse.min_off", "deadband", if_on=True),
+    *same_fields("output.pulse.min_off", "deadband", skip_falsy=True),
     _alarms,
 )
 """Every field in the order of the file."""

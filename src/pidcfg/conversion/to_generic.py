@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.conversion.from_generic import fields, plain
 from pidcfg.conversion.ledger import TargetField, TargetFile
-from pidcfg.conversion.operation import BOUNDED
+from pidcfg.conversion.operation import ADDED_ANTI_WINDUP
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,5 +29,5 @@ def from_neutral(
         if i in stopped and not loop.anti_windup:
             data["loops"][i]["anti_windup"] = True
             puts[i] = [put for put in puts[i] if put.path != "anti_windup"]
-            puts[i].append(TargetField("anti_windup", "anti_windup", BOUNDED, assumed=True))
+            puts[i].append(TargetField("anti_windup", "anti_windup", ADDED_ANTI_WINDUP, assumed=True))
     return TargetFile(data, puts)

@@ -15,16 +15,16 @@ from pidcfg.conversion.builder import (
     ZERO,
     Same,
     TargetBuilder,
+    apply_table,
     drop_unmatched,
     independent,
     number,
     product,
     quotient,
     same_fields,
-    take,
     target_file,
 )
-from pidcfg.conversion.from_nextopid import HELD
+from pidcfg.conversion.from_nextopid import MV_HELD_IN_BAND
 from pidcfg.conversion.operation import Manual
 from pidcfg.encoders.codecs import nearest
 from pidcfg.encoders.maps.nextopid import BLOCK_TYPES
@@ -50,7 +50,7 @@ TAKEN = {name.casefold() for name in (*BLOCK_TYPES, *KEYWORDS, *STANDARD.split()
 """What no instance may be called."""
 STRUCTURES = re.compile(r"autotune_(p|pi|pid|param|result|mode)|(pida|on_off)_(error|warning)_bits")
 """Types of the library that are no blocks, in small letters."""
-OTHER = re.compile(r"[^A-Za-z0-9]+")
+NOT_IN_NAME = re.compile(r"[^A-Za-z0-9]+")
 
 
 class Names:
@@ -62,7 +62,7 @@ class Names:
     def new(self, wanted: str, ending: str = "") -> str:
         """A name that is still free, as near to the wanted one as can be."""
         plain = unicodedata.normalize("NFKD", wanted).encode("ascii", "ignore").decode()
-        stem = OTHER.sub("_", plain).strip("_") or "Loop"
+        stem = NOT_IN_NAME.sub("_", plain).strip("_") or "Loop"
         stem = stem if stem[0].isalpha() else f"L_{stem}"
         name, count = _joined(stem, ending), 1
         while name.casefold() in self.taken or STRUCTURES.fullmatch(name.casefold()):
@@ -200,7 +200,7 @@ KEYS = (
 """In the order of the file."""
 PERIODS = (1, 0xFFFF)
 """Cycles of a ControlPWM's period."""
-ROUGH = 100
+SHORT_PERIOD = 100
 """Steps of a pulse output below which the report says how to get more."""
 COMPARE = "compare PV in the program"
 BY_PROGRAM = {
@@ -210,9 +210,9 @@ BY_PROGRAM = {
     **dict.fromkeys(ALARMS, COMPARE),
 }
 """Neutral fields that the blocks do not have, with what to program instead."""
-HOLDS = "the output stays on the way to manual, as figure 16-1 has it"
-FOLLOWS = "a move, as figure 16-1 has it: the set point follows the PV all the time in manual"
-WINDUP = "the blocks never integrate further into MinMV, MaxMV or MaxVarMV"
+HOLDS_MV_NOTE = "the output stays on the way to manual, as figure 16-1 has it"
+FOLLOWS_PV_NOTE = "a move, as figure 16-1 has it: the set point follows the PV all the time in manual"
+WINDUP_NOTE = "the blocks never integrate further into MinMV, MaxMV or MaxVarMV"
 
 
 @dataclass(slots=True)
@@ -266,7 +266,7 @@ def from_neutral(
             b.mark("name", "name", "an identifier of IEC 61131-3, unique without regard to capitals", assumed=True)
         builders.append(b)
     for b, loop in zip(builders, file.loops, strict=True):
-        take(b, loop, NextopidLoop(loop, b.data["name"], program), FIELDS)
+        apply_table(b, loop, NextopidLoop(loop, b.data["name"], program), FIELDS)
     link(file, builders)
     for i, (b, loop) in enumerate(zip(builders, file.loops, strict=True)):
         stays = bool(operations) and operations[i].manual is Manual.STAYS
@@ -284,9 +284,9 @@ def bumpless(b: TargetBuilder, loop: Loop, first: int, *, stays: bool) -> list[d
     name, moves = b.data["name"], []
     if stays:
         moves.append({"move": f"{name}.MV", "to": f"{name}.ManualMV", "when": f"NOT {name}.Manual"})
-        b.mark(f"/moves.{first}.move", None, HOLDS)
+        b.mark(f"/moves.{first}.move", None, HOLDS_MV_NOTE)
     if loop.setpoint.follows_pv:
-        b.mark(f"/moves.{first + len(moves)}.move", "setpoint.follows_pv", FOLLOWS)
+        b.mark(f"/moves.{first + len(moves)}.move", "setpoint.follows_pv", FOLLOWS_PV_NOTE)
         moves.append({"move": f"{name}.PV", "to": f"{name}.SP", "when": f"{name}.Manual"})
     return moves
 
@@ -390,7 +390,7 @@ def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
     block = {"name": name, "type": "ControlPWM", "MV": f"{n.name}.MV", "MaxMV": high, "MinMV": low, "Period": period}
     path = n.program.add(block)
     note = f"{name}, in cycles of the task of {decimal_text(interval)} s"
-    if period < ROUGH:
+    if period < SHORT_PERIOD:
         note += f": the output has {period} steps; a shorter interval (--sample-time) gives more"
     clamped = not PERIODS[0] <= nearest(wanted) <= PERIODS[1]
     b.mark(f"{path}.Period", "output.pulse.period", note, exact=wanted, clamped=clamped)
@@ -398,7 +398,7 @@ def _pulses(b: TargetBuilder, n: NextopidLoop) -> None:
 
 def _without_place(b: TargetBuilder, n: NextopidLoop) -> None:
     if not n.neutral.anti_windup:
-        b.mark("anti_windup", "anti_windup", WINDUP, assumed=True)
+        b.mark("anti_windup", "anti_windup", WINDUP_NOTE, assumed=True)
     b.drop_all(drop_unmatched(n.neutral, BY_PROGRAM))
 
 
@@ -408,18 +408,18 @@ FIELDS: Table[TargetBuilder, NextopidLoop] = (
     _direction,
     _setpoint,
     _equation,
-    Same("tuning.derivative_filter", "Tfd", if_on=True),
+    Same("tuning.derivative_filter", "Tfd", skip_falsy=True),
     Same("pv.range.0", "MinPV"),
     Same("pv.range.1", "MaxPV"),
     Same("pv.unit"),
     _pv_filter,
     _limits,
     *same_fields("output.range", "output.unit"),
-    Same("output.bias", "BIAS", if_on=True),
+    Same("output.bias", "BIAS", skip_falsy=True),
     _manual,
     _max_rate,
     _pulses,
-    Same("deadband", "DeadBand", if_on=True, note=HELD),
+    Same("deadband", "DeadBand", skip_falsy=True, note=MV_HELD_IN_BAND),
     _without_place,
 )
 """Every field in the order of the report."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.conversion.ledger import DEFAULT, ConvertError, MaxLossError, json_value, parse_max_loss
+from pidcfg.conversion.ledger import DEFAULT_MAX_LOSS, ConvertError, MaxLossError, json_value, parse_max_loss
 from pidcfg.conversion.pipeline import comments, convert, with_comments
 from pidcfg.output.arguments import ArgumentError, vendor_options
 from pidcfg.output.findings import Data, errors_in, finding_data, findings_data
@@ -165,7 +165,7 @@ def convert_checked(
     target: Vendor,
     options: Mapping[str, object],
     verify: Callable[[Checked, Checked, ConvertResult], tuple[Verified, ...]] | None,
-    max_loss: MaxLoss = DEFAULT,
+    max_loss: MaxLoss = DEFAULT_MAX_LOSS,
 ) -> ConvertResult:
     """The conversion of a checked configuration; ``verify`` compares both sides where the target takes the result.
 
@@ -179,7 +179,7 @@ def convert_checked(
     left_out: dict[int, str] = {}
     while True:
         try:
-            outcome = convert(checked.config, checked.vendor, target, placements, max_loss=max_loss, left_out=left_out)
+            outcome = convert(checked.config, checked.vendor, target, placements, max_loss=max_loss, excluded=left_out)
         except ConvertError as error:
             return replace(nothing, findings=(*checked.findings, *missing(error.missing, checked.document)))
         text = text_of(outcome, checked.document)
@@ -236,7 +236,7 @@ def text_of(outcome: Converted, document: Document) -> str:
 def max_loss_of(text: str | None) -> MaxLoss:
     """The limits of a text; raises `ArgumentError`."""
     try:
-        return DEFAULT if text is None else parse_max_loss(text)
+        return DEFAULT_MAX_LOSS if text is None else parse_max_loss(text)
     except MaxLossError as error:
         raise ArgumentError(f"`max_loss`: {error}", "max_loss") from None
 

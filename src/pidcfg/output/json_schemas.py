@@ -320,13 +320,13 @@ def conversion_schema() -> Schema:
 
 def change() -> Schema:
     """What became of a field."""
-    from pidcfg.conversion.ledger import WORST
+    from pidcfg.conversion.ledger import KINDS_BY_HARM
 
     return record(
         "What became of a field.",
         field=text("Its key; in the source where that has one, else in the result."),
         target_field=or_null(text("Its key in the result.")),
-        kind=text("From harmless to harmful.", *WORST),
+        kind=text("From harmless to harmful.", *KINDS_BY_HARM),
         from_=anything("The value before."),
         to=anything("The value after."),
         error_percent=number("How far the value that acts is off."),

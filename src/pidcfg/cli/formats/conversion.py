@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg.cli.formats.reports import cell
 from pidcfg.cli.plots import chart_text
-from pidcfg.conversion.ledger import LOSSES, WORST, text_of
+from pidcfg.conversion.ledger import KINDS_BY_HARM, LOSSES, text_of
 from pidcfg.output.conversion import SEVERAL
 from pidcfg.text.signs import one_line
 from pidcfg.text.writer import json_text
@@ -159,7 +159,7 @@ def _counted(loop: LoopReport) -> str:
         return f"dropped: {loop.reason}"
     changes = [change for change in loop.changes if not _is_unneeded(change)]
     count = Counter(change.kind for change in changes)
-    text = ", ".join(f"{count[kind]} {kind}" for kind in WORST if count[kind]) or "nothing to convert"
+    text = ", ".join(f"{count[kind]} {kind}" for kind in KINDS_BY_HARM if count[kind]) or "nothing to convert"
     lost = sum(change.loss for change in changes)
     return f"{text}; {lost} lost" if lost else text
 
@@ -176,7 +176,7 @@ def _unneeded(changes: Sequence[Change]) -> list[str]:
 def _worth_reading(changes: Sequence[Change]) -> list[Change]:
     """Losses first, then by kind; without what came over exactly and needs no word, or is not needed."""
     noted = [row for row in changes if (row.kind != "exact" or row.note) and not _is_unneeded(row)]
-    return sorted(map(_apart(changes), noted), key=lambda row: (not row.loss, -WORST.index(row.kind)))
+    return sorted(map(_apart(changes), noted), key=lambda row: (not row.loss, -KINDS_BY_HARM.index(row.kind)))
 
 
 def _apart(changes: Sequence[Change]) -> Callable[[Change], Change]:

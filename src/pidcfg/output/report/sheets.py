@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any, cast
 
 from pidcfg.conversion.contract import source_of
-from pidcfg.conversion.differences import PLACES
+from pidcfg.conversion.differences import PLACE_KEYS
 from pidcfg.conversion.terms import Leaf, leaves, unit_of
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.encoders.contract import tables_of, units_by_path
@@ -463,7 +463,7 @@ def _loop_sheet(checked: Checked, i: int, findings: Sequence[Diagnostic], neutra
     outside = {key: value for key, value in settings.items() if key not in ELSEWHERE}
     places = _places(encoding, i, loop.name)
     if encoding.blocks:
-        places = {key: NOWHERE for key, _ in flat(outside) if key not in PLACES} | places
+        places = {key: NOWHERE for key, _ in flat(outside) if key not in PLACE_KEYS} | places
     groups = groups_of(loop, vendor, data[i] if isinstance(data, list) and i < len(data) else None, places)
     setting_units = {setting.path: setting.unit for group in groups for setting in group.settings}
     units = table_units(vendor, sides(loop)) | {path: unit for path, unit in setting_units.items() if unit}
@@ -478,7 +478,7 @@ def _loop_sheet(checked: Checked, i: int, findings: Sequence[Diagnostic], neutra
         groups=with_shares(groups, shares, pv_unit),
         blocks=blocks,
         parameters=parameters_of(encoding, loop.name, book_of(vendor), units),
-        outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACES))),
+        outside=tuple((key, value) for key, value in flat(outside) if not key.startswith((DEVICES, *PLACE_KEYS))),
         findings=tuple(d for d in findings if loop.name == d.loop),
     )
 

@@ -7,7 +7,7 @@ from decimal import Decimal
 from itertools import accumulate, groupby, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pidcfg.conversion.builder import flat, on_the_same_scale
+from pidcfg.conversion.builder import flatten, rescale_output
 from pidcfg.conversion.contract import source_of
 from pidcfg.conversion.ledger import number_of
 from pidcfg.conversion.operation import PREFIX, Smoothing
@@ -51,10 +51,10 @@ def loops_of(config: Any, vendor: Vendor) -> tuple[Loop | None, ...]:
 
 def neutral_values(loop: Loop, other: Loop) -> tuple[dict[str, Any], dict[str, Any]]:
     """The values of two neutral loops by path, the second on the first one's scale of the output."""
-    one, two = flat(loop), flat(other)
+    one, two = flatten(loop), flatten(other)
     for values in (one, two):
         values.setdefault(FOLLOWS, NO_FOLLOWING)
-    return one, on_the_same_scale(one, two)
+    return one, rescale_output(one, two)
 
 
 def same_value(a: Any, b: Any) -> bool:
@@ -73,7 +73,7 @@ def differing(one: Mapping[str, Any], two: Mapping[str, Any]) -> list[str]:
 
 def neutral_at(loop: Loop, path: str) -> Any:
     """A neutral value by path, as `neutral_values` has it."""
-    return flat(loop).get(path, NO_FOLLOWING if path == FOLLOWS else None)
+    return flatten(loop).get(path, NO_FOLLOWING if path == FOLLOWS else None)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pidcfg.conversion.builder import flat
+from pidcfg.conversion.builder import flatten
 from pidcfg.conversion.contract import source_of, target_of
 from pidcfg.conversion.ledger import ConvertError, number_of, overlap
 from pidcfg.conversion.operation import PREFIX
@@ -100,7 +100,7 @@ def _unwritten(field: str, loop: Loop, vendor: Vendor) -> str:
         file = target_of(vendor).from_neutral(GenericFile(pidcfg=1, vendor="generic", loops=[alone]), {})
     except ConvertError:
         return ""
-    return next((entry.path for entry in file.fields[0] if entry.of and overlap(field, entry.of)), "")
+    return next((entry.path for entry in file.fields[0] if entry.neutral and overlap(field, entry.neutral)), "")
 
 
 def field_of(difference: SignalDifference, loop: Loop, other: Loop, told: Iterable[str] = ()) -> str:
@@ -112,7 +112,7 @@ def _fields(difference: SignalDifference, loop: Loop, other: Loop, told: Sequenc
     """The neutral fields that may explain a difference of two loops, the likeliest first."""
     one, two = neutral_values(loop, other)
     if difference.signal in {"pv", "output", "setpoint"}:
-        two |= {path: value for path, value in flat(other).items() if path.startswith(RANGES)}
+        two |= {path: value for path, value in flatten(other).items() if path.startswith(RANGES)}
     elsewhere = {*LABELS, *(() if difference.stage == "start" else AT_START)}
     if not loop.tuning.integral_time:
         elsewhere.discard("output.bias")
