@@ -18,7 +18,7 @@ import pytest
 
 from pidcfg.cli import terminal as glyphs
 from pidcfg.cli.main import main
-from pidcfg.text.signs import to_left, to_right, width_of
+from pidcfg.text.signs import pad_left, pad_right, width_of
 from pidcfg.vendors import VENDORS
 
 ROOT = Path(__file__).parents[1]
@@ -229,10 +229,10 @@ def test_a_process_of_its_own(plant, settings):
 )
 def test_the_columns_of_a_text(text, columns):
     assert width_of(text) == columns
-    assert width_of(to_left(text, 9)) == width_of(to_right(text, 9)) == 9
-    assert to_left(text, 9).startswith(text)
-    assert to_right(text, 9).endswith(text)
-    assert to_left(text, 1) == text or columns < 2
+    assert width_of(pad_right(text, 9)) == width_of(pad_left(text, 9)) == 9
+    assert pad_right(text, 9).startswith(text)
+    assert pad_left(text, 9).endswith(text)
+    assert pad_right(text, 1) == text or columns < 2
 
 
 def places(lines, sign):

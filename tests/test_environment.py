@@ -10,7 +10,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from pidcfg.cli.console import say
+from pidcfg.cli.console import print_error
 from pidcfg.cli.environment import variable
 from pidcfg.cli.main import COMMANDS, cli, load
 
@@ -40,7 +40,7 @@ def message(*words: str, **variables: str) -> str:
     with runner.isolation() as streams:
         with pytest.raises(click.ClickException) as refused:
             cli.main(list(words), standalone_mode=False)
-        say(refused.value)
+        print_error(refused.value)
         return streams[1].getvalue().decode()
 
 

@@ -635,7 +635,7 @@ def test_rights_stay_and_links_are_written_through(validate, tmp_path):
 def test_a_file_that_somebody_saves_meanwhile_is_left_alone(validate, tmp_path, monkeypatch):
     from pidcfg.cli import corrections
 
-    real = corrections._corrected
+    real = corrections._fix_input
 
     def slow(*args):
         outcome = real(*args)

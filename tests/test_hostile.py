@@ -33,7 +33,7 @@ from pidcfg.encoders.listing import ListingError
 from pidcfg.encoders.nextopid.st_read import read_plcopen, read_st
 from pidcfg.text import reader
 from pidcfg.text.reader import DEFAULT
-from pidcfg.text.signs import without_orders
+from pidcfg.text.signs import break_ci_commands
 from pidcfg.text.store import Store, cache_folder
 from pidcfg.text.writer import json_line, json_text, yaml_text
 from pidcfg.vendors import VENDORS
@@ -597,9 +597,9 @@ def test_no_mix_of_signs_is_an_order_once_it_is_text_for_people():
     texts = ["".join(draw.choices(signs, k=12)) for _ in range(3000)]
     assert any(OBEYED.search(line) for text in texts for line in re.split("[\r\n]", text))
     for text in texts:
-        safe = without_orders(text)
+        safe = break_ci_commands(text)
         assert not any(OBEYED.search(line) for line in re.split("[\r\n]", safe)), repr(text)
-        assert without_orders(safe) == safe
+        assert break_ci_commands(safe) == safe
         assert safe.replace(" ", "") == text.replace(" ", "")
 
 
@@ -620,7 +620,7 @@ def test_what_programs_read_says_the_same_without_an_order(monkeypatch, capsys):
 def test_a_result_that_would_be_an_order_goes_to_a_file_alone(tmp_path, monkeypatch, capsys):
     console.echo("::x::\n")
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
-    for hand_on in (lambda: console.echo("a\n ::x::\n"), lambda: console.hand_on(b"a\n ::x::\n")):
+    for hand_on in (lambda: console.echo("a\n ::x::\n"), lambda: console.write_user_file(b"a\n ::x::\n")):
         with pytest.raises(click.ClickException, match="line 2 of the result would be an order"):
             hand_on()
     assert capsys.readouterr().out == "::x::\n"
@@ -914,9 +914,9 @@ def test_an_ended_command_does_not_wait_until_it_is_taken_apart(code, printed):
 @pytest.mark.parametrize(("words", "code"), [(["validate", "none.yaml"], 2), (["--version"], 0)])
 def test_a_signal_at_the_very_end_changes_nothing(tmp_path, words, code):
     end = (
-        "import os, signal, sys\nfrom pidcfg.cli import interrupts, main\nreal = interrupts.over\n"
+        "import os, signal, sys\nfrom pidcfg.cli import interrupts, main\nreal = interrupts.finish\n"
         "def over():\n    real()\n    os.kill(os.getpid(), signal.SIGTERM); os.kill(os.getpid(), signal.SIGINT)\n"
-        f"interrupts.over = over\nsys.argv[1:] = {words}\nmain.main()"
+        f"interrupts.finish = over\nsys.argv[1:] = {words}\nmain.main()"
     )
     done = subprocess.run(
         [sys.executable, "-c", end], cwd=tmp_path, env=environment(), capture_output=True, check=False
@@ -941,13 +941,13 @@ def test_a_signal_of_which_a_library_makes_an_error_of_its_own_is_no_bug(number,
 
 def test_a_part_that_is_whole_ends_before_its_signal_counts():
     done = []
-    with pytest.raises(interrupts.Terminated), interrupts.whole():  # noqa: PT012 - the end of the block raises it
+    with pytest.raises(interrupts.Terminated), interrupts.uninterrupted():  # noqa: PT012 - the end of the block raises it
         interrupts._take(signal.SIGTERM, None)
-        with interrupts.whole():
+        with interrupts.uninterrupted():
             done.append(1)
         done.append(2)
     assert done == [1, 2]
-    with interrupts.whole():
+    with interrupts.uninterrupted():
         pass
 
 

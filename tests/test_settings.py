@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import living_rig
 from living_rig import GOOD, run
 from pidcfg.cli.commands.schema import document_schema
-from pidcfg.cli.settings import KEYS, REFUSED, candidates
+from pidcfg.cli.settings import REFUSED_KEYS, SETTINGS_KEYS, settings_candidates
 from pidcfg.text.paths import matches
 
 TWICE = living_rig.TWICE + "    bias_freeze: true\n"
@@ -71,7 +71,7 @@ def test_nothing_above_the_repository_is_read(project, validate):
 
 
 def test_the_search_ends_at_the_root_of_the_file_system(tmp_path):
-    folders = [path.parent for path in candidates(str(tmp_path / "none.yaml"))]
+    folders = [path.parent for path in settings_candidates(str(tmp_path / "none.yaml"))]
     assert folders[0] == tmp_path
     assert folders[-1] == Path(tmp_path.anchor)
     assert len(folders) == len(set(folders)) * 2, "two names a folder, each folder once"
@@ -93,7 +93,7 @@ def test_a_shared_file_without_our_table_is_passed_over(project, validate, share
 
 def test_standard_input_takes_the_settings_of_the_working_directory(project, monkeypatch):
     monkeypatch.chdir(project / "loops")
-    assert candidates("-")[0] == project / "loops" / "pidcfg.toml"
+    assert settings_candidates("-")[0] == project / "loops" / "pidcfg.toml"
 
 
 def test_config_names_a_file_and_isolated_takes_none(project, validate, tmp_path):
@@ -115,7 +115,7 @@ def test_the_command_line_wins(project, validate):
 
 
 def test_every_example_of_a_key_is_accepted_and_has_an_effect_on_show_settings(project, validate):
-    for key, row in KEYS.items():
+    for key, row in SETTINGS_KEYS.items():
         put(project, f"{key} = {row.example}\n")
         found = validate(project / "loops/a.yaml", "--show-settings")
         assert found.code == 0, found.err
@@ -176,13 +176,13 @@ def test_the_place_in_a_shared_file_is_below_its_table(project, validate):
     assert "pyproject.toml:4:1: strict must be true or false" in validate(project / "loops/a.yaml").err
 
 
-@pytest.mark.parametrize("key", [*REFUSED, "quiet", "force", "config"])
+@pytest.mark.parametrize("key", [*REFUSED_KEYS, "quiet", "force", "config"])
 def test_no_file_can_raise_limits_or_write(project, validate, key):
     put(project, f'{key} = ["file_bytes=99"]\n')
     found = validate(project / "loops/a.yaml")
     assert found.code == 2
     assert "unknown key" in found.err
-    assert REFUSED.get(key, "") in found.err
+    assert REFUSED_KEYS.get(key, "") in found.err
 
 
 def test_a_link_does_not_lead_a_baseline_out_of_its_folder(project, validate, tmp_path):
@@ -268,8 +268,8 @@ def test_the_schema_for_editors_agrees_with_the_command():
     jsonschema = pytest.importorskip("jsonschema")
     schema = document_schema("settings")
     jsonschema.Draft202012Validator.check_schema(schema)
-    assert set(schema["properties"]) == set(KEYS)
-    for key, row in KEYS.items():
+    assert set(schema["properties"]) == set(SETTINGS_KEYS)
+    for key, row in SETTINGS_KEYS.items():
         jsonschema.validate(tomllib.loads(f"{key} = {row.example}\n"), schema)
     for wrong in ({"selct": []}, {"strict": 1}, {"ignore": "DL2"}, {"severity": "warn"}, {"per-file-ignores": []}):
         with pytest.raises(jsonschema.ValidationError):
@@ -287,7 +287,7 @@ def test_the_settings_of_the_pages_are_accepted_and_complete():
     shown = [tomllib.loads(text) for text in blocks if "wrong" not in text]
     for settings in shown:
         jsonschema.validate(settings, document_schema("settings"))
-    assert set().union(*shown) == set(KEYS), "each key is shown"
+    assert set().union(*shown) == set(SETTINGS_KEYS), "each key is shown"
 
 
 @pytest.mark.parametrize("order", [("loops/old", "loops/a.yaml"), ("loops/a.yaml", "loops/old")])

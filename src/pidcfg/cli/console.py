@@ -20,7 +20,7 @@ from pidcfg import __version__
 from pidcfg.cli import environment
 from pidcfg.cli.environment import hint
 from pidcfg.cli.terminal import LINE, encodable, fits, is_coloured, paint_report
-from pidcfg.text.signs import ORDER, first_order, one_line, printable, without_orders
+from pidcfg.text.signs import CI_COMMAND, break_ci_commands, find_ci_command, one_line, printable
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -32,38 +32,38 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------------------------------------------------
 # What reaches the terminal: results on stdout, everything else on stderr, and rich only where a person watches.
 
-WIDEST = 1000
+MAX_PAGE_WIDTH = 1000
 """Columns of a page: COLUMNS may say any number."""
-OBEYING = ("GITHUB_ACTIONS", "TF_BUILD", "TEAMCITY_VERSION")
+CI_VARIABLES = ("GITHUB_ACTIONS", "TF_BUILD", "TEAMCITY_VERSION")
 """Variables of the CI systems that look for orders in a log."""
 NOT_ASCII = re.compile(r"[^\x00-\x7f]")
 
 
 def echo(text: str) -> None:
     """A result as it is, a file's text that nothing may be put into: where a line of it would be an order, none."""
-    _refuse_orders(encodable(text, sys.stdout.encoding))
-    show_orders(text)
+    _refuse_ci_commands(encodable(text, sys.stdout.encoding))
+    show_ci_commands(text)
 
 
-def hand_on(data: bytes) -> None:
+def write_user_file(data: bytes) -> None:
     """The bytes of a user's own file, as `echo` prints texts."""
-    _refuse_orders(data.decode("utf-8", "replace"))
+    _refuse_ci_commands(data.decode("utf-8", "replace"))
     sys.stdout.buffer.write(data)
 
 
 def show_lines(text: str) -> None:
     """A result that a program takes from a log: never coloured, and no order."""
-    show_orders(without_orders(encodable(text, sys.stdout.encoding)))
+    show_ci_commands(break_ci_commands(encodable(text, sys.stdout.encoding)))
 
 
-def show_orders(text: str) -> None:
+def show_ci_commands(text: str) -> None:
     """A result as it is, with orders that are meant; where a code page lacks some of it, a note says so.
 
     Where a person watches, control characters in it are shown and not obeyed.
     """
     if sys.stdout.isatty():
         text = printable(text.replace("\r\n", "\n"))
-    _put(text, color=False)
+    _print(text, color=False)
     if not fits(text, sys.stdout.encoding):
         lacking = "".join(dict.fromkeys(c for c in text if not fits(c, sys.stdout.encoding)))
         note(
@@ -75,7 +75,7 @@ def show_orders(text: str) -> None:
 def show(text: str) -> None:
     """A result for people: in colour where that is wanted."""
     text, coloured = _for_people(text, sys.stdout), is_coloured(sys.stdout)
-    _put(paint_report(text) if coloured else text, color=coloured)
+    _print(paint_report(text) if coloured else text, color=coloured)
 
 
 def echo_json(text: str) -> None:
@@ -89,8 +89,8 @@ def echo_xml(text: str) -> None:
     """XML or HTML that says it is UTF-8; on another code page numbers stand for characters that are not ASCII."""
     if not (text.isascii() or _is_utf8(text)):
         text = text.encode("ascii", "xmlcharrefreplace").decode()
-    if first_order(text) is not None:
-        text = ORDER.sub(lambda begin: f"{begin[0][:-1]}&#{ord(begin[0][-1])};", text)
+    if find_ci_command(text) is not None:
+        text = CI_COMMAND.sub(lambda begin: f"{begin[0][:-1]}&#{ord(begin[0][-1])};", text)
     echo(text)
 
 
@@ -108,7 +108,7 @@ def note(text: str) -> None:
     try:
         click.echo(paint_report(text) if coloured else text, err=True, color=coloured)
     except OSError:  # nobody reads it, or the disk is full: a remark that is lost changes no exit code
-        drop(sys.stderr)
+        discard_output(sys.stderr)
 
 
 def remark(text: str) -> None:
@@ -118,12 +118,12 @@ def remark(text: str) -> None:
 
 def _for_people(text: str, stream: TextIO) -> str:
     """Text that hides nothing and orders nothing, also once a code page has replaced some of it."""
-    return without_orders(encodable(printable(text), stream.encoding))
+    return break_ci_commands(encodable(printable(text), stream.encoding))
 
 
-def _refuse_orders(text: str) -> None:
+def _refuse_ci_commands(text: str) -> None:
     """Ends the command where a line of a result would be an order to a CI system that reads it; a file is no log."""
-    order = None if set(OBEYING).isdisjoint(os.environ) else first_order(text)
+    order = None if set(CI_VARIABLES).isdisjoint(os.environ) else find_ci_command(text)
     if order is None:
         return
     try:
@@ -136,16 +136,16 @@ def _refuse_orders(text: str) -> None:
     raise click.ClickException(f"{said}; send the result to a file: > FILE")
 
 
-def _put(text: str, *, color: bool) -> None:
+def _print(text: str, *, color: bool) -> None:
     """Prints; when the reader has gone (as `| head` does) the command goes on, with its files and its exit code."""
     LINE.end()
     try:
         click.echo(encodable(text, sys.stdout.encoding), nl=False, color=color)
     except BrokenPipeError:
-        drop(sys.stdout)
+        discard_output(sys.stdout)
 
 
-def drop(stream: TextIO) -> None:
+def discard_output(stream: TextIO) -> None:
     """Sends what is still to be written to nowhere: Python would complain again when it closes the stream."""
     os.close(stream.fileno())  # first: no more files may be open than are now
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -157,7 +157,7 @@ def drop(stream: TextIO) -> None:
 def markdown(text: str) -> None:
     """A page of documentation: formatted where colour is wanted, as it is elsewhere."""
     if not is_coloured(sys.stdout):
-        _put(without_orders(encodable(text, sys.stdout.encoding)), color=False)
+        _print(break_ci_commands(encodable(text, sys.stdout.encoding)), color=False)
         return
     import shutil
     from io import StringIO
@@ -165,11 +165,11 @@ def markdown(text: str) -> None:
     from rich.console import Console
     from rich.markdown import Markdown
 
-    page, width = StringIO(), min(shutil.get_terminal_size().columns, WIDEST)
+    page, width = StringIO(), min(shutil.get_terminal_size().columns, MAX_PAGE_WIDTH)
     Console(file=page, force_terminal=True, color_system="standard", legacy_windows=False, width=width).print(
         Markdown(text)
     )
-    _put(without_orders(encodable(page.getvalue(), sys.stdout.encoding)), color=True)
+    _print(break_ci_commands(encodable(page.getvalue(), sys.stdout.encoding)), color=True)
 
 
 # --- What is usually done next: one line for a person at a terminal, never for a file, a pipe or CI -------------------
@@ -230,7 +230,7 @@ class Detail:
 # --- How a command that cannot go on says so, on standard error -------------------------------------------------------
 
 
-def say(error: click.ClickException) -> None:
+def print_error(error: click.ClickException) -> None:
     """An error as click writes it, through what knows colours and code pages."""
     text = StringIO()
     if isinstance(error, click.BadParameter) and error.param is not None and error.param_hint is None:

@@ -12,7 +12,7 @@ import click
 from click.core import ParameterSource
 
 from pidcfg.cli import settings
-from pidcfg.cli.console import hand_on, note, remark
+from pidcfg.cli.console import note, remark, write_user_file
 from pidcfg.cli.inputs import FILES, STDIN, UNNAMED, document
 from pidcfg.cli.main import Exit
 from pidcfg.cli.options import selects_code
@@ -37,14 +37,14 @@ if TYPE_CHECKING:
 # --- ``validate --fix`` and ``--diff``: corrected files, written whole or not at all ----------------------------------
 
 
-def fixing(inputs: Sequence[Input], rules: Rules, ctx: click.Context) -> list[Input]:
+def fix_inputs(inputs: Sequence[Input], rules: Rules, ctx: click.Context) -> list[Input]:
     """Corrects the inputs and returns them as they are now; ``--diff`` shows the corrections and ends the command."""
     diff, quiet = ctx.params["diff"], ctx.params["quiet"]
     piped = [entry for entry in inputs if entry.piped]
     asked = ctx.get_parameter_source("fmt") is not ParameterSource.DEFAULT  # a CI job's own format is nobody's wish
     if piped and not diff and (len(inputs) > 1 or (asked and ctx.params["fmt"] != "text")):
         raise click.UsageError("--fix prints the corrected text of -, so it takes no other path and no --format", ctx)
-    work = progress((_corrected(entry, rules, ctx) for entry in inputs), "correcting", len(inputs))
+    work = progress((_fix_input(entry, rules, ctx) for entry in inputs), "correcting", len(inputs))
     done = list(zip(inputs, work, strict=True))
     changed = [(entry, fixed) for entry, fixed in done if fixed.data != entry.data]
     corrected = [fixed for _, fixed in changed if fixed.fixed]
@@ -56,7 +56,7 @@ def fixing(inputs: Sequence[Input], rules: Rules, ctx: click.Context) -> list[In
         unread = any(unusable(d) for _, fixed in done for d in fixed.left)
         ctx.exit(Exit.UNUSABLE if unread else Exit.FINDINGS if corrected else Exit.OK)
     if piped:
-        hand_on(done[0][1].data)
+        write_user_file(done[0][1].data)
     else:
         replace_files({entry.name: (entry.data, fixed.data) for entry, fixed in changed})
     if not quiet:
@@ -102,7 +102,7 @@ def refuse_options(ctx: click.Context, reports: Sequence[Report]) -> None:
             raise click.ClickException(f"{reason}; nothing was corrected") from None
 
 
-def _corrected(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
+def _fix_input(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
     """One input with its corrections."""
     from pidcfg.validate.baseline import suppress
     from pidcfg.validate.fixes import Fixed, Fixer
@@ -112,7 +112,7 @@ def _corrected(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
 
     if entry.problem is not None:
         return Fixed(entry.data, (), tuple(check(document(entry))))
-    ignore = [*rules.ignore, *settings.of(ctx).ignored_in(entry.name)]
+    ignore = [*rules.ignore, *settings.settings_of(ctx).ignored_in(entry.name)]
     fixer = Fixer(
         lambda data: read_document(data, entry.name, entry.limits),
         check,

@@ -56,9 +56,9 @@ def unknown(command: click.Command, name: str) -> Iterator[str]:
     begin = variable(name, "")
     for found in sorted(os.environ):
         if found.startswith(begin) and found not in known:
-            from pidcfg.text.signs import nearest
+            from pidcfg.text.signs import closest_name
 
-            near = nearest(found, known)
+            near = closest_name(found, known)
             yield f"{found} is no variable of pidcfg {name}" + (f"; did you mean {near}?" if near else "")
 
 

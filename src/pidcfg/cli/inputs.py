@@ -84,7 +84,7 @@ def remember(stream: IO[bytes]) -> None:
     files_read(ctx).add((status.st_dev, status.st_ino))
 
 
-def mention(name: str) -> None:
+def note_name(name: str) -> None:
     """Notes the name of a file that the running command reads or looks for."""
     ctx = click.get_current_context(silent=True)
     if ctx is not None:
@@ -95,7 +95,7 @@ def note_read(name: str) -> None:
     """Notes a file that another process has read for the running command."""
     ctx = click.get_current_context(silent=True)
     if ctx is not None and name:
-        mention(name)
+        note_name(name)
         files_read(ctx).add(identity(name))
 
 
@@ -124,14 +124,14 @@ def relative(file: str, folder: Path) -> str:
 # pathspec turns a line into a regular expression. It is asked for one entry at a time, whose folders are not left
 # out; so nothing below a folder that is left out can be taken back, as with git.
 
-MOST = 2000
+MAX_GIT_LINES = 2000
 """Lines of a ``.gitignore``, and patterns of a settings file."""
-MOST_WAYS = 10_000
+MAX_PATTERN_WAYS = 10_000
 """In which the ``**`` of a pattern may lie over the folders of a path."""
 ANY, UP = "**", ".."
 STAR, SIGN = r"\[\^/\]\*", r"(?:\\.|\[\^?\]?[^\]]*\]|[^/\\\[(])"
 STARS = re.compile(rf"(?:{STAR}){{2,}}")
-BETWEEN = re.compile(rf"{STAR}((?:(?!{STAR}){SIGN})+)(?={STAR})", re.DOTALL)
+BETWEEN_STARS = re.compile(rf"{STAR}((?:(?!{STAR}){SIGN})+)(?={STAR})", re.DOTALL)
 """In a regular expression of pathspec: a star, and what stands between it and the next one of the same name."""
 
 
@@ -154,7 +154,7 @@ class Pattern(NamedTuple):
         if self.of_folders and not folder:
             return False
         text = path.rpartition("/")[2] if self.of_names else path
-        if self.jumps and comb(text.count("/") + self.jumps, self.jumps) > MOST_WAYS:
+        if self.jumps and comb(text.count("/") + self.jumps, self.jumps) > MAX_PATTERN_WAYS:
             return not self.leaves_out
         match = self.regex.search(text)
         return match is not None and match.lastindex is None  # its group is the slash behind a folder above
@@ -196,13 +196,13 @@ def _pattern(origin: str, line: str) -> Pattern | None:
         regex, leaves_out = GitIgnoreSpecPattern.pattern_to_regex(body)
         if regex is None or leaves_out is None:
             return None
-        compiled = re.compile(BETWEEN.sub(r"(?>[^/]*?\1)", STARS.sub("[^/]*", regex)))
+        compiled = re.compile(BETWEEN_STARS.sub(r"(?>[^/]*?\1)", STARS.sub("[^/]*", regex)))
     except (ValueError, re.error):
         return None
     return Pattern(f"{origin}: {line}", compiled, leaves_out, body != line, "/" not in body, body.count(ANY))
 
 
-def fault(line: str) -> str | None:
+def pattern_fault(line: str) -> str | None:
     """What is wrong with a pattern of the command line or of a settings file, and its cure."""
     if UP in line.split("/"):
         return f"{line!r} leads out of the folder that patterns begin at; run there, or put the settings there"
@@ -246,16 +246,16 @@ class Folder(NamedTuple):
 def walk(name: str, closed: Callable[[OSError], None] | None = None) -> Iterator[Folder]:
     """The folder, whatever patterns say of it, and those below it; ``closed`` is told of those that cannot be read."""
     excluded, unused = _excluded(), Reasons()
-    levels = {name: _above(name, unused)}
+    levels = {name: _gitignores_above(name, unused)}
     for place, folders, files in os.walk(name, onerror=closed):
         ignored = levels.pop(place)
         if place != name and REPOSITORY in {*folders, *files}:
             ignored = ()  # a repository of its own
         if GITIGNORE in files:
-            ignored = (*_ignored(place, unused), *ignored)
+            ignored = (*_gitignore_patterns(place, unused), *ignored)
         inside = {f: _folder(place, f, excluded, ignored) for f in sorted(folders) if not f.startswith(".")}
         yaml = (f for f in sorted(files) if Path(f).suffix.lower() in SUFFIXES)
-        read = {f: _named(place, f, excluded, ignored) for f in yaml}
+        read = {f: _exclusion_reason(place, f, excluded, ignored) for f in yaml}
         folders[:] = (f for f, reason in inside.items() if reason is None)
         levels |= {os.path.join(place, f): ignored for f in folders}  # noqa: PTH118 - as os.walk spells it
         left_out = [(f"{f}/", reason) for f, reason in inside.items() if reason is not None]
@@ -271,10 +271,12 @@ def _folder(place: str, name: str, excluded: Patterns | None, ignored: Levels) -
         return "packages of others"
     if os.path.lexists(path / ENVIRONMENT):
         return f"holds {ENVIRONMENT}"
-    return _named(place, name, excluded, ignored, folder=not path.is_symlink())
+    return _exclusion_reason(place, name, excluded, ignored, folder=not path.is_symlink())
 
 
-def _named(place: str, name: str, excluded: Patterns | None, ignored: Levels, *, folder: bool = False) -> str | None:
+def _exclusion_reason(
+    place: str, name: str, excluded: Patterns | None, ignored: Levels, *, folder: bool = False
+) -> str | None:
     """Why patterns leave an entry out, if they do: of those of git, the last of the deepest file counts."""
     if excluded is None and not ignored:
         return None
@@ -298,7 +300,7 @@ def _excluded() -> Patterns | None:
     return None if kept is None else patterns(_base(kept.root), kept.origin, kept.patterns)
 
 
-def _above(name: str, unused: Reasons) -> Levels:
+def _gitignores_above(name: str, unused: Reasons) -> Levels:
     """The patterns of the folders above one, up to the root of its repository; outside of one there are none."""
     start = Path(os.path.abspath(name))
     above: list[Path] = []
@@ -306,11 +308,11 @@ def _above(name: str, unused: Reasons) -> Levels:
         if folder != start:
             above.append(folder)
         if (folder / REPOSITORY).exists():
-            return tuple(level for folder in above for level in _ignored(str(folder), unused))
+            return tuple(level for folder in above for level in _gitignore_patterns(str(folder), unused))
     return ()
 
 
-def _ignored(folder: str, unused: Reasons) -> Iterable[Patterns]:
+def _gitignore_patterns(folder: str, unused: Reasons) -> Iterable[Patterns]:
     """The patterns of a folder's ``.gitignore``, none or one; a link or a pipe is none, for git neither."""
     path = Path(folder, GITIGNORE)
     shown = relative(str(path), Path.cwd())
@@ -324,9 +326,12 @@ def _ignored(folder: str, unused: Reasons) -> Iterable[Patterns]:
         unused.append((shown, f"cannot be read ({error.strerror}): what it names is not left out"))
         return
     lines = data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "surrogateescape").split("\n")
-    if len(data) > LARGEST_GITIGNORE or len(lines) > MOST:
+    if len(data) > LARGEST_GITIGNORE or len(lines) > MAX_GIT_LINES:
         unused.append(
-            (shown, f"has more than {LARGEST_GITIGNORE} bytes or {MOST} lines: what it names is not left out")
+            (
+                shown,
+                f"has more than {LARGEST_GITIGNORE} bytes or {MAX_GIT_LINES} lines: what it names is not left out",
+            )
         )
         return
     yield patterns(_base(folder), shown, (line.removesuffix("\r") for line in lines), numbered=True)
@@ -334,11 +339,11 @@ def _ignored(folder: str, unused: Reasons) -> Iterable[Patterns]:
 
 # --- Which YAML files in a folder are for pidcfg: those with its key, and those of which nobody can tell --------------
 
-LARGEST = 64 << 20
+MAX_SNIFF_SIZE = 64 << 20
 """Bytes of a file that is searched for the key; a larger one is read, and complained about."""
 BREAK = re.compile(rb"\r\n?|\xc2\x85|\xe2\x80[\xa8\xa9]")
-MARK = b"\xef\xbb\xbf"
-FIRST = re.compile(rb"^([ \t]*)(?!%|#|\.\.\.|[ \t])(?:---(?:[ \t]+|$))?(?:#.*$)?([^\s#].*)", re.MULTILINE)
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+FIRST_LINE = re.compile(rb"^([ \t]*)(?!%|#|\.\.\.|[ \t])(?:---(?:[ \t]+|$))?(?:#.*$)?([^\s#].*)", re.MULTILINE)
 """The first line that says something, and how far it is indented: there the keys at the top stand."""
 PLAIN = re.compile(rb"(?:[\w.$/+-]+|\"[^\"\\\n]*\"|'[^'\n]*')[ \t]*:(?:\s|$)|-(?:[ \t]|$)")
 """A key or an item in a block: what follows is read line by line. Anything else may hold keys anywhere."""
@@ -361,17 +366,17 @@ def is_for_pidcfg(name: str, data: bytes, most: int) -> bool:
     if len(data) <= most:
         return False
     try:
-        whole = read_file(name, LARGEST + 1)
+        whole = read_file(name, MAX_SNIFF_SIZE + 1)
     except (OSError, ValueError):
         return True
-    return len(whole) > LARGEST or has_key(whole)
+    return len(whole) > MAX_SNIFF_SIZE or has_key(whole)
 
 
 def has_key(data: bytes) -> bool:
     """Whether a text has the key ``pidcfg`` at the top, or may have it."""
     text = data.decode("utf-16", "replace").encode() if data.startswith(UTF16_MARKS) else data.replace(b"\0", b"")
-    text = BREAK.sub(b"\n", text.removeprefix(MARK).removeprefix(MARK))
-    first = FIRST.search(text)
+    text = BREAK.sub(b"\n", text.removeprefix(BYTE_ORDER_MARK).removeprefix(BYTE_ORDER_MARK))
+    first = FIRST_LINE.search(text)
     if first is None:
         return False
     if not PLAIN.match(first[2]):
@@ -390,7 +395,7 @@ NAME_OF_STDIN = "pidcfg.stdin"
 """Where a command keeps that name."""
 MOST_NAMES = 3
 """Names of what was left out."""
-MOST_BESIDE = 1000
+MAX_NEARBY_FILES = 1000
 """Names of a folder that are compared with one that is not there."""
 
 
@@ -428,13 +433,13 @@ def read_entries(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
             yield entry
     ctx = click.get_current_context(silent=True)
     params = {} if ctx is None else ctx.params
-    if (text := left_out(others)) and not params.get("quiet"):
+    if (text := exclusion_summary(others)) and not params.get("quiet"):
         remark(text)
-    for reason in reasons(others) if params.get("verbose") else ():
+    for reason in exclusion_reasons(others) if params.get("verbose") else ():
         remark(reason)
 
 
-def left_out(entries: Iterable[Input]) -> str:
+def exclusion_summary(entries: Iterable[Input]) -> str:
     """How many folders and files were left out, and the names of some; nothing where none was."""
     names = [entry.name for entry in entries if entry.left_out is not None]
     folders = sum(name.endswith("/") for name in names)
@@ -445,7 +450,7 @@ def left_out(entries: Iterable[Input]) -> str:
     return f"{number} left out ({', '.join(kinds)})" if names else ""
 
 
-def reasons(entries: Iterable[Input]) -> Iterator[str]:
+def exclusion_reasons(entries: Iterable[Input]) -> Iterator[str]:
     """Each entry that was left out, and why."""
     return (f"left out: {entry.name} ({entry.left_out})" for entry in entries if entry.left_out is not None)
 
@@ -454,17 +459,19 @@ def document(entry: Input) -> Document:
     """An input as a document; a file that could not be opened is one with that finding."""
     if entry.problem is None:
         return read_document(entry.data, entry.name, entry.limits)
-    cure = _beside(entry.name) or "check the path"
+    cure = _nearby_name_cure(entry.name) or "check the path"
     finding = Diagnostic("PID040", Severity.ERROR, entry.problem, entry.name, help=cure)
     return Document(entry.name, "", None, Node(None), (finding,), entry.limits)
 
 
-def _beside(name: str) -> str | None:
+def _nearby_name_cure(name: str) -> str | None:
     """The cure that names a file of the same folder whose name is like that of one that is not there."""
     path = Path(name)
     if path.exists() or not path.parent.is_dir():
         return None
-    names = (entry.name for entry in islice(path.parent.iterdir(), MOST_BESIDE) if entry.suffix.lower() in SUFFIXES)
+    names = (
+        entry.name for entry in islice(path.parent.iterdir(), MAX_NEARBY_FILES) if entry.suffix.lower() in SUFFIXES
+    )
     near = get_close_matches(path.name, names, 1, 0.7)
     return f"did you mean {(path.parent / near[0]).as_posix()}?" if near else None
 
@@ -556,7 +563,7 @@ def _inputs_below(name: str, taken: _Taken) -> Iterator[Input]:
         else:
             has_files = True
     if not has_files:
-        without = f"; {text}" if (text := left_out(others)) else ""
+        without = f"; {text}" if (text := exclusion_summary(others)) else ""
         yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key{without}")
 
 
@@ -595,7 +602,7 @@ class RememberedFiles(Disk):
     def resolve(self, name: str, other: str) -> str:
         """Notes the file that another one refers to, whether it is there or not."""
         place = super().resolve(name, other)
-        mention(place)
+        note_name(place)
         return place
 
 

@@ -46,7 +46,7 @@ def begin() -> None:
     install()
     _Waiting.begun, _Waiting.over, _Waiting.ended = True, False, None
     if hasattr(os, "register_at_fork"):
-        os.register_at_fork(after_in_child=_as_before)
+        os.register_at_fork(after_in_child=_restore_default)
 
 
 @contextmanager
@@ -60,12 +60,12 @@ def keep_signal() -> Iterator[None]:
         raise
 
 
-def over() -> None:
+def finish() -> None:
     """From here on a signal comes too late: how the command ends is known, and is about to be said."""
     _Waiting.over = True
 
 
-def _as_before() -> None:
+def _restore_default() -> None:
     """What a process of a pool does: it dies of SIGTERM."""
     if signal.getsignal(signal.SIGTERM) is _take:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -88,7 +88,7 @@ def _end(number: int) -> None:
 
 
 @contextmanager
-def whole() -> Iterator[None]:
+def uninterrupted() -> Iterator[None]:
     """A part of the program that no signal cuts in two: one that comes meanwhile counts at its end."""
     _Waiting.parts += 1
     try:

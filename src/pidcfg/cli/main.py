@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from pidcfg import __version__
-from pidcfg.cli import environment, interrupts
-from pidcfg.cli import terminal as colour
-from pidcfg.cli import terminal as glyphs
+from pidcfg.cli import environment, interrupts, terminal
 from pidcfg.cli.terminal import LINE
 
 if TYPE_CHECKING:
@@ -103,10 +101,10 @@ NO_PLUGINS = ("PYDANTIC_DISABLE_PLUGINS", "__all__")
 def load(name: str) -> click.Command:
     """A command, whose module is imported only now, with what all commands have: ``--color``, and variables."""
     command: click.Command = import_module(COMMANDS[name][0]).command
-    return environment.with_variables(colour.with_option(command), name)
+    return environment.with_variables(terminal.with_option(command), name)
 
 
-def nearest(word: str, words: Iterable[str]) -> str | None:
+def closest_command(word: str, words: Iterable[str]) -> str | None:
     """The one of the words that looks most like it, if any does."""
     from difflib import get_close_matches
 
@@ -173,7 +171,7 @@ class LazyGroup(click.Group):
         """The command; an unknown word is refused with the command that comes nearest."""
         word = args[0]
         if word not in COMMANDS and word[:1].isalpha() and not ctx.resilient_parsing:
-            near = SYNONYMS.get(word.lower()) or nearest(word, COMMANDS)
+            near = SYNONYMS.get(word.lower()) or closest_command(word, COMMANDS)
             near = f"pidcfg validate {word}" if os.path.exists(word) else near  # noqa: PTH110 - pathlib costs start-up
             ctx.fail(
                 f"no such command: {word}; " + (f"did you mean {near}?" if near else f"there are {', '.join(COMMANDS)}")
@@ -196,7 +194,7 @@ class LazyGroup(click.Group):
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(__version__, prog_name="pidcfg")
-@colour.option()
+@terminal.option()
 def cli() -> None:
     """Check, encode and simulate the PID loops of PLCs from text files.
 
@@ -218,9 +216,9 @@ def _open_streams() -> None:
 
 def _drop_stdout() -> None:
     """Sends what is still to be written to nowhere."""
-    from pidcfg.cli.console import drop
+    from pidcfg.cli.console import discard_output
 
-    drop(sys.stdout)
+    discard_output(sys.stdout)
 
 
 def _say(text: str) -> None:
@@ -245,10 +243,10 @@ def _warn(message: Warning | str, *_: object, **__: object) -> None:
 def _refuse(error: click.ClickException | OSError) -> NoReturn:
     """Ends a command that cannot go on with the reason, plainly where no more files may be open to say it."""
     try:
-        from pidcfg.cli.console import say, system_refusal
+        from pidcfg.cli.console import print_error, system_refusal
 
         if isinstance(error, click.ClickException):
-            say(error)
+            print_error(error)
         else:
             _drop_stdout()
             _say(f"Error: {system_refusal(error)}")
@@ -281,30 +279,30 @@ def main() -> None:
     os.environ.setdefault(*NO_PLUGINS)
     warnings.showwarning = _warn
     _open_streams()
-    glyphs.install()
+    terminal.install()
     try:
         interrupts.begin()
         code = _run()
         _flush()
-        interrupts.over()
+        interrupts.finish()
         sys.exit(code if isinstance(code, int) else Exit.OK)
     except (click.Abort, KeyboardInterrupt):
-        interrupts.over()
+        interrupts.finish()
         _say("interrupted")
         sys.exit(Exit.INTERRUPTED)
     except interrupts.Terminated:
-        interrupts.over()
+        interrupts.finish()
         LINE.end()
         _drop_stdout()
         sys.exit(Exit.TERMINATED)
     except (click.ClickException, OSError) as e:
-        interrupts.over()
+        interrupts.finish()
         _refuse(e)
     except MemoryError:
-        interrupts.over()
+        interrupts.finish()
         _refuse(click.ClickException("there is not enough memory"))
     except Exception:  # noqa: BLE001 - the one place where a bug becomes an exit code
-        interrupts.over()
+        interrupts.finish()
         import traceback
 
         _say(traceback.format_exc().rstrip("\n"))

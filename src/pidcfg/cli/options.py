@@ -178,10 +178,10 @@ STDIN_FILENAME = click.option(
 def _excluded(ctx: click.Context, param: click.Parameter, lines: tuple[str, ...]) -> tuple[str, ...]:
     """Keeps the patterns of the command line for whoever walks a folder; those of settings are kept by themselves."""
     if lines and ctx.get_parameter_source(param.name or "") is not ParameterSource.DEFAULT_MAP:
-        from pidcfg.cli.inputs import EXCLUDED, Exclusion, fault
+        from pidcfg.cli.inputs import EXCLUDED, Exclusion, pattern_fault
 
         for line in lines:
-            if wrong := fault(line):
+            if wrong := pattern_fault(line):
                 raise click.BadParameter(wrong, ctx, param)
         ctx.meta[EXCLUDED] = Exclusion(Path.cwd(), "--exclude", lines)
     return lines

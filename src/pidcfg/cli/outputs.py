@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 import click
 
-from pidcfg.cli.console import echo, hand_on
+from pidcfg.cli.console import echo, write_user_file
 from pidcfg.cli.inputs import one_file, was_read
-from pidcfg.cli.interrupts import whole
+from pidcfg.cli.interrupts import uninterrupted
 from pidcfg.cli.terminal import encodable
 from pidcfg.text.reader import STREAM, open_file, read_file
 from pidcfg.text.signs import UNPRINTABLE
@@ -52,7 +52,7 @@ def temporary_for(target: Path) -> tuple[int, Path]:
     _remove_left(target)
     while True:
         path = target.with_name(f"{_beginning(target)}{os.urandom(RANDOM // 2).hex()}{SUFFIX}")
-        with whole():
+        with uninterrupted():
             try:
                 handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600)
             except FileExistsError:
@@ -73,14 +73,14 @@ def temporary_for(target: Path) -> tuple[int, Path]:
 
 def discard(path: Path) -> None:
     """Removes a temporary file, if it is still there, and gives up its lock."""
-    with whole(), suppress(OSError):
+    with uninterrupted(), suppress(OSError):
         path.unlink(missing_ok=True)
     release(path)
 
 
 def release(path: Path) -> None:
     """Gives up the lock of a file that is in its place now."""
-    with whole():
+    with uninterrupted():
         lock = LOCKS.pop(path, -1)
         if lock != -1:
             os.close(lock)
@@ -183,7 +183,7 @@ def write_files(
             _refuse(name, targets[name], force=force or name in renewed or _holds(targets[name], content))
         for name, content in contents.items():
             staged.append(Staged(name, targets[name], _stage(targets[name], content)))
-        with whole():
+        with uninterrupted():
             _commit(staged)
     except OSError as error:
         raise _failed(name, error) from None
@@ -405,7 +405,7 @@ def print_patch(text: str) -> None:
     if sys.stdout.isatty():
         echo(text)
     else:
-        hand_on(text.encode())
+        write_user_file(text.encode())
 
 
 def _lines(data: bytes) -> list[str]:

@@ -136,7 +136,7 @@ def _with_baseline(
         return relative(file, folder)
 
     if rules.create:
-        result.known = [d for d in result.kept if baseline.enters(d) and d.file != UNNAMED]
+        result.known = [d for d in result.kept if baseline.may_be_in_baseline(d) and d.file != UNNAMED]
         new_ids = {id(d) for d in result.known}
         result.kept = [d for d in result.kept if id(d) not in new_ids]
         text = baseline.to_text(baseline.entry(d, file_of) for d in result.known)

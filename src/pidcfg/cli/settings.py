@@ -18,7 +18,7 @@ from pidcfg.cli.options import only_file
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import UP
 from pidcfg.text.reader import read_file
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 # --- The keys of a settings file, and the JSON Schema for editors that is generated from them -------------------------
 
 PER_FILE, EXCLUDE = "per-file-ignores", "exclude"
-EXCLUDES = f"{EXCLUDE} of "
+EXCLUDE_REASON = f"{EXCLUDE} of "
 """How the reason begins why a settings file leaves an entry out of a folder."""
-LARGEST = 1 << 18
+MAX_FILE_SIZE = 1 << 18
 """Bytes of a settings file; a byte of TOML takes up to 600 of memory."""
-MOST = 200
+MAX_PATTERNS = 200
 """Patterns of ``exclude``."""
 
 
@@ -43,7 +43,7 @@ class Key(NamedTuple):
 
 
 # fmt: off
-KEYS = {
+SETTINGS_KEYS = {
     "select": Key("codes", "Only rules whose code begins so.", '["DL2", "PID101"]'),
     "ignore": Key("codes", "Rules whose code begins so are left out.", '["DL220"]'),
     "severity": Key("severity", "Findings of this severity and above are shown.", '"warning"'),
@@ -60,7 +60,7 @@ KEYS = {
     ),
 }
 """All there is."""
-REFUSED = {
+REFUSED_KEYS = {
     "tool": "in pidcfg.toml the keys stand at the top, without [tool.pidcfg]",
     "limit": "limits on untrusted input are raised on the command line only (--limit)",
     "limits": "limits on untrusted input are raised on the command line only (--limit)",
@@ -70,8 +70,8 @@ REFUSED = {
 """Keys that users may expect, and why they do not exist."""
 # fmt: on
 SEVERITIES = ("error", "warning", "info")
-ALIASES = {key.replace("-", "_"): key for key in KEYS}
-OPTIONS = frozenset(KEYS) - {PER_FILE}
+ALIASES = {key.replace("-", "_"): key for key in SETTINGS_KEYS}
+OPTIONS = frozenset(SETTINGS_KEYS) - {PER_FILE}
 """Keys that are options of the command too."""
 
 
@@ -87,10 +87,10 @@ def settings_schema() -> dict[str, Any]:
         "severity": {"enum": list(SEVERITIES)},
         "format": {"enum": list(formats_of("validate"))},
         "path": {"type": "string", "minLength": 1},
-        "patterns": {"type": "array", "items": {"type": "string", "minLength": 1}, "maxItems": MOST},
+        "patterns": {"type": "array", "items": {"type": "string", "minLength": 1}, "maxItems": MAX_PATTERNS},
         "table": {"type": "object", "additionalProperties": codes},
     }
-    properties = {key: {**kinds[row.kind], "description": row.text} for key, row in KEYS.items()}
+    properties = {key: {**kinds[row.kind], "description": row.text} for key, row in SETTINGS_KEYS.items()}
     return {
         "$schema": DIALECT,
         "type": "object",
@@ -102,7 +102,7 @@ def settings_schema() -> dict[str, Any]:
 
 # --- The check of a settings file: keys, types and codes, and the complaint with line and column ----------------------
 
-SHOWN = 60
+MAX_VALUE_LENGTH = 60
 """Characters of a value."""
 
 
@@ -130,11 +130,11 @@ def check_table(table: Any, name: str, text: str, within: str, root: Path) -> di
 
 
 def _value(key: str, value: Any, file: _File) -> Any:
-    row = KEYS.get(key)
+    row = SETTINGS_KEYS.get(key)
     if row is None:
-        near = ALIASES.get(key) or nearest(key, KEYS)
-        cure = f"did you mean {near}?" if near else f"known keys: {', '.join(KEYS)}"
-        file.refuse(key, f"unknown key {key!r}", REFUSED.get(key, cure))
+        near = ALIASES.get(key) or closest_name(key, SETTINGS_KEYS)
+        cure = f"did you mean {near}?" if near else f"known keys: {', '.join(SETTINGS_KEYS)}"
+        file.refuse(key, f"unknown key {key!r}", REFUSED_KEYS.get(key, cure))
     return CHECKS[row.kind](key, value, file)
 
 
@@ -143,7 +143,7 @@ def _codes(key: str, value: Any, file: _File) -> list[str]:
     from pidcfg.validate.catalog import rules, suggestion
 
     if not isinstance(value, list) or not all(isinstance(code, str) for code in value):
-        file.refuse(key, f"{key} must be a list of codes", f"write {key} = {KEYS['select'].example}")
+        file.refuse(key, f"{key} must be a list of codes", f"write {key} = {SETTINGS_KEYS['select'].example}")
     codes = list(dict.fromkeys(value))
     for code in codes:
         if not code.strip() or not rules(code.upper()):
@@ -151,27 +151,29 @@ def _codes(key: str, value: Any, file: _File) -> list[str]:
     return [code.upper() for code in codes]
 
 
-def _quoted(value: object) -> str:
+def _shortened_value(value: object) -> str:
     """A value as a complaint has it, shortened."""
     try:
         text = repr(value)
     except ValueError:
         return "a number of too many digits"
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
+    return text if len(text) <= MAX_VALUE_LENGTH else f"{text[:MAX_VALUE_LENGTH]}…"
 
 
 def _switch(key: str, value: Any, file: _File) -> bool:
     if not isinstance(value, bool):
-        file.refuse(key, f"{key} must be true or false, not {_quoted(value)}", f"write {key} = true, without quotes")
+        file.refuse(
+            key, f"{key} must be true or false, not {_shortened_value(value)}", f"write {key} = true, without quotes"
+        )
     return value
 
 
 def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
     def choice(key: str, value: Any, file: _File) -> str:
         if not isinstance(value, str) or value not in words:
-            near = nearest(value, words) if isinstance(value, str) else None
+            near = closest_name(value, words) if isinstance(value, str) else None
             cure = f"did you mean {near}?" if near else None
-            file.refuse(key, f"{key} is {_quoted(value)}, not one of {', '.join(words)}", cure)
+            file.refuse(key, f"{key} is {_shortened_value(value)}, not one of {', '.join(words)}", cure)
         return value
 
     return choice
@@ -180,7 +182,7 @@ def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
 def _path(key: str, value: Any, file: _File) -> str:
     """A path that stays below the folder of the settings file, links included."""
     if not isinstance(value, str) or not value:
-        file.refuse(key, f"{key} must be the path of a file, not {_quoted(value)}")
+        file.refuse(key, f"{key} must be the path of a file, not {_shortened_value(value)}")
     try:
         target, root = (file.root / value).resolve(), file.root.resolve()
     except (OSError, ValueError, RuntimeError):
@@ -192,14 +194,14 @@ def _path(key: str, value: Any, file: _File) -> str:
 
 def _patterns(key: str, value: Any, file: _File) -> list[str]:
     """Lines of ``.gitignore``."""
-    from pidcfg.cli.inputs import fault
+    from pidcfg.cli.inputs import pattern_fault
 
     if not isinstance(value, list) or not all(isinstance(line, str) for line in value):
-        file.refuse(key, f"{key} must be a list of patterns", f"write {key} = {KEYS[key].example}")
-    if len(value) > MOST:
-        file.refuse(key, f"{key} has more than {MOST} patterns", "name their folder")
+        file.refuse(key, f"{key} must be a list of patterns", f"write {key} = {SETTINGS_KEYS[key].example}")
+    if len(value) > MAX_PATTERNS:
+        file.refuse(key, f"{key} has more than {MAX_PATTERNS} patterns", "name their folder")
     for line in value:
-        if wrong := fault(line):
+        if wrong := pattern_fault(line):
             file.refuse(key, wrong, value=line)
     return value
 
@@ -207,7 +209,7 @@ def _patterns(key: str, value: Any, file: _File) -> list[str]:
 def _per_file(key: str, value: Any, file: _File) -> dict[str, list[str]]:
     """A table of patterns."""
     if not isinstance(value, dict):
-        file.refuse(key, f"{key} must be a table of patterns", f"write {key} = {KEYS[key].example}")
+        file.refuse(key, f"{key} must be a table of patterns", f"write {key} = {SETTINGS_KEYS[key].example}")
     for glob in value:
         if not glob.strip("/") or "\\" in glob:
             file.refuse(key, f"{glob!r} is no pattern of paths", "write it with forward slashes", glob)
@@ -264,12 +266,12 @@ REPOSITORY = ".git"
 HAS_TABLE = re.compile(rb"tool[\"' \t]*\.[\"' \t]*pidcfg|^[ \t]*\[?[\"' \t]*tool[\"' \t]*[\]=]", re.MULTILINE)
 """What a shared file must hold before it is read as TOML."""
 SETTINGS, CONFIG_FILE, IS_ISOLATED = "pidcfg.settings", "pidcfg.config", "pidcfg.isolated"
-TOKEN = re.compile(
+TOML_TOKEN = re.compile(
     rb"""\"{3}(?:[^\\]|\\.)*?\"{3}|'{3}.*?'{3}|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\.|[\w-]+|[^\S\n]+|(?P<ends>\#[^\n]*|.)""",
     re.DOTALL,
 )
 """A text, a dot, a word, blanks; what ends a key."""
-MOST_DOTS = 31
+MAX_KEY_DOTS = 31
 """In the key of a settings file."""
 PARAMETERS = {"format": "fmt"}
 """Keys whose option is kept under another name."""
@@ -306,13 +308,13 @@ class Settings:
         return [code for pattern, codes in self.per_file_ignores.items() if matches(pattern, path) for code in codes]
 
 
-def of(ctx: click.Context) -> Settings:
+def settings_of(ctx: click.Context) -> Settings:
     """The settings of the running command."""
     settings: Settings = ctx.meta[SETTINGS]
     return settings
 
 
-def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
+def apply_settings(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
     """Callback of the paths, which come before the options: settings become the options' defaults."""
     del param
     if ctx.resilient_parsing:
@@ -320,9 +322,11 @@ def take(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> 
     config, isolated = ctx.meta.get(CONFIG_FILE), ctx.meta.get(IS_ISOLATED, False)
     if config is not None and isolated:
         raise click.UsageError("--config and --isolated exclude each other", ctx)
-    settings = Settings() if isolated or not paths else _settings([place_of(path) for path in paths], config)
+    settings = Settings() if isolated or not paths else _settings([search_start(path) for path in paths], config)
     ctx.meta[SETTINGS] = settings
-    ctx.meta[EXCLUDED] = Exclusion(settings.root, f"{EXCLUDES}{settings.file}", tuple(settings.values.get(EXCLUDE, ())))
+    ctx.meta[EXCLUDED] = Exclusion(
+        settings.root, f"{EXCLUDE_REASON}{settings.file}", tuple(settings.values.get(EXCLUDE, ()))
+    )
     options = {PARAMETERS.get(k, k): v for k, v in settings.values.items() if k in OPTIONS}
     ctx.default_map = {**(ctx.default_map or {}), **options}
     return paths
@@ -332,33 +336,37 @@ def _settings(paths: Sequence[str], config: str | None) -> Settings:
     """The settings of a file that was named, or of the one that all paths have."""
     if config is not None:
         path = Path(config)
-        data = _bytes(path, config)
-        return _loaded(path, config, data)
+        data = _read_settings(path, config)
+        return _load_settings(path, config, data)
     files: dict[Path | None, str] = {}
-    starts = {_start(name): name for name in reversed(paths)}
+    starts = {_start_folder(name): name for name in reversed(paths)}
     for folder, name in reversed(starts.items()):
-        files.setdefault(_first(_above(folder)), name)
+        files.setdefault(_first_with_table(_candidates_from(folder)), name)
     if len(files) > 1:
-        examples = [f"{name}: {_shown(file) if file else 'none'}" for file, name in files.items()]
+        examples = [f"{name}: {_name_in_messages(file) if file else 'none'}" for file, name in files.items()]
         raise click.UsageError(
             f"the paths have different settings ({'; '.join(examples[:2])}); choose with --config FILE or --isolated, "
             "or check them one by one"
         )
     (file,) = files
-    return Settings() if file is None else _loaded(file, _shown(file), _bytes(file, _shown(file)))
+    return (
+        Settings()
+        if file is None
+        else _load_settings(file, _name_in_messages(file), _read_settings(file, _name_in_messages(file)))
+    )
 
 
-def _first(places: Sequence[Path]) -> Path | None:
+def _first_with_table(places: Sequence[Path]) -> Path | None:
     """The first of these files that exists and has a pidcfg table."""
     for path in places:
         if path.is_file():
-            data = _bytes(path, _shown(path)) if path.name != SETTINGS_FILE else b""
-            if path.name == SETTINGS_FILE or (HAS_TABLE.search(data) and _has_table(_shown(path), data)):
+            data = _read_settings(path, _name_in_messages(path)) if path.name != SETTINGS_FILE else b""
+            if path.name == SETTINGS_FILE or (HAS_TABLE.search(data) and _has_table(_name_in_messages(path), data)):
                 return path
     return None
 
 
-def place_of(path: str) -> str:
+def search_start(path: str) -> str:
     """Where the search for settings begins: standard input is where its name is, else in the working directory."""
     from pidcfg.cli.inputs import STDIN, UNNAMED, name_of
 
@@ -366,18 +374,18 @@ def place_of(path: str) -> str:
     return STDIN if name == UNNAMED else name
 
 
-def candidates(first: str) -> list[Path]:
+def settings_candidates(first: str) -> list[Path]:
     """Where settings may stand: from the folder of the first input upward, to the root of its repository at most."""
-    return _above(_start(first))
+    return _candidates_from(_start_folder(first))
 
 
-def _start(name: str) -> Path:
+def _start_folder(name: str) -> Path:
     """The folder of an input; links are not followed."""
     start = Path(os.path.abspath("." if name == "-" else name))
     return start if start.is_dir() else start.parent
 
 
-def _above(start: Path) -> list[Path]:
+def _candidates_from(start: Path) -> list[Path]:
     """Where settings may stand from a folder upward."""
     places = []
     for folder in (start, *start.parents):
@@ -387,18 +395,18 @@ def _above(start: Path) -> list[Path]:
     return places
 
 
-def _shown(path: Path) -> str:
+def _name_in_messages(path: Path) -> str:
     """A path as messages name it: from the working directory."""
     return relative(str(path), Path.cwd())
 
 
-def _bytes(path: Path, name: str) -> bytes:
+def _read_settings(path: Path, name: str) -> bytes:
     try:
-        data = read_file(path, LARGEST + 1)
+        data = read_file(path, MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         raise click.ClickException(f"cannot read {name}: {getattr(error, 'strerror', None) or error}") from None
-    if len(data) > LARGEST:
-        raise click.ClickException(f"{name} is larger than {LARGEST} bytes")
+    if len(data) > MAX_FILE_SIZE:
+        raise click.ClickException(f"{name} is larger than {MAX_FILE_SIZE} bytes")
     return data
 
 
@@ -414,7 +422,7 @@ TOML_CURES = (
 
 
 @lru_cache(maxsize=1)
-def _parsed(name: str, data: bytes) -> dict[str, Any]:
+def _parse_toml(name: str, data: bytes) -> dict[str, Any]:
     """The tables of a TOML file; a usage error with line and column where it is none."""
     import tomllib
 
@@ -445,26 +453,26 @@ def _place_of_digits(data: bytes) -> str:
 def _refuse_depth(name: str, data: bytes) -> None:
     """Ends the command at a key of too many parts: the parser keeps its beginnings, 10 GB for 100 kB of ``a.a.a``."""
     dots = 0
-    for token in TOKEN.finditer(data):
+    for token in TOML_TOKEN.finditer(data):
         if token[0] == b".":
             dots += 1
         elif token["ends"]:
             dots = 0
-        if dots > MOST_DOTS:
+        if dots > MAX_KEY_DOTS:
             before = data[: token.start()].decode("utf-8", "replace").split("\n")
-            message = f"{name}:{len(before)}:{len(before[-1]) + 1}: a key of more than {MOST_DOTS + 1} parts"
+            message = f"{name}:{len(before)}:{len(before[-1]) + 1}: a key of more than {MAX_KEY_DOTS + 1} parts"
             raise click.ClickException(f"{message}; write tables of one or two names, as [tool.pidcfg]")
 
 
 def _has_table(name: str, data: bytes) -> bool:
     """Whether a shared file has a pidcfg table."""
-    tool = _parsed(name, data).get("tool")
+    tool = _parse_toml(name, data).get("tool")
     return isinstance(tool, dict) and "pidcfg" in tool
 
 
-def _loaded(path: Path, name: str, data: bytes) -> Settings:
+def _load_settings(path: Path, name: str, data: bytes) -> Settings:
     """The settings of one file, checked."""
-    table: Any = _parsed(name, data)
+    table: Any = _parse_toml(name, data)
     within = ""
     if path.name == PYPROJECT:
         within = TABLE
@@ -474,9 +482,9 @@ def _loaded(path: Path, name: str, data: bytes) -> Settings:
     return Settings(name, root, check_table(table, name, data.decode("utf-8-sig"), within, root))
 
 
-def report(ctx: click.Context) -> str:
+def settings_report(ctx: click.Context) -> str:
     """Which file was used, and what holds now."""
-    settings = of(ctx)
+    settings = settings_of(ctx)
     lines = [f"settings file: {settings.file or 'none'}"]
     for key in sorted(OPTIONS):
         name = PARAMETERS.get(key, key)
@@ -485,19 +493,22 @@ def report(ctx: click.Context) -> str:
         variable = next((option.envvar for option in ctx.command.params if option.name == name), None)
         origins = {"COMMANDLINE": "command line", "ENVIRONMENT": variable, "DEFAULT_MAP": settings.file}
         origin = origins.get(source.name if source else "")
-        lines.append(f"{key} = {_text(value)}" + (f"  # {origin}" if origin else ""))
-    lines += [f"{PER_FILE}.{_text(glob)} = {_text(codes)}" for glob, codes in settings.per_file_ignores.items()]
+        lines.append(f"{key} = {_setting_text(value)}" + (f"  # {origin}" if origin else ""))
+    lines += [
+        f"{PER_FILE}.{_setting_text(glob)} = {_setting_text(codes)}"
+        for glob, codes in settings.per_file_ignores.items()
+    ]
     return "\n".join(lines) + "\n"
 
 
-def _text(value: object) -> str:
+def _setting_text(value: object) -> str:
     import json
 
     return json.dumps(value, ensure_ascii=False) if value is not None else '""'
 
 
 def _remember(name: str) -> Callable[[click.Context, click.Parameter, Any], None]:
-    """Keeps an option for `take`, which runs after it."""
+    """Keeps an option for `apply_settings`, which runs after it."""
 
     def keep(ctx: click.Context, param: click.Parameter, value: Any) -> None:
         del param

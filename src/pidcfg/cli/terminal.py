@@ -172,10 +172,10 @@ def is_coloured(stream: Any) -> bool:
         return False
     if any(os.environ.get(name, "0") not in {"", "0"} for name in ("FORCE_COLOR", "CLICOLOR_FORCE")):
         return True
-    return terminal(stream)
+    return is_terminal(stream)
 
 
-def terminal(stream: Any) -> bool:
+def is_terminal(stream: Any) -> bool:
     """Whether a stream is a terminal that knows more than lines."""
     return stream is not None and bool(stream.isatty()) and os.environ.get("TERM") != "dumb"
 
@@ -306,7 +306,7 @@ LINE = Line()
 
 def is_watched() -> bool:
     """Whether stderr is a terminal: progress is shown nowhere else."""
-    return sys.stderr is not None and terminal(sys.stderr)
+    return sys.stderr is not None and is_terminal(sys.stderr)
 
 
 def _bar() -> Progress:

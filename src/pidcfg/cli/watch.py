@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pidcfg.cli import terminal as colour
-from pidcfg.cli.console import note, remark, say, system_refusal
+from pidcfg.cli import terminal
+from pidcfg.cli.console import note, print_error, remark, system_refusal
 from pidcfg.cli.inputs import NAMES, READ, STDIN, expand
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
@@ -87,7 +87,7 @@ class WatchCommand(click.Command):
                 if not ctx.params["quiet"]:
                     remark(f"changed: {', '.join(changed)}")
         except KeyboardInterrupt:
-            if colour.terminal(sys.stderr):
+            if terminal.is_terminal(sys.stderr):
                 note("")  # the terminal has written ^C
             note("interrupted" if code == Exit.INTERRUPTED else f"stopped; the last run ended with exit code {code}")
         return code
@@ -103,7 +103,7 @@ class WatchCommand(click.Command):
         except click.exceptions.Exit as end:
             return end.exit_code
         except click.ClickException as error:
-            say(error)
+            print_error(error)
             return Exit.UNUSABLE
         except BrokenPipeError:
             raise
@@ -131,13 +131,13 @@ def refuse(ctx: click.Context) -> None:
 
 def watched_files(ctx: click.Context) -> Iterator[str]:
     """The files of a command: what its paths stand for, what it has read, and where settings may be."""
-    from pidcfg.cli.settings import CONFIG_FILE, candidates
+    from pidcfg.cli.settings import CONFIG_FILE, settings_candidates
 
     paths: Sequence[str] = ctx.params["paths"]
     yield from ctx.meta.get(NAMES, ())
     for name in expand(paths):
         yield from _below(name) if Path(name).is_dir() else (name,)
-    for place in {place for name in paths for place in candidates(name)}:
+    for place in {place for name in paths for place in settings_candidates(name)}:
         yield os.path.relpath(place)
     yield from filter(None, (ctx.params.get("baseline"), ctx.meta.get(CONFIG_FILE)))
 
@@ -193,5 +193,5 @@ def wait_until_settled(ctx: click.Context, seen: Mapping[str, State]) -> dict[st
 
 def clear() -> None:
     """An empty screen for the next run, where there is a screen."""
-    if colour.terminal(sys.stdout):
+    if terminal.is_terminal(sys.stdout):
         click.clear()

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 from pidcfg.encoders.codecs import WORD_MAX
 from pidcfg.encoders.image import Cell, Image
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import to_left, width_of
+from pidcfg.text.signs import pad_right, width_of
 from pidcfg.text.writer import json_line, json_text
 
 if TYPE_CHECKING:
@@ -312,7 +312,7 @@ def write_text(image: Image, checklist: tuple[str, ...] = ()) -> str:
     long = max((5, *(len(c.text) for c in image.cells)))
     width = max((width_of(c.loop or "-") for c in image.cells), default=1)
     lines += [
-        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {to_left(_bare(c.loop), width)}  {c.field}"
+        f"{c.address:<7} {c.hex:>{wide}}  {c.text:>{long}}  {pad_right(_bare(c.loop), width)}  {c.field}"
         for c in image.cells
     ]
     return "\n".join(lines) + "\n"

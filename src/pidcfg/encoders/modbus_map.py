@@ -26,7 +26,7 @@ from pidcfg.encoders.regmap import BIT, SINGLE, WORD
 from pidcfg.schemas.iec import Wire
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -214,7 +214,7 @@ def _row(cells: list[tuple[str, int]], header: tuple[str, ...], line: int) -> Ro
 def _type(row: Row, text: str) -> str:
     kind = text.lower()
     if kind not in WIDTHS:
-        near = nearest(kind, WIDTHS)
+        near = closest_name(kind, WIDTHS)
         cure = f"did you mean {near}?" if near else f"write one of {', '.join(WIDTHS)}"
         raise row.wrong("type", f"{text!r} is no type; {cure}" if text else f"the type is missing; {cure}")
     if (kind == "bool") < (row.table in BITS):
@@ -493,7 +493,7 @@ def read_symbol_map(text: str, symbols: Symbols) -> NamedNumbering:
             _refuse_again(row, [single[point.name]] if point.name in single else [])
             single[point.name] = _of_point(row, point)
         elif not symbols.is_foreign(row.symbol):
-            near = nearest(row.symbol, symbols.points)
+            near = closest_name(row.symbol, symbols.points)
             cure = f"did you mean {near}?" if near else "write the name of a parameter"
             raise row.wrong("symbol", f"{row.symbol!r} is not {symbols.title}; {cure}")
     return _numbering(symbols, single, banks, rows[-1].line)

@@ -26,7 +26,7 @@ from pidcfg.encoders.listing import (
 from pidcfg.encoders.parameters import TYPES, Content, Entry, Program, content_text, read_content
 from pidcfg.schemas.iec import BOOL, DINT, REAL, IecType, Wire
 from pidcfg.schemas.numbers import NUMBER
-from pidcfg.text.signs import to_left, width_of
+from pidcfg.text.signs import pad_right, width_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -60,7 +60,7 @@ def write_text(image: Program, checklist: tuple[str, ...] = ()) -> str:
     wide = max((width_of(bare(c.address)) for c in image.cells), default=1)
     for cell in image.cells:
         content = f"{WIRED} {cell.raw.text}" if isinstance(cell.raw, Wire) else content_text(cell.type, cell.raw)
-        lines.append(f"{to_left(bare(cell.address), wide)}  {cell.type.name:<5} {content}")
+        lines.append(f"{pad_right(bare(cell.address), wide)}  {cell.type.name:<5} {content}")
     return "\n".join(lines) + "\n"
 
 

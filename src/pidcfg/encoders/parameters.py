@@ -47,7 +47,7 @@ from pidcfg.schemas.limits import limits_at
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import put, steps, value_at
 from pidcfg.text.references import Decision
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -286,7 +286,7 @@ def value_of(content: Content) -> Decimal | bool | str:
 
 def unknown_name(name: str, key: str, keys: Iterable[str], kind: str) -> DecodeError:
     """The error of a name with a key that there is none of: it would leave a default in place."""
-    near = nearest(key, keys)
+    near = closest_name(key, keys)
     cure = f"; did you mean {near}?" if near else ""
     return DecodeError(f"{name[:SHOWN]}: {key[:SHOWN]!r} is not {kind}{cure}", name)
 

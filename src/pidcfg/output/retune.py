@@ -15,7 +15,7 @@ from pidcfg.schemas.numbers import decimal_text
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import steps, value_at
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 from pidcfg.text.source import read_document
 from pidcfg.tuning.robust import DIGITS, fit_loop
 from pidcfg.tuning.rules import TuningError
@@ -146,7 +146,7 @@ def _loop_of(found: Checked, into: Into) -> tuple[Vendor, int]:
             raise ArgumentError(f"{into.name} has several loops, say which with `loop`: {listed}", "loop")
         return vendor, 0
     if names.count(into.loop) != 1:
-        near = nearest(into.loop, names)
+        near = closest_name(into.loop, names)
         meant = f"; did you mean {near}?" if near and near != into.loop else ""
         raise ArgumentError(f"`loop` {into.loop!r}: {into.name} has {listed}{meant}", "loop")
     return vendor, names.index(into.loop)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from pidcfg.pictures.layout import HELD_ROLES, drawable, explain_marks, number_marks, plain, unit_of_time, with_unit
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import to_right, width_of
+from pidcfg.text.signs import pad_left, width_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -105,7 +105,7 @@ def _cut(text: str, width: int, signs: Signs) -> str:
 
 
 def _gutter(text: str, signs: Signs) -> str:
-    return to_right(_cut(plain(text), signs.gutter - 1, signs), signs.gutter) + " "
+    return pad_left(_cut(plain(text), signs.gutter - 1, signs), signs.gutter) + " "
 
 
 # --- panels ----------------------------------------------------------------------------------------------------------

@@ -137,11 +137,11 @@ def parse_name(value: object) -> str:
         message = f"a name of {len(text)} characters; the limit is {NAME_LENGTH}"
         refuse("name_form", message, help="shorten it; a long text can stand in description")
     if not NAME.fullmatch(text) or "  " in text:
-        from pidcfg.text.signs import said_of
+        from pidcfg.text.signs import lookalike_remark
 
         refuse(
             "name_form",
-            f"{text!r} is not usable as a name{said_of(text)}",
+            f"{text!r} is not usable as a name{lookalike_remark(text)}",
             help="begin with a letter or digit; letters, digits, blanks and _ - . / # may follow",
         )
     return text

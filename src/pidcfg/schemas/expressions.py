@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -210,7 +210,7 @@ class Parser:
 
     def similar(self, word: str) -> str:
         """A cure: the declared name or function that looks most like the word."""
-        near = nearest(word, [*self.names, *FUNCTIONS])
+        near = closest_name(word, [*self.names, *FUNCTIONS])
         return f"did you mean {near!r}?" if near else self.cure
 
     def close(self) -> None:

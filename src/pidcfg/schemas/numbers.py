@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 
 from pydantic_core import PydanticCustomError
 
-from pidcfg.text.signs import code, describe_sign, find_lookalike, plain
+from pidcfg.text.signs import code_point, describe_sign, find_lookalike, to_ascii
 
 # ----------------------------------------------------------------------------------------------------------------------
 # What a text that is no number was meant as, in a cure: decimal commas, signs between thousands, units, dashes.
@@ -38,12 +38,12 @@ KEPT = frozenset(
 
 def cure(text: str) -> str | None:
     """How to write the number that a text seems to mean; None where nothing can be said."""
-    bare = plain(text)
+    bare = to_ascii(text)
     if decimal := _decimal(bare):
         return decimal
     if bare != text and WRITTEN_NUMBER.fullmatch(bare):
         sign = find_lookalike(text)
-        return f"write {bare}" + (f": {code(sign)} is {describe_sign(sign)}" if sign else "")
+        return f"write {bare}" + (f": {code_point(sign)} is {describe_sign(sign)}" if sign else "")
     if WRITTEN_NUMBER.fullmatch(bare.translate(LIKE_DIGITS)):
         return f"write {bare.translate(LIKE_DIGITS)}: a letter stands where a digit belongs"
     match = WITH_UNIT.fullmatch(bare)
@@ -57,7 +57,7 @@ def cure(text: str) -> str | None:
 
 def alone(text: str) -> str:
     """How to write a number where no unit may stand."""
-    bare = plain(text)
+    bare = to_ascii(text)
     match = WITH_UNIT.fullmatch(bare)
     if match and WRITTEN_NUMBER.fullmatch(match["number"]):
         return f"write {match['number']} alone, without {match['unit']}"
@@ -79,7 +79,7 @@ def _decimal(text: str) -> str | None:
 
 def range_of(text: str) -> str | None:
     """How to write the range that a text seems to mean; None where nothing can be said."""
-    match = BETWEEN.fullmatch(plain(text))
+    match = BETWEEN.fullmatch(to_ascii(text))
     return f"write [{match['low']}, {match['high']}]" if match else None
 
 

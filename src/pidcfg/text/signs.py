@@ -18,7 +18,7 @@ CONTROL = "\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
 """DEL, the control characters of Latin-1, separators of lines, and what turns the direction of writing round."""
 UNPRINTABLE = re.compile(f"[\x00-\x08\x0b-\x1f{CONTROL}]")
 """What must reach no terminal, log or page as it is."""
-ORDER = re.compile(r"(?:^|(?<=\r))[^\S\r\n]*:(?=:)|#(?=#\w*\[)", re.MULTILINE)
+CI_COMMAND = re.compile(r"(?:^|(?<=\r))[^\S\r\n]*:(?=:)|#(?=#\w*\[)", re.MULTILINE)
 """How an order begins that a CI system takes out of a log: ``::add-mask::`` of GitHub first on a line, and anywhere its
 ``##[add-mask]``, ``##vso[…]`` of Azure and ``##teamcity[…]``; a sign behind it is the end of the order."""
 FORMULA = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20", "\t", "\r", "\n", "'")
@@ -30,14 +30,14 @@ def printable(text: str) -> str:
     return UNPRINTABLE.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
-def first_order(text: str) -> re.Match[str] | None:
+def find_ci_command(text: str) -> re.Match[str] | None:
     """Where a CI system finds an order first."""
-    return ORDER.search(text) if "::" in text or "##" in text else None
+    return CI_COMMAND.search(text) if "::" in text or "##" in text else None
 
 
-def without_orders(text: str) -> str:
+def break_ci_commands(text: str) -> str:
     """Text for people and logs in which no CI system finds an order: a blank stands where one would begin."""
-    return text if first_order(text) is None else ORDER.sub(lambda begin: f"{begin[0]} ", text)
+    return text if find_ci_command(text) is None else CI_COMMAND.sub(lambda begin: f"{begin[0]} ", text)
 
 
 def one_line(text: str) -> str:
@@ -61,12 +61,12 @@ def width_of(text: str) -> int:
     return sum(0 if category(c) in {"Mn", "Me", "Cf"} else 1 + (east_asian_width(c) in WIDE) for c in text)
 
 
-def to_left(text: str, width: int) -> str:
+def pad_right(text: str, width: int) -> str:
     """The text with blanks behind it up to a width in columns."""
     return text + " " * (width - width_of(text))
 
 
-def to_right(text: str, width: int) -> str:
+def pad_left(text: str, width: int) -> str:
     """The text with blanks before it up to a width in columns."""
     return " " * (width - width_of(text)) + text
 
@@ -118,12 +118,12 @@ def meant_sign(sign: str) -> str:
     return sign if digit is None else str(digit)
 
 
-def plain(text: str) -> str:
+def to_ascii(text: str) -> str:
     """A text with the signs that its own are taken for, without blanks and quotes around it."""
     return "".join(map(meant_sign, text)).strip(' "')
 
 
-def code(sign: str) -> str:
+def code_point(sign: str) -> str:
     """A sign as a message names it: it may be invisible."""
     return f"U+{ord(sign):04X}"
 
@@ -153,10 +153,10 @@ def _is_foreign(sign: str) -> bool:
     return sign.isalpha() and not unicodedata.name(sign, "LATIN").startswith("LATIN")
 
 
-def said_of(text: str) -> str:
+def lookalike_remark(text: str) -> str:
     """What a message adds about the odd sign of a text; empty: there is none."""
     sign = find_lookalike(text)
-    return f": {code(sign)} in it is {describe_sign(sign)}" if sign else ""
+    return f": {code_point(sign)} in it is {describe_sign(sign)}" if sign else ""
 
 
 def in_curly_quotes(text: str) -> bool:
@@ -181,7 +181,7 @@ MAGIC = (
 )
 """Files that are not text: how they begin, what they are, and what to do."""
 UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
-LOOKED_AT = 400
+UTF16_SAMPLE = 400
 """Bytes that tell UTF-16 without a mark: every other one of a text in letters, spaces and digits is 0."""
 
 
@@ -194,7 +194,7 @@ def other_file(data: bytes) -> tuple[str, str] | None:
     """What a file is that is no UTF-8 text, with its cure; None where its first bytes say nothing."""
     if binary := binary_file(data):
         return f"{binary[0]}, not text", binary[1]
-    if data[:2] in UTF16_MARKS or _is_unmarked_utf16(data[:LOOKED_AT]):
+    if data[:2] in UTF16_MARKS or _is_unmarked_utf16(data[:UTF16_SAMPLE]):
         return "the file is UTF-16, not UTF-8", SAVE_AS_UTF8
     return None
 
@@ -210,7 +210,7 @@ def _is_unmarked_utf16(head: bytes) -> bool:
 
 # --- Names that were probably meant -----------------------------------------------------------------------------------
 
-SPOKEN = (
+FIELD_TERMS = (
     ({"p", "kp", "kc", "pgain", "gain"}, ("gain", "proportional_gain", "Kp", "Kc_Kp")),
     (
         {"i", "ti", "tn", "reset", "resettime", "integral", "integraltime"},
@@ -226,21 +226,21 @@ SPOKEN = (
     ({"time", "t", "when"}, ("at",)),
 )
 """What engineers call a setting, and the keys that it has, of which a place knows one."""
-BETWEEN = str.maketrans("", "", "-_ ")
+WORD_SEPARATORS = str.maketrans("", "", "-_ ")
 
 
 def fold_word(word: str) -> str:
     """A word without capitals, hyphens, underscores and blanks."""
-    return word.casefold().translate(BETWEEN)
+    return word.casefold().translate(WORD_SEPARATORS)
 
 
-def spoken(key: str, known: Collection[str]) -> str | None:
+def key_of_term(key: str, known: Collection[str]) -> str | None:
     """The known key that a word of the field stands for; None where there is none."""
-    names = next((names for words, names in SPOKEN if fold_word(key) in words), ())
+    names = next((names for words, names in FIELD_TERMS if fold_word(key) in words), ())
     return next((name for name in names if name in known), None)
 
 
-def nearest(word: str, names: Iterable[str]) -> str | None:
+def closest_name(word: str, names: Iterable[str]) -> str | None:
     """The name that was probably meant: the most alike, of equals the one that begins alike."""
     near = difflib.get_close_matches(word, names, 4, 0.5)
     likeness = difflib.SequenceMatcher(b=word)

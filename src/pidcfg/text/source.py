@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 from pidcfg.text.diagnostics import START, Diagnostic, Severity, Span
 from pidcfg.text.document import LINE_BREAK, Document, Node, Plain, resolve_templates, span_of
 from pidcfg.text.reader import DEFAULT, Limits
-from pidcfg.text.signs import BLANK, BLANKS, SAVE_AS_UTF8, code, meant_sign, other_file, plain
+from pidcfg.text.signs import BLANK, BLANKS, SAVE_AS_UTF8, code_point, meant_sign, other_file, to_ascii
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -372,7 +372,7 @@ def _odd_blank(lines: Sequence[str], line: int) -> Fault | None:
     for number in (above, line):
         found = BLANK.search(_code(lines[number - 1]))
         if found:
-            message = f"{code(found.group())}, {BLANKS[found.group()]}, stands where a space belongs"
+            message = f"{code_point(found.group())}, {BLANKS[found.group()]}, stands where a space belongs"
             return Fault(message, _sign(number, found.start()), "replace it with a space")
     return None
 
@@ -434,7 +434,7 @@ def _colon_in_text(lines: Sequence[str], problem: str, span: Span) -> Fault | No
     value = line[here.end() :].strip() if here else ""
     if here is None or "mapping values are not allowed" not in problem or ": " not in value or value[0] in "{[\"'":
         return None
-    cure = f'write {here["key"]}: "{plain(value)}"'
+    cure = f'write {here["key"]}: "{to_ascii(value)}"'
     return Fault("a colon and a space stand in a text without quotes", span, cure)
 
 

@@ -52,7 +52,7 @@ class BaselineError(Exception):
 
 
 @frozen
-class Compared:
+class BaselineComparison:
     """The findings that are new, those that are known, and the entries that no longer occur, in order."""
 
     new: list[Diagnostic]
@@ -66,7 +66,7 @@ def entry(finding: Diagnostic, file_of: Callable[[str], str]) -> Entry:
     return Entry(file_of(d.file), d.code, d.severity.label, d.loop, d.key, d.value, d.quotes)
 
 
-def enters(finding: Diagnostic) -> bool:
+def may_be_in_baseline(finding: Diagnostic) -> bool:
     """Whether a finding may be in a baseline."""
     return ignorable(finding) and finding.code not in NEVER_KNOWN
 
@@ -77,7 +77,7 @@ def compare(
     entries: Sequence[Entry],
     checked_files: set[str],
     file_of: Callable[[str], str],
-) -> Compared:
+) -> BaselineComparison:
     """Compares findings in ``checked_files`` with a baseline; those that ``is_selected`` refuses are not reported.
 
     An entry is stale when its file was checked by every rule, and the finding was not there.
@@ -87,15 +87,15 @@ def compare(
     known: list[Diagnostic] = []
     for d in findings:
         key = entry(d, file_of)
-        if enters(d) and left[key] > 0:
+        if may_be_in_baseline(d) and left[key] > 0:
             left[key] -= 1
             if is_selected(d):
                 known.append(d)
         elif is_selected(d):
             new.append(d)
     files = read_files(findings, checked_files, file_of)
-    stale = [e for e in entries if e.file in files and _take(left, e)]
-    return Compared(new, known, stale)
+    stale = [e for e in entries if e.file in files and _take_one(left, e)]
+    return BaselineComparison(new, known, stale)
 
 
 def read_files(findings: Sequence[Diagnostic], checked_files: set[str], file_of: Callable[[str], str]) -> set[str]:
@@ -103,7 +103,7 @@ def read_files(findings: Sequence[Diagnostic], checked_files: set[str], file_of:
     return checked_files - {file_of(d.file) for d in findings if not ignorable(d)}
 
 
-def _take(left: Counter[Entry], key: Entry) -> bool:
+def _take_one(left: Counter[Entry], key: Entry) -> bool:
     """Counts one down, if there is one."""
     present = left[key] > 0
     left[key] -= present
@@ -113,7 +113,7 @@ def _take(left: Counter[Entry], key: Entry) -> bool:
 def remove_entries(entries: Sequence[Entry], stale: Sequence[Entry]) -> list[Entry]:
     """What is left of a baseline: never more than there was."""
     left = Counter(stale)
-    return [e for e in entries if not _take(left, e)]
+    return [e for e in entries if not _take_one(left, e)]
 
 
 def to_text(entries: Iterable[Entry]) -> str:
@@ -151,8 +151,8 @@ def from_text(text: str) -> list[Entry]:
     entries = list[Entry]()
     for number, row in enumerate(data["findings"]):
         entries += _read(number, row)
-        if len(entries) > MOST:
-            raise BaselineError(f"1:1: findings[{number}]: the counts up to here are more than {MOST} findings")
+        if len(entries) > MAX_FINDINGS:
+            raise BaselineError(f"1:1: findings[{number}]: the counts up to here are more than {MAX_FINDINGS} findings")
     return entries
 
 
@@ -166,7 +166,7 @@ def _read(number: int, row: Any) -> list[Entry]:
     return [Entry(**row)] * count
 
 
-MOST = 1_000_000
+MAX_FINDINGS = 1_000_000
 """Findings that a baseline may stand for."""
 OR_NULL = ("value", "quotes")
 """Keys of an entry that may have nothing to say."""
@@ -175,7 +175,7 @@ OR_NULL = ("value", "quotes")
 def _is_sound(row: dict[str, Any]) -> bool:
     """Whether a row has the right types."""
     count = row[COUNT]
-    whole = isinstance(count, int) and not isinstance(count, bool) and 0 < count <= MOST
+    whole = isinstance(count, int) and not isinstance(count, bool) and 0 < count <= MAX_FINDINGS
     return whole and all(
         isinstance(text, str) or (text is None and key in OR_NULL) for key, text in row.items() if key != COUNT
     )

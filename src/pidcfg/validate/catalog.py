@@ -63,7 +63,7 @@ def suggestion(text: str) -> str:
 
 def _nearest(code: str, name: str) -> str | None:
     """The code with the same number, which no two have, or of that name; the beginning of some; the most alike."""
-    from pidcfg.text.signs import nearest
+    from pidcfg.text.signs import closest_name
 
     code = re.sub("(?<=[0-9])O|O(?=[0-9])", "0", code)
     number, begin = re.search("[0-9]{3}", code), re.match("[A-Z]+[0-9]{2}", code)
@@ -74,7 +74,7 @@ def _nearest(code: str, name: str) -> str | None:
         digits = begin[0].removeprefix(PREFIX)
         for known in rules(begin[0]) or (code for code in rules() if number_of(code).startswith(digits)):
             return known.removesuffix(number_of(known)) + number_of(known)[:2]
-    return nearest(code, rules()) if len(re.findall("[0-9]", code)) > 1 else None
+    return closest_name(code, rules()) if len(re.findall("[0-9]", code)) > 1 else None
 
 
 def rule_of(code: str) -> Rule:

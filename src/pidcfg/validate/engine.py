@@ -14,7 +14,7 @@ from pidcfg.encoders.contract import encoder_of, formats_of
 from pidcfg.text.diagnostics import Diagnostic, Severity, Span, sort_findings
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import QUOTES, code, in_curly_quotes, plain, same_word
+from pidcfg.text.signs import QUOTES, code_point, in_curly_quotes, same_word, to_ascii
 from pidcfg.validate.catalog import is_to_check, lines
 from pidcfg.validate.rule import D720, LOOPS, PLACEHOLDER, key_of, loop_name, shorten_value, value_of
 from pidcfg.validate.schema import DID_YOU_MEAN, not_a_choice, quote_edit, read_model, value_edit
@@ -63,7 +63,7 @@ NAME_BEGINNINGS = (
 
 def vendor_meant(name: str) -> str | None:
     """The family that a name seems to mean; None where nothing tells."""
-    word = plain(name).casefold().replace(" ", "").replace("_", "-")
+    word = to_ascii(name).casefold().replace(" ", "").replace("_", "-")
     near = next(iter(get_close_matches(word.replace("-", ""), VENDORS, 1, 0.7)), None)
     return near or next((vendor for begins, vendor in NAME_BEGINNINGS if word.startswith(begins)), None)
 
@@ -111,7 +111,7 @@ def _plain_texts(data: object, path: Path) -> Iterator[tuple[Path, str]]:
 
 
 def _quotes_warning(doc: Document, path: Path, text: str) -> Diagnostic:
-    message = f"{path[-1]}: the quotes of {text[:60]} are a part of the text: {code(text[0])} is a letter to YAML"
+    message = f"{path[-1]}: the quotes of {text[:60]} are a part of the text: {code_point(text[0])} is a letter to YAML"
     cure = f'write "{text[1:-1]}" with straight quotes'
     return Diagnostic(
         code="PID018",
@@ -342,7 +342,7 @@ def vendor_of(doc: Document) -> tuple[Vendor | None, list[Diagnostic]]:
     """The vendor that a file names, or the finding that says why there is none."""
     data = doc.data or {}
     if "vendor" not in data:
-        near = next((key for key in data if get_close_matches("vendor", plain(key).split(), cutoff=0.7)), None)
+        near = next((key for key in data if get_close_matches("vendor", to_ascii(key).split(), cutoff=0.7)), None)
         span = doc.locate((near,) if near else (), key=True)
         cure = f"write 'vendor: …' for '{near}: …'" if near else f"add 'vendor: …', one of {', '.join(VENDORS)}"
         return None, [Diagnostic("PID032", Severity.ERROR, "the file names no vendor", doc.file, span, help=cure)]

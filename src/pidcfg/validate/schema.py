@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from pidcfg.schemas import numbers as misread
+from pidcfg.schemas import numbers
 from pidcfg.schemas.document import field_texts
 from pidcfg.text.diagnostics import Diagnostic, Edit, Severity, Span
 from pidcfg.text.document import span_of
 from pidcfg.text.paths import Path, value_at
-from pidcfg.text.signs import fold_word, plain, said_of, same_word, spoken
+from pidcfg.text.signs import fold_word, key_of_term, lookalike_remark, same_word, to_ascii
 from pidcfg.validate.rule import BY_KIND, OTHER_KIND, loop_name
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def spoken_of(key: str, model: type[BaseModel]) -> str | None:
     if below:
         return " or ".join(dict.fromkeys(below))
     events = [f"{INSIDE}: {{{name}: …}}" for name in SETTABLE] if {INSIDE, "at"} <= {*known} else []
-    return spoken(key, [*known, *events]) or next((n for n in known if _words(n) == _words(key)), None)
+    return key_of_term(key, [*known, *events]) or next((n for n in known if _words(n) == _words(key)), None)
 
 
 def _words(key: str) -> list[str]:
@@ -203,7 +203,7 @@ EITHER = "write true or false"
 """The cure of a switch where no word is clearly meant."""
 LIKE, CLEARLY = 0.5, 0.05
 """How like a word must be to one that is suggested, and how much more than to any other."""
-SHOWN = 60
+MAX_VALUE_LENGTH = 60
 DID_YOU_MEAN = "did you mean "
 
 M = TypeVar("M", bound=BaseModel)
@@ -261,7 +261,7 @@ def _comma(doc: Document, path: Path) -> str | None:
     number = before.partition("=")[2]
     if not (number[-1:].isdigit() and str(path[-1])[:1].isdigit()):
         return None
-    help_text = misread.cure(f"{number},{path[-1]}")
+    help_text = numbers.cure(f"{number},{path[-1]}")
     return help_text and f"{help_text}; {number},{path[-1]} inside braces is two keys"
 
 
@@ -387,19 +387,19 @@ def unknown_key(
 
     ``meant``: what it is known to stand for; ``places``: the keys below which it belongs.
     """
-    near = [meant] if meant else difflib.get_close_matches(plain(key), known, n=1, cutoff=0.6)
+    near = [meant] if meant else difflib.get_close_matches(to_ascii(key), known, n=1, cutoff=0.6)
     cure = f"{DID_YOU_MEAN}{near[0]}?" if near else f"known keys here: {', '.join(known)}"
     if places and not meant and (not near or key in places):
         cure = f"it belongs below {places[0]}; {cure}"
-    return f"unknown key {key!r}{said_of(key)}", cure
+    return f"unknown key {key!r}{lookalike_remark(key)}", cure
 
 
 def not_a_choice(key: str, value: object, choices: list[str]) -> tuple[str, str | None]:
     """The message and cure for a word that is not in a list."""
-    word = plain(str(value)).lower()
+    word = to_ascii(str(value)).lower()
     ranked = sorted(((difflib.SequenceMatcher(None, c.lower(), word).ratio(), c) for c in choices), reverse=True)
     clear = ranked[0][0] >= LIKE and (len(ranked) == 1 or ranked[0][0] - ranked[1][0] > CLEARLY)
-    odd = said_of(value) if isinstance(value, str) else ""
+    odd = lookalike_remark(value) if isinstance(value, str) else ""
     message = f"{key} is {quoted_value(value)}, not one of {', '.join(choices)}{odd}"
     return message, f"{DID_YOU_MEAN}{ranked[0][1]}?" if clear else None
 
@@ -411,7 +411,7 @@ def quoted_value(value: object) -> str:
     if isinstance(value, list | tuple):
         return "a list"
     text = str(value)
-    return repr(str(text[:SHOWN] + ("…" if len(text) > SHOWN else "")))
+    return repr(str(text[:MAX_VALUE_LENGTH] + ("…" if len(text) > MAX_VALUE_LENGTH else "")))
 
 
 def keys_at(model: type[BaseModel], place: Path) -> list[str]:

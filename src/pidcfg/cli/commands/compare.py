@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli import options as plc_options
 from pidcfg.cli.console import note, remark, show
 from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings
@@ -36,7 +35,7 @@ PEOPLE = ("text", "concise")
 
 @click.command("compare", epilog=EPILOG)
 @click.argument("files", nargs=-1, required=True, metavar="FILE…")
-@plc_options.PLC
+@options.PLC
 @options.MAP
 @report_options.report_format("compare")
 @report_options.report_files("compare")
@@ -46,8 +45,8 @@ PEOPLE = ("text", "concise")
     metavar="SECONDS",
     help="Compare again and again, and print what changes with its time, until Ctrl-C.",
 )
-@plc_options.TIMEOUT
-@plc_options.RETRIES
+@options.TIMEOUT
+@options.RETRIES
 @options.QUIET
 @options.LIMITS
 def command(
@@ -67,7 +66,7 @@ def command(
     What runs is left out: PV, output, mode, status, requests, the bias of a loop with an integral. A set point that the
     operator has changed is told and is no difference. The PLC is only read.
     """
-    plc_options.require_packages(plc)
+    options.require_packages(plc)
     from pidcfg.cli.findings import one_configuration
     from pidcfg.encoders.modbus_map import UnusableMapError
     from pidcfg.live.calls import compare
@@ -75,11 +74,11 @@ def command(
     documents = {doc.file: doc for doc in (one_configuration(name, limits) for name in files)}
     report_options.refuse_inputs(reports, files)
 
-    registers = plc_options.map_file(stated, limits)
+    registers = options.map_file(stated, limits)
 
-    def compared() -> Round:
+    def compared() -> ComparisonRound:
         with usage():
-            return compared_once(
+            return compare_once(
                 documents,
                 lambda doc: compare(doc, plc, map=registers, timeout=timeout, retries=retries, limits=limits),
             )
@@ -102,12 +101,12 @@ def command(
             note(first.summary)
     code = first.code
     if watch is not None and code != Exit.UNUSABLE:
-        code = _watched(compared, first, watch)
+        code = _watch(compared, first, watch)
     click.get_current_context().exit(code)
 
 
 @dataclass(frozen=True)
-class Round:
+class ComparisonRound:
     """One comparison of all files: their results, and why others have none."""
 
     results: Sequence[CompareResult]
@@ -142,17 +141,17 @@ class Round:
         """How many files were compared, and in how many settings the PLC differs."""
         done = [result for result in self.results if result.ok]
         count, left = sum(len(result.findings) for result in done), len(self.results) + len(self.unreached) - len(done)
-        missed = f"{_counted(left, 'file')} not compared" if left else ""
+        missed = f"{_count_text(left, 'file')} not compared" if left else ""
         if not done:
             return missed
-        found = _counted(count, "difference") if count else "alike"
-        files = f"{_counted(len(done), 'file')} compared with {done[0].plc}: {found}"
+        found = _count_text(count, "difference") if count else "alike"
+        files = f"{_count_text(len(done), 'file')} compared with {done[0].plc}: {found}"
         unread = sum(len(result.unread) for result in done)
-        unsaid = f"{_counted(unread, 'setting')} not read" if unread else ""
+        unsaid = f"{_count_text(unread, 'setting')} not read" if unread else ""
         return "; ".join(filter(None, (files, unsaid, missed)))
 
 
-def compared_once(documents: Mapping[str, Document], compare: Callable[[Document], CompareResult]) -> Round:
+def compare_once(documents: Mapping[str, Document], compare: Callable[[Document], CompareResult]) -> ComparisonRound:
     """Every file with its PLC; one that does not answer is not asked for the next one."""
     from pidcfg.live.link import PlcError, SilentError
 
@@ -167,14 +166,14 @@ def compared_once(documents: Mapping[str, Document], compare: Callable[[Document
             dead = str(error) if isinstance(error, SilentError) else ""
         if dead:
             unreached[name] = dead
-    return Round(results, unreached)
+    return ComparisonRound(results, unreached)
 
 
-def _counted(count: int, what: str) -> str:
+def _count_text(count: int, what: str) -> str:
     return f"{count} {what}{'s' if count != 1 else ''}"
 
 
-def _watched(compared: Callable[[], Round], first: Round, seconds: float) -> Exit:
+def _watch(compared: Callable[[], ComparisonRound], first: ComparisonRound, seconds: float) -> Exit:
     """Goes on comparing; prints what comes and goes with its time. The exit code is that of the last comparison."""
     seen, code, faults = {_row(d) for d in first.shown("text")}, first.code, first.faults
     note(f"comparing every {seconds:g} s; Ctrl-C ends")

@@ -62,13 +62,13 @@ def command(
     vendor, _ = vendor_of(doc)
     if vendor is None or not isinstance((doc.data or {}).get("loops"), list):
         _refuse(doc)
-    from pidcfg.output import sheets as write
+    from pidcfg.output import sheets
 
     text: str | bytes
     if kind == "xlsx":
-        text = write.as_workbook(doc, vendor)
+        text = sheets.as_workbook(doc, vendor)
     elif kind == "csv":
-        text = write.as_csv(doc, vendor, comma=decimal_comma)
+        text = sheets.as_csv(doc, vendor, comma=decimal_comma)
     else:
         from pidcfg.output.sheets import plain_text
 

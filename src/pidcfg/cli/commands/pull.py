@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli import options as plc_options
 from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.console import echo, remark
 from pidcfg.cli.main import Exit
@@ -25,16 +24,16 @@ EPILOG = options.examples(
 
 
 @click.command("pull", epilog=EPILOG)
-@plc_options.PLC
+@options.PLC
 @options.MAP
-@plc_options.LIKE
-@plc_options.VENDOR
+@options.LIKE
+@options.VENDOR
 @options.output_format("yaml", *format_names())
 @vendor_options
 @options.OUT
 @options.FORCE
-@plc_options.TIMEOUT
-@plc_options.RETRIES
+@options.TIMEOUT
+@options.RETRIES
 @options.QUIET
 @options.LIMITS
 def command(
@@ -55,20 +54,20 @@ def command(
 
     A DL06 tells its own loop table by V7640 and V7641; of other PLCs --like FILE or options say where the loops are.
     """
-    plc_options.require_packages(plc)
+    options.require_packages(plc)
     from pidcfg.cli.findings import one_configuration, show_errors
     from pidcfg.cli.outputs import write_files
     from pidcfg.live.calls import pull
 
     other = None if like is None else one_configuration(like, limits)
-    with plc_options.reach_plc():
+    with options.reach_plc():
         result = pull(
             plc,
             like=other,
             vendor=vendor,
             format=fmt,
             options=texts,
-            map=plc_options.map_file(stated, limits),
+            map=options.map_file(stated, limits),
             timeout=timeout,
             retries=retries,
             limits=limits,

@@ -49,7 +49,7 @@ SCENARIO = re.compile(rb"^scenario[ \t]*:", re.MULTILINE)
 
 
 @frozen
-class Configured:
+class ConfigurationInput:
     """A configuration or a memory listing, and the sheet on it."""
 
     file: SourceFile
@@ -58,7 +58,7 @@ class Configured:
 
 
 @frozen
-class Ran:
+class RunInput:
     """A scenario and its run; it travels between processes."""
 
     file: SourceFile
@@ -66,15 +66,15 @@ class Ran:
     outcome: Outcome
     """Without the recording and the texts of the files."""
     findings: Sequence[Diagnostic]
-    named: Configured | None
+    named: ConfigurationInput | None
     """What it runs, unless the command line has a file by this name."""
 
 
-Taken = Configured | Ran
+ReadInput = ConfigurationInput | RunInput
 
 
 @dataclass(frozen=True)
-class Taker:
+class InputReader:
     """Reads, checks and runs one file after the other."""
 
     limits: Limits
@@ -87,7 +87,7 @@ class Taker:
     progress: Callable[[float], None] | None = None
 
     @cached_property
-    def configured(self) -> dict[str, Configured]:
+    def configured(self) -> dict[str, ConfigurationInput]:
         """The configurations that scenarios have named, and that the command line does not."""
         return {}
 
@@ -96,19 +96,19 @@ class Taker:
         """The configuration that was run last, checked; it often is the next file."""
         return {}
 
-    def __call__(self, entry: Input) -> Taken:
+    def __call__(self, entry: Input) -> ReadInput:
         """One file of the command line; a file that cannot be opened ends the command."""
         if not entry.piped:
             entry = read_input(entry.name, self.limits)
         run = self.run.pop(entry.name, None)
         if run is not None and run.document.text.encode() == entry.data:
-            return configured(entry, run)
+            return make_configuration_input(entry, run)
         doc = document(entry)
         if entry.problem is not None:
             raise click.ClickException(entry.problem)
-        return self._run(entry, doc) if is_scenario(doc) else configured(entry, check_document(doc))
+        return self._run(entry, doc) if is_scenario(doc) else make_configuration_input(entry, check_document(doc))
 
-    def _run(self, entry: Input, doc: Document) -> Ran:
+    def _run(self, entry: Input, doc: Document) -> RunInput:
         from pidcfg.sim.engine.run import Settings
         from pidcfg.study.outcome import charts_of, signals_before_root, simulate_loaded
         from pidcfg.study.scenario import load
@@ -132,9 +132,9 @@ class Taker:
         self.run.clear()
         if loaded.checked is not None:
             self.run[loaded.config] = loaded.checked
-        return Ran(source_file(entry, "scenario"), run_sheet(run), slim, findings, self._named(loaded))
+        return RunInput(source_file(entry, "scenario"), run_sheet(run), slim, findings, self._named(loaded))
 
-    def _named(self, loaded: Loaded) -> Configured | None:
+    def _named(self, loaded: Loaded) -> ConfigurationInput | None:
         """The configuration that a scenario names, or the memory listing."""
         name = loaded.config
         if not name or name in self.names:
@@ -144,17 +144,17 @@ class Taker:
             if entry.problem is not None:
                 return None
             if loaded.checked is not None:
-                self.configured[name] = configured(entry, loaded.checked)
+                self.configured[name] = make_configuration_input(entry, loaded.checked)
             elif name in loaded.documents:
-                self.configured[name] = configured(entry, check_document(loaded.documents[name]))
+                self.configured[name] = make_configuration_input(entry, check_document(loaded.documents[name]))
             elif loaded.vendor is not None:
-                self.configured[name] = configured(entry, decoded(name, loaded), "memory listing")
+                self.configured[name] = make_configuration_input(entry, decode_listing(name, loaded), "memory listing")
         return self.configured.get(name)
 
 
-def configured(entry: Input, checked: Checked, kind: str = "configuration") -> Configured:
+def make_configuration_input(entry: Input, checked: Checked, kind: str = "configuration") -> ConfigurationInput:
     """A checked configuration with its sheet."""
-    return Configured(source_file(entry, kind), plc_sheet(checked), sort_findings(list(checked.findings)))
+    return ConfigurationInput(source_file(entry, kind), plc_sheet(checked), sort_findings(list(checked.findings)))
 
 
 def source_file(entry: Input, kind: str) -> SourceFile:
@@ -162,9 +162,9 @@ def source_file(entry: Input, kind: str) -> SourceFile:
     return SourceFile(entry.name, kind, len(entry.data), hashlib.sha256(entry.data).hexdigest())
 
 
-def effort(taken: Taken) -> float:
+def processing_time(taken: ReadInput) -> float:
     """What a file has taken beside its reading, in µs."""
-    return taken.outcome.effort if isinstance(taken, Ran) else 0.0
+    return taken.outcome.effort if isinstance(taken, RunInput) else 0.0
 
 
 def units_of(axes: Axes) -> Units:
@@ -174,7 +174,7 @@ def units_of(axes: Axes) -> Units:
     return Units(pv, axes.output_unit, {name: unit for name, unit in signals.items() if name})
 
 
-def decoded(name: str, loaded: Any) -> Checked:
+def decode_listing(name: str, loaded: Any) -> Checked:
     """A memory listing as a configuration, as far as it carries what one needs."""
     doc, vendor, image = Document(name, "", None, Node(None)), loaded.vendor, loaded.image
     try:
@@ -186,7 +186,7 @@ def decoded(name: str, loaded: Any) -> Checked:
 
 
 @dataclass(slots=True)
-class Gathered:
+class ReportInputs:
     """Everything that was read, in the order of the command line; a configuration stands before its first run."""
 
     files: dict[Path, SourceFile] = field(default_factory=dict)
@@ -195,9 +195,9 @@ class Gathered:
     outcomes: list[Outcome] = field(default_factory=list)
     findings: list[Diagnostic] = field(default_factory=list)
 
-    def add(self, taken: Taken, named: Configured | None) -> None:
+    def add(self, taken: ReadInput, named: ConfigurationInput | None) -> None:
         """One file, with the configuration that it names where it is a scenario."""
-        if isinstance(taken, Configured):
+        if isinstance(taken, ConfigurationInput):
             self._configuration(taken)
             return
         self._note(taken.file)
@@ -211,7 +211,7 @@ class Gathered:
         """A file, once."""
         self.files.setdefault(Path(file.name).resolve(), file)
 
-    def _configuration(self, one: Configured) -> None:
+    def _configuration(self, one: ConfigurationInput) -> None:
         self._note(one.file)
         place = Path(one.file.name).resolve()
         if place not in self.sheets:
@@ -219,9 +219,9 @@ class Gathered:
             self.findings += one.findings
 
 
-def gathered(
+def gather_inputs(
     paths: Sequence[str], limits: Limits, progress: Callable[[float], None] | None, *, pictures: bool, jobs: int = 1
-) -> Gathered:
+) -> ReportInputs:
     """All files of a command line, folders and patterns included; ``progress`` is told the share that is done."""
     entries, scenarios = [], 0
     for entry in read_entries(paths, limits):
@@ -230,17 +230,17 @@ def gathered(
         scenarios += SCENARIO.search(entry.data) is not None
         entries.append(entry if entry.piped else replace(entry, data=b""))
     names = frozenset(entry.name for entry in entries)
-    taken = list(_taken(entries, (limits, names, max(scenarios, 1), pictures), jobs, progress))
-    own = {one.file.name: one for one in taken if isinstance(one, Configured)}
-    content = Gathered()
+    taken = list(_read_inputs(entries, (limits, names, max(scenarios, 1), pictures), jobs, progress))
+    own = {one.file.name: one for one in taken if isinstance(one, ConfigurationInput)}
+    content = ReportInputs()
     for one in taken:
-        content.add(one, own.get(one.outcome.config, one.named) if isinstance(one, Ran) else None)
+        content.add(one, own.get(one.outcome.config, one.named) if isinstance(one, RunInput) else None)
     return content
 
 
-def _taken(
+def _read_inputs(
     entries: Sequence[Input], given: tuple[Any, ...], jobs: int, progress: Callable[[float], None] | None
-) -> Iterator[Taken]:
+) -> Iterator[ReadInput]:
     """The files one by one; what other processes have read counts as read here."""
     done = 0
 
@@ -248,13 +248,13 @@ def _taken(
         if progress is not None:
             progress((done + share) / len(entries))
 
-    def make(*arguments: Any) -> Taker:
-        return replace(Taker(*arguments), progress=part)
+    def make(*arguments: Any) -> InputReader:
+        return replace(InputReader(*arguments), progress=part)
 
-    for one in Crew(jobs, Taker, given).results_soon(entries, effort, make):
+    for one in Crew(jobs, InputReader, given).results_soon(entries, processing_time, make):
         done += 1
         part(0.0)
-        if isinstance(one, Ran):
+        if isinstance(one, RunInput):
             note_read(one.outcome.config)
         yield one
 
@@ -369,15 +369,15 @@ def command(
     if sheet and full:
         raise click.UsageError("--sheet and --full: a sheet for the door has no more than the main values")
     printed = _browser() if out is not None and Path(out).suffix.lower() == PDF else None
-    _have("page" if out is not None else None, "xlsx" if xlsx is not None else None)
+    _require_packages("page" if out is not None else None, "xlsx" if xlsx is not None else None)
     pictures = out is not None and not sheet
-    inputs = gathered(paths, limits, _progress, pictures=pictures, jobs=options.processes(jobs))
+    inputs = gather_inputs(paths, limits, _progress, pictures=pictures, jobs=options.processes(jobs))
     block = Title(title, project, customer, plant, document, revision, author, date, __version__)
     complete = compose(block, list(inputs.files.values()), list(inputs.sheets.values()), inputs.runs, inputs.findings)
     content = rename_files(complete, shortener([file.name for file in complete.files]))
     page: str | bytes | None = None if out is None else _page(content, sheet=sheet, full=full)
     if printed is not None and isinstance(page, str):
-        page = _printed(page, printed)
+        page = _print_pdf(page, printed)
     _write(content, page, (out, csv, xlsx), force=force)
     if not quiet:
         remark(summary(content, [name for name in (out, csv, xlsx) if name not in {None, STDOUT}]))
@@ -387,7 +387,7 @@ def command(
     click.get_current_context().exit(Exit.OK if exit_zero else exit_code(inputs, strict=strict))
 
 
-def _have(*wanted: str | None) -> None:
+def _require_packages(*wanted: str | None) -> None:
     """Ends the command, before anything runs, where a package is not installed."""
     for what in wanted:
         for package in NEEDS.get(what or "", ()):
@@ -428,7 +428,7 @@ def _page(content: Content, *, sheet: bool, full: bool) -> str:
     return door_sheet(content) if sheet else page(content, full=full)
 
 
-def _printed(html: str, path: str) -> bytes:
+def _print_pdf(html: str, path: str) -> bytes:
     from pidcfg.output.report.page import PdfError, pdf
 
     try:
@@ -499,7 +499,7 @@ def why_failed(outcome: Outcome) -> str:
     return ("" if outcome.report is None else failures(outcome.report)) + in_a_line(outcome)
 
 
-def exit_code(content: Gathered, *, strict: bool) -> Exit:
+def exit_code(content: ReportInputs, *, strict: bool) -> Exit:
     """As validate and simulate would end; what is unusable outweighs what was found."""
     from pidcfg.cli.commands import simulate, validate
 

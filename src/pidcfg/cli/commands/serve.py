@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import click
 
 from pidcfg.cli import options
-from pidcfg.cli import options as plc_options
 from pidcfg.cli.console import echo_json, note, show
 from pidcfg.cli.main import Exit
 from pidcfg.cli.terminal import LINE
@@ -60,7 +59,7 @@ def command(
     An HMI, a SCADA driver or a script reads it, writes set points, modes and outputs as an operator does, and sees the
     loops answer. The events of the scenario happen; its duration and its expectations do not count.
     """
-    plc_options.require_packages(listen)
+    options.require_packages(listen)
     from pidcfg.cli.findings import show_errors
     from pidcfg.cli.formats.runs import simulations_text
     from pidcfg.cli.inputs import read_inputs
@@ -78,11 +77,11 @@ def command(
                 f"serving {scenario} at {place}, {_who(place)}, {speed:g} times real time; Ctrl-C ends with the report"
             )
 
-    with plc_options.reach_plc():
+    with options.reach_plc():
         result = serve(
             documents[0],
             listen=listen,
-            map=plc_options.map_file(stated, limits),
+            map=options.map_file(stated, limits),
             speed=speed,
             seconds=seconds,
             ready=ready,

@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from pidcfg.cli import options
-from pidcfg.cli import options as plc_options
-from pidcfg.cli import terminal as colour
+from pidcfg.cli import options, terminal
 from pidcfg.cli.commands.decode import vendor_options
 from pidcfg.cli.console import remark
 from pidcfg.cli.main import Exit
@@ -34,7 +32,7 @@ KEPT = 2000
 """Rows that a picture shows at most: the last ones."""
 EVERY = 0.5
 """Seconds between two pictures."""
-LEAST, MOST = 4, 12
+MIN_CHART_ROWS, MAX_CHART_ROWS = 4, 12
 """Rows of a loop's upper panel."""
 BESIDE = 8
 """Rows of a loop's chart that are neither panel: title, axes, times, legend."""
@@ -74,13 +72,15 @@ class LiveChart:
     def text(self, width: int, height: int, *, ascii_only: bool) -> str:
         """The picture: as many loops as ``height`` rows have room for, and how far the recording is."""
         loops = list(dict.fromkeys(name.rpartition(".")[0] for name in self.signals))
-        room = max((height - 1) // (BESIDE + LEAST + LEAST // 2), 1)
+        room = max((height - 1) // (BESIDE + MIN_CHART_ROWS + MIN_CHART_ROWS // 2), 1)
         shown = loops[:room]
         panel = (height - 1) // max(len(shown), 1) - BESIDE
         rows = [
             row
             for loop in shown
-            for row in lines(self._chart(loop), width, min(max(panel * 2 // 3, LEAST), MOST), ascii_only)
+            for row in lines(
+                self._chart(loop), width, min(max(panel * 2 // 3, MIN_CHART_ROWS), MAX_CHART_ROWS), ascii_only
+            )
         ]
         left = f"; {len(loops) - room} more loops are recorded" if len(loops) > room else ""
         whole = f" of {self.seconds:g} s" if self.seconds else " s, until Ctrl-C"
@@ -103,7 +103,7 @@ class LiveChart:
 
         if self._live is None:
             LINE.end()
-            console = Console(file=sys.stderr, no_color=not colour.is_coloured(sys.stderr), highlight=False)
+            console = Console(file=sys.stderr, no_color=not terminal.is_coloured(sys.stderr), highlight=False)
             self._live = Live(console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False)
             self._live.start()
         size = self._live.console.size
@@ -114,7 +114,7 @@ class LiveChart:
 
 def chart_for(out: str | None, seconds: float | None) -> LiveChart | None:
     """A chart where a person watches and the rows go somewhere else."""
-    if not is_watched() or LINE.silent or (out is None and colour.terminal(sys.stdout)):
+    if not is_watched() or LINE.silent or (out is None and terminal.is_terminal(sys.stdout)):
         return None
     return LiveChart(seconds)
 
@@ -167,10 +167,10 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 
 
 @click.command("trend", epilog=EPILOG)
-@plc_options.PLC
+@options.PLC
 @options.MAP
-@plc_options.LIKE
-@plc_options.VENDOR
+@options.LIKE
+@options.VENDOR
 @click.option(
     "-o",
     "--output",
@@ -185,8 +185,8 @@ def _seconds(ctx: click.Context, param: click.Parameter, value: str | None) -> f
 )
 @vendor_options
 @options.FORCE
-@plc_options.TIMEOUT
-@plc_options.RETRIES
+@options.TIMEOUT
+@options.RETRIES
 @options.QUIET
 @options.LIMITS
 def command(
@@ -208,7 +208,7 @@ def command(
 
     Ctrl-C ends it; every row that was taken stays. In a terminal the loops are drawn meanwhile. The PLC is only read.
     """
-    plc_options.require_packages(plc)
+    options.require_packages(plc)
     from pidcfg.cli.findings import one_configuration, show_errors
     from pidcfg.live.calls import trend
 
@@ -219,14 +219,14 @@ def command(
 
     chart = chart_for(out, seconds)
     try:
-        with plc_options.reach_plc():
+        with options.reach_plc():
             result = trend(
                 plc,
                 file,
                 like=other,
                 vendor=vendor,
                 options=texts,
-                map=plc_options.map_file(stated, limits),
+                map=options.map_file(stated, limits),
                 interval=interval,
                 seconds=seconds,
                 taken=None if chart is None else chart.row,

@@ -8,12 +8,12 @@ import click
 
 from pidcfg.cli import options, settings, watch
 from pidcfg.cli.console import Detail, echo, note, remark
-from pidcfg.cli.formats import findings as statistics
+from pidcfg.cli.formats import findings as findings_format
 from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings, summary
-from pidcfg.cli.inputs import STDIN, gather, left_out, reasons
+from pidcfg.cli.inputs import STDIN, exclusion_reasons, exclusion_summary, gather
 from pidcfg.cli.main import Exit
-from pidcfg.cli.settings import EXCLUDES
+from pidcfg.cli.settings import EXCLUDE_REASON
 from pidcfg.cli.terminal import progress
 from pidcfg.text.diagnostics import Diagnostic, Severity
 
@@ -34,7 +34,7 @@ EPILOG = options.examples(
 
 
 @click.command("validate", cls=watch.WatchCommand, epilog=EPILOG)
-@click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.take)
+@click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.apply_settings)
 @report_options.report_format("validate")
 @report_options.report_files("validate", "--output")
 @click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
@@ -50,7 +50,7 @@ EPILOG = options.examples(
 @settings.ISOLATED
 @settings.SHOW
 @click.option("--no-cache", is_flag=True, envvar="PIDCFG_NO_CACHE", help="Check every file anew.")
-@statistics.OPTION
+@findings_format.OPTION
 @options.STDIN_FILENAME
 @watch.OPTION
 @options.VERBOSE
@@ -82,34 +82,34 @@ def command(
     ctx = click.get_current_context()
     detail = Detail(ctx, wanted=verbose, quiet=quiet)
     if show_settings:
-        echo(settings.report(ctx))
+        echo(settings.settings_report(ctx))
         return
-    detail.say(f"settings: {settings.of(ctx).file or 'none'}")
+    detail.say(f"settings: {settings.settings_of(ctx).file or 'none'}")
     documents: dict[str, Document] = {}
     findings: list[Diagnostic] = []
     gathered = list(gather(paths, limits, skip_foreign=skip_foreign))
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = [entry.name for entry in gathered if entry.foreign and entry.remark is entry.left_out is None]
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
-    read = [name for name in (baseline["baseline"], settings.of(ctx).file) if name is not None]
+    read = [name for name in (baseline["baseline"], settings.settings_of(ctx).file) if name is not None]
     report_options.refuse_inputs(reports, read)
-    printed = statistics.fmt_of(ctx, fmt) if counted else fmt
+    printed = findings_format.fmt_of(ctx, fmt) if counted else fmt
     if fix or diff:
-        from pidcfg.cli.corrections import fixing, refuse_options
+        from pidcfg.cli.corrections import fix_inputs, refuse_options
 
         refuse_options(ctx, reports)
-        inputs = fixing(inputs, Rules(select, ignore), ctx)
+        inputs = fix_inputs(inputs, Rules(select, ignore), ctx)
     for doc, of_file in progress(check_all(inputs, limits, cached=not no_cache), "checking", len(inputs)):
         documents[doc.file] = doc
         findings += of_file
         detail.say(f"read {doc.file}: {count(len(of_file), 'finding')}")
-    left = triage(findings, documents, settings.of(ctx), Rules(select, ignore, **baseline))
+    left = triage(findings, documents, settings.settings_of(ctx), Rules(select, ignore, **baseline))
     fails = Severity.WARNING if strict else Severity.ERROR
     hidden = left.suppressed(Severity[severity.upper()])
     shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden)
     piped = fix and STDIN in paths  # standard output is the corrected text
     if counted:
-        report_options.put(printed, statistics.render(printed, shown), aside=piped)
+        report_options.put(printed, findings_format.render(printed, shown), aside=piped)
         report_options.write_reports(reports, lambda name: render(name, shown))
     else:
         report_options.deliver(fmt, reports, lambda name: render(name, shown), aside=piped)
@@ -117,20 +117,24 @@ def command(
     for text in () if quiet else (*remarks, *left.remarks):
         remark(text)
     detail.listed("left out, without a pidcfg key:", skipped)
-    detail.say(*reasons(gathered))
+    detail.say(*exclusion_reasons(gathered))
     detail.listed("not reported:", left.reasons)
     detail.end()
     opened = sum(entry.problem is None for entry in inputs)
     if not quiet or _hides(ctx, left, shown, gathered):
-        note(summary(left.kept, opened, len(skipped), left_out(gathered)) + left.counts + settings.of(ctx).mention)
+        note(
+            summary(left.kept, opened, len(skipped), exclusion_summary(gathered))
+            + left.counts
+            + settings.settings_of(ctx).mention
+        )
     _next_step(list(documents.values()), left.kept, quiet=quiet, fmt=fmt)
     ctx.exit(exit_code(left.kept, strict=strict))
 
 
 def _hides(ctx: click.Context, left: Triage, shown: Findings, gathered: Sequence[Input]) -> bool:
     """Whether even a quiet run says what was left out: findings, or files by a settings file."""
-    less = settings.of(ctx).file is not None and len(shown.reported) < len(left.kept)
-    return left.hides or less or any((entry.left_out or "").startswith(EXCLUDES) for entry in gathered)
+    less = settings.settings_of(ctx).file is not None and len(shown.reported) < len(left.kept)
+    return left.hides or less or any((entry.left_out or "").startswith(EXCLUDE_REASON) for entry in gathered)
 
 
 def _next_step(documents: Sequence[Document], findings: Sequence[Diagnostic], *, quiet: bool, fmt: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from pidcfg.cli.console import echo_json, echo_xml, note, show, show_lines, show_orders
+from pidcfg.cli.console import echo_json, echo_xml, note, show, show_ci_commands, show_lines
 from pidcfg.cli.formats import Kind, formats_of, load
 from pidcfg.cli.inputs import identity, one_file, was_read
 from pidcfg.text.signs import printable
@@ -23,7 +23,7 @@ CONFIGURATIONS = {".yaml", ".yml", ".toml"}
 PRINTERS = {
     Kind.PLAIN: show,
     Kind.LINES: show_lines,
-    Kind.ORDERS: show_orders,
+    Kind.ORDERS: show_ci_commands,
     Kind.JSON: echo_json,
     Kind.XML: echo_xml,
 }

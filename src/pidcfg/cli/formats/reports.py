@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from pidcfg import __version__
 from pidcfg.cli.formats import Format, Kind
-from pidcfg.cli.formats import findings as reporters
+from pidcfg.cli.formats import findings as findings_format
 from pidcfg.cli.formats.findings import STDIN, Findings, details, display_name, fingerprints, sentence, summary, uri
 from pidcfg.text.diagnostics import START, Diagnostic, Edit, Severity, Span, number_of
 from pidcfg.text.signs import one_line, printable
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def findings_text(findings: Findings) -> str:
     """For people in front of a terminal."""
-    return reporters.text(findings.reported, findings.documents)
+    return findings_format.text(findings.reported, findings.documents)
 
 
 def runs_text(outcomes: Sequence[Outcome], fails: Severity) -> str:
@@ -58,7 +58,7 @@ CONCISE = Format("people and editors: one line a finding", "txt", Kind.PLAIN, fi
 
 def findings_json(findings: Findings) -> str:
     """The layout that `pidcfg schema output-validate` describes."""
-    return reporters.json_v1(findings.reported, findings.documents)
+    return findings_format.json_v1(findings.reported, findings.documents)
 
 
 def runs_json(outcomes: Sequence[Outcome], fails: Severity) -> str:
@@ -75,7 +75,7 @@ JSON = Format("programs; the layout is [published](#json) and stays", "json", Ki
 
 MARKS = re.compile(r"[\\|]|(?<=\])\(")
 """What would end a cell, and the sign that makes a link of a text in brackets."""
-MOST = 500
+MAX_FINDINGS = 500
 """Rows of a table: GitHub drops a summary of more than a megabyte."""
 
 
@@ -94,9 +94,9 @@ def _markdown_lines(findings: Findings) -> Iterator[str]:
     if not findings.reported:
         return
     yield from ("", "| | place | rule | finding |", "|---|---|---|---|")
-    yield from map(_table_row, findings.reported[:MOST])
-    if len(findings.reported) > MOST:
-        yield from ("", f"… and {len(findings.reported) - MOST} more")
+    yield from map(_table_row, findings.reported[:MAX_FINDINGS])
+    if len(findings.reported) > MAX_FINDINGS:
+        yield from ("", f"… and {len(findings.reported) - MAX_FINDINGS} more")
 
 
 def _table_row(d: Diagnostic) -> str:

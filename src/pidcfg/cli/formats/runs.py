@@ -16,7 +16,7 @@ from pidcfg.sim.judgement.meters import METRICS, OF_SWINGS
 from pidcfg.sim.judgement.report import Tally, in_brief
 from pidcfg.text.diagnostics import START, Diagnostic, Severity
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import CONTROL, one_line, to_left, to_right, width_of
+from pidcfg.text.signs import CONTROL, one_line, pad_left, pad_right, width_of
 from pidcfg.text.writer import json_text
 from pidcfg.validate.catalog import rule_of
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 # --- A run as text for people and CI logs, and as JSON whose layout is spelled out key by key -------------------------
 
-SHOWN = 60
+MAX_EVENTS = 60
 """Lines of the list of happenings; JSON has all of them."""
 FAILED = "FAILED"
 METRIC_UNITS = {"overshoot": " %", "settling_time": " s", "rise_time": " s", "oscillation_period": " s"}
@@ -94,8 +94,8 @@ def _happenings(report: Report) -> str:
             rows.append((report.duration, name, f"and {loop.unlisted} more changes that are not listed"))
     rows += [(note.at, note.loop or "", ("error: " if note.error else "note: ") + note.text) for note in report.notes]
     rows.sort(key=lambda row: row[0])
-    lines = [(f"{at:g} s", name, what) for at, name, what in rows[:SHOWN]]
-    more = f"  … and {len(rows) - SHOWN} more; --format json lists all\n" if len(rows) > SHOWN else ""
+    lines = [(f"{at:g} s", name, what) for at, name, what in rows[:MAX_EVENTS]]
+    more = f"  … and {len(rows) - MAX_EVENTS} more; --format json lists all\n" if len(rows) > MAX_EVENTS else ""
     return "What happened\n" + table(lines, right=1) + more if rows else ""
 
 
@@ -215,7 +215,7 @@ def table(rows: Sequence[Sequence[str]], left: int = 9, right: int = 0) -> str:
     lines = []
     for row in rows:
         cells = [
-            (to_right if i < right or i >= left else to_left)(cell, width)
+            (pad_left if i < right or i >= left else pad_right)(cell, width)
             for i, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  " + "  ".join(cells).rstrip())

@@ -177,7 +177,7 @@ def as_text(tuned: TuneResult) -> str:
 
 def _written(written: Written) -> str:
     """What changed in a file, and the findings of the loop."""
-    from pidcfg.cli.formats import findings as reporters
+    from pidcfg.cli.formats import findings as findings_format
 
     is_new = written.data != written.before
     state = "written" if written.ok else "NOT WRITTEN, for its errors"
@@ -189,7 +189,7 @@ def _written(written: Written) -> str:
             lines.append(f"  {value.key}: {value.old or 'not given'}, as before")
     if written.action is None:
         lines.append("  action not compared: the sign of the process's gain is not known; add --gain")
-    found = reporters.text(written.findings, {written.file: written.document})
+    found = findings_format.text(written.findings, {written.file: written.document})
     title = f"findings of {written.loop} with these gains:" if found else f"no findings of {written.loop}"
     return "\n".join(lines) + f"\n\n{title}\n" + found.rstrip("\n")
 

@@ -39,7 +39,7 @@ from pidcfg.encoders.parameters import Elsewhere
 from pidcfg.encoders.structured_text import END, NAME, Cursor, settings_of
 from pidcfg.schemas.dpide import parse_timer
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -192,7 +192,7 @@ def _by_name(
         if name is None:
             raise value[0].error(f"{join_tokens(value)[:40]} has no name; operands of {what} are all named, or none is")
         if name.upper not in known:
-            near = nearest(name.upper, known)
+            near = closest_name(name.upper, known)
             hint = f"; did you mean {known[near]}?" if near else f"; it has {', '.join(names)}"
             raise name.error(f"{what} has no operand {name.text}{hint}")
         wanted = "=>" if name.upper in outputs or name.upper == "ENO" else ":="

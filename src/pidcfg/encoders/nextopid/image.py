@@ -25,7 +25,7 @@ from pidcfg.schemas.numbers import plain_number
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import put, steps, value_at
 from pidcfg.text.references import NEXTOPID, Decision
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -126,7 +126,7 @@ def _target(layout: Layout, name: str, wired: Collection[str], given: Collection
     number = layout.numbers.get(name)
     owner = None if number is None else layout.owner(number)
     if number is None:
-        near = nearest(name, [*layout.numbers])
+        near = closest_name(name, [*layout.numbers])
         problem = f"{name!r} is no declared signal, and no parameter of a block"
         cure = f"did you mean {near!r}?" if near else "declare it among the signals"
     elif layout.types[name].kind not in {"bool", "real", "whole"}:

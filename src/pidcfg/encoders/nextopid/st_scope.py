@@ -48,7 +48,7 @@ from pidcfg.schemas.expressions import (
     TRUTH,
 )
 from pidcfg.schemas.iec import BOOL, INT, REAL, TIME, Timed, Wire, parse_identifier
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -319,7 +319,7 @@ class Scope:
         rows = {row.name.upper(): row for row in item.kind.table.rows if access in {"", row.access}}
         row = rows.get(text.upper())
         if row is None:
-            near = nearest(text.upper(), rows)
+            near = closest_name(text.upper(), rows)
             hint = f"; did you mean {rows[near].name}?" if near else ""
             what = f"{access} " if access else ""
             raise parts[0].error(f"{item.kind.name} has no {what}parameter {text}{hint}")
@@ -343,7 +343,7 @@ class Scope:
             return f"{item.name}.{row.name}", row.type
         declared = self.variables.get(first.upper)
         if item is not None or declared is None or len(parts) > 1:
-            near = nearest(first.upper, [*self.variables])
+            near = closest_name(first.upper, [*self.variables])
             hint = f"; did you mean {self.variables[near].name.text}?" if near and near != first.upper else ""
             raise first.error(f"{text} is no variable that the program declares, and no parameter{hint}")
         self._refuse_assigned(first)

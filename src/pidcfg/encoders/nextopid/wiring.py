@@ -25,7 +25,7 @@ from pidcfg.schemas.expressions import (
 )
 from pidcfg.text.frozen import frozen
 from pidcfg.text.references import Decision
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -141,7 +141,7 @@ class Layout:
             return self._read_name(kind, text)
         wanted = KINDS[kind.kind]
         if NAMED.fullmatch(text) and wanted == "bool" and text.upper() not in TRUTHS:
-            near = nearest(text, [name for name, of in self.types.items() if of.kind == "bool"])
+            near = closest_name(text, [name for name, of in self.types.items() if of.kind == "bool"])
             cure = f"did you mean {near!r}?" if near else "wire the name of a BOOL, or a condition such as PV < 4.0"
             raise ExpressionError(f"{text!r} is no declared BOOL", 0, cure)
         parser = Typed(text, self.numbers, self._lengths, types=self.kinds.__getitem__)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 from pidcfg.encoders.codecs import DecodeError
 from pidcfg.output.explanation.page import Page, Placement, Point, choice_text, choices_text, key_text, label
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import printable, to_left, to_right, width_of
+from pidcfg.text.signs import pad_left, pad_right, printable, width_of
 from pidcfg.vendors import VENDORS
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def as_text(lines: Sequence[Line], heads: Sequence[str]) -> str:
     at = sum(widths[i] + 2 for i in shown)
     out = ["  ".join([*(f"{heads[i]:<{widths[i]}}" for i in shown), "meaning"])]
     for row, line in zip(rows, lines, strict=True):
-        cells = [(to_right if heads[i] in RIGHT else to_left)(row[i], widths[i]) for i in shown]
+        cells = [(pad_left if heads[i] in RIGHT else pad_right)(row[i], widths[i]) for i in shown]
         first, *rest = wrap(line.meaning, max(WIDTH - at, NARROWEST), break_on_hyphens=False) or [""]
         out.append("  ".join([*cells, first]).rstrip())
         out += [" " * at + text for text in rest]

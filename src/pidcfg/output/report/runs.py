@@ -17,7 +17,7 @@ from pidcfg.output.report.content import (
     text,
 )
 from pidcfg.pictures.page import figures
-from pidcfg.sim.judgement.expect import UNITS as METRICS
+from pidcfg.sim.judgement.expect import UNITS as EXPECTATION_UNITS
 from pidcfg.sim.judgement.meters import OF_SWINGS
 from pidcfg.sim.judgement.report import Tally, flag_words
 from pidcfg.text.frozen import frozen
@@ -176,7 +176,7 @@ def found_text(verdict: Verdict, units: Mapping[str, Units]) -> str:
     """What was measured for an expectation, with the unit of the metric or of the signal that it is about."""
     of_loop = units.get(verdict.loop or "")
     about = verdict.text.removeprefix(f"{verdict.loop} ").partition(" ")[0]
-    unit = METRICS.get(about, "").strip() or metric_unit(about, of_loop)
+    unit = EXPECTATION_UNITS.get(about, "").strip() or metric_unit(about, of_loop)
     if of_loop is not None and not unit:
         unit = next((unit for name, unit in of_loop.signals.items() if verdict.text.startswith(f"{name} ")), "")
     number = isinstance(verdict.value, int | float | list | tuple) and not isinstance(verdict.value, bool)

@@ -18,7 +18,7 @@ from pidcfg.schemas.numbers import parse_integer, parse_number, refuse
 from pidcfg.text.frozen import frozen
 from pidcfg.text.paths import dotted
 from pidcfg.text.references import Decision
-from pidcfg.text.signs import nearest, spoken
+from pidcfg.text.signs import closest_name, key_of_term
 
 if TYPE_CHECKING:
     from collections.abc import MutableSequence, Sequence
@@ -72,7 +72,7 @@ class Keys:
         if len(same) == 1:
             return same
         known = [*self.short, *self.rows]
-        near = spoken(key, known) or next(iter(difflib.get_close_matches(key, known, 1, 0.5)), None)
+        near = key_of_term(key, known) or next(iter(difflib.get_close_matches(key, known, 1, 0.5)), None)
         cure = f"did you mean {near}?" if near else "write a key of the loop's configuration"
         return refuse("set_key", f"{key!r} is nothing that can be set in a running loop", help=cure)
 
@@ -224,7 +224,7 @@ class NamedKeys:
         alike = {name.lower(): name for name in known}
         if key.lower() in alike:
             return f"write {alike[key.lower()]}: upper and lower case count"
-        near = spoken(key, known) or nearest(key, known) or alike.get(nearest(key.lower(), alike) or "")
+        near = key_of_term(key, known) or closest_name(key, known) or alike.get(closest_name(key.lower(), alike) or "")
         return f"did you mean {near}?" if near else "write the name of a parameter"
 
 

@@ -21,7 +21,7 @@ from pidcfg.schemas.expressions import (
     SUBTRACT,
 )
 from pidcfg.text.frozen import frozen
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, MutableSequence, Sequence
@@ -79,7 +79,7 @@ class NoValue(NamedTuple):
 def unknown_name(path: Path, what: str, name: object, known: Iterable[str], *, key: bool = False) -> Problem:
     """A name that is unknown here, with the nearest known one as help."""
     names = list(known)
-    near = nearest(str(name), names)
+    near = closest_name(str(name), names)
     few = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
     cure = f"did you mean {near}?" if near else f"known: {few}" if names else f"there is no {what} here to be named"
     return Problem(path, f"{str(name)[:60]!r} is no {what}", "unknown_name", help=cure, key=key)

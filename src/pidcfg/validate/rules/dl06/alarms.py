@@ -300,9 +300,9 @@ D23 = Decision(
     "The high alarm would go off only where the low alarm is already on.",
 )
 
-WIDEST = Decimal("0.05")
-MOST = 0x200
-LARGEST = Decimal(MOST) / 4095
+WIDE_HYSTERESIS = Decimal("0.05")
+MAX_COUNTS = 0x200
+LARGEST_HYSTERESIS = Decimal(MAX_COUNTS) / 4095
 
 
 def hysteresis_in_use(view: LoopView) -> int | None:
@@ -340,14 +340,17 @@ def hysteresis_wide(view: LoopView) -> Findings:
 
     Fix: choose 0.1 % to 5 % of the range, at most 512 counts.
     """
-    counts, widest, largest = hysteresis_in_use(view), span_share(view, WIDEST), span_share(view, LARGEST)
-    if counts is None or not min(widest, MOST) < counts <= largest:
+    counts, widest, largest = (
+        hysteresis_in_use(view),
+        span_share(view, WIDE_HYSTERESIS),
+        span_share(view, LARGEST_HYSTERESIS),
+    )
+    if counts is None or not min(widest, MAX_COUNTS) < counts <= largest:
         return
     passed = f"more than 5 % of the span ({view.distance(widest)})"
-    if counts > MOST:
-        readings = (
-            f"more than 200 hex if these are counts ({MOST}), within them if they grow with the format ({largest})"
-        )
+    if counts > MAX_COUNTS:
+        as_counts = f"more than 200 hex if these are counts ({MAX_COUNTS})"
+        readings = f"{as_counts}, within them if they grow with the format ({largest})"
         passed = readings if counts <= widest else f"{passed}, {readings}"
     yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), passed=passed)
 
@@ -363,8 +366,8 @@ def hysteresis_beyond_range(view: LoopView) -> Findings:
     Fix: choose 0.1 % to 5 % of the range.
     """
     counts = hysteresis_in_use(view)
-    if counts is not None and counts > span_share(view, LARGEST):
-        limit = view.distance(span_share(view, LARGEST))
+    if counts is not None and counts > span_share(view, LARGEST_HYSTERESIS):
+        limit = view.distance(span_share(view, LARGEST_HYSTERESIS))
         yield view.at("alarms", "hysteresis", value=view.shown("hysteresis"), limit=limit)
 
 
@@ -404,7 +407,7 @@ def hysteresis_spans_normal_zone(view: LoopView) -> Findings:
 
     Fix: make the hysteresis much smaller than the distance from low to high.
     """
-    return shared_checks.hysteresis_spans_normal_zone(view, span_share(view, LARGEST))
+    return shared_checks.hysteresis_spans_normal_zone(view, span_share(view, LARGEST_HYSTERESIS))
 
 
 @per_loop

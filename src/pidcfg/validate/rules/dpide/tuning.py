@@ -167,7 +167,7 @@ D260 = Decision(
     "A step of the PV of one unit is then a step of the output of more than 20 times the proportional gain for one "
     "cycle; controllers that limit the derivative limit it to 8 to 20 times.",
 )
-MOST = Decimal(20)
+MAX_DERIVATIVE_RATIO = Decimal(20)
 
 
 def derivative_of(view: LoopView) -> Decimal:
@@ -193,7 +193,7 @@ def derivative_unsmoothed(view: LoopView) -> Findings:
     if view.times is None or tunes_itself(view) or view.coefficient("Tf"):
         return
     ratio = view.times[1] / view.cycle
-    if ratio > MOST:
+    if ratio > MAX_DERIVATIVE_RATIO:
         yield view.at("Td_Kd", time=number_text(view.times[1]), ratio=number_text(ratio), cycle=number_text(view.cycle))
 
 

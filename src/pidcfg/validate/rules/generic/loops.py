@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pidcfg.encoders.generic.image import D299, D302, D303
 from pidcfg.schemas.generic import D280
 from pidcfg.text.diagnostics import Severity
-from pidcfg.text.signs import nearest, same_word
+from pidcfg.text.signs import closest_name, same_word
 from pidcfg.validate.rule import Findings, error, per_loop, warning
 from pidcfg.validate.shared_checks import PV_POINTS, find_circles, number_text, outside_limits, report_at_both
 
@@ -365,7 +365,7 @@ def unknown_cascade_source(context: GenericContext) -> Findings:
     for view in context.loops:
         source = view.loop.setpoint.source
         if source is not None and source not in context.by_name:
-            near = nearest(source, context.by_name)
+            near = closest_name(source, context.by_name)
             cure = f"; did you mean {near}?" if near else ""
             yield view.at("setpoint", "source", source=source, cure=cure).correct_to(same_word(source, context.by_name))
 

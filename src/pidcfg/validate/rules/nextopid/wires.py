@@ -15,7 +15,7 @@ from pidcfg.schemas.expressions import COMPARISONS, CONDITIONAL, CONSTANT, EQUAL
 from pidcfg.schemas.nextopid import D202
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.references import NEXTOPID, Decision
-from pidcfg.text.signs import nearest
+from pidcfg.text.signs import closest_name
 from pidcfg.validate.rule import Finding, Findings, error, info, per_pid, warning
 from pidcfg.validate.shared_checks import list_names, number_text
 
@@ -91,7 +91,7 @@ def _cure_of_wire(context: NextopidContext, text: str, error: WireError) -> str:
     kinds = {placed.item.name: placed.kind for placed in context.encoding.items}
     if word is None or word.group(1) not in kinds or word.group() in context.encoding.layout.types:
         return error.cure
-    near = nearest(word.group(2), [row.name for row in kinds[word.group(1)].table.rows])
+    near = closest_name(word.group(2), [row.name for row in kinds[word.group(1)].table.rows])
     return f"did you mean '{word.group(1)}.{near}'?" if near else error.cure
 
 
