@@ -642,7 +642,7 @@ def test_a_file_that_somebody_saves_meanwhile_is_left_alone(validate, tmp_path, 
         (tmp_path / "a.yaml").write_text("# saved\n", "utf-8")
         return outcome
 
-    monkeypatch.setattr(corrections, "_corrected", slow)
+    monkeypatch.setattr(corrections, "_fix_input", slow)
     found = validate("a.yaml", "--fix")
     assert (found.code, found.out) == (2, "")
     assert "a.yaml has changed since it was read; nothing was written" in found.err

@@ -231,7 +231,7 @@ def test_text_of_a_file_stays_in_its_cell(project):
 
 
 def test_a_table_ends_before_github_refuses_it(project, monkeypatch):
-    monkeypatch.setattr(markdown, "MOST", 2)
+    monkeypatch.setattr(markdown, "MAX_FINDINGS", 2)
     lines = run("validate", "loops", "--format", "markdown").stdout.splitlines()
     assert len([line for line in lines if re.match(r"\| (error|warning|info) ", line)]) == 2
     assert lines[-1] == "… and 6 more"

@@ -164,7 +164,7 @@ def test_a_terminal_is_cleared_for_each_run_but_the_first(watching, monkeypatch)
     doing = [write("reactor.yaml", BAD), nothing]
     watching("validate", "reactor.yaml", doing=doing)
     assert not cleared
-    monkeypatch.setattr(watch.colour, "terminal", lambda _stream: True)
+    monkeypatch.setattr(watch.terminal, "is_terminal", lambda _stream: True)
     watching(
         "validate", "reactor.yaml", doing=[write("reactor.yaml", GOOD), nothing, write("reactor.yaml", BAD), nothing]
     )
