@@ -107,7 +107,7 @@ def test_there_and_back_gives_the_same_loop_up_to_the_reported_rounding(one, two
         back = convert(checked(there.data).config, VENDORS[two], VENDORS[one], {})
     except (ConvertError, AssertionError, EncodeError):
         return  # one of the two cannot hold the loop, and says so
-    if len(there.kept) < len(there.loops) or len(back.kept) < len(back.loops):
+    if len(there.source_places) < len(there.loops) or len(back.source_places) < len(back.loops):
         return  # a loop cannot go, and its report says why
     before, _ = neutral_loops(source.config, source.vendor)
     after, _ = neutral_loops(checked(back.data).config, source.vendor)

@@ -25,7 +25,7 @@ from pidcfg.cli.formats import conversion as formats
 from pidcfg.cli.main import main
 from pidcfg.conversion.ledger import Change, MaxLoss, MaxLossError, judge_change, parse_max_loss, text_of
 from pidcfg.conversion.operation import Operation, Windup, differing_rules
-from pidcfg.conversion.pipeline import UNKNOWN_FIELD, convert, items_beside_loops, lines_of_unreported_fields
+from pidcfg.conversion.pipeline import UNKNOWN, convert, items_beside_loops, unreported_fields
 from pidcfg.conversion.settle import correct_lines
 from pidcfg.schemas.generic import GenericFile
 from pidcfg.text.paths import leaves, put, steps, value_at
@@ -128,10 +128,12 @@ def test_every_field_of_each_source_has_a_line_in_all_targets(source):
             if target != source:
                 result = converted(config, source, target)
                 silent = {
-                    some[i][0]: paths for i in result.kept if (paths := unspoken(config, i, result.loops[i].changes))
+                    some[i][0]: paths
+                    for i in result.source_places
+                    if (paths := unspoken(config, i, result.loops[i].changes))
                 }
                 assert silent == {}, target
-                unknown = [row.field for loop in result.loops for row in loop.changes if row.note == UNKNOWN_FIELD]
+                unknown = [row.field for loop in result.loops for row in loop.changes if row.note == UNKNOWN]
                 assert unknown == [], target
 
 
@@ -182,13 +184,13 @@ def test_what_a_loop_does_not_use_is_not_written(target):
 
 def test_a_field_that_no_conversion_knows_is_a_loss():
     given = [(("new_field",), 3), (("pv", "tag"), "IR1"), (("name",), "L1")]
-    rows = list(lines_of_unreported_fields(given, [], {"pv.tag": "a place"}, {"name": "L1"}))
+    rows = list(unreported_fields(given, [], {"pv.tag": "a place"}, {"name": "L1"}))
     assert rows == [
-        Change("new_field", "dropped", 3, None, note=UNKNOWN_FIELD, loss=True),
+        Change("new_field", "dropped", 3, None, note=UNKNOWN, loss=True),
         Change("pv.tag", "dropped", "IR1", None, note="a place"),
         Change("name", "exact", "L1", "L1", neutral=("name",), target_field="name"),
     ]
-    assert list(lines_of_unreported_fields(given[:1], [Change("new_field.0", "exact", 3, 3)], {}, {})) == []
+    assert list(unreported_fields(given[:1], [Change("new_field.0", "exact", 3, 3)], {}, {})) == []
 
 
 # --- exact -----------------------------------------------------------------------------------------------------------

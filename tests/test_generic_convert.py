@@ -7,7 +7,7 @@ from hypothesis import given, settings
 
 from generic_rig import configurations, file_of
 from pidcfg import api
-from pidcfg.conversion.from_generic import NOTHING_LOST, WHOLE, to_neutral
+from pidcfg.conversion.from_generic import NOTHING_LOST, RANGE_FIELDS, to_neutral
 from pidcfg.conversion.pipeline import convert, neutral_loops
 from pidcfg.conversion.to_generic import from_neutral
 from pidcfg.encoders.generic import CONVERT_OPTIONS
@@ -52,9 +52,11 @@ FULL = {
 
 def test_every_field_that_is_given_says_where_it_goes():
     (loop,) = to_neutral(file_of(FULL))
-    pairs = {f"{path}.{i}" for path in WHOLE for i in range(2)}
+    pairs = {f"{path}.{i}" for path in RANGE_FIELDS for i in range(2)}
 
-    assert sorted(entry.path for entry in loop.fields) == sorted({*leaves(Loop), *WHOLE} - pairs - {*NOTHING_LOST})
+    assert sorted(entry.path for entry in loop.fields) == sorted(
+        {*leaves(Loop), *RANGE_FIELDS} - pairs - {*NOTHING_LOST}
+    )
     assert all(entry.to == (entry.path,) for entry in loop.fields)
     assert not loop.missing
 

@@ -174,7 +174,7 @@ LINES = {
     "convert --help":    4_850,
     "encode --help":     2_850,
     "decode --help":     4_350,
-    "validate examples/dl06/reactor.yaml": 17_300,
+    "validate examples/dl06/reactor.yaml": 17_350,
     "encode examples/dl06/reactor.yaml": 22_650,
     "simulate examples/dl06/reactor.scenario.yaml": 32_330,
 }

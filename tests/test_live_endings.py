@@ -27,7 +27,7 @@ from apart import apart
 from live_rig import CLICK, DL06, Registers, run, words_of
 from pidcfg.cli import interrupts
 from pidcfg.cli.commands import trend as live_chart
-from pidcfg.cli.commands.trend import EVERY, LiveChart, chart_for
+from pidcfg.cli.commands.trend import REDRAW_SECONDS, LiveChart, chart_for
 from pidcfg.live.link import Address, Link, Patience, PlcError, Request, parse_address
 from test_serve import served, virtual
 
@@ -205,7 +205,7 @@ def test_it_is_drawn_and_its_last_picture_stays(monkeypatch):
     chart = LiveChart(None)
     chart.row(0.0, {"L.PV": "1", "L.SP": "1", "L.OUT": "1"})
     for i in range(1, 5):
-        monkeypatch.setattr(chart, "_drawn", chart._drawn - EVERY)
+        monkeypatch.setattr(chart, "_drawn", chart._drawn - REDRAW_SECONDS)
         chart.row(float(i), {"L.PV": str(i), "L.SP": "1", "L.OUT": "1"})
     chart.close()
     pictures = stream.getvalue().count("until Ctrl-C")

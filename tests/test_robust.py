@@ -15,7 +15,7 @@ import pytest
 
 import pidcfg
 from pidcfg.cli.formats.tuning import as_text
-from pidcfg.output.process import Into, Robustness, Target
+from pidcfg.output.process import GainsFile, Robustness, Target
 from pidcfg.output.retune import loop_tuning
 from pidcfg.output.robust import confirm_gains, spreads_of
 from pidcfg.text.reader import DEFAULT, reader_of
@@ -431,7 +431,7 @@ def test_the_loop_of_a_file_is_the_one_that_is_searched(text, loop):
 def test_every_vendor_s_filters(vendor, old, new, sampling):
     text = pidcfg_starter(vendor)
     assert old in text
-    into = Into(text.replace(old, new, 1).encode(), "a.yaml", None, reader_of(None))
+    into = GainsFile(text.replace(old, new, 1).encode(), "a.yaml", None, reader_of(None))
     _, loop = loop_tuning(Target(None, None, None, into), into, DEFAULT)
     assert {key: getattr(loop, key) for key in sampling} == pytest.approx(sampling)
 

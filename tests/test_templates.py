@@ -282,13 +282,13 @@ def users(name, count):
 )
 def test_nothing_is_copied_beyond_the_limit(text, line, monkeypatch):
     copied = []
-    merged = templates._Resolver._merged
+    merged = templates._Resolver._merge
 
     def counted(self, base, own, path):
         copied.append(base[1].size)
         return merged(self, base, own, path)
 
-    monkeypatch.setattr(templates._Resolver, "_merged", counted)
+    monkeypatch.setattr(templates._Resolver, "_merge", counted)
     (found,) = check(HEAD + text, Limits(nodes=400)).findings
     assert (found.code, found.message) == ("PID013", "more than 400 values with those of templates")
     assert (found.span.line, sum(copied) <= 400) == (line, True)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pidcfg.output.explanation.lookup import ExplainResult
     from pidcfg.output.findings import CheckResult, LoadResult
     from pidcfg.output.gains import TuneResult
-    from pidcfg.output.process import Into
+    from pidcfg.output.process import GainsFile
     from pidcfg.output.runs import CertifyResult, SimulateResult
     from pidcfg.output.sources import Source
     from pidcfg.output.words import DecodeResult, EncodeResult
@@ -130,7 +130,7 @@ def tune(
         "ultimate_period": ultimate_period,
     }
     wish = processes.robustness(vary, ms, samples, given=METHODS[method].searches)
-    values = {key: processes.usable(key, value) for key, value in numbers.items() if value is not None}
+    values = {key: processes.check_number(key, value) for key, value in numbers.items() if value is not None}
     request = processes.request(columns, rest, start, until, given=record is not None)
     step = None if record is None else (*source_data(record, name, files, limits.file_bytes + 1), request)
     known = processes.known_process(values, model, transfer, given=record is not None)
@@ -139,16 +139,16 @@ def tune(
 
 def _into(
     source: Path | str | bytes | None, name: str | None, loop: str | None, files: Files, limits: Limits
-) -> Into | None:
+) -> GainsFile | None:
     """The configuration that gains are put into; raises `ArgumentError` for a loop without one."""
     if source is None:
         for argument, value in (("into_name", name), ("loop", loop)):
             if value is not None:
                 raise ArgumentError(f"`{argument}` is for `into`", argument, "into")
         return None
-    from pidcfg.output.process import Into
+    from pidcfg.output.process import GainsFile
 
-    return Into(*source_data(source, name, files, limits.file_bytes + 1), loop, reader_of(files))
+    return GainsFile(*source_data(source, name, files, limits.file_bytes + 1), loop, reader_of(files))
 
 
 @check_arguments

@@ -112,7 +112,7 @@ def _fix_input(entry: Input, rules: Rules, ctx: click.Context) -> Fixed:
 
     if entry.problem is not None:
         return Fixed(entry.data, (), tuple(check(document(entry))))
-    ignore = [*rules.ignore, *settings.settings_of(ctx).ignored_in(entry.name)]
+    ignore = [*rules.ignore, *settings.current(ctx).ignored_in(entry.name)]
     fixer = Fixer(
         lambda data: read_document(data, entry.name, entry.limits),
         check,

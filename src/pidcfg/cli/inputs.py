@@ -124,7 +124,7 @@ def relative(file: str, folder: Path) -> str:
 # pathspec turns a line into a regular expression. It is asked for one entry at a time, whose folders are not left
 # out; so nothing below a folder that is left out can be taken back, as with git.
 
-MAX_GIT_LINES = 2000
+MAX_LINES = 2000
 """Lines of a ``.gitignore``, and patterns of a settings file."""
 MAX_PATTERN_WAYS = 10_000
 """In which the ``**`` of a pattern may lie over the folders of a path."""
@@ -255,7 +255,7 @@ def walk(name: str, closed: Callable[[OSError], None] | None = None) -> Iterator
             ignored = (*_gitignore_patterns(place, unused), *ignored)
         inside = {f: _folder(place, f, excluded, ignored) for f in sorted(folders) if not f.startswith(".")}
         yaml = (f for f in sorted(files) if Path(f).suffix.lower() in SUFFIXES)
-        read = {f: _exclusion_reason(place, f, excluded, ignored) for f in yaml}
+        read = {f: _reason(place, f, excluded, ignored) for f in yaml}
         folders[:] = (f for f, reason in inside.items() if reason is None)
         levels |= {os.path.join(place, f): ignored for f in folders}  # noqa: PTH118 - as os.walk spells it
         left_out = [(f"{f}/", reason) for f, reason in inside.items() if reason is not None]
@@ -271,12 +271,10 @@ def _folder(place: str, name: str, excluded: Patterns | None, ignored: Levels) -
         return "packages of others"
     if os.path.lexists(path / ENVIRONMENT):
         return f"holds {ENVIRONMENT}"
-    return _exclusion_reason(place, name, excluded, ignored, folder=not path.is_symlink())
+    return _reason(place, name, excluded, ignored, folder=not path.is_symlink())
 
 
-def _exclusion_reason(
-    place: str, name: str, excluded: Patterns | None, ignored: Levels, *, folder: bool = False
-) -> str | None:
+def _reason(place: str, name: str, excluded: Patterns | None, ignored: Levels, *, folder: bool = False) -> str | None:
     """Why patterns leave an entry out, if they do: of those of git, the last of the deepest file counts."""
     if excluded is None and not ignored:
         return None
@@ -326,12 +324,9 @@ def _gitignore_patterns(folder: str, unused: Reasons) -> Iterable[Patterns]:
         unused.append((shown, f"cannot be read ({error.strerror}): what it names is not left out"))
         return
     lines = data.removeprefix(b"\xef\xbb\xbf").decode("utf-8", "surrogateescape").split("\n")
-    if len(data) > LARGEST_GITIGNORE or len(lines) > MAX_GIT_LINES:
+    if len(data) > LARGEST_GITIGNORE or len(lines) > MAX_LINES:
         unused.append(
-            (
-                shown,
-                f"has more than {LARGEST_GITIGNORE} bytes or {MAX_GIT_LINES} lines: what it names is not left out",
-            )
+            (shown, f"has more than {LARGEST_GITIGNORE} bytes or {MAX_LINES} lines: what it names is not left out")
         )
         return
     yield patterns(_base(folder), shown, (line.removesuffix("\r") for line in lines), numbered=True)
@@ -395,7 +390,7 @@ NAME_OF_STDIN = "pidcfg.stdin"
 """Where a command keeps that name."""
 MOST_NAMES = 3
 """Names of what was left out."""
-MAX_NEARBY_FILES = 1000
+MAX_NEARBY = 1000
 """Names of a folder that are compared with one that is not there."""
 
 
@@ -433,13 +428,13 @@ def read_entries(paths: Sequence[str], limits: Limits) -> Iterator[Input]:
             yield entry
     ctx = click.get_current_context(silent=True)
     params = {} if ctx is None else ctx.params
-    if (text := exclusion_summary(others)) and not params.get("quiet"):
+    if (text := excluded_text(others)) and not params.get("quiet"):
         remark(text)
     for reason in exclusion_reasons(others) if params.get("verbose") else ():
         remark(reason)
 
 
-def exclusion_summary(entries: Iterable[Input]) -> str:
+def excluded_text(entries: Iterable[Input]) -> str:
     """How many folders and files were left out, and the names of some; nothing where none was."""
     names = [entry.name for entry in entries if entry.left_out is not None]
     folders = sum(name.endswith("/") for name in names)
@@ -469,9 +464,7 @@ def _nearby_name_cure(name: str) -> str | None:
     path = Path(name)
     if path.exists() or not path.parent.is_dir():
         return None
-    names = (
-        entry.name for entry in islice(path.parent.iterdir(), MAX_NEARBY_FILES) if entry.suffix.lower() in SUFFIXES
-    )
+    names = (entry.name for entry in islice(path.parent.iterdir(), MAX_NEARBY) if entry.suffix.lower() in SUFFIXES)
     near = get_close_matches(path.name, names, 1, 0.7)
     return f"did you mean {(path.parent / near[0]).as_posix()}?" if near else None
 
@@ -563,7 +556,7 @@ def _inputs_below(name: str, taken: _Taken) -> Iterator[Input]:
         else:
             has_files = True
     if not has_files:
-        without = f"; {text}" if (text := exclusion_summary(others)) else ""
+        without = f"; {text}" if (text := excluded_text(others)) else ""
         yield Input(name, problem=f"{name} holds no .yaml or .yml file with a pidcfg key{without}")
 
 

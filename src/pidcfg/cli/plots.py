@@ -24,7 +24,7 @@ TERMINAL = "-"
 SUFFIXES = (".svg", ".png", ".html")
 DRAWN = (".svg", ".png")
 """Those that the plotting library draws."""
-MAX_CHARTS = 40
+MAX_LOOPS = 40
 """Charts in one file: what a page of pictures can hold and a person look through."""
 NARROWEST, WIDEST, HEIGHT = 40, 160, 12
 """Characters of a picture in the terminal."""
@@ -118,10 +118,8 @@ def draw_files(
         suffix = Path(name).suffix.lower()
         if name == TERMINAL:
             continue
-        if len(charts) > MAX_CHARTS:
-            raise click.ClickException(
-                f"{name}: {len(charts)} loops are too many for one picture, at most {MAX_CHARTS}"
-            )
+        if len(charts) > MAX_LOOPS:
+            raise click.ClickException(f"{name}: {len(charts)} loops are too many for one picture, at most {MAX_LOOPS}")
         from pidcfg.pictures import figure as draw
         from pidcfg.pictures import page
 

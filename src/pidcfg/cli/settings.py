@@ -151,7 +151,7 @@ def _codes(key: str, value: Any, file: _File) -> list[str]:
     return [code.upper() for code in codes]
 
 
-def _shortened_value(value: object) -> str:
+def _shorten(value: object) -> str:
     """A value as a complaint has it, shortened."""
     try:
         text = repr(value)
@@ -162,9 +162,7 @@ def _shortened_value(value: object) -> str:
 
 def _switch(key: str, value: Any, file: _File) -> bool:
     if not isinstance(value, bool):
-        file.refuse(
-            key, f"{key} must be true or false, not {_shortened_value(value)}", f"write {key} = true, without quotes"
-        )
+        file.refuse(key, f"{key} must be true or false, not {_shorten(value)}", f"write {key} = true, without quotes")
     return value
 
 
@@ -173,7 +171,7 @@ def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
         if not isinstance(value, str) or value not in words:
             near = closest_name(value, words) if isinstance(value, str) else None
             cure = f"did you mean {near}?" if near else None
-            file.refuse(key, f"{key} is {_shortened_value(value)}, not one of {', '.join(words)}", cure)
+            file.refuse(key, f"{key} is {_shorten(value)}, not one of {', '.join(words)}", cure)
         return value
 
     return choice
@@ -182,7 +180,7 @@ def _choice(words: tuple[str, ...]) -> Callable[[str, Any, _File], str]:
 def _path(key: str, value: Any, file: _File) -> str:
     """A path that stays below the folder of the settings file, links included."""
     if not isinstance(value, str) or not value:
-        file.refuse(key, f"{key} must be the path of a file, not {_shortened_value(value)}")
+        file.refuse(key, f"{key} must be the path of a file, not {_shorten(value)}")
     try:
         target, root = (file.root / value).resolve(), file.root.resolve()
     except (OSError, ValueError, RuntimeError):
@@ -308,13 +306,13 @@ class Settings:
         return [code for pattern, codes in self.per_file_ignores.items() if matches(pattern, path) for code in codes]
 
 
-def settings_of(ctx: click.Context) -> Settings:
+def current(ctx: click.Context) -> Settings:
     """The settings of the running command."""
     settings: Settings = ctx.meta[SETTINGS]
     return settings
 
 
-def apply_settings(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
+def apply(ctx: click.Context, param: click.Parameter, paths: tuple[str, ...]) -> tuple[str, ...]:
     """Callback of the paths, which come before the options: settings become the options' defaults."""
     del param
     if ctx.resilient_parsing:
@@ -336,32 +334,28 @@ def _settings(paths: Sequence[str], config: str | None) -> Settings:
     """The settings of a file that was named, or of the one that all paths have."""
     if config is not None:
         path = Path(config)
-        data = _read_settings(path, config)
-        return _load_settings(path, config, data)
+        data = _read(path, config)
+        return _load(path, config, data)
     files: dict[Path | None, str] = {}
     starts = {_start_folder(name): name for name in reversed(paths)}
     for folder, name in reversed(starts.items()):
         files.setdefault(_first_with_table(_candidates_from(folder)), name)
     if len(files) > 1:
-        examples = [f"{name}: {_name_in_messages(file) if file else 'none'}" for file, name in files.items()]
+        examples = [f"{name}: {_label(file) if file else 'none'}" for file, name in files.items()]
         raise click.UsageError(
             f"the paths have different settings ({'; '.join(examples[:2])}); choose with --config FILE or --isolated, "
             "or check them one by one"
         )
     (file,) = files
-    return (
-        Settings()
-        if file is None
-        else _load_settings(file, _name_in_messages(file), _read_settings(file, _name_in_messages(file)))
-    )
+    return Settings() if file is None else _load(file, _label(file), _read(file, _label(file)))
 
 
 def _first_with_table(places: Sequence[Path]) -> Path | None:
     """The first of these files that exists and has a pidcfg table."""
     for path in places:
         if path.is_file():
-            data = _read_settings(path, _name_in_messages(path)) if path.name != SETTINGS_FILE else b""
-            if path.name == SETTINGS_FILE or (HAS_TABLE.search(data) and _has_table(_name_in_messages(path), data)):
+            data = _read(path, _label(path)) if path.name != SETTINGS_FILE else b""
+            if path.name == SETTINGS_FILE or (HAS_TABLE.search(data) and _has_table(_label(path), data)):
                 return path
     return None
 
@@ -395,12 +389,12 @@ def _candidates_from(start: Path) -> list[Path]:
     return places
 
 
-def _name_in_messages(path: Path) -> str:
+def _label(path: Path) -> str:
     """A path as messages name it: from the working directory."""
     return relative(str(path), Path.cwd())
 
 
-def _read_settings(path: Path, name: str) -> bytes:
+def _read(path: Path, name: str) -> bytes:
     try:
         data = read_file(path, MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
@@ -470,7 +464,7 @@ def _has_table(name: str, data: bytes) -> bool:
     return isinstance(tool, dict) and "pidcfg" in tool
 
 
-def _load_settings(path: Path, name: str, data: bytes) -> Settings:
+def _load(path: Path, name: str, data: bytes) -> Settings:
     """The settings of one file, checked."""
     table: Any = _parse_toml(name, data)
     within = ""
@@ -482,9 +476,9 @@ def _load_settings(path: Path, name: str, data: bytes) -> Settings:
     return Settings(name, root, check_table(table, name, data.decode("utf-8-sig"), within, root))
 
 
-def settings_report(ctx: click.Context) -> str:
+def describe(ctx: click.Context) -> str:
     """Which file was used, and what holds now."""
-    settings = settings_of(ctx)
+    settings = current(ctx)
     lines = [f"settings file: {settings.file or 'none'}"]
     for key in sorted(OPTIONS):
         name = PARAMETERS.get(key, key)
@@ -493,22 +487,19 @@ def settings_report(ctx: click.Context) -> str:
         variable = next((option.envvar for option in ctx.command.params if option.name == name), None)
         origins = {"COMMANDLINE": "command line", "ENVIRONMENT": variable, "DEFAULT_MAP": settings.file}
         origin = origins.get(source.name if source else "")
-        lines.append(f"{key} = {_setting_text(value)}" + (f"  # {origin}" if origin else ""))
-    lines += [
-        f"{PER_FILE}.{_setting_text(glob)} = {_setting_text(codes)}"
-        for glob, codes in settings.per_file_ignores.items()
-    ]
+        lines.append(f"{key} = {_to_toml(value)}" + (f"  # {origin}" if origin else ""))
+    lines += [f"{PER_FILE}.{_to_toml(glob)} = {_to_toml(codes)}" for glob, codes in settings.per_file_ignores.items()]
     return "\n".join(lines) + "\n"
 
 
-def _setting_text(value: object) -> str:
+def _to_toml(value: object) -> str:
     import json
 
     return json.dumps(value, ensure_ascii=False) if value is not None else '""'
 
 
 def _remember(name: str) -> Callable[[click.Context, click.Parameter, Any], None]:
-    """Keeps an option for `apply_settings`, which runs after it."""
+    """Keeps an option for `apply`, which runs after it."""
 
     def keep(ctx: click.Context, param: click.Parameter, value: Any) -> None:
         del param

@@ -442,9 +442,8 @@ def make_comparable(one: Any, two: Any) -> tuple[Flat, Flat]:
     before, after = flatten(one), flatten(two)
     if not before["tuning.proportional"]:
         after["tuning.proportional"] = False
-    return _without_idle_gains(without_unused_terms(before)), _without_idle_gains(
-        without_unused_terms(rescale_output(before, after))
-    )
+    after = rescale_output(before, after)
+    return _without_idle_gains(without_unused_terms(before)), _without_idle_gains(without_unused_terms(after))
 
 
 def _without_idle_gains(loop: Flat) -> Flat:

@@ -13,8 +13,8 @@ from pidcfg.conversion.differences import (
     Compared,
     Difference,
     judge_difference,
+    judge_key,
     rank_by_risk,
-    rank_key_difference,
     sort_by_risk,
 )
 from pidcfg.conversion.ledger import ConvertError, number_of, overlap
@@ -428,7 +428,7 @@ class Comparison:
     def _difference(self, loop: str, one: Item, two: Item) -> Difference:
         key = two.key if two.address or not one.address else one.key
         unit, before, after = _in_one_unit(one, two)
-        neutral, risk, note = rank_key_difference(key, self.fields(loop, key), before, after)
+        neutral, risk, note = judge_key(key, self.fields(loop, key), before, after)
         by, kinds = one.by or two.by, {one.kind, two.kind}
         if fault := one.fault or two.fault:
             note = f"no value: {fault.rpartition(': ')[2]}"

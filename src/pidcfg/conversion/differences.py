@@ -84,7 +84,7 @@ def sort_by_risk(differences: Iterable[Difference]) -> tuple[Difference, ...]:
 
 # --- How grave a difference of the neutral loops is: what can go wrong with the plant ---------------------------------
 
-LARGE_GAIN_FACTOR = Decimal(2)
+LARGE_FACTOR = Decimal(2)
 """A gain that grows or falls by more than this factor is another controller."""
 ROUNDING = Decimal("0.001")
 """Relative differences below this are what two vendors' registers make of one value."""
@@ -135,7 +135,7 @@ ACTION_KEYS = ("action", "Direct", "PID_DIR", "output_raises_pv")
 """Keys of the direction of control, whatever the vendor calls it."""
 
 
-def rank_key_difference(key: str, fields: Iterable[str], before: Any, after: Any) -> tuple[str, Risk, str]:
+def judge_key(key: str, fields: Iterable[str], before: Any, after: Any) -> tuple[str, Risk, str]:
     """The field that a key of a vendor is, how grave its difference is, and what it means.
 
     ``fields``: the neutral fields that it becomes; of several the one of which most can go wrong.
@@ -148,10 +148,8 @@ def rank_key_difference(key: str, fields: Iterable[str], before: Any, after: Any
     ends = {_matching_field(name, key) for name in fields if is_switched or name not in SWITCH_FIELDS}
     names = sorted(name for name in ends if name is not None)
     names = names or [key] * (key in RANKED_FIELDS)
-    ranks = [(name, *_risk_of_field(name, before, after, one, two)) for name in names]
-    field, risk, note = min(
-        ranks, key=lambda rank: RISKS.index(rank[1]), default=(key, *_risk_of_key(key, before, after))
-    )
+    ranks = [(name, *_field_risk(name, before, after, one, two)) for name in names]
+    field, risk, note = min(ranks, key=lambda rank: RISKS.index(rank[1]), default=(key, *_key_risk(key, before, after)))
     if one and two is not None and not note and last not in LABEL_KEYS:
         note = f"{float(two / one - 1) * 100:+.3g} %"
     return field, risk, note
@@ -166,7 +164,7 @@ def _matching_field(name: str, key: str) -> str | None:
     return f"{name}.{end}" if other not in ends else name if end == other else None
 
 
-def _risk_of_key(key: str, before: Any, after: Any) -> tuple[Risk, str]:
+def _key_risk(key: str, before: Any, after: Any) -> tuple[Risk, str]:
     """How grave a difference of a key is that becomes no neutral field."""
     if key in LOOP_SET_KEYS:
         is_gone = before == CALCULATED
@@ -184,7 +182,7 @@ def _risk_of_key(key: str, before: Any, after: Any) -> tuple[Risk, str]:
 def judge_difference(field: str, before: Any, after: Any) -> Difference:
     """The difference of a field, with its risk and what it means."""
     one, two = number_of(before), number_of(after)
-    risk, note = _risk_of_field(field, before, after, one, two)
+    risk, note = _field_risk(field, before, after, one, two)
     if one is not None and two is not None and one and abs(two / one - 1) <= ROUNDING:
         risk, note = "cosmetic", "the registers' rounding"
     elif one and two is not None and not note:
@@ -192,28 +190,23 @@ def judge_difference(field: str, before: Any, after: Any) -> Difference:
     return Difference(field, risk, json_value(before), json_value(after), note)
 
 
-def _risk_of_field(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
+def _field_risk(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
     """How grave a difference is, and what it means."""
     if field in COSMETIC_FIELDS:
         return "cosmetic", ""
     if field in FIELD_RISKS:
         return FIELD_RISKS[field]
     if field in {*LOW_ALARMS, *HIGH_ALARMS}:
-        return _risk_of_alarm(field, before, after, one, two)
+        return _alarm_risk(field, before, after, one, two)
     if field in {*LOW_ENDS, *HIGH_ENDS} and one is not None and two is not None:
         wider = two > one if field in HIGH_ENDS else two < one
         return ("high", "the limit is wider") if wider else ("medium", "the limit is narrower")
-    if (
-        field == "tuning.gain"
-        and one
-        and two is not None
-        and not LARGE_GAIN_FACTOR >= two / one >= 1 / LARGE_GAIN_FACTOR
-    ):
+    if field == "tuning.gain" and one and two is not None and not LARGE_FACTOR >= two / one >= 1 / LARGE_FACTOR:
         return "high", ""
     return "medium", ""
 
 
-def _risk_of_alarm(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
+def _alarm_risk(field: str, before: Any, after: Any, one: Decimal | None, two: Decimal | None) -> tuple[Risk, str]:
     if after is None:
         return "high", "the alarm is gone"
     if before is None:

@@ -507,9 +507,9 @@ FORMAT_OPTIONS = ("reset_decimals", "derivative")
 """Keys of ``plc``, and options, that say what words mean."""
 
 
-def _format_options(config: Dl06File, kept: Sequence[int]) -> dict[str, Any]:
+def _format_options(config: Dl06File, source_places: Sequence[int]) -> dict[str, Any]:
     """The data format where all loops have the same, and how reset and rate words are read."""
-    formats = {config.loops[i].pv.format for i in kept}
+    formats = {config.loops[i].pv.format for i in source_places}
     own: dict[str, Any] = {"data_format": formats.pop()} if len(formats) == 1 else {}
     return own | {key: getattr(config.plc, key) for key in FORMAT_OPTIONS if key in config.plc.model_fields_set}
 

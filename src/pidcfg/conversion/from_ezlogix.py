@@ -237,9 +237,9 @@ FIELDS: Table[NeutralBuilder, ScaledLoop] = (
 # --- EZLogix loops: the mode is a bit that stays; a change to auto makes the integral of the CV (PID Loop Mode) -------
 
 
-def _pv_counts_options(config: EzlogixFile, kept: Sequence[int]) -> dict[str, Any]:
+def _pv_counts_options(config: EzlogixFile, source_places: Sequence[int]) -> dict[str, Any]:
     """How the PVs are counted."""
-    return {"pv_counts": [config.loops[i].pv.counts or (0, CV_FULL) for i in kept]}
+    return {"pv_counts": [config.loops[i].pv.counts or (0, CV_FULL) for i in source_places]}
 
 
 OWN_SETTINGS = VendorSettings(

@@ -21,40 +21,40 @@ if TYPE_CHECKING:
 
 NOTHING_LOST = dict.fromkeys(COMMON, "it goes with the loop")
 """Fields without a line of their own."""
-WHOLE = ("pv.range", "output.range")
+RANGE_FIELDS = ("pv.range", "output.range")
 """Pairs that are one thing: a scale. The others are two limits."""
 
 
 def to_neutral(config: GenericFile) -> list[NeutralLoop]:
     """The loops as they are."""
     return [
-        NeutralLoop(plain(loop), [SourceField(path, value, (path,)) for path, value in fields(loop)])
+        NeutralLoop(to_plain_data(loop), [SourceField(path, value, (path,)) for path, value in fields_by_path(loop)])
         for loop in config.loops
     ]
 
 
-def fields(loop: Loop) -> Iterator[tuple[str, Any]]:
+def fields_by_path(loop: Loop) -> Iterator[tuple[str, Any]]:
     """Every field that is given, by its path, with its value; limits as two."""
     for keys, value in given_fields(loop):
         path = dotted(keys)
         if path in NOTHING_LOST:
             continue
-        if isinstance(value, tuple) and path not in WHOLE:
+        if isinstance(value, tuple) and path not in RANGE_FIELDS:
             yield from ((f"{path}.{i}", end) for i, end in enumerate(value))
         else:
             yield path, value
 
 
-def plain(value: Any) -> Any:
+def to_plain_data(value: Any) -> Any:
     """What is given of a model, as a file has it."""
     if isinstance(value, BaseModel):
         return {
-            key: plain(getattr(value, key))
+            key: to_plain_data(getattr(value, key))
             for key in type(value).model_fields
             if key in value.model_fields_set and getattr(value, key) is not None
         }
     if isinstance(value, tuple):
-        return [plain(item) for item in value]
+        return [to_plain_data(item) for item in value]
     return plain_number(value) if isinstance(value, Decimal) else value
 
 

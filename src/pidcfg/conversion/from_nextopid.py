@@ -154,7 +154,7 @@ def blocks_and_signals(network: Network, builders: Sequence[NeutralBuilder]) -> 
             builders[owner - network.first_loop].drop(f"signals.{name}", value, note)
 
 
-COPY_IN_PROGRAM = "copy it in the program: "
+COPY = "copy it in the program: "
 OUTPUT_STAYS = "the output stays on the way to Manual; see operation.manual where the target's does not"
 
 
@@ -171,9 +171,7 @@ def moves(network: Network, builders: Sequence[NeutralBuilder]) -> None:
         known |= {number for number in found if number is not None}
     for number, move in enumerate(network.config.moves):
         if number not in known:
-            builders[_owner(network, move.to)].drop(
-                f"moves.{number}", _text(network, number), COPY_IN_PROGRAM + _when(move)
-            )
+            builders[_owner(network, move.to)].drop(f"moves.{number}", _text(network, number), COPY + _when(move))
 
 
 def _owner(network: Network, name: str) -> int:

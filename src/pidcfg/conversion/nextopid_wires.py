@@ -53,9 +53,7 @@ SIGNS: dict[int, Callable[[Decimal], Decimal | bool]] = {
 """Operators of one operand."""
 
 
-def calculate_expression(
-    expression: Expression, value_of: Callable[[int], Decimal | bool | None]
-) -> Decimal | bool | None:
+def calculate_expression(expression: Expression, read: Callable[[int], Decimal | bool | None]) -> Decimal | bool | None:
     """The value of an expression; None where a name has none, or the calculation none."""
     stack: list[Any] = []
     for i in range(0, len(expression.code), 2):
@@ -65,7 +63,7 @@ def calculate_expression(
         elif op == ops.TRUTH:
             stack.append(bool(operand))
         elif op == ops.SIGNAL:
-            value = value_of(operand)
+            value = read(operand)
             if value is None:
                 return None
             stack.append(value)

@@ -46,13 +46,13 @@ if TYPE_CHECKING:
 # What a conversion within one vendor keeps: places and choices of the PLC, which the neutral form does not know.
 
 
-def add_own_scales(config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]) -> dict[str, Any]:
+def add_own_scales(config: Any, vendor: Vendor, places: Sequence[int], options: Mapping[str, Any]) -> dict[str, Any]:
     """Options with what the gains and times of a file depend on, unless they say it themselves."""
-    return {**source_of(vendor).OWN_SETTINGS.scales(config, kept), **options}
+    return {**source_of(vendor).OWN_SETTINGS.scales(config, places), **options}
 
 
-def lines_of_own_settings(
-    config: Any, vendor: Vendor, kept: Sequence[int], options: Mapping[str, Any]
+def own_setting_lines(
+    config: Any, vendor: Vendor, places: Sequence[int], options: Mapping[str, Any]
 ) -> dict[int, list[Change]]:
     """What the loops at some places of a file keep within their vendor, as lines by their number in the result."""
     own = source_of(vendor).OWN_SETTINGS
@@ -60,7 +60,7 @@ def lines_of_own_settings(
     paths += () if options else own.addresses
     held = _as_data(config, vendor) if paths else {}
     lines: dict[int, list[Change]] = {}
-    for j, i in enumerate(kept):
+    for j, i in enumerate(places):
         found = [(path, value_at(held, path_in_file(i, path))) for path in paths if not (path.startswith("/") and j)]
         found = [(path, _default(config, path) if value is None else value) for path, value in found]
         lines[j] = [
@@ -110,10 +110,10 @@ def merge_own_lines(rows: Sequence[Change], kept: Sequence[Change], of_file: Col
 
 WITH_LOOP = "part of a block that goes with its loop"
 WITH_READER = "its value goes with what reads it"
-UNKNOWN_FIELD = "no conversion knows this field: see what it does in the source, and program it"
+UNKNOWN = "no conversion knows this field: see what it does in the source, and program it"
 
 
-def lines_of_unreported_fields(
+def unreported_fields(
     given: Iterable[tuple[Path, Any]], rows: Sequence[Change], reasons: Mapping[str, str], target: Mapping[str, Any]
 ) -> Iterator[Change]:
     """The lines of those fields that no row is about; ``target``: the loop's data there."""
@@ -125,7 +125,7 @@ def lines_of_unreported_fields(
             yield Change(key, "exact", text, text, neutral=(key,), target_field=key)
         else:
             reason = next((text for path, text in reasons.items() if f"{key}.".startswith(f"{path}.")), None)
-            yield Change(key, "dropped", text, None, note=reason or UNKNOWN_FIELD, loss=reason is None)
+            yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
 
 
 def fields_of_loop(config: Any, i: int, *, with_plc: bool) -> Iterator[tuple[Path, Any]]:
@@ -145,9 +145,7 @@ def items_beside_loops(config: Any, rows: Sequence[Change], reasons: Mapping[str
         for path, value in given_fields(block):
             key = f"blocks.{block.name}.{dotted(path)}"
             if not any(overlap(key, field) for field in lines):
-                yield Change(
-                    key, "dropped", _shown(value), None, note=WITH_LOOP if lines else UNKNOWN_FIELD, loss=not lines
-                )
+                yield Change(key, "dropped", _shown(value), None, note=WITH_LOOP if lines else UNKNOWN, loss=not lines)
     for name, value in getattr(config, "signals", {}).items():
         if not any(overlap(f"signals.{name}", row.field) for row in rows):
             yield Change(f"signals.{name}", "dropped", _shown(value), None, note=WITH_READER)
@@ -156,7 +154,7 @@ def items_beside_loops(config: Any, rows: Sequence[Change], reasons: Mapping[str
         if not any(overlap(key, row.field) for row in rows):
             reason = reasons.get(key)
             text = f"{_shown(move.move)} to {move.to}"
-            yield Change(key, "dropped", text, None, note=reason or UNKNOWN_FIELD, loss=reason is None)
+            yield Change(key, "dropped", text, None, note=reason or UNKNOWN, loss=reason is None)
 
 
 def _shown(value: Any) -> Any:
@@ -257,7 +255,7 @@ class Converted:
         return any(loop.status == "dropped" or any(row.loss for row in loop.changes) for loop in self.loops)
 
     @property
-    def kept(self) -> tuple[int, ...]:
+    def source_places(self) -> tuple[int, ...]:
         """The places in the source of the loops that went over."""
         return tuple(i for i, loop in enumerate(self.loops) if loop.status == "converted")
 
@@ -325,14 +323,14 @@ def _options_of_kept_loops(options: Mapping[str, Any], kept: Sequence[int], coun
     }
 
 
-def _problems_by_loop(error: ConvertError, kept: Sequence[int]) -> dict[int, list[Missing]]:
+def _problems_by_loop(error: ConvertError, places: Sequence[int]) -> dict[int, list[Missing]]:
     """The problems of an error by loop of the source; raises it again where one is not about a loop."""
     problems: dict[int, list[Missing]] = {}
     for entry in error.missing:
         top, *below = entry.path
         if top != "loops" or not below or not isinstance(below[0], int):
             raise error
-        place = kept[below[0]]
+        place = places[below[0]]
         problems.setdefault(place, []).append(Missing(("loops", place, *below[1:]), entry.message))
     return problems
 
@@ -345,17 +343,17 @@ class _Conversion:
     source: Vendor
     target: Vendor
     loops: list[NeutralLoop]
-    kept: list[int]
+    source_places: list[int]
     """Their places in the source."""
 
     def result(self, options: Mapping[str, Any], max_loss: MaxLoss, missing: tuple[Missing, ...]) -> Converted:
         """The target's file, and the report."""
         generic = generic_file(self.config, self.loops)
         operations: list[Operation] = source_of(self.source).operations(self.config)
-        before = [operations[i] for i in self.kept]
+        before = [operations[i] for i in self.source_places]
         is_own = self.source is self.target
-        own = lines_of_own_settings(self.config, self.source, self.kept, options) if is_own else {}
-        scaled = add_own_scales(self.config, self.source, self.kept, options) if is_own else options
+        own = own_setting_lines(self.config, self.source, self.source_places, options) if is_own else {}
+        scaled = add_own_scales(self.config, self.source, self.source_places, options) if is_own else options
         file: TargetFile = target_of(self.target).from_neutral(generic, scaled, before)
         write_own_settings(file.data, own)
         stored = settle_values(file, self.target)
@@ -363,9 +361,9 @@ class _Conversion:
         sides = Sides(
             generic.loops, before, source_of(self.target).to_neutral(model), source_of(self.target).operations(model)
         )
-        reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.kept)}
+        reports = {i: self._rows(j, file, stored[j], sides, own) for j, i in enumerate(self.source_places)}
         reported = [row for rows in reports.values() for row in rows]
-        reports[self.kept[0]] += items_beside_loops(self.config, reported, self._reasons())
+        reports[self.source_places[0]] += items_beside_loops(self.config, reported, self._reasons())
         reasons = {entry.path[1]: entry.message for entry in reversed(missing)}
         report = tuple(
             LoopReport(loop.name, tuple(judge_change(row, max_loss) for row in reports[i]))
@@ -380,25 +378,29 @@ class _Conversion:
         return {path: reason for loop in self.loops for path, reason in loop.beside.items()}
 
     def _rows(
-        self, j: int, file: TargetFile, stored: Mapping[str, Stored], sides: Sides, kept: Mapping[int, Sequence[Change]]
+        self,
+        j: int,
+        file: TargetFile,
+        stored: Mapping[str, Stored],
+        sides: Sides,
+        own_lines: Mapping[int, Sequence[Change]],
     ) -> list[Change]:
-        """The lines of one of the loops; ``kept``: of what all keep within their vendor."""
+        """The lines of one of the loops; ``own_lines``: of what all keep within their vendor."""
         loop = sides.before[j]
         rows = list(changes(self.loops[j].fields, file.fields[j], stored, partial(_is_default, loop)))
-        own = kept.get(j, ())
-        rows = list(merge_own_lines(rows, own, {row.field for row in kept.get(0, ()) if row.field.startswith("/")}))
+        own = own_lines.get(j, ())
+        rows = list(
+            merge_own_lines(rows, own, {row.field for row in own_lines.get(0, ()) if row.field.startswith("/")})
+        )
         rows = [*correct_lines(rows, loop, after)] if (after := sides.loop_in_target(j)) is not None else rows
         lines = list(
             differing_rules(sides.operations_before[j], sides.operations_after[j], loop, is_master=sides.is_master(j))
         )
         about = {name for line in lines if line.loss for name in line.neutral}
         rows = [_as_assumed(row) if about.intersection(row.neutral) else row for row in rows] + lines
-        given = fields_of_loop(self.config, self.kept[j], with_plc=j == 0)
+        given = fields_of_loop(self.config, self.source_places[j], with_plc=j == 0)
         reported = [*rows, *(replace(row, field=row.field.removeprefix("/")) for row in own)]
-        return [
-            *rows,
-            *lines_of_unreported_fields(given, reported, source_of(self.source).NOTHING_LOST, file.data["loops"][j]),
-        ]
+        return [*rows, *unreported_fields(given, reported, source_of(self.source).NOTHING_LOST, file.data["loops"][j])]
 
 
 def _as_assumed(row: Change) -> Change:

@@ -47,9 +47,9 @@ D298 = Decision(
     "assumed.",
     "SV must be given. A loop that nobody has given a set point must not open its valve.",
 )
-BLOCK = 30
+BLOCK_SIZE = 30
 """Registers of an I_MV block."""
-COMPARE, PULSES = "compare PV in the program", "use GPWM behind the instruction"
+COMPARE_IN_PROGRAM, USE_GPWM = "compare PV in the program", "use GPWM behind the instruction"
 BY_PROGRAM = {
     "setpoint.limits.0": "limit SV in the program",
     "setpoint.limits.1": "limit SV in the program",
@@ -58,8 +58,8 @@ BY_PROGRAM = {
     "pv.filter": "filter PV before the instruction",
     "pv.square_root": "take the root of PV before the instruction",
     "output.max_rate": "limit the change of MV behind the instruction",
-    **dict.fromkeys(("output.pulse.period", "output.pulse.min_on", "output.pulse.min_off"), PULSES),
-    **dict.fromkeys(ALARMS, COMPARE),
+    **dict.fromkeys(("output.pulse.period", "output.pulse.min_on", "output.pulse.min_off"), USE_GPWM),
+    **dict.fromkeys(ALARMS, COMPARE_IN_PROGRAM),
 }
 """Neutral fields that a DPIDE does not have, with what to program instead."""
 
@@ -75,7 +75,7 @@ def from_neutral(file: GenericFile, options: Mapping[str, Any], operations: Sequ
         if operations and operations[i].windup is Windup.HELD_BEYOND:  # a DPIDE in mode 0, or one that tunes
             b.data["PID_MODE"] = 0
         note = "" if i < len(devices) else "chosen; --device names another"
-        b.put("device", devices[i] if i < len(devices) else f"D{i * BLOCK}", None, note)
+        b.put("device", devices[i] if i < len(devices) else f"D{i * BLOCK_SIZE}", None, note)
         b.data = {key: b.data[key] for key in Instruction.model_fields if key in b.data}
         builders.append(b)
     return target_file("dpide", file, builders)

@@ -158,11 +158,8 @@ def _algorithm(b: TargetBuilder, e: EzlogixLoop) -> None:
 def _tuning(b: TargetBuilder, e: EzlogixLoop) -> None:
     tuning, span = e.neutral.tuning, Decimal(e.counts[1] - e.counts[0])
     per_share = quotient(product(tuning.gain, width(e.neutral.pv.range)), width(e.neutral.output.range))
-    gain, integral, derivative = (
-        quotient(product(per_share, FULL_COUNTS), span),
-        tuning.integral_time,
-        tuning.derivative_time,
-    )
+    gain = quotient(product(per_share, FULL_COUNTS), span)
+    integral, derivative = tuning.integral_time, tuning.derivative_time
     if not gain:
         note = "gain 0 switches the proportional term off only: the times are off as well"
         b.put("tuning.proportional_gain", 0, "tuning.gain", note)

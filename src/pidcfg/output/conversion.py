@@ -185,7 +185,7 @@ def convert_checked(
         text = text_of(outcome, checked.document)
         result = check_document(read_document(text.encode(), f"<{target.key}>", checked.document.limits))
         refused = refused_loops(outcome, result)
-        if not refused or len(refused) == len(outcome.kept):
+        if not refused or len(refused) == len(outcome.source_places):
             break
         left_out |= refused
     conversion = replace(
@@ -230,7 +230,7 @@ def missing(entries: Sequence[Missing], doc: Document) -> list[Diagnostic]:
 def text_of(outcome: Converted, document: Document) -> str:
     """The result as YAML, with the comments of the source: those of its loops where they went."""
     head, loops = comments(document, len(outcome.loops))
-    return with_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.kept])
+    return with_comments(yaml_text(outcome.data), head, [loops[i] for i in outcome.source_places])
 
 
 def max_loss_of(text: str | None) -> MaxLoss:
@@ -248,7 +248,7 @@ def refused_loops(outcome: Converted, result: Checked) -> dict[int, str]:
         top, *below = finding.path or ("",)
         if top != "loops" or not below or not isinstance(below[0], int):
             return {}
-        refused.setdefault(outcome.kept[below[0]], f"{finding.code}: {finding.message}")
+        refused.setdefault(outcome.source_places[below[0]], f"{finding.code}: {finding.message}")
     return refused
 
 

@@ -18,7 +18,7 @@ from pidcfg.encoders.listing import Listing, ListingError
 from pidcfg.output.arguments import ArgumentError
 from pidcfg.output.conversion import verified_data
 from pidcfg.output.findings import Data, errors_in, findings_data
-from pidcfg.output.words import unreadable
+from pidcfg.output.words import listing_fault
 from pidcfg.text.diagnostics import Diagnostic, Severity
 from pidcfg.text.document import Document, Node
 from pidcfg.text.frozen import frozen
@@ -83,17 +83,17 @@ def subjects_of(
 ) -> tuple[Subject, Subject]:
     """Both sides; listings are read when it is known what they are like."""
     known: list[Subject | None] = [
-        None if isinstance(side, tuple) else _configuration(side, name) for side, name in zip(sides, names, strict=True)
+        None if isinstance(side, tuple) else _subject(side, name) for side, name in zip(sides, names, strict=True)
     ]
-    like = None if options.like is None else _configuration(options.like, options.like.document.file)
+    like = None if options.like is None else _subject(options.like, options.like.document.file)
     like = like or next((subject for subject in known if subject is not None), None)
     vendor = options.vendor or (None if like is None else like.vendor)
     if options.like is not None and like is not None and like.vendor is not vendor:
         raise ArgumentError(f"`like` is a file of {like.vendor.title}, not of `vendor`", "like", "vendor")
-    for i in _order(sides, vendor, like, limits):
+    for i in _reading_order(sides, vendor, like, limits):
         side = sides[i]
         if isinstance(side, tuple):
-            known[i] = _listing(side, vendor, like, limits)
+            known[i] = _listing_subject(side, vendor, like, limits)
             like = like or known[i]
     one, two = known
     if one is None or two is None:
@@ -101,21 +101,21 @@ def subjects_of(
     return one, two
 
 
-def _order(
+def _reading_order(
     sides: tuple[Checked | Entry, Checked | Entry], vendor: Vendor | None, like: Subject | None, limits: Limits
 ) -> list[int]:
     """Which side is read first: of two listings the one that says names, and gives a configuration by itself."""
-    order = sorted((0, 1), key=lambda i: _says_names(sides[i], vendor, limits), reverse=True)
+    order = sorted((0, 1), key=lambda i: _has_loop_names(sides[i], vendor, limits), reverse=True)
     first = sides[order[0]]
     if like is None and isinstance(first, tuple):
         try:
-            _listing(first, vendor, None, limits)
+            _listing_subject(first, vendor, None, limits)
         except SideError:
             order.reverse()
     return order
 
 
-def _says_names(side: Checked | Entry, vendor: Vendor | None, limits: Limits) -> bool:
+def _has_loop_names(side: Checked | Entry, vendor: Vendor | None, limits: Limits) -> bool:
     """Whether a listing says names of loops, so that it is read before one that does not."""
     try:
         return isinstance(side, tuple) and vendor is not None and bool(read_listing(side[0], vendor, limits).settings)
@@ -123,14 +123,14 @@ def _says_names(side: Checked | Entry, vendor: Vendor | None, limits: Limits) ->
         return False
 
 
-def _configuration(checked: Checked, name: str) -> Subject:
+def _subject(checked: Checked, name: str) -> Subject:
     """A configuration whose values all have their words."""
     if checked.vendor is None or checked.encoding is None or not checked.encoding.whole:
         raise SideError(name, checked.findings, checked.document)
     return Subject(checked.vendor, checked.config, checked.encoding)
 
 
-def _listing(entry: Entry, vendor: Vendor | None, like: Subject | None, limits: Limits) -> Subject:
+def _listing_subject(entry: Entry, vendor: Vendor | None, like: Subject | None, limits: Limits) -> Subject:
     """A listing as far as it can be read."""
     if vendor is None:
         raise ArgumentError("neither file says the PLC family; name it with `vendor`", "vendor")
@@ -142,7 +142,7 @@ def _listing(entry: Entry, vendor: Vendor | None, like: Subject | None, limits: 
         cure = f"{LIKE}, or decode it with what it lacks: pidcfg decode {name} --vendor {vendor.key} --help"
         reading = reading_of(listing, vendor, other)
     except ListingError as error:
-        raise SideError(name, [unreadable(error, name, cure if OPTION in str(error) else cure and LIKE)]) from None
+        raise SideError(name, [listing_fault(error, name, cure if OPTION in str(error) else cure and LIKE)]) from None
     return Subject(vendor, reading.config, reading.encoding, reading)
 
 
@@ -277,11 +277,11 @@ def compare_sides(
         subjects = subjects_of(sides, names, options, limits)
         (one, two), sources = subjects, tuple((subject.config, subject.vendor) for subject in subjects)
         if one.vendor is two.vendor:
-            loops = _in_own_terms(one, two, live=options.live)
+            loops = _compare_within_vendor(one, two, live=options.live)
         else:
             loops = compare(*(_side(name, *source) for name, source in zip(names, sources, strict=True)))
     except SideError as error:
-        return _word_by_word(sides, names, options, limits) or DiffResult(
+        return _compare_word_by_word(sides, names, options, limits) or DiffResult(
             *names, error.findings, error.document, error.name
         )
     notes = tuple(
@@ -292,7 +292,7 @@ def compare_sides(
     return DiffResult(*names, loops=tuple(loops), sources=(sources[0], sources[1]), notes=notes)
 
 
-def _word_by_word(
+def _compare_word_by_word(
     sides: tuple[Checked | Entry, Checked | Entry], names: tuple[str, str], options: DiffOptions, limits: Limits
 ) -> DiffResult | None:
     """Two listings of which nothing tells where their loops are; None: they are not, or cannot be read at all."""
@@ -307,7 +307,7 @@ def _word_by_word(
     return DiffResult(*names, loops=tuple(rows), notes=(WORD_BY_WORD,))
 
 
-def _in_own_terms(one: Subject, two: Subject, *, live: bool) -> list[Compared]:
+def _compare_within_vendor(one: Subject, two: Subject, *, live: bool) -> list[Compared]:
     """The comparison within a vendor."""
     before, after = (terms_of(subject) for subject in (one, two))
     fields = [fields_of(subject.vendor, subject.config, subject.encoding) for subject in (one, two)]

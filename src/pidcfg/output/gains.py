@@ -7,7 +7,7 @@ from math import isinf
 from typing import TYPE_CHECKING
 
 from pidcfg.output.arguments import ArgumentError
-from pidcfg.output.process import Known, held_by, model_of, process_of, reduce_transfer, refuse_missing
+from pidcfg.output.process import KnownProcess, gains_as_held, model_of, process_of, reduce_transfer, refuse_missing
 from pidcfg.text.frozen import frozen
 from pidcfg.tuning.margins import finite, judge_gains, process_of_cycle, warnings_of_authors
 from pidcfg.tuning.rules import METHODS, Cycle, Form, Gains, Method, Model, Process, TuningError
@@ -150,7 +150,7 @@ def _identified(fit: Identified) -> Data:
 def tune_gains(
     method: str,
     form: Form | None,
-    known: Known,
+    known: KnownProcess,
     step: tuple[bytes, str, Request] | None,
     target: Target,
     limits: Limits,
@@ -191,10 +191,10 @@ def tune_gains(
     from pidcfg.output.retune import retune_loop
 
     written, values = retune_loop(result.gains, target, target.into, limits, heating=result.heating)
-    return replace(result, written=written, vendor=held_by(written.vendor, values, heating=result.heating))
+    return replace(result, written=written, vendor=gains_as_held(written.vendor, values, heating=result.heating))
 
 
-def _of_search(method: Method, known: Known, found: Searched) -> TuneResult:
+def _of_search(method: Method, known: KnownProcess, found: Searched) -> TuneResult:
     """The result of a search, beside its judgement by the continuous loop on the process itself."""
     gains = found.robust.found.result.gains
     judgement = judge_gains(method, found.form, gains, found.process)
@@ -202,7 +202,7 @@ def _of_search(method: Method, known: Known, found: Searched) -> TuneResult:
     return TuneResult(method, found.form, known.numbers, gains, found.model, judgement, notes, robust=found.robust)
 
 
-def compute_gains(name: str, form: Form | None, known: Known) -> TuneResult:
+def compute_gains(name: str, form: Form | None, known: KnownProcess) -> TuneResult:
     """The result of a rule; raises `ArgumentError` where a number is missing, `TuningError` beyond the rule's range."""
     method = METHODS[name]
     if form is not None and form not in method.forms:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 DEFAULT_MS, LEAST_MS, MOST_MS = 1.6, 1.1, 3.0
 """Of the maximum sensitivity: below, next to nothing is left of the controller; above, the loop hardly settles."""
 MOST_SAMPLES = 100_000
-OF_PROCESS = ("gain", "time_constant", "second_time_constant", "dead_time")
+PROCESS_NUMBERS = ("gain", "time_constant", "second_time_constant", "dead_time")
 """Numbers that a transfer function stands for."""
 
 
@@ -46,7 +46,7 @@ class Numbers(TypedDict):
 
 
 @frozen
-class Known:
+class KnownProcess:
     """The process as the caller gives it: its numbers, its kind, or its transfer function."""
 
     numbers: Mapping[str, float]
@@ -90,7 +90,9 @@ def request(columns: str | None, rest: float | None, start: str | None, until: s
     return Request(columns, None if rest is None else float(rest), start, until)
 
 
-def known_process(numbers: Mapping[str, float], model: Model | None, transfer: str | None, *, given: bool) -> Known:
+def known_process(
+    numbers: Mapping[str, float], model: Model | None, transfer: str | None, *, given: bool
+) -> KnownProcess:
     """What is said of the process.
 
     Raises `ArgumentError` for what does not go together, `TuningError` for a transfer function that cannot be read.
@@ -99,24 +101,24 @@ def known_process(numbers: Mapping[str, float], model: Model | None, transfer: s
         if value is not None and given:
             raise ArgumentError(f"`{name}` and `record` do not go together", name, "record")
     if transfer is None:
-        return Known(numbers, model)
-    for key in ("model", *OF_PROCESS):
+        return KnownProcess(numbers, model)
+    for key in ("model", *PROCESS_NUMBERS):
         if key in numbers or (key == "model" and model is not None):
             raise ArgumentError(f"`{key}` and `transfer` do not go together", key, "transfer")
     from pidcfg.tuning.transfer import read_transfer
 
-    return Known(numbers, None, read_transfer(transfer))
+    return KnownProcess(numbers, None, read_transfer(transfer))
 
 
-def usable(name: str, value: float) -> float:
+def check_number(name: str, value: float) -> float:
     """A number of the process; raises `ArgumentError` unless a process can have it: above 0, a gain also below."""
     signed, number = name == "gain", as_float(value)
     if not is_usable(number) or (number < 0 and not signed):
-        raise ArgumentError(f"`{name}`: {not_usable(number, signed=signed)}", name)
+        raise ArgumentError(f"`{name}`: {number_fault(number, signed=signed)}", name)
     return number
 
 
-def not_usable(number: float, *, signed: bool) -> str:
+def number_fault(number: float, *, signed: bool) -> str:
     """What is wrong with a number that is none of a process, and what to write."""
     if not (number > 0 or (signed and number < 0)):
         return f"{number:g}; write a number {'other than' if signed else 'above'} 0"
@@ -131,19 +133,19 @@ def as_float(value: float) -> float:
         return inf
 
 
-def reduce_transfer(method: Method, form: Form | None, known: Known) -> Known:
+def reduce_transfer(method: Method, form: Form | None, known: KnownProcess) -> KnownProcess:
     """With the numbers of the process that a transfer function is reduced to by the half rule."""
     if known.transfer is None:
         return known
     order = 2 if "second-order" in method.models and form in {None, "PID"} else 1
     process = half_rule(known.transfer, order)
-    told = {key: getattr(process, key) for key in OF_PROCESS if getattr(process, key)}
+    told = {key: getattr(process, key) for key in PROCESS_NUMBERS if getattr(process, key)}
     if process.integrating:
         del told["time_constant"]
-    return Known({**told, **known.numbers}, process.model, known.transfer)
+    return KnownProcess({**told, **known.numbers}, process.model, known.transfer)
 
 
-def model_of(method: Method, known: Known) -> Model:
+def model_of(method: Method, known: KnownProcess) -> Model:
     """The kind of process; raises `ArgumentError` where the numbers contradict it, or the rule is not for it."""
     second = "second_time_constant" in known.numbers
     model: Model = known.model or ("second-order" if second else "first-order")
@@ -209,7 +211,7 @@ class VendorGains:
 
 
 @frozen
-class Into:
+class GainsFile:
     """The file that gains are put into: its bytes, its name, and which of its loops; None: the only one."""
 
     data: bytes
@@ -226,7 +228,7 @@ class Target:
     pv_range: tuple[float, float] | None
     output_range: tuple[float, float] | None
     """None: 0 to 100, or what the configuration says."""
-    into: Into | None = None
+    into: GainsFile | None = None
     """The configuration that the gains are put into."""
 
     def refuse_ranges(self) -> None:
@@ -247,10 +249,10 @@ class Target:
 
         ranges = (self.pv_range or (0.0, 1.0), self.output_range or (0.0, 100.0))
         spans = (float(high) - float(low) for low, high in ranges)
-        return held_by(self.vendor, fit(gains, self.vendor, *spans), heating=heating)
+        return gains_as_held(self.vendor, fit(gains, self.vendor, *spans), heating=heating)
 
 
-def held_by(vendor: Vendor, values: Sequence[Fitted], *, heating: bool | None) -> VendorGains:
+def gains_as_held(vendor: Vendor, values: Sequence[Fitted], *, heating: bool | None) -> VendorGains:
     """The three numbers of a PLC with its word for the action."""
     words = tables_of(vendor).TUNED
     action = None if heating is None else words.heating if heating else words.cooling

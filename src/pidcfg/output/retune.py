@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from pidcfg.encoders.regmap import LoopTuning
     from pidcfg.output.findings import Data
-    from pidcfg.output.process import Into, Target
+    from pidcfg.output.process import GainsFile, Target
     from pidcfg.text.diagnostics import Diagnostic
     from pidcfg.text.document import Document
     from pidcfg.text.paths import Path
@@ -91,7 +91,7 @@ class Written:
 
 
 def retune_loop(
-    gains: Gains, target: Target, into: Into, limits: Limits, *, heating: bool | None
+    gains: Gains, target: Target, into: GainsFile, limits: Limits, *, heating: bool | None
 ) -> tuple[Written, list[Fitted]]:
     """The file with the gains of a rule in a loop, and the three numbers as the loop holds them.
 
@@ -113,14 +113,14 @@ def retune_loop(
     if problems:
         raise TuningError(f"{where}: {'; '.join(problems)}; nothing was written")
     values = _values(where, doc, index, gains, tuning, fitted)
-    data = _placed(where, doc, into.data, index, values)
+    data = _write_values(where, doc, into.data, index, values)
     after = read_document(data, into.name, limits)
     findings = _findings(doc, after, name, into.reader)
     action = None if heating is None else tuning.words.heating if heating else tuning.words.cooling
     return Written(into.name, name, vendor, into.data, data, values, after, findings, action), fitted
 
 
-def loop_tuning(target: Target, into: Into, limits: Limits) -> tuple[Vendor, LoopTuning]:
+def loop_tuning(target: Target, into: GainsFile, limits: Limits) -> tuple[Vendor, LoopTuning]:
     """The vendor of a file, and how its loop holds its gains; raises as `retune_loop` does."""
     checked_file = check_document(read_document(into.data, into.name, limits))
     vendor, index = _loop_of(checked_file, into)
@@ -129,7 +129,7 @@ def loop_tuning(target: Target, into: Into, limits: Limits) -> tuple[Vendor, Loo
     return vendor, _with_ranges(f"{into.name}: {loop.name}", encoder_of(vendor).tuning_of(config, loop), target)
 
 
-def _loop_of(found: Checked, into: Into) -> tuple[Vendor, int]:
+def _loop_of(found: Checked, into: GainsFile) -> tuple[Vendor, int]:
     """The vendor of a file, and the place of the loop."""
     vendor, config = found.vendor, found.config
     if vendor is None or config is None:
@@ -197,12 +197,12 @@ def _values(
         if now is None:
             raise TuningError(f"{where}: {value.key} is the expression {old}: change it there; nothing was written")
         stored = value.stored or Decimal(0)
-        new = old if now == stored else word or _spelled(old, stored, value.unit)
+        new = old if now == stored else word or _number_as_written(old, stored, value.unit)
         out.append(Value(value.key, value.unit, old, None if new is None else str(new)))
     return tuple(out)
 
 
-def _spelled(old: str | None, value: Decimal, unit: str) -> str:
+def _number_as_written(old: str | None, value: Decimal, unit: str) -> str:
     """A number as the file writes it: in the unit that stood there, where that takes no more digits than a number."""
     match = DURATION.fullmatch(old or "")
     if match is not None and unit in SECONDS:
@@ -218,7 +218,7 @@ def _path(index: int, key: str) -> Path:
     return ("loops", index, *steps(key))
 
 
-def _placed(where: str, doc: Document, data: bytes, index: int, values: tuple[Value, ...]) -> bytes:
+def _write_values(where: str, doc: Document, data: bytes, index: int, values: tuple[Value, ...]) -> bytes:
     """The bytes of the file with the values that change."""
     paths = [_path(index, value.key) for value in values]
     texts = {path: value.new for path, value in zip(paths, values, strict=True) if value.changes and value.new}

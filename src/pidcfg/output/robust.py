@@ -24,7 +24,7 @@ from pidcfg.validate.engine import check_document
 
 if TYPE_CHECKING:
     from pidcfg.output.findings import Data
-    from pidcfg.output.process import Known, Robustness, Target
+    from pidcfg.output.process import KnownProcess, Robustness, Target
     from pidcfg.text.reader import Limits
     from pidcfg.tuning.identify import Identified
     from pidcfg.tuning.rules import Form, Method, Model, Process
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------------------------------------------------
 # Robust gains tried by `certify`: the virtual PLC with the loop alone, and samples of the plants that it is for.
 
-ROOM, COUNTS, FULL = 1.1, 2.0, 4095
+IAE_ALLOWANCE, PV_COUNT_ALLOWANCE, FULL_COUNTS = 1.1, 2.0, 4095
 """Of the IAE: what the words of PV and output, and the time of the step, may add; and counts of the PV all the time."""
-STEP, REST, ENDS = 0.1, 0.5, 0.85
+LOAD_STEP, RESTING_OUTPUT, HIGHEST_RESTING_OUTPUT = 0.1, 0.5, 0.85
 """Of the output's range: the step of the load, where the output rests on the process itself, and on no plant beyond."""
 RUN_LENGTH = 15.0
 """Times all times of loop and process: how long a run lasts."""
 NEUTRAL_VENDOR = "generic"
-NEUTRAL = """pidcfg: 1
+LOOP_TEMPLATE = """pidcfg: 1
 vendor: generic
 loops:
   - name: LOOP
@@ -52,7 +52,7 @@ loops:
     setpoint: {{value: {middle!r}}}
     output: {{range: [0, {output!r}], limits: [0, {output!r}]}}
 """
-SCENARIO = """pidcfg: 1
+SCENARIO_TEMPLATE = """pidcfg: 1
 scenario: A step of the load
 config: loop.yaml
 duration: {duration!r}
@@ -68,7 +68,7 @@ events:
 expect:
   - {{loop: LOOP, metric: iae, max: {most!r}}}
 """
-NAMES = ("loop.yaml", "loop.scenario.yaml")
+FILE_NAMES = ("loop.yaml", "loop.scenario.yaml")
 
 
 @frozen
@@ -111,8 +111,8 @@ def confirm_gains(
     text = _loop_text(found, pv, output)
     plc, config = _as_vendor(text, vendor, limits)
     scenario, most = _scenario(found, process, pv, output)
-    files = {NAMES[0]: config, NAMES[1]: scenario.encode()}
-    doc = read_document(files[NAMES[1]], NAMES[1], limits)
+    files = {FILE_NAMES[0]: config, FILE_NAMES[1]: scenario.encode()}
+    doc = read_document(files[FILE_NAMES[1]], FILE_NAMES[1], limits)
     certification = certify_document(doc, Plan(samples, SEED, keep_worst=0), reader_of(files)).certification
     if certification is None:
         return None
@@ -128,7 +128,7 @@ def _loop_text(found: Robust, pv: float, output: float) -> str:
     seconds = sampling.sample_time
     limit = sampling.derivative_limit
     lag = _time(sampling.derivative_share, seconds) if limit is None else gains.derivative_time / limit
-    return NEUTRAL.format(
+    return LOOP_TEMPLATE.format(
         sample=seconds,
         gain=gains.gain,
         integral=gains.integral_time,
@@ -150,7 +150,7 @@ def _as_vendor(text: str, vendor: Vendor | None, limits: Limits) -> tuple[str, b
     """The loop as a file of a PLC, with its name; the neutral form where the PLC cannot have it alone."""
     neutral = text.encode()
     if vendor is not None and vendor.key != NEUTRAL_VENDOR:
-        checked = check_document(read_document(neutral, NAMES[0], limits))
+        checked = check_document(read_document(neutral, FILE_NAMES[0], limits))
         result = convert_checked(checked, vendor, {}, None)
         if result.text and result.ok:
             return vendor.key, result.text.encode()
@@ -160,8 +160,8 @@ def _as_vendor(text: str, vendor: Vendor | None, limits: Limits) -> tuple[str, b
 def _scenario(found: Robust, process: Process, pv: float, output: float) -> tuple[str, float]:
     """The scenario, and the largest IAE that is expected."""
     lowest = next((spread.low for spread in found.spreads if spread.name == "gain"), process.gain)
-    rest = output * min(REST, ENDS * lowest / process.gain)
-    push = min(STEP * output, rest / 2) * process.gain
+    rest = output * min(RESTING_OUTPUT, HIGHEST_RESTING_OUTPUT * lowest / process.gain)
+    push = min(LOAD_STEP * output, rest / 2) * process.gain
     gains, search = found.result.gains, found.search
     sampling, plants = search.sampling, search.plants
     slowest = gains.integral_time + process.time_constant + process.second_time_constant + process.dead_time
@@ -170,9 +170,9 @@ def _scenario(found: Robust, process: Process, pv: float, output: float) -> tupl
         absolute_error(gains, curve.plant, sampling) / plant.gain
         for curve, plant in zip(search.curves, plants, strict=True)
     )
-    most = ROOM * push * max(errors) + COUNTS * pv / FULL * duration
+    most = IAE_ALLOWANCE * push * max(errors) + PV_COUNT_ALLOWANCE * pv / FULL_COUNTS * duration
     load = (0.0 if process.integrating else pv / 2) - process.gain * rest
-    text = SCENARIO.format(
+    text = SCENARIO_TEMPLATE.format(
         duration=duration,
         plant=_plant(process),
         load=load,
@@ -207,7 +207,7 @@ def _key(name: str, process: Process) -> str:
 # ----------------------------------------------------------------------------------------------------------------------
 # Gains by the method robust: for a loop of a file, for a PLC, or as real numbers; and what holds on which plants.
 
-WIDE = (0.0, 100.0)
+PERCENT_RANGE = (0.0, 100.0)
 """The range of a PV in % of its span."""
 
 
@@ -283,7 +283,7 @@ class Searched:
 def search_gains(
     method: Method,
     form: Form | None,
-    known: Known,
+    known: KnownProcess,
     fit: Identified | None,
     target: Target,
     limits: Limits,
@@ -364,16 +364,17 @@ def _loop(target: Target, limits: Limits) -> tuple[Vendor | None, LoopTuning | N
     words = tables_of(vendor).TUNED
     if target.pv_range is None and words.gain_unit == "span":
         assumed = ("the gain is in % of the PV's span per % of the output; --pv-range says another",)
-        target = replace(target, pv_range=WIDE, output_range=target.output_range or WIDE)
+        target = replace(target, pv_range=PERCENT_RANGE, output_range=target.output_range or PERCENT_RANGE)
     target.refuse_ranges()
     spans = [
-        Decimal(str(high)) - Decimal(str(low)) for low, high in (target.pv_range or (0, 1), target.output_range or WIDE)
+        Decimal(str(high)) - Decimal(str(low))
+        for low, high in (target.pv_range or (0, 1), target.output_range or PERCENT_RANGE)
     ]
     return vendor, LoopTuning(words, pv_span=spans[0], output_span=spans[1]), target, assumed
 
 
 def _sampling(
-    known: Known, process: Process, loop: LoopTuning | None, target: Target
+    known: KnownProcess, process: Process, loop: LoopTuning | None, target: Target
 ) -> tuple[Sampling, tuple[str, ...]]:
     """How the loop samples and filters, and what is assumed of it."""
     told = known.numbers.get("sample_time")

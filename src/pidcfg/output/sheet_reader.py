@@ -11,7 +11,7 @@ from datetime import date, time, timedelta
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from pidcfg.output.sheets import ENDS, TEXTS, UnknownColumnError, is_known, key_of, native, order_of, unit_of
+from pidcfg.output.sheets import ENDS, TEXTS, UnknownColumnError, is_known, key_of, order_of, to_yaml_value, unit_of
 from pidcfg.text.diagnostics import Severity
 from pidcfg.text.document import Plain
 from pidcfg.text.frozen import frozen
@@ -40,9 +40,9 @@ POINT = re.compile(r"[+-]?\d+\.\d+(?:[eE][+-]?\d+)?")
 THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 """A decimal comma, or what English writes between thousands."""
 GROUPED = re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d+)?")
-MOST_UNPACKED = 50
+MAX_UNPACKED = 50
 """Times the limit on the size of a file that a workbook may have without its compression."""
-MOST_ELEMENTS = 10
+MAX_ELEMENTS = 10
 """Elements of XML that a workbook may have for each cell that is allowed."""
 BLOCK = 1 << 16
 WORKBOOK = b"PK\x03\x04"
@@ -197,14 +197,14 @@ def _refuse_bombs(data: bytes, name: str, limits: Limits) -> None:
     """Raises `SheetError` for a workbook that is small and makes much of it; its parts are read, and not kept."""
     elements = 0
     with zipfile.ZipFile(io.BytesIO(data)) as package:
-        if sum(entry.file_size for entry in package.infolist()) > MOST_UNPACKED * limits.file_bytes:
-            raise SheetError(f"{name} is larger than {MOST_UNPACKED * limits.file_bytes} bytes when it is unpacked")
+        if sum(entry.file_size for entry in package.infolist()) > MAX_UNPACKED * limits.file_bytes:
+            raise SheetError(f"{name} is larger than {MAX_UNPACKED * limits.file_bytes} bytes when it is unpacked")
         for entry in package.infolist():
             with package.open(entry) as part:
                 while block := part.read(BLOCK):
                     elements += block.count(b"<")
-                    if elements > MOST_ELEMENTS * limits.nodes:
-                        raise SheetError(f"{name} has more than {MOST_ELEMENTS * limits.nodes} elements")
+                    if elements > MAX_ELEMENTS * limits.nodes:
+                        raise SheetError(f"{name} has more than {MAX_ELEMENTS * limits.nodes} elements")
 
 
 def _area(sheet: Any) -> int:
@@ -252,7 +252,7 @@ HEAD = ("vendor", "name", "description", "plc", "signals", "blocks", "moves", "t
 NUMBER = re.compile(r"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?")
 ROWS_NAMED = 10
 """Rows that are listed of those with an error that was told before."""
-FAMILY = {"vendor", "plc family", "hersteller"}
+FAMILY_HEADERS = {"vendor", "plc family", "hersteller"}
 """Headers of a column that says the vendor: the same in every row."""
 LEFT_OUT = "#"
 """Begins the header of a column that is for people alone."""
@@ -284,7 +284,7 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     try:
         sheet = read_sheet(data, name, limits)
         head, header, rows = _split(sheet, name)
-        vendor = _vendor(_said(head, header, rows, name), vendor_key, name)
+        vendor = _vendor(_find_vendor(head, header, rows, name), vendor_key, name)
     except SheetError as error:
         raise SheetFaultsError([str(error)]) from None
     reader = _Reader(sheet, name, vendor, limits)
@@ -299,7 +299,7 @@ def from_sheet(data: bytes, name: str, vendor_key: str | None, limits: Limits) -
     if reader.faults:
         raise SheetFaultsError(reader.faults)
     whole = {"pidcfg": 1, "vendor": vendor.key, **content, "loops": loops}
-    text = yaml_text(native(whole))
+    text = yaml_text(to_yaml_value(whole))
     checked = check_document(read_document(text.encode(), name, limits))
     errors = [d for d in checked.findings if d.severity is Severity.ERROR]
     if checked.config is None:
@@ -333,7 +333,7 @@ def _is_head(row: Sequence[Cell]) -> bool:
     return row[0].text.partition(".")[0] in HEAD and len(row) <= LEAST_KNOWN
 
 
-def _said(
+def _find_vendor(
     head: Sequence[Sequence[Cell]], header: Sequence[Cell], rows: Sequence[Sequence[Cell]], name: str
 ) -> str | None:
     """The vendor that the sheet names, above the header or in a column of its own."""
@@ -348,7 +348,7 @@ def _said(
 
 
 def _is_family(cell: Cell) -> bool:
-    return cell.text.strip().lower() in FAMILY
+    return cell.text.strip().lower() in FAMILY_HEADERS
 
 
 def _vendor(said: str | None, wanted: str | None, name: str) -> Vendor:
@@ -506,14 +506,14 @@ class _Reader:
         for d in errors:
             key = (*d.path[:1], *d.path[2:]) if d.path[:1] == ("loops",) and len(d.path) > 1 else d.path
             groups.setdefault((d.code, key), []).append(d)
-        return [(same[0], self.told(same[0]) + self._further(same[1:])) for same in groups.values()]
+        return [(same[0], self.with_row(same[0]) + self._further(same[1:])) for same in groups.values()]
 
     def _further(self, same: Sequence[Diagnostic]) -> str:
         rows = [str(self.rows[int(d.path[1])].row) for d in same]
         more = f" and {len(rows) - ROWS_NAMED} more" if len(rows) > ROWS_NAMED else ""
         return f"; so it is in row{'s' if rows[1:] else ''} {', '.join(rows[:ROWS_NAMED])}{more}" if rows else ""
 
-    def told(self, d: Diagnostic) -> str:
+    def with_row(self, d: Diagnostic) -> str:
         """A finding with the row and the cell that it is about."""
         path: Path = d.path
         text = d.message + (f"; {d.help}" if d.help else "")

@@ -97,7 +97,7 @@ TOPICS = (
     ),
 )
 """What headers speak of that may have no column of that name: the keys for it, its name, and where it is told."""
-NEAR = 0.72
+LEAST_LIKENESS = 0.72
 """How alike a header and a word must be for the word to be suggested."""
 
 
@@ -107,7 +107,7 @@ class UnknownColumnError(ValueError):
 
 def key_of(header: str, vendor: Vendor) -> str:
     """The key of a column, with ``low`` or ``high`` behind that of a pair; raises `UnknownColumnError`."""
-    key = _known(header, vendor)
+    key = _key_of_header(header, vendor)
     if key is not None:
         return key
     raise UnknownColumnError(f"{header!r} is no key of a loop of {vendor.title}; {_cure(header, vendor)}")
@@ -121,7 +121,7 @@ def _cure(header: str, vendor: Vendor) -> str:
         if pattern.search(text):
             key = next((one for one in known if one in keys), None)
             return f"{topic} {place.format(key)}" if key else f"loops of {vendor.key} have no key for {topic}"
-    near = get_close_matches(text.lower(), [*folded, *_words(vendor)], 1, NEAR)
+    near = get_close_matches(text.lower(), [*folded, *_words(vendor)], 1, LEAST_LIKENESS)
     if near:
         return f"did you mean {folded.get(near[0], near[0])}?"
     return f"columns are keys of {vendor.key}'s loops, such as {', '.join(keys[:6])}; # before a header leaves it out"
@@ -132,7 +132,7 @@ def _text(header: str) -> str:
     return BRACKETS.sub("", header.strip()).strip()
 
 
-def _known(header: str, vendor: Vendor) -> str | None:
+def _key_of_header(header: str, vendor: Vendor) -> str | None:
     """The key that a header is, or that a common word stands for."""
     text = _text(header).lower()
     spelled = BETWEEN_WORDS.sub("_", text)
@@ -156,7 +156,7 @@ def unit_of(header: str) -> str | None:
 
 def is_known(header: str, vendor: Vendor) -> bool:
     """Whether a header is a column."""
-    return _known(header, vendor) is not None
+    return _key_of_header(header, vendor) is not None
 
 
 @cache
@@ -202,15 +202,15 @@ TEXTS = frozenset(("name", "description", "use"))
 
 def plain_text(doc: Document) -> str:
     """The file as YAML in which each loop has all of its values; comments stay behind."""
-    return yaml_text(native(doc.data or {}))
+    return yaml_text(to_yaml_value(doc.data or {}))
 
 
-def native(value: Any) -> Any:
+def to_yaml_value(value: Any) -> Any:
     """Data with its plain texts as what YAML writes without quotes: numbers, switches, words."""
     if isinstance(value, dict):
-        return {key: str(x) if key in TEXTS and isinstance(x, Plain) else native(x) for key, x in value.items()}
+        return {key: str(x) if key in TEXTS and isinstance(x, Plain) else to_yaml_value(x) for key, x in value.items()}
     if isinstance(value, list):
-        return [native(inner) for inner in value]
+        return [to_yaml_value(inner) for inner in value]
     return number_or_text(value) if isinstance(value, Plain) else value
 
 
@@ -273,7 +273,7 @@ def _cells(value: Any, above: str = "") -> Iterator[tuple[str, Value]]:
         yield from ((f"{above}{end}", _value(inner)) for end, inner in zip(ENDS, value, strict=True))
     else:
         text = above.rpartition(".")[2] in TEXTS and isinstance(value, Plain)
-        yield above, flow(value) if isinstance(value, list) else _cell_text(value) if text else _value(value)
+        yield above, to_flow_yaml(value) if isinstance(value, list) else _cell_text(value) if text else _value(value)
 
 
 def _value(value: Any) -> Value:
@@ -289,12 +289,12 @@ def _cell_text(value: str) -> str:
     return json_line(text) if text.startswith(YAML_BRACKETS) or UNPRINTABLE.search(text) else text
 
 
-def flow(value: Any) -> str:
+def to_flow_yaml(value: Any) -> str:
     """Lists and mappings as YAML in brackets."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {flow(inner)}" for key, inner in value.items()) + "}"
+        return "{" + ", ".join(f"{key}: {to_flow_yaml(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):
-        return "[" + ", ".join(map(flow, value)) + "]"
+        return "[" + ", ".join(map(to_flow_yaml, value)) + "]"
     if isinstance(value, Plain) and not IN_BRACKETS.search(value) and not UNPRINTABLE.search(value):
         return str(value)
     return json_line(str(value))

@@ -59,7 +59,7 @@ class EncodeResult:
     def __reduce__(self) -> tuple[Callable[..., EncodeResult], tuple[Any, ...]]:
         """The format goes by its name, since its reader and writer cannot be copied to another process."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return _restored, tuple({**values, "kind": None if self.kind is None else self.kind.name}.values())
+        return _restore, tuple({**values, "kind": None if self.kind is None else self.kind.name}.values())
 
     @property
     def ok(self) -> bool:
@@ -81,7 +81,7 @@ class EncodeResult:
         return words
 
 
-def _restored(document: Document, findings: tuple[Diagnostic, ...], vendor: str | None, *others: Any) -> EncodeResult:
+def _restore(document: Document, findings: tuple[Diagnostic, ...], vendor: str | None, *others: Any) -> EncodeResult:
     """A result of `encode` from what `EncodeResult.__reduce__` made of it."""
     image, name, *rest = others
     kind = None if vendor is None else formats_of(VENDORS[vendor]).FORMATS.get(name)
@@ -123,7 +123,7 @@ def encode_checked(checked: Checked, name: str, options: EncodeOptions) -> Encod
         if options.live:
             raise ArgumentError("`live` is for `changed_from` only", "live", "changed_from")
         return _with_texts(result, kind, options.into)
-    return _in_part(result, kind, Subject(vendor, checked.config, encoding), options)
+    return _only_changed_words(result, kind, Subject(vendor, checked.config, encoding), options)
 
 
 def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
@@ -143,7 +143,7 @@ def modbus_of(checked: Checked, stated: MapFile | None) -> FileKind:
     return modbus_kind(space_of(checked.vendor), numbering)
 
 
-def _in_part(result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions) -> EncodeResult:
+def _only_changed_words(result: EncodeResult, kind: FileKind, subject: Subject, options: EncodeOptions) -> EncodeResult:
     """The result with what differs from a listing."""
     if not kind.partial:
         able = [other.name for other in formats_of(subject.vendor).FORMATS.values() if other.partial]
@@ -155,7 +155,7 @@ def _in_part(result: EncodeResult, kind: FileKind, subject: Subject, options: En
     try:
         listing = read_listing(data, subject.vendor, result.document.limits)
     except ListingError as error:
-        return replace(result, findings=(*result.findings, unreadable(error, name)))
+        return replace(result, findings=(*result.findings, listing_fault(error, name)))
     image, notes = changes_from(subject, listing, live=options.live)
     return replace(_with_texts(replace(result, image=image), kind, None), merged=notes)
 
@@ -174,11 +174,11 @@ def _with_texts(result: EncodeResult, kind: FileKind, into: File | None) -> Enco
         refuse_large(data, result.document.limits)
         text, report = kind.merge(result.image, exact_text(data, kind.encoding))
     except ListingError as error:
-        return replace(result, findings=(*result.findings, unreadable(error, name)))
+        return replace(result, findings=(*result.findings, listing_fault(error, name)))
     return replace(result, files={"": text}, merged=report)
 
 
-def unreadable(error: ListingError, name: str, cure: str | None = None) -> Diagnostic:
+def listing_fault(error: ListingError, name: str, cure: str | None = None) -> Diagnostic:
     """What is wrong with a memory listing, as a finding."""
     span = Span(error.line, error.column, error.line, error.column + 1)
     return Diagnostic("PID041", Severity.ERROR, str(error), name, span, help=cure)
@@ -240,7 +240,7 @@ def decode_files(
         try:
             listings.append(read_listing(data, vendor, limits, choices.kind))
         except ListingError as error:
-            faults.append(unreadable(error, name))
+            faults.append(listing_fault(error, name))
     if faults:
         return DecodeResult(tuple(faults))
     try:
@@ -252,7 +252,7 @@ def decode_files(
         decoded = decode_listing(listing, vendor, values, image)
     except ListingError as error:
         leading = [name for listing, (_, name) in zip(listings, files, strict=True) if listing.leads]
-        return DecodeResult((unreadable(error, [*leading, files[-1][1]][0]),))
+        return DecodeResult((listing_fault(error, [*leading, files[-1][1]][0]),))
     text = yaml_text(decoded.data) if choices.write else ""
     return DecodeResult((), decoded.data, text, decoded.notes)
 

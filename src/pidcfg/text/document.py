@@ -126,18 +126,18 @@ TEMPLATES, USE = "templates", "use"
 OWN_KEY = "name"
 """What each loop has for itself."""
 NO_TEMPLATES = "there is none: add 'templates:' above the loops"
-MOST_NAMED = 50
+MAX_TEMPLATES_NAMED = 50
 """Templates that a message names."""
-LONGEST_RING = 8
+MAX_RING_NAMED = 8
 """Templates that a message names of those that use one another."""
-MOST_LIKENED = 500
+MAX_NAME_COMPARISONS = 500
 """Pairs of an unknown name and a template that are likened to each other."""
 
 
 def resolve_templates(doc: Document) -> Document:
     """The document with every loop written out; one whose templates cannot be used has problems and no data."""
     data = doc.data
-    if data is None or "vendor" not in data or not (TEMPLATES in data or any(_uses(data))):
+    if data is None or "vendor" not in data or not (TEMPLATES in data or any(_loop_uses(data))):
         return doc
     resolver = _Resolver(doc)
     loops = resolver.loops()
@@ -165,7 +165,7 @@ def same_places(doc: Document, path: Path) -> Iterator[Path]:
             yield other
 
 
-def _uses(data: dict[str, Any]) -> Iterator[bool]:
+def _loop_uses(data: dict[str, Any]) -> Iterator[bool]:
     loops = data.get("loops")
     for loop in loops if isinstance(loops, list) else ():
         yield isinstance(loop, dict) and USE in loop
@@ -173,10 +173,12 @@ def _uses(data: dict[str, Any]) -> Iterator[bool]:
 
 @dataclass(slots=True)
 class _Resolver:
+    """Writes out the loops of a document that use templates."""
+
     doc: Document
     problems: dict[Diagnostic, None] = field(default_factory=dict)
     """Each once, in their order."""
-    whole: dict[str, tuple[dict[str, Any], Node] | None] = field(default_factory=dict)
+    resolved: dict[str, tuple[dict[str, Any], Node] | None] = field(default_factory=dict)
     """Templates that are used, with what they use themselves; None: one that cannot be."""
     cures: dict[str, str] = field(default_factory=dict)
     """Of names that no template has."""
@@ -192,7 +194,7 @@ class _Resolver:
         """All loops written out."""
         data = self.doc.data or {}
         if TEMPLATES in data:
-            self._check(data[TEMPLATES])
+            self._check_templates(data[TEMPLATES])
         loops, entry = data.get("loops"), self.doc.root.child("loops")
         if not isinstance(loops, list) or entry is None:
             self._refuse(
@@ -205,8 +207,8 @@ class _Resolver:
             out.append(self._loop(("loops", i), loop, node[1] if node else Node(None)))
         failed = bool(self.problems)
         for name in self.templates:
-            if name not in self.whole and not failed:
-                self._tell(
+            if name not in self.resolved and not failed:
+                self._add_problem(
                     "PID017",
                     (TEMPLATES, name),
                     f"no loop uses the template {name}",
@@ -215,7 +217,7 @@ class _Resolver:
                 )
         return out
 
-    def _check(self, templates: Any) -> None:
+    def _check_templates(self, templates: Any) -> None:
         """Templates are loops by name, and none of them has a loop's own name."""
         if not isinstance(templates, dict) or not templates:
             self._refuse(
@@ -243,68 +245,68 @@ class _Resolver:
         if not isinstance(loop, dict) or USE not in loop:
             return loop, node
         base, own = self._template(loop[USE], (*path, USE)), _without_use(loop, node)
-        return own if base is None else self._joined(base, own, path)
+        return own if base is None else self._join_within_limit(base, own, path)
 
     def _template(self, name: Any, path: Path) -> tuple[dict[str, Any], Node] | None:
         """A template with what it uses itself; None for one that cannot be used."""
         users: dict[str, None] = {}  # from the one that is asked for to the one that uses no other
-        while self._is_usable(name, path, users) and name not in self.whole:
+        while self._is_usable(name, path, users) and name not in self.resolved:
             users[name] = None
             if USE not in self.templates[name]:
                 break
             name, path = self.templates[name][USE], (TEMPLATES, name, USE)
-        whole = self.whole.get(name) if isinstance(name, str) else None
+        resolved = self.resolved.get(name) if isinstance(name, str) else None
         entry = self.doc.root.child(TEMPLATES)
         for user in reversed(users):
             child = entry[1].child(user) if entry else None
             data = self.templates[user]
             own = _without_use(data, child[1] if child else Node(None))
             if USE not in data:
-                whole = own
-            elif whole is not None:
-                whole = self._joined(whole, own, (TEMPLATES, user))
-            self.whole[user] = whole
-        return whole
+                resolved = own
+            elif resolved is not None:
+                resolved = self._join_within_limit(resolved, own, (TEMPLATES, user))
+            self.resolved[user] = resolved
+        return resolved
 
     def _is_usable(self, name: Any, path: Path, users: Collection[str]) -> bool:
         """Whether there is a template of that name, which none of its users is; an error says why not."""
         if not isinstance(name, str):
             self._refuse("PID015", path, "use names one template", "write 'use: ovens'")
         elif name not in self.templates:
-            self._refuse("PID015", path, f"there is no template {name}", self._meant(name))
+            self._refuse("PID015", path, f"there is no template {name}", self._name_cure(name))
         elif name in users:
             ring = [*users, name][[*users].index(name) :]
-            if len(ring) > LONGEST_RING:
-                ring[LONGEST_RING // 2 : 1 - LONGEST_RING // 2] = ["…"]
+            if len(ring) > MAX_RING_NAMED:
+                ring[MAX_RING_NAMED // 2 : 1 - MAX_RING_NAMED // 2] = ["…"]
             cure = "write the values out in one of them"
             self._refuse("PID015", path, f"a template uses itself: {' uses '.join(ring)}", cure)
         else:
             return isinstance(self.templates[name], dict)
         return False
 
-    def _meant(self, name: str) -> str:
+    def _name_cure(self, name: str) -> str:
         """The cure of a name that no template has."""
         if name not in self.cures:
             names = [*self.templates]
-            few = (len(self.cures) + 1) * len(names) <= MOST_LIKENED
+            few = (len(self.cures) + 1) * len(names) <= MAX_NAME_COMPARISONS
             near = get_close_matches(name, names, 1, 0.5) if few else ()
-            more = f", and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-            known = f"there are {', '.join(names[:MOST_NAMED])}{more}" if names else NO_TEMPLATES
+            more = f", and {len(names) - MAX_TEMPLATES_NAMED} more" if len(names) > MAX_TEMPLATES_NAMED else ""
+            known = f"there are {', '.join(names[:MAX_TEMPLATES_NAMED])}{more}" if names else NO_TEMPLATES
             self.cures[name] = f"did you mean {near[0]}?" if near else known
         return self.cures[name]
 
-    def _joined(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
+    def _join_within_limit(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
         """What uses a template with the values of it, as long as all copies are within the limit."""
         fitted = self.nodes <= self.doc.limits.nodes
         self.nodes += base[1].size
         if self.nodes <= self.doc.limits.nodes:
-            return self._merged(base, own, path)
+            return self._merge(base, own, path)
         if fitted:
             message = f"more than {self.doc.limits.nodes} values with those of templates"
             self._refuse("PID013", (*path, USE), message, "split the file, or raise the limit by option")
         return own
 
-    def _merged(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
+    def _merge(self, base: tuple[Any, Node], own: tuple[Any, Node], path: Path) -> tuple[Any, Node]:
         """Two mappings as one; of a key that both have, mappings are joined and anything else is the own one."""
         (data, node), (more, below) = base, own
         keys: dict[str, Any] = dict(data)
@@ -313,7 +315,7 @@ class _Resolver:
         for key, value in more.items():
             if isinstance(value, dict) and isinstance(data.get(key), dict):
                 pair = (data[key], children[key][1]), (value, mine[key][1])
-                keys[key], inner = self._merged(*pair, (*path, key))
+                keys[key], inner = self._merge(*pair, (*path, key))
                 children[key] = (mine[key][0], inner)
             else:
                 if isinstance(data.get(key), list) and not isinstance(value, list):
@@ -326,9 +328,9 @@ class _Resolver:
         return keys, merged
 
     def _refuse(self, code: str, path: Path, message: str, cure: str) -> None:
-        self._tell(code, path, message, cure, Severity.ERROR)
+        self._add_problem(code, path, message, cure, Severity.ERROR)
 
-    def _tell(self, code: str, path: Path, message: str, cure: str, severity: Severity) -> None:
+    def _add_problem(self, code: str, path: Path, message: str, cure: str, severity: Severity) -> None:
         span = self.doc.locate(path, key=path[-1] != USE)
         problem = Diagnostic(code, severity, message, self.doc.file, span, path, help=cure)
         self.problems[problem] = None

@@ -134,7 +134,7 @@ def command(
             max_loss=max_loss,
             limits=limits,
             options=texts,
-            progress=simulating,
+            progress=show_progress,
         )
     if not result.text:
         show_errors(result.findings, result.document, report)
@@ -142,29 +142,29 @@ def command(
         click.get_current_context().exit(exit_code(result.findings))
     if result.unverified and result.ok:
         raise click.ClickException(f"the conversion cannot be verified: {result.unverified}")
-    result, lossy = named(result, out), result.losses and not allow_loss
-    apart = max_deviation is not None and result.pv_percent > max_deviation
-    unlike = bool(verify == "pass" or max_deviation is not None) and verify != "report" and not result.alike
+    result, lossy = name_charts(result, out), result.losses and not allow_loss
+    too_far = max_deviation is not None and result.pv_percent > max_deviation
+    differs = bool(verify == "pass" or max_deviation is not None) and verify != "report" and not result.alike
     if report == "json":
         echo_json(render_conversion("json", result))
-    elif shown := text(result, changes=not quiet, losses=lossy, apart=not quiet or apart or unlike).strip():
+    elif shown := text(result, changes=not quiet, losses=lossy, apart=not quiet or too_far or differs).strip():
         note(shown)
-    if not result.ok or lossy or apart or unlike:
+    if not result.ok or lossy or too_far or differs:
         report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result))
-        refuse(result, lossy, unlike, max_deviation)
+        refuse(result, lossy, differs, max_deviation)
     charts = [loop.chart for loop in result.verified or ()]
     pictures = plots.draw_files(plot, charts, f"{Path(file).name} for {VENDORS[target].title}")
     files = {**({} if out is None else {out: result.text}), **pictures}
     report_options.write_reports(reports, lambda fmt: render_conversion(fmt, result), files, force=force)
-    put(result.text, out, () if quiet else files)
+    print_result(result.text, out, () if quiet else files)
 
 
-def simulating(share: float) -> None:
+def show_progress(share: float) -> None:
     """What the line on the terminal shows while both sides run."""
     LINE.update("simulating both sides", share)
 
 
-def named(result: ConvertResult, out: str | None) -> ConvertResult:
+def name_charts(result: ConvertResult, out: str | None) -> ConvertResult:
     """The result with charts that call it by the name of its file."""
     if result.verified is None or out is None:
         return result
@@ -173,7 +173,7 @@ def named(result: ConvertResult, out: str | None) -> ConvertResult:
     return replace(result, verified=tuple(replace(v, chart=replace(v.chart, sides=sides)) for v in result.verified))
 
 
-def put(text: str, out: str | None, written: Collection[str]) -> None:
+def print_result(text: str, out: str | None, written: Collection[str]) -> None:
     """Prints the result that goes to no file, and names the files."""
     from pidcfg.cli.console import next_step
 
@@ -185,7 +185,7 @@ def put(text: str, out: str | None, written: Collection[str]) -> None:
         next_step("validate", out)
 
 
-def refuse(result: ConvertResult, lossy: bool, unlike: bool, max_deviation: float | None) -> NoReturn:
+def refuse(result: ConvertResult, lossy: bool, differs: bool, max_deviation: float | None) -> NoReturn:
     """Ends the command with why nothing was written."""
     from pidcfg.cli.formats.findings import text
     from pidcfg.output.findings import errors_in
@@ -194,7 +194,7 @@ def refuse(result: ConvertResult, lossy: bool, unlike: bool, max_deviation: floa
     if not result.ok and document is not None:
         note(text(errors_in(result.target_findings), {document.file: document}).rstrip())
         note(f"{VENDORS[result.target].title} would not take the result: nothing was written")
-    elif unlike:
+    elif differs:
         note("the result behaves otherwise than the report says: nothing was written; --verify=report only says so")
     elif lossy:
         note("something would be lost: nothing was written; --allow-loss writes it all the same")

@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 # --- What a PLC's loops are doing, drawn on stderr while a trend is recorded; the last picture stays when it ends -----
 
-KEPT = 2000
+MAX_ROWS_SHOWN = 2000
 """Rows that a picture shows at most: the last ones."""
-EVERY = 0.5
+REDRAW_SECONDS = 0.5
 """Seconds between two pictures."""
 MIN_CHART_ROWS, MAX_CHART_ROWS = 4, 12
 """Rows of a loop's upper panel."""
-BESIDE = 8
+ROWS_BESIDE_PANELS = 8
 """Rows of a loop's chart that are neither panel: title, axes, times, legend."""
 MARGIN = 4
 """Columns of the terminal that stay free."""
@@ -59,8 +59,8 @@ class LiveChart:
             if signal not in ROLES:
                 self.modes[loop] = text
             elif text:
-                self.signals.setdefault(name, deque(maxlen=KEPT)).append((at, float(text)))
-        if time.monotonic() - self._drawn >= EVERY:
+                self.signals.setdefault(name, deque(maxlen=MAX_ROWS_SHOWN)).append((at, float(text)))
+        if time.monotonic() - self._drawn >= REDRAW_SECONDS:
             self._draw()
 
     def close(self) -> None:
@@ -72,9 +72,9 @@ class LiveChart:
     def text(self, width: int, height: int, *, ascii_only: bool) -> str:
         """The picture: as many loops as ``height`` rows have room for, and how far the recording is."""
         loops = list(dict.fromkeys(name.rpartition(".")[0] for name in self.signals))
-        room = max((height - 1) // (BESIDE + MIN_CHART_ROWS + MIN_CHART_ROWS // 2), 1)
+        room = max((height - 1) // (ROWS_BESIDE_PANELS + MIN_CHART_ROWS + MIN_CHART_ROWS // 2), 1)
         shown = loops[:room]
-        panel = (height - 1) // max(len(shown), 1) - BESIDE
+        panel = (height - 1) // max(len(shown), 1) - ROWS_BESIDE_PANELS
         rows = [
             row
             for loop in shown
@@ -128,7 +128,7 @@ EPILOG = options.examples(
 )
 
 
-class File:
+class TrendFile:
     """A file that is there from its first row on, and has every row that was taken."""
 
     def __init__(self, name: str | None, *, force: bool) -> None:
@@ -215,7 +215,7 @@ def command(
     other = None if like is None else one_configuration(like, limits)
     if out is not None:
         refuse_read([out])
-    file = File(out, force=force)
+    file = TrendFile(out, force=force)
 
     chart = chart_for(out, seconds)
     try:

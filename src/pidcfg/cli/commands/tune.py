@@ -42,12 +42,12 @@ def number(name: str, text: str, *, signed: bool = False) -> Callable[[Callable[
     def check(ctx: click.Context, param: click.Parameter, value: float | None) -> float | None:
         if value is None:
             return None
-        from pidcfg.output.process import not_usable
+        from pidcfg.output.process import number_fault
         from pidcfg.tuning.rules import is_usable
 
         if is_usable(value) and (value > 0 or signed):
             return value
-        raise click.BadParameter(not_usable(value, signed=signed), ctx, param)
+        raise click.BadParameter(number_fault(value, signed=signed), ctx, param)
 
     return click.option(f"--{name}", type=options.NUMBER, metavar="N", help=text, callback=check)
 

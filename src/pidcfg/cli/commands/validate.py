@@ -11,7 +11,7 @@ from pidcfg.cli.console import Detail, echo, note, remark
 from pidcfg.cli.formats import findings as findings_format
 from pidcfg.cli.formats import render, report_options
 from pidcfg.cli.formats.findings import Findings, summary
-from pidcfg.cli.inputs import STDIN, exclusion_reasons, exclusion_summary, gather
+from pidcfg.cli.inputs import STDIN, excluded_text, exclusion_reasons, gather
 from pidcfg.cli.main import Exit
 from pidcfg.cli.settings import EXCLUDE_REASON
 from pidcfg.cli.terminal import progress
@@ -34,7 +34,7 @@ EPILOG = options.examples(
 
 
 @click.command("validate", cls=watch.WatchCommand, epilog=EPILOG)
-@click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.apply_settings)
+@click.argument("paths", nargs=-1, required=True, is_eager=True, callback=settings.apply)
 @report_options.report_format("validate")
 @report_options.report_files("validate", "--output")
 @click.option("--skip-foreign", is_flag=True, help="Leave out named files without a pidcfg key, as folders do.")
@@ -82,16 +82,16 @@ def command(
     ctx = click.get_current_context()
     detail = Detail(ctx, wanted=verbose, quiet=quiet)
     if show_settings:
-        echo(settings.settings_report(ctx))
+        echo(settings.describe(ctx))
         return
-    detail.say(f"settings: {settings.settings_of(ctx).file or 'none'}")
+    detail.say(f"settings: {settings.current(ctx).file or 'none'}")
     documents: dict[str, Document] = {}
     findings: list[Diagnostic] = []
     gathered = list(gather(paths, limits, skip_foreign=skip_foreign))
     inputs = [entry for entry in gathered if not entry.foreign]
     skipped = [entry.name for entry in gathered if entry.foreign and entry.remark is entry.left_out is None]
     report_options.refuse_inputs(reports, (entry.name for entry in inputs))
-    read = [name for name in (baseline["baseline"], settings.settings_of(ctx).file) if name is not None]
+    read = [name for name in (baseline["baseline"], settings.current(ctx).file) if name is not None]
     report_options.refuse_inputs(reports, read)
     printed = findings_format.fmt_of(ctx, fmt) if counted else fmt
     if fix or diff:
@@ -103,7 +103,7 @@ def command(
         documents[doc.file] = doc
         findings += of_file
         detail.say(f"read {doc.file}: {count(len(of_file), 'finding')}")
-    left = triage(findings, documents, settings.settings_of(ctx), Rules(select, ignore, **baseline))
+    left = triage(findings, documents, settings.current(ctx), Rules(select, ignore, **baseline))
     fails = Severity.WARNING if strict else Severity.ERROR
     hidden = left.suppressed(Severity[severity.upper()])
     shown = Findings(options.severe(left.kept, severity, fails), documents, fails, hidden)
@@ -120,20 +120,22 @@ def command(
     detail.say(*exclusion_reasons(gathered))
     detail.listed("not reported:", left.reasons)
     detail.end()
-    opened = sum(entry.problem is None for entry in inputs)
     if not quiet or _hides(ctx, left, shown, gathered):
-        note(
-            summary(left.kept, opened, len(skipped), exclusion_summary(gathered))
-            + left.counts
-            + settings.settings_of(ctx).mention
-        )
+        opened = sum(entry.problem is None for entry in inputs)
+        note(_summary_line(ctx, left, opened, len(skipped), gathered))
     _next_step(list(documents.values()), left.kept, quiet=quiet, fmt=fmt)
     ctx.exit(exit_code(left.kept, strict=strict))
 
 
+def _summary_line(ctx: click.Context, left: Triage, opened: int, skipped: int, gathered: Sequence[Input]) -> str:
+    """How it went, what was left out, and which settings are in force."""
+    line = summary(left.kept, opened, skipped, excluded_text(gathered))
+    return line + left.counts + settings.current(ctx).mention
+
+
 def _hides(ctx: click.Context, left: Triage, shown: Findings, gathered: Sequence[Input]) -> bool:
     """Whether even a quiet run says what was left out: findings, or files by a settings file."""
-    less = settings.settings_of(ctx).file is not None and len(shown.reported) < len(left.kept)
+    less = settings.current(ctx).file is not None and len(shown.reported) < len(left.kept)
     return left.hides or less or any((entry.left_out or "").startswith(EXCLUDE_REASON) for entry in gathered)
 
 

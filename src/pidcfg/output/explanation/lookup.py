@@ -376,9 +376,9 @@ def _readings(question: Question, vendors: Sequence[str], decisions: Callable[[]
         problems.append(str(error))
     question = replace(question, one_vendor=len(vendors) == 1)
     if not pages:
-        pages, _ = _found(question, _with_bank(question, vendors))
+        pages, _ = _search_vendors(question, _with_bank(question, vendors))
     if not pages:
-        pages, refusals = _found(question, vendors)
+        pages, refusals = _search_vendors(question, vendors)
         problems += refusals
     if not pages or len(vendors) == len(VENDORS):
         pages = _decision(question, decisions) + pages
@@ -395,7 +395,7 @@ def _with_bank(question: Question, vendors: Sequence[str]) -> list[str]:
     return [key for key in vendors if match and match.group(1).upper() in VENDORS[key].banks]
 
 
-def _found(question: Question, vendors: Sequence[str]) -> tuple[list[Page], list[str]]:
+def _search_vendors(question: Question, vendors: Sequence[str]) -> tuple[list[Page], list[str]]:
     """What vendors know of a question, in the blocks that are meant or else in all; and why some refuse it."""
     pages: list[Page] = []
     problems: list[str] = []

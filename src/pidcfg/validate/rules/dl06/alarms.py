@@ -340,11 +340,8 @@ def hysteresis_wide(view: LoopView) -> Findings:
 
     Fix: choose 0.1 % to 5 % of the range, at most 512 counts.
     """
-    counts, widest, largest = (
-        hysteresis_in_use(view),
-        span_share(view, WIDE_HYSTERESIS),
-        span_share(view, LARGEST_HYSTERESIS),
-    )
+    counts = hysteresis_in_use(view)
+    widest, largest = span_share(view, WIDE_HYSTERESIS), span_share(view, LARGEST_HYSTERESIS)
     if counts is None or not min(widest, MAX_COUNTS) < counts <= largest:
         return
     passed = f"more than 5 % of the span ({view.distance(widest)})"

@@ -257,7 +257,7 @@ D348 = Decision(
     "The data areas of the PV transfer contain V400-V677 and end at V7377; the lower range of V7640 begins at V1200, "
     "and bit 3 of V7642 speaks of the boundary at V7577.",
 )
-UNDISPUTED = tuple(area for area in CPU.transfer_sources if area[0] >= CPU.lower[0])
+CERTAIN_AREAS = tuple(area for area in CPU.transfer_sources if area[0] >= CPU.lower[0])
 BELOW_LOWER = (
     "a data area of the PV transfer (V400-V677), but below the lower memory of V7640, which begins at V1200: bit 0 of "
     "+35 may come on"
@@ -335,7 +335,7 @@ def ramp_soak_table_in_disputed_memory(context: Dl06Context) -> Findings:
     Fix: place the table in V1200-V7377 or V10000-V17777, which no passage contradicts.
     """
     for view, first, last in ramp_soak_tables(context):
-        if not check_ramp_soak(first) and not any(low <= first and last <= high for low, high in UNDISPUTED):
+        if not check_ramp_soak(first) and not any(low <= first and last <= high for low, high in CERTAIN_AREAS):
             below = last < CPU.lower[0]
             yield view.at(
                 "ramp_soak",

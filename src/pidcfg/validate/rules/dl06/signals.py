@@ -29,7 +29,7 @@ D19 = Decision(
     "0.5/k counts away at most.",
     "The manual warns of an error of 1 part in 1000 because of rounding; at k = 0.1 this gives 5 counts of 4095.",
 )
-STRONGEST, WEAKEST = 1, 10
+MIN_TENTHS, MAX_TENTHS = 1, 10
 """Tenths, as the word holds them."""
 THOUSANDTH = 1000
 
@@ -47,7 +47,7 @@ def filter_without_effect(view: LoopView) -> Findings:
     Fix: choose 0.1 (strong, slow) to 1.0 (no filtering), or switch the filter off.
     """
     pv = view.loop.pv
-    if view.pv_filter_on and "filter" not in view.misfits and not STRONGEST <= view.digits("filter") <= WEAKEST:
+    if view.pv_filter_on and "filter" not in view.misfits and not MIN_TENTHS <= view.digits("filter") <= MAX_TENTHS:
         key = value_or_switch(pv, "filter")
         yield view.at("pv", key, value="no constant" if pv.filter is None else f"k = {decimal_text(pv.filter)}")
 
@@ -63,7 +63,7 @@ def filter_leaves_an_offset(view: LoopView) -> Findings:
     Fix: use a larger constant, or the 15-bit format, where the same counts are an eighth of the error.
     """
     tenths = view.digits("filter")
-    if not view.pv_filter_on or not STRONGEST <= tenths <= WEAKEST:
+    if not view.pv_filter_on or not MIN_TENTHS <= tenths <= MAX_TENTHS:
         return
     offset = 10 // (2 * tenths)
     if offset * THOUSANDTH >= view.scales["pv"].format.span:
@@ -453,11 +453,11 @@ def output_limits_equal(view: LoopView) -> Findings:
     Fix: set the limits apart; leave them out for the full range.
     """
     limits = view.register_values("output_low", "output_high")
-    if limits and limits[0] == limits[1] and not pinned_to_zero(limits):
+    if limits and limits[0] == limits[1] and not is_pinned_to_zero(limits):
         yield view.at("output", "limits", 1, low=view.shown("output_low"), high=view.shown("output_high"))
 
 
-def pinned_to_zero(limits: list[int]) -> bool:
+def is_pinned_to_zero(limits: list[int]) -> bool:
     """Whether the upper limit leaves nothing but an output of 0."""
     return limits[1] == 0 and limits[0] >= 0
 
@@ -473,7 +473,7 @@ def output_upper_limit_zero(view: LoopView) -> Findings:
     Fix: set the upper limit to the highest output that the process may see, or leave the limits out.
     """
     limits = view.register_values("output_low", "output_high")
-    if limits and limits[0] <= limits[1] and pinned_to_zero(limits):
+    if limits and limits[0] <= limits[1] and is_pinned_to_zero(limits):
         yield view.at("output", "limits", 1, high=view.shown("output_high"), word=view.address_of("output"))
 
 
